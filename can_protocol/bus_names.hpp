@@ -1,0 +1,41 @@
+// The names of the buses, numbered in the order in which they are first heard of.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can_protocol/frame.hpp"
+
+namespace odomd::can {
+
+/// Append-only; any thread may look up and add, none of them the beat.
+class BusNames {
+ public:
+  /// The bus's index, adding it if there is room; nothing for one bus too many (max_buses).
+  std::optional<std::uint8_t> index_of(std::string_view name) {
+    const std::scoped_lock lock(mutex_);
+    for (std::size_t i = 0; i < count_; ++i)
+      if (names_[i] == name) return static_cast<std::uint8_t>(i);
+    if (count_ == max_buses) return std::nullopt;
+    names_[count_] = name;
+    return static_cast<std::uint8_t>(count_++);
+  }
+
+  [[nodiscard]] std::vector<std::string> all() const {
+    const std::scoped_lock lock(mutex_);
+    return {names_.begin(), names_.begin() + static_cast<std::ptrdiff_t>(count_)};
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::array<std::string, max_buses> names_;
+  std::size_t count_ = 0;
+};
+
+}  // namespace odomd::can

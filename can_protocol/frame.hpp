@@ -1,0 +1,44 @@
+// A CAN frame as every source delivers it: one value type for SocketCAN, candump logs and standard
+// input, classic CAN and CAN FD.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace odomd::can {
+
+/// CAN FD's longest payload in bytes; classic frames use the first 8.
+inline constexpr std::size_t max_payload = 64;
+
+/// Buses one daemon listens to at the most.
+inline constexpr std::size_t max_buses = 8;
+
+enum class IdFormat : std::uint8_t { standard, extended };  // 11 bit, 29 bit
+enum class FrameKind : std::uint8_t { data, remote, error };
+enum class FrameProtocol : std::uint8_t { classic, fd };
+
+struct Frame {
+  std::int64_t time_ns = 0;  ///< when it was received: the source's clock, see FrameSource
+  std::uint32_t id = 0;      ///< identifier without flags; of an error frame: the error class bits
+  IdFormat format = IdFormat::standard;
+  FrameKind kind = FrameKind::data;
+  FrameProtocol protocol = FrameProtocol::classic;
+  std::uint8_t bus = 0;       ///< index of the bus, below max_buses
+  std::uint8_t length = 0;    ///< payload bytes, 0 to max_payload
+  std::uint8_t fd_flags = 0;  ///< CAN FD: bit 0 bit-rate switch, bit 1 error state indicator
+  std::array<std::uint8_t, max_payload> data{};
+
+  [[nodiscard]] std::span<const std::uint8_t> payload() const { return {data.data(), length}; }
+};
+
+/// Identifier and format in one number, to compare and to look frames up by.
+[[nodiscard]] constexpr std::uint32_t frame_key(std::uint32_t id, IdFormat format) {
+  return id | (format == IdFormat::extended ? 0x8000'0000U : 0U);
+}
+[[nodiscard]] constexpr std::uint32_t frame_key(const Frame& frame) {
+  return frame_key(frame.id, frame.format);
+}
+
+}  // namespace odomd::can

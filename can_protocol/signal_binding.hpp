@@ -1,0 +1,75 @@
+// What a configuration says of one signal: which message and signal of the database it is, what
+// unit the database's physical value has, and what turns it into the quantity that is wanted. The
+// vocabulary between the configuration and the decoder.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace odomd::can {
+
+/// Units of a physical value. Conversion to SI happens in the decoder: rad, rad/s, m/s, m/s², 1.
+enum class Unit : std::uint8_t {
+  none,
+  rad,
+  deg,
+  rad_per_s,
+  deg_per_s,
+  m_per_s,
+  km_per_h,
+  rpm,  ///< with SignalBinding::radius_m and ratio: the speed of the rolling wheel
+  m_per_s2,
+  g,  ///< 9.80665 m/s²
+};
+
+/// Counts a sample only while another signal of the same message has this physical value.
+struct ValidWhen {
+  std::string signal;
+  double equals = 0.0;
+};
+
+struct SignalBinding {
+  std::uint16_t channel = 0;  ///< the caller's number for the quantity; comes back in Sample
+  std::string role;           ///< the caller's name for it, for messages: "wheel_rear_left"
+  std::string message;
+  std::vector<std::string> signals;  ///< one, or several whose physical values are summed
+  std::string bus;                   ///< name of the bus it is taken from; empty: any
+
+  Unit unit = Unit::none;
+  double radius_m = 0.0;  ///< wheel radius, for rpm
+  double ratio = 1.0;     ///< motor turns per wheel turn, for rpm
+
+  double scale = 1.0;   ///< applied to the converted value ...
+  double offset = 0.0;  ///< ... then added: quantity = scale * converted + offset
+
+  std::optional<ValidWhen> valid_when;
+
+  /// For a direction signal: the physical values that mean forward (+1) and reverse (-1). With
+  /// these the sample's value is +1, -1, or 0 for anything else; unit, scale and offset do not
+  /// apply.
+  std::optional<double> forward;
+  std::optional<double> reverse;
+
+  std::int64_t latency_ns = 0;  ///< known age of the value at the frame's stamp; subtracted from it
+};
+
+// End-to-end protection ---------------------------------------------------------------------------
+
+enum class E2eProfile : std::uint8_t { none, p01, p02, p11, p22, counter, sae_j1850 };
+enum class DataIdMode : std::uint8_t { both, alternating, low, nibble };
+
+/// Protection of one message, as in [can.e2e]. Signals name where the CRC and the counter lie.
+struct E2eBinding {
+  std::string message;
+  E2eProfile profile = E2eProfile::none;
+  std::uint16_t data_id = 0;
+  DataIdMode data_id_mode = DataIdMode::both;
+  std::vector<std::uint8_t> data_id_list;  ///< profiles 2 and 22: 16 entries
+  std::string crc_signal;
+  std::string counter_signal;
+  std::uint8_t max_delta_counter = 3;  ///< a step up to this is OKSOMELOST, beyond it WRONGSEQUENCE
+};
+
+}  // namespace odomd::can

@@ -1,0 +1,50 @@
+# What every target of the project shares: the language level, the warnings, the sanitizers.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_C_STANDARD 11)
+set(CMAKE_C_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
+set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+add_library(odomd_options INTERFACE)
+target_include_directories(odomd_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_options(odomd_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wcast-qual -Wformat=2
+  -Wundef -Wvla -Werror
+  # The same inputs give the same bits: no fused multiply-add that depends on the target.
+  -ffp-contract=off
+  $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual -Wold-style-cast>)
+target_compile_definitions(odomd_options INTERFACE
+  _GNU_SOURCE
+  $<$<CONFIG:Debug>:_GLIBCXX_ASSERTIONS>)
+if(ODOMD_SANITIZE)
+  target_compile_options(odomd_options INTERFACE
+    -fsanitize=${ODOMD_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(odomd_options INTERFACE -fsanitize=${ODOMD_SANITIZE})
+endif()
+
+# odomd_library(NAME sources...): a static library of one room of the house.
+function(odomd_library name)
+  add_library(${name} STATIC ${ARGN})
+  target_link_libraries(${name} PUBLIC odomd_options)
+endfunction()
+
+# odomd_test(NAME sources... [LIBRARIES libs...]): one GoogleTest binary per room.
+function(odomd_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBRARIES")
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} odomd_options GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE
+    ODOMD_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
+    ODOMD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    ODOMD_BIN_DIR="${PROJECT_BINARY_DIR}/bin")
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

@@ -1,0 +1,16 @@
+// Camera poses at the door: from the wire or a log, of the camera's reference point, to the centre
+// of gravity.
+#pragma once
+
+#include <array>
+
+#include "estimator/measurement.hpp"
+
+namespace odomd::daemon {
+
+/// Moves a pose of the reference point to the centre of gravity. `lever_arm` is the reference
+/// point's pose in the body frame (x, y [m], yaw [rad]). The uncertainty of the yaw swings the arm.
+[[nodiscard]] estimator::CameraPose to_centre_of_gravity(
+    const estimator::CameraPose& reference, const std::array<double, 3>& lever_arm) noexcept;
+
+}  // namespace odomd::daemon

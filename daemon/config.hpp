@@ -1,0 +1,99 @@
+// The configuration: one TOML file, read once at start. Every number is SI; unknown keys, missing
+// signals and impossible values are errors that name the file, the line and the nearest valid name.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "can_protocol/dbc.hpp"
+#include "can_protocol/signal_binding.hpp"
+#include "estimator/filter.hpp"
+#include "estimator/measurement.hpp"
+#include "estimator/settings.hpp"
+
+namespace odomd::daemon {
+
+/// What the configuration says of a role beyond its binding.
+struct SignalSettings {
+  bool configured = false;
+  double sigma = 0.0;           ///< standard deviation in the role's SI unit
+  std::int64_t timeout_ns = 0;  ///< overdue after so long; default three cycle times
+};
+
+enum class Timestamps : std::uint8_t { software, hardware };
+
+struct CanConfig {
+  std::vector<std::string> sources;          ///< interfaces, log files, "-"
+  std::vector<std::filesystem::path> dbc;    ///< made absolute
+  std::vector<can::SignalBinding> bindings;  ///< channel = estimator::Source
+  std::vector<can::E2eBinding> protections;
+  std::array<SignalSettings, estimator::source_count> signals{};
+  Timestamps timestamps = Timestamps::software;
+  int receive_buffer = 1 << 20;  ///< SO_RCVBUF in bytes
+};
+
+struct CameraConfig {
+  bool configured = false;
+  std::filesystem::path socket = "/run/odomd/camera.sock";
+  std::uint32_t socket_mode = 0660;
+  std::string socket_group;           ///< empty: the process's
+  std::array<double, 3> lever_arm{};  ///< x, y [m], yaw [rad] of the reference point, body frame
+  double max_latency_s = 0.2;
+};
+
+struct RealtimeConfig {
+  std::int64_t period_ns = 5'000'000;
+  int priority = 45;  ///< SCHED_FIFO
+  int cpu = -1;       ///< pinned to this one; -1: any
+};
+
+struct ShmConfig {
+  std::string name = "/odomd";
+  std::uint32_t mode = 0644;
+  std::string group;
+};
+
+struct StatusConfig {
+  std::filesystem::path socket = "/run/odomd/status.sock";
+  std::uint32_t socket_mode = 0666;
+};
+
+struct LogConfig {
+  std::filesystem::path file;  ///< empty: standard error
+  std::string level = "info";
+};
+
+struct Config {
+  std::filesystem::path file;  ///< where it was read from
+  estimator::Vehicle vehicle;
+  CanConfig can;
+  CameraConfig camera;
+  std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
+  std::optional<estimator::Pose2> initial_pose;
+  estimator::Model model = estimator::Model::paper;
+  double window_s = 0.25;  ///< history for late samples
+  estimator::PaperNoise paper_noise;
+  RealtimeConfig realtime;
+  ShmConfig shm;
+  StatusConfig status;
+  LogConfig log;
+};
+
+/// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
+/// key and the mend. Does not open the databases.
+[[nodiscard]] Config load_config(const std::filesystem::path& file);
+
+/// Reads the databases that a configuration names, and checks its bindings against them: the units,
+/// and the time-outs that default to three of a message's cycle times (100 ms where the database
+/// has none). Warnings of oddities are appended to `warnings`.
+[[nodiscard]] std::vector<can::Database> load_databases(Config& config,
+                                                        std::vector<std::string>& warnings);
+
+/// What the filter is told.
+[[nodiscard]] estimator::FilterSettings filter_settings(const Config& config);
+
+}  // namespace odomd::daemon

@@ -1,0 +1,64 @@
+// What comes out of a filter: the pose with its motion and uncertainty at one time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace odomd::estimator {
+
+/// A pose in the plane: metres, radians counter-clockwise. Yaw is continuous (unwrapped).
+struct Pose2 {
+  double x = 0.0;
+  double y = 0.0;
+  double yaw = 0.0;
+};
+
+/// The numbers are the shared memory's: append only.
+enum class Mode : std::uint8_t {
+  initialising,
+  tracking,
+  dead_reckoning,
+  degraded,
+  standstill,
+  fault,
+  count
+};
+inline constexpr std::array<std::string_view, static_cast<std::size_t>(Mode::count)> mode_names{
+    "initialising", "tracking", "dead_reckoning", "degraded", "standstill", "fault"};
+
+/// Symmetric 3x3 covariance, upper triangle by rows: xx, xy, xyaw, yy, yyaw, yawyaw.
+using PoseCovariance = std::array<double, 6>;
+
+struct Estimate {
+  std::int64_t time_ns = 0;  ///< the instant all of this is valid at
+  bool initialised = false;  ///< the pose below means something
+  Mode mode = Mode::initialising;
+  bool model_fault = false;  ///< the model has left its domain and stopped (paper: reversing)
+
+  Pose2 map;   ///< centre of gravity in the map frame; jumps when a camera pose re-anchors it
+  Pose2 odom;  ///< the same in a frame that never jumps; starts at the initial pose
+
+  double v_x = 0.0;  ///< velocity of the centre of gravity in the body frame [m/s]
+  double v_y = 0.0;
+  double yaw_rate = 0.0;  ///< [rad/s]
+
+  double v_x_dot = 0.0;  ///< time derivatives of the three above, from the model [m/s², rad/s²]
+  double v_y_dot = 0.0;
+  double yaw_accel = 0.0;
+
+  double accel_x = 0.0;  ///< newest measured specific force [m/s²]
+  double accel_y = 0.0;
+  double steering = 0.0;  ///< newest δ [rad]
+
+  PoseCovariance covariance{};           ///< of map (x, y, yaw)
+  PoseCovariance velocity_covariance{};  ///< of (v_x, v_y, yaw_rate), same packing
+
+  std::uint32_t reset_count =
+      0;                       ///< re-anchorings that moved the map pose, initialisation included
+  Pose2 last_jump;             ///< by how much the last one moved it, in map axes
+  std::int64_t camera_ns = 0;  ///< capture time of the last fused camera pose, 0: none yet
+  double camera_test_ratio = 0.0;  ///< νᵀS⁻¹ν over its gate, of the last camera pose
+};
+
+}  // namespace odomd::estimator

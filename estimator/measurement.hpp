@@ -1,0 +1,74 @@
+// What goes into a filter: quantities in SI units and ISO 8855 axes, each with its own time, and
+// what became of each.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace odomd::estimator {
+
+/// Where a measurement comes from. The numbers are part of the shared memory's layout (ages and
+/// health bits are indexed by them): append only.
+enum class Source : std::uint8_t {
+  yaw_rate,          ///< ψ̇ [rad/s]
+  accel_x,           ///< specific force along x at the IMU [m/s²]
+  accel_y,           ///< specific force along y at the IMU [m/s²]
+  wheel_front_left,  ///< ground speed of the wheel, signed [m/s]
+  wheel_front_right,
+  wheel_rear_left,
+  wheel_rear_right,
+  wheel_rear,  ///< mean of the rear axle [m/s]
+  motor,       ///< speed at the driven (rear) axle, from the motor's [m/s]
+  steering,    ///< δ at the front wheels [rad], left positive
+  direction,   ///< +1 forward, -1 reverse, 0 unknown: the sign of unsigned wheel speeds
+  camera,      ///< a pose in the map frame
+  count
+};
+inline constexpr std::size_t source_count = static_cast<std::size_t>(Source::count);
+
+inline constexpr std::array<std::string_view, source_count> source_names{
+    "yaw_rate",         "accel_x",           "accel_y",
+    "wheel_front_left", "wheel_front_right", "wheel_rear_left",
+    "wheel_rear_right", "wheel_rear",        "motor",
+    "steering",         "direction",         "camera"};
+
+struct Measurement {
+  Source source = Source::yaw_rate;
+  std::int64_t time_ns = 0;  ///< when it was taken, not when it arrived
+  double value = 0.0;
+  double sigma = 0.0;  ///< standard deviation, in the value's unit
+};
+
+/// A pose of the centre of gravity in the map frame, seen by a camera.
+struct CameraPose {
+  std::int64_t capture_ns = 0;  ///< when the picture was taken
+  std::int64_t arrival_ns = 0;  ///< when the pose reached us
+  double x = 0.0;               ///< [m]
+  double y = 0.0;               ///< [m]
+  double yaw = 0.0;             ///< [rad], counter-clockwise, any turn
+  double sigma_x = 0.0;         ///< [m], map axes
+  double sigma_y = 0.0;
+  double sigma_yaw = 0.0;  ///< [rad]
+};
+
+/// What a filter did with a sample. Every sample gets exactly one.
+enum class Verdict : std::uint8_t {
+  fused,
+  gated,       ///< implausible against the state and its covariance
+  too_old,     ///< older than the filter's window, or than the source's max_latency
+  future,      ///< stamped ahead of the tick
+  duplicate,   ///< same source, same time as one before
+  non_finite,  ///< NaN, infinity, or a sigma that is not positive
+  source_off,  ///< the model does not use this source
+  failed_protection,
+  count
+};
+inline constexpr std::size_t verdict_count = static_cast<std::size_t>(Verdict::count);
+
+inline constexpr std::array<std::string_view, verdict_count> verdict_names{
+    "fused",     "gated",      "too_old",    "future",
+    "duplicate", "non_finite", "source_off", "failed_protection"};
+
+}  // namespace odomd::estimator

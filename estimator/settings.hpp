@@ -1,0 +1,34 @@
+// What a filter is told at start, in SI units.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "estimator/estimate.hpp"
+#include "estimator/measurement.hpp"
+#include "estimator/vehicle.hpp"
+
+namespace odomd::estimator {
+
+/// Noise of the paper's filter, per 5 ms step as it is printed (errata, 6): diagonals.
+struct PaperNoise {
+  std::array<double, 3> Q{0.05, 0.01, 0.01};  ///< of (v_x, v_y, ψ̇)
+  std::array<double, 2> R{0.125, 0.10};       ///< of (ψ̇, v_x)
+};
+
+struct FilterSettings {
+  Vehicle vehicle;
+  double period_s = 0.005;
+  PaperNoise paper;
+
+  /// Standard deviations of each source's samples, for models that take them from the
+  /// configuration.
+  std::array<double, source_count> sigma{};
+
+  bool initialise_from_camera = false;  ///< wait for a camera pose when no initial pose is set
+  double camera_max_latency_s = 0.2;    ///< older poses are too_old
+  double camera_gate = 16.27;           ///< χ² with 3 degrees of freedom, 99.9 %
+  double camera_timeout_s = 0.5;        ///< without a fused camera pose for so long: dead reckoning
+};
+
+}  // namespace odomd::estimator

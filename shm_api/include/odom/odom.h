@@ -1,0 +1,193 @@
+/* libodom: read the car's pose from odomd's shared memory. C, depends on libc and libm alone.
+ *
+ *   odom_client *client;
+ *   if (odom_open(NULL, &client) != ODOM_OK) ...
+ *   odom_pose pose;
+ *   pose.tick = 0;
+ *   while (odom_wait(client, &pose, sizeof pose, 100000000) == ODOM_OK)
+ *     steer_by(&pose);
+ *   odom_close(client);
+ *
+ * A client maps the segment read-only, never writes, never spins without bound, and survives the
+ * death and the restart of the daemon at any instant: a call then answers ODOM_STALE, and as soon
+ * as a successor publishes, the same client re-attaches by itself and answers ODOM_OK again
+ * (odom_info.instance_id has changed by then).
+ *
+ * Thread-safety: one odom_client belongs to one thread at a time; open one for each thread. Every
+ * call but odom_open, odom_wait and re-attachment (at most once in four periods, only when stale)
+ * is lock-free and makes no system call.
+ *
+ * Structs are passed with their size, so that a program built against an older libodom keeps
+ * working with a newer one.
+ */
+#ifndef ODOM_ODOM_H
+#define ODOM_ODOM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include <odom/types.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum odom_status {
+  ODOM_OK = 0,
+  ODOM_STALE = 1, /**< the daemon has not ticked for four periods; the last pose is still given */
+  ODOM_NO_SEGMENT = 2, /**< no such segment: is the daemon running? */
+  ODOM_REFUSED = 3,    /**< the segment is owned by a stranger, or not readable for us */
+  ODOM_ABI = 4,        /**< written by a daemon of another ABI major, or not a segment at all */
+  ODOM_NO_POSE = 5,    /**< attached, but nothing has been published yet */
+  ODOM_TOO_OLD = 6,    /**< the time lies before the history */
+  ODOM_TOO_NEW = 7,    /**< the time lies ahead of the newest pose, or of what may be predicted */
+  ODOM_RESET = 8,      /**< the time falls between two poses with a reset in between */
+  ODOM_TIMEOUT = 9,
+  ODOM_BUSY = 10,   /**< overtaken by the writer three times: the caller was stopped for seconds */
+  ODOM_INVALID = 11 /**< an argument is not usable */
+} odom_status;
+
+typedef struct odom_client odom_client;
+
+/** The name of a status, for messages: "no such segment: is odomd running?". Never NULL. */
+const char* odom_strstatus(odom_status status);
+
+/** Attaches to a segment: a POSIX shm name ("/odomd") or a path; NULL: $ODOM_SHM, else "/odomd",
+ * else
+ *  "/run/odomd/pose". Owners other than root, the service's user "odomd" and ourselves are refused.
+ */
+odom_status odom_open(const char* name, odom_client** client);
+void odom_close(odom_client* client);
+
+/** Copies the newest pose. ODOM_OK or ODOM_STALE: `pose` is whole; else it is untouched. */
+odom_status odom_latest(odom_client* client, odom_pose* pose, size_t size);
+
+/** Copies the newest pose and the details of the same tick. */
+odom_status odom_latest_details(odom_client* client, odom_pose* pose, size_t pose_size,
+                                odom_details* details, size_t details_size);
+
+/** The pose at a past time within the history, interpolated between its neighbours (yaw by the
+ * shorter way, never across a reset). Mode and the like are those of the earlier neighbour. */
+odom_status odom_at(odom_client* client, int64_t time_ns, odom_pose* pose, size_t size);
+
+/** Predicts `from` to `time_ns`, at most 100 ms ahead, in closed form from the velocities and their
+ *  derivatives that it carries. Pure: needs no client. `to` may be `from`. */
+odom_status odom_predict(const odom_pose* from, int64_t time_ns, odom_pose* to);
+
+/** Sleeps until a pose newer than `pose->tick` is published and copies it; the first call with
+ *  pose->tick == 0 takes the next one. `timeout_ns` < 0: a second. */
+odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t timeout_ns);
+
+odom_status odom_get_info(odom_client* client, odom_info* info, size_t size);
+odom_status odom_get_beat(odom_client* client, odom_beat* beat, size_t size);
+
+/* In place (zero copy) --------------------------------------------------------------------------
+ *
+ *   odom_view view;
+ *   do {
+ *     if (odom_begin(client, &view) != ODOM_OK) ...
+ *     x = odom_view_double(&view, ODOM_WORD_X);
+ *   } while (!odom_validate(&view));
+ *
+ * The words are read where they lie. What was read counts only once odom_validate() has said yes.
+ */
+typedef struct odom_view {
+  const uint64_t* words; /**< of the slot; words[0] is its sequence. Read by the accessors only. */
+  uint64_t sequence;
+} odom_view;
+
+/** Positions of the fields of odom_pose in a slot, in words. */
+enum {
+  ODOM_WORD_TICK = 1,
+  ODOM_WORD_TIME,
+  ODOM_WORD_X,
+  ODOM_WORD_Y,
+  ODOM_WORD_YAW,
+  ODOM_WORD_ODOM_X,
+  ODOM_WORD_ODOM_Y,
+  ODOM_WORD_ODOM_YAW,
+  ODOM_WORD_VX,
+  ODOM_WORD_VY,
+  ODOM_WORD_YAW_RATE,
+  ODOM_WORD_VX_DOT,
+  ODOM_WORD_VY_DOT,
+  ODOM_WORD_YAW_ACCEL,
+  ODOM_WORD_ACCEL_X,
+  ODOM_WORD_ACCEL_Y,
+  ODOM_WORD_STEERING,
+  ODOM_WORD_COVARIANCE,
+  ODOM_WORD_MODE = ODOM_WORD_COVARIANCE + 6, /* low half: mode, high half: conditions */
+  ODOM_WORD_RESETS,                          /* low half: reset_count, high half: health */
+  ODOM_WORD_JUMP_X,
+  ODOM_WORD_JUMP_Y,
+  ODOM_WORD_JUMP_YAW,
+  ODOM_WORD_DETAILS /* where odom_details begins */
+};
+
+odom_status odom_begin(odom_client* client, odom_view* view);
+
+static inline uint64_t odom_view_word(const odom_view* view, size_t word) {
+  return __atomic_load_n(&view->words[word], __ATOMIC_RELAXED);
+}
+
+static inline double odom_view_double(const odom_view* view, size_t word) {
+  const uint64_t bits = odom_view_word(view, word);
+  double value;
+  __builtin_memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+/** Whether everything read through the view since odom_begin() belongs to one published pose. */
+static inline int odom_validate(const odom_view* view) {
+  __atomic_thread_fence(__ATOMIC_ACQUIRE);
+  return __atomic_load_n(&view->words[0], __ATOMIC_RELAXED) == view->sequence;
+}
+
+/* Clocks
+ * ------------------------------------------------------------------------------------------*/
+
+typedef enum odom_clock {
+  ODOM_CLOCK_MONOTONIC = 0,
+  ODOM_CLOCK_REALTIME = 1,
+  ODOM_CLOCK_LOG = 2 /**< the stamps of the log that the daemon plays */
+} odom_clock;
+
+/** Converts a CLOCK_MONOTONIC time to another clock, by the offsets of the segment. */
+odom_status odom_to_clock(odom_client* client, odom_clock clock, int64_t monotonic_ns,
+                          int64_t* time_ns);
+
+/* The camera's side
+ * -------------------------------------------------------------------------------*/
+
+/** One camera pose on the wire: 80 bytes, little-endian, one SOCK_SEQPACKET message each. */
+typedef struct odom_camera_message {
+  uint32_t magic;                     /**< ODOM_CAMERA_MAGIC */
+  uint16_t version;                   /**< ODOM_CAMERA_VERSION */
+  uint16_t clock;                     /**< an odom_clock: the clock of capture_ns */
+  uint64_t sequence;                  /**< the sender's own count, rising */
+  int64_t capture_ns;                 /**< when the picture was taken */
+  double x, y, yaw;                   /**< of the reference point, map frame [m, m, rad] */
+  double sigma_x, sigma_y, sigma_yaw; /**< standard deviations, map axes [m, m, rad] */
+  uint64_t reserved;                  /**< 0 */
+} odom_camera_message;
+
+#define ODOM_CAMERA_MAGIC 0x4D43444Fu /* "ODCM" */
+#define ODOM_CAMERA_VERSION 1
+
+typedef struct odom_camera odom_camera;
+
+/** Connects to the daemon's camera socket; NULL: "/run/odomd/camera.sock". 0, or a negative errno.
+ */
+int odom_camera_open(const char* path, odom_camera** camera);
+
+/** Sends one pose (magic, version, sequence and reserved are filled in). Never blocks; reconnects
+ * by itself when the daemon was restarted. 0, or a negative errno (-EAGAIN: the daemon does not
+ * keep up; -ECONNREFUSED, -ENOENT: it is not there now; the pose is dropped). */
+int odom_camera_send(odom_camera* camera, const odom_camera_message* message);
+void odom_camera_close(odom_camera* camera);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

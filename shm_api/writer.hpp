@@ -1,0 +1,65 @@
+// The writer's end of the segment: one thread publishes a pose a tick, wait-free.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <odom/types.h>
+
+namespace odomd::shm {
+
+struct SegmentSettings {
+  std::string name = "/odomd";  ///< POSIX shm name, or a path
+  std::uint64_t slots = 1024;   ///< history, a power of two
+  std::uint32_t mode = 0644;    ///< of the file
+  std::string group;            ///< of the file; empty: the process's
+};
+
+/// A predecessor's last word, for a restarted daemon.
+struct Inheritance {
+  odom_pose pose{};
+  odom_details details{};
+  odom_info info{};
+};
+
+/// Creates the segment under a temporary name, locks it against a second writer (flock on a file
+/// beside it) and renames it into place, so that readers find it whole or not at all.
+class Writer {
+ public:
+  /// Start-up only: throws std::invalid_argument when the name is not usable or another writer is
+  /// alive, std::system_error when the machine refuses. `info` fills the header; its instance_id,
+  /// writer_pid, writer_start_ns, slots and ABI are set here.
+  Writer(const SegmentSettings& settings, const odom_info& info);
+  ~Writer();  ///< leaves the last poses in place for clients and for a successor
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  /// The last pose of the segment that stood under the name before, whatever its age.
+  [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;
+
+  // Real-time safe, from the beat's thread alone -------------------------------------------------
+  void publish(const odom_pose& pose, const odom_details& details) noexcept;
+  void set_first_tick(std::int64_t first_tick_ns) noexcept;
+  void set_heartbeat(std::int64_t now_ns) noexcept;
+  void count_wakeup(std::int64_t latency_ns) noexcept;
+  void count_execution(std::int64_t execution_ns) noexcept;
+  void count_missed(std::uint64_t cycles) noexcept;
+  void count_overrun(std::int64_t now_ns, std::int64_t execution_ns) noexcept;
+  void count_carried_over() noexcept;
+
+  // From any thread ------------------------------------------------------------------------------
+  void set_realtime_offset(std::int64_t offset_ns) noexcept;
+  void set_log_offset(std::int64_t offset_ns) noexcept;
+  /// Wakes every client that waits: the relay thread's call, never the beat's.
+  void wake_clients() noexcept;
+  [[nodiscard]] odom_beat beat() const noexcept;
+  [[nodiscard]] const odom_info& info() const noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace odomd::shm
