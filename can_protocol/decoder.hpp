@@ -46,7 +46,8 @@ struct MessageCounters {
 
 struct DecodeResult {
   FrameVerdict verdict = FrameVerdict::unmapped;
-  std::uint8_t count = 0;  ///< samples written
+  std::uint8_t count = 0;     ///< samples written
+  std::int16_t message = -1;  ///< index into messages(), -1: unmapped
 };
 
 /// A bound message, for status and for kernel filters.
