@@ -1,0 +1,19 @@
+// Runs a command line: what went wrong becomes one line on standard error and an exit status.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace odomd::tools {
+
+/// Exit statuses of odom.
+inline constexpr int exit_done = 0;
+inline constexpr int exit_failed = 1;  ///< the work failed
+inline constexpr int exit_usage = 2;   ///< wrong usage or unusable input
+
+/// Parses the arguments, which runs the subcommand, and returns the exit status. Wrong usage and
+/// std::invalid_argument give exit_usage, any other exception exit_failed; each is one line on
+/// standard error, after the names of program and subcommand. Help and version go to standard
+/// output. Results that could not be written to standard output count as failed work.
+[[nodiscard]] int run(CLI::App& odom, int argc, const char* const* argv) noexcept;
+
+}  // namespace odomd::tools
