@@ -10,17 +10,12 @@
 #include "estimator/estimate.hpp"
 #include "estimator/kinematic_filter.hpp"
 #include "estimator/measurement.hpp"
+#include "estimator/model.hpp"
 #include "estimator/paper_filter.hpp"
 #include "estimator/settings.hpp"
 #include "estimator/vehicle.hpp"
 
 namespace odomd::estimator {
-
-enum class Model : std::uint8_t {
-  kinematic,          ///< bicycle without slip, centre of gravity treated rightly (errata, 7)
-  kinematic_printed,  ///< eqs 1-3 as printed, for comparison only
-  paper,              ///< the paper's extended Kalman filter
-};
 
 /// One alternative per model. A richer filter joins here.
 using Filter = std::variant<KinematicFilter, PaperFilter>;

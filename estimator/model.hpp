@@ -1,0 +1,20 @@
+// Which models of the car there are.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace odomd::estimator {
+
+enum class Model : std::uint8_t {
+  kinematic,          ///< bicycle without slip, centre of gravity treated rightly (errata, 7)
+  kinematic_printed,  ///< eqs 1-3 as printed, for comparison only
+  paper,              ///< the paper's extended Kalman filter
+};
+
+/// As the configuration and the command line call them, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 3> model_names{"kinematic", "kinematic_printed",
+                                                             "paper"};
+
+}  // namespace odomd::estimator
