@@ -1,0 +1,68 @@
+#!/bin/busybox sh
+# The first process of the lab's machine: mounts the host's files, brings up the buses, runs the job.
+#
+# The host's root (9p, read-only) lies below a tmpfs: the guest sees the host's files under the same
+# paths and may write anywhere, and nothing of that reaches the host. Only /run/lab is shared: `job`
+# is what to run, `output` and `status` are what came of it.
+#
+# On the kernel's command line: lab.probe (boot, say so, and power off), lab.clock (the host's time).
+
+/bin/busybox --install -s /bin
+export PATH=/bin
+
+say() { echo "lab: $*" >/dev/console; }
+
+power_off() {
+  sync
+  reboot -f
+  sleep 60
+}
+
+fail() {
+  say "$*"
+  power_off
+}
+
+mkdir -p /proc /sys /dev /lower /upper /root
+mount -t proc proc /proc
+mount -t sysfs sys /sys
+mount -t devtmpfs dev /dev
+read -r command_line </proc/cmdline
+
+case " $command_line " in
+  *" lab.probe "*) say "booted"; power_off ;;
+esac
+
+while read -r module; do
+  insmod "/modules/$module" || fail "cannot load $module"
+done </modules/order
+
+mount -t 9p -o trans=virtio,version=9p2000.L,ro,cache=loose,msize=524288 host /lower ||
+  fail "cannot mount the host's root"
+mount -t tmpfs upper /upper
+mkdir /upper/files /upper/work
+mount -t overlay -o lowerdir=/lower,upperdir=/upper/files,workdir=/upper/work root /root ||
+  fail "cannot lay a writable root over the host's"
+mount -t proc proc /root/proc
+mount -t sysfs sys /root/sys
+mount -t devtmpfs dev /root/dev
+ln -s /proc/self/fd /root/dev/fd
+for stream in 0:stdin 1:stdout 2:stderr; do
+  ln -s "/proc/self/fd/${stream%:*}" "/root/dev/${stream#*:}"
+done
+mkdir -p /root/dev/shm /root/dev/pts
+mount -t tmpfs shm /root/dev/shm
+mount -t devpts pts /root/dev/pts
+mount -t tmpfs run /root/run
+mkdir /root/run/lab
+mount -t 9p -o trans=virtio,version=9p2000.L,cache=none lab /root/run/lab ||
+  fail "cannot mount the shared directory"
+
+ip link set lo up
+hostname lab
+
+chroot /root /usr/bin/env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
+  HOME=/root LANG=C.UTF-8 /bin/sh /run/lab/job >/root/run/lab/output 2>&1 </dev/null
+echo $? >/root/run/lab/status.tmp
+mv /root/run/lab/status.tmp /root/run/lab/status
+power_off

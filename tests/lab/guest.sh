@@ -1,0 +1,43 @@
+# What the lab's tests share. Sourced by each of tests/*.sh, in the machine.
+
+set -u
+PATH=$ODOMD_BIN_DIR:$PATH
+test_failed=0
+trap 'exit $test_failed' EXIT
+
+ok() { echo "ok $LAB_TEST: $*"; }
+not_ok() { # not_ok NAME REASON
+  echo "not ok $LAB_TEST: $1: $2"
+  test_failed=1
+}
+
+# check NAME REASON COMMAND...: ok when the command succeeds.
+check() {
+  local name=$1 reason=$2
+  shift 2
+  if "$@"; then ok "$name"; else not_ok "$name" "$reason"; fi
+}
+
+# await SECONDS COMMAND...: whether the command succeeds within that time.
+await() {
+  local end=$((SECONDS + $1))
+  shift
+  until "$@" >/dev/null 2>&1; do
+    [ $SECONDS -lt $end ] || return 1
+    sleep 0.05
+  done
+}
+
+# add_vcan NAME...: virtual buses that carry CAN FD, up.
+add_vcan() {
+  local bus
+  for bus; do
+    ip link add "$bus" type vcan
+    ip link set "$bus" mtu 72 up
+  done
+}
+
+remove_link() { ip link del "$1" 2>/dev/null; }
+
+# link_packets NAME: how many packets a link has carried. On vcan a frame that is sent is received.
+link_packets() { cat "/sys/class/net/$1/statistics/tx_packets"; }

@@ -1,0 +1,126 @@
+#!/bin/bash
+# A real CAN bus and a real real-time kernel on any machine: runs a script in a virtual machine.
+#
+#   lab.sh run SCRIPT [ARGUMENT...]   run it in the machine; its output and its exit status are ours
+#   lab.sh test [TEST...]             run tests (default: all of tests/), and count them
+#
+# The machine is QEMU with Debian's PREEMPT_RT kernel. It sees the host's files under the host's
+# paths (writes stay in the machine), and the script runs there as root. It finds the tree in
+# $ODOMD_SOURCE_DIR and the programs under test in $ODOMD_BIN_DIR; what it leaves in $LAB_SHARED
+# outlives the machine when LAB_KEEP is set.
+#
+# Environment: LAB_TIMEOUT=SECONDS for the whole run (default 300), LAB_KEEP=DIRECTORY keeps the
+# shared files there, ODOMD_BIN_DIR (default build/release/bin).
+# A machine that does not start, panics, hangs or is too slow is a failed run: exit status 125.
+set -euo pipefail
+
+here=$(cd "$(dirname "$0")" && pwd)
+tree=$(cd "$here/../.." && pwd)
+cache=$tree/build/lab
+bin_dir=${ODOMD_BIN_DIR:-$tree/build/release/bin}
+time_limit=${LAB_TIMEOUT:-300}
+lab_failed=125
+
+usage() {
+  sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "$0" >&2
+  exit 2
+}
+
+# Whether this machine's KVM boots the kernel: asked once a boot of the host. Some clouds show a
+# /dev/kvm in which no guest ever starts.
+accelerator() {
+  local boot answer
+  boot=$(cat /proc/sys/kernel/random/boot_id)
+  answer=$cache/accelerator.$boot
+  if [ ! -f "$answer" ]; then
+    rm -f "$cache"/accelerator.*
+    if [ -w /dev/kvm ] && timeout -k 1 10 qemu-system-x86_64 -accel kvm -cpu host -m 256 -nographic \
+      -nic none -no-reboot -kernel "$cache/vmlinuz" -initrd "$cache/initramfs.gz" \
+      -append "console=ttyS0 panic=-1 quiet lab.probe" </dev/null 2>&1 | grep -q 'lab: booted'; then
+      echo "kvm -cpu host" >"$answer"
+    else
+      echo "tcg,thread=multi -cpu max" >"$answer"
+    fi
+  fi
+  cat "$answer"
+}
+
+shared= qemu= follower=
+clean_up() {
+  [ -z "$follower" ] || kill "$follower" 2>/dev/null || true
+  [ -z "$qemu" ] || kill "$qemu" 2>/dev/null || true
+  [ -z "$shared" ] || [ -n "${LAB_KEEP-}" ] || rm -rf "$shared"
+}
+trap clean_up EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+not_run() {
+  echo "lab: $*" >&2
+  if [ -s "$shared/console" ]; then
+    echo "lab: the end of the machine's console:" >&2
+    tail -n 60 "$shared/console" | tr -d '\033\r' | sed 's/^/  | /' >&2
+  fi
+  exit $lab_failed
+}
+
+# run_in_machine SCRIPT [ARGUMENT...]: returns the script's exit status.
+run_in_machine() {
+  case $tree/ in
+    /run/* | /dev/*) not_run "the tree must not lie under ${tree%"${tree#/*/}"}: the machine has its own" ;;
+  esac
+  "$here/kernel.sh" "$cache" || exit $lab_failed
+
+  if [ -n "${LAB_KEEP-}" ]; then
+    mkdir -p "$LAB_KEEP"
+    shared=$(cd "$LAB_KEEP" && pwd)
+    rm -f "$shared/status"
+  else
+    shared=$(mktemp -d "$cache/run.XXXXXX")
+  fi
+  : >"$shared/output"
+  : >"$shared/console"
+  {
+    printf 'cd %q\n' "$PWD"
+    printf 'export LAB_SHARED=/run/lab ODOMD_SOURCE_DIR=%q ODOMD_BIN_DIR=%q\n' "$tree" "$bin_dir"
+    printf 'exec'
+    printf ' %q' "$@"
+    echo
+  } >"$shared/job"
+
+  timeout -k 2 "$time_limit" qemu-system-x86_64 -accel $(accelerator) -smp 2 -m 1024 -nographic \
+    -nic none -no-reboot -kernel "$cache/vmlinuz" -initrd "$cache/initramfs.gz" \
+    -append "console=ttyS0 panic=-1 quiet" \
+    -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
+    -virtfs "local,path=$shared,mount_tag=lab,security_model=none" \
+    </dev/null >"$shared/console" 2>&1 &
+  qemu=$!
+  tail -n +1 -s 0.2 -f "$shared/output" --pid=$qemu &
+  follower=$!
+  local qemu_status=0
+  wait $qemu || qemu_status=$?
+  qemu=
+  wait $follower || true
+  follower=
+
+  [ $qemu_status != 124 ] || not_run "no end after $time_limit s"
+  [ $qemu_status = 0 ] || not_run "qemu ended with status $qemu_status"
+  [ -f "$shared/status" ] || not_run "the machine ended without a result"
+  return "$(cat "$shared/status")"
+}
+
+case ${1-} in
+  run)
+    [ $# -ge 2 ] || usage
+    shift
+    run_in_machine "$@"
+    ;;
+  test)
+    shift
+    [ $# -gt 0 ] || set -- "$here"/tests/*.sh
+    tests=()
+    for test in "$@"; do tests+=("$(realpath "$test")"); done
+    run_in_machine "$here/run-tests.sh" "${tests[@]}"
+    ;;
+  *) usage ;;
+esac

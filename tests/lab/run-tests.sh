@@ -1,0 +1,34 @@
+#!/bin/bash
+# Runs test scripts one after the other and counts their lines `ok NAME` and `not ok NAME: why`.
+# A script that ends badly, or without a single result, is a failed test of its own name.
+set -u
+
+passed=0
+failed=0
+for script in "$@"; do
+  name=$(basename "$script" .sh)
+  begin=$(date +%s.%N)
+  work=$(mktemp -d)
+  {
+    (cd "$work" && LAB_TEST=$name timeout -k 5 "${LAB_TEST_TIMEOUT:-180}" bash "$script" 2>&1)
+    echo "status $?" >"$work/.status"
+  } | tee "$work/.output"
+  status=$(sed 's/status //' "$work/.status")
+  ok=$(grep -c '^ok ' "$work/.output")
+  not_ok=$(grep -c '^not ok ' "$work/.output")
+  if [ "$status" != 0 ] || [ $((ok + not_ok)) = 0 ]; then
+    why="ended with status $status"
+    [ "$status" != 124 ] || why="no end after ${LAB_TEST_TIMEOUT:-180} s"
+    # A script says "not ok" and goes on, or ends early with a status: then that is one failure more.
+    if [ "$not_ok" = 0 ] || [ "$status" != 1 ]; then
+      echo "not ok $name: $why, after $ok results"
+      not_ok=$((not_ok + 1))
+    fi
+  fi
+  passed=$((passed + ok))
+  failed=$((failed + not_ok))
+  awk -v name="$name" -v a="$begin" -v b="$(date +%s.%N)" 'BEGIN {printf "-- %s: %.1f s\n", name, b - a}'
+  rm -rf "$work"
+done
+echo "lab: $passed passed, $failed failed"
+[ $failed = 0 ]

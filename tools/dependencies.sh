@@ -1,0 +1,54 @@
+#!/bin/sh
+# Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign
+#
+#   build     what compiles and installs the programs
+#   test      build, and what the test command needs (GoogleTest, can-utils, the lab's machine)
+#   campaign  test, and what the longer work needs (clang, clang-tidy, benchmarks)
+#
+# Says nothing and needs neither network nor root when everything is there.
+set -eu
+
+build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusplus-dev libcli11-dev
+  libsystemd-dev libsocketcan-dev nlohmann-json3-dev librsvg2-bin'
+test="$build libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd
+  qemu-system-x86 busybox-static cpio kmod xz-utils util-linux"
+campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev"
+
+case ${1-} in
+  build) wanted=$build ;;
+  test) wanted=$test ;;
+  campaign) wanted=$campaign ;;
+  *) echo "usage: dependencies.sh build | test | campaign" >&2; exit 2 ;;
+esac
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  echo "dependencies.sh: this is not Debian (no dpkg and apt-get): install by hand what matches" \
+    $wanted >&2
+  exit 1
+fi
+
+missing=
+for package in $wanted; do
+  state=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null) || state=
+  [ "$state" = installed ] || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+as_root=
+if [ "$(id -u)" != 0 ]; then
+  as_root=sudo
+  command -v sudo >/dev/null || {
+    echo "dependencies.sh: neither root nor sudo; as root run: apt-get install$missing" >&2
+    exit 1
+  }
+fi
+
+echo "installing$missing"
+export DEBIAN_FRONTEND=noninteractive
+# A mirror that is out of reach must not stop what the lists at hand already allow.
+$as_root apt-get -q update || echo "dependencies.sh: apt-get update failed, going on" >&2
+$as_root env DEBIAN_FRONTEND=noninteractive \
+  apt-get -q install -y --no-install-recommends $missing </dev/null || {
+  echo "dependencies.sh: apt-get could not install$missing" >&2
+  exit 1
+}
