@@ -1,0 +1,134 @@
+// Lines to frames, with every complaint naming the file, the line and the mend.
+#include "can_protocol/log_reader.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+namespace odomd::can {
+namespace {
+
+constexpr std::string_view example = "(1760000000.069964) can0 120#0400A0FF";
+
+std::string reason(int error) {
+  return std::generic_category().message(error);
+}
+
+bool is_blank(std::string_view line) {
+  return line.find_first_not_of(" \t\r") == std::string_view::npos;
+}
+
+}  // namespace
+
+std::string log_label(const std::string& path) {
+  return path == "-" ? "standard input" : path;
+}
+
+FileDescriptor open_log(const std::string& path) {
+  if (path == "-") {
+    FileDescriptor standard_input(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0));
+    if (!standard_input) throw LogError("standard input is closed; feed it a candump log");
+    return standard_input;
+  }
+  FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file)
+    throw LogError(path + ": " + reason(errno) + "; name a candump log (candump -L) to read");
+  struct stat status {};
+  if (::fstat(file.get(), &status) == 0 && S_ISDIR(status.st_mode))
+    throw LogError(path + ": is a directory; name a candump log (candump -L) in it");
+  return file;
+}
+
+std::string describe(const std::string& label, std::uint64_t line_number, const CandumpLine& line) {
+  std::string text = label + ":" + std::to_string(line_number) + ": expected ";
+  text.append(line.expected).append(" at column ").append(std::to_string(line.column));
+  text.append("; a line looks like ").append(example);
+  return text;
+}
+
+LogReader::LogReader(std::string path, BusNames& buses)
+    : label_(log_label(path)), buses_(buses), file_(open_log(path)) {}
+
+bool LogReader::take(std::string_view text, Ending ending, Frame& frame) {
+  if (is_blank(text)) return false;
+  const CandumpLine line = parse_candump_line(text);
+  if (!line.good()) {
+    if (ending == Ending::newline) throw LogError(describe(label_, lines_.line_number(), line));
+    warning_ = label_ + ":" + std::to_string(lines_.line_number()) +
+               ": the last line is cut off and left out";
+    return false;
+  }
+  if (line.interface != last_interface_) {
+    const auto bus = buses_.index_of(line.interface);
+    if (!bus)
+      throw LogError(label_ + ":" + std::to_string(lines_.line_number()) + ": \"" +
+                     std::string(line.interface) + "\" is one bus too many; at most " +
+                     std::to_string(max_buses) + " are read: leave the others out of the log");
+    last_interface_ = line.interface;
+    last_bus_ = *bus;
+  }
+  frame = line.frame;
+  frame.bus = last_bus_;
+  ++frames_;
+  return true;
+}
+
+std::optional<Frame> LogReader::next() {
+  std::optional<Frame> frame(std::in_place);
+  while (!ended_) {
+    if (const auto text = lines_.next_line()) {
+      if (take(*text, Ending::newline, *frame)) return frame;
+      continue;
+    }
+    switch (lines_.fill(file_.get())) {
+      case LineBuffer::Fill::data:
+        break;
+      case LineBuffer::Fill::again: {
+        pollfd readable{file_.get(), POLLIN, 0};
+        ::poll(&readable, 1, -1);
+        break;
+      }
+      case LineBuffer::Fill::error:
+        throw std::system_error(errno, std::generic_category(), label_ + ": reading failed");
+      case LineBuffer::Fill::end: {
+        ended_ = true;
+        const auto text = lines_.last_line();
+        const bool taken = text && take(*text, Ending::cut_off, *frame);
+        if (frames_ == 0)
+          throw LogError(label_ + ": holds no frame; a line of a candump log looks like " +
+                         std::string(example));
+        if (taken) return frame;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+MergedLog::MergedLog(std::span<const std::string> paths, BusNames& buses) {
+  inputs_.reserve(paths.size());
+  for (const std::string& path : paths) inputs_.push_back({LogReader(path, buses), std::nullopt});
+  for (Input& input : inputs_) input.head = input.reader.next();
+}
+
+std::optional<Frame> MergedLog::next() {
+  Input* earliest = nullptr;
+  for (Input& input : inputs_)
+    if (input.head && (earliest == nullptr || input.head->time_ns < earliest->head->time_ns))
+      earliest = &input;
+  if (earliest == nullptr) return std::nullopt;
+  return std::exchange(earliest->head, earliest->reader.next());
+}
+
+std::vector<std::string> MergedLog::warnings() const {
+  std::vector<std::string> all;
+  for (const Input& input : inputs_)
+    if (!input.reader.warning().empty()) all.push_back(input.reader.warning());
+  return all;
+}
+
+}  // namespace odomd::can

@@ -1,0 +1,89 @@
+// Candump logs read offline: one after the other, or several merged in the order of their stamps.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/candump.hpp"
+#include "can_protocol/file_descriptor.hpp"
+#include "can_protocol/frame.hpp"
+#include "can_protocol/line_buffer.hpp"
+
+namespace odomd::can {
+
+/// A log that cannot be used: one line that names the file, the line and the mend.
+class LogError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Opens a log for reading; "-" is standard input. Throws LogError where it is missing, a
+/// directory, or may not be read.
+[[nodiscard]] FileDescriptor open_log(const std::string& path);
+
+/// "drive.log", or "standard input" for "-".
+[[nodiscard]] std::string log_label(const std::string& path);
+
+/// What is wrong with a line, as "drive.log:17: expected ... at column 9: mend".
+[[nodiscard]] std::string describe(const std::string& label, std::uint64_t line_number,
+                                   const CandumpLine& line);
+
+/// One log, frame by frame, in the file's order. One thread.
+class LogReader {
+ public:
+  /// `path` may be "-", standard input. Interfaces are numbered by `buses`, which must outlive
+  /// this. Throws LogError as open_log does.
+  LogReader(std::string path, BusNames& buses);
+
+  /// The next frame, its time on the log's clock; nothing at the end. Throws LogError at a line
+  /// that is no frame, at one bus too many, and at the end of a log without any frame;
+  /// std::system_error when reading fails. A last line that is cut off (no newline, no frame) ends
+  /// the log with a warning.
+  [[nodiscard]] std::optional<Frame> next();
+
+  /// Empty, or one line about what was passed over.
+  [[nodiscard]] const std::string& warning() const noexcept { return warning_; }
+  [[nodiscard]] const std::string& label() const noexcept { return label_; }
+  [[nodiscard]] std::uint64_t line_number() const noexcept { return lines_.line_number(); }
+
+ private:
+  enum class Ending : std::uint8_t { newline, cut_off };
+  bool take(std::string_view text, Ending ending, Frame& frame);
+
+  std::string label_;
+  BusNames& buses_;
+  FileDescriptor file_;
+  LineBuffer lines_;
+  std::string last_interface_;  // spares the look-up for the common case
+  std::uint8_t last_bus_ = 0;
+  std::uint64_t frames_ = 0;
+  bool ended_ = false;
+  std::string warning_;
+};
+
+/// Several logs as one, in the order of their stamps; equal stamps in the order of naming. A log
+/// whose stamps run backwards keeps its own order. One thread.
+class MergedLog {
+ public:
+  /// Throws as LogReader does, also for logs that hold no frame.
+  MergedLog(std::span<const std::string> paths, BusNames& buses);
+
+  [[nodiscard]] std::optional<Frame> next();
+
+  /// The warnings so far, in the order of naming.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
+ private:
+  struct Input {
+    LogReader reader;
+    std::optional<Frame> head;
+  };
+  std::vector<Input> inputs_;
+};
+
+}  // namespace odomd::can
