@@ -1,0 +1,37 @@
+// The command line of odom as a whole.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+TEST(Odom, TellsItsVersion) {
+  const Outcome outcome = run_shell("odom --version");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.out, StartsWith("odom "));
+}
+
+TEST(Odom, WrongUsageIsOneLineAndStatusTwo) {
+  for (const char* line : {"odom", "odom nonsense", "odom --nonsense"}) {
+    const Outcome outcome = run_shell(line);
+    EXPECT_EQ(outcome.status, 2) << line;
+    EXPECT_EQ(outcome.out, "") << line;
+    EXPECT_THAT(outcome.err, StartsWith("odom: ")) << line;
+    EXPECT_THAT(outcome.err, HasSubstr("see odom --help")) << line;
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << line;
+  }
+}
+
+TEST(Odom, AFullDiskIsFailedWork) {
+  const Outcome outcome = run_shell("odom --help >/dev/full");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "odom: standard output: No space left on device\n");
+}
+
+}  // namespace
+}  // namespace odomd::tools

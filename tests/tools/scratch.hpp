@@ -1,0 +1,82 @@
+// What tests of the tools share: a directory of their own, and running a program.
+#pragma once
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace odomd::tools {
+
+/// A directory that lives as long as this object.
+class Scratch {
+ public:
+  Scratch() {
+    std::string path = (std::filesystem::temp_directory_path() / "odom_test.XXXXXX").string();
+    if (::mkdtemp(path.data()) == nullptr) throw std::runtime_error("mkdtemp: " + path);
+    directory_ = path;
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    std::filesystem::remove_all(directory_, ignored);
+  }
+  Scratch(const Scratch&) = delete;
+  Scratch& operator=(const Scratch&) = delete;
+
+  [[nodiscard]] std::filesystem::path path(std::string_view name) const {
+    return directory_ / name;
+  }
+  std::filesystem::path write(std::string_view name, std::string_view text) const {
+    std::ofstream{path(name), std::ios::binary} << text;
+    return path(name);
+  }
+
+ private:
+  std::filesystem::path directory_;
+};
+
+inline std::string contents(const std::filesystem::path& file) {
+  std::ostringstream text;
+  text << std::ifstream{file, std::ios::binary}.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int status = -1;  ///< exit status, or 128 + the signal that ended it
+  std::string out;
+  std::string err;
+};
+
+/// Runs a shell command line; `odom` in it is the built program.
+inline Outcome run_shell(const std::string& command) {
+  const Scratch scratch;
+  const std::string line = "PATH=" ODOMD_BIN_DIR ":$PATH; (" + command + ") >" +
+                           scratch.path("out").string() + " 2>" + scratch.path("err").string();
+  const int raw = std::system(line.c_str());
+  Outcome outcome;
+  outcome.status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+  outcome.out = contents(scratch.path("out"));
+  outcome.err = contents(scratch.path("err"));
+  return outcome;
+}
+
+/// The message of the exception that `work` throws; empty when it throws none.
+template <typename Work>
+std::string message_of(Work&& work) {
+  try {
+    work();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return {};
+}
+
+}  // namespace odomd::tools

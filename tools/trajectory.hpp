@@ -1,0 +1,45 @@
+// A trajectory over time: a reference (t,x,y,yaw[,vx,vy,yaw_rate]) or a pose file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estimator/estimate.hpp"
+
+namespace odomd::tools {
+
+/// Velocities in the body frame.
+struct Motion {
+  double vx = 0.0;        ///< [m/s]
+  double vy = 0.0;        ///< [m/s]
+  double yaw_rate = 0.0;  ///< [rad/s]
+};
+
+struct TrajectoryPoint {
+  std::int64_t t_ns = 0;
+  estimator::Pose2 pose;  ///< yaw unwrapped: no step between rows exceeds half a turn
+  Motion motion;          ///< where Trajectory::has_motion
+  estimator::PoseCovariance covariance{};  ///< where Trajectory::has_covariance
+};
+
+struct Trajectory {
+  std::string name;                     ///< the file, as it was called
+  std::vector<TrajectoryPoint> points;  ///< at least one; times strictly increasing
+  bool has_motion = false;
+  bool has_covariance = false;  ///< from sigma_x, sigma_y, sigma_yaw; off-diagonal where given
+  std::vector<std::string> warnings;
+};
+
+/// Throws std::invalid_argument with file, line and column where the file is not usable: a missing
+/// column, a field that is no finite number, times that run backwards, no row at all. A repeated
+/// time is a warning, and its first row counts.
+[[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file);
+
+/// The point at a time: linear between neighbours (yaw is unwrapped, so this is the shorter way;
+/// velocities and covariance likewise). Nothing outside the span: there is no extrapolation.
+[[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns);
+
+}  // namespace odomd::tools
