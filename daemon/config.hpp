@@ -7,12 +7,14 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "can_protocol/dbc.hpp"
 #include "can_protocol/signal_binding.hpp"
-#include "estimator/filter.hpp"
+#include "daemon/config_error.hpp"
 #include "estimator/measurement.hpp"
+#include "estimator/model.hpp"
 #include "estimator/settings.hpp"
 
 namespace odomd::daemon {
@@ -81,15 +83,23 @@ struct Config {
   ShmConfig shm;
   StatusConfig status;
   LogConfig log;
+  std::vector<std::string> warnings;  ///< of what was assumed; one line each
 };
 
 /// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
 /// key and the mend. Does not open the databases.
 [[nodiscard]] Config load_config(const std::filesystem::path& file);
 
+/// The model of a name; throws std::invalid_argument that says which there are.
+[[nodiscard]] estimator::Model parse_model(std::string_view name);
+[[nodiscard]] std::string_view name_of(estimator::Model model);
+
+/// "x,y,yaw" in metres and radians, as the command line takes it; throws std::invalid_argument.
+[[nodiscard]] estimator::Pose2 parse_pose(std::string_view text);
+
 /// Reads the databases that a configuration names, and checks its bindings against them: the units,
 /// and the time-outs that default to three of a message's cycle times (100 ms where the database
-/// has none). Warnings of oddities are appended to `warnings`.
+/// has none). Warnings of oddities are appended to `warnings`. Throws std::invalid_argument.
 [[nodiscard]] std::vector<can::Database> load_databases(Config& config,
                                                         std::vector<std::string>& warnings);
 

@@ -1,0 +1,144 @@
+// load_config(): the tables of the file, and those that are only a few keys long.
+#include "daemon/config.hpp"
+
+#include <array>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "daemon/config_sections.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+using estimator::Model;
+
+constexpr std::array<std::string_view, 7> level_names{"trace", "debug",    "info", "warn",
+                                                      "error", "critical", "off"};
+
+/// All or nothing: half a car with the other half of another would drive somewhere else.
+estimator::Vehicle read_vehicle(TableReader table) {
+  estimator::Vehicle vehicle;
+  const std::pair<std::string_view, double*> keys[] = {
+      {"mass", &vehicle.mass},
+      {"front_axle", &vehicle.front_axle},
+      {"rear_axle", &vehicle.rear_axle},
+      {"yaw_inertia", &vehicle.yaw_inertia},
+      {"cornering_stiffness_front", &vehicle.cornering_stiffness_front},
+      {"cornering_stiffness_rear", &vehicle.cornering_stiffness_rear},
+      {"track_width", &vehicle.track_width},
+  };
+  for (const auto& [key, value] : keys) table.read(key, *value, positive);
+  table.finish();
+  for (const auto& [key, value] : keys)
+    if (!table.has(key)) table.fail(key, "is missing; a car is described whole or not at all");
+  return vehicle;
+}
+
+CameraConfig read_camera(TableReader table) {
+  CameraConfig camera;
+  camera.configured = true;
+  table.read("socket", camera.socket);
+  table.read_mode("socket_mode", camera.socket_mode);
+  table.read("socket_group", camera.socket_group);
+  table.read("lever_arm", camera.lever_arm, any_number);
+  table.read("max_latency", camera.max_latency_s, {0.0, 10.0, false, "between 0 and 10 (s)"});
+  table.finish();
+  return camera;
+}
+
+RealtimeConfig read_realtime(TableReader table) {
+  RealtimeConfig realtime;
+  table.read_seconds("period", realtime.period_ns, {0.001, 0.1, true, "0.001 to 0.1 (s)"});
+  table.read("priority", realtime.priority, 2, 99);
+  table.read("cpu", realtime.cpu, -1, 1023);
+  table.finish();
+  return realtime;
+}
+
+ShmConfig read_shm(TableReader table) {
+  ShmConfig shm;
+  table.read("name", shm.name);
+  if (shm.name.size() < 2 || shm.name.front() != '/')
+    table.fail("name", "must begin with a slash: \"/odomd\", or a path");
+  table.read_mode("mode", shm.mode);
+  table.read("group", shm.group);
+  table.finish();
+  return shm;
+}
+
+StatusConfig read_status(TableReader table) {
+  StatusConfig status;
+  table.read("socket", status.socket);
+  table.read_mode("socket_mode", status.socket_mode);
+  table.finish();
+  return status;
+}
+
+LogConfig read_log(TableReader table) {
+  LogConfig log;
+  table.read("file", log.file);
+  if (const auto level = table.read_choice("level", level_names)) log.level = level_names[*level];
+  table.finish();
+  return log;
+}
+
+void read_filter(TableReader table, Config& config) {
+  if (table.has("model")) {
+    std::string name;
+    table.read("model", name);
+    try {
+      config.model = parse_model(name);
+    } catch (const std::invalid_argument& error) {
+      table.fail("model", error.what());
+    }
+  }
+  table.read("window", config.window_s, {0.0, 10.0, false, "between 0 and 10 (s)"});
+  table.read("paper_q", config.paper_noise.Q, positive);
+  table.read("paper_r", config.paper_noise.R, positive);
+  table.finish();
+}
+
+void read_initial(TableReader table, Config& config) {
+  std::array<double, 3> pose{};
+  table.require("pose");
+  table.read("pose", pose, any_number);
+  table.finish();
+  config.initial_pose = estimator::Pose2{pose[0], pose[1], pose[2]};
+}
+
+}  // namespace
+
+Config load_config(const std::filesystem::path& file) {
+  const toml::table parsed = parse_toml_file(file);
+  TableReader root(parsed, "", file);
+
+  Config config;
+  config.file = file;
+  if (auto table = root.table("vehicle", "[vehicle]")) {
+    config.vehicle = read_vehicle(*table);
+  } else {
+    config.warnings.push_back(
+        fmt::format("{}: no [vehicle]: the reference car (1:10, {} kg) is taken; describe yours",
+                    file.string(), config.vehicle.mass));
+  }
+  auto can = root.table("can", "[can]");
+  if (!can) root.fail("can", "is missing; say in [can] which database and signals to use");
+  config.can = read_can(*can);
+  if (auto table = root.table("camera", "[camera]")) config.camera = read_camera(*table);
+  if (auto table = root.table("imu", "[imu]")) {
+    table->read("position", config.imu_position, any_number);
+    table->finish();
+  }
+  if (auto table = root.table("initial", "[initial]")) read_initial(*table, config);
+  if (auto table = root.table("filter", "[filter]")) read_filter(*table, config);
+  if (auto table = root.table("realtime", "[realtime]")) config.realtime = read_realtime(*table);
+  if (auto table = root.table("shm", "[shm]")) config.shm = read_shm(*table);
+  if (auto table = root.table("status", "[status]")) config.status = read_status(*table);
+  if (auto table = root.table("log", "[log]")) config.log = read_log(*table);
+  root.finish();
+  return config;
+}
+
+}  // namespace odomd::daemon
