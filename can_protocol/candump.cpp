@@ -11,8 +11,10 @@ constexpr std::uint32_t error_flag = 0x2000'0000;
 constexpr std::uint32_t id_mask = 0x1FFF'FFFF;
 constexpr std::uint32_t max_standard_id = 0x7FF;
 constexpr std::size_t max_classic_payload = 8;
+constexpr std::size_t max_interface = 63;  // the kernel's names are shorter still
 constexpr std::int64_t ns_per_s = 1'000'000'000;
-constexpr std::int64_t max_seconds = INT64_MAX / ns_per_s - 1;
+// Leaves years of room below the 64-bit limit to move a stamp to another clock's origin.
+constexpr std::int64_t max_seconds = 9'000'000'000;
 constexpr std::uint8_t no_digit = 0xFF;
 
 constexpr std::array<std::uint8_t, 256> hex_values = [] {
@@ -70,7 +72,7 @@ class Parser {
     const std::size_t start = at_;
     for (; peek() >= '0' && peek() <= '9'; ++at_) {
       seconds = seconds * 10 + (peek() - '0');
-      if (seconds > max_seconds) return fail("a stamp before the year 2262");
+      if (seconds > max_seconds) return fail("a stamp before the year 2255");
     }
     if (at_ == start) return fail("the seconds of the stamp");
     if (!take('.')) return fail("'.' and 6 or 9 decimals of the stamp");
@@ -90,6 +92,10 @@ class Parser {
     const std::size_t start = at_;
     while (peek() > ' ' && peek() <= '~') ++at_;
     if (at_ == start) return fail("the interface");
+    if (at_ - start > max_interface) {
+      at_ = start;
+      return fail("an interface of at most 63 characters");
+    }
     out_.interface = line_.substr(start, at_ - start);
     if (!skip_blanks()) return fail("a space and the frame");
     return true;

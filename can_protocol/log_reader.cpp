@@ -19,23 +19,28 @@ std::string reason(int error) {
   return std::generic_category().message(error);
 }
 
-bool is_blank(std::string_view line) {
-  return line.find_first_not_of(" \t\r") == std::string_view::npos;
+std::string at_line(const std::string& label, std::uint64_t line_number) {
+  return label + ":" + std::to_string(line_number) + ": ";
 }
 
 }  // namespace
+
+bool is_blank(std::string_view line) noexcept {
+  return line.find_first_not_of(" \t\r") == std::string_view::npos;
+}
 
 std::string log_label(const std::string& path) {
   return path == "-" ? "standard input" : path;
 }
 
-FileDescriptor open_log(const std::string& path) {
+FileDescriptor open_log(const std::string& path, FifoOpening fifo) {
   if (path == "-") {
     FileDescriptor standard_input(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0));
     if (!standard_input) throw LogError("standard input is closed; feed it a candump log");
     return standard_input;
   }
-  FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const int waiting = fifo == FifoOpening::at_once ? O_NONBLOCK : 0;
+  FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | waiting));
   if (!file)
     throw LogError(path + ": " + reason(errno) + "; name a candump log (candump -L) to read");
   struct stat status {};
@@ -45,10 +50,19 @@ FileDescriptor open_log(const std::string& path) {
 }
 
 std::string describe(const std::string& label, std::uint64_t line_number, const CandumpLine& line) {
-  std::string text = label + ":" + std::to_string(line_number) + ": expected ";
-  text.append(line.expected).append(" at column ").append(std::to_string(line.column));
-  text.append("; a line looks like ").append(example);
-  return text;
+  return at_line(label, line_number) + "expected " + std::string(line.expected) + " at column " +
+         std::to_string(line.column) + "; a line looks like " + std::string(example);
+}
+
+std::string describe_cut_off(const std::string& label, std::uint64_t line_number) {
+  return at_line(label, line_number) + "the last line is cut off and left out";
+}
+
+std::string describe_bus_too_many(const std::string& label, std::uint64_t line_number,
+                                  std::string_view interface) {
+  return at_line(label, line_number) + "\"" + std::string(interface) +
+         "\" is one bus too many; at most " + std::to_string(max_buses) +
+         " are read: leave the others out of the log";
 }
 
 LogReader::LogReader(std::string path, BusNames& buses)
@@ -59,16 +73,12 @@ bool LogReader::take(std::string_view text, Ending ending, Frame& frame) {
   const CandumpLine line = parse_candump_line(text);
   if (!line.good()) {
     if (ending == Ending::newline) throw LogError(describe(label_, lines_.line_number(), line));
-    warning_ = label_ + ":" + std::to_string(lines_.line_number()) +
-               ": the last line is cut off and left out";
+    warning_ = describe_cut_off(label_, lines_.line_number());
     return false;
   }
   if (line.interface != last_interface_) {
     const auto bus = buses_.index_of(line.interface);
-    if (!bus)
-      throw LogError(label_ + ":" + std::to_string(lines_.line_number()) + ": \"" +
-                     std::string(line.interface) + "\" is one bus too many; at most " +
-                     std::to_string(max_buses) + " are read: leave the others out of the log");
+    if (!bus) throw LogError(describe_bus_too_many(label_, lines_.line_number(), line.interface));
     last_interface_ = line.interface;
     last_bus_ = *bus;
   }

@@ -22,16 +22,26 @@ class LogError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
+/// Whether opening a FIFO waits until somebody writes to it.
+enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
+
 /// Opens a log for reading; "-" is standard input. Throws LogError where it is missing, a
 /// directory, or may not be read.
-[[nodiscard]] FileDescriptor open_log(const std::string& path);
+[[nodiscard]] FileDescriptor open_log(const std::string& path,
+                                      FifoOpening fifo = FifoOpening::wait_for_writer);
 
 /// "drive.log", or "standard input" for "-".
 [[nodiscard]] std::string log_label(const std::string& path);
 
-/// What is wrong with a line, as "drive.log:17: expected ... at column 9: mend".
+// What is said of a line, in one line of its own: label, line number, what is wrong, the mend.
 [[nodiscard]] std::string describe(const std::string& label, std::uint64_t line_number,
                                    const CandumpLine& line);
+[[nodiscard]] std::string describe_cut_off(const std::string& label, std::uint64_t line_number);
+[[nodiscard]] std::string describe_bus_too_many(const std::string& label, std::uint64_t line_number,
+                                                std::string_view interface);
+
+/// Nothing but spaces: passed over.
+[[nodiscard]] bool is_blank(std::string_view line) noexcept;
 
 /// One log, frame by frame, in the file's order. One thread.
 class LogReader {

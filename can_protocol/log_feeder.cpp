@@ -1,0 +1,202 @@
+// Waits sleep in poll(2), always with the stop event beside what is waited for.
+#include "can_protocol/log_feeder.hpp"
+
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/stat.h>
+#include <time.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <system_error>
+#include <utility>
+
+#include "can_protocol/log_reader.hpp"
+
+namespace odomd::can {
+namespace {
+
+constexpr std::int64_t ns_per_s = 1'000'000'000;
+constexpr std::int64_t ring_full_wait_ns = 2'000'000;
+
+std::int64_t monotonic_now() noexcept {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * ns_per_s + now.tv_nsec;
+}
+
+/// How long before its time the first frame is read. A file waits for nobody, so it gets the time
+/// that the reader needs to run ahead; a pipe may be fed as things happen, so little is added to
+/// its latency.
+std::int64_t head_start(int descriptor, std::int64_t period_ns) {
+  struct stat status {};
+  const bool file = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+  return file ? LogFeeder::ahead_ns : 2 * period_ns;
+}
+
+/// Signals are for the thread that waits for them.
+class AllSignalsBlocked {
+ public:
+  AllSignalsBlocked() {
+    sigset_t all;
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  AllSignalsBlocked(const AllSignalsBlocked&) = delete;
+  AllSignalsBlocked& operator=(const AllSignalsBlocked&) = delete;
+  ~AllSignalsBlocked() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+ private:
+  sigset_t before_{};
+};
+
+}  // namespace
+
+LogFeeder::LogFeeder(std::string path, BusNames& buses, LogClock& clock)
+    : path_(std::move(path)),
+      label_(log_label(path_)),
+      buses_(buses),
+      clock_(clock),
+      file_(open_log(path_, FifoOpening::at_once)),
+      stop_(::eventfd(0, EFD_CLOEXEC)),
+      lead_ns_(head_start(file_.get(), clock.period_ns())) {
+  if (!stop_) throw std::system_error(errno, std::generic_category(), label_ + ": eventfd");
+  const AllSignalsBlocked blocked;
+  thread_ = std::thread([this] { run(); });
+  ::pthread_setname_np(thread_.native_handle(), "odomd-feeder");
+}
+
+LogFeeder::~LogFeeder() {
+  ::eventfd_write(stop_.get(), 1);
+  thread_.join();
+}
+
+// The beat's side ---------------------------------------------------------------------------------
+
+std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
+                             std::int64_t /*now_ns*/) noexcept {
+  std::size_t count = 0;
+  std::size_t taken = 0;
+  const Frame* frame = nullptr;
+  while ((frame = ring_.front()) != nullptr && frame->time_ns <= tick_ns) {
+    if (taken == frames.size()) {
+      counters_.carried_over.add();
+      break;
+    }
+    if (frame->kind == FrameKind::error)
+      counters_.error_frames.add();
+    else
+      frames[count++] = *frame;
+    ring_.pop();
+    ++taken;
+  }
+  counters_.received.add(count);
+  return count;
+}
+
+LinkState LogFeeder::link() const noexcept {
+  // In this order: the ring's last frames were pushed before the flag was set.
+  return fed_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended : LinkState::up;
+}
+
+std::string LogFeeder::first_complaint() const {
+  return has_complaint_.load(std::memory_order_acquire) ? complaint_ : std::string();
+}
+
+// The thread's side -------------------------------------------------------------------------------
+
+void LogFeeder::run() noexcept {
+  try {
+    feed();
+  } catch (const std::exception& error) {
+    complain(label_ + ": " + error.what());
+  }
+  fed_.store(true, std::memory_order_release);
+}
+
+void LogFeeder::feed() {
+  while (std::optional<Frame> frame = next()) {
+    if (frame->time_ns != 0) {
+      frame->time_ns -= clock_.start(frame->time_ns, monotonic_now() + lead_ns_);
+      // Runs ahead in strides of half the window: one wake-up for many frames.
+      if (frame->time_ns > monotonic_now() + ahead_ns &&
+          wait_until(frame->time_ns - ahead_ns / 2) == Waited::stopped)
+        return;
+    }
+    while (!ring_.push(*frame))
+      if (wait_until(monotonic_now() + ring_full_wait_ns) == Waited::stopped) return;
+  }
+}
+
+std::optional<Frame> LogFeeder::next() {
+  Frame frame;
+  while (!input_ended_) {
+    if (const auto text = lines_.next_line()) {
+      if (take(*text, frame)) return frame;
+      continue;
+    }
+    if (wait_for_input() == Waited::stopped) return std::nullopt;
+    switch (lines_.fill(file_.get())) {
+      case LineBuffer::Fill::data:
+      case LineBuffer::Fill::again:
+        break;
+      case LineBuffer::Fill::error:
+        complain(label_ + ": reading failed: " + std::generic_category().message(errno));
+        [[fallthrough]];
+      case LineBuffer::Fill::end:
+        input_ended_ = true;
+        if (const auto text = lines_.last_line(); text && take(*text, frame)) return frame;
+    }
+  }
+  return std::nullopt;
+}
+
+bool LogFeeder::take(std::string_view text, Frame& frame) {
+  if (is_blank(text)) return false;
+  const CandumpLine line = parse_candump_line(text);
+  if (!line.good()) {
+    counters_.malformed.add();
+    complain(input_ended_ ? describe_cut_off(label_, lines_.line_number())
+                          : describe(label_, lines_.line_number(), line));
+    return false;
+  }
+  if (line.interface != last_interface_) {
+    const auto bus = buses_.index_of(line.interface);
+    if (!bus) {
+      counters_.malformed.add();
+      complain(describe_bus_too_many(label_, lines_.line_number(), line.interface));
+      return false;
+    }
+    last_interface_ = line.interface;
+    last_bus_ = *bus;
+  }
+  frame = line.frame;
+  frame.bus = last_bus_;
+  return true;
+}
+
+LogFeeder::Waited LogFeeder::wait_for_input() const {
+  std::array<pollfd, 2> events{pollfd{file_.get(), POLLIN, 0}, pollfd{stop_.get(), POLLIN, 0}};
+  ::poll(events.data(), events.size(), -1);
+  return events[1].revents != 0 ? Waited::stopped : Waited::due;
+}
+
+LogFeeder::Waited LogFeeder::wait_until(std::int64_t monotonic_ns) const {
+  for (;;) {
+    const std::int64_t rest = monotonic_ns - monotonic_now();
+    if (rest <= 0) return Waited::due;
+    const timespec timeout{rest / ns_per_s, rest % ns_per_s};
+    pollfd stop{stop_.get(), POLLIN, 0};
+    if (::ppoll(&stop, 1, &timeout, nullptr) > 0) return Waited::stopped;
+  }
+}
+
+void LogFeeder::complain(std::string text) {
+  if (has_complaint_.load(std::memory_order_relaxed)) return;
+  complaint_ = std::move(text);
+  has_complaint_.store(true, std::memory_order_release);
+}
+
+}  // namespace odomd::can

@@ -1,0 +1,89 @@
+// A candump log, or standard input, as a live bus: a thread reads it and releases each frame when
+// its stamp says so.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/candump.hpp"
+#include "can_protocol/file_descriptor.hpp"
+#include "can_protocol/frame_source.hpp"
+#include "can_protocol/line_buffer.hpp"
+#include "can_protocol/log_clock.hpp"
+#include "can_protocol/spsc_ring.hpp"
+
+namespace odomd::can {
+
+/// The thread runs from construction to destruction and hands frames over through a ring, up to
+/// `ahead_ns` before their time; the drain holds them back until a tick is due. A frame whose time
+/// has passed (the input is late, or its stamps run backwards) is released at once; a gap is waited
+/// for; a stamp of zero is none: the frame is released at once with time 0. Error frames are
+/// counted, not handed on.
+///
+/// A line that is no frame is counted as malformed and passed over. At the end of the input, and
+/// once the ring is empty, the link is `ended`.
+class LogFeeder final : public FrameSource {
+ public:
+  static constexpr std::int64_t ahead_ns = 50'000'000;
+
+  /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Throws LogError
+  /// where the log cannot be opened.
+  LogFeeder(std::string path, BusNames& buses, LogClock& clock);
+  ~LogFeeder() override;
+  LogFeeder(const LogFeeder&) = delete;
+  LogFeeder& operator=(const LogFeeder&) = delete;
+
+  std::size_t drain(std::span<Frame> frames, std::int64_t tick_ns,
+                    std::int64_t now_ns) noexcept override;
+  [[nodiscard]] LinkState link() const noexcept override;
+  [[nodiscard]] const SourceCounters& counters() const noexcept override { return counters_; }
+  [[nodiscard]] const std::string& name() const noexcept override { return path_; }
+
+  /// Log clock - CLOCK_MONOTONIC; nothing before the first frame. Any thread.
+  [[nodiscard]] std::optional<std::int64_t> log_offset_ns() const noexcept {
+    return clock_.offset_ns();
+  }
+
+  /// The first complaint about the input, one line; empty while there is none. Any thread but the
+  /// beat.
+  [[nodiscard]] std::string first_complaint() const;
+
+ private:
+  enum class Waited : std::uint8_t { due, stopped };
+  static constexpr std::size_t ring_capacity = 8192;
+
+  void run() noexcept;
+  void feed();
+  std::optional<Frame> next();
+  bool take(std::string_view text, Frame& frame);
+  Waited wait_for_input() const;
+  Waited wait_until(std::int64_t monotonic_ns) const;
+  void complain(std::string text);
+
+  std::string path_;
+  std::string label_;
+  BusNames& buses_;
+  LogClock& clock_;
+  FileDescriptor file_;
+  FileDescriptor stop_;       // an eventfd: readable once the thread must end
+  std::int64_t lead_ns_ = 0;  // head start of the first frame
+  SourceCounters counters_;   // malformed: the thread's; the others: the drain's
+
+  // The thread's own.
+  LineBuffer lines_;
+  std::string last_interface_;
+  std::uint8_t last_bus_ = 0;
+  bool input_ended_ = false;
+
+  std::string complaint_;  // written once, before the flag
+  std::atomic<bool> has_complaint_{false};
+  std::atomic<bool> fed_{false};  // the thread pushes no more
+  SpscRing<Frame, ring_capacity> ring_;
+  std::thread thread_;
+};
+
+}  // namespace odomd::can
