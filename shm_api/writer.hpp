@@ -13,8 +13,8 @@ namespace odomd::shm {
 struct SegmentSettings {
   std::string name = "/odomd";  ///< POSIX shm name, or a path
   std::uint64_t slots = 1024;   ///< history, a power of two
-  std::uint32_t mode = 0644;    ///< of the file
-  std::string group;            ///< of the file; empty: the process's
+  std::uint32_t mode = 0644;    ///< of the file: 0600, 0640 or 0644
+  std::string group{};          ///< of the file; empty: the process's
 };
 
 /// A predecessor's last word, for a restarted daemon.
@@ -40,7 +40,8 @@ class Writer {
   [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;
 
   // Real-time safe, from the beat's thread alone -------------------------------------------------
-  void publish(const odom_pose& pose, const odom_details& details) noexcept;
+  /// False: the tick does not rise, and nothing was published.
+  bool publish(const odom_pose& pose, const odom_details& details) noexcept;
   void set_first_tick(std::int64_t first_tick_ns) noexcept;
   void set_heartbeat(std::int64_t now_ns) noexcept;
   void count_wakeup(std::int64_t latency_ns) noexcept;
@@ -55,6 +56,7 @@ class Writer {
   /// Wakes every client that waits: the relay thread's call, never the beat's.
   void wake_clients() noexcept;
   [[nodiscard]] odom_beat beat() const noexcept;
+  /// As written at start: offsets and the first tick that were set since are in the segment alone.
   [[nodiscard]] const odom_info& info() const noexcept;
 
  private:

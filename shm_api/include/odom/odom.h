@@ -15,7 +15,10 @@
  *
  * Thread-safety: one odom_client belongs to one thread at a time; open one for each thread. Every
  * call but odom_open, odom_wait and re-attachment (at most once in four periods, only when stale)
- * is lock-free and makes no system call.
+ * is lock-free and makes no system call (the clock is read by the vDSO).
+ *
+ * ODOM_STALE always comes with a result: what the daemon has said last. All other answers but
+ * ODOM_OK leave the caller's memory untouched.
  *
  * Structs are passed with their size, so that a program built against an older libodom keeps
  * working with a newer one.
@@ -43,8 +46,10 @@ typedef enum odom_status {
   ODOM_TOO_NEW = 7,    /**< the time lies ahead of the newest pose, or of what may be predicted */
   ODOM_RESET = 8,      /**< the time falls between two poses with a reset in between */
   ODOM_TIMEOUT = 9,
-  ODOM_BUSY = 10,   /**< overtaken by the writer three times: the caller was stopped for seconds */
-  ODOM_INVALID = 11 /**< an argument is not usable */
+  ODOM_BUSY = 10,    /**< overtaken by the writer three times: the caller was stopped for seconds */
+  ODOM_INVALID = 11, /**< an argument is not usable */
+  ODOM_GAP = 12,     /**< the daemon missed more than 100 ms of ticks around the time */
+  ODOM_SYSTEM = 13   /**< the system refused memory, a file or a mapping: see errno */
 } odom_status;
 
 typedef struct odom_client odom_client;
@@ -67,15 +72,23 @@ odom_status odom_latest_details(odom_client* client, odom_pose* pose, size_t pos
                                 odom_details* details, size_t details_size);
 
 /** The pose at a past time within the history, interpolated between its neighbours (yaw by the
- * shorter way, never across a reset). Mode and the like are those of the earlier neighbour. */
+ *  shorter way): never across a reset (ODOM_RESET) nor a gap of more than 100 ms (ODOM_GAP). Mode
+ *  and the like are those of the earlier neighbour. The error of the interpolation is below a
+ *  micrometre between ticks, and tens of micrometres across a gap (see docs/shm.md). Looks at no
+ *  slot of the history twice. */
 odom_status odom_at(odom_client* client, int64_t time_ns, odom_pose* pose, size_t size);
 
-/** Predicts `from` to `time_ns`, at most 100 ms ahead, in closed form from the velocities and their
- *  derivatives that it carries. Pure: needs no client. `to` may be `from`. */
+/** Predicts `from` to `time_ns`, at most 100 ms ahead (ODOM_TOO_NEW; before `from`: ODOM_TOO_OLD),
+ *  from the velocities and their derivatives that it carries, these held constant: position, yaw
+ * and velocities exact to a micrometre for that motion, the covariance grown. All else stays as it
+ * is in `from`. An initialising pose predicts nothing (ODOM_NO_POSE). Pure: needs no client. `to`
+ * may be `from`. */
 odom_status odom_predict(const odom_pose* from, int64_t time_ns, odom_pose* to);
 
-/** Sleeps until a pose newer than `pose->tick` is published and copies it; the first call with
- *  pose->tick == 0 takes the next one. `timeout_ns` < 0: a second. */
+/** Sleeps until a pose newer than `pose` (one that an earlier call gave) is published, by this
+ *  daemon or by its successor, and copies it; with pose->tick == 0 it takes the next one.
+ *  `timeout_ns` < 0: a second. ODOM_OK: a newer pose. ODOM_STALE: the time is up, the daemon is
+ *  silent, and `pose` is its last word. ODOM_TIMEOUT: the time is up, `pose` is untouched. */
 odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t timeout_ns);
 
 odom_status odom_get_info(odom_client* client, odom_info* info, size_t size);
@@ -89,7 +102,8 @@ odom_status odom_get_beat(odom_client* client, odom_beat* beat, size_t size);
  *     x = odom_view_double(&view, ODOM_WORD_X);
  *   } while (!odom_validate(&view));
  *
- * The words are read where they lie. What was read counts only once odom_validate() has said yes.
+ * The words are read where they lie. What was read counts only once odom_validate() has said yes. A
+ * view is good until the next call with the same client.
  */
 typedef struct odom_view {
   const uint64_t* words; /**< of the slot; words[0] is its sequence. Read by the accessors only. */
@@ -152,7 +166,8 @@ typedef enum odom_clock {
   ODOM_CLOCK_LOG = 2 /**< the stamps of the log that the daemon plays */
 } odom_clock;
 
-/** Converts a CLOCK_MONOTONIC time to another clock, by the offsets of the segment. */
+/** Converts a CLOCK_MONOTONIC time to another clock, by the offsets of the segment. ODOM_INVALID
+ * for ODOM_CLOCK_LOG when no log is played. */
 odom_status odom_to_clock(odom_client* client, odom_clock clock, int64_t monotonic_ns,
                           int64_t* time_ns);
 
@@ -182,7 +197,8 @@ int odom_camera_open(const char* path, odom_camera** camera);
 
 /** Sends one pose (magic, version, sequence and reserved are filled in). Never blocks; reconnects
  * by itself when the daemon was restarted. 0, or a negative errno (-EAGAIN: the daemon does not
- * keep up; -ECONNREFUSED, -ENOENT: it is not there now; the pose is dropped). */
+ * keep up; -ECONNREFUSED, -ENOENT: it is not there now; -EINVAL: not finite, a sigma that is not
+ * positive, or an unknown clock); then the pose is dropped. */
 int odom_camera_send(odom_camera* camera, const odom_camera_message* message);
 void odom_camera_close(odom_camera* camera);
 

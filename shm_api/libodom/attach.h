@@ -1,0 +1,57 @@
+/* Finds a segment, decides whether it is to be trusted, and maps it read-only. */
+#ifndef ODOMD_LIBODOM_ATTACH_H
+#define ODOMD_LIBODOM_ATTACH_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/types.h>
+
+#include <odom/odom.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Whose segments are believed. */
+typedef struct odomi_owners {
+  uid_t uid[3];
+  size_t count;
+} odomi_owners;
+
+/* A mapped segment whose header was found consistent. */
+typedef struct odomi_segment {
+  const uint64_t* words;
+  size_t bytes;
+  const uint64_t* slots;
+  uint64_t slot_mask;
+  size_t slot_words;
+  size_t info_words;
+  size_t details_words;
+  size_t beat_words;
+  int64_t period_ns;
+  uint64_t instance_id;
+  dev_t device;
+  ino_t inode;
+} odomi_segment;
+
+/* The path of a segment: "/name" is a POSIX shm name (a file in /dev/shm), anything else with a
+ * slash in it is a path already. ODOM_INVALID for what is neither. The path is malloc'ed. */
+odom_status odomi_path(const char* name, char** path);
+
+/* Opens, checks and maps. A file that is the one of `known` (may be NULL) already is not mapped
+ * again: ODOM_OK with segment->words == NULL. */
+odom_status odomi_attach(const char* path, const odomi_owners* owners, const odomi_segment* known,
+                         odomi_segment* segment);
+void odomi_detach(odomi_segment* segment);
+
+/* Copies the newest pose, and its details where asked for, from a segment. ODOM_OK, ODOM_NO_POSE or
+ * ODOM_BUSY; untouched but for ODOM_OK. */
+odom_status odomi_newest(const odomi_segment* segment, odom_pose* pose, odom_details* details);
+
+void odomi_read_info(const odomi_segment* segment, odom_info* info);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

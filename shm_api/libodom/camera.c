@@ -1,0 +1,97 @@
+/* The camera's side: one pose, one SOCK_SEQPACKET message, never blocking. */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <odom/odom.h>
+
+_Static_assert(sizeof(odom_camera_message) == 80, "the wire format is pinned");
+
+struct odom_camera {
+  struct sockaddr_un address;
+  int socket; /* -1: not connected */
+  uint64_t sequence;
+};
+
+static int connect_to(odom_camera* camera) {
+  const int connection = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (connection < 0) return -errno;
+  if (connect(connection, (const struct sockaddr*)&camera->address, sizeof camera->address) != 0) {
+    const int error = errno;
+    close(connection);
+    return -error;
+  }
+  camera->socket = connection;
+  return 0;
+}
+
+static void disconnect(odom_camera* camera) {
+  if (camera->socket >= 0) close(camera->socket);
+  camera->socket = -1;
+}
+
+int odom_camera_open(const char* path, odom_camera** camera) {
+  if (camera == NULL) return -EINVAL;
+  *camera = NULL;
+  if (path == NULL) path = "/run/odomd/camera.sock";
+  odom_camera* opened = calloc(1, sizeof *opened);
+  if (opened == NULL) return -ENOMEM;
+  opened->socket = -1;
+  opened->address.sun_family = AF_UNIX;
+  const size_t length = strlen(path);
+  int error = length == 0 ? -EINVAL : 0;
+  if (length >= sizeof opened->address.sun_path) error = -ENAMETOOLONG;
+  if (error == 0) {
+    memcpy(opened->address.sun_path, path, length + 1);
+    error = connect_to(opened);
+  }
+  if (error != 0) {
+    free(opened);
+    return error;
+  }
+  *camera = opened;
+  return 0;
+}
+
+static int is_usable(const odom_camera_message* m) {
+  return m->clock <= ODOM_CLOCK_LOG && isfinite(m->x) && isfinite(m->y) && isfinite(m->yaw) &&
+         isfinite(m->sigma_x) && isfinite(m->sigma_y) && isfinite(m->sigma_yaw) &&
+         m->sigma_x > 0.0 && m->sigma_y > 0.0 && m->sigma_yaw > 0.0;
+}
+
+static int send_once(odom_camera* camera, const odom_camera_message* message) {
+  if (send(camera->socket, message, sizeof *message, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) return 0;
+  return -errno;
+}
+
+int odom_camera_send(odom_camera* camera, const odom_camera_message* message) {
+  if (camera == NULL || message == NULL || !is_usable(message)) return -EINVAL;
+  odom_camera_message filled = *message;
+  filled.magic = ODOM_CAMERA_MAGIC;
+  filled.version = ODOM_CAMERA_VERSION;
+  filled.sequence = ++camera->sequence; /* counts dropped poses too: the daemon sees the loss */
+  filled.reserved = 0;
+
+  /* Twice: a connection that was good for the last pose may have lost its daemon since. */
+  int error = -ENOTCONN;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    if (camera->socket < 0) {
+      error = connect_to(camera);
+      if (error != 0) return error;
+    }
+    error = send_once(camera, &filled);
+    if (error == 0 || error == -EAGAIN || error == -EINTR || error == -ENOBUFS) return error;
+    disconnect(camera);
+  }
+  return error;
+}
+
+void odom_camera_close(odom_camera* camera) {
+  if (camera == NULL) return;
+  disconnect(camera);
+  free(camera);
+}

@@ -1,0 +1,168 @@
+/* Opens and closes a client, tells whether the writer lives, and goes over to its successor. */
+#include "shm_api/libodom/client.h"
+
+#include <errno.h>
+#include <pwd.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <odom/odom.h>
+
+#include "shm_api/slot.h"
+
+static const char service_user[] = "odomd";
+
+/* Root, ourselves, and the user that the service runs as where there is one. */
+static odomi_owners trusted_owners(void) {
+  odomi_owners owners = {{0, geteuid()}, 2};
+  char buffer[4096];
+  struct passwd entry;
+  struct passwd* found = NULL;
+  if (getpwnam_r(service_user, &entry, buffer, sizeof buffer, &found) == 0 && found != NULL)
+    owners.uid[owners.count++] = found->pw_uid;
+  return owners;
+}
+
+static int is_fresh(const odomi_segment* segment, int64_t now_ns, int64_t limit_ns) {
+  /* A heartbeat from far ahead comes from another clock (a time namespace): not to be used. */
+  const int64_t heartbeat_ns = (int64_t)odomi_load(segment->words + ODOM_HEADER_HEARTBEAT);
+  int64_t age_ns;
+  if (__builtin_sub_overflow(now_ns, heartbeat_ns, &age_ns)) return 0;
+  return age_ns <= limit_ns && age_ns >= -(ODOM_STALE_PERIODS * segment->period_ns);
+}
+
+static void adopt(odom_client* client, const odomi_segment* segment) {
+  struct timespec tick = {0, 0};
+  clock_getres(CLOCK_MONOTONIC_COARSE, &tick);
+  client->segment = *segment;
+  client->stale_after_ns = ODOM_STALE_PERIODS * segment->period_ns;
+  client->clearly_fresh_ns = client->stale_after_ns - tick.tv_sec * 1000000000 - tick.tv_nsec;
+}
+
+static void look_for_successor(odom_client* client) {
+  for (size_t i = 0; i < 2 && client->paths[i] != NULL; ++i) {
+    odomi_segment found;
+    if (odomi_attach(client->paths[i], &client->owners, &client->segment, &found) != ODOM_OK ||
+        found.words == NULL)
+      continue;
+    /* Until the successor has published, the last pose of its predecessor is the better answer. */
+    if (found.instance_id != client->segment.instance_id && odomi_read_head(found.words) != 0 &&
+        is_fresh(&found, odomi_now(CLOCK_MONOTONIC), ODOM_STALE_PERIODS * found.period_ns)) {
+      odomi_detach(&client->segment);
+      adopt(client, &found);
+      return;
+    }
+    odomi_detach(&found);
+  }
+}
+
+odom_status odomi_freshen(odom_client* client) {
+  /* The coarse clock costs a quarter of the fine one and lags behind it by a kernel tick at most:
+   * what it calls fresh by more than that is. */
+  if (is_fresh(&client->segment, odomi_now(CLOCK_MONOTONIC_COARSE), client->clearly_fresh_ns))
+    return ODOM_OK;
+  int64_t now_ns = odomi_now(CLOCK_MONOTONIC);
+  if (is_fresh(&client->segment, now_ns, client->stale_after_ns)) return ODOM_OK;
+
+  if (now_ns < client->next_attempt_ns) return ODOM_STALE;
+  client->next_attempt_ns = now_ns + client->stale_after_ns;
+  const int error = errno;
+  look_for_successor(client);
+  errno = error;
+  now_ns = odomi_now(CLOCK_MONOTONIC);
+  return is_fresh(&client->segment, now_ns, client->stale_after_ns) ? ODOM_OK : ODOM_STALE;
+}
+
+/* Where to look: what the caller names, else what the environment does, else the two places in
+ * which odomd puts its segment. */
+static odom_status candidate_paths(const char* name, char* paths[2]) {
+  if (name == NULL) name = secure_getenv("ODOM_SHM");
+  if (name != NULL) return odomi_path(name, &paths[0]);
+  const odom_status status = odomi_path("/odomd", &paths[0]);
+  return status == ODOM_OK ? odomi_path("/run/odomd/pose", &paths[1]) : status;
+}
+
+/* Attaches to the first segment whose writer lives, else to the first one that there is. */
+static odom_status attach_first(odom_client* client) {
+  odom_status worst = ODOM_NO_SEGMENT;
+  for (size_t i = 0; i < 2 && client->paths[i] != NULL; ++i) {
+    odomi_segment found;
+    const odom_status status = odomi_attach(client->paths[i], &client->owners, NULL, &found);
+    if (status != ODOM_OK) {
+      if (worst == ODOM_NO_SEGMENT) worst = status;
+      continue;
+    }
+    const int fresh =
+        is_fresh(&found, odomi_now(CLOCK_MONOTONIC), ODOM_STALE_PERIODS * found.period_ns);
+    if (!fresh && client->segment.words != NULL) {
+      odomi_detach(&found);
+      continue;
+    }
+    odomi_detach(&client->segment);
+    adopt(client, &found);
+    if (fresh) break;
+  }
+  return client->segment.words != NULL ? ODOM_OK : worst;
+}
+
+odom_status odom_open(const char* name, odom_client** client) {
+  if (client == NULL) return ODOM_INVALID;
+  *client = NULL;
+  odom_client* opened = calloc(1, sizeof *opened);
+  if (opened == NULL) return ODOM_SYSTEM;
+  opened->owners = trusted_owners();
+  odom_status status = candidate_paths(name, opened->paths);
+  if (status == ODOM_OK) status = attach_first(opened);
+  if (status != ODOM_OK) {
+    const int error = errno;
+    odom_close(opened);
+    errno = error;
+    return status;
+  }
+  *client = opened;
+  return ODOM_OK;
+}
+
+void odom_close(odom_client* client) {
+  if (client == NULL) return;
+  odomi_detach(&client->segment);
+  free(client->paths[0]);
+  free(client->paths[1]);
+  free(client);
+}
+
+const char* odom_strstatus(odom_status status) {
+  switch (status) {
+    case ODOM_OK:
+      return "ok";
+    case ODOM_STALE:
+      return "stale: odomd has not ticked for four periods";
+    case ODOM_NO_SEGMENT:
+      return "no such segment: is odomd running?";
+    case ODOM_REFUSED:
+      return "segment refused: it belongs to a stranger, others may write it, or we may not read "
+             "it";
+    case ODOM_ABI:
+      return "not a segment, or of another ABI: do libodom and odomd fit each other?";
+    case ODOM_NO_POSE:
+      return "no pose yet";
+    case ODOM_TOO_OLD:
+      return "the time lies before the history";
+    case ODOM_TOO_NEW:
+      return "the time lies too far ahead";
+    case ODOM_RESET:
+      return "the pose jumped around that time";
+    case ODOM_TIMEOUT:
+      return "timed out";
+    case ODOM_BUSY:
+      return "overtaken by the writer: the reader was stopped for seconds";
+    case ODOM_INVALID:
+      return "an argument is not usable";
+    case ODOM_GAP:
+      return "odomd missed its ticks around that time";
+    case ODOM_SYSTEM:
+      return "the system refused";
+  }
+  return "unknown status";
+}

@@ -1,0 +1,105 @@
+/* How a slot is written and read: a sequence lock on relaxed 64-bit words. C11 and C++.
+ *
+ * There is one writer. Readers never write, so the writer never waits for them. Every access to
+ * shared words is an atomic one: a torn word cannot be, and to race is defined behaviour. What has
+ * to be prevented is a mixture of words of two ticks that a reader takes for one pose. Three
+ * orderings do it; x86 needs no instruction for any of them, ARM does for each.
+ *
+ * Writer, tick k:                          Reader:
+ *   W1  sequence = 2k + 1   relaxed          R1  h = head           acquire
+ *   W2  fence               release          R2  words              relaxed
+ *   W3  words               relaxed          R3  fence              acquire
+ *   W4  sequence = 2k + 2   release          R4  sequence == h ?    relaxed
+ *   W5  head = 2k + 2       release
+ *
+ * (a) The words of tick k, or newer: W5 releases W1 to W4, R1 acquires them. Nothing older than
+ *     tick k (nor than any tick before it, in the other slots) can be read after R1.
+ * (b) Nothing newer: should R2 read a word of a later tick k' (W3'), then fence W2' synchronizes
+ *     with fence R3 through that word, so R4 sees W1' (odd) or something later still: never h.
+ *     Without W2' the store W1' might become visible after the words; without R3 the load R4 might
+ *     be done before them.
+ * (c) W4 is a release store, so that whoever starts from the sequence of a slot rather than from
+ *     the head (acquiring it) gets the words as well. Readers in this library start from the head.
+ *
+ * The slot of the head is the one that is written next only after the whole ring has been: a reader
+ * has (slots - 1) periods, seconds, for its read.
+ */
+#ifndef ODOMD_SHM_API_SLOT_H
+#define ODOMD_SHM_API_SLOT_H
+
+#include "shm_api/segment.h"
+
+static inline uint64_t odomi_load(const uint64_t* word) {
+  return __atomic_load_n(word, __ATOMIC_RELAXED);
+}
+
+static inline void odomi_store(uint64_t* word, uint64_t value) {
+  __atomic_store_n(word, value, __ATOMIC_RELAXED);
+}
+
+#ifdef __cplusplus
+static inline const char* odomi_bytes(const void* from) {
+  return static_cast<const char*>(from);
+}
+static inline char* odomi_writable_bytes(void* to) {
+  return static_cast<char*>(to);
+}
+#else
+static inline const char* odomi_bytes(const void* from) {
+  return from;
+}
+static inline char* odomi_writable_bytes(void* to) {
+  return to;
+}
+#endif
+
+/* Struct to words and back, whole words only. */
+static inline void odomi_copy_in(uint64_t* words, const void* from, size_t count) {
+  const char* bytes = odomi_bytes(from);
+  for (size_t i = 0; i < count; ++i) {
+    uint64_t word;
+    __builtin_memcpy(&word, bytes + 8 * i, sizeof word);
+    odomi_store(words + i, word);
+  }
+}
+
+static inline void odomi_copy_out(void* to, const uint64_t* words, size_t count) {
+  char* bytes = odomi_writable_bytes(to);
+  for (size_t i = 0; i < count; ++i) {
+    const uint64_t word = odomi_load(words + i);
+    __builtin_memcpy(bytes + 8 * i, &word, sizeof word);
+  }
+}
+
+/* The sequence, and the head, of a tick that is published. */
+static inline uint64_t odomi_sequence(uint64_t tick) {
+  return 2 * tick + 2;
+}
+static inline uint64_t odomi_tick(uint64_t sequence) {
+  return sequence / 2 - 1;
+}
+
+static inline void odomi_write_slot(uint64_t* slot, uint64_t tick, const odom_pose* pose,
+                                    const odom_details* details) {
+  odomi_store(slot + ODOM_SLOT_SEQUENCE, odomi_sequence(tick) - 1); /* W1 */
+  __atomic_thread_fence(__ATOMIC_RELEASE);                          /* W2 */
+  odomi_copy_in(slot + ODOM_SLOT_POSE, pose, ODOM_POSE_WORDS);      /* W3 */
+  odomi_copy_in(slot + ODOM_SLOT_DETAILS, details, ODOM_DETAILS_WORDS);
+  __atomic_store_n(slot + ODOM_SLOT_SEQUENCE, odomi_sequence(tick), __ATOMIC_RELEASE); /* W4 */
+}
+
+static inline void odomi_write_head(uint64_t* words, uint64_t tick) {
+  __atomic_store_n(words + ODOM_HEADER_HEAD, odomi_sequence(tick), __ATOMIC_RELEASE); /* W5 */
+}
+
+static inline uint64_t odomi_read_head(const uint64_t* words) {
+  return __atomic_load_n(words + ODOM_HEADER_HEAD, __ATOMIC_ACQUIRE); /* R1 */
+}
+
+/* Whether all that was read of a slot since R1 belongs to the tick of `sequence`. */
+static inline int odomi_still(const uint64_t* slot, uint64_t sequence) {
+  __atomic_thread_fence(__ATOMIC_ACQUIRE);                  /* R3 */
+  return odomi_load(slot + ODOM_SLOT_SEQUENCE) == sequence; /* R4 */
+}
+
+#endif

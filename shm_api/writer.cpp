@@ -1,0 +1,214 @@
+#include "shm_api/writer.hpp"
+
+#include <linux/futex.h>
+#include <sys/random.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <ctime>
+#include <stdexcept>
+#include <system_error>
+
+#include "shm_api/libodom/attach.h"
+#include "shm_api/segment_file.hpp"
+#include "shm_api/slot.h"
+
+namespace odomd::shm {
+namespace {
+
+std::int64_t monotonic_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+std::uint64_t make_instance_id() {
+  std::uint64_t id = 0;
+  if (getrandom(&id, sizeof id, 0) != sizeof id)
+    throw std::system_error(errno, std::generic_category(), "getrandom");
+  return id;
+}
+
+void check(const SegmentSettings& settings, const odom_info& info) {
+  if (settings.slots < ODOM_SEGMENT_SLOTS_MIN || settings.slots > ODOM_SEGMENT_SLOTS_MAX ||
+      (settings.slots & (settings.slots - 1)) != 0)
+    throw std::invalid_argument("[shm] slots: " + std::to_string(settings.slots) +
+                                ": set a power of two from 4 to 1048576");
+  // Clients refuse a segment that others than its owner may write.
+  if ((settings.mode & ~0644U) != 0 || (settings.mode & 0600U) != 0600U)
+    throw std::invalid_argument("[shm] mode: set 0600, 0640 or 0644");
+  if (info.period_ns < ODOM_PERIOD_MIN_NS || info.period_ns > ODOM_PERIOD_MAX_NS)
+    throw std::invalid_argument("[realtime] period: set 0.0001 to 1 s");
+}
+
+// The last word of whoever wrote under this name before, if it is one that we may believe.
+std::optional<Inheritance> read_predecessor(const std::string& path) {
+  const odomi_owners owners{{0, geteuid()}, 2};
+  odomi_segment segment{};
+  if (odomi_attach(path.c_str(), &owners, nullptr, &segment) != ODOM_OK) return std::nullopt;
+  std::optional<Inheritance> last(std::in_place);
+  odomi_read_info(&segment, &last->info);
+  if (odomi_newest(&segment, &last->pose, &last->details) != ODOM_OK) last.reset();
+  odomi_detach(&segment);
+  return last;
+}
+
+// Bucket 0 is [0, 1) us, bucket i >= 1 is [2^((i-1)/4), 2^(i/4)) us: four to the octave. The lower
+// bounds of buckets 1 and up, in ns, rounded up since counted times are whole.
+constexpr auto bucket_bounds = [] {
+  constexpr std::array<double, 4> quarter{1000.0, 1189.2071150027210, 1414.2135623730951,
+                                          1681.7928305074290};
+  std::array<std::int64_t, ODOM_HISTOGRAM_BUCKETS - 1> bounds{};
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    const double exact = quarter.at(i % 4) * static_cast<double>(std::int64_t{1} << (i / 4));
+    const auto floor = static_cast<std::int64_t>(exact);
+    bounds.at(i) = floor + (static_cast<double>(floor) < exact ? 1 : 0);
+  }
+  return bounds;
+}();
+
+std::size_t bucket_of(std::int64_t ns) noexcept {
+  const auto* bound = std::upper_bound(bucket_bounds.begin(), bucket_bounds.end(), ns);
+  return static_cast<std::size_t>(bound - bucket_bounds.begin());
+}
+
+// The beat is the one thread that counts, so a load and a store will do for an increment.
+void add(std::uint64_t* word, std::uint64_t amount) noexcept {
+  odomi_store(word, odomi_load(word) + amount);
+}
+
+void store_time(std::uint64_t* word, std::int64_t ns) noexcept {
+  odomi_store(word, static_cast<std::uint64_t>(ns));
+}
+
+void count_time(std::uint64_t* histogram, std::uint64_t* maximum, std::int64_t ns) noexcept {
+  add(histogram + bucket_of(ns), 1);
+  if (ns > static_cast<std::int64_t>(odomi_load(maximum))) store_time(maximum, ns);
+}
+
+}  // namespace
+
+struct Writer::State {
+  FileDescriptor lock;
+  std::optional<Inheritance> predecessor;
+  UnnamedSegment segment;
+  odom_info info{};
+  std::uint64_t* words;
+  std::uint64_t* slots;
+
+  State(const std::string& path, const SegmentSettings& settings)
+      : lock(lock_segment(path)),
+        predecessor(read_predecessor(path)),
+        segment(create_segment(path, sizeof(std::uint64_t) * (ODOM_SEGMENT_HEADER_WORDS +
+                                                              settings.slots * ODOM_SLOT_WORDS))),
+        words(segment.words.get()),
+        slots(words + ODOM_SEGMENT_HEADER_WORDS) {}
+
+  [[nodiscard]] std::uint64_t* word(std::size_t index) const noexcept { return words + index; }
+
+  void write_header(const SegmentSettings& settings, const odom_info& given) {
+    info = given;
+    info.abi_major = ODOM_ABI_MAJOR;
+    info.abi_minor = ODOM_ABI_MINOR;
+    info.instance_id = make_instance_id();
+    info.writer_pid = getpid();
+    info.writer_start_ns = monotonic_ns();
+    info.slots = settings.slots;
+    odomi_store(word(ODOM_HEADER_MAGIC), ODOM_SEGMENT_MAGIC);
+    odomi_store(word(ODOM_HEADER_BYTES), 8 * ODOM_SEGMENT_HEADER_WORDS);
+    odomi_store(word(ODOM_HEADER_SLOT_BYTES), 8 * ODOM_SLOT_WORDS);
+    odomi_store(word(ODOM_HEADER_SEGMENT_BYTES), segment.words.get_deleter().bytes);
+    odomi_store(word(ODOM_HEADER_POSE_WORDS), ODOM_POSE_WORDS);
+    odomi_store(word(ODOM_HEADER_DETAILS_WORDS), ODOM_DETAILS_WORDS);
+    odomi_store(word(ODOM_HEADER_INFO_WORDS), ODOM_INFO_WORDS);
+    odomi_store(word(ODOM_HEADER_BEAT_WORDS), ODOM_BEAT_WORDS);
+    odomi_copy_in(word(ODOM_HEADER_INFO), &info, ODOM_INFO_WORDS);
+    store_time(word(ODOM_HEADER_HEARTBEAT), info.writer_start_ns);
+  }
+};
+
+Writer::Writer(const SegmentSettings& settings, const odom_info& info) {
+  check(settings, info);
+  const std::string path = segment_path(settings.name);
+  state_ = std::make_unique<State>(path, settings);
+  state_->write_header(settings, info);
+  name_segment(state_->segment, path, settings);
+}
+
+Writer::~Writer() = default;
+
+const std::optional<Inheritance>& Writer::predecessor() const noexcept {
+  return state_->predecessor;
+}
+
+bool Writer::publish(const odom_pose& pose, const odom_details& details) noexcept {
+  const std::uint64_t head = odomi_load(state_->word(ODOM_HEADER_HEAD));
+  if (pose.tick > ODOM_TICK_MAX || odomi_sequence(pose.tick) <= head) return false;
+  std::uint64_t* slot = state_->slots + (pose.tick & (state_->info.slots - 1)) * ODOM_SLOT_WORDS;
+  odomi_write_slot(slot, pose.tick, &pose, &details);
+  odomi_write_head(state_->words, pose.tick);
+  add(state_->word(ODOM_HEADER_TICKS), 1);
+  return true;
+}
+
+void Writer::set_first_tick(std::int64_t first_tick_ns) noexcept {
+  store_time(state_->word(ODOM_HEADER_FIRST_TICK), first_tick_ns);
+}
+
+void Writer::set_heartbeat(std::int64_t now_ns) noexcept {
+  store_time(state_->word(ODOM_HEADER_HEARTBEAT), now_ns);
+}
+
+void Writer::count_wakeup(std::int64_t latency_ns) noexcept {
+  count_time(state_->word(ODOM_HEADER_WAKEUP), state_->word(ODOM_HEADER_MAX_WAKEUP), latency_ns);
+}
+
+void Writer::count_execution(std::int64_t execution_ns) noexcept {
+  count_time(state_->word(ODOM_HEADER_EXECUTION), state_->word(ODOM_HEADER_MAX_EXECUTION),
+             execution_ns);
+}
+
+void Writer::count_missed(std::uint64_t cycles) noexcept {
+  add(state_->word(ODOM_HEADER_MISSED), cycles);
+}
+
+void Writer::count_overrun(std::int64_t now_ns, std::int64_t execution_ns) noexcept {
+  add(state_->word(ODOM_HEADER_OVERRUNS), 1);
+  store_time(state_->word(ODOM_HEADER_LAST_OVERRUN), now_ns);
+  store_time(state_->word(ODOM_HEADER_LAST_OVERRUN_EXECUTION), execution_ns);
+}
+
+void Writer::count_carried_over() noexcept {
+  add(state_->word(ODOM_HEADER_CARRIED_OVER), 1);
+}
+
+void Writer::set_realtime_offset(std::int64_t offset_ns) noexcept {
+  store_time(state_->word(ODOM_HEADER_REALTIME_OFFSET), offset_ns);
+}
+
+void Writer::set_log_offset(std::int64_t offset_ns) noexcept {
+  store_time(state_->word(ODOM_HEADER_LOG_OFFSET), offset_ns);
+}
+
+void Writer::wake_clients() noexcept {
+  // Release: a client that acquires the new count sees what was published before the wake-up. The
+  // kernel compares the low half of the word, which counts and wraps by itself.
+  std::uint64_t* futex = state_->word(ODOM_HEADER_FUTEX);
+  __atomic_fetch_add(futex, 1, __ATOMIC_RELEASE);
+  syscall(SYS_futex, futex, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
+}
+
+odom_beat Writer::beat() const noexcept {
+  odom_beat beat;
+  odomi_copy_out(&beat, state_->word(ODOM_HEADER_BEAT), ODOM_BEAT_WORDS);
+  return beat;
+}
+
+const odom_info& Writer::info() const noexcept {
+  return state_->info;
+}
+
+}  // namespace odomd::shm

@@ -1,0 +1,125 @@
+// What the tests of the segment share: a directory of their own, and poses whose every word tells
+// its tick.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include <odom/odom.h>
+
+#include "shm_api/segment.h"
+#include "shm_api/writer.hpp"
+
+namespace odomd::shm::testing {
+
+inline constexpr std::int64_t period_ns = 5'000'000;
+
+/// A directory that goes with the test.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory() {
+    std::string name = (std::filesystem::temp_directory_path() / "odomd-shm-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp: " + name);
+    path_ = name;
+  }
+  ~TemporaryDirectory() { std::filesystem::remove_all(path_); }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  [[nodiscard]] std::string file(const std::string& name) const { return path_ / name; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+inline odom_info test_info(std::int64_t period = period_ns) {
+  odom_info info{};
+  info.period_ns = period;
+  info.mass = 2.985;
+  info.track_width = 0.16;
+  std::strncpy(info.model, "paper", sizeof info.model - 1);
+  std::strncpy(info.version, "0.1.0", sizeof info.version - 1);
+  return info;
+}
+
+/// Word `index` of tick `tick`: different for every pair.
+constexpr std::uint64_t pattern(std::uint64_t tick, std::size_t index) {
+  std::uint64_t z = tick * 0x9E3779B97F4A7C15U + (index + 1) * 0xBF58476D1CE4E5B9U;
+  z ^= z >> 29U;
+  return z * 0x94D049BB133111EBU;
+}
+
+struct Record {
+  odom_pose pose;
+  odom_details details;
+};
+
+/// Every word but tick and time is the pattern of its tick.
+inline Record patterned(std::uint64_t tick, std::int64_t time_ns) {
+  std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] = pattern(tick, i);
+  words[0] = tick;
+  words[1] = static_cast<std::uint64_t>(time_ns);
+  Record record;
+  static_assert(sizeof record == sizeof words);
+  std::memcpy(&record, words.data(), sizeof record);
+  return record;
+}
+
+/// Whether the words of a pose (and its details) all belong to its tick.
+inline bool is_whole(const odom_pose& pose, const odom_details* details = nullptr) {
+  Record record{pose, {}};
+  std::size_t count = ODOM_POSE_WORDS;
+  if (details != nullptr) {
+    record.details = *details;
+    count += ODOM_DETAILS_WORDS;
+  }
+  std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
+  std::memcpy(words.data(), &record, sizeof record);
+  for (std::size_t i = 2; i < count; ++i)
+    if (words[i] != pattern(pose.tick, i)) return false;
+  return true;
+}
+
+inline void publish_patterned(Writer& writer, std::uint64_t tick, std::int64_t time_ns) {
+  const Record record = patterned(tick, time_ns);
+  writer.publish(record.pose, record.details);
+}
+
+/// A plausible pose: 1 m/s along x, valid at tick * period.
+inline odom_pose moving_pose(std::uint64_t tick) {
+  odom_pose pose{};
+  pose.tick = tick;
+  pose.time_ns = static_cast<std::int64_t>(tick) * period_ns;
+  pose.x = static_cast<double>(pose.time_ns) * 1e-9;
+  pose.odom_x = pose.x;
+  pose.vx = 1.0;
+  pose.mode = ODOM_TRACKING;
+  return pose;
+}
+
+struct CloseClient {
+  void operator()(odom_client* client) const noexcept { odom_close(client); }
+};
+using ClientPointer = std::unique_ptr<odom_client, CloseClient>;
+
+inline ClientPointer open_client(const std::string& path) {
+  odom_client* client = nullptr;
+  const odom_status status = odom_open(path.c_str(), &client);
+  if (status != ODOM_OK) throw std::runtime_error(path + ": " + odom_strstatus(status));
+  return ClientPointer(client);
+}
+
+}  // namespace odomd::shm::testing
