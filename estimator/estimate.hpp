@@ -56,9 +56,12 @@ struct Estimate {
 
   std::uint32_t reset_count =
       0;                       ///< re-anchorings that moved the map pose, initialisation included
-  Pose2 last_jump;             ///< by how much the last one moved it, in map axes
+  Pose2 last_jump;             ///< by how much the last one moved it, in map axes; initialising: 0
   std::int64_t camera_ns = 0;  ///< capture time of the last fused camera pose, 0: none yet
   double camera_test_ratio = 0.0;  ///< νᵀS⁻¹ν over its gate, of the last camera pose
+
+  std::uint32_t recoveries =
+      0;  ///< ticks whose state was not finite: the one before stands instead
 };
 
 }  // namespace odomd::estimator

@@ -2,9 +2,8 @@
 // state. No clock, no I/O, no heap: every call is real-time safe and noexcept.
 #pragma once
 
+#include <concepts>
 #include <cstdint>
-#include <optional>
-#include <string_view>
 #include <variant>
 
 #include "estimator/estimate.hpp"
@@ -17,22 +16,50 @@
 
 namespace odomd::estimator {
 
-/// One alternative per model. A richer filter joins here.
-using Filter = std::variant<KinematicFilter, PaperFilter>;
+/// What a filter has to offer to join the variant. It may keep a window of samples and fuse each at
+/// its own time within step(): nothing here says that a sample takes effect when it is handed in,
+/// only that the verdict is known then.
+template <typename F>
+concept FilterLike = requires(F filter, const Pose2& pose, const Estimate& estimate,
+                              const Measurement& measurement, const CameraPose& camera) {
+  { filter.set_initial_pose(pose) }
+  noexcept->std::same_as<void>;
+  { filter.resume(estimate, double{}) }
+  noexcept->std::same_as<bool>;
+  { filter.add(measurement) }
+  noexcept->std::same_as<Verdict>;
+  { filter.add(camera) }
+  noexcept->std::same_as<Verdict>;
+  { filter.step(std::int64_t{}) }
+  noexcept->std::same_as<Estimate>;
+};
 
-/// Settings of all models are one struct; each takes its own.
+/// One alternative per family of models. A richer filter joins here, and in make_filter().
+using Filter = std::variant<KinematicFilter, PaperFilter>;
+static_assert(FilterLike<KinematicFilter> && FilterLike<PaperFilter>);
+
+/// Settings of all models are one struct; each takes its own. Throws std::invalid_argument, naming
+/// the setting, where a number is impossible.
 [[nodiscard]] Filter make_filter(Model model, const FilterSettings& settings);
 
 /// Sets the pose that the estimate starts from. Before this (or the first camera pose, where
 /// `settings.initialise_from_camera`) step() returns estimates that are not initialised.
 void set_initial_pose(Filter& filter, const Pose2& pose) noexcept;
 
+/// Goes on from a predecessor's estimate that is `gap_s` old: its poses moved on at its velocity,
+/// the covariance grown for the gap, the reset count raised by one. Initialised from the next step
+/// on. False, and nothing done, where the estimate is not usable: not initialised, a model fault,
+/// not finite, no positive definite covariances, a negative gap.
+bool resume(Filter& filter, const Estimate& predecessor, double gap_s) noexcept;
+
 /// Hands a measurement in, in any order within a tick. It takes effect at the next step().
 Verdict add(Filter& filter, const Measurement& measurement) noexcept;
 Verdict add(Filter& filter, const CameraPose& pose) noexcept;
 
 /// Advances to the tick that is valid at `tick_ns` and says what is believed there. Ticks that were
-/// skipped are made up for with the inputs held, at most 200 of them (a second).
+/// skipped are made up for with the inputs held, at most 200 of them (a second); for time beyond
+/// that the covariance grows. A tick that is not at least half a period after the last one changes
+/// nothing and returns the last estimate.
 Estimate step(Filter& filter, std::int64_t tick_ns) noexcept;
 
 }  // namespace odomd::estimator

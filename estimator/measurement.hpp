@@ -38,13 +38,15 @@ struct Measurement {
   Source source = Source::yaw_rate;
   std::int64_t time_ns = 0;  ///< when it was taken, not when it arrived
   double value = 0.0;
-  double sigma = 0.0;  ///< standard deviation, in the value's unit
+  double sigma =
+      0.0;  ///< standard deviation, in the value's unit; 0: as FilterSettings::sigma says
+  std::int64_t arrival_ns = 0;  ///< when it reached us; 0: unknown
 };
 
 /// A pose of the centre of gravity in the map frame, seen by a camera.
 struct CameraPose {
   std::int64_t capture_ns = 0;  ///< when the picture was taken
-  std::int64_t arrival_ns = 0;  ///< when the pose reached us
+  std::int64_t arrival_ns = 0;  ///< when the pose reached us; 0: unknown
   double x = 0.0;               ///< [m]
   double y = 0.0;               ///< [m]
   double yaw = 0.0;             ///< [rad], counter-clockwise, any turn
@@ -55,12 +57,13 @@ struct CameraPose {
 
 /// What a filter did with a sample. Every sample gets exactly one.
 enum class Verdict : std::uint8_t {
-  fused,
-  gated,       ///< implausible against the state and its covariance
-  too_old,     ///< older than the filter's window, or than the source's max_latency
-  future,      ///< stamped ahead of the tick
+  fused,       ///< taken; of the models that hold: it is now the newest value of its source
+  gated,       ///< implausible against the state and its covariance, or beyond any car's physics
+  too_old,     ///< older than the filter's window, than the source's max_latency, or than the one
+               ///< that is held
+  future,      ///< stamped more than a period ahead of its arrival; that unknown, of the next tick
   duplicate,   ///< same source, same time as one before
-  non_finite,  ///< NaN, infinity, or a sigma that is not positive
+  non_finite,  ///< NaN, infinity, a negative sigma, or a camera's sigma that is not positive
   source_off,  ///< the model does not use this source
   failed_protection,
   count

@@ -1,0 +1,86 @@
+#include "estimator/filter.hpp"
+
+#include <cmath>
+#include <initializer_list>
+#include <stdexcept>
+#include <string>
+
+namespace odomd::estimator {
+namespace {
+
+struct Bound {
+  const char* name;
+  double value;
+};
+
+void require_positive(std::initializer_list<Bound> bounds) {
+  for (const Bound& bound : bounds) {
+    if (!std::isfinite(bound.value) || bound.value <= 0.0) {
+      throw std::invalid_argument(std::string(bound.name) + " must be a positive number");
+    }
+  }
+}
+
+void check(const FilterSettings& s) {
+  require_positive({{"vehicle.mass", s.vehicle.mass},
+                    {"vehicle.front_axle", s.vehicle.front_axle},
+                    {"vehicle.rear_axle", s.vehicle.rear_axle},
+                    {"vehicle.yaw_inertia", s.vehicle.yaw_inertia},
+                    {"vehicle.cornering_stiffness_front", s.vehicle.cornering_stiffness_front},
+                    {"vehicle.cornering_stiffness_rear", s.vehicle.cornering_stiffness_rear},
+                    {"vehicle.track_width", s.vehicle.track_width},
+                    {"the filter's period", s.period_s},
+                    {"the paper's Q[0]", s.paper.Q[0]},
+                    {"the paper's Q[1]", s.paper.Q[1]},
+                    {"the paper's Q[2]", s.paper.Q[2]},
+                    {"the paper's R[0]", s.paper.R[0]},
+                    {"the paper's R[1]", s.paper.R[1]},
+                    {"the initial position's sigma", s.initial_sigma_position},
+                    {"the initial yaw's sigma", s.initial_sigma_yaw},
+                    {"camera.max_latency", s.camera_max_latency_s},
+                    {"the camera's gate", s.camera_gate},
+                    {"the camera's timeout", s.camera_timeout_s}});
+  if (s.period_s < 1e-4 || s.period_s > 1.0) {
+    throw std::invalid_argument("the filter's period must lie between 0.1 ms and 1 s");
+  }
+}
+
+}  // namespace
+
+Filter make_filter(Model model, const FilterSettings& settings) {
+  check(settings);
+  const auto kinematic = [&](KinematicForm form) {
+    return KinematicFilter{KinematicMotion{settings.vehicle, form, settings.period_s}, settings};
+  };
+  switch (model) {
+    case Model::kinematic:
+      return kinematic(KinematicForm::centre_of_gravity);
+    case Model::kinematic_printed:
+      return kinematic(KinematicForm::printed);
+    case Model::paper:
+      return PaperFilter{PaperMotion{settings}, settings};
+  }
+  throw std::invalid_argument("no such model");
+}
+
+void set_initial_pose(Filter& filter, const Pose2& pose) noexcept {
+  std::visit([&](auto& f) { f.set_initial_pose(pose); }, filter);
+}
+
+bool resume(Filter& filter, const Estimate& predecessor, double gap_s) noexcept {
+  return std::visit([&](auto& f) { return f.resume(predecessor, gap_s); }, filter);
+}
+
+Verdict add(Filter& filter, const Measurement& measurement) noexcept {
+  return std::visit([&](auto& f) { return f.add(measurement); }, filter);
+}
+
+Verdict add(Filter& filter, const CameraPose& pose) noexcept {
+  return std::visit([&](auto& f) { return f.add(pose); }, filter);
+}
+
+Estimate step(Filter& filter, std::int64_t tick_ns) noexcept {
+  return std::visit([&](auto& f) { return f.step(tick_ns); }, filter);
+}
+
+}  // namespace odomd::estimator

@@ -1,0 +1,54 @@
+#include "estimator/held_signals.hpp"
+
+#include <cmath>
+
+namespace odomd::estimator {
+namespace {
+
+// What no car does, of any size: a sample beyond is a broken sensor or a wrong scale. In the order
+// of Source.
+constexpr std::array<double, source_count> physical_limit{
+    35.0,                        // yaw_rate [rad/s]
+    200.0, 200.0,                // accel_x, accel_y [m/s²]
+    150.0, 150.0, 150.0, 150.0,  // wheels [m/s]
+    150.0, 150.0,                // wheel_rear, motor [m/s]
+    1.4,                         // steering [rad], short of the tangent's pole
+    1.0,                         // direction
+    0.0,                         // camera: not a signal
+};
+
+}  // namespace
+
+HeldSignals::HeldSignals(const std::array<double, source_count>& sigma) noexcept {
+  for (std::size_t i = 0; i < source_count; ++i) {
+    sigma_[i] = sigma[i] > 0.0 ? sigma[i] : default_sigma[i];
+    held_[i].sigma = sigma_[i];
+  }
+}
+
+Verdict HeldSignals::take(const Measurement& sample, std::int64_t latest_ns) noexcept {
+  const auto index = static_cast<std::size_t>(sample.source);
+  if (index >= source_count || sample.source == Source::camera) {
+    return Verdict::source_off;
+  }
+  Held& held = held_[index];
+  if (!std::isfinite(sample.value) || !std::isfinite(sample.sigma) || sample.sigma < 0.0) {
+    return Verdict::non_finite;
+  }
+  if (sample.time_ns > latest_ns) {
+    return Verdict::future;
+  }
+  if (std::abs(sample.value) > physical_limit[index]) {
+    return Verdict::gated;
+  }
+  if (held.seen && sample.time_ns == held.time_ns) {
+    return Verdict::duplicate;
+  }
+  if (held.seen && sample.time_ns < held.time_ns) {
+    return Verdict::too_old;
+  }
+  held = {true, sample.time_ns, sample.value, sample.sigma > 0.0 ? sample.sigma : sigma_[index]};
+  return Verdict::fused;
+}
+
+}  // namespace odomd::estimator

@@ -1,0 +1,32 @@
+// Arithmetic of times that may be anything: a stamp off a wire can lie at either end of the range.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+namespace odomd::estimator {
+
+inline constexpr double seconds_per_ns = 1e-9;
+inline constexpr double ns_per_second = 1e9;
+
+/// later - earlier, or the end of the range it would leave.
+[[nodiscard]] inline std::int64_t ns_between(std::int64_t earlier, std::int64_t later) noexcept {
+  std::int64_t difference = 0;
+  if (__builtin_sub_overflow(later, earlier, &difference)) {
+    return later < earlier ? std::numeric_limits<std::int64_t>::min()
+                           : std::numeric_limits<std::int64_t>::max();
+  }
+  return difference;
+}
+
+[[nodiscard]] inline double seconds_between(std::int64_t earlier, std::int64_t later) noexcept {
+  return static_cast<double>(ns_between(earlier, later)) * seconds_per_ns;
+}
+
+/// Whether `time` lies more than `tolerance` after `limit`.
+[[nodiscard]] inline bool is_ahead(std::int64_t time, std::int64_t limit,
+                                   std::int64_t tolerance) noexcept {
+  return ns_between(limit, time) > tolerance;
+}
+
+}  // namespace odomd::estimator
