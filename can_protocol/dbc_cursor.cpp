@@ -1,0 +1,168 @@
+// Taking tokens and reporting what does not fit.
+#include "can_protocol/dbc_cursor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+#include "can_protocol/dbc_text.hpp"
+
+namespace odomd::can {
+namespace {
+
+constexpr std::array<std::string_view, 34> keywords{
+    "VERSION",       "NS_",         "BS_",
+    "BU_",           "BO_",         "SG_",
+    "CM_",           "VAL_",        "VAL_TABLE_",
+    "BA_",           "BA_DEF_",     "BA_DEF_DEF_",
+    "SIG_VALTYPE_",  "SG_MUL_VAL_", "NS_DESC_",
+    "CAT_DEF_",      "CAT_",        "FILTER",
+    "EV_",           "EV_DATA_",    "ENVVAR_DATA_",
+    "SGTYPE_",       "SGTYPE_VAL_", "SIG_GROUP_",
+    "SIG_TYPE_REF_", "BA_SGTYPE_",  "BA_DEF_SGTYPE_",
+    "BA_DEF_REL_",   "BA_REL_",     "BA_DEF_DEF_REL_",
+    "BO_TX_BU_",     "BU_SG_REL_",  "BU_EV_REL_",
+    "BU_BO_REL_"};
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> unsigned_of(std::string_view word) {
+  std::uint64_t value = 0;
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, value);
+  if (word.empty() || error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+DbcCursor::DbcCursor(std::string_view text, std::string file_name)
+    : file_name_(std::move(file_name)),
+      tokens_(tokenize(to_utf8(text), file_name_)),
+      ends_in_newline_(text.ends_with('\n')) {}
+
+const Token& DbcCursor::peek(std::size_t ahead) const {
+  return tokens_[std::min(at_ + ahead, tokens_.size() - 1)];
+}
+
+bool DbcCursor::at_punctuation(char c) const {
+  return peek().kind == TokenKind::punctuation && peek().text[0] == c;
+}
+
+bool DbcCursor::at_statement() const {
+  const Token& token = peek();
+  return token.kind == TokenKind::word && (token.starts_line || token.text.ends_with('_')) &&
+         std::find(keywords.begin(), keywords.end(), token.text) != keywords.end();
+}
+
+const Token& DbcCursor::take() {
+  const Token& token = peek();
+  if (token.kind != TokenKind::end) ++at_;
+  return token;
+}
+
+bool DbcCursor::take_if(char c) {
+  const bool there = at_punctuation(c);
+  if (there) ++at_;
+  return there;
+}
+
+void DbcCursor::take_punctuation(char c, std::string_view what, std::string_view mend) {
+  if (!take_if(c)) fail(peek(), std::string{'\'', c, '\''}.append(" ").append(what), mend);
+}
+
+std::string DbcCursor::take_word(std::string_view what, std::string_view mend) {
+  if (peek().kind != TokenKind::word) fail(peek(), what, mend);
+  return take().text;
+}
+
+std::string DbcCursor::take_name(std::string_view what, std::string_view mend) {
+  const Token& token = peek();
+  if (token.kind != TokenKind::word ||
+      std::none_of(token.text.begin(), token.text.end(), is_letter))
+    fail(token, what, mend);
+  if (!is_letter(token.text[0]))
+    warn(token.line, "the name " + show(token) + " does not start with a letter");
+  else if (!std::all_of(token.text.begin(), token.text.end(),
+                        [](char c) { return is_letter(c) || is_digit(c); }))
+    warn(token.line, "the name " + show(token) + " has characters beside letters and digits");
+  return take().text;
+}
+
+std::string DbcCursor::take_text(std::string_view what, std::string_view mend) {
+  if (peek().kind != TokenKind::text) fail(peek(), what, mend);
+  return take().text;
+}
+
+std::uint64_t DbcCursor::take_unsigned(std::string_view what, std::uint64_t largest,
+                                       std::string_view mend) {
+  const Token& token = peek();
+  const auto value = token.kind == TokenKind::word ? unsigned_of(token.text) : std::nullopt;
+  if (!value || *value > largest) fail(token, what, mend);
+  take();
+  return *value;
+}
+
+double DbcCursor::take_number(std::string_view what, std::string_view mend) {
+  const Token& token = peek();
+  std::string_view digits = token.text;
+  if (digits.starts_with('+')) digits.remove_prefix(1);
+  double value = 0.0;
+  const char* end = digits.data() + digits.size();
+  const auto [stop, error] = std::from_chars(digits.data(), end, value);
+  if (token.kind != TokenKind::word || digits.empty() || error != std::errc{} || stop != end ||
+      !std::isfinite(value))
+    fail(token, what, mend);
+  if (digits.starts_with('-')) digits.remove_prefix(1);
+  if (digits.starts_with('.'))
+    warn(token.line, "the number " + show(token) + " has no digit before its point");
+  take();
+  return value;
+}
+
+void DbcCursor::end_statement(std::string_view keyword) {
+  if (take_if(';')) return;
+  const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should stand
+  const std::string text =
+      "expected ';' at the end of " + std::string(keyword) + ", found " + show(peek());
+  if (!at_statement() && !(at_end() && ends_in_newline_))
+    fail_at(line, text + (at_end() ? "; the file seems to be cut off, fetch it whole"
+                                   : "; close the statement"));
+  warn(line, text + "; taken as closed");
+}
+
+void DbcCursor::skip_statement(std::string_view keyword) {
+  while (!at_end() && !at_punctuation(';') && !(at_statement() && peek().starts_line)) take();
+  end_statement(keyword);
+}
+
+void DbcCursor::warn_if_cut_off() {
+  if (ends_in_newline_ || at_ == 0 || tokens_[at_ - 1].text == ";") return;
+  warn(peek().line, "the file does not end with a line end: it may have been cut off");
+}
+
+void DbcCursor::fail(const Token& found, std::string_view what, std::string_view mend) const {
+  fail_at(found.line, std::string("expected ")
+                          .append(what)
+                          .append(", found ")
+                          .append(show(found))
+                          .append("; ")
+                          .append(mend));
+}
+
+void DbcCursor::fail_at(std::uint32_t line, const std::string& text) const {
+  throw DbcError(at_line(file_name_, line, text));
+}
+
+void DbcCursor::warn(std::uint32_t line, std::string text) {
+  warnings_.push_back({line, std::move(text)});
+}
+
+}  // namespace odomd::can
