@@ -1,22 +1,24 @@
-// Frames and camera messages in, a pose record out: the one object that the live daemon and the
+// Frames and camera poses in, a pose record out: the one object that the live daemon and the
 // offline replay share. Only the clock and the frame source differ around it.
 //
-// Real-time safe after construction: no heap, no lock, no exception, no system call. One thread.
+// Real-time safe after construction: no heap, no lock, no exception, no system call. One thread;
+// statistics() and decoder() may be read from others.
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
-#include <odom/odom.h>
 #include <odom/types.h>
 
 #include "can_protocol/counter.hpp"
 #include "can_protocol/decoder.hpp"
 #include "can_protocol/stamp_guard.hpp"
 #include "daemon/config.hpp"
+#include "daemon/record.hpp"
+#include "daemon/source_watch.hpp"
 #include "estimator/filter.hpp"
 
 namespace odomd::daemon {
@@ -24,9 +26,9 @@ namespace odomd::daemon {
 /// Counts that housekeeping and `odom status` read while the beat runs.
 struct SourceStatistics {
   std::array<Counter, estimator::verdict_count> verdicts;
-  Counter last_time_ns;     ///< time of the newest sample (bit pattern of the signed time)
+  Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
   Counter last_verdict;     ///< an estimator::Verdict
-  Counter last_test_ratio;  ///< bit pattern of the double; camera only for now
+  Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
 };
 
 struct PipelineStatistics {
@@ -36,29 +38,30 @@ struct PipelineStatistics {
   Counter camera_malformed;  ///< messages of the wrong size, magic, version or clock
 };
 
-struct TickRecord {
-  odom_pose pose{};
-  odom_details details{};
-  bool initialised = false;  ///< the pose means something: replay writes rows from here on
-};
-
 class Pipeline {
  public:
+  /// Start-up: allocates, and throws std::invalid_argument where the configuration does not fit the
+  /// databases. With `camera_expected` and no initial pose in the configuration the first camera
+  /// pose initialises; otherwise the pose starts at the configuration's, or at zero.
   Pipeline(const Config& config, std::span<const can::Database> databases,
            std::span<const std::string> bus_names, bool camera_expected);
 
-  /// Takes a frame in. Its time must already be on the pipeline's clock.
+  /// Takes a frame in, its time on the pipeline's clock. `now_ns`: the drain's time (replay: the
+  /// tick's), which a stamp may not lead.
   void take(const can::Frame& frame, std::int64_t now_ns) noexcept;
 
-  /// Takes a camera pose of the reference point in, times on the pipeline's clock.
-  void take(const estimator::CameraPose& pose) noexcept;
+  /// Takes a camera pose of the reference point in, its times on the pipeline's clock.
+  void take(const estimator::CameraPose& reference) noexcept;
 
-  /// Conditions that only the surroundings know (real time refused, bus down, ...), for the next
-  /// tick.
+  /// A camera message that could not be understood: counted as taken in, with its verdict.
+  void take_malformed_camera_message() noexcept;
+
+  /// Conditions that only the surroundings know (ODOM_COND_ bits: real time refused, bus down,
+  /// ...); they hold until they are set anew.
   void set_conditions(std::uint32_t bits) noexcept { outside_conditions_ = bits; }
 
-  /// Goes on from a predecessor's pose, its covariance grown for the gap.
-  void resume(const odom_pose& pose, std::int64_t gap_ns) noexcept;
+  /// Goes on from a predecessor's last pose, `gap_ns` old, its covariance grown for the gap.
+  void resume(const odom_pose& pose, const odom_details& details, std::int64_t gap_ns) noexcept;
 
   /// Steps the filter to the tick that is valid at `tick_ns` and returns what is to be published.
   const TickRecord& tick(std::uint64_t number, std::int64_t tick_ns) noexcept;
@@ -66,15 +69,25 @@ class Pipeline {
   [[nodiscard]] const PipelineStatistics& statistics() const noexcept { return statistics_; }
   [[nodiscard]] const can::Decoder& decoder() const noexcept { return decoder_; }
 
-  void count_malformed_camera_message() noexcept;
-
  private:
+  void take_samples(std::span<const can::Sample> samples, const can::Frame& frame,
+                    can::StampVerdict stamp) noexcept;
+  void count(std::size_t source, estimator::Verdict verdict) noexcept;
+  [[nodiscard]] std::uint32_t conditions(const estimator::Estimate& estimate,
+                                         std::int64_t tick_ns) const noexcept;
+
   can::Decoder decoder_;
   can::StampGuard stamp_guard_;
   estimator::Filter filter_;
+  std::array<double, 3> camera_lever_arm_;
+  std::array<double, estimator::source_count> sigma_{};
+  SourceWatch watch_;
   PipelineStatistics statistics_;
   TickRecord record_;
   std::uint32_t outside_conditions_ = 0;
+  std::int64_t start_ns_ = 0;      // of the first tick
+  std::int64_t recovered_ns_ = 0;  // of the last tick that reset a non-finite state
+  std::uint32_t recoveries_ = 0;
 };
 
 }  // namespace odomd::daemon

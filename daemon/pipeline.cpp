@@ -1,0 +1,163 @@
+#include "daemon/pipeline.hpp"
+
+#include <bit>
+#include <cmath>
+
+#include "daemon/camera_pose.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+using estimator::Source;
+using estimator::Verdict;
+
+constexpr auto camera = static_cast<std::size_t>(Source::camera);
+
+// A reset of a non-finite state is published for so long, that no reader misses it.
+constexpr std::int64_t recovery_shown_ns = 1'000'000'000;
+
+estimator::Filter initial_filter(const Config& config, bool camera_expected) {
+  estimator::FilterSettings settings = filter_settings(config);
+  settings.initialise_from_camera = camera_expected && !config.initial_pose;
+  estimator::Filter filter = estimator::make_filter(config.model, settings);
+  if (!settings.initialise_from_camera)
+    set_initial_pose(filter, config.initial_pose.value_or(estimator::Pose2{}));
+  return filter;
+}
+
+bool failed_protection(can::FrameVerdict verdict) {
+  return verdict == can::FrameVerdict::failed_crc || verdict == can::FrameVerdict::repeated ||
+         verdict == can::FrameVerdict::wrong_sequence;
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const Config& config, std::span<const can::Database> databases,
+                   std::span<const std::string> bus_names, bool camera_expected)
+    : decoder_(databases, config.can.bindings, config.can.protections, bus_names),
+      filter_(initial_filter(config, camera_expected)),
+      camera_lever_arm_(config.camera.lever_arm) {
+  for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    const SignalSettings& signal = config.can.signals[source];
+    sigma_[source] = signal.sigma;
+    if (signal.configured) watch_.configure(source, signal.timeout_ns);
+  }
+  if (camera_expected)
+    watch_.configure(camera, std::llround(filter_settings(config).camera_timeout_s * 1e9));
+}
+
+void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
+  record_.details.frames[frame.bus] += 1;
+  if (frame.kind == can::FrameKind::error) return;
+
+  const can::StampVerdict stamp = stamp_guard_.check(frame, now_ns);
+  statistics_.stamps[static_cast<std::size_t>(stamp)].add();
+  can::Frame timed = frame;
+  if (stamp == can::StampVerdict::zero || stamp == can::StampVerdict::future)
+    timed.time_ns = now_ns;
+
+  // Decoded whatever its stamp: the protection's counter must see every frame.
+  std::array<can::Sample, can::max_samples_per_frame> samples;
+  const can::DecodeResult result = decoder_.decode(timed, samples);
+  statistics_.frames[static_cast<std::size_t>(result.verdict)].add();
+  if (result.message < 0) return;
+
+  const can::BoundMessage& message = decoder_.messages()[static_cast<std::size_t>(result.message)];
+  if (failed_protection(result.verdict)) {
+    for (const std::uint16_t channel : message.channels) {
+      count(channel, Verdict::failed_protection);
+      watch_.failed(channel);
+    }
+    return;
+  }
+  take_samples({samples.data(), result.count}, timed, stamp);
+}
+
+void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Frame& frame,
+                            can::StampVerdict stamp) noexcept {
+  for (const can::Sample& sample : samples) {
+    // A stamp that stands still or runs backwards is a clock's fault; such a sample has no time.
+    if (stamp == can::StampVerdict::repeated || stamp == can::StampVerdict::backwards) {
+      count(sample.channel,
+            stamp == can::StampVerdict::repeated ? Verdict::duplicate : Verdict::too_old);
+      continue;
+    }
+    const Verdict verdict =
+        add(filter_, estimator::Measurement{.source = static_cast<Source>(sample.channel),
+                                            .time_ns = sample.time_ns,
+                                            .value = sample.value,
+                                            .sigma = sigma_[sample.channel]});
+    count(sample.channel, verdict);
+    if (verdict == Verdict::non_finite) continue;
+    watch_.heard(sample.channel, frame.time_ns, sample.time_ns);
+    statistics_.sources[sample.channel].last_time_ns.set(
+        std::bit_cast<std::uint64_t>(sample.time_ns));
+  }
+}
+
+void Pipeline::take(const estimator::CameraPose& reference) noexcept {
+  record_.details.camera_messages += 1;
+  const Verdict verdict = add(filter_, to_centre_of_gravity(reference, camera_lever_arm_));
+  count(camera, verdict);
+  if (verdict == Verdict::non_finite) return;
+  watch_.heard(camera, reference.arrival_ns, reference.capture_ns);
+  statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
+}
+
+void Pipeline::take_malformed_camera_message() noexcept {
+  record_.details.camera_messages += 1;
+  statistics_.camera_malformed.add();
+}
+
+void Pipeline::count(std::size_t source, Verdict verdict) noexcept {
+  SourceStatistics& statistics = statistics_.sources[source];
+  statistics.verdicts[static_cast<std::size_t>(verdict)].add();
+  statistics.last_verdict.set(static_cast<std::uint64_t>(verdict));
+}
+
+void Pipeline::resume(const odom_pose& pose, const odom_details& details,
+                      std::int64_t gap_ns) noexcept {
+  estimator::resume(filter_, to_estimate(pose, details), static_cast<double>(gap_ns) * 1e-9);
+}
+
+std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
+                                   std::int64_t tick_ns) const noexcept {
+  std::uint32_t bits = outside_conditions_;
+  for (std::size_t source = 0; source < camera; ++source) {
+    if (watch_.overdue(source, tick_ns, start_ns_)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
+    if (watch_.failing(source)) bits |= ODOM_COND_PROTECTION;
+  }
+  const auto camera_verdict = statistics_.sources[camera].last_verdict.get();
+  if (camera_verdict == static_cast<std::uint64_t>(Verdict::gated))
+    bits |= ODOM_COND_CAMERA_REJECTED;
+  if (estimate.model_fault) bits |= ODOM_COND_MODEL_FAULT;
+  if (recovered_ns_ != 0 && tick_ns - recovered_ns_ < recovery_shown_ns)
+    bits |= ODOM_COND_NON_FINITE;
+  return bits;
+}
+
+const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noexcept {
+  if (start_ns_ == 0) start_ns_ = tick_ns;
+
+  const estimator::Estimate estimate = step(filter_, tick_ns);
+  statistics_.sources[camera].last_test_ratio.set(
+      std::bit_cast<std::uint64_t>(estimate.camera_test_ratio));
+
+  if (estimate.recoveries != recoveries_) recovered_ns_ = tick_ns;
+  recoveries_ = estimate.recoveries;
+
+  fill_record(estimate, record_);
+  odom_pose& pose = record_.pose;
+  pose.tick = number;
+  pose.time_ns = tick_ns;
+  pose.conditions = conditions(estimate, tick_ns);
+  pose.mode = static_cast<std::uint32_t>(published_mode(estimate, pose.conditions));
+  pose.health = 0;
+  for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    record_.details.source_age_ns[source] = watch_.age_ns(source, tick_ns);
+    if (watch_.healthy(source, tick_ns)) pose.health |= 1U << source;
+  }
+  return record_;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,33 @@
+// An estimate as it is published, and back: the only place where the estimator's vocabulary meets
+// the shared memory's.
+#pragma once
+
+#include <cstdint>
+
+#include <odom/types.h>
+
+#include "estimator/estimate.hpp"
+
+namespace odomd::daemon {
+
+/// What a tick publishes.
+struct TickRecord {
+  odom_pose pose{};
+  odom_details details{};
+  bool initialised = false;  ///< the pose means something: replay writes rows from here on
+};
+
+/// The mode to publish, by precedence: fault, initialising, degraded, standstill, dead reckoning,
+/// tracking. `conditions` are ODOM_COND_ bits; some of them degrade.
+[[nodiscard]] odom_mode published_mode(const estimator::Estimate& estimate,
+                                       std::uint32_t conditions) noexcept;
+
+/// Fills in everything that the estimate knows. Tick, conditions, mode, health, ages and counts are
+/// the pipeline's.
+void fill_record(const estimator::Estimate& estimate, TickRecord& record) noexcept;
+
+/// What a published pose says of the state, for a successor to go on from.
+[[nodiscard]] estimator::Estimate to_estimate(const odom_pose& pose,
+                                              const odom_details& details) noexcept;
+
+}  // namespace odomd::daemon
