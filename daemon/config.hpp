@@ -103,7 +103,10 @@ struct Config {
 [[nodiscard]] std::vector<can::Database> load_databases(Config& config,
                                                         std::vector<std::string>& warnings);
 
-/// What the filter is told.
+/// The buses that bindings ask for by name, in the order in which the decoder is to number them.
+[[nodiscard]] std::vector<std::string> expected_buses(const Config& config);
+
+/// What the filter is told, but for `initialise_from_camera`, which the surroundings know.
 [[nodiscard]] estimator::FilterSettings filter_settings(const Config& config);
 
 }  // namespace odomd::daemon
