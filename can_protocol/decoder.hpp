@@ -61,6 +61,8 @@ struct BoundMessage {
 
 class Decoder {
  public:
+  struct Tables;  ///< the compiled form, decoder_tables.hpp
+
   /// Compiles. Throws std::invalid_argument whose text names the role, message or signal that does
   /// not fit, with the nearest valid name. `bus_names[i]` is the name of bus i for bindings that
   /// ask for one.
@@ -78,7 +80,6 @@ class Decoder {
   [[nodiscard]] const MessageCounters& counters(std::size_t message) const noexcept;
 
  private:
-  struct Tables;
   std::unique_ptr<Tables> tables_;
 };
 

@@ -1,0 +1,177 @@
+// Checking and protecting payloads.
+#include "can_protocol/e2e.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "can_protocol/crc8.hpp"
+#include "can_protocol/nearest_name.hpp"
+
+namespace odomd::can {
+namespace {
+
+bool is_profile_1(E2eProfile profile) {
+  return profile == E2eProfile::p01 || profile == E2eProfile::p11;
+}
+bool is_profile_2(E2eProfile profile) {
+  return profile == E2eProfile::p02 || profile == E2eProfile::p22;
+}
+bool has_crc(E2eProfile profile) {
+  return is_profile_1(profile) || is_profile_2(profile) || profile == E2eProfile::sae_j1850;
+}
+
+[[noreturn]] void refuse(const Message& message, const std::string& text) {
+  throw std::invalid_argument("end-to-end protection of message '" + message.name + "': " + text);
+}
+
+const Signal& require_signal(const Message& message, const std::string& name,
+                             const std::string& what) {
+  if (name.empty()) refuse(message, "no " + what + " is named; add it");
+  const Signal* signal = find_signal(message, name);
+  if (signal == nullptr) {
+    std::vector<std::string> names;
+    for (const Signal& other : message.signals) names.push_back(other.name);
+    refuse(message, what + " '" + name + "' is no signal of it" + nearest_hint(name, names));
+  }
+  if (signal->multiplexor) refuse(message, what + " '" + name + "' is multiplexed; name another");
+  if (signal->type != ValueType::unsigned_integer)
+    refuse(message, what + " '" + name + "' is not an unsigned integer; name another");
+  if (layout_of(*signal).bytes_needed > message.length)
+    refuse(message, what + " '" + name + "' lies beyond the message's end; mend the database");
+  return *signal;
+}
+
+}  // namespace
+
+E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
+    : profile_(binding.profile),
+      data_id_mode_(binding.data_id_mode),
+      data_id_(binding.data_id),
+      length_(message.length),
+      max_delta_(binding.max_delta_counter) {
+  if (profile_ == E2eProfile::none) return;
+  if (max_delta_ == 0) refuse(message, "max_delta_counter is 0; the least is 1");
+
+  if (has_crc(profile_)) {
+    const Signal& crc = require_signal(message, binding.crc_signal, "crc signal");
+    // A byte of its own has its lowest bit at 0 (little-endian) or its highest at 7.
+    const unsigned aligned = crc.byte_order == ByteOrder::little_endian ? 0 : 7;
+    if (crc.length != 8 || crc.start_bit % 8 != aligned)
+      refuse(message, "crc signal '" + crc.name + "' is not a whole byte; name another");
+    crc_byte_ = static_cast<std::uint8_t>(crc.start_bit / 8);
+  } else if (!binding.crc_signal.empty()) {
+    refuse(message, "a plain counter has no crc signal; remove it, or name another profile");
+  }
+
+  // The checksum alone needs no counter.
+  if (profile_ == E2eProfile::sae_j1850 && binding.counter_signal.empty()) return;
+  const Signal& counter = require_signal(message, binding.counter_signal, "counter signal");
+  counter_ = layout_of(counter);
+  if (is_profile_1(profile_) || is_profile_2(profile_)) {
+    if (counter.length != 4)
+      refuse(message, "counter signal '" + counter.name + "' has " +
+                          std::to_string(counter.length) + " bits instead of 4; name another");
+    counter_values_ = is_profile_1(profile_) ? 15 : 16;
+  } else {
+    if (counter.length > 32)
+      refuse(message, "counter signal '" + counter.name + "' has more than 32 bits; name another");
+    counter_values_ = std::uint64_t{1} << counter.length;
+  }
+
+  if (is_profile_1(profile_) && data_id_mode_ == DataIdMode::nibble) {
+    if (data_id_ > 0xFFF)
+      refuse(message, "data_id is wider than the 12 bits of the NIBBLE mode; mend either");
+    const unsigned low_bit = counter.byte_order == ByteOrder::little_endian
+                                 ? counter.start_bit % 8U
+                                 : (counter.start_bit + 5U) % 8U;
+    if (low_bit % 4 != 0)
+      refuse(message, "counter signal '" + counter.name +
+                          "' is not half a byte, which the NIBBLE mode needs; name another");
+    nibble_ = {1.0,
+               0.0,
+               static_cast<std::uint16_t>(counter.start_bit / 8 * 8 + (low_bit == 0 ? 4 : 0)),
+               4,
+               static_cast<std::uint8_t>(counter.start_bit / 8 + 1),
+               ByteOrder::little_endian,
+               ValueType::unsigned_integer};
+  }
+  if (is_profile_2(profile_)) {
+    if (binding.data_id_list.size() != data_id_list_.size())
+      refuse(message, "data_id_list has " + std::to_string(binding.data_id_list.size()) +
+                          " entries instead of 16; mend it");
+    std::copy(binding.data_id_list.begin(), binding.data_id_list.end(), data_id_list_.begin());
+  }
+}
+
+std::uint8_t E2eProtection::crc(std::span<const std::uint8_t> payload,
+                                std::uint32_t counter) const noexcept {
+  const auto before = payload.first(*crc_byte_);
+  const auto behind = payload.subspan(*crc_byte_ + 1U, length_ - *crc_byte_ - 1U);
+  if (is_profile_1(profile_)) {
+    const auto low = static_cast<std::uint8_t>(data_id_ & 0xFFU);
+    const auto high = static_cast<std::uint8_t>(data_id_ >> 8U);
+    std::uint8_t crc = 0x00;
+    switch (data_id_mode_) {
+      case DataIdMode::both:
+        crc = CrcJ1850::update(CrcJ1850::update(crc, low), high);
+        break;
+      case DataIdMode::alternating:
+        crc = CrcJ1850::update(crc, counter % 2 == 0 ? low : high);
+        break;
+      case DataIdMode::low:
+        crc = CrcJ1850::update(crc, low);
+        break;
+      case DataIdMode::nibble:
+        crc = CrcJ1850::update(CrcJ1850::update(crc, low), std::uint8_t{0});
+        break;
+    }
+    return CrcJ1850::update(CrcJ1850::update(crc, before), behind);
+  }
+  if (is_profile_2(profile_)) {
+    const std::uint8_t crc = CrcH2f::update(CrcH2f::update(0xFF, before), behind);
+    return CrcH2f::update(crc, data_id_list_[counter % data_id_list_.size()]) ^ 0xFFU;
+  }
+  return CrcJ1850::update(CrcJ1850::update(0xFF, before), behind) ^ 0xFFU;
+}
+
+E2eStatus E2eProtection::check(std::span<const std::uint8_t> payload,
+                               E2eState& state) const noexcept {
+  if (payload.empty()) return E2eStatus::no_new_data;
+  if (profile_ == E2eProfile::none) return E2eStatus::ok;
+  if (payload.size() < length_) return E2eStatus::error;
+
+  std::uint32_t counter = 0;
+  if (counter_values_ != 0) {
+    counter = static_cast<std::uint32_t>(extract_bits(counter_, payload));
+    if (counter >= counter_values_) return E2eStatus::error;
+  }
+  if (crc_byte_ && payload[*crc_byte_] != crc(payload, counter)) return E2eStatus::error;
+  if (nibble_.length != 0 && extract_bits(nibble_, payload) != data_id_ >> 8U)
+    return E2eStatus::error;
+  if (counter_values_ == 0) return E2eStatus::ok;
+
+  const std::optional<std::uint32_t> last = state.counter;
+  state.counter = counter;
+  if (!last) return E2eStatus::ok;
+  const std::uint64_t step = (counter + counter_values_ - *last) % counter_values_;
+  if (step == 0) return E2eStatus::repeated;
+  if (step == 1) return E2eStatus::ok;
+  return step <= max_delta_ ? E2eStatus::ok_some_lost : E2eStatus::wrong_sequence;
+}
+
+void E2eProtection::protect(std::span<std::uint8_t> payload, E2eState& state) const noexcept {
+  if (profile_ == E2eProfile::none) return;
+  std::uint32_t counter = 0;
+  if (counter_values_ != 0) {
+    if (state.counter)
+      counter = static_cast<std::uint32_t>((std::uint64_t{*state.counter} + 1) % counter_values_);
+    state.counter = counter;
+    insert_bits(counter_, counter, payload);
+  }
+  if (nibble_.length != 0) insert_bits(nibble_, data_id_ >> 8U, payload);
+  if (crc_byte_) payload[*crc_byte_] = crc(payload, counter);
+}
+
+}  // namespace odomd::can

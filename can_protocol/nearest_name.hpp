@@ -1,0 +1,18 @@
+// The valid name that a misspelt one is nearest to, for error messages.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace odomd {
+
+/// The name with the fewest edits (insert, delete, replace, swap of neighbours; a change of case
+/// counts a tenth) from `wanted`; the first of equals. Empty if there are no names.
+[[nodiscard]] std::string_view nearest_name(std::string_view wanted,
+                                            std::span<const std::string> names);
+
+/// "; the nearest is 'X'", or nothing if there are no names.
+[[nodiscard]] std::string nearest_hint(std::string_view wanted, std::span<const std::string> names);
+
+}  // namespace odomd
