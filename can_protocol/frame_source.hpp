@@ -27,6 +27,12 @@ struct SourceCounters {
   Counter link_downs;       ///< times the link went down or the interface vanished
   Counter stamp_fallbacks;  ///< frames without a usable kernel stamp, timed by their drain
   Counter malformed;        ///< lines of a log, or frames, that could not be taken
+
+  Counter hardware_fallbacks;    ///< hardware stamps were asked for, the frame bore a software one
+  Counter clock_steps;           ///< the wall clock, in which the kernel stamps, was set
+  Counter suspends;              ///< the machine slept
+  Counter bus_offs;              ///< error frames that say bus-off
+  Counter controller_overflows;  ///< error frames that say the controller lost frames
 };
 
 class FrameSource {
@@ -45,6 +51,14 @@ class FrameSource {
   /// State of the link below, as last seen; safe from any thread.
   [[nodiscard]] virtual LinkState link() const noexcept = 0;
   [[nodiscard]] virtual const SourceCounters& counters() const noexcept = 0;
+
+  /// Housekeeping, a few times a second, from one thread that is not the beat: re-opens what went
+  /// away. May allocate and call the system; never throws.
+  virtual void maintain() noexcept {}
+
+  /// The first thing worth telling the user since the source was opened, one line; empty while
+  /// there is none. From the thread that calls `maintain`.
+  [[nodiscard]] virtual std::string complaint() const { return {}; }
 
   /// What the user called it: "can0", "drive.log", "-".
   [[nodiscard]] virtual const std::string& name() const noexcept = 0;

@@ -101,8 +101,8 @@ LinkState LogFeeder::link() const noexcept {
   return fed_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended : LinkState::up;
 }
 
-std::string LogFeeder::first_complaint() const {
-  return has_complaint_.load(std::memory_order_acquire) ? complaint_ : std::string();
+std::string LogFeeder::complaint() const {
+  return has_complaint_.load(std::memory_order_acquire) ? complaint_text_ : std::string();
 }
 
 // The thread's side -------------------------------------------------------------------------------
@@ -195,7 +195,7 @@ LogFeeder::Waited LogFeeder::wait_until(std::int64_t monotonic_ns) const {
 
 void LogFeeder::complain(std::string text) {
   if (has_complaint_.load(std::memory_order_relaxed)) return;
-  complaint_ = std::move(text);
+  complaint_text_ = std::move(text);
   has_complaint_.store(true, std::memory_order_release);
 }
 

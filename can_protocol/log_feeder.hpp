@@ -48,9 +48,7 @@ class LogFeeder final : public FrameSource {
     return clock_.offset_ns();
   }
 
-  /// The first complaint about the input, one line; empty while there is none. Any thread but the
-  /// beat.
-  [[nodiscard]] std::string first_complaint() const;
+  [[nodiscard]] std::string complaint() const override;
 
  private:
   enum class Waited : std::uint8_t { due, stopped };
@@ -79,7 +77,7 @@ class LogFeeder final : public FrameSource {
   std::uint8_t last_bus_ = 0;
   bool input_ended_ = false;
 
-  std::string complaint_;  // written once, before the flag
+  std::string complaint_text_;  // written once, before the flag
   std::atomic<bool> has_complaint_{false};
   std::atomic<bool> fed_{false};  // the thread pushes no more
   SpscRing<Frame, ring_capacity> ring_;

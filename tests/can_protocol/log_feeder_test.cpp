@@ -215,7 +215,7 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   EXPECT_EQ(drain(feeder, 100).size(), 9U);
   EXPECT_EQ(feeder.link(), LinkState::ended);
   EXPECT_EQ(feeder.counters().malformed.get(), 4U);  // two lines, one bus, the cut-off end
-  EXPECT_THAT(feeder.first_complaint(), HasSubstr("drive.log:2: expected '('"));
+  EXPECT_THAT(feeder.complaint(), HasSubstr("drive.log:2: expected '('"));
 }
 
 TEST(LogFeeder, RefusesALogThatCannotBeOpened) {

@@ -1,0 +1,123 @@
+// From CLOCK_REALTIME, in which the kernel stamps frames, to CLOCK_MONOTONIC.
+//
+// The kernel keeps REALTIME - MONOTONIC constant between two steps of the wall clock (slewing moves
+// both alike; a suspend counts as a step, MONOTONIC stands still in it). So each bracketed reading
+//     before <= instant of `realtime` <= after   (on MONOTONIC)
+// says that the offset lies in [realtime - after, realtime - before], the intersection of all
+// readings is the offset to some nanoseconds, and an empty intersection is a step.
+//
+// A stamp that was taken before a step is converted by the offset of that time: each offset has the
+// span of MONOTONIC in which it can have been in force, and a stamp belongs to the newest offset
+// that puts it into its own span.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace odomd::can {
+
+/// The clocks read one after the other, in this order.
+struct ClockReading {
+  std::int64_t before_ns = 0;    ///< CLOCK_MONOTONIC
+  std::int64_t realtime_ns = 0;  ///< CLOCK_REALTIME
+  std::int64_t boottime_ns = 0;  ///< CLOCK_BOOTTIME
+  std::int64_t after_ns = 0;     ///< CLOCK_MONOTONIC
+};
+
+/// Reads the clocks without a system call where the machine has a vDSO clock source. When something
+/// comes between, reads again, at most twice, and returns the closest reading. Real-time safe.
+[[nodiscard]] ClockReading read_clocks() noexcept;
+
+enum class ClockEvent : std::uint8_t { none, stepped, suspended };
+
+/// Real-time safe, no clock of its own. One thread.
+class WallClock {
+ public:
+  /// A frame waits no longer than this for its drain.
+  static constexpr std::int64_t max_age_ns = 10'000'000'000;
+
+  /// What happened since the reading before: the wall clock was set, or the machine was suspended
+  /// (which sets it, too).
+  ClockEvent update(const ClockReading& reading) noexcept {
+    const Interval offset{reading.realtime_ns - reading.after_ns - rounding_ns,
+                          reading.realtime_ns - reading.before_ns + rounding_ns};
+    const Interval boot{reading.boottime_ns - reading.after_ns - rounding_ns,
+                        reading.boottime_ns - reading.before_ns + rounding_ns};
+    if (count_ == 0) {
+      boot_ = boot;
+      begin_span(offset, INT64_MIN);
+      last_reading_ns_ = reading.after_ns;
+      return ClockEvent::none;
+    }
+    ClockEvent event = ClockEvent::none;
+    if (!boot_.narrow(boot)) {
+      boot_ = boot;
+      event = ClockEvent::suspended;
+    }
+    if (!spans_[0].offset.narrow(offset)) {
+      spans_[0].until_ns = reading.after_ns;
+      begin_span(offset, last_reading_ns_);
+      if (event == ClockEvent::none) event = ClockEvent::stepped;
+    }
+    last_reading_ns_ = reading.after_ns;
+    return event;
+  }
+
+  /// The stamp on CLOCK_MONOTONIC, not after `now_ns`; nothing when no offset makes it a plausible
+  /// time of reception.
+  [[nodiscard]] std::optional<std::int64_t> to_monotonic(std::int64_t realtime_ns,
+                                                         std::int64_t now_ns) const noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Span& span = spans_[i];
+      const std::int64_t time = realtime_ns - span.offset.middle();
+      const std::int64_t earliest = std::max(span.from_ns, now_ns - max_age_ns);
+      const std::int64_t latest = std::min(span.until_ns, now_ns);
+      if (time >= earliest - slack_ns && time <= latest + slack_ns) return std::min(time, now_ns);
+    }
+    return std::nullopt;
+  }
+
+  /// CLOCK_REALTIME - CLOCK_MONOTONIC now. Only after the first update.
+  [[nodiscard]] std::int64_t offset_ns() const noexcept { return spans_[0].offset.middle(); }
+
+ private:
+  static constexpr std::int64_t rounding_ns = 1;    // each clock is cut off to nanoseconds
+  static constexpr std::int64_t slack_ns = 50'000;  // of the offset while readings are few
+
+  struct Interval {
+    std::int64_t low = 0;
+    std::int64_t high = 0;
+
+    /// Intersects with another; false, and unchanged, when nothing would be left.
+    bool narrow(const Interval& other) noexcept {
+      if (other.low > high || other.high < low) return false;
+      low = std::max(low, other.low);
+      high = std::min(high, other.high);
+      return true;
+    }
+    [[nodiscard]] std::int64_t middle() const noexcept { return low + (high - low) / 2; }
+  };
+
+  struct Span {
+    Interval offset;
+    std::int64_t from_ns = 0;
+    std::int64_t until_ns = 0;
+  };
+
+  void begin_span(const Interval& offset, std::int64_t from_ns) noexcept {
+    std::shift_right(spans_.begin(), spans_.end(), 1);
+    // INT64_MIN and INT64_MAX as bounds would overflow with the slack.
+    spans_[0] = {offset, std::max(from_ns, INT64_MIN / 2), INT64_MAX / 2};
+    count_ = std::min(count_ + 1, spans_.size());
+  }
+
+  std::array<Span, 4> spans_{};  // newest first
+  std::size_t count_ = 0;
+  Interval boot_;
+  std::int64_t last_reading_ns_ = 0;
+};
+
+}  // namespace odomd::can
