@@ -1,0 +1,242 @@
+// Whose segments are believed, what is refused, and that there is one writer.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <grp.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <climits>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <random>
+
+#include "tests/shm_api/segment_fixture.hpp"
+
+namespace odomd::shm::testing {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr uid_t stranger = 54321;
+
+// Only root can give a file away.
+bool can_make_strangers() {
+  if (geteuid() == 0) return true;
+  std::cout << "not run: 1 (needs root to give a file to a stranger)\n";
+  return false;
+}
+
+class Access : public ::testing::Test {
+ protected:
+  TemporaryDirectory directory;
+  std::string path = directory.file("pose");
+
+  [[nodiscard]] odom_status try_open(const std::string& name) const {
+    odom_client* client = nullptr;
+    const odom_status status = odom_open(name.c_str(), &client);
+    EXPECT_EQ(client != nullptr, status == ODOM_OK);
+    odom_close(client);
+    return status;
+  }
+
+  [[nodiscard]] std::string refusal(const SegmentSettings& settings) const {
+    try {
+      const Writer writer(settings, test_info());
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+};
+
+TEST_F(Access, NoFileIsNoSegment) {
+  EXPECT_EQ(try_open(path), ODOM_NO_SEGMENT);
+  EXPECT_EQ(try_open(path + "/below"), ODOM_NO_SEGMENT);
+}
+
+TEST_F(Access, APosixShmNameIsAFileInDevShm) {
+  const std::string name = "/odomd-test-" + std::to_string(getpid());
+  {
+    const Writer writer({.name = name, .slots = 8}, test_info());
+    EXPECT_EQ(try_open(name), ODOM_OK);
+    EXPECT_EQ(try_open("/dev/shm" + name), ODOM_OK);
+  }
+  unlink(("/dev/shm" + name).c_str());
+  unlink(("/dev/shm" + name + ".lock").c_str());
+}
+
+TEST_F(Access, TheEnvironmentNamesTheSegmentWhereTheCallerDoesNot) {
+  const Writer writer({.name = path, .slots = 8}, test_info());
+  ASSERT_EQ(setenv("ODOM_SHM", path.c_str(), 1), 0);
+  odom_client* client = nullptr;
+  EXPECT_EQ(odom_open(nullptr, &client), ODOM_OK);
+  odom_info info{};
+  EXPECT_EQ(odom_get_info(client, &info, sizeof info), ODOM_OK);
+  EXPECT_EQ(info.instance_id, writer.info().instance_id);
+  odom_close(client);
+  unsetenv("ODOM_SHM");
+}
+
+TEST_F(Access, AStrangersSegmentIsRefused) {
+  if (!can_make_strangers()) return;
+  const Writer writer({.name = path, .slots = 8}, test_info());
+  ASSERT_EQ(try_open(path), ODOM_OK);
+  ASSERT_EQ(chown(path.c_str(), stranger, static_cast<gid_t>(-1)), 0);
+  EXPECT_EQ(try_open(path), ODOM_REFUSED);
+}
+
+TEST_F(Access, ASuccessorByAStrangerIsNotFollowed) {
+  if (!can_make_strangers()) return;
+  ClientPointer client;
+  {
+    Writer writer({.name = path, .slots = 8}, test_info(1'000'000));
+    publish_patterned(writer, 1, now_ns());
+    writer.set_heartbeat(now_ns() - 1'000'000'000);
+    client = open_client(path);
+  }
+  Writer successor({.name = path, .slots = 8}, test_info(1'000'000'000));
+  publish_patterned(successor, 9, now_ns());
+  ASSERT_EQ(chown(path.c_str(), stranger, static_cast<gid_t>(-1)), 0);
+  odom_pose pose{};
+  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
+  EXPECT_EQ(pose.tick, 1U);
+}
+
+TEST_F(Access, ASegmentThatOthersMayWriteIsRefused) {
+  const Writer writer({.name = path, .slots = 8}, test_info());
+  for (const mode_t mode : {0664U, 0646U}) {
+    ASSERT_EQ(chmod(path.c_str(), mode), 0);
+    EXPECT_EQ(try_open(path), ODOM_REFUSED);
+  }
+}
+
+TEST_F(Access, LinksPipesAndDirectoriesAreRefused) {
+  const Writer writer({.name = path, .slots = 8}, test_info());
+  const std::string link = directory.file("link");
+  ASSERT_EQ(symlink(path.c_str(), link.c_str()), 0);
+  EXPECT_EQ(try_open(link), ODOM_REFUSED);
+  const std::string pipe = directory.file("pipe");
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(try_open(pipe), ODOM_REFUSED);
+  EXPECT_EQ(try_open(directory.file(".") + "./"), ODOM_INVALID);
+  const std::string inner = directory.file("inner");
+  ASSERT_EQ(mkdir(inner.c_str(), 0700), 0);
+  EXPECT_EQ(try_open(inner), ODOM_REFUSED);
+}
+
+TEST_F(Access, WhatIsNoSegmentIsAnotherAbi) {
+  for (const std::size_t size : {0U, 1U, 4095U, 4096U, 100000U}) {
+    std::ofstream(path, std::ios::binary) << std::string(size, 'x');
+    EXPECT_EQ(try_open(path), ODOM_ABI) << size;
+  }
+}
+
+TEST_F(Access, ATruncatedSegmentIsRefusedAtOpen) {
+  { const Writer writer({.name = path, .slots = 8}, test_info()); }
+  ASSERT_EQ(truncate(path.c_str(), 4096 + 8 * 768 - 1), 0);
+  EXPECT_EQ(try_open(path), ODOM_ABI);
+}
+
+TEST_F(Access, ADamagedHeaderNeverLeadsAReaderAstray) {
+  {
+    Writer writer({.name = path, .slots = 8}, test_info());
+    for (std::uint64_t tick = 1; tick < 20; ++tick) publish_patterned(writer, tick, now_ns());
+  }
+  std::mt19937_64 random(1);
+  int accepted = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const std::string damaged = directory.file("damaged");
+    std::filesystem::copy_file(path, damaged, std::filesystem::copy_options::overwrite_existing);
+    const std::size_t word = trial % 2 == 0 ? random() % 20 : 64 + random() % 8;
+    const std::uint64_t value = random() >> (random() % 64);
+    std::fstream file(damaged, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(static_cast<std::streamoff>(8 * word));
+    std::array<char, 8> bytes{};
+    std::memcpy(bytes.data(), &value, sizeof value);
+    file.write(bytes.data(), bytes.size());
+    file.close();
+
+    odom_client* client = nullptr;
+    if (odom_open(damaged.c_str(), &client) != ODOM_OK) continue;
+    ++accepted;
+    odom_pose pose{};
+    odom_details details{};
+    odom_latest_details(client, &pose, sizeof pose, &details, sizeof details);
+    odom_at(client, static_cast<std::int64_t>(random()), &pose, sizeof pose);
+    pose.tick = 0;
+    odom_wait(client, &pose, sizeof pose, 0);
+    odom_beat beat{};
+    odom_get_beat(client, &beat, sizeof beat);
+    odom_close(client);
+  }
+  EXPECT_GT(accepted, 0);
+}
+
+TEST_F(Access, ASecondWriterIsRefusedAndTheFirstNamed) {
+  const SegmentSettings settings{.name = path, .slots = 8};
+  {
+    const Writer writer(settings, test_info());
+    EXPECT_THAT(refusal(settings), HasSubstr("process " + std::to_string(getpid()) + " publishes"));
+    EXPECT_EQ(try_open(path), ODOM_OK);
+  }
+  EXPECT_EQ(refusal(settings), "accepted");
+}
+
+TEST_F(Access, AStrangersLockIsRefused) {
+  if (!can_make_strangers()) return;
+  std::ofstream(path + ".lock") << "1\n";
+  ASSERT_EQ(chown((path + ".lock").c_str(), stranger, static_cast<gid_t>(-1)), 0);
+  EXPECT_THAT(refusal({.name = path}), HasSubstr("belongs to user 54321"));
+}
+
+TEST_F(Access, WhatADeadWriterLeftBesideIsSweptAway) {
+  std::ofstream(path + ".tmp") << "half a segment";
+  const Writer writer({.name = path, .slots = 8}, test_info());
+  EXPECT_EQ(try_open(path), ODOM_OK);
+  EXPECT_FALSE(std::filesystem::exists(path + ".tmp"));
+}
+
+TEST_F(Access, ModeAndGroupAreSet) {
+  const gid_t gid = getegid();
+  const group* entry = getgrgid(gid);
+  ASSERT_NE(entry, nullptr);
+  const Writer writer({.name = path, .slots = 8, .mode = 0640, .group = entry->gr_name},
+                      test_info());
+  struct stat status {};
+  ASSERT_EQ(stat(path.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 07777U, 0640U);
+  EXPECT_EQ(status.st_gid, gid);
+}
+
+TEST_F(Access, UnusableSettingsAreNamed) {
+  EXPECT_THAT(refusal({.name = "odomd"}), HasSubstr("'odomd'"));
+  EXPECT_THAT(refusal({.name = ""}), HasSubstr("[shm] name"));
+  EXPECT_THAT(refusal({.name = "/.."}), HasSubstr("[shm] name"));
+  EXPECT_THAT(refusal({.name = directory.file("none/pose")}), HasSubstr("no such directory"));
+  EXPECT_THAT(refusal({.name = "/" + std::string(300, 'a')}), HasSubstr("too long"));
+  EXPECT_THAT(refusal({.name = path, .slots = 1000}), HasSubstr("power of two"));
+  EXPECT_THAT(refusal({.name = path, .slots = 2}), HasSubstr("power of two"));
+  EXPECT_THAT(refusal({.name = path, .mode = 0666}), HasSubstr("[shm] mode"));
+  EXPECT_THAT(refusal({.name = path, .slots = 8, .group = "no-such-group"}),
+              HasSubstr("'no-such-group'"));
+  EXPECT_FALSE(std::filesystem::exists(path + ".tmp"));
+  EXPECT_THROW(Writer({.name = path}, test_info(0)), std::invalid_argument);
+}
+
+TEST_F(Access, AFailedStartLeavesThePredecessorInPlace) {
+  std::uint64_t instance = 0;
+  {
+    const Writer writer({.name = path, .slots = 8}, test_info());
+    instance = writer.info().instance_id;
+  }
+  EXPECT_THAT(refusal({.name = path, .slots = 8, .group = "no-such-group"}), Not("accepted"));
+  odom_info info{};
+  const ClientPointer client = open_client(path);
+  odom_get_info(client.get(), &info, sizeof info);
+  EXPECT_EQ(info.instance_id, instance);
+}
+
+}  // namespace
+}  // namespace odomd::shm::testing

@@ -1,0 +1,147 @@
+// The camera's side of the socket: what goes over the wire, and what happens when nobody listens.
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+
+#include <odom/odom.hpp>
+
+#include "tests/shm_api/segment_fixture.hpp"
+
+namespace odomd::shm::testing {
+namespace {
+
+class Daemon {
+ public:
+  explicit Daemon(const std::string& path) : path_(path) {
+    listener_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    if (bind(listener_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
+        listen(listener_, 4) != 0)
+      throw std::runtime_error("bind " + path);
+  }
+  ~Daemon() {
+    if (connection_ >= 0) close(connection_);
+    close(listener_);
+    unlink(path_.c_str());
+  }
+  Daemon(const Daemon&) = delete;
+  Daemon& operator=(const Daemon&) = delete;
+
+  void accept_one() { connection_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC); }
+  odom_camera_message receive() {
+    std::array<char, 256> bytes{};
+    EXPECT_EQ(recv(connection_, bytes.data(), bytes.size(), MSG_DONTWAIT), 80);
+    odom_camera_message message{};
+    std::memcpy(&message, bytes.data(), sizeof message);
+    return message;
+  }
+
+ private:
+  std::string path_;
+  int listener_ = -1;
+  int connection_ = -1;
+};
+
+odom_camera_message seen_pose() {
+  odom_camera_message message{};
+  message.clock = ODOM_CLOCK_REALTIME;
+  message.capture_ns = 1'700'000'000'123'456'789;
+  message.x = 1.5;
+  message.y = -2.5;
+  message.yaw = 0.25;
+  message.sigma_x = message.sigma_y = 0.008;
+  message.sigma_yaw = 0.009;
+  return message;
+}
+
+class CameraSender : public ::testing::Test {
+ protected:
+  TemporaryDirectory directory;
+  std::string path = directory.file("camera.sock");
+  odom::CameraSender sender;
+};
+
+TEST_F(CameraSender, APoseIsOneMessage) {
+  Daemon daemon(path);
+  ASSERT_EQ(sender.open(path.c_str()), 0);
+  daemon.accept_one();
+  ASSERT_EQ(sender.send(seen_pose()), 0);
+  ASSERT_EQ(sender.send(seen_pose()), 0);
+  const odom_camera_message first = daemon.receive();
+  EXPECT_EQ(std::memcmp(&first, "ODCM", 4), 0);
+  EXPECT_EQ(first.version, 1);
+  EXPECT_EQ(first.clock, ODOM_CLOCK_REALTIME);
+  EXPECT_EQ(first.sequence, 1U);
+  EXPECT_EQ(first.capture_ns, 1'700'000'000'123'456'789);
+  EXPECT_EQ(first.yaw, 0.25);
+  EXPECT_EQ(first.sigma_yaw, 0.009);
+  EXPECT_EQ(first.reserved, 0U);
+  EXPECT_EQ(daemon.receive().sequence, 2U);
+}
+
+TEST_F(CameraSender, NobodyThereIsAnError) {
+  EXPECT_EQ(sender.open(path.c_str()), -ENOENT);
+  EXPECT_EQ(sender.send(seen_pose()), -EINVAL);
+  EXPECT_EQ(sender.open(std::string(200, 'x').c_str()), -ENAMETOOLONG);
+  EXPECT_EQ(sender.open(""), -EINVAL);
+}
+
+TEST_F(CameraSender, ARestartedDaemonIsFoundAgain) {
+  {
+    Daemon daemon(path);
+    ASSERT_EQ(sender.open(path.c_str()), 0);
+    daemon.accept_one();
+    ASSERT_EQ(sender.send(seen_pose()), 0);
+  }
+  EXPECT_EQ(sender.send(seen_pose()), -ENOENT);
+  Daemon restarted(path);
+  ASSERT_EQ(sender.send(seen_pose()), 0);
+  restarted.accept_one();
+  EXPECT_EQ(restarted.receive().sequence, 3U);
+}
+
+TEST_F(CameraSender, ARestartBetweenTwoPosesCostsNone) {
+  auto daemon = std::make_unique<Daemon>(path);
+  ASSERT_EQ(sender.open(path.c_str()), 0);
+  daemon->accept_one();
+  daemon.reset();
+  Daemon restarted(path);
+  EXPECT_EQ(sender.send(seen_pose()), 0);
+  restarted.accept_one();
+  EXPECT_EQ(restarted.receive().sequence, 1U);
+}
+
+TEST_F(CameraSender, ADaemonThatDoesNotReadBlocksNobody) {
+  Daemon daemon(path);
+  ASSERT_EQ(sender.open(path.c_str()), 0);
+  int error = 0;
+  for (int i = 0; i < 100'000 && error == 0; ++i) error = sender.send(seen_pose());
+  EXPECT_EQ(error, -EAGAIN);
+}
+
+TEST_F(CameraSender, UnusablePosesStayHere) {
+  Daemon daemon(path);
+  ASSERT_EQ(sender.open(path.c_str()), 0);
+  for (double odom_camera_message::*field :
+       {&odom_camera_message::x, &odom_camera_message::y, &odom_camera_message::yaw,
+        &odom_camera_message::sigma_x, &odom_camera_message::sigma_yaw}) {
+    odom_camera_message message = seen_pose();
+    message.*field = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(sender.send(message), -EINVAL);
+  }
+  odom_camera_message message = seen_pose();
+  message.sigma_y = 0.0;
+  EXPECT_EQ(sender.send(message), -EINVAL);
+  message = seen_pose();
+  message.clock = 3;
+  EXPECT_EQ(sender.send(message), -EINVAL);
+}
+
+}  // namespace
+}  // namespace odomd::shm::testing

@@ -1,0 +1,168 @@
+// odom_at: the pose at a past time, across missed ticks, resets and the ends of the history.
+#include <gtest/gtest.h>
+#include <cmath>
+
+#include "tests/shm_api/segment_fixture.hpp"
+
+namespace odomd::shm::testing {
+namespace {
+
+constexpr std::uint64_t slots = 64;
+
+class History : public ::testing::Test {
+ protected:
+  TemporaryDirectory directory;
+  std::string path = directory.file("pose");
+  Writer writer{{.name = path, .slots = slots}, test_info()};
+  ClientPointer client = open_client(path);
+  odom_pose pose{};
+
+  void publish(const odom_pose& p) { writer.publish(p, odom_details{}); }
+  odom_status at(std::int64_t time_ns) {
+    return odom_at(client.get(), time_ns, &pose, sizeof pose);
+  }
+};
+
+// A circle, driven at constant speed: v = 2 m/s, yaw rate 3 rad/s, heading along the tangent.
+odom_pose circling_pose(std::uint64_t tick) {
+  odom_pose pose{};
+  pose.tick = tick;
+  pose.time_ns = static_cast<std::int64_t>(tick) * period_ns;
+  const double yaw = 3.0 * static_cast<double>(pose.time_ns) * 1e-9;
+  pose.yaw = yaw;
+  pose.x = 2.0 / 3.0 * std::sin(yaw);
+  pose.y = -2.0 / 3.0 * std::cos(yaw);
+  pose.odom_yaw = yaw;
+  pose.odom_x = pose.x + 10.0;
+  pose.odom_y = pose.y;
+  pose.vx = 2.0;
+  pose.yaw_rate = 3.0;
+  pose.covariance[0] = static_cast<double>(tick);
+  pose.mode = ODOM_TRACKING;
+  return pose;
+}
+
+double distance_from_circle(const odom_pose& p) {
+  const double yaw = 3.0 * static_cast<double>(p.time_ns) * 1e-9;
+  return std::hypot(p.x - 2.0 / 3.0 * std::sin(yaw), p.y + 2.0 / 3.0 * std::cos(yaw));
+}
+
+TEST_F(History, NothingPublishedIsNoPose) {
+  EXPECT_EQ(at(5), ODOM_NO_POSE);
+}
+
+TEST_F(History, EveryTickOfTheHistoryIsFoundExactly) {
+  for (std::uint64_t tick = 1; tick <= 200; ++tick) publish(moving_pose(tick));
+  for (std::uint64_t tick = 200 - slots + 1; tick <= 200; ++tick) {
+    ASSERT_EQ(at(static_cast<std::int64_t>(tick) * period_ns), ODOM_OK) << tick;
+    EXPECT_EQ(pose.tick, tick);
+    EXPECT_EQ(pose.x, moving_pose(tick).x);
+  }
+}
+
+TEST_F(History, BothEndsAreTold) {
+  for (std::uint64_t tick = 1; tick <= 200; ++tick) publish(moving_pose(tick));
+  EXPECT_EQ(at(200 * period_ns), ODOM_OK);
+  EXPECT_EQ(at(200 * period_ns + 1), ODOM_TOO_NEW);
+  EXPECT_EQ(at(INT64_MAX), ODOM_TOO_NEW);
+  const auto oldest = static_cast<std::int64_t>(200 - slots + 1) * period_ns;
+  EXPECT_EQ(at(oldest), ODOM_OK);
+  EXPECT_EQ(at(oldest - 1), ODOM_TOO_OLD);
+  EXPECT_EQ(at(0), ODOM_TOO_OLD);
+  EXPECT_EQ(at(INT64_MIN), ODOM_TOO_OLD);
+}
+
+TEST_F(History, AYoungHistoryBeginsWithItsFirstTick) {
+  for (std::uint64_t tick = 5; tick <= 9; ++tick) publish(moving_pose(tick));
+  EXPECT_EQ(at(5 * period_ns), ODOM_OK);
+  EXPECT_EQ(at(5 * period_ns - 1), ODOM_TOO_OLD);
+}
+
+TEST_F(History, BetweenTicksThePoseIsInterpolated) {
+  for (std::uint64_t tick = 1; tick <= 100; ++tick) publish(circling_pose(tick));
+  for (std::int64_t t = 60 * period_ns; t < 99 * period_ns; t += 777'777) {
+    ASSERT_EQ(at(t), ODOM_OK);
+    EXPECT_EQ(pose.time_ns, t);
+    EXPECT_EQ(pose.tick, static_cast<std::uint64_t>(t / period_ns));
+    EXPECT_LT(distance_from_circle(pose), 1e-7);
+    EXPECT_NEAR(pose.odom_x - 10.0, pose.x, 1e-9);
+    EXPECT_NEAR(pose.yaw, 3e-9 * static_cast<double>(t), 1e-9);
+    EXPECT_NEAR(pose.covariance[0], static_cast<double>(t) / period_ns, 1e-9);
+  }
+}
+
+TEST_F(History, MissedTicksAreBridged) {
+  // Ticks 61..79 were missed: 100 ms from 60 to 80.
+  for (std::uint64_t tick = 1; tick <= 100; ++tick)
+    if (tick <= 60 || tick >= 80) publish(circling_pose(tick));
+  for (std::int64_t t = 55 * period_ns; t < 99 * period_ns; t += 1'234'567) {
+    ASSERT_EQ(at(t), ODOM_OK) << t;
+    EXPECT_LT(distance_from_circle(pose), 20e-6);
+  }
+  ASSERT_EQ(at(70 * period_ns), ODOM_OK);
+  EXPECT_EQ(pose.tick, 60U);
+}
+
+TEST_F(History, EveryOtherTickMissing) {
+  for (std::uint64_t tick = 2; tick <= 200; tick += 2) publish(circling_pose(tick));
+  for (std::int64_t t = 150 * period_ns; t <= 200 * period_ns; t += 999'999) {
+    ASSERT_EQ(at(t), ODOM_OK) << t;
+    EXPECT_LT(distance_from_circle(pose), 1e-6);
+  }
+}
+
+TEST_F(History, ALongerGapIsNotBridged) {
+  publish(moving_pose(1));
+  publish(moving_pose(2));
+  publish(moving_pose(23));
+  EXPECT_EQ(at(2 * period_ns), ODOM_OK);
+  EXPECT_EQ(at(2 * period_ns + 1), ODOM_GAP);
+  EXPECT_EQ(at(23 * period_ns - 1), ODOM_GAP);
+  EXPECT_EQ(at(23 * period_ns), ODOM_OK);
+}
+
+TEST_F(History, AGapLongerThanTheRingHidesWhatWasBefore) {
+  publish(moving_pose(1));
+  publish(moving_pose(1 + 3 * slots));
+  EXPECT_EQ(at(period_ns), ODOM_TOO_OLD);
+  EXPECT_EQ(at(static_cast<std::int64_t>(1 + 3 * slots) * period_ns), ODOM_OK);
+}
+
+TEST_F(History, NeverAcrossAReset) {
+  for (std::uint64_t tick = 1; tick <= 10; ++tick) {
+    odom_pose p = moving_pose(tick);
+    if (tick >= 6) {
+      p.reset_count = 1;
+      p.x += 100.0;
+    }
+    publish(p);
+  }
+  EXPECT_EQ(at(5 * period_ns), ODOM_OK);
+  EXPECT_LT(pose.x, 1.0);
+  EXPECT_EQ(at(5 * period_ns + 1), ODOM_RESET);
+  EXPECT_EQ(at(6 * period_ns - 1), ODOM_RESET);
+  EXPECT_EQ(at(6 * period_ns), ODOM_OK);
+  EXPECT_GT(pose.x, 99.0);
+  EXPECT_EQ(at(6 * period_ns + 1), ODOM_OK);
+}
+
+TEST_F(History, YawTakesTheShorterWay) {
+  odom_pose a = moving_pose(1);
+  odom_pose b = moving_pose(2);
+  a.yaw = 3.1;
+  b.yaw = -3.1;  // a restarted daemon may count its turns anew
+  publish(a);
+  publish(b);
+  ASSERT_EQ(at(period_ns * 3 / 2), ODOM_OK);
+  EXPECT_NEAR(pose.yaw, 3.14159265, 1e-6);
+}
+
+TEST_F(History, ATimeAfterSilenceIsStaleButGiven) {
+  for (std::uint64_t tick = 1; tick <= 10; ++tick) publish(moving_pose(tick));
+  writer.set_heartbeat(now_ns() - 5 * period_ns);
+  EXPECT_EQ(at(5 * period_ns), ODOM_STALE);
+  EXPECT_EQ(pose.tick, 5U);
+}
+
+}  // namespace
+}  // namespace odomd::shm::testing

@@ -1,0 +1,244 @@
+// Writers die and are followed by others: staleness, re-attachment, inheritance, and a writer that
+// is killed at random instants.
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <cstring>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "tests/shm_api/segment_fixture.hpp"
+
+extern char** environ;
+
+namespace odomd::shm::testing {
+namespace {
+
+constexpr std::int64_t slow_ns = 1'000'000'000;  // stale after 4 s: the test is not that slow
+constexpr std::int64_t fast_ns = 1'000'000;      // stale after 4 ms
+
+class Succession : public ::testing::Test {
+ protected:
+  TemporaryDirectory directory;
+  std::string path = directory.file("pose");
+  SegmentSettings settings{.name = path, .slots = 64};
+};
+
+TEST_F(Succession, SilenceOfFourPeriodsIsStaleAndTheLastPoseIsGiven) {
+  Writer writer(settings, test_info(slow_ns));
+  const ClientPointer client = open_client(path);
+  publish_patterned(writer, 1, 1);
+  odom_pose pose{};
+  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
+  writer.set_heartbeat(now_ns() - 4 * slow_ns - 1);
+  pose = {};
+  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
+  EXPECT_EQ(pose.tick, 1U);
+  odom_view view{};
+  EXPECT_EQ(odom_begin(client.get(), &view), ODOM_STALE);
+  EXPECT_TRUE(odom_validate(&view));
+  writer.set_heartbeat(now_ns());
+  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
+}
+
+TEST_F(Succession, AHeartbeatOnAnotherClockIsStale) {
+  Writer writer(settings, test_info(slow_ns));
+  const ClientPointer client = open_client(path);
+  publish_patterned(writer, 1, 1);
+  odom_pose pose{};
+  for (const std::int64_t heartbeat : {now_ns() + 60 * slow_ns, INT64_MIN, INT64_MAX}) {
+    writer.set_heartbeat(heartbeat);
+    EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE) << heartbeat;
+  }
+}
+
+TEST_F(Succession, AClientGoesOverToTheSuccessorOnceItPublishes) {
+  ClientPointer client;
+  {
+    Writer writer(settings, test_info(fast_ns));
+    publish_patterned(writer, 100, now_ns());
+    client = open_client(path);
+    writer.set_heartbeat(now_ns() - 10 * fast_ns);
+  }
+  Writer successor(settings, test_info(slow_ns));
+  odom_pose pose{};
+  const std::int64_t until = now_ns() + 10 * fast_ns;
+  while (now_ns() < until) {
+    ASSERT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
+    ASSERT_EQ(pose.tick, 100U);
+  }
+  publish_patterned(successor, 3, now_ns());
+  // The wait takes it for the newer one although its tick is lower.
+  EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 5 * slow_ns), ODOM_OK);
+  EXPECT_EQ(pose.tick, 3U);
+  odom_info info{};
+  EXPECT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_OK);
+  EXPECT_EQ(info.instance_id, successor.info().instance_id);
+}
+
+TEST_F(Succession, ARemovedNameLeavesTheLastPose) {
+  ClientPointer client;
+  {
+    Writer writer(settings, test_info(fast_ns));
+    publish_patterned(writer, 1, 5);
+    client = open_client(path);
+    writer.set_heartbeat(now_ns() - 10 * fast_ns);
+  }
+  unlink(path.c_str());
+  odom_pose pose{};
+  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
+  EXPECT_TRUE(is_whole(pose));
+  // Silence, not a time-out, is what a wait reports, and it gives the last pose.
+  odom_pose waited{};
+  EXPECT_EQ(odom_wait(client.get(), &waited, sizeof waited, 1'000'000), ODOM_STALE);
+  EXPECT_EQ(waited.tick, 1U);
+}
+
+TEST_F(Succession, TheSuccessorInheritsTheLastPose) {
+  EXPECT_FALSE(Writer(settings, test_info()).predecessor().has_value());
+  std::uint64_t instance = 0;
+  {
+    Writer writer(settings, test_info());
+    EXPECT_FALSE(writer.predecessor().has_value());  // published nothing
+    publish_patterned(writer, 7, 70);
+    publish_patterned(writer, 9, 90);
+    instance = writer.info().instance_id;
+  }
+  const Writer successor(settings, test_info());
+  ASSERT_TRUE(successor.predecessor().has_value());
+  EXPECT_EQ(successor.predecessor()->pose.tick, 9U);
+  EXPECT_TRUE(is_whole(successor.predecessor()->pose, &successor.predecessor()->details));
+  EXPECT_EQ(successor.predecessor()->info.instance_id, instance);
+  EXPECT_NE(successor.info().instance_id, instance);
+}
+
+TEST_F(Succession, AStrangerLeavesNothingToInherit) {
+  if (geteuid() != 0) {
+    std::cout << "not run: 1 (needs root to give a file to a stranger)\n";
+    return;
+  }
+  {
+    Writer writer(settings, test_info());
+    publish_patterned(writer, 7, 70);
+  }
+  ASSERT_EQ(chown(path.c_str(), 54321, static_cast<gid_t>(-1)), 0);
+  EXPECT_FALSE(Writer(settings, test_info()).predecessor().has_value());
+}
+
+// A writer in a process of its own, ended by SIGKILL.
+class Publisher {
+ public:
+  Publisher(const std::string& path, const std::string& period_ns) {
+    std::string program = ODOMD_SHM_PUBLISHER;
+    std::string name = path;
+    std::string period = period_ns;
+    std::array<char*, 4> arguments{program.data(), name.data(), period.data(), nullptr};
+    if (posix_spawn(&pid_, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0)
+      throw std::runtime_error("posix_spawn: " + program);
+  }
+  ~Publisher() {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+ private:
+  pid_t pid_ = -1;
+};
+
+struct ReaderCounts {
+  std::uint64_t reads = 0;
+  std::uint64_t torn = 0;
+  std::uint64_t instances = 0;
+  std::uint64_t unexpected = 0;
+};
+
+// Reads in every way there is until told to stop.
+ReaderCounts read_on(const std::string& path, const std::atomic<bool>& stop) {
+  ReaderCounts counts;
+  const ClientPointer client = open_client(path);
+  std::uint64_t instance = 0;
+  odom_pose waited{};
+  while (!stop.load(std::memory_order_relaxed)) {
+    odom_pose pose{};
+    odom_details details{};
+    odom_status status =
+        odom_latest_details(client.get(), &pose, sizeof pose, &details, sizeof details);
+    if (status <= ODOM_STALE) {
+      ++counts.reads;
+      if (!is_whole(pose, &details)) ++counts.torn;
+    } else if (status != ODOM_NO_POSE && status != ODOM_BUSY) {
+      ++counts.unexpected;
+    }
+    odom_view view{};
+    if (odom_begin(client.get(), &view) <= ODOM_STALE) {
+      const std::uint64_t tick = odom_view_word(&view, ODOM_WORD_TICK);
+      const std::uint64_t last = odom_view_word(&view, ODOM_WORD_DETAILS + 60);
+      if (odom_validate(&view) != 0 && last != pattern(tick, 88)) ++counts.torn;
+    }
+    status = odom_wait(client.get(), &waited, sizeof waited, 100'000);
+    if (status == ODOM_OK && !is_whole(waited)) ++counts.torn;
+    odom_info info{};
+    if (odom_get_info(client.get(), &info, sizeof info) <= ODOM_STALE &&
+        info.instance_id != instance) {
+      instance = info.instance_id;
+      ++counts.instances;
+    }
+  }
+  return counts;
+}
+
+TEST_F(Succession, ReadersSurviveTheWritersDeathAtAnyInstant) {
+  const int kills = 48;
+  { Writer first(settings, test_info(fast_ns)); }
+  std::atomic<bool> stop{false};
+  std::array<ReaderCounts, 3> counts;
+  std::vector<std::thread> readers;
+  for (ReaderCounts& count : counts) readers.emplace_back([&] { count = read_on(path, stop); });
+
+  const ClientPointer client = open_client(path);
+  std::mt19937_64 random(7);
+  const auto pause = [&](std::uint64_t up_to_us) {
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % up_to_us));
+  };
+  for (int i = 0; i < kills; ++i) {
+    {
+      const Publisher publisher(path, std::to_string(fast_ns));
+      if (i % 2 == 0) {
+        // While it publishes: an old client finds it within a few seconds, whatever was before.
+        odom_pose pose{};
+        odom_status status = ODOM_STALE;
+        const std::int64_t deadline = now_ns() + 10 * slow_ns;
+        while ((status = odom_latest(client.get(), &pose, sizeof pose)) != ODOM_OK &&
+               now_ns() < deadline)
+          pause(100);
+        EXPECT_EQ(status, ODOM_OK) << "kill " << i;
+        EXPECT_TRUE(is_whole(pose));
+      }
+      pause(4000);  // or while it starts
+    }
+    if (i % 8 == 7) {
+      const Writer heir(settings, test_info(fast_ns));
+      if (heir.predecessor()) {
+        EXPECT_TRUE(is_whole(heir.predecessor()->pose, &heir.predecessor()->details));
+      }
+    }
+  }
+  stop = true;
+  for (std::thread& reader : readers) reader.join();
+  for (const ReaderCounts& count : counts) {
+    EXPECT_EQ(count.torn, 0U);
+    EXPECT_EQ(count.unexpected, 0U);
+    EXPECT_GT(count.reads, 0U);
+    EXPECT_GT(count.instances, 5U);
+  }
+}
+
+}  // namespace
+}  // namespace odomd::shm::testing
