@@ -31,7 +31,7 @@ constexpr std::array<std::string_view, 2> timestamp_names{"software", "hardware"
 std::string resolve_source(const std::string& source, const std::filesystem::path& file) {
   const auto beside = file.parent_path() / source;
   std::error_code error;
-  const bool is_path = source.find('/') != std::string::npos;
+  const bool is_path = source.find('/') != std::string::npos || source.ends_with(".log");
   if (source == "-" || (!is_path && !std::filesystem::exists(beside, error))) return source;
   return std::filesystem::absolute(beside).lexically_normal().string();
 }
