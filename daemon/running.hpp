@@ -1,0 +1,43 @@
+// Everything that runs, for housekeeping and the status to look at.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "can_protocol/frame_source.hpp"
+#include "can_protocol/log_clock.hpp"
+#include "daemon/beat.hpp"
+#include "daemon/camera_door.hpp"
+#include "daemon/config.hpp"
+#include "daemon/event.hpp"
+#include "daemon/pipeline.hpp"
+#include "daemon/realtime.hpp"
+#include "shm_api/writer.hpp"
+
+namespace odomd::daemon {
+
+/// What the machine granted, for the status.
+struct RealtimeFacts {
+  bool memory_locked = false;
+  bool dma_latency_held = false;
+  int priority = 0;
+  int cpu = -1;
+  std::vector<std::string> refusals;
+};
+
+struct Running {
+  const Config& config;
+  const RealtimeFacts& realtime;
+  const std::vector<std::unique_ptr<can::FrameSource>>& sources;
+  const can::LogClock& log_clock;
+  const Pipeline& pipeline;
+  const shm::Writer& writer;
+  CameraDoor& cameras;
+  EventRing& events;
+  Beat& beat;
+  std::int64_t started_ns = 0;  ///< CLOCK_MONOTONIC
+};
+
+}  // namespace odomd::daemon
