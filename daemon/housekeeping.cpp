@@ -1,0 +1,203 @@
+#include "daemon/housekeeping.hpp"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace odomd::daemon {
+namespace {
+
+constexpr int turn_ms = 20;
+constexpr std::int64_t linger_ns = 200'000'000;          // after the last input has ended
+constexpr std::int64_t status_every_ns = 1'000'000'000;  // to the service manager
+
+double milliseconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-6;
+}
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+std::int64_t monotonic_now() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+Housekeeping::Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+                           std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
+                           AtEnd at_end)
+    : running_(running),
+      journal_(journal),
+      sources_(running),
+      signals_(std::move(signals)),
+      camera_(std::move(camera)),
+      status_(std::move(status)),
+      camera_group_(running.config.camera.socket_group.empty()
+                        ? ::getegid()
+                        : group_named(running.config.camera.socket_group)),
+      at_end_(at_end) {}
+
+void Housekeeping::run() {
+  std::array<pollfd, 3> inputs{pollfd{signals_.get(), POLLIN, 0},
+                               pollfd{camera_ ? camera_->get() : -1, POLLIN, 0},
+                               pollfd{status_ ? status_->get() : -1, POLLIN, 0}};
+  while (!stop_) {
+    ::poll(inputs.data(), inputs.size(), turn_ms);
+    const std::int64_t now_ns = monotonic_now();
+    if (inputs[0].revents != 0) read_signals();
+    if (inputs[1].revents != 0) accept_cameras(now_ns);
+    if (inputs[2].revents != 0) serve_status(now_ns);
+    for (const auto& source : running_.sources) source->maintain();
+    tell_events();
+    running_.cameras.close_ended();
+    sources_.look(published(), now_ns, journal_);
+    look_at_end(now_ns);
+    tell_service_manager(now_ns);
+  }
+  service_manager_.stopping();
+}
+
+void Housekeeping::read_signals() {
+  signalfd_siginfo info{};
+  while (::read(signals_.get(), &info, sizeof info) == sizeof info) {
+    if (info.ssi_signo == SIGHUP) {
+      journal_.reopen();
+    } else {
+      journal_.info(fmt::format("ending: signal {}", info.ssi_signo == SIGINT ? "INT" : "TERM"));
+      stop_ = true;
+    }
+  }
+}
+
+void Housekeeping::accept_cameras(std::int64_t now_ns) {
+  while (auto connection = camera_->accept()) {
+    const auto peer = peer_of(connection.get());
+    if (!peer ||
+        !peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
+      journal_.warn(Topic::camera_refused, now_ns,
+                    fmt::format("a camera process (pid {}, uid {}) was refused; put its user into "
+                                "the group of [camera] socket_group",
+                                peer ? peer->pid : 0, peer ? peer->uid : 0));
+      continue;
+    }
+    if (running_.cameras.admit(std::move(connection), *peer)) {
+      journal_.info(
+          Topic::camera_connection, now_ns,
+          fmt::format("a camera process connected (pid {}, uid {})", peer->pid, peer->uid));
+    } else {
+      journal_.warn(Topic::camera_refused, now_ns,
+                    fmt::format("a camera process (pid {}) was refused: {} are connected already; "
+                                "end one of them",
+                                peer->pid, CameraDoor::max_connections));
+    }
+  }
+}
+
+void Housekeeping::serve_status(std::int64_t now_ns) {
+  const std::string document = status_json(running_, published(), now_ns);
+  while (const auto connection = status_->accept()) {
+    // It fits into the socket's buffer many times: nobody waits for whoever does not read.
+    static_cast<void>(::send(connection.get(), document.data(), document.size(), MSG_NOSIGNAL));
+  }
+}
+
+void Housekeeping::tell_events() {
+  while (const auto event = running_.events.next()) tell(*event);
+}
+
+void Housekeeping::tell(const Event& event) {
+  const std::int64_t at = event.time_ns;
+  switch (event.kind) {
+    case EventKind::overrun:
+      journal_.warn(Topic::overrun, at,
+                    fmt::format("a tick overran: it worked for {:.3f} ms and had woken {:.3f} ms "
+                                "late",
+                                milliseconds(event.a), milliseconds(event.b)));
+      break;
+    case EventKind::missed:
+      journal_.warn(Topic::missed, at,
+                    fmt::format("{} ticks were missed: the beat woke {:.3f} ms late", event.a,
+                                milliseconds(event.b)));
+      break;
+    case EventKind::mode_changed:
+      journal_.info(
+          Topic::mode, at,
+          fmt::format("mode: {}, was {}", name_of_mode(static_cast<std::uint32_t>(event.b)),
+                      name_of_mode(static_cast<std::uint32_t>(event.a))));
+      break;
+    case EventKind::pose_reset:
+      journal_.info(Topic::pose_reset, at,
+                    fmt::format("the map pose was set anew (reset {})", event.a));
+      break;
+    case EventKind::clock_stepped:
+      journal_.warn(Topic::clock, at,
+                    fmt::format("the wall clock was set by {:+.6f} s", seconds(event.a)));
+      break;
+    case EventKind::suspended:
+      journal_.warn(Topic::clock, at,
+                    fmt::format("the machine was suspended; the wall clock moved by {:+.3f} s",
+                                seconds(event.a)));
+      break;
+    case EventKind::camera_gone:
+      journal_.info(Topic::camera_connection, at, "a camera process went away");
+      break;
+    case EventKind::camera_malformed:
+      journal_.warn(Topic::camera_malformed, at,
+                    fmt::format("a camera message was not understood: {}",
+                                malformed_texts[static_cast<std::size_t>(event.a)]));
+      break;
+  }
+}
+
+void Housekeeping::look_at_end(std::int64_t now_ns) {
+  const bool ended = std::ranges::all_of(
+      running_.sources, [](const auto& source) { return source->link() == can::LinkState::ended; });
+  if (!ended) {
+    ended_ns_ = 0;
+  } else if (ended_ns_ == 0) {
+    ended_ns_ = now_ns;
+  } else if (at_end_ == AtEnd::exit && now_ns - ended_ns_ > linger_ns) {
+    journal_.info("ending: all inputs have ended");
+    stop_ = true;
+  }
+}
+
+void Housekeeping::tell_service_manager(std::int64_t now_ns) {
+  const std::uint64_t ticks = running_.beat.counters().ticks.get();
+  if (!ready_ && ticks > 0) {
+    service_manager_.ready();
+    ready_ = true;
+  }
+  service_manager_.feed_watchdog(ticks, now_ns);
+  if (now_ns - last_status_ns_ < status_every_ns) return;
+  last_status_ns_ = now_ns;
+  const auto seen = published();
+  service_manager_.status(fmt::format("{}, {} poses", name_of_mode(seen.pose.mode), ticks));
+}
+
+PublishedPose Housekeeping::published() {
+  PublishedPose seen;
+  if (!client_) {
+    odom_client* client = nullptr;
+    if (odom_open(running_.config.shm.name.c_str(), &client) != ODOM_OK) return seen;
+    client_.reset(client);
+  }
+  const odom_status status = odom_latest_details(client_.get(), &seen.pose, sizeof seen.pose,
+                                                 &seen.details, sizeof seen.details);
+  seen.valid = status == ODOM_OK || status == ODOM_STALE;
+  return seen;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,63 @@
+// Housekeeping: everything that may take its time. It owns the log, the service manager, the
+// listening sockets and the signals; the beat owes it nothing but events.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include <odom/odom.h>
+
+#include "can_protocol/file_descriptor.hpp"
+#include "daemon/journal.hpp"
+#include "daemon/local_socket.hpp"
+#include "daemon/running.hpp"
+#include "daemon/service_manager.hpp"
+#include "daemon/source_reporter.hpp"
+#include "daemon/status.hpp"
+
+namespace odomd::daemon {
+
+/// What to do when every log and pipe has ended.
+enum class AtEnd : std::uint8_t { go_on, exit };
+
+class Housekeeping {
+ public:
+  /// `signals` is a signalfd of TERM, INT and HUP.
+  Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+               std::optional<LocalSocket> camera, std::optional<LocalSocket> status, AtEnd at_end);
+
+  /// Returns when the daemon is to end.
+  void run();
+
+ private:
+  void read_signals();
+  void accept_cameras(std::int64_t now_ns);
+  void serve_status(std::int64_t now_ns);
+  void tell_events();
+  void tell(const Event& event);
+  void look_at_end(std::int64_t now_ns);
+  void tell_service_manager(std::int64_t now_ns);
+  [[nodiscard]] PublishedPose published();
+
+  struct CloseClient {
+    void operator()(odom_client* client) const { odom_close(client); }
+  };
+
+  const Running& running_;
+  Journal& journal_;
+  ServiceManager service_manager_;
+  SourceReporter sources_;
+  can::FileDescriptor signals_;
+  std::optional<LocalSocket> camera_;
+  std::optional<LocalSocket> status_;
+  gid_t camera_group_ = 0;
+  AtEnd at_end_;
+  std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes
+  std::int64_t ended_ns_ = 0;                         // since when all inputs have ended
+  std::int64_t last_status_ns_ = 0;
+  bool ready_ = false;
+  bool stop_ = false;
+};
+
+}  // namespace odomd::daemon

@@ -1,0 +1,28 @@
+// What systemd is told: ready, how it goes, stopping, and that the beat still beats. Without a
+// service manager every call does nothing.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace odomd::daemon {
+
+class ServiceManager {
+ public:
+  ServiceManager();
+
+  void ready() const;
+  void stopping() const;
+  void status(const std::string& text) const;
+
+  /// Feeds the watchdog, but only when the ticks have moved since the last time: a beat that hangs
+  /// is to be restarted.
+  void feed_watchdog(std::uint64_t ticks, std::int64_t now_ns);
+
+ private:
+  std::int64_t feed_every_ns_ = 0;  // 0: no watchdog
+  std::int64_t last_fed_ns_ = 0;
+  std::uint64_t last_ticks_ = 0;
+};
+
+}  // namespace odomd::daemon

@@ -1,0 +1,91 @@
+#include "daemon/source_reporter.hpp"
+
+#include <fmt/format.h>
+
+namespace odomd::daemon {
+namespace {
+
+using can::LinkState;
+
+std::string message_of(const Config& config, std::size_t source) {
+  for (const auto& binding : config.can.bindings)
+    if (binding.channel == source) return binding.message;
+  return "";
+}
+
+}  // namespace
+
+SourceReporter::SourceReporter(const Running& running)
+    : running_(running), buses_(running.sources.size()) {}
+
+void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, Journal& journal) {
+  look_at_links(now_ns, journal);
+  if (published.valid) look_at_signals(published, now_ns, journal);
+}
+
+void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
+  for (std::size_t i = 0; i < buses_.size(); ++i) {
+    const can::FrameSource& source = *running_.sources[i];
+    Bus& bus = buses_[i];
+    const LinkState link = source.link();
+    if (link != bus.link) {
+      const std::string& name = source.name();
+      switch (link) {
+        case LinkState::up:
+          journal.info(fmt::format("{}: the bus is up again", name));
+          break;
+        case LinkState::down:
+          journal.warn(
+              fmt::format("{}: the bus is down; bring it up: ip link set {} up", name, name));
+          break;
+        case LinkState::gone:
+          journal.warn(fmt::format("{}: there is no such interface; it is waited for", name));
+          break;
+        case LinkState::ended:
+          journal.info(fmt::format("{}: has ended after {} frames; the pose goes on without it",
+                                   name == "-" ? "standard input" : name,
+                                   source.counters().received.get()));
+          break;
+      }
+      bus.link = link;
+    }
+    if (const std::uint64_t lost = source.counters().lost.get(); lost != bus.lost) {
+      journal.warn(Topic::frames_lost, now_ns,
+                   fmt::format("{}: the kernel dropped {} frames; raise [can] receive_buffer",
+                               source.name(), lost - bus.lost));
+      bus.lost = lost;
+    }
+    if (std::string complaint = source.complaint(); complaint != bus.complaint) {
+      if (!complaint.empty()) journal.warn(complaint);
+      bus.complaint = std::move(complaint);
+    }
+  }
+}
+
+void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_t now_ns,
+                                     Journal& journal) {
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    if (!running_.config.can.signals[i].configured) continue;
+    Signal& signal = signals_[i];
+    const bool healthy = (published.pose.health >> i & 1U) != 0;
+    const auto label = [&] {
+      return fmt::format("{} ({})", estimator::source_names[i], message_of(running_.config, i));
+    };
+    if (healthy) {
+      if (signal == Signal::unhealthy) journal.info(label() + " is fine again");
+      signal = Signal::healthy;
+    } else if (signal == Signal::healthy) {
+      const std::int64_t age_ns = published.details.source_age_ns[i];
+      const bool overdue = age_ns > running_.config.can.signals[i].timeout_ns;
+      journal.warn(overdue ? fmt::format("{} is overdue: the last one is {:.3f} s old", label(),
+                                         static_cast<double>(age_ns) * 1e-9)
+                           : label() + " fails its protection: look at the status");
+      signal = Signal::unhealthy;
+    } else if (signal == Signal::waited_for && now_ns - running_.started_ns > patience_ns) {
+      journal.warn(label() + " was never received: is it on the bus, and is the database right?");
+      signal = Signal::unhealthy;
+    }
+  }
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,41 @@
+// Says in words what changes about the inputs: buses that go down and come back, signals that fail
+// to appear, frames that the kernel dropped. Compares what it sees with what it saw the last time.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "daemon/journal.hpp"
+#include "daemon/running.hpp"
+#include "daemon/status.hpp"
+
+namespace odomd::daemon {
+
+class SourceReporter {
+ public:
+  explicit SourceReporter(const Running& running);
+
+  void look(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
+
+ private:
+  void look_at_links(std::int64_t now_ns, Journal& journal);
+  void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
+
+  /// A signal that never came is spoken of after so long.
+  static constexpr std::int64_t patience_ns = 2'000'000'000;
+
+  struct Bus {
+    can::LinkState link = can::LinkState::up;
+    std::uint64_t lost = 0;
+    std::string complaint;
+  };
+  enum class Signal : std::uint8_t { waited_for, healthy, unhealthy };
+
+  const Running& running_;
+  std::vector<Bus> buses_;
+  std::array<Signal, estimator::source_count> signals_{};
+};
+
+}  // namespace odomd::daemon
