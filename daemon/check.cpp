@@ -1,0 +1,108 @@
+#include "daemon/check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace odomd::daemon {
+namespace {
+
+constexpr std::array<std::string_view, 10> unit_names{"1",   "rad",  "deg", "rad/s", "deg/s",
+                                                      "m/s", "km/h", "rpm", "m/s2",  "g"};
+constexpr std::array<std::string_view, 7> profile_names{"none", "P01",     "P02",      "P11",
+                                                        "P22",  "counter", "SAE J1850"};
+
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+/// Lines "  name  text", one idea each.
+class Lines {
+ public:
+  template <typename... Args>
+  void add(std::string_view name, fmt::format_string<Args...> text, Args&&... args) {
+    fmt::format_to(std::back_inserter(text_), "  {:<18} ", name);
+    fmt::format_to(std::back_inserter(text_), text, std::forward<Args>(args)...);
+    text_ += '\n';
+  }
+  void title(std::string_view name) { text_ += fmt::format("{}\n", name); }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+std::string conversion(const can::SignalBinding& binding) {
+  if (binding.forward)
+    return fmt::format("forward = {}, reverse = {}", *binding.forward, *binding.reverse);
+  auto text = fmt::format("in {}", unit_names[static_cast<std::size_t>(binding.unit)]);
+  if (binding.unit == can::Unit::rpm)
+    text += fmt::format(", radius {} m, ratio {}", binding.radius_m, binding.ratio);
+  if (binding.scale != 1.0) text += fmt::format(", times {}", binding.scale);
+  if (binding.offset != 0.0) text += fmt::format(", plus {}", binding.offset);
+  return text;
+}
+
+void add_signals(Lines& lines, const Config& config) {
+  lines.title("signals");
+  for (const auto& binding : config.can.bindings) {
+    const SignalSettings& settings = config.can.signals[binding.channel];
+    std::string extra;
+    if (!binding.bus.empty()) extra += fmt::format(", on {} alone", binding.bus);
+    if (binding.latency_ns != 0) extra += fmt::format(", {} s old", seconds(binding.latency_ns));
+    if (binding.valid_when)
+      extra +=
+          fmt::format(", while {} = {}", binding.valid_when->signal, binding.valid_when->equals);
+    lines.add(binding.role, "{}.{} {}, sigma {}, time-out {} s{}", binding.message,
+              fmt::join(binding.signals, " + "), conversion(binding), settings.sigma,
+              seconds(settings.timeout_ns), extra);
+  }
+}
+
+}  // namespace
+
+std::string summary(const Config& config, std::span<const can::Database> databases,
+                    std::span<const std::string> warnings) {
+  Lines lines;
+  const estimator::Vehicle& car = config.vehicle;
+  lines.title(config.file.string());
+  lines.add("vehicle",
+            "{} kg, {} + {} m to the axles, {} kg m2, stiffness {} + {} N/rad, track {} m",
+            car.mass, car.front_axle, car.rear_axle, car.yaw_inertia, car.cornering_stiffness_front,
+            car.cornering_stiffness_rear, car.track_width);
+  lines.add("model", "{}, every {} s", name_of(config.model), seconds(config.realtime.period_ns));
+  lines.add("real time", "priority {}, {}", config.realtime.priority,
+            config.realtime.cpu < 0 ? std::string("any CPU")
+                                    : fmt::format("CPU {}", config.realtime.cpu));
+  if (config.initial_pose) {
+    lines.add("initial pose", "{}, {} m, {} rad", config.initial_pose->x, config.initial_pose->y,
+              config.initial_pose->yaw);
+  } else {
+    lines.add("initial pose", "{}",
+              config.camera.configured ? "the first camera pose" : "0, 0 m, 0 rad");
+  }
+  lines.add("sources", "{}",
+            config.can.sources.empty() ? std::string("none yet: give --can or [can] source")
+                                       : fmt::format("{}", fmt::join(config.can.sources, ", ")));
+  for (const auto& database : databases)
+    lines.add("database", "{}: {} messages", database.file, database.messages.size());
+  if (config.camera.configured)
+    lines.add("camera", "{} (mode {:04o}), at most {} s late", config.camera.socket.string(),
+              config.camera.socket_mode, config.camera.max_latency_s);
+  lines.add("shared memory", "{} (mode {:04o})", config.shm.name, config.shm.mode);
+  lines.add("status", "{}", config.status.socket.string());
+  add_signals(lines, config);
+  if (!config.can.protections.empty()) lines.title("protection");
+  for (const auto& protection : config.can.protections)
+    lines.add(protection.message, "{}",
+              profile_names[static_cast<std::size_t>(protection.profile)]);
+  if (!warnings.empty()) lines.title("warnings");
+  std::string text = lines.text();
+  for (const auto& warning : warnings) text += fmt::format("  {}\n", warning);
+  return text;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,16 @@
+// `odomd --check`: what would be done, for a person to read before the car drives.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "can_protocol/dbc.hpp"
+#include "daemon/config.hpp"
+
+namespace odomd::daemon {
+
+/// The summary of a configuration that has been held against its databases.
+[[nodiscard]] std::string summary(const Config& config, std::span<const can::Database> databases,
+                                  std::span<const std::string> warnings);
+
+}  // namespace odomd::daemon

@@ -1,0 +1,62 @@
+// odomd: the car's bus in, the car's pose in shared memory every 5 ms.
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "daemon/check.hpp"
+#include "daemon/options.hpp"
+#include "daemon/run.hpp"
+
+namespace {
+
+using namespace odomd::daemon;
+
+constexpr int done = 0;
+constexpr int failed = 1;
+constexpr int unusable = 2;
+
+int report(std::string text, int status) {
+  std::ranges::replace(text, '\n', ' ');  // one line, whatever was thrown
+  std::cerr << "odomd: " << text << '\n';
+  return status;
+}
+
+void start(const Options& options) {
+  Config config = configure(options);
+  std::vector<std::string> warnings = config.warnings;
+  const auto databases = load_databases(config, warnings);
+  if (options.check) {
+    std::cout << summary(config, databases, warnings);
+    return;
+  }
+  run_daemon(config, databases, warnings,
+             {options.exit_at_end ? AtEnd::exit : AtEnd::go_on,
+              options.initial.empty() ? Resume::allowed : Resume::forbidden});
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Turns the car's CAN bus and a camera's poses into the car's pose in shared memory.",
+               "odomd"};
+  app.set_version_flag("--version", "odomd " ODOMD_VERSION);
+  Options options;
+  try {
+    add_options(app, options);
+    app.parse(argc, argv);
+    start(options);
+    return std::cout.flush() ? done : report("standard output: cannot be written", failed);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
+    return report(fmt::format("{}; see odomd --help", error.what()), unusable);
+  } catch (const std::invalid_argument& error) {
+    return report(error.what(), unusable);
+  } catch (const std::exception& error) {
+    return report(error.what(), failed);
+  }
+}

@@ -1,0 +1,88 @@
+#include "daemon/options.hpp"
+
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace odomd::daemon {
+namespace {
+
+/// The option's name in front of what is wrong with its value.
+template <typename Parse>
+auto parsed(std::string_view option, Parse parse) {
+  try {
+    return parse();
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(fmt::format("{}: {}", option, error.what()));
+  }
+}
+
+}  // namespace
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("--config", options.config, "Configuration file (TOML)")
+      ->type_name("FILE")
+      ->required();
+  app.add_option("--can", options.sources,
+                 "Interface (can0), candump log (drive.log), or - for a log on standard input; may "
+                 "be given several times; instead of [can] source")
+      ->type_name("SRC")
+      ->take_all()
+      ->allow_extra_args(false);
+  app.add_option("--model", options.model, "kinematic or paper; instead of [filter] model")
+      ->type_name("MODEL");
+  app.add_option("--initial", options.initial,
+                 "Pose to start from, in metres and radians; instead of [initial] pose")
+      ->type_name("X,Y,YAW");
+  app.add_option("--shm", options.shm, "Name or path of the segment; instead of [shm] name")
+      ->type_name("NAME");
+  app.add_option("--camera-socket", options.camera_socket,
+                 "Where camera processes connect; instead of [camera] socket")
+      ->type_name("PATH");
+  app.add_option("--status-socket", options.status_socket,
+                 "Where `odom status` asks; instead of [status] socket")
+      ->type_name("PATH");
+  app.add_option("--log-level", options.log_level, "Least serious message that is logged")
+      ->type_name("LEVEL")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}));
+  app.add_flag("--check", options.check,
+               "Read the configuration and the databases, say what would be done, and exit");
+  app.add_flag("--exit-at-end", options.exit_at_end,
+               "End when the last log or pipe has ended, instead of going on by dead reckoning");
+  app.footer(
+      "Examples:\n"
+      "  odomd --config car.toml --check\n"
+      "  odomd --config car.toml --can can0\n"
+      "  odomd --config car.toml --can drive.log --exit-at-end --initial 0,0,0\n"
+      "  candump -L can0 | odomd --config car.toml --can -\n"
+      "TERM and INT end it cleanly; HUP opens the log anew.\n"
+      "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
+}
+
+Config configure(const Options& options) {
+  Config config = load_config(options.config);
+  if (!options.sources.empty()) config.can.sources = options.sources;
+  if (config.can.sources.size() > can::max_buses)
+    throw std::invalid_argument(fmt::format("--can: names {} sources; {} is the most",
+                                            config.can.sources.size(), can::max_buses));
+  if (!options.model.empty())
+    config.model = parsed("--model", [&] { return parse_model(options.model); });
+  if (!options.initial.empty())
+    config.initial_pose = parsed("--initial", [&] { return parse_pose(options.initial); });
+  if (!options.shm.empty()) {
+    if (options.shm.size() < 2 || options.shm.front() != '/')
+      throw std::invalid_argument(
+          fmt::format("--shm: \"{}\" must begin with a slash: /odomd, or a path", options.shm));
+    config.shm.name = options.shm;
+  }
+  if (!options.camera_socket.empty()) {
+    config.camera.configured = true;
+    config.camera.socket = std::filesystem::absolute(options.camera_socket);
+  }
+  if (!options.status_socket.empty())
+    config.status.socket = std::filesystem::absolute(options.status_socket);
+  if (!options.log_level.empty()) config.log.level = options.log_level;
+  return config;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,36 @@
+// The command line of odomd.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "daemon/config.hpp"
+#include "daemon/housekeeping.hpp"
+
+namespace odomd::daemon {
+
+/// What the command line says; where it is silent the configuration counts.
+struct Options {
+  std::filesystem::path config;
+  std::vector<std::string> sources;
+  std::string model;
+  std::string initial;
+  std::string shm;
+  std::string camera_socket;
+  std::string status_socket;
+  std::string log_level;
+  bool check = false;
+  bool exit_at_end = false;
+};
+
+/// Describes the options to CLI11.
+void add_options(CLI::App& app, Options& options);
+
+/// Reads the configuration and lays the command line over it. Throws std::invalid_argument.
+[[nodiscard]] Config configure(const Options& options);
+
+}  // namespace odomd::daemon

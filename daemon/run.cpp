@@ -1,0 +1,208 @@
+#include "daemon/run.hpp"
+
+#include <pthread.h>
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <future>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/open_source.hpp"
+#include "daemon/beat.hpp"
+#include "daemon/journal.hpp"
+#include "daemon/pipeline.hpp"
+#include "daemon/relay.hpp"
+#include "daemon/running.hpp"
+#include "shm_api/writer.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+/// A predecessor's pose is gone on from while it is younger than this.
+constexpr std::int64_t inheritance_ns = 2'000'000'000;
+
+std::int64_t monotonic_now() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+can::FileDescriptor catch_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
+  ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  can::FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!descriptor) throw std::system_error(errno, std::generic_category(), "signalfd");
+  return descriptor;
+}
+
+void copy_text(char (&to)[ODOM_TEXT], std::string_view from) {
+  from.copy(to, sizeof to - 1);
+}
+
+odom_info segment_info(const Config& config) {
+  odom_info info{};
+  info.period_ns = config.realtime.period_ns;
+  info.mass = config.vehicle.mass;
+  info.front_axle = config.vehicle.front_axle;
+  info.rear_axle = config.vehicle.rear_axle;
+  info.yaw_inertia = config.vehicle.yaw_inertia;
+  info.cornering_stiffness_front = config.vehicle.cornering_stiffness_front;
+  info.cornering_stiffness_rear = config.vehicle.cornering_stiffness_rear;
+  info.track_width = config.vehicle.track_width;
+  copy_text(info.model, name_of(config.model));
+  copy_text(info.version, ODOMD_VERSION);
+  return info;
+}
+
+std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config,
+                                                            const can::Decoder& decoder,
+                                                            can::BusNames& buses,
+                                                            can::LogClock& log_clock) {
+  can::InterfaceSettings settings;
+  for (const auto& message : decoder.messages())
+    settings.keys.push_back(can::frame_key(message.id, message.format));
+  settings.stamps = config.can.timestamps == Timestamps::hardware ? can::StampSource::hardware
+                                                                  : can::StampSource::software;
+  settings.receive_buffer = config.can.receive_buffer;
+  std::vector<std::unique_ptr<can::FrameSource>> sources;
+  for (const auto& name : config.can.sources)
+    sources.push_back(can::open_source(name, buses, log_clock, settings));
+  return sources;
+}
+
+/// Goes on from a predecessor's pose where there is a young one. A log file starts its own drive.
+bool resume(Pipeline& pipeline, const shm::Writer& writer, const Config& config,
+            const RunSettings& settings) {
+  const bool all_files = std::ranges::all_of(config.can.sources, [](const auto& source) {
+    return can::source_kind(source) == can::SourceKind::log;
+  });
+  const auto& predecessor = writer.predecessor();
+  if (settings.resume == Resume::forbidden || all_files || !predecessor) return false;
+  const std::int64_t gap_ns = monotonic_now() - predecessor->pose.time_ns;
+  if (gap_ns < 0 || gap_ns >= inheritance_ns || predecessor->pose.mode == ODOM_INITIALISING ||
+      predecessor->pose.mode == ODOM_FAULT)
+    return false;
+  pipeline.resume(predecessor->pose, predecessor->details, gap_ns);
+  return true;
+}
+
+/// The beat in its thread, for as long as this lives.
+class BeatThread {
+ public:
+  BeatThread(Beat& beat, const RealtimeConfig& config, bool memory_locked, bool resumed)
+      : beat_(beat), thread_([this, &config, memory_locked, resumed] {
+          ThreadGrant grant = become_realtime(config.priority, config.cpu, "odomd-beat");
+          const bool realtime = memory_locked && grant.priority > 0;
+          grant_.set_value(std::move(grant));
+          Surroundings surroundings(realtime ? 0U : std::uint32_t{ODOM_COND_NOT_REALTIME});
+          if (resumed) surroundings.restarted(monotonic_now());
+          beat_.run(surroundings);
+        }) {}
+  ~BeatThread() {
+    beat_.stop();
+    thread_.join();
+  }
+  BeatThread(const BeatThread&) = delete;
+  BeatThread& operator=(const BeatThread&) = delete;
+
+  [[nodiscard]] ThreadGrant grant() { return grant_.get_future().get(); }
+
+ private:
+  Beat& beat_;
+  std::promise<ThreadGrant> grant_;
+  std::thread thread_;
+};
+
+/// The status is a convenience: without its socket the daemon still does its work.
+std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
+  try {
+    return LocalSocket({config.socket, SocketType::stream, config.socket_mode, {}});
+  } catch (const std::exception& error) {
+    journal.warn(fmt::format("no status: {}; set [status] socket", error.what()));
+    return std::nullopt;
+  }
+}
+
+std::optional<LocalSocket> open_camera_socket(const CameraConfig& config) {
+  if (!config.configured) return std::nullopt;
+  return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group});
+}
+
+RealtimeFacts facts_of(const MachineGrant& machine, const ThreadGrant& beat,
+                       const ThreadGrant& relay) {
+  RealtimeFacts facts{machine.memory_locked, static_cast<bool>(machine.dma_latency), beat.priority,
+                      beat.cpu, machine.refusals};
+  for (const auto* grant : {&beat, &relay})
+    facts.refusals.insert(facts.refusals.end(), grant->refusals.begin(), grant->refusals.end());
+  return facts;
+}
+
+}  // namespace
+
+void run_daemon(const Config& config, std::span<const can::Database> databases,
+                std::span<const std::string> warnings, const RunSettings& settings) {
+  if (config.can.sources.empty())
+    throw std::invalid_argument(fmt::format(
+        "{}: no CAN source is named; give --can can0, or [can] source", config.file.string()));
+
+  auto signals = catch_signals();
+  Journal journal(config.log);
+  for (const auto& warning : warnings) journal.warn(warning);
+  const MachineGrant machine = prepare_machine();
+
+  // The segment first: its lock keeps a second daemon from touching anything else.
+  shm::Writer writer({config.shm.name, 1024, config.shm.mode, config.shm.group},
+                     segment_info(config));
+  auto camera_socket = open_camera_socket(config.camera);
+  auto status_socket = open_status_socket(config.status, journal);
+
+  const auto expected = expected_buses(config);
+  can::BusNames buses;
+  for (const auto& bus : expected) static_cast<void>(buses.index_of(bus));
+  const auto pipeline =
+      std::make_unique<Pipeline>(config, databases, expected, config.camera.configured);
+  const bool resumed = resume(*pipeline, writer, config, settings);
+
+  can::LogClock log_clock(0, config.realtime.period_ns);  // every T_0 is a multiple of the period
+  const auto sources = open_sources(config, pipeline->decoder(), buses, log_clock);
+
+  CameraDoor cameras;
+  EventRing events;
+  Relay relay(config.realtime.priority, config.realtime.cpu, [&writer] { writer.wake_clients(); });
+  const auto beat = std::make_unique<Beat>(
+      BeatParts{sources, log_clock, cameras, *pipeline, writer, relay, events},
+      config.realtime.period_ns);
+  const std::int64_t started_ns = monotonic_now();
+  BeatThread thread(*beat, config.realtime, machine.memory_locked, resumed);
+  const RealtimeFacts facts = facts_of(machine, thread.grant(), relay.grant());
+
+  for (const auto& refusal : facts.refusals) journal.warn(refusal);
+  if (resumed) journal.info("going on from the predecessor's pose");
+  journal.info(fmt::format("odomd {}: model {}, {} into {}", ODOMD_VERSION, name_of(config.model),
+                           fmt::join(config.can.sources, ", "), config.shm.name));
+
+  const Running running{config, facts,   sources, log_clock, *pipeline,
+                        writer, cameras, events,  *beat,     started_ns};
+  Housekeeping(running, journal, std::move(signals), std::move(camera_socket),
+               std::move(status_socket), settings.at_end)
+      .run();
+}
+
+}  // namespace odomd::daemon
