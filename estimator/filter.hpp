@@ -4,6 +4,7 @@
 
 #include <concepts>
 #include <cstdint>
+#include <type_traits>
 #include <variant>
 
 #include "estimator/estimate.hpp"
@@ -22,16 +23,11 @@ namespace odomd::estimator {
 template <typename F>
 concept FilterLike = requires(F filter, const Pose2& pose, const Estimate& estimate,
                               const Measurement& measurement, const CameraPose& camera) {
-  { filter.set_initial_pose(pose) }
-  noexcept->std::same_as<void>;
-  { filter.resume(estimate, double{}) }
-  noexcept->std::same_as<bool>;
-  { filter.add(measurement) }
-  noexcept->std::same_as<Verdict>;
-  { filter.add(camera) }
-  noexcept->std::same_as<Verdict>;
-  { filter.step(std::int64_t{}) }
-  noexcept->std::same_as<Estimate>;
+  requires std::is_void_v<decltype(filter.set_initial_pose(pose))>;
+  requires std::same_as<decltype(filter.resume(estimate, double{})), bool>;
+  requires std::same_as<decltype(filter.add(measurement)), Verdict>;
+  requires std::same_as<decltype(filter.add(camera)), Verdict>;
+  requires std::same_as<decltype(filter.step(std::int64_t{})), Estimate>;
 };
 
 /// One alternative per family of models. A richer filter joins here, and in make_filter().
@@ -49,7 +45,8 @@ void set_initial_pose(Filter& filter, const Pose2& pose) noexcept;
 /// Goes on from a predecessor's estimate that is `gap_s` old: its poses moved on at its velocity,
 /// the covariance grown for the gap, the reset count raised by one. Initialised from the next step
 /// on. False, and nothing done, where the estimate is not usable: not initialised, a model fault,
-/// not finite, no positive definite covariances, a negative gap.
+/// not finite, no positive definite covariance of the pose, a negative gap. Without a usable
+/// covariance of the velocity the filter begins with its own.
 bool resume(Filter& filter, const Estimate& predecessor, double gap_s) noexcept;
 
 /// Hands a measurement in, in any order within a tick. It takes effect at the next step().

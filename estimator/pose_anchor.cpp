@@ -13,6 +13,7 @@ namespace {
 constexpr std::array<double, 3> largest_variance{1e6, 1e6, std::numbers::pi* std::numbers::pi};
 // A camera that claims to be better than this would leave a covariance without digits.
 constexpr double smallest_sigma = 1e-6;
+constexpr double largest_sigma = 1e3;
 // Farther off [m], a double resolves a step no longer.
 constexpr double largest_coordinate = 1e8;
 // Rounding may take the last digits of a strongly correlated P; this keeps it positive definite.
@@ -41,7 +42,7 @@ bool has_usable_numbers(const CameraPose& camera) noexcept {
 
 Symmetric3 covariance_of(const CameraPose& camera) noexcept {
   const auto variance = [](double sigma) {
-    const double bounded = std::max(sigma, smallest_sigma);
+    const double bounded = std::clamp(sigma, smallest_sigma, largest_sigma);
     return bounded * bounded;
   };
   return limited(

@@ -28,29 +28,20 @@ template <typename M>
 concept Motion = std::copyable<M> && requires(M motion, const M& state, const HeldSignals& held,
                                               const AxleSpeed& speed, Pose2& odom) {
   // Which sources it listens to; samples of others get the verdict source_off.
-  { M::uses(Source::yaw_rate) }
-  noexcept->std::same_as<bool>;
+  requires std::same_as<decltype(M::uses(Source::yaw_rate)), bool>;
   // The yaw rate with which a single wheel's speed is taken to the middle of the axle.
-  { state.yaw_rate_at_wheels(held) }
-  noexcept->std::same_as<double>;
+  requires std::same_as<decltype(state.yaw_rate_at_wheels(held)), double>;
   // One period: its own state, and the odometry pose with it.
-  { motion.advance(held, speed, odom) }
-  noexcept->std::same_as<void>;
+  motion.advance(held, speed, odom);
   // Starts from a predecessor's velocity instead of its own beginning.
-  { motion.resume(BodyVelocity{}, Symmetric3{}) }
-  noexcept->std::same_as<void>;
-  { state.velocity() }
-  noexcept->std::same_as<BodyVelocity>;
-  { state.velocity_covariance() }
-  noexcept->std::same_as<Symmetric3>;
+  motion.resume(BodyVelocity{}, Symmetric3{});
+  requires std::same_as<decltype(state.velocity()), BodyVelocity>;
+  requires std::same_as<decltype(state.velocity_covariance()), Symmetric3>;
   // (v̇_x, v̇_y, ψ̈) at the state.
-  { state.acceleration(held) }
-  noexcept->std::same_as<BodyVelocity>;
+  requires std::same_as<decltype(state.acceleration(held)), BodyVelocity>;
   // It has left its domain: the pose stays where it is, for good.
-  { state.stopped() }
-  noexcept->std::same_as<bool>;
-  { state.finite() }
-  noexcept->std::same_as<bool>;
+  requires std::same_as<decltype(state.stopped()), bool>;
+  requires std::same_as<decltype(state.finite()), bool>;
 };
 
 template <Motion M>

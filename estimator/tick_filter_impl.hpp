@@ -48,14 +48,17 @@ template <Motion M>
 bool TickFilter<M>::resume(const Estimate& predecessor, double gap_s) noexcept {
   const BodyVelocity velocity{predecessor.v_x, predecessor.v_y, predecessor.yaw_rate};
   const Symmetric3& P = predecessor.covariance;
-  const Symmetric3& V = predecessor.velocity_covariance;
   const bool usable = predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
                       std::isfinite(gap_s) && is_finite(predecessor.map) &&
                       is_finite(predecessor.odom) && is_finite(velocity) && is_finite(P) &&
-                      is_positive_definite(P) && is_finite(V) && is_positive_definite(V);
+                      is_positive_definite(P);
   if (!usable) {
     return false;
   }
+  // A predecessor that kept the velocity's covariance to itself leaves what a filter begins with.
+  const Symmetric3& given = predecessor.velocity_covariance;
+  const bool has_covariance = is_finite(given) && is_positive_definite(given);
+  const Symmetric3 V = has_covariance ? given : diagonal(1.0, 1.0, 1.0);
   // The car has most likely gone on as it went.
   const Pose2 map = moved(predecessor.map, velocity, gap_s);
   const Pose2 odom = moved(predecessor.odom, velocity, gap_s);

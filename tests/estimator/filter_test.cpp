@@ -1,0 +1,363 @@
+// The seam: what holds for every model behind it.
+#include "estimator/filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "allocations.hpp"
+#include "drive.hpp"
+
+namespace odomd::estimator {
+namespace {
+
+using testing::allocations;
+using testing::Drive;
+using testing::period_ns;
+using testing::Samples;
+using testing::start;
+
+constexpr std::int64_t millisecond = 1'000'000;
+
+class EveryModel : public ::testing::TestWithParam<Model> {};
+INSTANTIATE_TEST_SUITE_P(, EveryModel,
+                         ::testing::Values(Model::kinematic, Model::kinematic_printed,
+                                           Model::paper),
+                         [](const auto& model) {
+                           return std::string(model_names[static_cast<std::size_t>(model.param)]);
+                         });
+
+/// A slalom with everything a car says.
+Samples slalom(int tick) {
+  const double t = 0.005 * tick;
+  const double delta = 0.25 * std::sin(2.0 * t);
+  const double speed = 1.2 + 0.4 * std::sin(0.5 * t);
+  return {.speed = speed,
+          .steering = delta,
+          .yaw_rate = speed * std::tan(delta) / 0.26,
+          .accel_x = 0.2 * std::cos(0.5 * t)};
+}
+
+Drive slalom_for(Model model, int ticks) {
+  Drive drive = start(model);
+  for (int i = 0; i < ticks; ++i) {
+    drive.tick(slalom(i));
+  }
+  return drive;
+}
+
+void expect_same_bits(const Estimate& a, const Estimate& b) {
+  EXPECT_EQ(a.time_ns, b.time_ns);
+  EXPECT_EQ(a.map.x, b.map.x);
+  EXPECT_EQ(a.map.y, b.map.y);
+  EXPECT_EQ(a.map.yaw, b.map.yaw);
+  EXPECT_EQ(a.odom.x, b.odom.x);
+  EXPECT_EQ(a.v_x, b.v_x);
+  EXPECT_EQ(a.v_y, b.v_y);
+  EXPECT_EQ(a.yaw_rate, b.yaw_rate);
+  EXPECT_EQ(a.yaw_accel, b.yaw_accel);
+  EXPECT_EQ(a.covariance, b.covariance);
+  EXPECT_EQ(a.velocity_covariance, b.velocity_covariance);
+  EXPECT_EQ(a.mode, b.mode);
+  EXPECT_EQ(a.reset_count, b.reset_count);
+}
+
+TEST_P(EveryModel, IsInitialisedByAPoseAndAWheelSpeed) {
+  Drive no_pose = start(GetParam(), {}, std::nullopt);
+  EXPECT_FALSE(no_pose.ticks(100, {.speed = 1.0, .steering = 0.1}).initialised);
+  EXPECT_EQ(no_pose.last.mode, Mode::initialising);
+
+  Drive no_wheel = start(GetParam(), {}, Pose2{1.0, 2.0, 3.0});
+  EXPECT_FALSE(no_wheel.ticks(100, {.steering = 0.1, .yaw_rate = 0.5}).initialised);
+  EXPECT_EQ(no_wheel.last.map.x, 1.0);
+  EXPECT_TRUE(no_wheel.tick({.speed = 1.0}).initialised);
+  EXPECT_EQ(no_wheel.last.reset_count, 1U);
+}
+
+TEST_P(EveryModel, PoseSetLateStartsThere) {
+  Drive drive = start(GetParam(), {}, std::nullopt);
+  drive.ticks(100, {.speed = 1.0, .steering = 0.2});
+  set_initial_pose(drive.filter, {4.0, 5.0, 6.0});
+  const Estimate e = drive.tick({.speed = 1.0, .steering = 0.2});
+  EXPECT_TRUE(e.initialised);
+  EXPECT_NEAR(e.map.x, 4.0, 0.01);
+  EXPECT_NEAR(e.map.y, 5.0, 0.01);
+  EXPECT_EQ(e.map.x, e.odom.x);
+  EXPECT_EQ(e.reset_count, 1U);
+}
+
+TEST_P(EveryModel, NonFiniteInitialPoseIsNotTaken) {
+  Drive drive = start(GetParam(), {}, Pose2{std::nan(""), 0.0, 0.0});
+  EXPECT_FALSE(drive.ticks(10, {.speed = 1.0}).initialised);
+}
+
+TEST_P(EveryModel, CameraInitialisesAndTracks) {
+  FilterSettings settings;
+  settings.initialise_from_camera = true;
+  Drive drive = start(GetParam(), settings, std::nullopt);
+  drive.ticks(20, {.speed = 0.0});
+  EXPECT_FALSE(drive.last.initialised);
+  for (int i = 0; i < 5; ++i) {
+    const CameraPose camera{
+        drive.now_ns - 40 * millisecond, drive.now_ns, 2.0, 3.0, 1.0, 0.01, 0.01, 0.01};
+    EXPECT_EQ(add(drive.filter, camera), Verdict::fused);
+    drive.ticks(7, {.speed = 0.0});
+  }
+  EXPECT_TRUE(drive.last.initialised);
+  EXPECT_EQ(drive.last.mode, Mode::tracking);
+  EXPECT_NEAR(drive.last.map.x, 2.0, 1e-3);
+  EXPECT_EQ(drive.last.reset_count, 5U);
+  EXPECT_EQ(drive.ticks(150, {.speed = 0.0}).mode, Mode::standstill);
+  EXPECT_EQ(drive.ticks(5, {.speed = 0.5}).mode, Mode::dead_reckoning);
+}
+
+TEST_P(EveryModel, GivesTheSameBitsForTheSameInputs) {
+  expect_same_bits(slalom_for(GetParam(), 2000).last, slalom_for(GetParam(), 2000).last);
+}
+
+TEST_P(EveryModel, CopyGoesOnAsTheOriginal) {
+  Drive drive = slalom_for(GetParam(), 500);
+  Drive copy = drive;
+  for (int i = 500; i < 1000; ++i) {
+    expect_same_bits(drive.tick(slalom(i)), copy.tick(slalom(i)));
+  }
+}
+
+TEST_P(EveryModel, OrderOfArrivalWithinATickChangesNoBit) {
+  Drive forward = start(GetParam());
+  Drive backward = start(GetParam());
+  for (int i = 0; i < 1000; ++i) {
+    const Samples s = slalom(i);
+    const std::int64_t now = forward.now_ns;
+    const std::vector<Measurement> samples{
+        {Source::wheel_rear, now + 1 * millisecond, *s.speed - 0.1, 0.0},
+        {Source::steering, now + 2 * millisecond, *s.steering, 0.0},
+        {Source::yaw_rate, now + 3 * millisecond, *s.yaw_rate, 0.0},
+        {Source::wheel_rear, now + 4 * millisecond, *s.speed, 0.0}};
+    for (auto it = samples.begin(); it != samples.end(); ++it) {
+      add(forward.filter, *it);
+    }
+    for (auto it = samples.rbegin(); it != samples.rend(); ++it) {
+      add(backward.filter, *it);
+    }
+    expect_same_bits(forward.tick({}), backward.tick({}));
+  }
+}
+
+TEST_P(EveryModel, MicrosecondOfShiftMovesNothing) {
+  Drive on_time = start(GetParam());
+  Drive shifted = start(GetParam());
+  for (int i = 0; i < 2000; ++i) {
+    on_time.tick(slalom(i));
+    // Ticks a microsecond early and late in turn, cameras and samples with them.
+    shifted.now_ns = on_time.now_ns - period_ns + (i % 2 == 0 ? 1000 : -1000);
+    shifted.tick(slalom(i));
+    if (i > 100 && i % 7 == 0) {
+      for (Drive* drive : {&on_time, &shifted}) {
+        const Pose2 truth = on_time.last.map;
+        const CameraPose camera{drive->now_ns - 100 * millisecond,
+                                drive->now_ns,
+                                truth.x,
+                                truth.y,
+                                truth.yaw,
+                                0.5,
+                                0.5,
+                                0.5};
+        EXPECT_EQ(add(drive->filter, camera), Verdict::fused);
+      }
+    }
+  }
+  EXPECT_NEAR(on_time.last.map.x, shifted.last.map.x, 1e-4);
+  EXPECT_NEAR(on_time.last.map.y, shifted.last.map.y, 1e-4);
+  EXPECT_NEAR(on_time.last.map.yaw, shifted.last.map.yaw, 1e-4);
+}
+
+TEST_P(EveryModel, SkippedTicksAreMadeUpForWithTheInputsHeld) {
+  const Samples steady{.speed = 1.0, .steering = 0.1, .yaw_rate = 0.38, .accel_x = 0.0};
+  Drive whole = start(GetParam());
+  whole.ticks(100, steady);
+  Drive gappy = whole;
+  const Estimate e = whole.ticks(50, steady);
+  gappy.now_ns += 49 * period_ns;
+  expect_same_bits(gappy.tick(steady), e);
+}
+
+TEST_P(EveryModel, MakesUpForASecondAtMostAndOwnsToTheRest) {
+  const Samples straight{.speed = 1.0, .steering = 0.0, .yaw_rate = 0.0, .accel_x = 0.0};
+  Drive drive = start(GetParam());
+  const Estimate before = drive.ticks(400, straight);
+  drive.now_ns += 10'000'000'000;
+  const Estimate after = drive.tick(straight);
+  EXPECT_EQ(after.time_ns, drive.now_ns);
+  EXPECT_NEAR(after.map.x - before.map.x, 1.0, 0.01);
+  EXPECT_GT(std::sqrt(after.covariance[0]), 9.0);
+  EXPECT_TRUE(is_positive_definite(after.covariance));
+}
+
+TEST_P(EveryModel, TickThatDoesNotAdvanceReturnsTheLastEstimate) {
+  Drive drive = slalom_for(GetParam(), 200);
+  const Estimate last = drive.last;
+  for (const std::int64_t tick :
+       {drive.now_ns, drive.now_ns - period_ns, drive.now_ns + period_ns / 2 - 1,
+        std::numeric_limits<std::int64_t>::min()}) {
+    expect_same_bits(step(drive.filter, tick), last);
+  }
+}
+
+TEST_P(EveryModel, TickAtTheEndOfTimeIsSurvived) {
+  Drive drive = slalom_for(GetParam(), 200);
+  const Estimate e = step(drive.filter, std::numeric_limits<std::int64_t>::max());
+  EXPECT_TRUE(std::isfinite(e.map.x));
+  EXPECT_TRUE(is_positive_definite(e.covariance));
+}
+
+TEST_P(EveryModel, SamplesFromTheFutureAreRefusedByTheirArrivalOrTheTick) {
+  Drive drive = slalom_for(GetParam(), 10);
+  const std::int64_t next = drive.now_ns + period_ns;
+  const auto verdict = [&](std::int64_t time, std::int64_t arrival) {
+    return add(drive.filter, Measurement{Source::motor, time, 1.0, 0.1, arrival});
+  };
+  EXPECT_EQ(verdict(next + period_ns + 1, 0), Verdict::future);
+  EXPECT_EQ(verdict(next + period_ns, 0), Verdict::fused);
+  // Ticks were skipped: what arrived late in the gap is not from the future.
+  EXPECT_EQ(verdict(next + 20 * period_ns, next + 20 * period_ns), Verdict::fused);
+  EXPECT_EQ(verdict(next + 22 * period_ns, next + 20 * period_ns), Verdict::future);
+}
+
+TEST_P(EveryModel, ResumesWhereThePredecessorWouldBe) {
+  Drive predecessor = start(GetParam());
+  const Samples steady{.speed = 1.0, .steering = 0.1, .yaw_rate = 0.38, .accel_x = 0.0};
+  const Estimate last = predecessor.ticks(400, steady);
+
+  Drive drive = start(GetParam(), {}, std::nullopt);
+  ASSERT_TRUE(resume(drive.filter, last, 0.2));
+  const Estimate e = drive.tick({});
+  EXPECT_TRUE(e.initialised);
+  EXPECT_EQ(e.reset_count, last.reset_count + 1);
+  const Estimate truth = predecessor.ticks(41, steady);
+  EXPECT_NEAR(e.map.x, truth.map.x, 0.01);
+  EXPECT_NEAR(e.map.y, truth.map.y, 0.01);
+  EXPECT_NEAR(e.odom.x, truth.odom.x, 0.01);
+  EXPECT_NEAR(e.v_x, truth.v_x, 0.1);
+  EXPECT_GT(e.covariance[0], last.covariance[0]);
+  EXPECT_GT(e.covariance[5], last.covariance[5]);
+  EXPECT_TRUE(is_positive_definite(e.covariance));
+}
+
+TEST_P(EveryModel, CovarianceGrowsWithTheGap) {
+  const Estimate last = slalom_for(GetParam(), 400).last;
+  double before = 0.0;
+  for (const double gap : {0.0, 0.1, 0.5, 2.0}) {
+    Drive drive = start(GetParam(), {}, std::nullopt);
+    ASSERT_TRUE(resume(drive.filter, last, gap));
+    const double variance = drive.tick({}).covariance[0];
+    EXPECT_GT(variance, before);
+    before = variance;
+  }
+}
+
+TEST_P(EveryModel, ResumeKeepsThePoseInTheMapAndInTheOdometryFrameApart) {
+  Estimate last = slalom_for(GetParam(), 400).last;
+  last.map = {10.0, 20.0, 1.0};
+  last.v_x = last.v_y = last.yaw_rate = 0.0;
+  Drive drive = start(GetParam(), {}, std::nullopt);
+  ASSERT_TRUE(resume(drive.filter, last, 1.0));
+  const Estimate e = drive.tick({});
+  EXPECT_NEAR(e.map.x, 10.0, 0.01);
+  EXPECT_NEAR(e.odom.x, last.odom.x, 0.01);
+}
+
+TEST_P(EveryModel, DoesNotResumeFromWhatIsNotUsable) {
+  const Estimate good = slalom_for(GetParam(), 400).last;
+  Drive drive = start(GetParam(), {}, std::nullopt);
+  Estimate bad = good;
+  bad.initialised = false;
+  EXPECT_FALSE(resume(drive.filter, bad, 0.1));
+  bad = good;
+  bad.model_fault = true;
+  EXPECT_FALSE(resume(drive.filter, bad, 0.1));
+  bad = good;
+  bad.map.x = std::nan("");
+  EXPECT_FALSE(resume(drive.filter, bad, 0.1));
+  bad = good;
+  bad.covariance = {};
+  EXPECT_FALSE(resume(drive.filter, bad, 0.1));
+  EXPECT_FALSE(resume(drive.filter, good, -0.1));
+  EXPECT_FALSE(resume(drive.filter, good, std::nan("")));
+  EXPECT_FALSE(drive.tick({.speed = 1.0}).initialised);
+  bad = good;
+  bad.velocity_covariance = {};
+  EXPECT_TRUE(resume(drive.filter, bad, 0.1));
+  EXPECT_TRUE(is_positive_definite(drive.tick({.speed = 1.0}).covariance));
+}
+
+TEST_P(EveryModel, TakesNothingFromTheHeap) {
+  Drive drive = slalom_for(GetParam(), 300);
+  const std::size_t before = allocations();
+  for (int i = 300; i < 900; ++i) {
+    if (i % 7 == 0) {
+      const Pose2 map = drive.last.map;
+      add(drive.filter,
+          CameraPose{drive.now_ns, drive.now_ns, map.x, map.y, map.yaw, 0.1, 0.1, 0.1});
+    }
+    drive.tick(slalom(i));
+  }
+  EXPECT_EQ(allocations(), before);
+}
+
+TEST_P(EveryModel, CovariancesStayPositiveDefiniteThroughAWildDrive) {
+  Drive drive = start(GetParam());
+  for (int i = 0; i < 20'000; ++i) {
+    const double t = 0.005 * i;
+    const Samples wild{.speed = 5.0 + 5.0 * std::sin(t),
+                       .steering = 0.6 * std::sin(7.0 * t),
+                       .yaw_rate = 10.0 * std::sin(13.0 * t),
+                       .accel_x = 20.0 * std::cos(3.0 * t)};
+    const Estimate e = drive.tick(wild);
+    ASSERT_TRUE(is_positive_definite(e.covariance)) << t;
+    ASSERT_TRUE(is_positive_definite(e.velocity_covariance)) << t;
+    ASSERT_TRUE(std::isfinite(e.map.x) && std::isfinite(e.v_y) && std::isfinite(e.yaw_accel));
+  }
+}
+
+TEST_P(EveryModel, StandingCarDoesNotAccelerate) {
+  Drive drive = start(GetParam());
+  const Estimate e =
+      drive.ticks(400, {.speed = 0.0, .steering = 0.4, .yaw_rate = 0.012, .accel_x = 0.3});
+  EXPECT_EQ(e.mode, Mode::standstill);
+  EXPECT_EQ(e.v_x_dot, 0.0);
+  EXPECT_EQ(e.v_y_dot, 0.0);
+  EXPECT_EQ(e.yaw_accel, 0.0);
+}
+
+TEST(MakeFilter, RefusesImpossibleSettingsByName) {
+  const auto message = [](const FilterSettings& settings) -> std::string {
+    try {
+      (void)make_filter(Model::paper, settings);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(message({}), "");
+  FilterSettings settings;
+  settings.vehicle.mass = 0.0;
+  EXPECT_NE(message(settings).find("vehicle.mass"), std::string::npos);
+  settings = {};
+  settings.period_s = std::nan("");
+  EXPECT_NE(message(settings).find("period"), std::string::npos);
+  settings = {};
+  settings.period_s = 2.0;
+  EXPECT_NE(message(settings).find("period"), std::string::npos);
+  settings = {};
+  settings.paper.R[1] = -1.0;
+  EXPECT_NE(message(settings).find("R[1]"), std::string::npos);
+  EXPECT_THROW((void)make_filter(static_cast<Model>(9), {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace odomd::estimator

@@ -1,0 +1,98 @@
+// When each mode is entered and left, and that none flaps.
+#include "estimator/mode_monitor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+namespace odomd::estimator {
+namespace {
+
+constexpr std::int64_t period_ns = 5'000'000;
+constexpr std::int64_t millisecond = 1'000'000;
+
+class ModeMonitorTest : public ::testing::Test {
+ protected:
+  Mode run(double seconds, ModeInputs inputs) {
+    const auto ticks = static_cast<int>(seconds * 200.0);
+    for (int i = 0; i < ticks; ++i) {
+      now_ += period_ns;
+      inputs.time_ns = now_;
+      const Mode mode = modes_.update(inputs);
+      changes_ += mode != mode_ ? 1 : 0;
+      mode_ = mode;
+    }
+    return mode_;
+  }
+
+  /// Drives with a camera pose every `interval_ms`.
+  Mode run_with_camera(double seconds, std::int64_t interval_ms) {
+    const std::int64_t end = now_ + static_cast<std::int64_t>(seconds * 1e9);
+    while (now_ < end) {
+      if (now_ >= camera_ + interval_ms * millisecond) {
+        camera_ = now_;
+      }
+      run(0.005, {.initialised = true, .wheel_speed = 1.0, .camera_ns = camera_});
+    }
+    return mode_;
+  }
+
+  ModeMonitor modes_{0.5};
+  std::int64_t now_ = 1'000'000'000;
+  std::int64_t camera_ = 0;
+  Mode mode_ = Mode::initialising;
+  int changes_ = 0;
+};
+
+TEST_F(ModeMonitorTest, InitialisingUntilThereIsAPose) {
+  EXPECT_EQ(run(0.1, {.initialised = false, .wheel_speed = 1.0}), Mode::initialising);
+  EXPECT_EQ(run(0.1, {.initialised = true, .wheel_speed = 1.0}), Mode::dead_reckoning);
+}
+
+TEST_F(ModeMonitorTest, FaultComesBeforeEverything) {
+  EXPECT_EQ(run(1.0, {.initialised = false, .fault = true}), Mode::fault);
+}
+
+TEST_F(ModeMonitorTest, StandsAfterHalfASecondOfRest) {
+  EXPECT_EQ(run(0.5, {.initialised = true}), Mode::dead_reckoning);
+  EXPECT_EQ(run(0.01, {.initialised = true}), Mode::standstill);
+}
+
+TEST_F(ModeMonitorTest, LeavesStandstillAtOnceWhenTheWheelsTurn) {
+  run(1.0, {.initialised = true});
+  EXPECT_EQ(run(0.005, {.initialised = true, .wheel_speed = -0.03}), Mode::dead_reckoning);
+}
+
+TEST_F(ModeMonitorTest, TurningWithoutWheelSpeedIsNoStandstill) {
+  EXPECT_EQ(run(1.0, {.initialised = true, .yaw_rate = -0.15}), Mode::dead_reckoning);
+}
+
+TEST_F(ModeMonitorTest, SpeedAroundTheThresholdDoesNotFlap) {
+  run(1.0, {.initialised = true});
+  changes_ = 0;
+  for (int i = 0; i < 100; ++i) {
+    run(0.005, {.initialised = true, .wheel_speed = i % 2 == 0 ? 0.015 : 0.005});
+  }
+  EXPECT_EQ(mode_, Mode::standstill);
+  EXPECT_EQ(changes_, 0);
+}
+
+TEST_F(ModeMonitorTest, TracksWithTheCameraAndLeavesAfterItsTimeout) {
+  EXPECT_EQ(run_with_camera(0.5, 35), Mode::tracking);
+  const std::int64_t last_seen = camera_;
+  const ModeInputs blind{.initialised = true, .wheel_speed = 1.0, .camera_ns = camera_};
+  EXPECT_EQ(run(0.4, blind), Mode::tracking);
+  EXPECT_EQ(run(0.2, blind), Mode::dead_reckoning);
+  EXPECT_GT(now_ - last_seen, 500 * millisecond);
+  EXPECT_EQ(run_with_camera(0.2, 35), Mode::tracking);
+}
+
+TEST_F(ModeMonitorTest, RareCameraDoesNotMakeTheModeFlap) {
+  run(0.1, {.initialised = true, .wheel_speed = 1.0});
+  changes_ = 0;
+  EXPECT_EQ(run_with_camera(10.0, 600), Mode::dead_reckoning);
+  EXPECT_EQ(changes_, 0);
+}
+
+}  // namespace
+}  // namespace odomd::estimator

@@ -1,0 +1,76 @@
+// Packed covariances against the same with full matrices.
+#include "estimator/symmetric3.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+
+namespace odomd::estimator {
+namespace {
+
+// A covariance with every entry in use.
+constexpr Symmetric3 sample{2.0, 0.3, -0.4, 1.5, 0.2, 0.9};
+
+Eigen::Matrix3d full(const Symmetric3& p) {
+  Eigen::Matrix3d m;
+  m << p[0], p[1], p[2], p[1], p[3], p[4], p[2], p[4], p[5];
+  return m;
+}
+
+TEST(Symmetric3, DisplacedIsTheCongruence) {
+  Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
+  f(0, 2) = -0.7;
+  f(1, 2) = 1.9;
+  const Eigen::Matrix3d expected = f * full(sample) * f.transpose();
+  EXPECT_LT((full(displaced(sample, 1.9, 0.7)) - expected).cwiseAbs().maxCoeff(), 1e-14);
+}
+
+TEST(Symmetric3, RotatedIsTheCongruence) {
+  const double c = std::cos(0.8);
+  const double s = std::sin(0.8);
+  Eigen::Matrix3d r;
+  r << c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0;
+  const Eigen::Matrix3d expected = r * full(sample) * r.transpose();
+  EXPECT_LT((full(rotated(sample, c, s)) - expected).cwiseAbs().maxCoeff(), 1e-15);
+}
+
+TEST(Symmetric3, MahalanobisIsThatOfTheInverse) {
+  const Eigen::Vector3d nu{0.4, -1.0, 2.0};
+  const double expected = nu.dot(full(sample).inverse() * nu);
+  EXPECT_NEAR(mahalanobis_squared(sample, {0.4, -1.0, 2.0}), expected, 1e-13);
+}
+
+TEST(Symmetric3, MahalanobisOfNonsenseFailsEveryGate) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Symmetric3 indefinite{1.0, 2.0, 0.0, 1.0, 0.0, 1.0};
+  EXPECT_EQ(mahalanobis_squared(indefinite, {1.0, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared({}, {0.0, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(sample, {nan, 0.0, 0.0}), HUGE_VAL);
+  EXPECT_EQ(mahalanobis_squared(sample, {1e200, 0.0, 0.0}), HUGE_VAL);
+}
+
+TEST(Symmetric3, LimitedKeepsCorrelationsAndDefiniteness) {
+  const Symmetric3 big{1e8, 9e4, 0.0, 100.0, 0.0, 1.0};
+  const Symmetric3 p = limited(big, {1e6, 1e6, 0.25});
+  EXPECT_DOUBLE_EQ(p[0], 1e6);
+  EXPECT_DOUBLE_EQ(p[3], 100.0);
+  EXPECT_DOUBLE_EQ(p[5], 0.25);
+  EXPECT_NEAR(p[1] / std::sqrt(p[0] * p[3]), 0.9, 1e-12);
+  EXPECT_TRUE(is_positive_definite(p));
+}
+
+TEST(Symmetric3, SmallCovarianceIsNotLimited) {
+  EXPECT_EQ(limited(sample, {1e6, 1e6, 9.0}), sample);
+}
+
+TEST(Symmetric3, KnowsThePositiveDefinite) {
+  EXPECT_TRUE(is_positive_definite(sample));
+  EXPECT_FALSE(is_positive_definite({}));
+  EXPECT_FALSE(is_positive_definite({1.0, 1.0, 0.0, 1.0, 0.0, 1.0}));
+  EXPECT_FALSE(is_positive_definite({1.0, 0.0, 0.0, 1.0, 0.0, -1.0}));
+}
+
+}  // namespace
+}  // namespace odomd::estimator

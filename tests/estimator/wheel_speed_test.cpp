@@ -1,0 +1,124 @@
+// v_x from the wheels of a car on a circle, whichever of them report.
+#include "estimator/wheel_speed.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <initializer_list>
+#include <limits>
+
+namespace odomd::estimator {
+namespace {
+
+constexpr std::int64_t second = 1'000'000'000;
+constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
+
+const Vehicle car;
+// A left turn without slip: the middle of the rear axle does v_x, the circle's centre lies left.
+constexpr double v_x = 1.5;
+constexpr double delta = 0.3;
+const double turn_rate = v_x * std::tan(delta) / car.wheelbase();
+
+struct Sample {
+  Source source;
+  double value;
+  std::int64_t time_ns = second;
+};
+
+double v_x_of(std::initializer_list<Sample> samples, double turn = turn_rate) {
+  HeldSignals held{{}};
+  for (const Sample& s : samples) {
+    EXPECT_EQ(held.take({s.source, s.time_ns, s.value, 0.1}, no_limit), Verdict::fused);
+  }
+  const auto speed = rear_axle_speed(car, held, turn);
+  return speed ? speed->v_x : std::numeric_limits<double>::quiet_NaN();
+}
+
+const double left = v_x - turn_rate * car.track_width / 2.0;
+const double right = v_x + turn_rate * car.track_width / 2.0;
+
+using enum Source;
+
+TEST(WheelSpeed, NothingWithoutAWheel) {
+  EXPECT_FALSE(rear_axle_speed(car, HeldSignals{{}}, 0.0).has_value());
+  HeldSignals held{{}};
+  held.take({accel_x, 1, 1.0, 0.1}, no_limit);
+  EXPECT_FALSE(rear_axle_speed(car, held, 0.0).has_value());
+}
+
+TEST(WheelSpeed, MeanOfTheRearWheelsNeedsNoYawRate) {
+  EXPECT_NEAR(v_x_of({{wheel_rear_left, left}, {wheel_rear_right, right}}, 0.0), v_x, 1e-15);
+}
+
+TEST(WheelSpeed, OneRearWheelIsTakenToTheMiddle) {
+  EXPECT_NEAR(v_x_of({{wheel_rear_left, left}}), v_x, 1e-15);
+  EXPECT_NEAR(v_x_of({{wheel_rear_right, right}}), v_x, 1e-15);
+}
+
+TEST(WheelSpeed, FrontWheelsRollAlongTheSteering) {
+  // The front axle's middle moves along δ.
+  const double front = v_x / std::cos(delta);
+  EXPECT_NEAR(
+      v_x_of(
+          {{wheel_front_left, front - 0.1}, {wheel_front_right, front + 0.1}, {steering, delta}}),
+      v_x, 1e-15);
+}
+
+TEST(WheelSpeed, OneFrontWheelIsTakenToTheMiddle) {
+  // Its velocity along the car's axis is that of the rear wheel on its side; along the wheel it is
+  // by 1 / cos δ faster.
+  EXPECT_NEAR(v_x_of({{wheel_front_left, left / std::cos(delta)}, {steering, delta}}), v_x, 1e-15);
+  EXPECT_NEAR(v_x_of({{wheel_front_right, right / std::cos(delta)}, {steering, delta}}), v_x,
+              1e-15);
+}
+
+TEST(WheelSpeed, PrecedenceIsThatOfTheDocumentation) {
+  EXPECT_EQ(v_x_of({{wheel_rear_left, 1.0},
+                    {wheel_rear_right, 1.0},
+                    {wheel_rear, 2.0},
+                    {motor, 3.0},
+                    {wheel_front_left, 4.0},
+                    {wheel_front_right, 4.0}}),
+            1.0);
+  EXPECT_EQ(v_x_of({{wheel_rear_left, 1.0}, {wheel_rear, 2.0}, {motor, 3.0}}), 2.0);
+  EXPECT_EQ(v_x_of({{wheel_rear_left, 1.0}, {motor, 3.0}}, 0.0), 1.0);
+  EXPECT_EQ(v_x_of({{motor, 3.0}, {wheel_front_left, 4.0}, {wheel_front_right, 4.0}}), 3.0);
+}
+
+TEST(WheelSpeed, SilentSourceFallsAwayWhileAnotherSpeaks) {
+  const std::int64_t later = second + second / 2;
+  EXPECT_EQ(v_x_of({{wheel_rear, 1.0, second}, {motor, 3.0, later}}), 1.0);
+  EXPECT_EQ(v_x_of({{wheel_rear, 1.0, second}, {motor, 3.0, later + 1}}), 3.0);
+  // One wheel of the pair dead: the other is corrected for the turn.
+  EXPECT_NEAR(v_x_of({{wheel_rear_left, 9.0, second}, {wheel_rear_right, right, 2 * second}}), v_x,
+              1e-15);
+}
+
+TEST(WheelSpeed, LastOneIsHeldWhenAllAreSilent) {
+  EXPECT_EQ(v_x_of({{motor, 3.0, second}, {steering, 0.1, 100 * second}}), 3.0);
+}
+
+TEST(WheelSpeed, DirectionGivesUnsignedSpeedsTheirSign) {
+  EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, -1.0}}), -1.0);
+  EXPECT_EQ(v_x_of({{motor, -1.0}, {direction, -1.0}}), -1.0);
+  EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, 0.0}}), 1.0);
+  EXPECT_EQ(v_x_of({{motor, 1.0}, {direction, 1.0}}), 1.0);
+  EXPECT_EQ(v_x_of({{motor, -1.0}, {direction, 1.0}}), -1.0);
+}
+
+TEST(WheelSpeed, ReversingWheelKeepsItsSideOfTheTurn) {
+  // In reverse on the same circle: v_x and ψ̇ change sign together.
+  EXPECT_NEAR(v_x_of({{wheel_rear_left, left}, {direction, -1.0}}, -turn_rate), -v_x, 1e-15);
+}
+
+TEST(WheelSpeed, MeanOfTwoIsMoreCertainThanOne) {
+  HeldSignals held{{}};
+  held.take({wheel_rear_left, 1, 1.0, 0.3}, no_limit);
+  EXPECT_DOUBLE_EQ(rear_axle_speed(car, held, 0.0)->sigma, 0.3);
+  held.take({wheel_rear_right, 1, 1.0, 0.4}, no_limit);
+  EXPECT_DOUBLE_EQ(rear_axle_speed(car, held, 0.0)->sigma, 0.25);
+}
+
+}  // namespace
+}  // namespace odomd::estimator
