@@ -146,7 +146,8 @@ DecodeResult Decoder::decode(const Frame& frame, std::span<Sample> samples) noex
     CompiledMessage& message = tables_->messages[index];
     if ((message.bus_mask & bus_bit) != 0) {
       MessageCounters& counters = tables_->counters[index];
-      const DecodeResult result = decode_message(*tables_, message, counters, frame, samples);
+      DecodeResult result = decode_message(*tables_, message, counters, frame, samples);
+      result.message = at;
       counters.verdicts[static_cast<std::size_t>(result.verdict)].add();
       return result;
     }
