@@ -1,0 +1,89 @@
+#include "daemon/record.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace odomd::daemon {
+namespace {
+
+using estimator::Estimate;
+using estimator::Mode;
+
+TEST(PublishedMode, FollowsThePrecedence) {
+  Estimate estimate;
+  estimate.initialised = true;
+  estimate.mode = Mode::tracking;
+  EXPECT_EQ(published_mode(estimate, 0), ODOM_TRACKING);
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_CAMERA_REJECTED), ODOM_TRACKING);
+  estimate.mode = Mode::standstill;
+  EXPECT_EQ(published_mode(estimate, 0), ODOM_STANDSTILL);
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_DEGRADED);
+  estimate.initialised = false;
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_INITIALISING);
+  estimate.model_fault = true;
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_FAULT);
+}
+
+Estimate some_estimate() {
+  Estimate estimate;
+  estimate.time_ns = 12'345;
+  estimate.initialised = true;
+  estimate.mode = Mode::dead_reckoning;
+  estimate.map = {3.0, -2.0, 1.2};
+  estimate.odom = {1.0, 0.5, -0.3};
+  estimate.v_x = 1.5;
+  estimate.v_y = -0.02;
+  estimate.yaw_rate = 0.7;
+  estimate.covariance = {1, 2, 3, 4, 5, 6};
+  estimate.velocity_covariance = {7, 8, 9, 10, 11, 12};
+  estimate.reset_count = 3;
+  estimate.last_jump = {0.1, 0.2, 0.3};
+  estimate.camera_ns = 999;
+  return estimate;
+}
+
+TEST(Record, CorrectionTakesTheOdometryPoseToTheMapPose) {
+  TickRecord record;
+  fill_record(some_estimate(), record);
+  const odom_details& d = record.details;
+  const odom_pose& p = record.pose;
+  const double c = std::cos(d.correction_yaw);
+  const double s = std::sin(d.correction_yaw);
+  EXPECT_NEAR(d.correction_x + c * p.odom_x - s * p.odom_y, p.x, 1e-12);
+  EXPECT_NEAR(d.correction_y + s * p.odom_x + c * p.odom_y, p.y, 1e-12);
+  EXPECT_NEAR(d.correction_yaw + p.odom_yaw, p.yaw, 1e-12);
+}
+
+TEST(Record, PutsTheVelocityCovarianceAtTheEndOfTheUpperTriangle) {
+  TickRecord record;
+  fill_record(some_estimate(), record);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(record.details.velocity_covariance[i], 0.0) << i;
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(record.details.velocity_covariance[9 + i], 7.0 + i) << i;
+}
+
+TEST(Record, AnEstimateSurvivesTheWayThereAndBack) {
+  const Estimate before = some_estimate();
+  TickRecord record;
+  fill_record(before, record);
+  record.pose.mode = ODOM_DEAD_RECKONING;
+  const Estimate after = to_estimate(record.pose, record.details);
+  EXPECT_EQ(after.time_ns, before.time_ns);
+  EXPECT_TRUE(after.initialised);
+  EXPECT_EQ(after.map.x, before.map.x);
+  EXPECT_EQ(after.odom.yaw, before.odom.yaw);
+  EXPECT_EQ(after.v_y, before.v_y);
+  EXPECT_EQ(after.covariance, before.covariance);
+  EXPECT_EQ(after.velocity_covariance, before.velocity_covariance);
+  EXPECT_EQ(after.reset_count, before.reset_count);
+  EXPECT_EQ(after.camera_ns, before.camera_ns);
+}
+
+TEST(Record, AnInitialisingPredecessorHasNoPoseToGoOnFrom) {
+  odom_pose pose{};
+  pose.mode = ODOM_INITIALISING;
+  EXPECT_FALSE(to_estimate(pose, odom_details{}).initialised);
+}
+
+}  // namespace
+}  // namespace odomd::daemon
