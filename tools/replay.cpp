@@ -1,0 +1,137 @@
+// odom replay: a recorded drive through the daemon's pipeline, in virtual time.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "can_protocol/log_reader.hpp"
+#include "daemon/config.hpp"
+#include "tools/camera_csv.hpp"
+#include "tools/commands.hpp"
+#include "tools/files.hpp"
+#include "tools/pose_csv.hpp"
+#include "tools/virtual_drive.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr std::size_t write_size = 1U << 16U;
+
+struct Options {
+  std::string config;
+  std::vector<std::string> logs;
+  std::vector<std::string> databases;
+  std::string camera;
+  std::string model;
+  std::string initial;
+  std::string out;
+  bool json = false;
+};
+
+daemon::Config configuration(const Options& options) {
+  daemon::Config config = daemon::load_config(options.config);
+  if (!options.logs.empty()) config.can.sources = options.logs;
+  if (!options.databases.empty())
+    config.can.dbc.assign(options.databases.begin(), options.databases.end());
+  if (!options.model.empty()) config.model = daemon::parse_model(options.model);
+  if (!options.initial.empty()) config.initial_pose = daemon::parse_pose(options.initial);
+  return config;
+}
+
+void report(const Options& options, const ReplaySummary& summary, double seconds) {
+  const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
+  if (options.json) {
+    const nlohmann::ordered_json json{
+        {"frames", summary.frames},
+        {"camera_poses", summary.cameras},
+        {"ticks", summary.ticks},
+        {"poses", summary.poses},
+        {"drive_s", drive},
+        {"replay_s", seconds},
+        {"last_mode", mode_name(summary.last_mode)},
+    };
+    std::cerr << json.dump() << '\n';
+    return;
+  }
+  std::cerr << fmt::format(
+      "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
+      "poses, "
+      "at the end {}\n",
+      drive, seconds, drive / seconds, summary.frames, summary.cameras, summary.poses,
+      mode_name(summary.last_mode));
+}
+
+void run(const Options& options) {
+  daemon::Config config = configuration(options);
+  std::vector<std::string> warnings;
+  const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
+
+  can::BusNames buses;
+  for (const can::SignalBinding& binding : config.can.bindings)
+    if (!binding.bus.empty()) buses.index_of(binding.bus);
+  can::MergedLog log(config.can.sources, buses);
+
+  CameraLog camera;
+  if (!options.camera.empty()) camera = read_camera_log(options.camera);
+
+  const auto pipeline =
+      std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !options.camera.empty());
+  std::ofstream file;
+  if (options.out != "-") file = open_output(options.out);
+  std::ostream& out = options.out == "-" ? std::cout : file;
+
+  const auto start = std::chrono::steady_clock::now();
+  write_pose_header(out);
+  std::string rows;
+  const ReplaySummary summary = replay(
+      *pipeline, config.realtime.period_ns, [&log] { return log.next(); }, camera.poses,
+      [&](const daemon::TickRecord& record) {
+        append_pose_row(rows, record.pose, record.pose.time_ns);
+        if (rows.size() < write_size) return;
+        out << rows;
+        rows.clear();
+      });
+  out << rows;
+  if (options.out != "-") close_output(file, options.out);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+
+  for (const auto& some : {warnings, camera.warnings, log.warnings()})
+    for (const std::string& warning : some) std::cerr << "odom replay: " << warning << '\n';
+  report(options, summary, seconds.count());
+}
+
+}  // namespace
+
+void add_replay(CLI::App& odom) {
+  auto options = std::make_shared<Options>();
+  CLI::App* replay = odom.add_subcommand(
+      "replay", "Replay a drive: logs through the daemon's pipeline, as fast as the machine goes.");
+  replay->add_option("--config", options->config, "configuration of the car (TOML)")->required();
+  replay->add_option("--can", options->logs, "candump log, or - for standard input; repeatable");
+  replay->add_option("--dbc", options->databases,
+                     "database, instead of the configuration's; repeatable");
+  replay->add_option("--camera", options->camera, "camera log (CSV)");
+  replay->add_option("--model", options->model,
+                     "kinematic, kinematic_printed or paper; default: the configuration's");
+  replay->add_option("--initial", options->initial, "initial pose x,y,yaw in m, m, rad");
+  replay->add_option("--out", options->out, "pose file to write (CSV), or - for standard output")
+      ->required();
+  replay->add_flag("--json", options->json, "summary as JSON, on standard error");
+  replay->footer(
+      "Examples:\n"
+      "  odom replay --config car.toml --can drive.log --out pose.csv\n"
+      "  odom replay --config car.toml --can drive.log --camera camera.csv --model paper \\\n"
+      "      --initial 1.2,0.4,1.57 --out pose.csv\n"
+      "\n"
+      "The initial pose is --initial, else the configuration's, else the first camera pose, else "
+      "0.\n"
+      "Times in the output are the log's; one row a tick from initialisation on.");
+  replay->callback([options] { run(*options); });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,46 @@
+#include "tools/virtual_drive.hpp"
+
+#include <stdexcept>
+#include <string>
+
+namespace odomd::tools {
+
+ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
+                     const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
+                     const PoseSink& sink) {
+  std::optional<can::Frame> frame = next_frame();
+  if (!frame) throw std::invalid_argument("the log holds no frame: record one with candump -L");
+
+  ReplaySummary summary;
+  summary.first_tick_ns = first_tick_ns(frame->time_ns, period_ns);
+  auto camera = cameras.begin();
+
+  std::int64_t tick_ns = summary.first_tick_ns;
+  for (std::uint64_t tick = 0; frame; ++tick, tick_ns += period_ns) {
+    if (frame->time_ns - tick_ns > longest_pause_ns)
+      throw std::invalid_argument(
+          "the log pauses for more than an hour after " +
+          std::to_string((tick_ns - summary.first_tick_ns) / 1'000'000'000) +
+          " s: cut it there and replay the parts");
+
+    for (; frame && frame->time_ns <= tick_ns; frame = next_frame()) {
+      pipeline.take(*frame, tick_ns);
+      ++summary.frames;
+    }
+    for (; camera != cameras.end() && camera->arrival_ns <= tick_ns; ++camera) {
+      pipeline.take(*camera);
+      ++summary.cameras;
+    }
+
+    const daemon::TickRecord& record = pipeline.tick(tick, tick_ns);
+    ++summary.ticks;
+    summary.last_tick_ns = tick_ns;
+    summary.last_mode = record.pose.mode;
+    if (!record.initialised) continue;
+    ++summary.poses;
+    sink(record);
+  }
+  return summary;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,47 @@
+// A drive in virtual time: the daemon's own pipeline on the tick grid of the log's clock, as fast
+// as the machine goes. The same inputs give the same bits.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+
+#include "can_protocol/frame.hpp"
+#include "daemon/pipeline.hpp"
+#include "estimator/measurement.hpp"
+
+namespace odomd::tools {
+
+/// The first tick of a log: its first stamp rounded up to a multiple of the period.
+[[nodiscard]] constexpr std::int64_t first_tick_ns(std::int64_t first_stamp_ns,
+                                                   std::int64_t period_ns) {
+  const std::int64_t remainder = first_stamp_ns % period_ns;
+  return remainder == 0 ? first_stamp_ns : first_stamp_ns - remainder + period_ns;
+}
+
+struct ReplaySummary {
+  std::uint64_t frames = 0;
+  std::uint64_t cameras = 0;
+  std::uint64_t ticks = 0;
+  std::uint64_t poses = 0;  ///< ticks from initialisation on
+  std::int64_t first_tick_ns = 0;
+  std::int64_t last_tick_ns = 0;
+  std::uint32_t last_mode = 0;  ///< an odom_mode
+};
+
+/// The longest pause in a log that is played through; a longer one is a log of two drives.
+inline constexpr std::int64_t longest_pause_ns = 3600LL * 1'000'000'000;
+
+using NextFrame = std::function<std::optional<can::Frame>()>;
+using PoseSink = std::function<void(const daemon::TickRecord&)>;
+
+/// Tick k takes in the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by
+/// arrival). The last tick is the first one that has taken in every frame. `sink` is handed every
+/// record from initialisation on. Throws std::invalid_argument for a log that holds no frame, or
+/// one that pauses for longer than longest_pause_ns.
+ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
+                     const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
+                     const PoseSink& sink);
+
+}  // namespace odomd::tools
