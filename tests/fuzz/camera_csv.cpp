@@ -1,0 +1,18 @@
+// Any text as a camera log: finite poses, or one line about what is wrong with it.
+#include "tools/camera_csv.hpp"
+
+#include <stdexcept>
+#include <string>
+
+#include "tests/fuzz/fuzz.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const odomd::fuzz::MemoryFile file(data, size);
+  try {
+    const odomd::tools::CameraLog log = odomd::tools::read_camera_log(file.path());
+    for (const std::string& warning : log.warnings) odomd::fuzz::require_one_line(warning);
+  } catch (const std::invalid_argument& error) {
+    odomd::fuzz::require_one_line(error.what());
+  }
+  return 0;
+}

@@ -1,0 +1,74 @@
+// Any text as a database: refused in one line, or every signal of it can be bound, decoded and
+// encoded without harm.
+#include "can_protocol/dbc.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can_protocol/decoder.hpp"
+#include "can_protocol/message_encoder.hpp"
+#include "tests/fuzz/fuzz.hpp"
+
+using namespace odomd::can;  // a program of one file
+using odomd::fuzz::require;
+using odomd::fuzz::require_one_line;
+
+namespace {
+
+/// Binds up to as many signals of a message as one frame may yield.
+void decode_and_encode(const Database& database, const Message& message) {
+  std::vector<SignalBinding> bindings;
+  for (const Signal& signal : message.signals) {
+    if (bindings.size() == max_samples_per_frame) break;
+    SignalBinding binding;
+    binding.channel = static_cast<std::uint16_t>(bindings.size());
+    binding.role = "role";
+    binding.message = message.name;
+    binding.signals = {signal.name};
+    bindings.push_back(binding);
+  }
+  try {
+    Decoder decoder(std::span(&database, 1), bindings, {}, {});
+    Frame frame;
+    frame.id = message.id;
+    frame.format = message.format;
+    frame.length = message.length;
+    std::array<Sample, max_samples_per_frame> samples;
+    for (const std::uint8_t fill : std::array<std::uint8_t, 3>{0x00, 0xFF, 0x5A}) {
+      frame.data.fill(fill);
+      const DecodeResult result = decoder.decode(frame, samples);
+      require(result.count <= bindings.size(), "no more samples than signals");
+    }
+  } catch (const std::invalid_argument& error) {
+    require_one_line(error.what());
+  }
+  MessageEncoder encoder(message);
+  for (const Signal& signal : message.signals) {
+    try {
+      encoder.set(signal.name, 1e300);
+      encoder.set(signal.name, -1.5);
+      encoder.set_bits(signal.name, ~std::uint64_t{0});
+    } catch (const std::invalid_argument& error) {
+      require_one_line(error.what());
+    }
+  }
+  require(encoder.frame(1).length == message.length, "the frame is as long as its message");
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string_view text(reinterpret_cast<const char*>(data), size);
+  try {
+    const Database database = parse_dbc(text, "fuzz.dbc");
+    for (const Warning& warning : database.warnings) require_one_line(describe(database, warning));
+    const std::size_t messages = std::min<std::size_t>(database.messages.size(), 4);
+    for (std::size_t i = 0; i < messages; ++i) decode_and_encode(database, database.messages[i]);
+  } catch (const DbcError& error) {
+    require_one_line(error.what());
+  }
+  return 0;
+}

@@ -1,0 +1,50 @@
+// What the fuzzers share: a check that counts in every build, and a file that exists in memory
+// only.
+#pragma once
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+namespace odomd::fuzz {
+
+inline void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "fuzz: broken: %s\n", what);
+  std::abort();
+}
+
+/// An error text is what the user reads: one line, bounded.
+inline void require_one_line(std::string_view text) {
+  require(!text.empty(), "the error has a text");
+  require(text.find('\n') == std::string_view::npos, "the error is one line");
+  require(text.size() < 4096, "the error is short");
+}
+
+class MemoryFile {
+ public:
+  MemoryFile(const std::uint8_t* data, std::size_t size)
+      : descriptor_(::memfd_create("fuzz", MFD_CLOEXEC)) {
+    require(descriptor_ >= 0, "memfd_create");
+    for (std::size_t done = 0; done < size;) {
+      const ssize_t written = ::write(descriptor_, data + done, size - done);
+      require(written > 0, "write to a memfd");
+      done += static_cast<std::size_t>(written);
+    }
+  }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { ::close(descriptor_); }
+
+  [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+ private:
+  int descriptor_;
+};
+
+}  // namespace odomd::fuzz
