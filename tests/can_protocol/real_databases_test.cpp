@@ -8,6 +8,7 @@
 #include <string>
 
 #include "can_protocol/dbc.hpp"
+#include "can_protocol/message_encoder.hpp"
 #include "can_protocol/signal_layout.hpp"
 #include "tests/can_protocol/real_data.hpp"
 
@@ -144,6 +145,42 @@ TEST(RealDatabases, DecodeAllPayloadsExactly) {
     }
   }
   std::printf("decoded %d values of %d payloads\n", values, payloads);
+  EXPECT_GT(values, 40'000);
+}
+
+TEST(RealDatabases, EncodeBackToThePayloadsTheyDecode) {
+  const auto folder = drives(names.size());
+  if (!folder) return;
+  int values = 0;
+  for (const char* name : names) {
+    SCOPED_TRACE(name);
+    const auto [database, expected] = load(*folder, name);
+    for (const json& expected_message : expected["messages"]) {
+      const Message* message = find(database, expected_message);
+      ASSERT_NE(message, nullptr);
+      for (const json& vector : expected_message["vectors"]) {
+        const auto payload = bytes_of(vector["data"].get<std::string>());
+        MessageEncoder encoder(*message);
+        std::vector<std::uint8_t> covered(payload.size());
+        for (const Signal& signal : message->signals) {
+          if (!is_present(*message, signal, payload)) continue;
+          const SignalLayout layout = layout_of(signal);
+          const std::uint64_t bits = extract_bits(layout, payload);
+          if (signal.length <= 53)
+            encoder.set(signal.name, physical_value(layout, bits));
+          else  // a double does not hold all of them
+            encoder.set_bits(signal.name, bits);
+          insert_bits(layout, ~std::uint64_t{0}, covered);
+          ++values;
+        }
+        const Frame frame = encoder.frame(0);
+        ASSERT_EQ(frame.length, payload.size());
+        for (std::size_t i = 0; i < payload.size(); ++i)
+          ASSERT_EQ(frame.data[i], payload[i] & covered[i])
+              << message->name << ' ' << vector["data"] << " byte " << i;
+      }
+    }
+  }
   EXPECT_GT(values, 40'000);
 }
 

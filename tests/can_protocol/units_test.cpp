@@ -1,0 +1,64 @@
+// Unit texts of databases, and the names that misspelt ones are nearest to.
+#include "can_protocol/units.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "can_protocol/nearest_name.hpp"
+
+namespace odomd::can {
+namespace {
+
+TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
+  const auto expect_unit = [](Unit unit, std::vector<std::string> spellings) {
+    for (const std::string& spelling : spellings)
+      EXPECT_EQ(unit_of_text(spelling), unit) << spelling;
+  };
+  expect_unit(Unit::rad, {"rad", "Radians"});
+  expect_unit(Unit::deg, {"deg", "°", "º", "degrees", "Degree"});
+  expect_unit(Unit::rad_per_s, {"rad/s", "rad/sec", "rad / s"});
+  expect_unit(Unit::deg_per_s, {"deg/s", "°/s", "º/s", "degrees/s", "deg/sec"});
+  expect_unit(Unit::m_per_s, {"m/s", "mps", "M/S"});
+  expect_unit(Unit::km_per_h, {"km/h", "kph", "KPH", "kmh"});
+  expect_unit(Unit::rpm, {"rpm", "1/min", "RPM", "min-1", "min^-1", "U/min"});
+  expect_unit(Unit::m_per_s2, {"m/s2", "m/s^2", "m/s²", "m/s^2 ", "m/s/s", "m/(s^2)"});
+  expect_unit(Unit::g, {"g", "G"});
+}
+
+TEST(Units, AreUnknownWhenTheyAreNoneOfOurs) {
+  for (const char* text : {"", "SED", "%", "Nm", "Unitless", "V", "m", "s", "mph", "Unit_Liter"})
+    EXPECT_EQ(unit_of_text(text), std::nullopt) << text;
+}
+
+TEST(Units, ConvertToSi) {
+  EXPECT_DOUBLE_EQ(si_factor(Unit::deg) * 180.0, std::numbers::pi);
+  EXPECT_DOUBLE_EQ(si_factor(Unit::km_per_h) * 3.6, 1.0);
+  EXPECT_DOUBLE_EQ(si_factor(Unit::rpm) * 60.0, 2.0 * std::numbers::pi);
+  EXPECT_EQ(si_factor(Unit::g), 9.80665);
+  for (const Unit unit : {Unit::none, Unit::rad, Unit::rad_per_s, Unit::m_per_s, Unit::m_per_s2})
+    EXPECT_EQ(si_factor(unit), 1.0);
+}
+
+TEST(Units, HaveNamesThatMeanThem) {
+  for (int i = 1; i <= static_cast<int>(Unit::g); ++i)
+    EXPECT_EQ(unit_of_text(unit_name(static_cast<Unit>(i))), static_cast<Unit>(i));
+}
+
+TEST(NearestName, FindsTheOneWithTheFewestEdits) {
+  const std::vector<std::string> names{"WHEEL_FL", "WHEEL_FR", "STEER", "yaw_rate"};
+  EXPECT_EQ(nearest_name("WHEEL_FX", names), "WHEEL_FL");  // the first of equals
+  EXPECT_EQ(nearest_name("WHEL_FR", names), "WHEEL_FR");
+  EXPECT_EQ(nearest_name("STERE", names), "STEER");
+  EXPECT_EQ(nearest_name("YAW_RATE", names), "yaw_rate");
+  EXPECT_EQ(nearest_name("", names), "STEER");
+  EXPECT_EQ(nearest_name("x", {}), "");
+  EXPECT_EQ(nearest_hint("x", {}), "");
+  EXPECT_EQ(nearest_hint("Steer", names), "; the nearest is 'STEER'");
+}
+
+}  // namespace
+}  // namespace odomd::can
