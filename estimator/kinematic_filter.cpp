@@ -21,7 +21,7 @@ Symmetric3 covariance_of(const Vehicle& car, KinematicForm form, const Eigen::Ve
     return j(row, 0) * vv * j(column, 0) + j(row, 1) * dd * j(column, 1);
   };
   // The neglected slip of the rear axle: α_h = F_sh / C_h with F_sh = (l_v / l) m a_y and
-  // a_y = v_x ψ̇ (eq. cornering_stiffness_rear) makes v_y err by v_x α_h.
+  // a_y = v_x ψ̇ (eq. 27, cornering_stiffness_rear) makes v_y err by v_x α_h.
   const double alpha_h = car.front_axle / car.wheelbase() * car.mass * v.v_x * v.yaw_rate /
                          car.cornering_stiffness_rear;
   const double slip = v.v_x * alpha_h;

@@ -33,7 +33,7 @@ class KinematicMotion {
   /// out: the side slip of the rear axle.
   [[nodiscard]] Symmetric3 velocity_covariance() const noexcept { return covariance_; }
   [[nodiscard]] BodyVelocity acceleration(const HeldSignals& held) const noexcept;
-  [[nodiscard]] bool stopped() const noexcept { return false; }
+  [[nodiscard]] static bool stopped() noexcept { return false; }
   [[nodiscard]] bool finite() const noexcept {
     return is_finite(velocity_) && is_finite(covariance_);
   }

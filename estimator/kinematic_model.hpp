@@ -5,7 +5,7 @@
 //   Ẏ = v_x sin ψ                                                                          (eq. 3)
 //
 // Without slip the rear axle moves along the car, the centre of gravity does not: there
-// v_y = l_h ψ̇, so that eqs 2 and 3 become eqs x_dot and y_dot with that v_y (errata, 7). As
+// v_y = l_h ψ̇, so that eqs 2 and 3 become eqs 8 (x_dot) and 9 with that v_y (errata, 7). As
 // printed, with v_y = 0, they hold for the rear axle. v_x is the same at both.
 //
 // Templates over the scalar, so that the tests can differentiate them automatically.
@@ -62,8 +62,8 @@ template <typename T>
   const T c = cos(pose[2]);
   const T s = sin(pose[2]);
   return {
-      v[0] * c - v[1] * s,  // Ẋ = v_x cos ψ - v_y sin ψ       (eq. x_dot; eq. 2 with v_y = 0)
-      v[0] * s + v[1] * c,  // Ẏ = v_x sin ψ + v_y cos ψ       (eq. after x_dot; eq. 3 with v_y = 0)
+      v[0] * c - v[1] * s,  // Ẋ = v_x cos ψ - v_y sin ψ       (eq. 8, x_dot; eq. 2 with v_y = 0)
+      v[0] * s + v[1] * c,  // Ẏ = v_x sin ψ + v_y cos ψ       (eq. 9; eq. 3 with v_y = 0)
       v[2],                 // ψ̇                               (eq. 1)
   };
 }

@@ -26,10 +26,10 @@ struct PaperEkf {
 /// u = [δ, a_x]
 inline void predict(PaperEkf& ekf, const Eigen::Vector2d& u) noexcept {
   const Symmetric3 P = ekf.P;
-  // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs state_prediction, transition_matrix)
+  // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs 17, state_prediction, and 15)
   const DiscreteStep step = paper_step_linearised(ekf.car, ekf.x, u, ekf.dt);
   ekf.x = step.x;
-  // P⁻ = Φ P Φᵀ + Q                             (eq. covariance_prediction)
+  // P⁻ = Φ P Φᵀ + Q                             (eq. 18, covariance_prediction)
   // The first row of Φ is (1 0 0); r and s are P times the second and third row.
   const double f0 = step.phi(1, 0);
   const double f1 = step.phi(1, 1);
@@ -62,7 +62,7 @@ inline void correct(PaperEkf& ekf, const Eigen::Vector2d& z) noexcept {
   const double i00 = s11 * per_det;
   const double i01 = -s01 * per_det;
   const double i11 = s00 * per_det;
-  // K = P⁻ Hᵀ S⁻¹                               (eq. kalman_gain)
+  // K = P⁻ Hᵀ S⁻¹                               (eq. 19, kalman_gain)
   // P⁻ Hᵀ is the third and the first column of P⁻.
   const double k00 = P[2] * i00 + P[0] * i01;
   const double k01 = P[2] * i01 + P[0] * i11;
@@ -70,13 +70,13 @@ inline void correct(PaperEkf& ekf, const Eigen::Vector2d& z) noexcept {
   const double k11 = P[4] * i01 + P[1] * i11;
   const double k20 = P[5] * i00 + P[2] * i01;
   const double k21 = P[5] * i01 + P[2] * i11;
-  // x̂⁺ = x̂⁻ + K (z - h(x̂⁻))                    (eq. state_update)
+  // x̂⁺ = x̂⁻ + K (z - h(x̂⁻))                    (eq. 20, state_update)
   const double nu0 = z[0] - ekf.x[2];
   const double nu1 = z[1] - ekf.x[0];
   ekf.x[0] += k00 * nu0 + k01 * nu1;
   ekf.x[1] += k10 * nu0 + k11 * nu1;
   ekf.x[2] += k20 * nu0 + k21 * nu1;
-  // P⁺ = (I - K H) P⁻                           (eq. covariance_update)
+  // P⁺ = (I - K H) P⁻                           (eq. 21, covariance_update)
   ekf.P[0] = P[0] - k00 * P[2] - k01 * P[0];
   ekf.P[1] = P[1] - k00 * P[4] - k01 * P[1];
   ekf.P[2] = P[2] - k00 * P[5] - k01 * P[2];

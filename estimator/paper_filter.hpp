@@ -22,7 +22,7 @@ class PaperMotion {
   explicit PaperMotion(const FilterSettings& settings) noexcept;
 
   [[nodiscard]] static bool uses(Source source) noexcept { return source != Source::accel_y; }
-  [[nodiscard]] double yaw_rate_at_wheels(const HeldSignals& held) const noexcept {
+  [[nodiscard]] static double yaw_rate_at_wheels(const HeldSignals& held) noexcept {
     return held.value(Source::yaw_rate);
   }
   void advance(const HeldSignals& held, const AxleSpeed& speed, Pose2& odom) noexcept;

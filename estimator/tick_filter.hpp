@@ -47,7 +47,7 @@ concept Motion = std::copyable<M> && requires(M motion, const M& state, const He
 template <Motion M>
 class TickFilter {
  public:
-  TickFilter(const M& motion, const FilterSettings& settings) noexcept;
+  TickFilter(M motion, const FilterSettings& settings) noexcept;
 
   void set_initial_pose(const Pose2& pose) noexcept;
   bool resume(const Estimate& predecessor, double gap_s) noexcept;

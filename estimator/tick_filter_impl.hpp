@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "estimator/tick_filter.hpp"
 #include "estimator/time.hpp"
@@ -28,12 +29,12 @@ inline constexpr std::int64_t most_ticks_made_up = 200;
 }
 
 template <Motion M>
-TickFilter<M>::TickFilter(const M& motion, const FilterSettings& settings) noexcept
+TickFilter<M>::TickFilter(M motion, const FilterSettings& settings) noexcept
     : car_(settings.vehicle),
       period_s_(settings.period_s),
       period_ns_(std::llround(settings.period_s * ns_per_second)),
       held_(settings.sigma),
-      motion_(motion),
+      motion_(std::move(motion)),
       anchor_(settings),
       modes_(settings.camera_timeout_s) {}
 

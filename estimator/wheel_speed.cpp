@@ -44,38 +44,41 @@ std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& 
     return reversing ? -std::abs(value) : value;
   };
   const double turn = yaw_rate * car.track_width / 2.0;
-  using enum Source;
 
-  const bool rear_left = alive(wheel_rear_left);
-  const bool rear_right = alive(wheel_rear_right);
+  const bool rear_left = alive(Source::wheel_rear_left);
+  const bool rear_right = alive(Source::wheel_rear_right);
   if (rear_left && rear_right) {
-    return AxleSpeed{(speed(wheel_rear_left) + speed(wheel_rear_right)) / 2.0,
-                     mean_sigma(held.sigma(wheel_rear_left), held.sigma(wheel_rear_right))};
+    return AxleSpeed{
+        (speed(Source::wheel_rear_left) + speed(Source::wheel_rear_right)) / 2.0,
+        mean_sigma(held.sigma(Source::wheel_rear_left), held.sigma(Source::wheel_rear_right))};
   }
-  if (alive(wheel_rear)) {
-    return AxleSpeed{speed(wheel_rear), held.sigma(wheel_rear)};
+  if (alive(Source::wheel_rear)) {
+    return AxleSpeed{speed(Source::wheel_rear), held.sigma(Source::wheel_rear)};
   }
   if (rear_left) {
-    return AxleSpeed{speed(wheel_rear_left) + turn, held.sigma(wheel_rear_left)};
+    return AxleSpeed{speed(Source::wheel_rear_left) + turn, held.sigma(Source::wheel_rear_left)};
   }
   if (rear_right) {
-    return AxleSpeed{speed(wheel_rear_right) - turn, held.sigma(wheel_rear_right)};
+    return AxleSpeed{speed(Source::wheel_rear_right) - turn, held.sigma(Source::wheel_rear_right)};
   }
-  if (alive(motor)) {
-    return AxleSpeed{speed(motor), held.sigma(motor)};
+  if (alive(Source::motor)) {
+    return AxleSpeed{speed(Source::motor), held.sigma(Source::motor)};
   }
-  const double along = std::cos(held.value(steering));
-  const bool front_left = alive(wheel_front_left);
-  const bool front_right = alive(wheel_front_right);
+  const double along = std::cos(held.value(Source::steering));
+  const bool front_left = alive(Source::wheel_front_left);
+  const bool front_right = alive(Source::wheel_front_right);
   if (front_left && front_right) {
-    return AxleSpeed{(speed(wheel_front_left) + speed(wheel_front_right)) / 2.0 * along,
-                     mean_sigma(held.sigma(wheel_front_left), held.sigma(wheel_front_right))};
+    return AxleSpeed{
+        (speed(Source::wheel_front_left) + speed(Source::wheel_front_right)) / 2.0 * along,
+        mean_sigma(held.sigma(Source::wheel_front_left), held.sigma(Source::wheel_front_right))};
   }
   if (front_left) {
-    return AxleSpeed{speed(wheel_front_left) * along + turn, held.sigma(wheel_front_left)};
+    return AxleSpeed{speed(Source::wheel_front_left) * along + turn,
+                     held.sigma(Source::wheel_front_left)};
   }
   if (front_right) {
-    return AxleSpeed{speed(wheel_front_right) * along - turn, held.sigma(wheel_front_right)};
+    return AxleSpeed{speed(Source::wheel_front_right) * along - turn,
+                     held.sigma(Source::wheel_front_right)};
   }
   return std::nullopt;
 }
