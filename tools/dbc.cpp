@@ -36,9 +36,11 @@ std::string dumped(const ordered_json& value) {
   return value.dump(-1, ' ', false, ordered_json::error_handler_t::replace);
 }
 
-/// Shortest decimal form that reads back the same.
+/// Shortest decimal form that reads back the same, for people: 5, not 5.0.
 std::string shortest(double value) {
-  return dumped(value);
+  std::string text = dumped(value);
+  if (text.ends_with(".0")) text.resize(text.size() - 2);
+  return text == "null" ? "nan" : text;  // JSON has no word for it
 }
 
 std::string hexadecimal(std::uint32_t id, IdFormat format) {

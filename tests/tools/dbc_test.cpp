@@ -1,0 +1,135 @@
+// odom dbc: what it prints, and what it says of files it cannot use.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr const char* car = R"(BO_ 288 Imu: 4 ECU
+ SG_ Yaw : 0|16@1- (0.5,0) [-16|16] "°/s" X
+ SG_ Acc : 16|16@1- (0.01,-1) [0|0] "m/s2" X
+BO_ 2147484000 Paged: 3 ECU
+ SG_ Page M : 0|8@1+ (1,0) [0|0] "" X
+ SG_ One m1 : 8|8@1+ (1,0) [0|0] "" X
+ SG_ Two m2 : 8|16@1+ (1,0) [0|0] "" X
+CM_ BO_ 288 "Inertial
+sensor";
+VAL_ 2147484000 Page 1 "first" 2 "second" ;
+BA_ "GenMsgCycleTime" BO_ 288 10;
+)";
+
+constexpr const char* drive =
+    "(1760000000.069964) can0 120#0400A0FF\n"
+    "(1760000000.070000) can0 7FF#00\n"
+    "(1760000000.080001) can1 00000160#010A00\n"
+    "(1760000000.080001234) can1 00000160#020A01\n"
+    "(1760000000.090000) can0 120#FEFF\n"
+    "(1760000000.100000) can0 120#R4\n";
+
+class OdomDbc : public testing::Test {
+ protected:
+  [[nodiscard]] std::string decode(const std::string& arguments) const {
+    return "odom dbc decode --dbc " + dbc_.string() + ' ' + arguments;
+  }
+  Scratch scratch_;
+  std::filesystem::path dbc_ = scratch_.write("car.dbc", car);
+  std::filesystem::path log_ = scratch_.write("drive.log", drive);
+};
+
+TEST_F(OdomDbc, DecodesOneJsonObjectAFrame) {
+  const Outcome outcome = run_shell(decode("--json " + log_.string()));
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(outcome.out,
+            R"({"t":1760000000.069964,"bus":"can0","id":288,"message":"Imu",)"
+            R"("signals":{"Yaw":2.0,"Acc":-1.96}})"
+            "\n"
+            R"({"t":1760000000.080001,"bus":"can1","id":352,"extended":true,"message":"Paged",)"
+            R"("signals":{"Page":1.0,"One":10.0}})"
+            "\n"
+            R"({"t":1760000000.080001234,"bus":"can1","id":352,"extended":true,"message":"Paged",)"
+            R"("signals":{"Page":2.0,"Two":266.0}})"
+            "\n"
+            R"({"t":1760000000.090000,"bus":"can0","id":288,"message":"Imu",)"
+            R"("signals":{"Yaw":-1.0}})"
+            "\n");
+}
+
+TEST_F(OdomDbc, DecodesStandardInputForPeople) {
+  const Outcome outcome = run_shell(decode("- <" + log_.string()));
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.out,
+              StartsWith("(1760000000.069964) can0 120 Imu  Yaw 2 °/s  Acc -1.96 m/s2\n"
+                         "(1760000000.080001) can1 00000160 Paged  Page 1 (first)  One 10\n"));
+}
+
+TEST_F(OdomDbc, ShowsUnknownFramesWhenAsked) {
+  const Outcome outcome = run_shell(decode("--all --json " + log_.string()));
+  EXPECT_THAT(outcome.out, HasSubstr(R"("id":2047,"message":null,"signals":{},"kind":"data",)"
+                                     R"("data":"00"})"));
+  EXPECT_THAT(outcome.out, HasSubstr(R"("id":288,"message":null,"signals":{},"kind":"remote",)"));
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 6);
+}
+
+TEST_F(OdomDbc, TakesTheFirstOfSeveralDatabases) {
+  const auto other = scratch_.write("other.dbc",
+                                    "BO_ 288 Shadowed: 4 X\nBO_ 2047 Diagnosis: 1 X\n"
+                                    " SG_ Code : 0|8@1+ (1,0) [0|0] \"\" X\n");
+  const Outcome outcome = run_shell(decode("--json --dbc " + other.string() + ' ' + log_.string()));
+  EXPECT_THAT(outcome.out, HasSubstr(R"("message":"Imu")"));
+  EXPECT_THAT(outcome.out, HasSubstr(R"("message":"Diagnosis","signals":{"Code":0.0}})"));
+  EXPECT_THAT(outcome.out, Not(HasSubstr("Shadowed")));
+}
+
+TEST_F(OdomDbc, ShowsADatabase) {
+  const Outcome outcome = run_shell("odom dbc show " + dbc_.string());
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.out, HasSubstr("2 messages, 5 signals\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("120 Imu  id 288, 4 bytes, every 10 ms, from ECU\n"
+                                     "  Inertial sensor\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("00000160 Paged  id 352 extended, 3 bytes, from ECU\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("m2 of Page"));
+}
+
+TEST_F(OdomDbc, ShowsADatabaseAsJson) {
+  const json shown = json::parse(run_shell("odom dbc show --json " + dbc_.string()).out);
+  ASSERT_EQ(shown["messages"].size(), 2U);
+  const json& imu = shown["messages"][0];
+  EXPECT_EQ(imu["id"], 288);
+  EXPECT_EQ(imu["cycle_time_ms"], 10.0);
+  EXPECT_EQ(imu["signals"][1]["scale"], 0.01);
+  const json& two = shown["messages"][1]["signals"][2];
+  EXPECT_EQ(two["selected_by"]["signal"], "Page");
+  EXPECT_EQ(two["selected_by"]["ranges"], json::parse("[[2,2]]"));
+}
+
+TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {
+  const auto expect_refused = [](const std::string& command, const std::string& text) {
+    const Outcome outcome = run_shell(command);
+    EXPECT_EQ(outcome.status, 2) << command;
+    EXPECT_THAT(outcome.err, HasSubstr(text));
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+  };
+  const auto cut =
+      scratch_.write("cut.dbc", std::string_view(car).substr(0, std::string_view(car).size() / 2));
+  expect_refused("odom dbc show " + cut.string(), "cut.dbc:6: expected ");
+  expect_refused("odom dbc show " + log_.string(), "drive.log:1: expected a statement");
+  expect_refused("odom dbc show /nonexistent.dbc", "/nonexistent.dbc: cannot be read");
+  expect_refused("odom dbc decode --dbc " + cut.string() + ' ' + log_.string(), "cut.dbc:6: ");
+  expect_refused(decode("/nonexistent.log"), "/nonexistent.log");
+  expect_refused(decode(dbc_.string()), "car.dbc:1: ");
+  expect_refused("odom dbc decode " + log_.string(), "--dbc");
+  expect_refused("odom dbc", "");
+}
+
+}  // namespace
+}  // namespace odomd::tools
