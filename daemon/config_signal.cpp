@@ -61,7 +61,8 @@ RoleTraits traits_of(Source role) {
 }
 
 Source role_named(const std::string& role, const TableReader& table) {
-  // The camera is a source of the filter, but not on the bus.
+  if (role == estimator::source_names[static_cast<std::size_t>(Source::camera)])
+    table.fail("a camera does not speak on the bus; it has its own table, [camera]");
   const auto names =
       std::span(estimator::source_names).first(static_cast<std::size_t>(Source::camera));
   const auto found = std::ranges::find(names, role);

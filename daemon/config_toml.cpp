@@ -9,7 +9,8 @@
 #include <iterator>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
+
+#include "can_protocol/nearest_name.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -32,33 +33,6 @@ std::string kind_of(const toml::node& node) {
     default:
       return "a date or time";
   }
-}
-
-/// Edits (insert, delete, replace a letter) that turn one name into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = std::exchange(row[j + 1], std::min({row[j] + 1, row[j + 1] + 1, replaced}));
-    }
-  }
-  return row.back();
-}
-
-/// The name that is meant by a misspelt one, empty where none is near.
-std::string_view nearest_name(std::string_view name, std::span<const std::string> names) {
-  std::string_view nearest;
-  std::size_t least = name.size() / 3 + 2;
-  if (name.size() > 64) return nearest;
-  for (const auto& candidate : names)
-    if (const auto distance = edit_distance(name, candidate); distance < least) {
-      least = distance;
-      nearest = candidate;
-    }
-  return nearest;
 }
 
 bool equal_but_for_case(std::string_view a, std::string_view b) {
@@ -271,10 +245,8 @@ toml::table parse_toml_file(const std::filesystem::path& file) {
 }
 
 std::string suggestion(std::string_view name, std::span<const std::string> names) {
-  if (const auto near = nearest_name(name, names); !near.empty())
-    return fmt::format("; did you mean \"{}\"?", near);
   if (names.empty()) return "; this table has no keys";
-  return fmt::format("; there are: {}", fmt::join(names, ", "));
+  return fmt::format("; did you mean \"{}\"?", nearest_name(name, names));
 }
 
 }  // namespace odomd::daemon

@@ -91,7 +91,7 @@ class TableReader {
 /// Reads the file and parses it. One line for whatever is wrong with it.
 [[nodiscard]] toml::table parse_toml_file(const std::filesystem::path& file);
 
-/// "; did you mean \"mass\"?" where a name is near enough, else "; there are: a, b, c".
+/// "; did you mean \"mass\"?": the nearest of the names that are valid.
 [[nodiscard]] std::string suggestion(std::string_view name, std::span<const std::string> names);
 
 }  // namespace odomd::daemon

@@ -337,7 +337,7 @@ const Mistake mistakes[] = {
     {"UnknownKey", vehicle("mas = 3"),
      "car.toml:2: [vehicle] mas: unknown key; did you mean \"mass\"?"},
     {"UnknownKeyNearNothing", also("[initial]\npose = [0, 0, 0]\nqqqqqqqqq = 1\n"),
-     "car.toml:4: [initial] qqqqqqqqq: unknown key; there are: pose"},
+     "car.toml:4: [initial] qqqqqqqqq: unknown key; did you mean \"pose\"?"},
     {"NotATable", "vehicle = 3\n", "car.toml:1: vehicle: is a number; it must be a table"},
     {"NegativeMass", vehicle("mass = -1"),
      "car.toml:2: [vehicle] mass: -1 is not possible; it must be greater than 0"},
@@ -376,9 +376,8 @@ const Mistake mistakes[] = {
     {"UnknownRole", signal("yaw_rat", ", signal = \"S\", unit = \"rad/s\""),
      "car.toml:4: [can.signals] yaw_rat: unknown role; did you mean \"yaw_rate\"?"},
     {"CameraIsNoSignal", signal("camera", ", signal = \"S\", unit = \"rad/s\""),
-     "car.toml:4: [can.signals] camera: unknown role; there are: yaw_rate, accel_x, accel_y, "
-     "wheel_front_left, wheel_front_right, wheel_rear_left, wheel_rear_right, wheel_rear, motor, "
-     "steering, direction"},
+     "car.toml:4: [can.signals] camera: a camera does not speak on the bus; it has its own table, "
+     "[camera]"},
     {"NoMessage", can("[can.signals]\nyaw_rate = { signal = \"S\" }\n"),
      "car.toml:4: [can.signals] yaw_rate message: is missing"},
     {"NoSignal", signal("yaw_rate", ", unit = \"rad/s\""),
@@ -482,9 +481,8 @@ const Mistake mistakes[] = {
      "car.toml:3: [camera] max_latency: 0 is not possible; it must be between 0 and 10 (s)"},
     {"EmptySocket", also("[camera]\nsocket = \"\"\n"),
      "car.toml:3: [camera] socket: is empty; it must name a file"},
-    {"UnknownLevel", also("[log]\nlevel = \"loud\"\n"),
-     "car.toml:3: [log] level: \"loud\" is not known; there are: trace, debug, info, warn, error, "
-     "critical, off"},
+    {"UnknownLevel", also("[log]\nlevel = \"warning\"\n"),
+     "car.toml:3: [log] level: \"warning\" is not known; did you mean \"warn\"?"},
     {"ControlCharacter", also("[shm]\nname = \"/a\\nb\"\n"),
      "car.toml:3: [shm] name: holds a control character"},
 };

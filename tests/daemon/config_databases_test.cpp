@@ -1,0 +1,131 @@
+// The configuration held against its databases.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+#include "daemon/config.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+using estimator::Source;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr auto database = R"(VERSION ""
+BU_: CAR
+BO_ 256 WHEEL: 8 CAR
+ SG_ RL : 0|16@1- (0.001,0) [0|0] "m/s" CAR
+ SG_ RR : 16|16@1- (0.001,0) [0|0] "m/s" CAR
+BO_ 257 GYRO: 4 CAR
+ SG_ YawRate : 0|16@1- (0.001,0) [0|0] "rad/s" CAR
+BO_ 258 STEER: 2 CAR
+ SG_ Angle : 0|16@1- (0.0001,0) [0|0] "" CAR
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_ "GenMsgCycleTime" BO_ 256 10;
+)";
+
+class DatabasesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = testing::TempDir() + "odomd_databases_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = std::filesystem::canonical(name);
+    std::ofstream(directory_ / "car.dbc") << database;
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  [[nodiscard]] Config load(const std::string& signals) const {
+    std::ofstream(directory_ / "car.toml") << "[can]\ndbc = \"car.dbc\"\n[can.signals]\n"
+                                           << signals;
+    return load_config(directory_ / "car.toml");
+  }
+
+  [[nodiscard]] std::string error_of(const std::string& signals) const {
+    Config config = load(signals);
+    std::vector<std::string> warnings;
+    try {
+      static_cast<void>(load_databases(config, warnings));
+    } catch (const std::invalid_argument& error) {
+      const std::string what = error.what();
+      EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+      return what;
+    }
+    return "";
+  }
+
+  std::filesystem::path directory_;
+};
+
+constexpr auto wheel =
+    "wheel_rear_left = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\" }\n";
+constexpr auto gyro = "yaw_rate = { message = \"GYRO\", signal = \"YawRate\", unit = \"rad/s\" }\n";
+constexpr auto steering =
+    "steering = { message = \"STEER\", signal = \"Angle\", unit = \"rad\" }\n";
+
+TEST_F(DatabasesTest, TimeOutsAreThreeCycleTimesOrATenthOfASecond) {
+  Config config = load(std::string(wheel) + gyro +
+                       "steering = { message = \"STEER\", signal = \"Angle\", unit = \"rad\", "
+                       "timeout = 0.7 }\n");
+  std::vector<std::string> warnings;
+  EXPECT_EQ(load_databases(config, warnings).size(), 1U);
+  const auto timeout = [&](Source source) {
+    return config.can.signals[static_cast<std::size_t>(source)].timeout_ns;
+  };
+  EXPECT_EQ(timeout(Source::wheel_rear_left), 30'000'000);
+  EXPECT_EQ(timeout(Source::yaw_rate), 100'000'000);
+  EXPECT_EQ(timeout(Source::steering), 700'000'000);
+  EXPECT_THAT(warnings, IsEmpty());
+}
+
+TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
+  Config config = load(wheel);
+  std::vector<std::string> warnings;
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, Contains(HasSubstr("steering is not mapped")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("yaw_rate is not mapped")));
+
+  config.model = estimator::Model::kinematic;
+  warnings.clear();
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, testing::Not(Contains(HasSubstr("yaw_rate"))));
+}
+
+TEST_F(DatabasesTest, RefusesACarWithoutAnySpeed) {
+  EXPECT_THAT(error_of(gyro), HasSubstr("car.toml: [can.signals]: no speed is mapped"));
+}
+
+TEST_F(DatabasesTest, SuggestsTheNearestMessageAndSignal) {
+  EXPECT_THAT(error_of("wheel_rear = { message = \"WHEELS\", signal = \"RL\", unit = \"m/s\" }\n"),
+              testing::AllOf(HasSubstr("car.toml: "), HasSubstr("wheel_rear"),
+                             HasSubstr("the nearest is 'WHEEL'")));
+  EXPECT_THAT(error_of("wheel_rear = { message = \"WHEEL\", signal = \"RX\", unit = \"m/s\" }\n"),
+              testing::AllOf(HasSubstr("wheel_rear"), HasSubstr("the nearest is 'RL'")));
+}
+
+TEST_F(DatabasesTest, RefusesAUnitThatContradictsTheDatabase) {
+  EXPECT_THAT(error_of("wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"km/h\" }\n"),
+              testing::AllOf(HasSubstr("wheel_rear"), HasSubstr("km/h"), HasSubstr("m/s")));
+}
+
+TEST_F(DatabasesTest, RefusesADatabaseThatIsNotThere) {
+  std::filesystem::remove(directory_ / "car.dbc");
+  EXPECT_THAT(error_of(wheel), HasSubstr("car.dbc"));
+}
+
+TEST_F(DatabasesTest, NumbersTheBusesThatBindingsName) {
+  const Config config = load(
+      "wheel_rear_left = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", bus = \"can1\" }\n"
+      "wheel_rear_right = { message = \"WHEEL\", signal = \"RR\", unit = \"m/s\", bus = \"can0\" "
+      "}\n"
+      "yaw_rate = { message = \"GYRO\", signal = \"YawRate\", unit = \"rad/s\", bus = \"can1\" "
+      "}\n");
+  EXPECT_THAT(expected_buses(config), testing::ElementsAre("can1", "can0"));
+}
+
+}  // namespace
+}  // namespace odomd::daemon
