@@ -1,6 +1,7 @@
 #include "estimator/filter.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
@@ -40,6 +41,15 @@ void check(const FilterSettings& s) {
                     {"camera.max_latency", s.camera_max_latency_s},
                     {"the camera's gate", s.camera_gate},
                     {"the camera's timeout", s.camera_timeout_s}});
+  for (std::size_t i = 0; i < source_count; ++i) {
+    if (!std::isfinite(s.sigma[i]) || s.sigma[i] < 0.0) {
+      throw std::invalid_argument("sigma of " + std::string(source_names[i]) +
+                                  " must be a positive number, or 0 for the default");
+    }
+  }
+  if (s.initial_sigma_position > 1e3 || s.initial_sigma_yaw > 1e3) {
+    throw std::invalid_argument("the initial pose's sigmas must be at most 1000");
+  }
   if (s.period_s < 1e-4 || s.period_s > 1.0) {
     throw std::invalid_argument("the filter's period must lie between 0.1 ms and 1 s");
   }

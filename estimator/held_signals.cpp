@@ -1,5 +1,6 @@
 #include "estimator/held_signals.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace odomd::estimator {
@@ -47,7 +48,8 @@ Verdict HeldSignals::take(const Measurement& sample, std::int64_t latest_ns) noe
   if (held.seen && sample.time_ns < held.time_ns) {
     return Verdict::too_old;
   }
-  held = {true, sample.time_ns, sample.value, sample.sigma > 0.0 ? sample.sigma : sigma_[index]};
+  const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
+  held = {true, sample.time_ns, sample.value, std::min(sigma, physical_limit[index])};
   return Verdict::fused;
 }
 

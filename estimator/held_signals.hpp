@@ -26,7 +26,8 @@ class HeldSignals {
   /// 0 where none was seen.
   [[nodiscard]] double value(Source source) const noexcept { return at(source).value; }
 
-  /// Of the sample held; where none was seen, of the source.
+  /// Of the sample held, at most the largest value that is not gated; where none was seen, of the
+  /// source.
   [[nodiscard]] double sigma(Source source) const noexcept { return at(source).sigma; }
 
  private:

@@ -7,9 +7,10 @@
 namespace odomd::estimator {
 namespace {
 
-// Keeps the covariance positive definite at standstill, where the Jacobian has no rank left.
+// Keep the covariance positive definite: the Jacobian has rank two, and less at standstill.
 constexpr double floor_speed = 1e-3;     // [m/s]
 constexpr double floor_yaw_rate = 1e-3;  // [rad/s]
+constexpr double inflation = 1.0 + 1e-6;
 
 Symmetric3 covariance_of(const Vehicle& car, KinematicForm form, const Eigen::Vector2d& input,
                          const BodyVelocity& v, double sigma_speed, double sigma_steering) {
@@ -25,12 +26,12 @@ Symmetric3 covariance_of(const Vehicle& car, KinematicForm form, const Eigen::Ve
   const double alpha_h = car.front_axle / car.wheelbase() * car.mass * v.v_x * v.yaw_rate /
                          car.cornering_stiffness_rear;
   const double slip = v.v_x * alpha_h;
-  return {entry(0, 0) + floor_speed * floor_speed,
+  return {entry(0, 0) * inflation + floor_speed * floor_speed,
           entry(0, 1),
           entry(0, 2),
-          entry(1, 1) + slip * slip + floor_speed * floor_speed,
+          entry(1, 1) * inflation + slip * slip + floor_speed * floor_speed,
           entry(1, 2),
-          entry(2, 2) + floor_yaw_rate * floor_yaw_rate};
+          entry(2, 2) * inflation + floor_yaw_rate * floor_yaw_rate};
 }
 
 }  // namespace

@@ -44,31 +44,41 @@ using Symmetric3 = std::array<double, 6>;
           p[5]};
 }
 
-/// By the leading minors.
-[[nodiscard]] constexpr bool is_positive_definite(const Symmetric3& p) noexcept {
-  const double minor = p[0] * p[3] - p[1] * p[1];
-  const double det =
-      p[5] * minor - p[0] * p[4] * p[4] + 2.0 * p[1] * p[2] * p[4] - p[3] * p[2] * p[2];
-  return p[0] > 0.0 && minor > 0.0 && det > 0.0;
-}
+/// S = L D Lᵀ, L with ones on its diagonal. All of D is positive exactly where S is positive
+/// definite; it keeps more digits than the minors of S do.
+struct Ldlt3 {
+  double d0, d1, d2;
+  double l10, l20, l21;
+};
 
-/// νᵀ S⁻¹ ν by L D Lᵀ. Infinite where S is not positive definite or a number is not finite, so that
-/// `<=` a gate fails.
-[[nodiscard]] inline double mahalanobis_squared(const Symmetric3& s,
-                                                const std::array<double, 3>& nu) noexcept {
+[[nodiscard]] constexpr Ldlt3 decomposed(const Symmetric3& s) noexcept {
   const double d0 = s[0];
   const double l10 = s[1] / d0;
   const double l20 = s[2] / d0;
   const double d1 = s[3] - l10 * s[1];
   const double l21 = (s[4] - l20 * s[1]) / d1;
   const double d2 = s[5] - l20 * s[2] - l21 * l21 * d1;
-  if (!(d0 > 0.0 && d1 > 0.0 && d2 > 0.0)) {
+  return {d0, d1, d2, l10, l20, l21};
+}
+
+[[nodiscard]] constexpr bool is_positive_definite(const Symmetric3& s) noexcept {
+  const Ldlt3 f = decomposed(s);
+  return f.d0 > 0.0 && f.d1 > 0.0 && f.d2 > 0.0;
+}
+
+/// νᵀ S⁻¹ ν. Infinite where S is not positive definite or a number is not finite, so that `<=` a
+/// gate fails.
+[[nodiscard]] inline double mahalanobis_squared(const Symmetric3& s,
+                                                const std::array<double, 3>& nu) noexcept {
+  const Ldlt3 f = decomposed(s);
+  if (!(f.d0 > 0.0 && f.d1 > 0.0 && f.d2 > 0.0)) {
     return HUGE_VAL;
   }
+  // y = L⁻¹ ν, νᵀ S⁻¹ ν = Σ y² / d
   const double y0 = nu[0];
-  const double y1 = nu[1] - l10 * y0;
-  const double y2 = nu[2] - l20 * y0 - l21 * y1;
-  const double value = y0 * y0 / d0 + y1 * y1 / d1 + y2 * y2 / d2;
+  const double y1 = nu[1] - f.l10 * y0;
+  const double y2 = nu[2] - f.l20 * y0 - f.l21 * y1;
+  const double value = y0 * y0 / f.d0 + y1 * y1 / f.d1 + y2 * y2 / f.d2;
   return std::isfinite(value) ? value : HUGE_VAL;
 }
 

@@ -109,13 +109,14 @@ Estimate TickFilter<M>::step(std::int64_t tick_ns) noexcept {
   const std::optional<AxleSpeed> speed = wheel_speed();
   if (speed && !running_) {
     running_ = true;
-    anchor_.start(tick_ns - steps * period_ns_);
+    anchor_.start(ns_after(tick_ns, -steps * period_ns_));
   }
 
   // 3. The motion, a period at a time.
   if (speed) {
     for (std::int64_t left = steps; left-- > 0;) {
-      advance(*speed, tick_ns - left * period_ns_, left == steps - 1 ? unobserved_s : 0.0);
+      advance(*speed, ns_after(tick_ns, -left * period_ns_),
+              left == steps - 1 ? unobserved_s : 0.0);
     }
   }
 
@@ -189,13 +190,13 @@ Estimate TickFilter<M>::estimate(std::int64_t tick_ns, double wheel_speed) noexc
 
 template <Motion M>
 std::int64_t TickFilter<M>::next_tick_ns() const noexcept {
-  return last_tick_ns_ ? *last_tick_ns_ + period_ns_ : std::numeric_limits<std::int64_t>::max();
+  return last_tick_ns_ ? ns_after(*last_tick_ns_, period_ns_)
+                       : std::numeric_limits<std::int64_t>::max();
 }
 
 template <Motion M>
 std::int64_t TickFilter<M>::latest_ns(std::int64_t arrival_ns) const noexcept {
-  const std::int64_t limit = arrival_ns != 0 ? arrival_ns : next_tick_ns();
-  return limit > std::numeric_limits<std::int64_t>::max() - period_ns_ ? limit : limit + period_ns_;
+  return ns_after(arrival_ns != 0 ? arrival_ns : next_tick_ns(), period_ns_);
 }
 
 template <Motion M>

@@ -23,10 +23,14 @@ inline constexpr double ns_per_second = 1e9;
   return static_cast<double>(ns_between(earlier, later)) * seconds_per_ns;
 }
 
-/// Whether `time` lies more than `tolerance` after `limit`.
-[[nodiscard]] inline bool is_ahead(std::int64_t time, std::int64_t limit,
-                                   std::int64_t tolerance) noexcept {
-  return ns_between(limit, time) > tolerance;
+/// time + ns, or the end of the range it would leave.
+[[nodiscard]] inline std::int64_t ns_after(std::int64_t time, std::int64_t ns) noexcept {
+  std::int64_t later = 0;
+  if (__builtin_add_overflow(time, ns, &later)) {
+    return ns < 0 ? std::numeric_limits<std::int64_t>::min()
+                  : std::numeric_limits<std::int64_t>::max();
+  }
+  return later;
 }
 
 }  // namespace odomd::estimator

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
+#include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -324,6 +328,65 @@ TEST_P(EveryModel, CovariancesStayPositiveDefiniteThroughAWildDrive) {
   }
 }
 
+/// Numbers as a broken sensor or a hostile sender would make them.
+class Junk {
+ public:
+  double number() {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const std::array<double, 12> odd{0.0,       -0.0,         1e-308, 1e308, -1e308, infinity,
+                                     -infinity, std::nan(""), 1e-3,   150.0, -1.4,   1e7};
+    return pick(3) == 0 ? odd[pick(odd.size())] : std::normal_distribution<>{0.0, 2.0}(random_);
+  }
+  std::int64_t time(std::int64_t now) {
+    if (pick(10) == 0) {
+      return static_cast<std::int64_t>(random_());
+    }
+    return now + std::uniform_int_distribution<std::int64_t>{-300 * millisecond,
+                                                             20 * millisecond}(random_);
+  }
+  std::size_t pick(std::size_t count) { return random_() % count; }
+
+ private:
+  std::mt19937_64 random_{2026};
+};
+
+TEST_P(EveryModel, NoInputLeavesAnEstimateThatIsNotFinite) {
+  Junk junk;
+  FilterSettings settings;
+  settings.initialise_from_camera = true;
+  Drive drive = start(GetParam(), settings, std::nullopt);
+  std::array<int, verdict_count> verdicts{};
+  for (int i = 0; i < 20'000; ++i) {
+    for (std::size_t n = junk.pick(8); n > 0; --n) {
+      const Measurement sample{static_cast<Source>(junk.pick(source_count + 2)),
+                               junk.time(drive.now_ns), junk.number(), std::abs(junk.number()),
+                               junk.pick(2) == 0 ? 0 : junk.time(drive.now_ns)};
+      ++verdicts.at(static_cast<std::size_t>(add(drive.filter, sample)));
+    }
+    if (junk.pick(5) == 0) {
+      const CameraPose camera{junk.time(drive.now_ns), junk.time(drive.now_ns),
+                              junk.number(),           junk.number(),
+                              junk.number(),           std::abs(junk.number()),
+                              std::abs(junk.number()), std::abs(junk.number())};
+      ++verdicts.at(static_cast<std::size_t>(add(drive.filter, camera)));
+    }
+    drive.now_ns += static_cast<std::int64_t>(junk.pick(3)) * period_ns;
+    const Estimate e = drive.tick({});
+    ASSERT_TRUE(is_finite(e.map) && is_finite(e.odom) && is_finite(e.last_jump)) << i;
+    ASSERT_TRUE(is_finite(BodyVelocity{e.v_x, e.v_y, e.yaw_rate})) << i;
+    ASSERT_TRUE(is_finite(BodyVelocity{e.v_x_dot, e.v_y_dot, e.yaw_accel})) << i;
+    ASSERT_TRUE(is_finite(e.covariance) && is_positive_definite(e.covariance)) << i;
+    ASSERT_TRUE(is_finite(e.velocity_covariance) && is_positive_definite(e.velocity_covariance))
+        << i;
+    ASSERT_FALSE(std::isnan(e.camera_test_ratio)) << i;
+  }
+  for (const Verdict verdict : {Verdict::fused, Verdict::gated, Verdict::too_old, Verdict::future,
+                                Verdict::non_finite, Verdict::source_off}) {
+    EXPECT_GT(verdicts[static_cast<std::size_t>(verdict)], 0)
+        << verdict_names[static_cast<std::size_t>(verdict)];
+  }
+}
+
 TEST_P(EveryModel, StandingCarDoesNotAccelerate) {
   Drive drive = start(GetParam());
   const Estimate e =
@@ -353,6 +416,12 @@ TEST(MakeFilter, RefusesImpossibleSettingsByName) {
   settings = {};
   settings.period_s = 2.0;
   EXPECT_NE(message(settings).find("period"), std::string::npos);
+  settings = {};
+  settings.sigma[static_cast<std::size_t>(Source::motor)] = std::nan("");
+  EXPECT_NE(message(settings).find("motor"), std::string::npos);
+  settings = {};
+  settings.initial_sigma_yaw = 1e200;
+  EXPECT_NE(message(settings).find("initial"), std::string::npos);
   settings = {};
   settings.paper.R[1] = -1.0;
   EXPECT_NE(message(settings).find("R[1]"), std::string::npos);
