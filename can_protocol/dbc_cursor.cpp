@@ -35,6 +35,10 @@ bool is_digit(char c) {
 
 }  // namespace
 
+bool is_dbc_keyword(std::string_view word) {
+  return std::find(keywords.begin(), keywords.end(), word) != keywords.end();
+}
+
 std::optional<std::uint64_t> unsigned_of(std::string_view word) {
   std::uint64_t value = 0;
   const char* end = word.data() + word.size();
@@ -59,7 +63,7 @@ bool DbcCursor::at_punctuation(char c) const {
 bool DbcCursor::at_statement() const {
   const Token& token = peek();
   return token.kind == TokenKind::word && (token.starts_line || token.text.ends_with('_')) &&
-         std::find(keywords.begin(), keywords.end(), token.text) != keywords.end();
+         is_dbc_keyword(token.text);
 }
 
 const Token& DbcCursor::take() {
@@ -138,8 +142,12 @@ void DbcCursor::end_statement(std::string_view keyword) {
   warn(line, text + "; taken as closed");
 }
 
-void DbcCursor::skip_statement(std::string_view keyword) {
+void DbcCursor::skip_to_end() {
   while (!at_end() && !at_punctuation(';') && !(at_statement() && peek().starts_line)) take();
+}
+
+void DbcCursor::skip_statement(std::string_view keyword) {
+  skip_to_end();
   end_statement(keyword);
 }
 

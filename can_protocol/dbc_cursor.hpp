@@ -39,7 +39,9 @@ class DbcCursor {
   /// The ';' of the statement that began with `keyword`. Where the next statement begins instead,
   /// warns and goes on.
   void end_statement(std::string_view keyword);
-  /// Passes over the rest of the statement, its ';' included.
+  /// Passes over the rest of the statement, up to its ';' or the next statement.
+  void skip_to_end();
+  /// The same, and then end_statement.
   void skip_statement(std::string_view keyword);
 
   /// At the end: warns of a last line without its end, where that could hide a cut.
@@ -59,6 +61,9 @@ class DbcCursor {
   bool ends_in_newline_ = false;
   std::vector<Warning> warnings_;
 };
+
+/// Whether a statement of the DBC format begins with this word.
+[[nodiscard]] bool is_dbc_keyword(std::string_view word);
 
 /// The value of a whole word as a number in [0, 2^64), or nothing.
 [[nodiscard]] std::optional<std::uint64_t> unsigned_of(std::string_view word);

@@ -68,7 +68,8 @@ Bits occupied_bits(const Signal& signal) {
   std::array<std::uint8_t, max_payload> payload{};
   insert_bits(layout_of(signal), ~std::uint64_t{0}, payload);
   Bits bits;
-  for (std::size_t i = 0; i < bits.size(); ++i) bits[i] = ((payload[i / 8] >> (i % 8)) & 1U) != 0;
+  for (std::size_t i = 0; i < bits.size(); ++i)
+    bits[i] = (unsigned{payload[i / 8]} >> (i % 8) & 1U) != 0;
   return bits;
 }
 

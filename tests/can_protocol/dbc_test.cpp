@@ -313,6 +313,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadDbc{"Binary", "BO_ 1 A: 8 X\n\x01\x02", "car.dbc:2: expected text, found byte 1"},
         BadDbc{"SignalWithoutMessage", "\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n",
                "car.dbc:2: expected a message (BO_) before the first signal, found 'S'"},
+        BadDbc{"MisspeltKeyword", "BOO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n",
+               "car.dbc:1: expected a statement such as BO_, SG_, CM_ or VAL_, found 'BOO_'"},
         BadDbc{"NoColon", "BO_ 1 A 8 X\n",
                "car.dbc:1: expected ':' after the message's name, "
                "found '8'"},

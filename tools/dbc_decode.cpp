@@ -1,0 +1,163 @@
+// odom dbc decode: a log's frames as physical values.
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <iostream>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/dbc.hpp"
+#include "can_protocol/log_reader.hpp"
+#include "can_protocol/signal_layout.hpp"
+#include "tools/dbc_commands.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using can::Database;
+using can::Frame;
+using can::IdFormat;
+using can::Message;
+using can::Signal;
+using nlohmann::ordered_json;
+
+/// Messages by identifier; of several databases the first that has it.
+class MessageIndex {
+ public:
+  explicit MessageIndex(const std::vector<Database>& databases) {
+    for (const Database& database : databases)
+      for (const Message& message : database.messages)
+        messages_.try_emplace(frame_key(message.id, message.format), &message);
+  }
+
+  [[nodiscard]] const Message* find(const Frame& frame) const {
+    const auto found = messages_.find(frame_key(frame));
+    return found == messages_.end() ? nullptr : found->second;
+  }
+
+ private:
+  std::unordered_map<std::uint32_t, const Message*> messages_;
+};
+
+struct DecodedSignal {
+  const Signal* signal = nullptr;
+  double value = 0.0;
+};
+
+/// The signals that the payload holds: whose multiplexors select them, and which it does not cut.
+std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& frame) {
+  std::vector<DecodedSignal> decoded;
+  for (const Signal& signal : message.signals) {
+    const can::SignalLayout layout = can::layout_of(signal);
+    if (frame.length < layout.bytes_needed || !is_present(message, signal, frame.payload()))
+      continue;
+    decoded.push_back({&signal, physical_value(layout, extract_bits(layout, frame.payload()))});
+  }
+  return decoded;
+}
+
+/// Seconds with 6 decimals, or 9 where the stamp has them: integers all the way.
+std::string stamp_text(std::int64_t time_ns) {
+  std::array<char, 32> text{};
+  const long long seconds = time_ns / 1'000'000'000;
+  const long long rest = time_ns % 1'000'000'000;
+  if (rest % 1000 == 0)
+    std::snprintf(text.data(), text.size(), "%lld.%06lld", seconds, rest / 1000);
+  else
+    std::snprintf(text.data(), text.size(), "%lld.%09lld", seconds, rest);
+  return text.data();
+}
+
+std::string_view kind_name(can::FrameKind kind) {
+  switch (kind) {
+    case can::FrameKind::data:
+      return "data";
+    case can::FrameKind::remote:
+      return "remote";
+    case can::FrameKind::error:
+      return "error";
+  }
+  return "";
+}
+
+std::string payload_text(const Frame& frame) {
+  std::string text;
+  for (const std::uint8_t byte : frame.payload()) {
+    std::array<char, 3> digits{};
+    std::snprintf(digits.data(), digits.size(), "%02X", unsigned{byte});
+    text += digits.data();
+  }
+  return text;
+}
+
+std::string json_line(const Frame& frame, const std::string& bus, const Message* message) {
+  std::string line = "{\"t\":" + stamp_text(frame.time_ns) + ",\"bus\":" + json_text(bus) +
+                     ",\"id\":" + std::to_string(frame.id);
+  if (frame.format == IdFormat::extended) line += ",\"extended\":true";
+  line += ",\"message\":" + (message == nullptr ? "null" : json_text(message->name));
+  ordered_json signals = ordered_json::object();
+  if (message != nullptr)
+    for (const auto& [signal, value] : decoded_signals(*message, frame))
+      signals[signal->name] = value;
+  line += ",\"signals\":" + json_text(signals);
+  if (message == nullptr)
+    line += ",\"kind\":" + json_text(kind_name(frame.kind)) +
+            ",\"data\":" + json_text(payload_text(frame));
+  return line + "}\n";
+}
+
+/// The name that VAL_ gives to a value, if it does.
+std::string value_name(const Signal& signal, double physical) {
+  for (const auto& value : signal.values)
+    if (static_cast<double>(value.raw) * signal.scale + signal.offset == physical)
+      return " (" + value.name + ')';
+  return {};
+}
+
+std::string readable_line(const Frame& frame, const std::string& bus, const Message* message) {
+  std::string line = '(' + stamp_text(frame.time_ns) + ") " + bus + ' ' +
+                     hexadecimal(frame.id, frame.format) + ' ';
+  if (message == nullptr)
+    return line + "- " +
+           (frame.kind == can::FrameKind::data ? payload_text(frame)
+                                               : std::string(kind_name(frame.kind))) +
+           '\n';
+  line += message->name;
+  for (const auto& [signal, value] : decoded_signals(*message, frame)) {
+    line += "  " + signal->name + ' ' + shortest(value);
+    if (!signal->unit.empty()) line += ' ' + signal->unit;
+    line += value_name(*signal, value);
+  }
+  return line + '\n';
+}
+
+}  // namespace
+
+void decode_log(const std::vector<std::string>& files, const std::string& log, OutputForm form,
+                Frames frames) {
+  std::vector<Database> databases;
+  for (const std::string& file : files) {
+    databases.push_back(can::read_dbc(file));
+    if (const std::size_t oddities = databases.back().warnings.size(); oddities > 0)
+      std::cerr << file << ": " << oddities << (oddities == 1 ? " oddity" : " oddities")
+                << " taken; odom dbc show " << file << " lists them\n";
+  }
+  const MessageIndex index(databases);
+  can::BusNames buses;
+  can::LogReader reader(log, buses);
+  std::vector<std::string> bus_names;
+  while (const auto frame = reader.next()) {
+    const Message* message = frame->kind == can::FrameKind::data ? index.find(*frame) : nullptr;
+    if (message == nullptr && frames == Frames::known) continue;
+    if (frame->bus >= bus_names.size()) bus_names = buses.all();
+    const std::string& bus = bus_names[frame->bus];
+    std::cout << (form == OutputForm::json ? json_line(*frame, bus, message)
+                                           : readable_line(*frame, bus, message));
+    if (log == "-") std::cout.flush();  // a live source: lines as they come
+  }
+  if (!reader.warning().empty()) std::cerr << reader.warning() << '\n';
+}
+
+}  // namespace odomd::tools
