@@ -12,7 +12,7 @@ class Counter {
  public:
   Counter() = default;
   Counter(const Counter& other) : value_(other.get()) {}
-  Counter& operator=(const Counter& other) {
+  Counter& operator=(const Counter& other) {  // NOLINT(cert-oop54-cpp): sets itself to itself
     set(other.get());
     return *this;
   }

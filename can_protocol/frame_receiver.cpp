@@ -104,8 +104,8 @@ FrameReceiver::Stamps FrameReceiver::read_control(std::size_t message,
                                                   SourceCounters& counters) noexcept {
   Stamps stamps;
   msghdr& header = buffers_->messages[message].msg_hdr;
-  for (const cmsghdr* control = CMSG_FIRSTHDR(&header); control != nullptr;
-       control = CMSG_NXTHDR(&header, const_cast<cmsghdr*>(control))) {
+  for (cmsghdr* control = CMSG_FIRSTHDR(&header); control != nullptr;
+       control = CMSG_NXTHDR(&header, control)) {
     if (control->cmsg_level != SOL_SOCKET) continue;
     if (control->cmsg_type == SCM_TIMESTAMPING) {
       scm_timestamping times{};

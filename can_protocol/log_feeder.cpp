@@ -5,11 +5,11 @@
 #include <pthread.h>
 #include <sys/eventfd.h>
 #include <sys/stat.h>
-#include <time.h>
 
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <ctime>
 #include <system_error>
 #include <utility>
 
@@ -20,6 +20,7 @@ namespace {
 
 constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr std::int64_t ring_full_wait_ns = 2'000'000;
+constexpr std::int64_t long_pause_ns = 600 * ns_per_s;
 
 std::int64_t monotonic_now() noexcept {
   timespec now{};
@@ -120,9 +121,13 @@ void LogFeeder::feed() {
   while (std::optional<Frame> frame = next()) {
     if (frame->time_ns != 0) {
       frame->time_ns -= clock_.start(frame->time_ns, monotonic_now() + lead_ns_);
+      const std::int64_t pause_ns = frame->time_ns - monotonic_now();
+      if (pause_ns > long_pause_ns)
+        complain(at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
+                 std::to_string(pause_ns / ns_per_s) +
+                 " s, which are waited for; cut the log where it pauses");
       // Runs ahead in strides of half the window: one wake-up for many frames.
-      if (frame->time_ns > monotonic_now() + ahead_ns &&
-          wait_until(frame->time_ns - ahead_ns / 2) == Waited::stopped)
+      if (pause_ns > ahead_ns && wait_until(frame->time_ns - ahead_ns / 2) == Waited::stopped)
         return;
     }
     while (!ring_.push(*frame))

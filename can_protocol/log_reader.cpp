@@ -19,11 +19,11 @@ std::string reason(int error) {
   return std::generic_category().message(error);
 }
 
+}  // namespace
+
 std::string at_line(const std::string& label, std::uint64_t line_number) {
   return label + ":" + std::to_string(line_number) + ": ";
 }
-
-}  // namespace
 
 bool is_blank(std::string_view line) noexcept {
   return line.find_first_not_of(" \t\r") == std::string_view::npos;
@@ -65,7 +65,7 @@ std::string describe_bus_too_many(const std::string& label, std::uint64_t line_n
          " are read: leave the others out of the log";
 }
 
-LogReader::LogReader(std::string path, BusNames& buses)
+LogReader::LogReader(const std::string& path, BusNames& buses)
     : label_(log_label(path)), buses_(buses), file_(open_log(path)) {}
 
 bool LogReader::take(std::string_view text, Ending ending, Frame& frame) {

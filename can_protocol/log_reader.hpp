@@ -34,6 +34,7 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 [[nodiscard]] std::string log_label(const std::string& path);
 
 // What is said of a line, in one line of its own: label, line number, what is wrong, the mend.
+[[nodiscard]] std::string at_line(const std::string& label, std::uint64_t line_number);
 [[nodiscard]] std::string describe(const std::string& label, std::uint64_t line_number,
                                    const CandumpLine& line);
 [[nodiscard]] std::string describe_cut_off(const std::string& label, std::uint64_t line_number);
@@ -48,7 +49,7 @@ class LogReader {
  public:
   /// `path` may be "-", standard input. Interfaces are numbered by `buses`, which must outlive
   /// this. Throws LogError as open_log does.
-  LogReader(std::string path, BusNames& buses);
+  LogReader(const std::string& path, BusNames& buses);
 
   /// The next frame, its time on the log's clock; nothing at the end. Throws LogError at a line
   /// that is no frame, at one bus too many, and at the end of a log without any frame;

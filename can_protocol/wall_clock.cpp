@@ -1,7 +1,7 @@
 // The thin shell that reads the clocks.
 #include "can_protocol/wall_clock.hpp"
 
-#include <time.h>
+#include <ctime>
 
 namespace odomd::can {
 namespace {
