@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
       "odom COMMAND --help explains a command, with examples.\n"
       "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
   odomd::tools::add_dbc(odom);
-
+  odomd::tools::add_evaluate(odom);
   odomd::tools::add_replay(odom);
 
   return odomd::tools::run(odom, argc, argv);

@@ -1,0 +1,96 @@
+#include "tools/picture.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+Picture circle_picture() {
+  Picture picture;
+  picture.title = "R&D <lap>";
+  picture.reference = {"reference", "6.3 m", {}, {}};
+  PictureTrace trace{"paper", "1.25 cm/m", {}, {}};
+  for (int i = 0; i <= 100; ++i) {
+    const double a = 0.0628 * i;
+    picture.reference.points.push_back({std::cos(a), std::sin(a)});
+    trace.points.push_back({1.05 * std::cos(a), 1.05 * std::sin(a)});
+  }
+  trace.end_ellipse = PictureEllipse{trace.points.back(), {0.01, 0.0, 0.0025}};
+  picture.estimates.push_back(trace);
+  return picture;
+}
+
+TEST(Picture, IsAnSvgWithEscapedWordsAndItsLegend) {
+  const std::string svg = draw(circle_picture());
+  EXPECT_THAT(svg, StartsWith("<svg xmlns="));
+  EXPECT_THAT(svg, HasSubstr("R&amp;D &lt;lap>"));
+  EXPECT_THAT(svg, HasSubstr("1.25 cm/m"));
+  EXPECT_THAT(svg, HasSubstr("<ellipse"));
+  EXPECT_THAT(svg, Not(HasSubstr("leaves the picture")));
+  EXPECT_THAT(svg, Not(HasSubstr("nan")));
+}
+
+TEST(Picture, HasEqualAxes) {
+  // A unit circle is as wide as high: the reference's extremes in the path data.
+  const std::string svg = draw(circle_picture());
+  const auto start = svg.find("<path d=\"M", svg.find("clip-path")) + 10;
+  std::istringstream data{svg.substr(start, svg.find('"', start) - start)};
+  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9, x = 0.0, y = 0.0;
+  char separator = 0;
+  while (data >> x >> y) {
+    left = std::min(left, x);
+    right = std::max(right, x);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y);
+    data >> separator;
+  }
+  EXPECT_GT(right - left, 500.0);
+  EXPECT_NEAR(right - left, bottom - top, 2.0);
+}
+
+TEST(Picture, CutsAnEstimateThatRunsAway) {
+  Picture picture = circle_picture();
+  picture.estimates[0].points.push_back({1e9, 1e9});
+  const std::string svg = draw(picture);
+  EXPECT_THAT(svg, HasSubstr("leaves the picture"));
+  EXPECT_LT(svg.size(), 100'000U);
+}
+
+TEST(Picture, OfACarThatStandsIsStillAPicture) {
+  Picture picture;
+  picture.reference = {"reference", "", {{2.0, 3.0}, {2.0, 3.0}}, {}};
+  EXPECT_THAT(draw(picture), Not(::testing::AnyOf(HasSubstr("nan"), HasSubstr("inf"))));
+}
+
+TEST(PictureFile, IsSvgOrPngByItsEnding) {
+  const Scratch scratch;
+  write_picture(scratch.path("a.svg"), circle_picture());
+  EXPECT_EQ(contents(scratch.path("a.svg")), draw(circle_picture()));
+  EXPECT_THAT(message_of([&] { write_picture(scratch.path("a.jpg"), circle_picture()); }),
+              HasSubstr("a.jpg: pictures end in .svg or .png"));
+  EXPECT_THAT(message_of([&] { write_picture("/nonexistent/a.png", circle_picture()); }),
+              HasSubstr("/nonexistent/a.png: cannot be written"));
+}
+
+TEST(PictureFile, PngNeedsAConverterAndSaysSo) {
+  const Scratch scratch;
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", scratch.path("").c_str(), 1);
+  const std::string error =
+      message_of([&] { write_picture(scratch.path("a.png"), circle_picture()); });
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_THAT(error, HasSubstr("install librsvg2-bin, or name a .svg file"));
+}
+
+}  // namespace
+}  // namespace odomd::tools

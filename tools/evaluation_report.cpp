@@ -1,0 +1,215 @@
+#include "tools/evaluation_report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <set>
+
+#include "tools/csv.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Cell = std::function<std::optional<std::string>(const Evaluation&)>;
+
+double degrees(double radians) {
+  return radians * 180.0 / std::numbers::pi;
+}
+
+Json spread(const Spread& value) {
+  return {{"mean", value.mean}, {"rms", value.rms}, {"max", value.max}};
+}
+
+Json better(double value, double baseline) {
+  const auto percent = improvement(value, baseline);
+  return percent ? Json(*percent) : Json(nullptr);
+}
+
+Json json_of(const Evaluation& e, const Evaluation* baseline) {
+  Json json{{"pose", e.name},
+            {"samples", e.samples},
+            {"t_first", static_cast<double>(e.first_ns) * 1e-9},
+            {"t_last", static_cast<double>(e.last_ns) * 1e-9},
+            {"duration", static_cast<double>(e.last_ns - e.first_ns) * 1e-9},
+            {"path_length", e.path_length},
+            {"alignment", {e.alignment.x, e.alignment.y, e.alignment.yaw}},
+            {"end_error", e.end_error},
+            {"end_error_cm_per_m", e.end_cm_per_m ? Json(*e.end_cm_per_m) : Json(nullptr)},
+            {"position", spread(e.position)},
+            {"heading", {{"end", e.heading_end}, {"rms", e.heading.rms}, {"max", e.heading.max}}}};
+  if (e.short_term) {
+    json["error_35ms"] = {{"position", spread(e.short_term->displacement)},
+                          {"yaw", spread(e.short_term->yaw)},
+                          {"samples", e.short_term->samples}};
+  } else {
+    json["error_35ms"] = nullptr;
+  }
+  if (e.consistency) {
+    json["nees"] = {{"mean", e.consistency->nees}, {"samples", e.consistency->samples}};
+  } else {
+    json["nees"] = nullptr;
+  }
+  if (e.velocity_rms) {
+    json["velocity_rms"] = {{"vx", e.velocity_rms->vx},
+                            {"vy", e.velocity_rms->vy},
+                            {"yaw_rate", e.velocity_rms->yaw_rate}};
+  }
+  if (baseline != nullptr) {
+    json["improvement_percent"] = {
+        {"against", baseline->name},
+        {"end_error", better(e.end_error, baseline->end_error)},
+        {"position_rms", better(e.position.rms, baseline->position.rms)},
+        {"heading_end", better(std::abs(e.heading_end), std::abs(baseline->heading_end))},
+        {"heading_rms", better(e.heading.rms, baseline->heading.rms)},
+        {"error_35ms_mean",
+         e.short_term && baseline->short_term
+             ? better(e.short_term->displacement.mean, baseline->short_term->displacement.mean)
+             : Json(nullptr)}};
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string align_name(Align align) {
+  switch (align) {
+    case Align::first:
+      return "first";
+    case Align::fit:
+      return "fit";
+    case Align::none:
+      break;
+  }
+  return "none";
+}
+
+std::vector<std::string> short_names(const std::vector<std::string>& files) {
+  std::vector<std::string> names;
+  for (const auto& file : files) {
+    names.push_back(std::filesystem::path{file}.stem().string());
+  }
+  const std::set<std::string> different{names.begin(), names.end()};
+  return different.size() == files.size() ? names : files;
+}
+
+std::optional<double> improvement(double value, double baseline) {
+  if (!(baseline > 0.0)) return std::nullopt;
+  return 100.0 * (1.0 - value / baseline);
+}
+
+std::string as_text(const EvaluationReport& report) {
+  const auto& evaluations = report.evaluations;
+  const Evaluation& baseline = evaluations.front();
+
+  std::string text = "reference  " + report.reference + "\n";
+  text += "alignment  " + align_name(report.align);
+  text += report.align == Align::first ? " (position and heading agree at the first common time)\n"
+          : report.align == Align::fit ? " (least squares over all common positions)\n"
+                                       : " (as they are)\n";
+  if (report.lever_arm) {
+    text += "lever arm  " + fixed(report.lever_arm->x, 4) + " m, " + fixed(report.lever_arm->y, 4) +
+            " m, " + fixed(degrees(report.lever_arm->yaw), 2) + " deg of the reference point";
+    text += report.fitted_windows > 0 ? ", fitted to " + std::to_string(report.fitted_windows) +
+                                            " displacements over a second\n"
+                                      : ", as given\n";
+  }
+  text += '\n';
+
+  std::vector<std::string> files;
+  for (const auto& e : evaluations) files.push_back(e.name);
+  Table table{{""}, {}};
+  for (const auto& name : short_names(files)) table.header.push_back(name);
+
+  const auto row = [&](const std::string& label, const Cell& cell) {
+    std::vector<std::string> cells{label};
+    bool any = false;
+    for (const auto& e : evaluations) {
+      const auto value = cell(e);
+      any = any || value.has_value();
+      cells.push_back(value.value_or("-"));
+    }
+    if (any) table.rows.push_back(std::move(cells));
+  };
+  const auto against = [&](const std::string& label, const auto& metric) {
+    if (evaluations.size() < 2) return;
+    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
+      if (&e == &baseline) return std::nullopt;
+      const auto percent = improvement(metric(e), metric(baseline));
+      if (!percent) return std::nullopt;
+      return fixed(*percent, 1);
+    });
+  };
+
+  row("samples", [](const Evaluation& e) { return std::to_string(e.samples); });
+  row("time span [s]", [](const Evaluation& e) {
+    return fixed(static_cast<double>(e.last_ns - e.first_ns) * 1e-9, 3);
+  });
+  row("path length [m]", [](const Evaluation& e) { return fixed(e.path_length, 3); });
+  row("end error [m]", [](const Evaluation& e) { return fixed(e.end_error, 4); });
+  row("end error [cm/m]", [](const Evaluation& e) -> std::optional<std::string> {
+    if (!e.end_cm_per_m) return std::nullopt;
+    return fixed(*e.end_cm_per_m, 3);
+  });
+  row("position rms [m]", [](const Evaluation& e) { return fixed(e.position.rms, 4); });
+  row("position max [m]", [](const Evaluation& e) { return fixed(e.position.max, 4); });
+  row("heading error at the end [deg]",
+      [](const Evaluation& e) { return fixed(degrees(e.heading_end), 3); });
+  row("heading error rms [deg]",
+      [](const Evaluation& e) { return fixed(degrees(e.heading.rms), 3); });
+  row("heading error max [deg]",
+      [](const Evaluation& e) { return fixed(degrees(e.heading.max), 3); });
+  const auto short_row = [&](const std::string& label, const auto& metric) {
+    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
+      if (!e.short_term) return std::nullopt;
+      return fixed(metric(*e.short_term), 3);
+    });
+  };
+  short_row("35 ms error mean [mm]", [](const ShortTerm& s) { return 1e3 * s.displacement.mean; });
+  short_row("35 ms error rms [mm]", [](const ShortTerm& s) { return 1e3 * s.displacement.rms; });
+  short_row("35 ms error max [mm]", [](const ShortTerm& s) { return 1e3 * s.displacement.max; });
+  short_row("35 ms yaw error mean [deg]", [](const ShortTerm& s) { return degrees(s.yaw.mean); });
+  short_row("35 ms yaw error rms [deg]", [](const ShortTerm& s) { return degrees(s.yaw.rms); });
+  short_row("35 ms yaw error max [deg]", [](const ShortTerm& s) { return degrees(s.yaw.max); });
+  row("NEES mean (honest: 3)", [](const Evaluation& e) -> std::optional<std::string> {
+    if (!e.consistency) return std::nullopt;
+    return fixed(e.consistency->nees, 3);
+  });
+  const auto motion_row = [&](const std::string& label, const auto& metric) {
+    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
+      if (!e.velocity_rms) return std::nullopt;
+      return fixed(metric(*e.velocity_rms), 4);
+    });
+  };
+  motion_row("vx rms [m/s]", [](const Motion& m) { return m.vx; });
+  motion_row("vy rms [m/s]", [](const Motion& m) { return m.vy; });
+  motion_row("yaw rate rms [deg/s]", [](const Motion& m) { return degrees(m.yaw_rate); });
+  against("end error better by [%]", [](const Evaluation& e) { return e.end_error; });
+  against("position rms better by [%]", [](const Evaluation& e) { return e.position.rms; });
+  against("heading end better by [%]", [](const Evaluation& e) { return std::abs(e.heading_end); });
+  against("35 ms error mean better by [%]",
+          [](const Evaluation& e) { return e.short_term ? e.short_term->displacement.mean : 0.0; });
+  return text + table.text();
+}
+
+std::string as_json(const EvaluationReport& report) {
+  Json json{{"reference", report.reference}, {"align", align_name(report.align)}};
+  if (report.lever_arm) {
+    json["lever_arm"] = {{"x", report.lever_arm->x},
+                         {"y", report.lever_arm->y},
+                         {"yaw", report.lever_arm->yaw},
+                         {"fitted", report.fitted_windows > 0}};
+  }
+  json["estimates"] = Json::array();
+  for (const auto& evaluation : report.evaluations) {
+    const Evaluation& baseline = report.evaluations.front();
+    json["estimates"].push_back(
+        json_of(evaluation, &evaluation == &baseline ? nullptr : &baseline));
+  }
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,86 @@
+// A picture into a file: the SVG as it is, PNG by rsvg-convert.
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+#include "tools/files.hpp"
+#include "tools/picture.hpp"
+
+namespace odomd::tools {
+namespace {
+
+void write_svg(const std::filesystem::path& file, const std::string& svg) {
+  auto output = open_output(file);
+  output << svg;
+  close_output(output, file);
+}
+
+// Removed when it goes out of scope.
+struct TemporaryFile {
+  std::filesystem::path path;
+  TemporaryFile() {
+    std::string name = (std::filesystem::temp_directory_path() / "odom-XXXXXX.svg").string();
+    const int descriptor = ::mkstemps(name.data(), 4);
+    if (descriptor < 0) {
+      throw std::system_error(errno, std::generic_category(), "temporary file " + name);
+    }
+    ::close(descriptor);
+    path = name;
+  }
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+};
+
+void convert(const std::filesystem::path& svg, const std::filesystem::path& png) {
+  std::string program = "rsvg-convert";
+  std::string output = "--output=" + std::filesystem::absolute(png).string();
+  std::string input = svg.string();
+  const std::array<char*, 4> arguments{program.data(), output.data(), input.data(), nullptr};
+  pid_t child = 0;
+  // posix_spawnp returns the error
+  const int error =
+      ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ);
+  if (error == ENOENT) {
+    throw std::runtime_error(png.string() +
+                             ": rsvg-convert is not installed; install librsvg2-bin, or name a "
+                             ".svg file");
+  }
+  if (error != 0) throw std::system_error(error, std::generic_category(), "rsvg-convert");
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "rsvg-convert");
+  }
+  if (status != 0) {
+    throw std::runtime_error(png.string() + ": rsvg-convert failed; name a .svg file instead");
+  }
+}
+
+}  // namespace
+
+void write_picture(const std::filesystem::path& file, const Picture& picture) {
+  const auto ending = file.extension();
+  if (ending == ".svg") {
+    write_svg(file, draw(picture));
+  } else if (ending == ".png") {
+    auto probe = open_output(file);  // say what is wrong with the name before a child does
+    close_output(probe, file);
+    const TemporaryFile svg;
+    write_svg(svg.path, draw(picture));
+    convert(svg.path, file);
+  } else {
+    throw std::invalid_argument(file.string() + ": pictures end in .svg or .png; rename it");
+  }
+}
+
+}  // namespace odomd::tools

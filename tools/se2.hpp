@@ -1,0 +1,36 @@
+// Rigid motions in the plane: a pose seen as the transformation from its own frame to the map.
+#pragma once
+
+#include <cmath>
+
+#include "estimator/estimate.hpp"
+
+namespace odomd::tools {
+
+/// a ∘ b: the pose b, given in the frame of a, in the frame that a is given in.
+[[nodiscard]] inline estimator::Pose2 compose(const estimator::Pose2& a,
+                                              const estimator::Pose2& b) {
+  const double c = std::cos(a.yaw);
+  const double s = std::sin(a.yaw);
+  return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, a.yaw + b.yaw};
+}
+
+/// a⁻¹: compose(inverse(a), a) is the identity.
+[[nodiscard]] inline estimator::Pose2 inverse(const estimator::Pose2& a) {
+  const double c = std::cos(a.yaw);
+  const double s = std::sin(a.yaw);
+  return {-c * a.x - s * a.y, s * a.x - c * a.y, -a.yaw};
+}
+
+/// The pose b in the frame of a: a⁻¹ ∘ b. Differences first, so that far-off maps keep their
+/// digits.
+[[nodiscard]] inline estimator::Pose2 relative(const estimator::Pose2& a,
+                                               const estimator::Pose2& b) {
+  const double c = std::cos(a.yaw);
+  const double s = std::sin(a.yaw);
+  const double dx = b.x - a.x;
+  const double dy = b.y - a.y;
+  return {c * dx + s * dy, -s * dx + c * dy, b.yaw - a.yaw};
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,24 @@
+// Text for people: numbers with fixed decimals and tables that line up.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace odomd::tools {
+
+/// Fixed decimals, "." whatever the locale, never "-0.00"; beyond 10¹⁵ in exponent form.
+[[nodiscard]] std::string fixed(double value, int decimals);
+
+/// Width on the terminal: characters, not bytes, of UTF-8.
+[[nodiscard]] std::size_t width(std::string_view text);
+
+/// The first column is flush left, the others flush right; two spaces in between.
+struct Table {
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows;
+
+  [[nodiscard]] std::string text() const;
+};
+
+}  // namespace odomd::tools
