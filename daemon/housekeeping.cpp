@@ -17,7 +17,8 @@ namespace odomd::daemon {
 namespace {
 
 constexpr int turn_ms = 20;
-constexpr std::int64_t linger_ns = 200'000'000;          // after the last input has ended
+constexpr std::int64_t linger_ns = 200'000'000;  // after the last input has ended
+constexpr std::int64_t mode_every_ns = 1'000'000'000;
 constexpr std::int64_t status_every_ns = 1'000'000'000;  // to the service manager
 
 double milliseconds(std::int64_t ns) {
@@ -61,6 +62,7 @@ void Housekeeping::run() {
     if (inputs[2].revents != 0) serve_status(now_ns);
     for (const auto& source : running_.sources) source->maintain();
     tell_events();
+    tell_mode(now_ns);
     running_.cameras.close_ended();
     sources_.look(published(), now_ns, journal_);
     look_at_end(now_ns);
@@ -132,10 +134,7 @@ void Housekeeping::tell(const Event& event) {
                                 milliseconds(event.b)));
       break;
     case EventKind::mode_changed:
-      journal_.info(
-          Topic::mode, at,
-          fmt::format("mode: {}, was {}", name_of_mode(static_cast<std::uint32_t>(event.b)),
-                      name_of_mode(static_cast<std::uint32_t>(event.a))));
+      mode_ = static_cast<std::uint32_t>(event.b);
       break;
     case EventKind::pose_reset:
       journal_.info(Topic::pose_reset, at,
@@ -159,6 +158,13 @@ void Housekeeping::tell(const Event& event) {
                                 malformed_texts[static_cast<std::size_t>(event.a)]));
       break;
   }
+}
+
+void Housekeeping::tell_mode(std::int64_t now_ns) {
+  if (mode_ == told_mode_ || now_ns - mode_told_ns_ < mode_every_ns) return;
+  journal_.info(fmt::format("mode: {}, was {}", name_of_mode(mode_), name_of_mode(told_mode_)));
+  told_mode_ = mode_;
+  mode_told_ns_ = now_ns;
 }
 
 void Housekeeping::look_at_end(std::int64_t now_ns) {

@@ -17,12 +17,9 @@ namespace odomd::daemon {
 enum class Topic : std::uint8_t {
   overrun,
   missed,
-  mode,
   pose_reset,
   clock,
   frames_lost,
-  link,
-  source,
   camera_connection,
   camera_refused,
   camera_malformed,

@@ -1,0 +1,377 @@
+// The daemon as its users meet it: the program is started, fed and read from outside.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <memory>
+
+#include "daemon_process.hpp"
+
+namespace odomd::testing {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct CloseClient {
+  void operator()(odom_client* client) const { odom_close(client); }
+};
+using Client = std::unique_ptr<odom_client, CloseClient>;
+
+Client open_client(const Desk& desk) {
+  odom_client* client = nullptr;
+  EXPECT_TRUE(eventually([&] { return odom_open(desk.segment().c_str(), &client) == ODOM_OK; }))
+      << desk.read("stderr");
+  return Client(client);
+}
+
+/// Sleeps for the next pose at most a second.
+bool next_pose(const Client& client, odom_pose& pose) {
+  return odom_wait(client.get(), &pose, sizeof pose, -1) == ODOM_OK;
+}
+
+/// Reads poses until one fits.
+bool wait_for_pose(const Client& client, odom_pose& pose,
+                   const std::function<bool(const odom_pose&)>& fits) {
+  return eventually([&] { return next_pose(client, pose) && fits(pose); });
+}
+
+/// The last pose of a daemon that has ended.
+bool becomes_stale(const Client& client, odom_pose& pose) {
+  return eventually([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_STALE; });
+}
+
+odom_camera_message camera_pose(const odom_pose& at) {
+  odom_camera_message message{};
+  message.clock = ODOM_CLOCK_MONOTONIC;
+  message.capture_ns = at.time_ns;
+  message.x = at.x + 0.01;
+  message.y = at.y;
+  message.yaw = at.yaw;
+  message.sigma_x = message.sigma_y = 0.05;
+  message.sigma_yaw = 0.05;
+  return message;
+}
+
+class OdomdTest : public ::testing::Test {
+ protected:
+  Desk desk_;
+};
+
+TEST_F(OdomdTest, PublishesAPoseEveryPeriodAndCountsEveryCycle) {
+  DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odomd.feed(straight_drive(2.0, 1.0));
+
+  odom_pose pose{};
+  ASSERT_TRUE(wait_for_pose(client, pose, [](const odom_pose& p) { return p.vx > 0.9; }));
+  odom_info info{};
+  ASSERT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_OK);
+  EXPECT_EQ(info.period_ns, 5'000'000);
+  EXPECT_STREQ(info.model, "paper");
+  EXPECT_EQ(info.first_tick_ns % info.period_ns, 0);
+  EXPECT_NE(info.log_offset_ns, 0);
+
+  const odom_pose first = pose;
+  odom_pose before = pose;
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(next_pose(client, pose));
+    ASSERT_GT(pose.tick, before.tick);
+    ASSERT_EQ(pose.time_ns, info.first_tick_ns + static_cast<std::int64_t>(pose.tick) * 5'000'000);
+    before = pose;
+  }
+  // At 1 m/s along x.
+  EXPECT_NEAR(pose.x - first.x, static_cast<double>(pose.time_ns - first.time_ns) * 1e-9, 0.05);
+  EXPECT_NEAR(pose.y, 2.0, 1e-6);
+
+  odomd.signal(SIGTERM);
+  EXPECT_EQ(odomd.wait(), 0) << desk_.read("stderr");
+  odom_beat beat{};
+  ASSERT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_OK);
+  EXPECT_TRUE(becomes_stale(client, pose));
+  EXPECT_GE(beat.ticks + beat.missed, pose.tick);
+  EXPECT_LE(beat.ticks, pose.tick);
+  EXPECT_GT(beat.ticks, 100U);
+  EXPECT_FALSE(std::filesystem::exists(desk_.file("camera.sock")));
+  EXPECT_FALSE(std::filesystem::exists(desk_.file("status.sock")));
+}
+
+TEST_F(OdomdTest, PlaysALogToItsEnd) {
+  desk_.write("drive.log", straight_drive(0.5, 2.0));
+  DaemonProcess odomd(desk_, {"--can", desk_.file("drive.log"), "--exit-at-end", "--initial",
+                              "5,6,0", "--model", "kinematic"});
+  EXPECT_EQ(odomd.wait(), 0);
+  const Client client = open_client(desk_);
+  odom_pose pose{};
+  ASSERT_TRUE(becomes_stale(client, pose));
+  EXPECT_NE(pose.conditions & ODOM_COND_INPUT_ENDED, 0U);
+  EXPECT_GT(pose.x, 5.9);
+  EXPECT_NEAR(pose.y, 6.0, 1e-9);
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("has ended after 150 frames"));
+}
+
+TEST_F(OdomdTest, GoesOnAfterTheEndOfItsInput) {
+  DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odomd.feed(straight_drive(0.1, 1.0));
+  odomd.close_input();
+  odom_pose pose{};
+  ASSERT_TRUE(wait_for_pose(client, pose, [](const odom_pose& p) {
+    return (p.conditions & ODOM_COND_INPUT_ENDED) != 0 &&
+           (p.conditions & ODOM_COND_SIGNAL_TIMEOUT) != 0;
+  }));
+  EXPECT_TRUE(next_pose(client, pose));
+  odomd.signal(SIGINT);
+  EXPECT_EQ(odomd.wait(), 0);
+}
+
+TEST_F(OdomdTest, TellsItsStatus) {
+  DaemonProcess odomd(desk_, {});
+  odomd.feed(straight_drive(1.0, 1.0) + "(1700000009.000000) can0 7FF#00\nrubbish\n");
+  nlohmann::json status;
+  ASSERT_TRUE(eventually([&] {
+    status = desk_.status();
+    return !status.is_null() && status["can"][0]["received"].get<int>() >= 150;
+  })) << status.dump(1);
+
+  EXPECT_EQ(status["model"], "paper");
+  EXPECT_EQ(status["pid"], odomd.pid());
+  EXPECT_EQ(status["instance"].get<std::string>().size(), 16U);
+  EXPECT_EQ(status["shm"], desk_.segment());
+  EXPECT_THAT((std::vector<std::string>{"dead_reckoning", "degraded"}),
+              Contains(status["mode"].get<std::string>()));
+  EXPECT_GT(status["pose"]["x"].get<double>(), 1.0);
+  EXPECT_GT(status["pose"]["sigma_x"].get<double>(), 0.0);
+  EXPECT_EQ(status["beat"]["period_s"], 0.005);
+  EXPECT_GT(status["beat"]["ticks"].get<int>(), 0);
+  EXPECT_GE(status["beat"]["wakeup_us"]["max"].get<double>(),
+            status["beat"]["wakeup_us"]["p50"].get<double>());
+  EXPECT_EQ(status["can"][0]["name"], "-");
+  EXPECT_EQ(status["can"][0]["link"], "up");
+  ASSERT_EQ(status["messages"].size(), 3U);
+  for (const auto& message : status["messages"]) {
+    EXPECT_GT(message["verdicts"]["decoded"].get<int>(), 0) << message;
+    EXPECT_FALSE(message["age_s"].is_null());
+  }
+  ASSERT_EQ(status["sources"].size(), ODOM_SOURCE_COUNT);
+  for (const auto& source : status["sources"]) {
+    if (source["name"] != "wheel_rear") continue;
+    EXPECT_EQ(source["configured"], true);
+    EXPECT_EQ(source["last_verdict"], "fused");
+    EXPECT_GT(source["verdicts"]["fused"].get<int>(), 0);
+    EXPECT_EQ(source["timeout_s"], 0.03);
+  }
+  EXPECT_NE(status["clock"]["log_offset_ns"], 0);
+  EXPECT_TRUE(status["realtime"].contains("refusals"));
+  EXPECT_EQ(status["events_dropped"], 0);
+
+  ASSERT_TRUE(eventually([&] {
+    status = desk_.status();
+    return status["can"][0]["malformed"] == 1;
+  })) << status.dump(1);
+}
+
+TEST_F(OdomdTest, TakesCameraPosesAndCountsMalformedMessages) {
+  DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odomd.feed(straight_drive(5.0, 1.0));
+  odom_pose pose{};
+  ASSERT_TRUE(wait_for_pose(client, pose, [](const odom_pose& p) { return p.vx > 0.9; }));
+
+  odom_camera* camera = nullptr;
+  ASSERT_EQ(odom_camera_open(desk_.file("camera.sock").c_str(), &camera), 0);
+  const auto message = camera_pose(pose);
+  ASSERT_EQ(odom_camera_send(camera, &message), 0);
+  odom_details details{};
+  ASSERT_TRUE(eventually([&] {
+    return odom_latest_details(client.get(), &pose, sizeof pose, &details, sizeof details) ==
+               ODOM_OK &&
+           details.camera_messages == 1;
+  }));
+  EXPECT_TRUE(wait_for_pose(client, pose, [](const odom_pose& p) {
+    return (p.health >> ODOM_SOURCE_CAMERA & 1U) != 0;
+  })) << desk_.status().dump(1);
+
+  const int raw = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  desk_.file("camera.sock").native().copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::connect(raw, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::send(raw, "rubbish", 7, MSG_NOSIGNAL), 7);
+  nlohmann::json status;
+  ASSERT_TRUE(eventually([&] {
+    status = desk_.status();
+    return status["camera"]["malformed"] == 1;
+  })) << status.dump(1);
+  EXPECT_EQ(status["camera"]["messages"], 2);
+  EXPECT_EQ(status["camera"]["connections"].size(), 2U);
+  EXPECT_EQ(status["camera"]["connections"][0]["pid"], ::getpid());
+  ::close(raw);
+  odom_camera_close(camera);
+  EXPECT_TRUE(eventually([&] { return desk_.status()["camera"]["connections"].empty(); }));
+  EXPECT_TRUE(eventually([&] {
+    return desk_.read("stderr").find("a camera message was not understood: it is not 80 bytes") !=
+           std::string::npos;
+  })) << desk_.read("stderr");
+}
+
+TEST_F(OdomdTest, InitialisesFromTheFirstCameraPoseWhereNoOtherIsGiven) {
+  auto text = desk_.read("car.toml");
+  text.erase(text.find("[initial]"), std::string("[initial]\npose = [1.0, 2.0, 0.0]\n").size());
+  desk_.write("car.toml", text);
+  DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odomd.feed(straight_drive(5.0, 1.0));
+  odom_pose pose{};
+  ASSERT_TRUE(next_pose(client, pose));
+  ASSERT_TRUE(next_pose(client, pose));
+  EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_INITIALISING));
+
+  odom_camera* camera = nullptr;
+  ASSERT_EQ(odom_camera_open(desk_.file("camera.sock").c_str(), &camera), 0);
+  ASSERT_TRUE(eventually([&] {
+    if (!next_pose(client, pose)) return false;
+    odom_pose seen = pose;
+    seen.x = 30.0;
+    seen.y = 40.0;
+    const auto message = camera_pose(seen);
+    return odom_camera_send(camera, &message) == 0 && pose.mode != ODOM_INITIALISING;
+  })) << desk_.status().dump(1);
+  odom_camera_close(camera);
+  EXPECT_NEAR(pose.x, 30.0, 1.0);
+  EXPECT_NEAR(pose.y, 40.0, 1.0);
+}
+
+TEST_F(OdomdTest, ASuccessorGoesOnFromWhereItsPredecessorDied) {
+  auto first = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
+  const Client client = open_client(desk_);
+  first->feed(straight_drive(5.0, 1.0));
+  odom_pose last{};
+  ASSERT_TRUE(wait_for_pose(client, last, [](const odom_pose& p) { return p.x > 1.5; }));
+  odom_info died{};
+  ASSERT_EQ(odom_get_info(client.get(), &died, sizeof died), ODOM_OK);
+  first->signal(SIGKILL);
+  EXPECT_EQ(first->wait(), -1);
+
+  const DaemonProcess second(desk_, {});
+  odom_pose pose = last;
+  odom_info info{};
+  ASSERT_TRUE(eventually([&] {
+    const auto status = odom_latest(client.get(), &pose, sizeof pose);
+    return status == ODOM_OK && odom_get_info(client.get(), &info, sizeof info) == ODOM_OK &&
+           info.instance_id != died.instance_id;
+  })) << desk_.read("stderr");
+  EXPECT_GE(pose.x, 1.5);
+  EXPECT_LT(pose.x, 4.5);
+  EXPECT_NE(pose.conditions & ODOM_COND_RESTARTED, 0U);
+  EXPECT_GT(pose.reset_count, last.reset_count);
+  EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
+}
+
+TEST_F(OdomdTest, AGivenInitialPoseCountsMoreThanAPredecessor) {
+  {
+    DaemonProcess first(desk_, {});
+    const Client client = open_client(desk_);
+    odom_pose pose{};
+    ASSERT_TRUE(next_pose(client, pose));
+    first.signal(SIGTERM);
+    EXPECT_EQ(first.wait(), 0);
+  }
+  const DaemonProcess second(desk_, {"--initial", "7,8,0"});
+  const Client client = open_client(desk_);
+  odom_pose pose{};
+  EXPECT_TRUE(wait_for_pose(client, pose, [](const odom_pose& p) { return p.x == 7.0; }));
+}
+
+TEST_F(OdomdTest, RefusesToBeTheSecond) {
+  const DaemonProcess first(desk_, {});
+  const Client client = open_client(desk_);
+  desk_.write("stderr", "");
+  DaemonProcess second(desk_, {});
+  EXPECT_EQ(second.wait(), 2);
+  const auto errors = desk_.read("stderr");
+  EXPECT_THAT(errors, HasSubstr("odomd: "));
+  EXPECT_THAT(errors, HasSubstr(desk_.segment()));
+  odom_pose pose{};
+  EXPECT_TRUE(next_pose(client, pose)) << "the first is unharmed";
+  EXPECT_FALSE(desk_.status().is_null());
+}
+
+TEST_F(OdomdTest, OpensItsLogAnewOnHup) {
+  desk_.write("car.toml", desk_.read("car.toml") + "[log]\nfile = \"odomd.log\"\n");
+  DaemonProcess odomd(desk_, {});
+  ASSERT_TRUE(eventually([&] { return !desk_.read("odomd.log").empty(); }));
+  std::filesystem::rename(desk_.file("odomd.log"), desk_.file("odomd.log.1"));
+  odomd.signal(SIGHUP);
+  EXPECT_TRUE(eventually([&] {
+    return desk_.read("odomd.log").find("the log was opened anew") != std::string::npos;
+  }));
+  odomd.signal(SIGTERM);
+  EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_THAT(desk_.read("odomd.log"), HasSubstr("ending: signal TERM"));
+  EXPECT_THAT(desk_.read("odomd.log.1"), Not(HasSubstr("ending")));
+}
+
+// What is wrong is said in one line, with exit status 2 -------------------------------------------
+
+class OdomdMistake : public OdomdTest {
+ protected:
+  std::string error_of(const std::vector<std::string>& arguments) {
+    DaemonProcess odomd(desk_, arguments);
+    EXPECT_EQ(odomd.wait(), 2);
+    const auto errors = desk_.read("stderr");
+    EXPECT_EQ(errors.find('\n'), errors.size() - 1) << errors;
+    return errors;
+  }
+};
+
+TEST_F(OdomdMistake, AnUnknownKey) {
+  desk_.write("car.toml", "[vehicle]\nmas = 3\n" + desk_.read("car.toml").substr(10));
+  EXPECT_THAT(error_of({}), HasSubstr("car.toml:2: [vehicle] mas: unknown key; did you mean"));
+}
+
+TEST_F(OdomdMistake, ADatabaseThatIsNone) {
+  desk_.write("car.dbc", "BO_ what is this\n");
+  EXPECT_THAT(error_of({}), HasSubstr("car.dbc:1: "));
+}
+
+TEST_F(OdomdMistake, NoSource) {
+  auto text = desk_.read("car.toml");
+  text.erase(text.find("source = \"-\"\n"), std::string("source = \"-\"\n").size());
+  desk_.write("car.toml", text);
+  EXPECT_THAT(error_of({}), HasSubstr("no CAN source is named; give --can can0"));
+}
+
+TEST_F(OdomdMistake, ALogThatIsNotThere) {
+  EXPECT_THAT(error_of({"--can", "/nowhere/drive.log"}), HasSubstr("/nowhere/drive.log"));
+}
+
+TEST_F(OdomdMistake, AnUnknownModel) {
+  EXPECT_THAT(error_of({"--model", "full"}),
+              HasSubstr("--model: \"full\" is not a model of this version; there are: kinematic"));
+}
+
+TEST_F(OdomdMistake, APoseThatIsNone) {
+  EXPECT_THAT(error_of({"--initial", "1,2"}), HasSubstr("--initial: \"1,2\" is not a pose"));
+}
+
+TEST_F(OdomdMistake, AnUnknownOption) {
+  EXPECT_THAT(error_of({"--nonsense"}), HasSubstr("--nonsense"));
+}
+
+TEST_F(OdomdMistake, ASegmentNameWithoutASlash) {
+  EXPECT_THAT(error_of({"--shm", "odomd"}), HasSubstr("--shm: \"odomd\" must begin with a slash"));
+}
+
+TEST_F(OdomdMistake, ACameraSocketThatIsAFile) {
+  desk_.write("camera.sock", "precious");
+  EXPECT_THAT(error_of({}), HasSubstr("camera.sock: is there already and is not a socket"));
+  EXPECT_EQ(desk_.read("camera.sock"), "precious");
+}
+
+}  // namespace
+}  // namespace odomd::testing
