@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   odomd::tools::add_dbc(odom);
   odomd::tools::add_evaluate(odom);
   odomd::tools::add_replay(odom);
+  odomd::tools::add_sim(odom);
 
   return odomd::tools::run(odom, argc, argv);
 }

@@ -1,0 +1,89 @@
+#include "tools/sim/can_output.hpp"
+
+#include <linux/can.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <stdexcept>
+#include <thread>
+
+namespace odomd::sim {
+namespace {
+
+// A bus that takes no frame for so long is not a bus.
+constexpr int most_tries = 200;
+constexpr std::chrono::milliseconds between_tries{1};
+
+can::FileDescriptor open_interface(const std::string& name) {
+  const unsigned index = ::if_nametoindex(name.c_str());
+  if (index == 0)
+    throw std::invalid_argument(name +
+                                ": no such CAN interface; ip link shows them, - is standard "
+                                "output");
+  can::FileDescriptor descriptor(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
+  if (!descriptor)
+    throw std::runtime_error(name + ": CAN is not available here: " + std::strerror(errno));
+  // Nothing is received: no filter at all.
+  ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = static_cast<int>(index);
+  if (::bind(descriptor.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    throw std::runtime_error(name + ": cannot be used as a CAN interface: " + std::strerror(errno));
+  return descriptor;
+}
+
+void write_all(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(descriptor, text.data(), text.size());
+    if (written >= 0) {
+      text.remove_prefix(static_cast<std::size_t>(written));
+    } else if (errno == EPIPE) {
+      throw std::runtime_error("standard output: the reader has gone; the drive ends here");
+    } else if (errno != EINTR) {
+      throw std::runtime_error(std::string("standard output: ") + std::strerror(errno));
+    }
+  }
+}
+
+}  // namespace
+
+CanOutput::CanOutput(const std::string& name, can::StampDecimals decimals)
+    : name_(name), decimals_(decimals) {
+  if (name != "-") socket_ = open_interface(name);
+}
+
+void CanOutput::send(std::span<const can::Frame> frames) {
+  if (socket_) {
+    for (const can::Frame& frame : frames) transmit(frame);
+    return;
+  }
+  text_.clear();
+  for (const can::Frame& frame : frames)
+    can::append_candump_line(text_, frame, log_interface, decimals_);
+  write_all(STDOUT_FILENO, text_);
+}
+
+void CanOutput::transmit(const can::Frame& frame) {
+  can_frame raw{};
+  raw.can_id = frame.id;
+  raw.len = frame.length;
+  std::memcpy(raw.data, frame.data.data(), sizeof raw.data);
+  for (int tries = 0; ::write(socket_.get(), &raw, sizeof raw) < 0; ++tries) {
+    // The queue of the interface is full: the wire is slower than we are.
+    if (errno != ENOBUFS && errno != EAGAIN && errno != EINTR)
+      throw std::runtime_error(name_ + ": cannot send: " + std::strerror(errno));
+    if (tries == most_tries)
+      throw std::runtime_error(name_ +
+                               ": takes no more frames; is anybody on the bus to "
+                               "acknowledge them?");
+    std::this_thread::sleep_for(between_tries);
+  }
+}
+
+}  // namespace odomd::sim

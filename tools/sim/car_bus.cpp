@@ -1,0 +1,119 @@
+#include "tools/sim/car_bus.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace odomd::sim {
+namespace {
+
+using enum Parameter;
+
+// 8 bytes with an identifier of 11 bits: 111 bits and about 15 stuffed ones, at 500 kbit/s.
+constexpr std::int64_t frame_ns = 252'000;
+
+double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+std::int64_t nanoseconds(double s) {
+  return std::llround(1e9 * s);
+}
+
+}  // namespace
+
+const can::Database& bus_database() {
+  static const can::Database database = can::parse_dbc(bus_database_text(), "odomd.dbc");
+  return database;
+}
+
+can::E2eBinding bus_protection(const can::Message& message) {
+  can::E2eBinding binding;
+  binding.message = message.name;
+  binding.profile = can::E2eProfile::p01;
+  binding.data_id = static_cast<std::uint16_t>(message.id);
+  binding.data_id_mode = can::DataIdMode::both;
+  binding.crc_signal = message.name + "_CRC";
+  binding.counter_signal = message.name + "_Counter";
+  return binding;
+}
+
+CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed,
+               std::int64_t stamp_step_ns)
+    : clock_error_(truth[clock_error]),
+      cycle_jitter_(truth[cycle_jitter]),
+      stamp_jitter_(truth[stamp_jitter]),
+      stamp_step_ns_(stamp_step_ns),
+      imu_(truth, seed),
+      steering_(truth, seed),
+      wheels_{WheelEncoder(truth, front_left, configured_wheel_radius, seed),
+              WheelEncoder(truth, front_right, configured_wheel_radius, seed),
+              WheelEncoder(truth, rear_left, configured_wheel_radius, seed),
+              WheelEncoder(truth, rear_right, configured_wheel_radius, seed)},
+      stamp_noise_(seed, "time stamps") {
+  for (const can::Message& message : bus_database().messages) {
+    Unit unit{.encoder = can::MessageEncoder(message, bus_protection(message)),
+              .jitter = RandomStream(seed, "clock of " + message.name),
+              .cycle_ns = message.cycle_time_ns};
+    unit.phase_ns = nanoseconds(unit.jitter.uniform() * seconds(unit.cycle_ns));
+    schedule(unit);
+    units_.push_back(std::move(unit));
+  }
+}
+
+// The jitter does not add up: each sample strays from its own place on the grid, by less than a
+// quarter of a cycle.
+void CarBus::schedule(Unit& unit) {
+  const double stray = cycle_jitter_ * unit.jitter.normal();
+  const double most = 0.25 * seconds(unit.cycle_ns);
+  const double grid = static_cast<double>(unit.count) * seconds(unit.cycle_ns) * clock_error_;
+  unit.last_ns = unit.count > 0 ? unit.due_ns : 0;
+  unit.due_ns = unit.phase_ns + unit.count * unit.cycle_ns +
+                nanoseconds(grid + std::clamp(stray, -most, most));
+  ++unit.count;
+}
+
+void CarBus::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
+                     const PlantOutput& to, std::vector<can::Frame>& frames) {
+  while (true) {
+    const auto next = std::ranges::min_element(units_, {}, &Unit::due_ns);
+    if (next->due_ns > to_ns) return;
+    const double part = seconds(next->due_ns - from_ns) / seconds(to_ns - from_ns);
+    sample(*next, interpolate(from, to, std::max(part, 0.0)));
+    frames.push_back(transmit(*next));
+    schedule(*next);
+  }
+}
+
+void CarBus::sample(Unit& unit, const PlantOutput& car) {
+  can::MessageEncoder& encoder = unit.encoder;
+  const double dt = unit.count > 1 ? seconds(unit.due_ns - unit.last_ns) : seconds(unit.cycle_ns);
+  const double measured_dt = dt / (1.0 + clock_error_);
+  const std::string& name = encoder.message().name;
+  if (name == "IMU") {
+    const ImuReading reading = imu_.read(car, dt);
+    encoder.set("YawRate", reading.yaw_rate);
+    encoder.set("AccX", reading.accel_x);
+    encoder.set("AccY", reading.accel_y);
+  } else if (name == "STEERING") {
+    encoder.set("SteeringAngle", steering_.read(car));
+  } else if (name == "WHEELS_FRONT") {
+    encoder.set("WheelFrontLeft", wheels_[front_left].read(car, measured_dt));
+    encoder.set("WheelFrontRight", wheels_[front_right].read(car, measured_dt));
+  } else {
+    encoder.set("WheelRearLeft", wheels_[rear_left].read(car, measured_dt));
+    encoder.set("WheelRearRight", wheels_[rear_right].read(car, measured_dt));
+  }
+}
+
+// A frame waits for the bus to be free, takes its time on the wire, and is stamped when the kernel
+// comes to it.
+can::Frame CarBus::transmit(Unit& unit) {
+  bus_free_ns_ = std::max(bus_free_ns_, unit.due_ns) + frame_ns;
+  const std::int64_t seen = bus_free_ns_ + nanoseconds(stamp_jitter_ * stamp_noise_.exponential());
+  std::int64_t stamp = seen / stamp_step_ns_ * stamp_step_ns_;
+  stamp = std::max(stamp, last_stamp_ns_ + stamp_step_ns_);
+  last_stamp_ns_ = stamp;
+  return unit.encoder.frame(stamp);
+}
+
+}  // namespace odomd::sim

@@ -1,0 +1,62 @@
+// The control units and the bus between them: samples at the pace of clocks that are not exact, as
+// protected frames of odomd.dbc, one at a time on a wire of 500 kbit/s.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "can_protocol/message_encoder.hpp"
+#include "tools/sim/sensors.hpp"
+
+namespace odomd::sim {
+
+/// The text of odomd.dbc.
+[[nodiscard]] std::string_view bus_database_text();
+
+/// Its messages, each protected by Profile 1 with its identifier as the data id.
+[[nodiscard]] const can::Database& bus_database();
+[[nodiscard]] can::E2eBinding bus_protection(const can::Message& message);
+
+class CarBus {
+ public:
+  /// Frames are stamped in steps of `stamp_step_ns`.
+  CarBus(const ParameterSet& truth, double configured_wheel_radius, std::uint64_t seed,
+         std::int64_t stamp_step_ns);
+
+  /// Takes the samples that are due after `from_ns` and not after `to_ns`; the car is known at
+  /// both, and interpolated between. Appends the frames, stamps rising.
+  void advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
+               const PlantOutput& to, std::vector<can::Frame>& frames);
+
+ private:
+  /// A message's sender, in the order of the database.
+  struct Unit {
+    can::MessageEncoder encoder;
+    RandomStream jitter;
+    std::int64_t phase_ns = 0;
+    std::int64_t cycle_ns = 0;
+    std::int64_t count = 0;    // samples taken
+    std::int64_t due_ns = 0;   // next sample
+    std::int64_t last_ns = 0;  // the one before
+  };
+
+  void schedule(Unit& unit);
+  void sample(Unit& unit, const PlantOutput& car);
+  can::Frame transmit(Unit& unit);
+
+  double clock_error_;
+  double cycle_jitter_;
+  double stamp_jitter_;
+  std::int64_t stamp_step_ns_;
+  std::vector<Unit> units_;
+  Imu imu_;
+  SteeringSensor steering_;
+  std::array<WheelEncoder, wheel_count> wheels_;
+  RandomStream stamp_noise_;
+  std::int64_t bus_free_ns_ = 0;
+  std::int64_t last_stamp_ns_ = 0;
+};
+
+}  // namespace odomd::sim

@@ -1,0 +1,151 @@
+#include "tools/sim/car_files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <string_view>
+
+#include "tools/csv.hpp"
+#include "tools/sim/vehicle.hpp"
+
+namespace odomd::sim {
+namespace {
+
+using enum Parameter;
+
+std::string number(double value) {
+  std::string text;
+  tools::append_number(text, value);
+  // TOML wants a point or an exponent in a float.
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+// As a person would state it.
+std::string number(double value, int digits) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                 std::chars_format::general, digits)
+                       .ptr;
+  return {text.data(), end};
+}
+
+// A basic string of TOML.
+std::string quote(std::string_view text) {
+  std::string result = "\"";
+  for (const char letter : text) {
+    if (letter == '"' || letter == '\\') result += '\\';
+    result += letter;
+  }
+  return result + '"';
+}
+
+struct Role {
+  std::string_view name;
+  std::string_view message;
+  std::string_view signal;
+  std::string_view unit;
+};
+constexpr std::array roles{
+    Role{"yaw_rate", "IMU", "YawRate", "rad/s"},
+    Role{"accel_x", "IMU", "AccX", "m/s2"},
+    Role{"accel_y", "IMU", "AccY", "m/s2"},
+    Role{"wheel_front_left", "WHEELS_FRONT", "WheelFrontLeft", "m/s"},
+    Role{"wheel_front_right", "WHEELS_FRONT", "WheelFrontRight", "m/s"},
+    Role{"wheel_rear_left", "WHEELS_REAR", "WheelRearLeft", "m/s"},
+    Role{"wheel_rear_right", "WHEELS_REAR", "WheelRearRight", "m/s"},
+    Role{"steering", "STEERING", "SteeringAngle", "rad"},
+};
+
+// A wheel's speed is a mean over the cycle before, and so half a cycle old.
+struct Quality {
+  double sigma;
+  double latency = 0.0;
+};
+
+Quality quality(const RunPlan& plan, const Role& role) {
+  if (role.message == "IMU")
+    return {role.signal == "YawRate" ? std::max(plan.sizes[gyro_noise], 5e-4)
+                                     : std::max(plan.sizes[accel_noise], 5e-3)};
+  if (role.message == "STEERING") return {steering_sigma(plan.sizes)};
+  const can::Message& message = *can::find_message(bus_database(), role.message);
+  const double cycle = 1e-9 * static_cast<double>(message.cycle_time_ns);
+  const double radius = configured_wheel_radius(plan.scenario.car);
+  return {wheel_speed_sigma(plan.sizes, radius, cycle), 0.5 * cycle};
+}
+
+nlohmann::ordered_json values(const ParameterSet& set) {
+  nlohmann::ordered_json result;
+  for (const ParameterInfo& info : parameter_table())
+    result[std::string(info.name)] = set[info.parameter];
+  return result;
+}
+
+}  // namespace
+
+std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
+  const estimator::Vehicle car = configured_vehicle(plan.scenario.car);
+  std::string text = "# Made by odom sim: scenario " + std::string(plan.scenario.name) + ", seed " +
+                     std::to_string(plan.options.seed) + ".\n\n[vehicle]\n";
+  const auto line = [&text](std::string_view key, const std::string& value) {
+    text.append(key).append(" = ").append(value).append("\n");
+  };
+  line("mass", number(car.mass));
+  line("front_axle", number(car.front_axle));
+  line("rear_axle", number(car.rear_axle));
+  line("yaw_inertia", number(car.yaw_inertia));
+  line("cornering_stiffness_front", number(car.cornering_stiffness_front));
+  line("cornering_stiffness_rear", number(car.cornering_stiffness_rear));
+  line("track_width", number(car.track_width));
+
+  text += "\n[can]\n";
+  line("source", quote(wiring.can));
+  line("dbc", quote("car.dbc"));
+
+  text += "\n[can.e2e]\n";
+  for (const can::Message& message : bus_database().messages) {
+    const can::E2eBinding binding = bus_protection(message);
+    line(message.name, "{ profile = \"P01\", data_id = " + std::to_string(binding.data_id) +
+                           ", data_id_mode = \"BOTH\", crc = " + quote(binding.crc_signal) +
+                           ", counter = " + quote(binding.counter_signal) + " }");
+  }
+
+  text += "\n[can.signals]\n";
+  for (const Role& role : roles) {
+    const Quality q = quality(plan, role);
+    line(role.name, "{ message = " + quote(role.message) + ", signal = " + quote(role.signal) +
+                        ", unit = " + quote(role.unit) + ", sigma = " + number(q.sigma, 3) +
+                        (q.latency > 0.0 ? ", latency = " + number(q.latency, 6) : "") + " }");
+  }
+
+  text += "\n[camera]\n";
+  if (!wiring.camera_socket.empty()) line("socket", quote(wiring.camera_socket.string()));
+  line("lever_arm", "[" + number(plan.truth[camera_x]) + ", " + number(plan.truth[camera_y]) +
+                        ", " + number(plan.truth[camera_yaw]) + "]");
+
+  text += "\n[imu]\n";
+  line("position", "[" + number(plan.truth[imu_x]) + ", " + number(plan.truth[imu_y]) + "]");
+
+  text += "\n[initial]\n";
+  line("pose", "[" + number(plan.start.x, 9) + ", " + number(plan.start.y, 9) + ", " +
+                   number(plan.start.heading, 9) + "]");
+  return text;
+}
+
+nlohmann::ordered_json describe(const RunPlan& plan) {
+  nlohmann::ordered_json result;
+  result["scenario"] = plan.scenario.name;
+  result["seed"] = plan.options.seed;
+  result["speed"] = plan.speed;
+  result["laps"] = plan.laps;
+  result["standstill"] = plan.options.standstill;
+  result["route_length"] = plan.length;
+  result["start_pose"] = {plan.start.x, plan.start.y, plan.start.heading};
+  result["start_time_ns"] = plan.options.start_ns;
+  result["errors"] = plan.options.errors == ErrorModel::ideal ? "ideal" : "realistic";
+  result["sizes"] = values(plan.sizes);
+  result["truth"] = values(plan.truth);
+  return result;
+}
+
+}  // namespace odomd::sim

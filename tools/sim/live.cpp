@@ -1,0 +1,130 @@
+#include "tools/sim/live.hpp"
+
+#include <csignal>
+#include <ctime>
+#include <memory>
+
+#include <odom/odom.h>
+
+#include "tools/sim/can_output.hpp"
+
+namespace odomd::sim {
+namespace {
+
+// What happens within it is sent at its end: no frame is later than this.
+constexpr std::int64_t stretch_ns = 1'000'000;
+constexpr std::int64_t second_ns = 1'000'000'000;
+
+std::int64_t clock_ns(clockid_t clock) {
+  timespec now{};
+  ::clock_gettime(clock, &now);
+  return now.tv_sec * second_ns + now.tv_nsec;
+}
+
+// While it lives, a closed pipe is an error of write(), and SIGINT and SIGTERM wait to be asked
+// for.
+class SignalScope {
+ public:
+  SignalScope() {
+    struct sigaction ignore {};
+    ignore.sa_handler = SIG_IGN;
+    ::sigaction(SIGPIPE, &ignore, &old_pipe_);
+    ::sigemptyset(&stop_);
+    ::sigaddset(&stop_, SIGINT);
+    ::sigaddset(&stop_, SIGTERM);
+    ::pthread_sigmask(SIG_BLOCK, &stop_, &old_mask_);
+  }
+  SignalScope(const SignalScope&) = delete;
+  SignalScope& operator=(const SignalScope&) = delete;
+  ~SignalScope() {
+    ::pthread_sigmask(SIG_SETMASK, &old_mask_, nullptr);
+    ::sigaction(SIGPIPE, &old_pipe_, nullptr);
+  }
+
+  enum class Woken : std::uint8_t { time_is_up, stop };
+
+  /// Sleeps until a time of CLOCK_MONOTONIC, or a signal to stop.
+  Woken sleep_until(std::int64_t monotonic_ns) {
+    while (true) {
+      const std::int64_t left = std::max<std::int64_t>(0, monotonic_ns - clock_ns(CLOCK_MONOTONIC));
+      const timespec timeout{left / second_ns, left % second_ns};
+      if (::sigtimedwait(&stop_, nullptr, &timeout) > 0) return Woken::stop;
+      if (left == 0 || clock_ns(CLOCK_MONOTONIC) >= monotonic_ns) return Woken::time_is_up;
+    }
+  }
+
+ private:
+  sigset_t stop_{};
+  sigset_t old_mask_{};
+  struct sigaction old_pipe_ {};
+};
+
+// The daemon's camera socket, opened as soon as it is there.
+class CameraLine {
+ public:
+  CameraLine(std::filesystem::path socket, odom_clock clock)
+      : socket_(std::move(socket)), clock_(clock), camera_(nullptr, &odom_camera_close) {}
+
+  [[nodiscard]] bool wanted() const { return !socket_.empty(); }
+
+  /// Whether the pose got through.
+  bool send(const estimator::CameraPose& pose) {
+    if (!camera_) {
+      odom_camera* opened = nullptr;
+      if (odom_camera_open(socket_.c_str(), &opened) != 0) return false;
+      camera_.reset(opened);
+    }
+    odom_camera_message message{};
+    message.clock = static_cast<std::uint16_t>(clock_);
+    message.capture_ns = pose.capture_ns;
+    message.x = pose.x;
+    message.y = pose.y;
+    message.yaw = pose.yaw;
+    message.sigma_x = pose.sigma_x;
+    message.sigma_y = pose.sigma_y;
+    message.sigma_yaw = pose.sigma_yaw;
+    return odom_camera_send(camera_.get(), &message) == 0;
+  }
+
+ private:
+  std::filesystem::path socket_;
+  odom_clock clock_;
+  std::unique_ptr<odom_camera, decltype(&odom_camera_close)> camera_;
+};
+
+}  // namespace
+
+std::int64_t live_start_ns() {
+  return (clock_ns(CLOCK_REALTIME) / truth_period_ns + 1) * truth_period_ns;
+}
+
+LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
+                      const std::function<void(const Happenings&)>& also) {
+  SignalScope signals;
+  CanOutput output(options.can, options.decimals);
+  CameraLine camera(options.camera_socket,
+                    options.can == "-" ? ODOM_CLOCK_LOG : ODOM_CLOCK_REALTIME);
+  LiveSummary summary;
+  Happenings happenings;
+  const std::int64_t start_ns = clock_ns(CLOCK_MONOTONIC);
+  RunState state = RunState::running;
+  while (state == RunState::running) {
+    happenings.clear();
+    state = simulation.advance(simulation.time_ns() + stretch_ns, happenings);
+    if (signals.sleep_until(start_ns + simulation.time_ns()) == SignalScope::Woken::stop) {
+      summary.end = LiveEnd::interrupted;
+      break;
+    }
+    output.send(happenings.frames);
+    summary.frames += happenings.frames.size();
+    if (camera.wanted())
+      for (const estimator::CameraPose& pose : happenings.camera)
+        ++(camera.send(pose) ? summary.camera_sent : summary.camera_dropped);
+    also(happenings);
+    progress.update(simulation);
+  }
+  progress.finish(simulation);
+  return summary;
+}
+
+}  // namespace odomd::sim

@@ -1,0 +1,40 @@
+// Plays a simulated drive in real time: frames onto a bus or standard output, camera poses onto the
+// daemon's socket.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "tools/sim/drive_folder.hpp"
+#include "tools/sim/progress.hpp"
+#include "tools/sim/simulation.hpp"
+
+namespace odomd::sim {
+
+struct LiveOptions {
+  std::string can = "-";                ///< interface, or "-" for standard output
+  std::filesystem::path camera_socket;  ///< empty: no camera
+  can::StampDecimals decimals = can::StampDecimals::six;
+};
+
+enum class LiveEnd : std::uint8_t { drive_over, interrupted };
+
+struct LiveSummary {
+  LiveEnd end = LiveEnd::drive_over;
+  std::uint64_t frames = 0;
+  std::uint64_t camera_sent = 0;
+  std::uint64_t camera_dropped = 0;  ///< the daemon was not there, or did not keep up
+};
+
+/// CLOCK_REALTIME, rounded up to a tick: the start of a live drive. Its stamps advance exactly with
+/// simulated time from there.
+[[nodiscard]] std::int64_t live_start_ns();
+
+/// Returns when the drive is over, or on SIGINT or SIGTERM. `also` is given everything that was
+/// sent, in the same stretches. Throws as CanOutput does. The camera's socket may come and go.
+LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
+                      const std::function<void(const Happenings&)>& also);
+
+}  // namespace odomd::sim

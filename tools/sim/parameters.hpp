@@ -1,0 +1,135 @@
+// Every number that a run of the simulation may be given, in one table: its name, its unit, what it
+// is by default for each car, and how the truth of a run is drawn from it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace odomd::sim {
+
+enum class Parameter : std::uint8_t {
+  // the road and the car
+  friction,
+  patch_friction,
+  relaxation_length,
+  steering_lag,
+  steering_rate_limit,
+  stiffness_error_front,
+  stiffness_error_rear,
+  mass_error,
+  inertia_error,
+  // gyro
+  gyro_scale_error,
+  gyro_bias,
+  gyro_bias_walk,
+  gyro_noise,
+  // accelerometer
+  accel_scale_error,
+  accel_bias_x,
+  accel_bias_y,
+  accel_bias_walk,
+  accel_noise,
+  // where the IMU sits
+  imu_x,
+  imu_y,
+  imu_yaw_error,
+  // wheels
+  wheel_radius_error,
+  wheel_radius_error_front_left,
+  wheel_radius_error_front_right,
+  wheel_radius_error_rear_left,
+  wheel_radius_error_rear_right,
+  wheel_noise,
+  encoder_counts,
+  // steering
+  steering_offset,
+  steering_scale_error,
+  steering_noise,
+  steering_step,
+  steering_commanded,
+  // the control units and their bus
+  clock_error,
+  cycle_jitter,
+  stamp_jitter,
+  // camera
+  camera_period,
+  camera_latency_min,
+  camera_latency_max,
+  camera_noise,
+  camera_yaw_noise,
+  camera_outliers,
+  camera_outlier_size,
+  camera_x,
+  camera_y,
+  camera_yaw,
+  count
+};
+inline constexpr std::size_t parameter_count = static_cast<std::size_t>(Parameter::count);
+
+/// How the truth of a run comes from a parameter's value.
+enum class Draw : std::uint8_t {
+  exact,    ///< it is the value
+  normal,   ///< drawn once a run with this standard deviation
+  uniform,  ///< drawn once a run from minus to plus this
+};
+
+/// Whether an ideal car has it: errors are zero there.
+enum class Nature : std::uint8_t { property, error };
+
+struct ParameterInfo {
+  Parameter parameter;
+  std::string_view name;
+  std::string_view unit;
+  std::string_view group;
+  Draw draw;
+  Nature nature;
+  double scale_car;  ///< default of the 1:10 car
+  double full_size;  ///< default of the full-size car
+  double minimum;    ///< of what may be asked for; what is drawn may be its negative
+  double maximum;
+  std::string_view meaning;
+};
+
+/// In the order of the enumeration.
+[[nodiscard]] std::span<const ParameterInfo, parameter_count> parameter_table();
+
+/// One number for each parameter: what was asked for, or what was drawn.
+class ParameterSet {
+ public:
+  [[nodiscard]] double operator[](Parameter p) const {
+    return values_[static_cast<std::size_t>(p)];
+  }
+  double& operator[](Parameter p) { return values_[static_cast<std::size_t>(p)]; }
+
+ private:
+  std::array<double, parameter_count> values_{};
+};
+
+enum class CarKind : std::uint8_t { scale_car, full_size };
+
+[[nodiscard]] ParameterSet default_parameters(CarKind car);
+
+/// Sets every error to zero.
+void make_ideal(ParameterSet& parameters);
+
+/// The table's row of a name. Throws std::invalid_argument with the nearest name.
+[[nodiscard]] const ParameterInfo& find_parameter(std::string_view name);
+
+struct Assignment {
+  Parameter parameter = Parameter::count;
+  double value = 0.0;
+};
+
+/// Takes "name=value". Throws std::invalid_argument for what is not one.
+[[nodiscard]] Assignment parse_assignment(std::string_view text);
+
+/// Throws std::invalid_argument for a value that may not be asked for.
+void check(const ParameterInfo& info, double value);
+
+/// The truth of a run. Each parameter has its own random stream.
+[[nodiscard]] ParameterSet draw_truth(const ParameterSet& sizes, std::uint64_t seed);
+
+}  // namespace odomd::sim

@@ -1,0 +1,132 @@
+// The car that is driven: four wheels on a plane. Deliberately not the model of any filter here:
+// the tyres saturate and take a way to build their force up, load moves between the wheels, the
+// driven wheels slip, the steering lags, and the car comes to rest exactly.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "tools/sim/tyre.hpp"
+
+namespace odomd::sim {
+
+enum Wheel : std::size_t { front_left, front_right, rear_left, rear_right, wheel_count };
+
+/// A disc of road where the friction is another.
+struct FrictionPatch {
+  double x = 0.0, y = 0.0, radius = 0.0;  ///< [m]
+  double friction = 1.0;
+};
+
+/// SI units. The angles are those of the wheels, not of the steering wheel.
+struct PlantParameters {
+  double mass = 0.0;
+  double front_axle = 0.0;  ///< centre of gravity to front axle
+  double rear_axle = 0.0;   ///< centre of gravity to rear axle
+  double yaw_inertia = 0.0;
+  double track_width = 0.0;
+  double centre_height = 0.0;              ///< of the centre of gravity, above the ground
+  double cornering_stiffness_front = 0.0;  ///< whole axle at its static load, positive [N/rad]
+  double cornering_stiffness_rear = 0.0;
+  double slip_stiffness_ratio = 1.6;  ///< C_κ / C_α
+  double tyre_shape = 1.35;
+  double tyre_load_exponent = 0.8;
+  double relaxation_length = 0.0;  ///< lateral; longitudinal is a half of it [m]
+  double tyre_damping = 0.0;       ///< of the standing tyre, as a time [s]
+  double friction = 1.0;
+  std::vector<FrictionPatch> patches;              ///< the first that holds a wheel counts
+  double rolling_resistance = 0.0;                 ///< coefficient
+  double drag = 0.0;                               ///< F = drag v² [N s²/m²]
+  std::array<double, wheel_count> wheel_radius{};  ///< effective, as they really are [m]
+  double wheel_inertia = 0.0;                      ///< [kg m²]
+  double motor_inertia = 0.0;                      ///< added to each driven (rear) wheel [kg m²]
+  double brake_front_share = 0.0;                  ///< of a braking force; the drive is all rear
+  double roll_front_share = 0.5;                   ///< of the lateral load transfer
+  double load_lag = 0.0;                           ///< time constant of load transfer [s]
+  double drive_lag = 0.0;                          ///< time constant of the drive force [s]
+  double steering_lag = 0.0;                       ///< time constant of the actuator [s]
+  double steering_rate_limit = 0.0;                ///< [rad/s]
+  double steering_limit = 0.0;                     ///< [rad]
+  double rest_speed = 0.0;                         ///< below it, undriven, the car is at rest [m/s]
+};
+
+struct PlantInput {
+  double steering = 0.0;  ///< commanded mean angle of the front wheels [rad]
+  double force = 0.0;     ///< wanted at the wheels' circumference, braking where it opposes v [N]
+};
+
+/// What can be seen of the car from outside, all at one time, of the centre of gravity. Plain
+/// numbers, so that two of them can be interpolated.
+struct PlantOutput {
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< yaw is continuous
+  double v_x = 0.0, v_y = 0.0, yaw_rate = 0.0;
+  double accel_x = 0.0, accel_y = 0.0, yaw_accel = 0.0;  ///< specific force, and d(yaw_rate)/dt
+  double steering = 0.0;                                 ///< where the front wheels are
+  double commanded_steering = 0.0;
+  std::array<double, wheel_count> wheel_angle{};  ///< turned since the start [rad]
+};
+
+[[nodiscard]] PlantOutput interpolate(const PlantOutput& from, const PlantOutput& to, double part);
+
+struct BodyForce {
+  double x = 0.0, y = 0.0;
+};
+
+/// Specific force (what an accelerometer feels) at a point of the body, in body axes.
+[[nodiscard]] BodyForce specific_force_at(const PlantOutput& output, double x, double y);
+
+enum class Motion : std::uint8_t { rolling, resting };
+
+class Plant {
+ public:
+  /// Stands at the pose. Throws std::invalid_argument for parameters that are not a car.
+  Plant(PlantParameters parameters, double x, double y, double yaw);
+
+  /// Advances by one Runge-Kutta step, 1 ms at most.
+  void step(const PlantInput& input, double dt);
+
+  [[nodiscard]] const PlantOutput& output() const { return output_; }
+  [[nodiscard]] Motion motion() const { return motion_; }
+  [[nodiscard]] const PlantParameters& parameters() const { return parameters_; }
+
+  /// For tests and plots: vertical loads, and the slips κ and tan α that the tyres feel.
+  [[nodiscard]] std::array<double, wheel_count> loads() const;
+  [[nodiscard]] std::array<double, wheel_count> slip_x() const;
+  [[nodiscard]] std::array<double, wheel_count> slip_y() const;
+
+  /// For tests: sets it rolling straight on without slip.
+  void set_speed(double v_x);
+
+  /// Energy of motion: the body's and the wheels' [J].
+  [[nodiscard]] double kinetic_energy() const;
+
+ private:
+  /// X, Y, yaw, v_x, v_y, yaw rate, steering, drive force, load-shifting accelerations (2), then
+  /// for each wheel: spin [rad/s], turned angle [rad], tyre deflection along x and y [m].
+  static constexpr std::size_t per_wheel = 4;
+  static constexpr std::size_t body_states = 10;
+  static constexpr std::size_t state_count = body_states + per_wheel * wheel_count;
+  using State = std::array<double, state_count>;
+
+  struct Derivative {
+    State rate{};
+    double accel_x = 0.0, accel_y = 0.0;
+  };
+
+  [[nodiscard]] Derivative derivative(const State& state, const PlantInput& input) const;
+  [[nodiscard]] std::array<double, wheel_count> loads(const State& state) const;
+  [[nodiscard]] double friction_at(double x, double y) const;
+  [[nodiscard]] double breakaway_force() const;
+  void come_to_rest_or_go();
+  void write_output(const PlantInput& input);
+
+  PlantParameters parameters_;
+  std::array<Tyre, wheel_count> tyres_;
+  State state_{};
+  Motion motion_ = Motion::resting;
+  PlantOutput output_;
+};
+
+}  // namespace odomd::sim

@@ -1,0 +1,57 @@
+#include "tools/sim/progress.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+namespace odomd::sim {
+namespace {
+
+std::int64_t steady_ns() {
+  return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
+}
+
+}  // namespace
+
+std::string progress_text(const Simulation& simulation) {
+  const Driver& driver = simulation.driver();
+  std::array<char, 128> text{};
+  std::snprintf(text.data(), text.size(), "%.1f s, %.1f of %.1f m (%.0f %%), %.2f m/s",
+                1e-9 * static_cast<double>(simulation.time_ns()), driver.progress(), driver.total(),
+                100.0 * driver.progress() / driver.total(), simulation.plant().output().v_x);
+  return text.data();
+}
+
+Progress::Progress(ShowProgress show, ShowProgress otherwise) : style_(Style::silent) {
+  if (show == ShowProgress::never) return;
+  if (::isatty(STDERR_FILENO) != 0)
+    style_ = Style::one_line;
+  else if (show == ShowProgress::always || otherwise == ShowProgress::always)
+    style_ = Style::lines;
+}
+
+void Progress::update(const Simulation& simulation) {
+  if (style_ == Style::silent) return;
+  const std::int64_t now = steady_ns();
+  if (now < next_ns_) return;
+  next_ns_ = now + (style_ == Style::one_line ? 100'000'000 : 1'000'000'000);
+  show(simulation);
+}
+
+void Progress::finish(const Simulation& simulation) {
+  if (style_ == Style::silent) return;
+  show(simulation);
+  if (style_ == Style::one_line) std::cerr << '\n';
+}
+
+void Progress::show(const Simulation& simulation) {
+  if (style_ == Style::one_line)
+    std::cerr << '\r' << progress_text(simulation) << "\x1b[K" << std::flush;
+  else
+    std::cerr << "odom sim: " + progress_text(simulation) + "\n" << std::flush;
+}
+
+}  // namespace odomd::sim

@@ -1,0 +1,36 @@
+// The drives: which car, where it goes, how fast, and what lies on the road.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "tools/sim/driver.hpp"
+#include "tools/sim/parameters.hpp"
+
+namespace odomd::sim {
+
+/// Where a drive goes.
+struct Route {
+  std::vector<Leg> legs;
+  std::vector<FrictionPatch> patches;  ///< their friction is filled in from the parameters
+};
+
+struct Scenario {
+  std::string_view name;
+  std::string_view sentence;
+  CarKind car = CarKind::scale_car;
+  double speed = 1.0;  ///< default [m/s]
+  double max_speed = 3.0;
+  int laps = 1;  ///< default
+  DriverLimits limits;
+  Route (*route)(double speed, int laps);
+};
+
+[[nodiscard]] std::span<const Scenario> all_scenarios();
+
+/// By name. Throws std::invalid_argument that names them all.
+[[nodiscard]] const Scenario& find_scenario(std::string_view name);
+
+}  // namespace odomd::sim

@@ -1,0 +1,133 @@
+#include "tools/sim/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "tools/sim/vehicle.hpp"
+
+namespace odomd::sim {
+namespace {
+
+constexpr std::int64_t driver_period_ns = 10'000'000;
+constexpr double longest_s = 86'400.0;
+constexpr int most_laps = 10'000;
+
+TruthRow truth_row(std::int64_t time_ns, const PlantOutput& car) {
+  return {time_ns, car.x, car.y, car.yaw, car.v_x, car.v_y, car.yaw_rate};
+}
+
+double route_length(const Route& route) {
+  double length = 0.0;
+  for (const Leg& leg : route.legs) length += leg.end - leg.begin;
+  return length;
+}
+
+// Moves the first elements that `has_come` to `to`.
+template <class T, class Test>
+void move_first(std::vector<T>& from, std::vector<T>& to, Test has_come) {
+  const auto end = std::ranges::find_if_not(from, has_come);
+  to.insert(to.end(), from.begin(), end);
+  from.erase(from.begin(), end);
+}
+
+}  // namespace
+
+RunPlan make_plan(const RunOptions& options) {
+  RunPlan plan{.options = options, .scenario = find_scenario(options.scenario)};
+  const Scenario& scenario = plan.scenario;
+
+  plan.speed = options.speed.value_or(scenario.speed);
+  if (!(plan.speed >= 0.1 && plan.speed <= scenario.max_speed))
+    throw std::invalid_argument("speed: scenario " + options.scenario + " takes 0.1 to " +
+                                std::to_string(scenario.max_speed).substr(0, 4) + " m/s");
+  if (!(options.standstill >= 0.0 && options.standstill <= longest_s))
+    throw std::invalid_argument("standstill: must lie between 0 and 86400 s");
+  if (options.duration && !(*options.duration > 0.0 && *options.duration <= longest_s))
+    throw std::invalid_argument("duration: must lie between 0 and 86400 s");
+  if (options.laps && (*options.laps < 1 || *options.laps > most_laps))
+    throw std::invalid_argument("laps: must lie between 1 and 10000");
+  if (options.start_ns < 0) throw std::invalid_argument("start time: must not be negative");
+
+  plan.laps = options.laps.value_or(scenario.laps);
+  if (options.duration && !options.laps) {  // as many as the time can hold
+    const double lap = route_length(scenario.route(plan.speed, 1));
+    plan.laps =
+        static_cast<int>(std::min(*options.duration * plan.speed / lap + 1.0, double{most_laps}));
+  }
+
+  plan.sizes = default_parameters(scenario.car);
+  if (options.errors == ErrorModel::ideal) make_ideal(plan.sizes);
+  for (const Assignment& size : options.sizes) {
+    check(parameter_table()[static_cast<std::size_t>(size.parameter)], size.value);
+    plan.sizes[size.parameter] = size.value;
+  }
+  plan.truth = draw_truth(plan.sizes, options.seed);
+  for (const Assignment& fixed : options.fixed) {
+    const ParameterInfo& info = parameter_table()[static_cast<std::size_t>(fixed.parameter)];
+    check(info, info.draw == Draw::exact ? fixed.value : std::abs(fixed.value));
+    plan.truth[fixed.parameter] = fixed.value;
+    if (info.draw == Draw::exact) plan.sizes[fixed.parameter] = fixed.value;
+  }
+
+  plan.route = scenario.route(plan.speed, plan.laps);
+  plan.length = route_length(plan.route);
+  for (FrictionPatch& patch : plan.route.patches)
+    patch.friction = plan.truth[Parameter::patch_friction];
+  plan.car = true_vehicle(scenario.car, plan.truth);
+  plan.car.patches = plan.route.patches;
+  plan.start = standing_pose(plan.car, plan.route.legs.front());
+  return plan;
+}
+
+Simulation::Simulation(const RunPlan& plan)
+    : start_ns_(plan.options.start_ns),
+      end_ns_(plan.options.duration ? std::llround(1e9 * *plan.options.duration)
+                                    : std::numeric_limits<std::int64_t>::max()),
+      plant_(plan.car, plan.start.x, plan.start.y, plan.start.heading),
+      driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill),
+      bus_(plan.truth, configured_wheel_radius(plan.scenario.car), plan.options.seed,
+           plan.options.stamp_step_ns),
+      camera_(plan.truth, plan.options.dropouts, plan.options.seed, plan.options.stamp_step_ns) {}
+
+RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
+  RunState state = RunState::running;
+  if (now_ns_ == 0) happenings.truth.push_back(truth_row(start_ns_, plant_.output()));
+  while (now_ns_ < time_ns) {
+    if (now_ns_ >= end_ns_ || driver_.done()) {
+      state = RunState::ended;
+      break;
+    }
+    if (now_ns_ % driver_period_ns == 0)
+      input_ = driver_.drive(plant_.output(), 1e-9 * double{driver_period_ns});
+    const PlantOutput before = plant_.output();
+    plant_.step(input_, 1e-9 * double{plant_step_ns});
+    const std::int64_t from_ns = now_ns_;
+    now_ns_ += plant_step_ns;
+    bus_.advance(from_ns, before, now_ns_, plant_.output(), frames_);
+    camera_.advance(from_ns, before, now_ns_, plant_.output(), camera_poses_);
+    if (now_ns_ % truth_period_ns == 0)
+      happenings.truth.push_back(truth_row(start_ns_ + now_ns_, plant_.output()));
+  }
+  hand_over(happenings);
+  return state;
+}
+
+// Only what has been received by now.
+void Simulation::hand_over(Happenings& happenings) {
+  const std::size_t old_frames = happenings.frames.size();
+  const std::size_t old_poses = happenings.camera.size();
+  move_first(frames_, happenings.frames,
+             [this](const can::Frame& frame) { return frame.time_ns <= now_ns_; });
+  move_first(camera_poses_, happenings.camera,
+             [this](const estimator::CameraPose& pose) { return pose.arrival_ns <= now_ns_; });
+  for (std::size_t i = old_frames; i < happenings.frames.size(); ++i)
+    happenings.frames[i].time_ns += start_ns_;
+  for (std::size_t i = old_poses; i < happenings.camera.size(); ++i) {
+    happenings.camera[i].capture_ns += start_ns_;
+    happenings.camera[i].arrival_ns += start_ns_;
+  }
+}
+
+}  // namespace odomd::sim

@@ -1,0 +1,110 @@
+// One run: the car, its driver, its bus and the camera, from standing to standing.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "can_protocol/frame.hpp"
+#include "estimator/measurement.hpp"
+#include "tools/sim/camera.hpp"
+#include "tools/sim/car_bus.hpp"
+#include "tools/sim/driver.hpp"
+#include "tools/sim/parameters.hpp"
+#include "tools/sim/plant.hpp"
+#include "tools/sim/scenario.hpp"
+
+namespace odomd::sim {
+
+enum class ErrorModel : std::uint8_t { realistic, ideal };
+
+/// What to simulate. Where nothing is given the scenario's own values hold.
+struct RunOptions {
+  std::string scenario = "lap";
+  std::optional<double> speed;  ///< [m/s]
+  std::optional<int> laps;
+  std::optional<double> duration;  ///< ends then, wherever the car is [s]
+  double standstill = 3.0;         ///< before the car sets off [s]
+  std::uint64_t seed = 1;
+  ErrorModel errors = ErrorModel::realistic;
+  std::vector<Assignment> sizes;  ///< in the place of the defaults
+  std::vector<Assignment> fixed;  ///< truths that are not drawn
+  std::vector<Dropout> dropouts;
+  std::int64_t start_ns = 1'760'000'000'000'000'000;  ///< log time of the start
+  std::int64_t stamp_step_ns = 1000;                  ///< resolution of stamps
+};
+
+/// The options resolved: what is asked for and what is drawn.
+struct RunPlan {
+  RunOptions options;
+  Scenario scenario;
+  double speed = 0.0;
+  int laps = 0;
+  ParameterSet sizes;
+  ParameterSet truth;
+  Route route;
+  PlantParameters car;  ///< as it really is
+  TrackPoint start;     ///< pose of the centre of gravity
+  double length = 0.0;  ///< of the route [m]
+};
+
+/// Throws std::invalid_argument for options that do not fit.
+[[nodiscard]] RunPlan make_plan(const RunOptions& options);
+
+struct TruthRow {
+  std::int64_t time_ns = 0;
+  double x = 0.0, y = 0.0, yaw = 0.0;
+  double v_x = 0.0, v_y = 0.0, yaw_rate = 0.0;
+};
+
+/// What has become known in a stretch of time, each in the order of its times (frames: stamps,
+/// camera poses: arrival), on the log's clock.
+struct Happenings {
+  std::vector<can::Frame> frames;
+  std::vector<estimator::CameraPose> camera;
+  std::vector<TruthRow> truth;
+
+  void clear() {
+    frames.clear();
+    camera.clear();
+    truth.clear();
+  }
+};
+
+/// Time between two rows of the truth, and between two ticks of a daemon.
+inline constexpr std::int64_t truth_period_ns = 5'000'000;
+
+/// Integration step.
+inline constexpr std::int64_t plant_step_ns = 500'000;
+
+enum class RunState : std::uint8_t { running, ended };
+
+class Simulation {
+ public:
+  explicit Simulation(const RunPlan& plan);
+
+  /// Goes on until `time_ns` after the start, a multiple of plant_step_ns, and appends what has
+  /// happened.
+  RunState advance(std::int64_t time_ns, Happenings& happenings);
+
+  [[nodiscard]] std::int64_t time_ns() const { return now_ns_; }
+  [[nodiscard]] const Plant& plant() const { return plant_; }
+  [[nodiscard]] const Driver& driver() const { return driver_; }
+
+ private:
+  void hand_over(Happenings& happenings);
+
+  std::int64_t start_ns_;
+  std::int64_t end_ns_;
+  std::int64_t now_ns_ = 0;
+  Plant plant_;
+  Driver driver_;
+  CarBus bus_;
+  Camera camera_;
+  PlantInput input_;
+  std::vector<can::Frame> frames_;                   // sent, not yet received
+  std::vector<estimator::CameraPose> camera_poses_;  // taken, not yet arrived
+};
+
+}  // namespace odomd::sim

@@ -1,0 +1,85 @@
+#include "tools/sim/vehicle.hpp"
+
+namespace odomd::sim {
+namespace {
+
+// What a configuration does not say of the 1:10 car: soft foam tyres, a brushless motor, a servo.
+PlantParameters scale_car() {
+  PlantParameters p;
+  p.centre_height = 0.04;
+  p.slip_stiffness_ratio = 3.0;
+  p.tyre_damping = 0.03;
+  p.rolling_resistance = 0.02;
+  p.drag = 0.01;
+  p.wheel_inertia = 3.3e-5;
+  p.motor_inertia = 6e-5;
+  p.roll_front_share = 0.5;
+  p.load_lag = 0.03;
+  p.drive_lag = 0.03;
+  p.steering_limit = 0.5;
+  p.rest_speed = 0.001;
+  return p;
+}
+
+// A saloon.
+PlantParameters full_size_car() {
+  PlantParameters p;
+  p.centre_height = 0.55;
+  p.slip_stiffness_ratio = 1.3;
+  p.tyre_damping = 0.02;
+  p.rolling_resistance = 0.012;
+  p.drag = 0.42;
+  p.wheel_inertia = 1.2;
+  p.motor_inertia = 1.0;
+  p.brake_front_share = 0.65;
+  p.roll_front_share = 0.55;
+  p.load_lag = 0.12;
+  p.drive_lag = 0.1;
+  p.steering_limit = 0.55;
+  p.rest_speed = 0.004;
+  return p;
+}
+
+}  // namespace
+
+estimator::Vehicle configured_vehicle(CarKind car) {
+  if (car == CarKind::scale_car) return {};  // the reference car
+  return {.mass = 1700.0,
+          .front_axle = 1.25,
+          .rear_axle = 1.45,
+          .yaw_inertia = 2800.0,
+          .cornering_stiffness_front = 110e3,
+          .cornering_stiffness_rear = 135e3,
+          .track_width = 1.58};
+}
+
+double configured_wheel_radius(CarKind car) {
+  return car == CarKind::scale_car ? 0.033 : 0.32;
+}
+
+PlantParameters true_vehicle(CarKind car, const ParameterSet& truth) {
+  using enum Parameter;
+  const estimator::Vehicle configured = configured_vehicle(car);
+  PlantParameters p = car == CarKind::scale_car ? scale_car() : full_size_car();
+  p.mass = configured.mass * (1.0 + truth[mass_error]);
+  p.front_axle = configured.front_axle;
+  p.rear_axle = configured.rear_axle;
+  p.yaw_inertia = configured.yaw_inertia * (1.0 + truth[inertia_error]);
+  p.track_width = configured.track_width;
+  p.cornering_stiffness_front =
+      configured.cornering_stiffness_front * (1.0 + truth[stiffness_error_front]);
+  p.cornering_stiffness_rear =
+      configured.cornering_stiffness_rear * (1.0 + truth[stiffness_error_rear]);
+  p.friction = truth[friction];
+  p.relaxation_length = truth[relaxation_length];
+  p.steering_lag = truth[steering_lag];
+  p.steering_rate_limit = truth[steering_rate_limit];
+  const double radius = configured_wheel_radius(car) * (1.0 + truth[wheel_radius_error]);
+  p.wheel_radius = {radius * (1.0 + truth[wheel_radius_error_front_left]),
+                    radius * (1.0 + truth[wheel_radius_error_front_right]),
+                    radius * (1.0 + truth[wheel_radius_error_rear_left]),
+                    radius * (1.0 + truth[wheel_radius_error_rear_right])};
+  return p;
+}
+
+}  // namespace odomd::sim
