@@ -44,8 +44,8 @@ odom_status odomi_attach(const char* path, const odomi_owners* owners, const odo
                          odomi_segment* segment);
 void odomi_detach(odomi_segment* segment);
 
-/* Copies the newest pose, and its details where asked for, from a segment. ODOM_OK, ODOM_NO_POSE or
- * ODOM_BUSY; untouched but for ODOM_OK. */
+/* Copies the newest pose, and its details where asked for, from a segment. ODOM_OK; ODOM_NO_POSE:
+ * they are untouched; ODOM_BUSY: they are zero, with mode ODOM_FAULT. */
 odom_status odomi_newest(const odomi_segment* segment, odom_pose* pose, odom_details* details);
 
 void odomi_read_info(const odomi_segment* segment, odom_info* info);

@@ -1,4 +1,6 @@
 /* The newest pose, copied or in place, and what the header says. */
+#include <string.h>
+
 #include <odom/odom.h>
 
 #include "shm_api/libodom/client.h"
@@ -8,27 +10,24 @@ static size_t smaller(size_t a, size_t b) {
   return a < b ? a : b;
 }
 
-/* Into the caller's memory only once it is whole, hence the copy between. */
+/* Straight into the caller's memory: a copy in between would cost more than the read. What is there
+ * when the writer has overtaken all attempts is a mixture, and must not be taken for a pose. */
 odom_status odomi_newest(const odomi_segment* segment, odom_pose* pose, odom_details* details) {
-  odom_pose whole_pose;
-  odom_details whole_details;
+  const size_t details_words = smaller(segment->details_words, ODOM_DETAILS_WORDS);
   for (int attempt = 0; attempt < ODOMI_ATTEMPTS; ++attempt) {
     const uint64_t head = odomi_read_head(segment->words);
     if (head == 0) return ODOM_NO_POSE;
     const uint64_t* slot = odomi_slot(segment, odomi_tick(head));
-    odomi_copy_out(&whole_pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
-    if (details != NULL) {
-      /* A daemon of an older ABI minor knows fewer details: zeros for the others. */
-      whole_details = (odom_details){0};
-      odomi_copy_out(&whole_details, slot + ODOM_SLOT_DETAILS,
-                     smaller(segment->details_words, ODOM_DETAILS_WORDS));
-    }
-    if (odomi_still(slot, head)) {
-      *pose = whole_pose;
-      if (details != NULL) *details = whole_details;
-      return ODOM_OK;
-    }
+    odomi_copy_out(pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
+    if (details != NULL) odomi_copy_out(details, slot + ODOM_SLOT_DETAILS, details_words);
+    if (!odomi_still(slot, head)) continue;
+    /* A daemon of an older ABI minor knows fewer details: zeros for the others. */
+    if (details != NULL && details_words < ODOM_DETAILS_WORDS)
+      memset((char*)details + 8 * details_words, 0, 8 * (ODOM_DETAILS_WORDS - details_words));
+    return ODOM_OK;
   }
+  *pose = (odom_pose){.mode = ODOM_FAULT};
+  if (details != NULL) *details = (odom_details){0};
   return ODOM_BUSY;
 }
 
@@ -52,6 +51,10 @@ odom_status odom_latest_details(odom_client* client, odom_pose* pose, size_t pos
       !odomi_is_size(details_size))
     return ODOM_INVALID;
   const odom_status freshness = odomi_freshen(client);
+  if (pose_size == sizeof *pose && details_size == sizeof *details) {
+    const odom_status status = odomi_newest(&client->segment, pose, details);
+    return status == ODOM_OK ? freshness : status;
+  }
   odom_pose whole_pose;
   odom_details whole_details;
   const odom_status status = odomi_newest(&client->segment, &whole_pose, &whole_details);

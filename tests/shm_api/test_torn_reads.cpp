@@ -40,7 +40,11 @@ void read_in_place(odom_client* client, Counts& counts) {
 void read_copy(odom_client* client, odom_pose& pose, Counts& counts) {
   const std::uint64_t before = pose.tick;
   const odom_status status = odom_latest(client, &pose, sizeof pose);
-  if (status == ODOM_BUSY) ++counts.starved;
+  if (status == ODOM_BUSY) {
+    ++counts.starved;
+    if (pose.mode != ODOM_FAULT || pose.x != 0.0) ++counts.torn;  // a mixture was handed out
+    pose.tick = before;
+  }
   if (status > ODOM_STALE) return;
   ++counts.reads;
   if (!is_whole(pose)) ++counts.torn;

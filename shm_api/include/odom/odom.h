@@ -18,7 +18,8 @@
  * is lock-free and makes no system call (the clock is read by the vDSO).
  *
  * ODOM_STALE always comes with a result: what the daemon has said last. All other answers but
- * ODOM_OK leave the caller's memory untouched.
+ * ODOM_OK leave the caller's memory untouched; after ODOM_BUSY the pose and the details may be
+ * zero, with mode ODOM_FAULT.
  *
  * Structs are passed with their size, so that a program built against an older libodom keeps
  * working with a newer one.
@@ -64,7 +65,7 @@ const char* odom_strstatus(odom_status status);
 odom_status odom_open(const char* name, odom_client** client);
 void odom_close(odom_client* client);
 
-/** Copies the newest pose. ODOM_OK or ODOM_STALE: `pose` is whole; else it is untouched. */
+/** Copies the newest pose. ODOM_OK or ODOM_STALE: `pose` is whole. */
 odom_status odom_latest(odom_client* client, odom_pose* pose, size_t size);
 
 /** Copies the newest pose and the details of the same tick. */

@@ -1,0 +1,54 @@
+#!/bin/sh
+# Installs the client library into a directory of its own, builds programs against it by pkg-config
+# and by find_package, and lets them follow a writer.
+#   check_installed.sh BUILD_DIR PUBLISHER CC CXX [SANITIZERS]
+set -eu
+build=$1 publisher=$2 cc=$3 cxx=$4 sanitizers=${5:+-fsanitize=$5}
+here=$(cd "$(dirname "$0")" && pwd)
+work=$(mktemp -d)
+writer=
+trap 'if [ -n "$writer" ]; then kill "$writer"; fi; rm -rf "$work"' EXIT
+
+for component in libodom libodom-dev; do
+  cmake --install "$build" --component $component --prefix "$work/prefix" >"$work/install.log"
+done
+
+export PKG_CONFIG_PATH
+PKG_CONFIG_PATH=$(dirname "$(find "$work/prefix" -name odom.pc)")
+libraries=$(dirname "$PKG_CONFIG_PATH")
+warnings='-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror'
+# Unquoted on purpose: lists of flags.
+$cc -std=c11 $warnings $sanitizers "$here/consumer/pose.c" -o "$work/pose_c" \
+  $(pkg-config --cflags --libs odom) -Wl,-rpath,"$libraries"
+$cxx -std=c++17 $warnings -Wold-style-cast $sanitizers "$here/consumer/pose.cpp" \
+  -o "$work/pose_cpp" $(pkg-config --cflags --libs odom) -Wl,-rpath,"$libraries"
+# The headers, each by itself, in both languages.
+for header in types.h odom.h; do
+  echo "#include <odom/$header>" >"$work/alone.c"
+  $cc -std=c11 $warnings $(pkg-config --cflags odom) -fsyntax-only "$work/alone.c"
+  $cxx -std=c++17 -x c++ $warnings $(pkg-config --cflags odom) -fsyntax-only "$work/alone.c"
+done
+
+cmake -S "$here/consumer" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" \
+  -DCMAKE_C_COMPILER="$cc" -DCMAKE_CXX_COMPILER="$cxx" \
+  -DCMAKE_C_FLAGS="$sanitizers" -DCMAKE_CXX_FLAGS="$sanitizers" >"$work/configure.log" ||
+  { cat "$work/configure.log"; exit 1; }
+cmake --build "$work/build" >"$work/build.log" || { cat "$work/build.log"; exit 1; }
+
+# Without a segment: one line that says so, and exit status 1.
+if "$work/pose_c" "$work/segment" 2>"$work/message"; then exit 1; fi
+grep -q 'no such segment' "$work/message"
+
+"$publisher" "$work/segment" 100000000 2000 &
+writer=$!
+tries=0
+until [ -e "$work/segment" ]; do
+  tries=$((tries + 1))
+  [ $tries -lt 100 ]
+  sleep 0.05
+done
+for program in "$work/pose_c" "$work/pose_cpp" "$work/build/pose_c" "$work/build/pose_cpp" \
+  "$work/build/pose_c_static"; do
+  "$program" "$work/segment" >"$work/output"
+  grep -q 'in place' "$work/output"
+done

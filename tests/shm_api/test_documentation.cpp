@@ -1,0 +1,30 @@
+// The programs in docs/shm.md are those that check_installed.sh builds and runs.
+#include <fstream>
+#include <gtest/gtest.h>
+#include <iterator>
+#include <string>
+
+namespace {
+
+std::string text_of(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::string code_block(const std::string& document, const std::string& language) {
+  const std::string opening = "```" + language + "\n";
+  const std::size_t start = document.find(opening);
+  if (start == std::string::npos) return {};
+  const std::size_t begin = start + opening.size();
+  return document.substr(begin, document.find("```", begin) - begin);
+}
+
+TEST(Documentation, TheProgramsAreTheOnesThatAreTested) {
+  const std::string document = text_of(ODOMD_SOURCE_DIR "/docs/shm.md");
+  const std::string consumer = ODOMD_SOURCE_DIR "/tests/shm_api/consumer/";
+  ASSERT_FALSE(document.empty());
+  EXPECT_EQ(code_block(document, "c"), text_of(consumer + "pose.c"));
+  EXPECT_EQ(code_block(document, "cpp"), text_of(consumer + "pose.cpp"));
+}
+
+}  // namespace
