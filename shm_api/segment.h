@@ -17,6 +17,8 @@
 #ifndef ODOMD_SHM_API_SEGMENT_H
 #define ODOMD_SHM_API_SEGMENT_H
 
+/* C that C++ reads too. NOLINTBEGIN(modernize-*) */
+
 #include <assert.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -25,10 +27,12 @@
 
 #define ODOM_SEGMENT_MAGIC UINT64_C(0x314745534D4F444F) /* the bytes "ODOMSEG1" */
 
+#define ODOM_WORD_BYTES sizeof(uint64_t)
+
 enum { ODOM_ABI_MAJOR = 1, ODOM_ABI_MINOR = 0 };
 
 enum {
-  ODOM_SEGMENT_LINE = 64, /* bytes of a cache line */
+  ODOM_SEGMENT_LINE_WORDS = 8, /* a cache line */
 
   ODOM_HEADER_MAGIC = 0,
   ODOM_HEADER_BYTES = 1,         /* of the header: where slot 0 begins */
@@ -91,36 +95,44 @@ enum {
 #define ODOM_TICK_MAX (UINT64_MAX / 2 - 1)
 
 /* The structs are what the words say. */
-static_assert(sizeof(odom_pose) == 8 * ODOM_POSE_WORDS, "odom_pose is pinned");
-static_assert(sizeof(odom_details) == 8 * ODOM_DETAILS_WORDS, "raise ABI minor, keep the order");
-static_assert(sizeof(odom_info) == 8 * ODOM_INFO_WORDS, "raise ABI minor, keep the order");
-static_assert(sizeof(odom_beat) == 8 * ODOM_BEAT_WORDS, "raise ABI minor, keep the order");
-static_assert(offsetof(odom_info, period_ns) == 8 * (ODOM_HEADER_PERIOD - ODOM_HEADER_INFO), "");
-static_assert(offsetof(odom_info, slots) == 8 * (ODOM_HEADER_SLOTS - ODOM_HEADER_INFO), "");
-static_assert(offsetof(odom_beat, heartbeat_ns) == 8 * (ODOM_HEADER_HEARTBEAT - ODOM_HEADER_BEAT),
-              "");
-static_assert(offsetof(odom_beat, execution) == 8 * (ODOM_HEADER_EXECUTION - ODOM_HEADER_BEAT), "");
-static_assert(8 + offsetof(odom_pose, tick) == 8 * ODOM_WORD_TICK, "");
-static_assert(8 + offsetof(odom_pose, time_ns) == 8 * ODOM_WORD_TIME, "");
-static_assert(8 + offsetof(odom_pose, covariance) == 8 * ODOM_WORD_COVARIANCE, "");
-static_assert(8 + offsetof(odom_pose, mode) == 8 * ODOM_WORD_MODE, "");
-static_assert(8 + offsetof(odom_pose, reset_count) == 8 * ODOM_WORD_RESETS, "");
-static_assert(8 + offsetof(odom_pose, jump_yaw) == 8 * ODOM_WORD_JUMP_YAW, "");
-static_assert(8 + sizeof(odom_pose) == 8 * ODOM_WORD_DETAILS, "");
-static_assert(8 + sizeof(odom_pose) == 8 * ODOM_SLOT_DETAILS, "");
+static_assert(sizeof(odom_pose) == ODOM_WORD_BYTES * ODOM_POSE_WORDS, "odom_pose is fixed");
+static_assert(sizeof(odom_details) == ODOM_WORD_BYTES * ODOM_DETAILS_WORDS, "raise ABI minor");
+static_assert(sizeof(odom_info) == ODOM_WORD_BYTES * ODOM_INFO_WORDS, "raise ABI minor");
+static_assert(sizeof(odom_beat) == ODOM_WORD_BYTES * ODOM_BEAT_WORDS, "raise ABI minor");
 
-/* The blocks lie apart. */
-static_assert(ODOM_HEADER_INFO + ODOM_INFO_WORDS <= ODOM_HEADER_HEAD, "");
-static_assert(ODOM_HEADER_BEAT + ODOM_BEAT_WORDS <= ODOM_SEGMENT_HEADER_WORDS, "");
-static_assert(ODOM_SLOT_DETAILS + ODOM_DETAILS_WORDS <= ODOM_SLOT_WORDS, "");
-static_assert((8 * ODOM_HEADER_HEAD) % ODOM_SEGMENT_LINE == 0, "");
-static_assert(ODOM_HEADER_HEARTBEAT < ODOM_HEADER_HEAD + ODOM_SEGMENT_LINE / 8,
+#define ODOM_LIES_AT(type, field, word)                            \
+  static_assert(offsetof(type, field) == ODOM_WORD_BYTES * (word), \
+                #type "." #field " has moved: raise ABI major")
+ODOM_LIES_AT(odom_pose, tick, ODOM_WORD_TICK - 1);
+ODOM_LIES_AT(odom_pose, time_ns, ODOM_WORD_TIME - 1);
+ODOM_LIES_AT(odom_pose, covariance, ODOM_WORD_COVARIANCE - 1);
+ODOM_LIES_AT(odom_pose, mode, ODOM_WORD_MODE - 1);
+ODOM_LIES_AT(odom_pose, reset_count, ODOM_WORD_RESETS - 1);
+ODOM_LIES_AT(odom_pose, jump_yaw, ODOM_WORD_JUMP_YAW - 1);
+ODOM_LIES_AT(odom_info, instance_id, ODOM_HEADER_INSTANCE - ODOM_HEADER_INFO);
+ODOM_LIES_AT(odom_info, period_ns, ODOM_HEADER_PERIOD - ODOM_HEADER_INFO);
+ODOM_LIES_AT(odom_info, slots, ODOM_HEADER_SLOTS - ODOM_HEADER_INFO);
+ODOM_LIES_AT(odom_beat, heartbeat_ns, ODOM_HEADER_HEARTBEAT - ODOM_HEADER_BEAT);
+ODOM_LIES_AT(odom_beat, max_execution_ns, ODOM_HEADER_MAX_EXECUTION - ODOM_HEADER_BEAT);
+ODOM_LIES_AT(odom_beat, execution, ODOM_HEADER_EXECUTION - ODOM_HEADER_BEAT);
+#undef ODOM_LIES_AT
+
+/* The blocks lie apart, and on cache lines where it matters. */
+static_assert(ODOM_SLOT_DETAILS == ODOM_WORD_DETAILS - ODOM_WORD_TICK + ODOM_SLOT_POSE,
+              "details follow the pose");
+static_assert(ODOM_HEADER_INFO + ODOM_INFO_WORDS <= ODOM_HEADER_HEAD, "info fits");
+static_assert(ODOM_HEADER_BEAT + ODOM_BEAT_WORDS <= ODOM_SEGMENT_HEADER_WORDS, "beat fits");
+static_assert(ODOM_SLOT_DETAILS + ODOM_DETAILS_WORDS <= ODOM_SLOT_WORDS, "a slot fits");
+static_assert(ODOM_HEADER_HEAD % ODOM_SEGMENT_LINE_WORDS == 0, "head begins a line");
+static_assert(ODOM_HEADER_HEARTBEAT < ODOM_HEADER_HEAD + ODOM_SEGMENT_LINE_WORDS,
               "head and heartbeat share a line");
-static_assert((8 * ODOM_SEGMENT_HEADER_WORDS) % ODOM_SEGMENT_LINE == 0, "");
-static_assert((8 * ODOM_SLOT_WORDS) % ODOM_SEGMENT_LINE == 0, "");
+static_assert(ODOM_SEGMENT_HEADER_WORDS % ODOM_SEGMENT_LINE_WORDS == 0, "slots begin a line");
+static_assert(ODOM_SLOT_WORDS % ODOM_SEGMENT_LINE_WORDS == 0, "slots begin a line");
 
-static_assert(sizeof(size_t) == 8 && __GCC_ATOMIC_LLONG_LOCK_FREE == 2,
+static_assert(sizeof(size_t) == sizeof(uint64_t) && __GCC_ATOMIC_LLONG_LOCK_FREE == 2,
               "the segment needs 64-bit atomics without locks");
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "halves of words: low half first");
+
+/* NOLINTEND(modernize-*) */
 
 #endif

@@ -27,12 +27,15 @@
 #ifndef ODOMD_SHM_API_SLOT_H
 #define ODOMD_SHM_API_SLOT_H
 
+/* C that C++ reads too. NOLINTBEGIN(modernize-*) */
+
 #include "shm_api/segment.h"
 
 static inline uint64_t odomi_load(const uint64_t* word) {
   return __atomic_load_n(word, __ATOMIC_RELAXED);
 }
 
+/* The stores are invisible to the linter. NOLINTBEGIN(readability-non-const-parameter) */
 static inline void odomi_store(uint64_t* word, uint64_t value) {
   __atomic_store_n(word, value, __ATOMIC_RELAXED);
 }
@@ -57,7 +60,7 @@ static inline char* odomi_writable_bytes(void* to) {
 static inline void odomi_copy_in(uint64_t* words, const void* from, size_t count) {
   const char* bytes = odomi_bytes(from);
   for (size_t i = 0; i < count; ++i) {
-    uint64_t word;
+    uint64_t word = 0;
     __builtin_memcpy(&word, bytes + 8 * i, sizeof word);
     odomi_store(words + i, word);
   }
@@ -92,14 +95,18 @@ static inline void odomi_write_head(uint64_t* words, uint64_t tick) {
   __atomic_store_n(words + ODOM_HEADER_HEAD, odomi_sequence(tick), __ATOMIC_RELEASE); /* W5 */
 }
 
+/* NOLINTEND(readability-non-const-parameter) */
+
 static inline uint64_t odomi_read_head(const uint64_t* words) {
   return __atomic_load_n(words + ODOM_HEADER_HEAD, __ATOMIC_ACQUIRE); /* R1 */
 }
 
 /* Whether all that was read of a slot since R1 belongs to the tick of `sequence`. */
 static inline int odomi_still(const uint64_t* slot, uint64_t sequence) {
-  __atomic_thread_fence(__ATOMIC_ACQUIRE);                  /* R3 */
-  return odomi_load(slot + ODOM_SLOT_SEQUENCE) == sequence; /* R4 */
+  __atomic_thread_fence(__ATOMIC_ACQUIRE);                          /* R3 */
+  return odomi_load(slot + ODOM_SLOT_SEQUENCE) == sequence ? 1 : 0; /* R4 */
 }
+
+/* NOLINTEND(modernize-*) */
 
 #endif

@@ -118,8 +118,8 @@ struct Writer::State {
     info.writer_start_ns = monotonic_ns();
     info.slots = settings.slots;
     odomi_store(word(ODOM_HEADER_MAGIC), ODOM_SEGMENT_MAGIC);
-    odomi_store(word(ODOM_HEADER_BYTES), 8 * ODOM_SEGMENT_HEADER_WORDS);
-    odomi_store(word(ODOM_HEADER_SLOT_BYTES), 8 * ODOM_SLOT_WORDS);
+    odomi_store(word(ODOM_HEADER_BYTES), ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS);
+    odomi_store(word(ODOM_HEADER_SLOT_BYTES), ODOM_WORD_BYTES * ODOM_SLOT_WORDS);
     odomi_store(word(ODOM_HEADER_SEGMENT_BYTES), segment.words.get_deleter().bytes);
     odomi_store(word(ODOM_HEADER_POSE_WORDS), ODOM_POSE_WORDS);
     odomi_store(word(ODOM_HEADER_DETAILS_WORDS), ODOM_DETAILS_WORDS);

@@ -35,6 +35,8 @@ class Writer {
   ~Writer();  ///< leaves the last poses in place for clients and for a successor
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
+  Writer(Writer&&) = delete;
+  Writer& operator=(Writer&&) = delete;
 
   /// The last pose of the segment that stood under the name before, whatever its age.
   [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;

@@ -18,6 +18,7 @@
 
 #include "shm_api/slot.h"
 
+static const uint64_t header_minimum = ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS;
 static const char shm_directory[] = "/dev/shm";
 
 odom_status odomi_path(const char* name, char** path) {
@@ -77,12 +78,12 @@ static odom_status check_header(odomi_segment* segment) {
   const int64_t period_ns = (int64_t)odomi_load(words + ODOM_HEADER_PERIOD);
 
   const uint64_t big = 1u << 20; /* keeps the products below from overflowing */
-  if (header_bytes < 8 * ODOM_SEGMENT_HEADER_WORDS || header_bytes > big ||
-      header_bytes % ODOM_SEGMENT_LINE != 0)
+  const uint64_t line_bytes = ODOM_WORD_BYTES * ODOM_SEGMENT_LINE_WORDS;
+  if (header_bytes < header_minimum || header_bytes > big || header_bytes % line_bytes != 0)
     return ODOM_ABI;
   if (odomi_load(words + ODOM_HEADER_POSE_WORDS) != ODOM_POSE_WORDS) return ODOM_ABI;
-  if (slot_bytes > big || slot_bytes % ODOM_SEGMENT_LINE != 0 || details > big ||
-      8 * (ODOM_SLOT_DETAILS + details) > slot_bytes)
+  if (slot_bytes > big || slot_bytes % line_bytes != 0 || details > big ||
+      ODOM_WORD_BYTES * (ODOM_SLOT_DETAILS + details) > slot_bytes)
     return ODOM_ABI;
   if (slots < ODOM_SEGMENT_SLOTS_MIN || slots > ODOM_SEGMENT_SLOTS_MAX ||
       (slots & (slots - 1)) != 0)
@@ -94,9 +95,9 @@ static odom_status check_header(odomi_segment* segment) {
     return ODOM_ABI;
   if (period_ns < ODOM_PERIOD_MIN_NS || period_ns > ODOM_PERIOD_MAX_NS) return ODOM_ABI;
 
-  segment->slots = words + header_bytes / 8;
+  segment->slots = words + header_bytes / ODOM_WORD_BYTES;
   segment->slot_mask = slots - 1;
-  segment->slot_words = slot_bytes / 8;
+  segment->slot_words = slot_bytes / ODOM_WORD_BYTES;
   segment->details_words = details;
   segment->info_words = info;
   segment->beat_words = beat;
@@ -112,13 +113,14 @@ static odom_status map_file(int file, const odomi_owners* owners, const odomi_se
   if (!is_trusted(&status, owners)) return ODOM_REFUSED;
   if (known != NULL && known->device == status.st_dev && known->inode == status.st_ino)
     return ODOM_OK;
-  if (status.st_size < 8 * ODOM_SEGMENT_HEADER_WORDS) return ODOM_ABI;
+  if (status.st_size < (off_t)header_minimum) return ODOM_ABI;
 
   /* Populated: a control loop must not fault on the first touch of each slot. */
   const size_t bytes = (size_t)status.st_size;
   void* memory = mmap(NULL, bytes, PROT_READ, MAP_SHARED | MAP_POPULATE, file, 0);
   if (memory == MAP_FAILED) return ODOM_SYSTEM;
 
+  segment->memory = memory;
   segment->words = memory;
   segment->bytes = bytes;
   segment->device = status.st_dev;
@@ -141,8 +143,7 @@ odom_status odomi_attach(const char* path, const odomi_owners* owners, const odo
 }
 
 void odomi_detach(odomi_segment* segment) {
-  /* The const is the reader's view; the memory is ours to give back. */
-  if (segment->words != NULL) munmap((void*)(uintptr_t)segment->words, segment->bytes);
+  if (segment->memory != NULL) munmap(segment->memory, segment->bytes);
   memset(segment, 0, sizeof *segment);
 }
 

@@ -2,6 +2,8 @@
 #ifndef ODOMD_LIBODOM_ATTACH_H
 #define ODOMD_LIBODOM_ATTACH_H
 
+/* C that C++ reads too. NOLINTBEGIN(modernize-*) */
+
 #include <stddef.h>
 #include <stdint.h>
 #include <sys/types.h>
@@ -20,6 +22,7 @@ typedef struct odomi_owners {
 
 /* A mapped segment whose header was found consistent. */
 typedef struct odomi_segment {
+  void* memory; /* what words points to, to be given back */
   const uint64_t* words;
   size_t bytes;
   const uint64_t* slots;
@@ -53,5 +56,7 @@ void odomi_read_info(const odomi_segment* segment, odom_info* info);
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(modernize-*) */
 
 #endif

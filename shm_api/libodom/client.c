@@ -27,7 +27,7 @@ static odomi_owners trusted_owners(void) {
 static int is_fresh(const odomi_segment* segment, int64_t now_ns, int64_t limit_ns) {
   /* A heartbeat from far ahead comes from another clock (a time namespace): not to be used. */
   const int64_t heartbeat_ns = (int64_t)odomi_load(segment->words + ODOM_HEADER_HEARTBEAT);
-  int64_t age_ns;
+  int64_t age_ns = 0;
   if (__builtin_sub_overflow(now_ns, heartbeat_ns, &age_ns)) return 0;
   return age_ns <= limit_ns && age_ns >= -(ODOM_STALE_PERIODS * segment->period_ns);
 }
@@ -133,36 +133,22 @@ void odom_close(odom_client* client) {
 }
 
 const char* odom_strstatus(odom_status status) {
-  switch (status) {
-    case ODOM_OK:
-      return "ok";
-    case ODOM_STALE:
-      return "stale: odomd has not ticked for four periods";
-    case ODOM_NO_SEGMENT:
-      return "no such segment: is odomd running?";
-    case ODOM_REFUSED:
-      return "segment refused: it belongs to a stranger, others may write it, or we may not read "
-             "it";
-    case ODOM_ABI:
-      return "not a segment, or of another ABI: do libodom and odomd fit each other?";
-    case ODOM_NO_POSE:
-      return "no pose yet";
-    case ODOM_TOO_OLD:
-      return "the time lies before the history";
-    case ODOM_TOO_NEW:
-      return "the time lies too far ahead";
-    case ODOM_RESET:
-      return "the pose jumped around that time";
-    case ODOM_TIMEOUT:
-      return "timed out";
-    case ODOM_BUSY:
-      return "overtaken by the writer: the reader was stopped for seconds";
-    case ODOM_INVALID:
-      return "an argument is not usable";
-    case ODOM_GAP:
-      return "odomd missed its ticks around that time";
-    case ODOM_SYSTEM:
-      return "the system refused";
-  }
-  return "unknown status";
+  static const char* const texts[] = {
+      [ODOM_OK] = "ok",
+      [ODOM_STALE] = "stale: odomd has not ticked for four periods",
+      [ODOM_NO_SEGMENT] = "no such segment: is odomd running?",
+      [ODOM_REFUSED] = "segment refused: a stranger's, open to others' writing, or closed to us",
+      [ODOM_ABI] = "not a segment, or of another ABI: do libodom and odomd fit each other?",
+      [ODOM_NO_POSE] = "no pose yet",
+      [ODOM_TOO_OLD] = "the time lies before the history",
+      [ODOM_TOO_NEW] = "the time lies too far ahead",
+      [ODOM_RESET] = "the pose jumped around that time",
+      [ODOM_TIMEOUT] = "timed out",
+      [ODOM_BUSY] = "overtaken by the writer: the reader was stopped for seconds",
+      [ODOM_INVALID] = "an argument is not usable",
+      [ODOM_GAP] = "odomd missed its ticks around that time",
+      [ODOM_SYSTEM] = "the system refused",
+  };
+  const size_t index = (size_t)status;
+  return index < sizeof texts / sizeof *texts ? texts[index] : "unknown status";
 }

@@ -67,7 +67,7 @@ odom_status odom_predict(const odom_pose* from, int64_t time_ns, odom_pose* to) 
   if (from == NULL || to == NULL) return ODOM_INVALID;
   if (from->mode == ODOM_INITIALISING) return ODOM_NO_POSE;
   if (time_ns < from->time_ns) return ODOM_TOO_OLD;
-  int64_t ahead_ns;
+  int64_t ahead_ns = 0;
   if (__builtin_sub_overflow(time_ns, from->time_ns, &ahead_ns) || ahead_ns > longest_horizon_ns)
     return ODOM_TOO_NEW;
 

@@ -111,7 +111,7 @@ odom_status odom_to_clock(odom_client* client, odom_clock clock, int64_t monoton
     default:
       return ODOM_INVALID;
   }
-  int64_t converted_ns;
+  int64_t converted_ns = 0;
   if (__builtin_add_overflow(monotonic_ns, offset_ns, &converted_ns)) return ODOM_INVALID;
   *time_ns = converted_ns;
   return freshness;

@@ -27,6 +27,8 @@
 #ifndef ODOM_ODOM_H
 #define ODOM_ODOM_H
 
+/* C that C++ reads too. NOLINTBEGIN(modernize-*) */
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -147,7 +149,7 @@ static inline uint64_t odom_view_word(const odom_view* view, size_t word) {
 
 static inline double odom_view_double(const odom_view* view, size_t word) {
   const uint64_t bits = odom_view_word(view, word);
-  double value;
+  double value = 0.0;
   __builtin_memcpy(&value, &bits, sizeof value);
   return value;
 }
@@ -155,7 +157,7 @@ static inline double odom_view_double(const odom_view* view, size_t word) {
 /** Whether everything read through the view since odom_begin() belongs to one published pose. */
 static inline int odom_validate(const odom_view* view) {
   __atomic_thread_fence(__ATOMIC_ACQUIRE);
-  return __atomic_load_n(&view->words[0], __ATOMIC_RELAXED) == view->sequence;
+  return __atomic_load_n(&view->words[0], __ATOMIC_RELAXED) == view->sequence ? 1 : 0;
 }
 
 /* Clocks
@@ -206,5 +208,7 @@ void odom_camera_close(odom_camera* camera);
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(modernize-*) */
 
 #endif

@@ -10,6 +10,8 @@
 #ifndef ODOM_TYPES_H
 #define ODOM_TYPES_H
 
+/* C that C++ reads too. NOLINTBEGIN(modernize-*) */
+
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -158,5 +160,7 @@ typedef struct odom_beat {
 #ifdef __cplusplus
 }
 #endif
+
+/* NOLINTEND(modernize-*) */
 
 #endif
