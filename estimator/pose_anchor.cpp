@@ -20,6 +20,20 @@ constexpr double largest_coordinate = 1e8;
 // makes it 1.7 % larger in a day.
 constexpr double inflation = 1.0 + 1e-9;
 
+// What the odometry may err by when it is in doubt: half of what it says, and this on top.
+constexpr double doubted_share = 0.5;
+constexpr double doubted_speed = 0.5;     // [m/s]
+constexpr double doubted_yaw_rate = 1.0;  // [rad/s]
+constexpr double longest_pause_s = 0.5;   // between rejected camera poses of one run
+
+/// The covariance of a displacement by an odometry that is in doubt, its error the same throughout.
+Symmetric3 doubted(const Pose2& from, const Pose2& to, double dt) noexcept {
+  const double distance = std::hypot(to.x - from.x, to.y - from.y);
+  const double position = doubted_share * distance + doubted_speed * dt;
+  const double yaw = doubted_share * std::abs(to.yaw - from.yaw) + doubted_yaw_rate * dt;
+  return diagonal(position * position, position * position, yaw * yaw);
+}
+
 /// P after the displacement from one odometry pose to another, seen in a frame turned by `yaw`.
 Symmetric3 propagated(const Symmetric3& p, const Pose2& from, const Pose2& to, double yaw,
                       const Symmetric3& noise) noexcept {
@@ -105,12 +119,9 @@ void PoseAnchor::start(std::int64_t time_ns) noexcept {
 void PoseAnchor::extend(std::int64_t time_ns, const Pose2& odom, const Symmetric3& noise,
                         const BodyVelocity& velocity) noexcept {
   const Tick& before = newest();
-  const Tick tick{time_ns, odom, noise,
-                  propagated(before.covariance, before.odom, odom, map_from_odom_.yaw, noise)};
-  if (contender_.agreeing > 0) {
-    contender_.covariance =
-        propagated(contender_.covariance, before.odom, odom, contender_.map_from_odom.yaw, noise);
-  }
+  const Symmetric3 added = sum(noise, distrust_noise(time_ns, odom));
+  const Tick tick{time_ns, odom, added,
+                  propagated(before.covariance, before.odom, odom, map_from_odom_.yaw, added)};
   head_ = (head_ + 1) % ring_ticks;
   count_ = std::min(count_ + 1, ring_ticks);
   ring_[head_] = tick;
@@ -167,9 +178,11 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   test_ratio_ = distance / gate_;
   // The turn that continues the map yaw.
   const Pose2 seen{camera.x, camera.y, believed.yaw + nu[2]};
-  const bool plausible = distance <= gate_;
-  if (!plausible && !contenders_agree(*at, seen, R)) {
-    return Verdict::gated;
+  if (!(distance <= gate_)) {
+    if (!contenders_agree({1, camera.capture_ns, seen, at->odom, R})) {
+      return Verdict::gated;
+    }
+    distrusted_until_ns_ = ns_after(newest().time_ns, std::llround(distrust_s * ns_per_second));
   }
   re_anchor(*at, seen, R);
   fused_capture_ns_ = camera.capture_ns;
@@ -209,16 +222,34 @@ std::optional<PoseAnchor::Located> PoseAnchor::locate(std::int64_t time_ns) cons
 }
 
 /// Keeps account of the rejected: true once enough of them in a row say the same.
-bool PoseAnchor::contenders_agree(const Located& at, const Pose2& camera,
-                                  const Symmetric3& covariance) noexcept {
-  const Pose2 expected = compose(contender_.map_from_odom, at.odom);
-  const bool agrees =
-      contender_.agreeing > 0 && mahalanobis_squared(sum(contender_.covariance, covariance),
-                                                     innovation(camera, expected)) <= gate_;
-  contender_.agreeing = agrees ? contender_.agreeing + 1 : 1;
-  contender_.map_from_odom = frame_of(camera, at.odom);
-  contender_.covariance = covariance;
+bool PoseAnchor::contenders_agree(const Contender& rejected) noexcept {
+  const Contender before = contender_;
+  contender_ = rejected;
+  const double dt = seconds_between(before.capture_ns, rejected.capture_ns);
+  if (before.agreeing == 0 || dt <= 0.0 || dt > longest_pause_s) {
+    return false;
+  }
+  // ν = camera - (the one before, moved on by the odometry), S = both covariances and the doubt
+  const Pose2 expected = compose(frame_of(before.map, before.odom), rejected.odom);
+  const Symmetric3 S =
+      sum(sum(displaced(before.covariance, expected.x - before.map.x, expected.y - before.map.y),
+              rejected.covariance),
+          doubted(before.odom, rejected.odom, dt));
+  if (mahalanobis_squared(S, innovation(rejected.map, expected)) <= gate_) {
+    contender_.agreeing = before.agreeing + 1;
+  }
   return contender_.agreeing >= agreeing_rejections;
+}
+
+/// What a step of an odometry in distrust adds to the noise. Its error stays the same from tick to
+/// tick, so n ticks after the last camera pose σ is n σ_1, and a tick adds σ_1² (2n - 1).
+Symmetric3 PoseAnchor::distrust_noise(std::int64_t time_ns, const Pose2& odom) const noexcept {
+  if (time_ns > distrusted_until_ns_ || distrusted_until_ns_ == 0) {
+    return {};
+  }
+  const double ticks = seconds_between(fused_capture_ns_, time_ns) / period_s_;
+  const double n = std::clamp(ticks, 1.0, 40.0);
+  return scaled(doubted(newest().odom, odom, period_s_), 2.0 * n - 1.0);
 }
 
 /// Puts the map pose at `at` to `map`, and lets its covariance grow from there to the newest tick.

@@ -13,6 +13,9 @@
 // V the covariance of the velocity, G its rotation into the frame, its errors taken as white from
 // tick to tick. An accepted camera pose replaces it at t_capture by the camera's own, from where
 // it grows again along the ring.
+//
+// When camera poses agree with each other but not with the odometry (wheels that spin or lock), the
+// camera is believed, and the odometry distrusted for a while: P grows faster, the gate opens.
 #pragma once
 
 #include <array>
@@ -31,8 +34,12 @@ namespace odomd::estimator {
 class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
-  /// So many rejected camera poses in a row that agree with each other are believed after all.
+  /// So many rejected camera poses in a row that agree with each other are believed after all. They
+  /// agree where the motion from one to the next is the odometry's, give or take half of it and
+  /// 0.5 m/s and 1 rad/s; a pause of more than half a second begins a new run.
   static constexpr int agreeing_rejections = 10;
+  /// For so long after that the odometry is distrusted [s].
+  static constexpr double distrust_s = 2.0;
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
@@ -84,10 +91,12 @@ class PoseAnchor {
                               ///< none after it: of a step, how far it lies past the newest
   };
 
-  /// What the rejected camera poses say in unison.
+  /// The last of the rejected camera poses, and how many before it say the same.
   struct Contender {
     int agreeing = 0;
-    Pose2 map_from_odom;
+    std::int64_t capture_ns = 0;
+    Pose2 map;
+    Pose2 odom;
     Symmetric3 covariance{};
   };
 
@@ -100,8 +109,8 @@ class PoseAnchor {
   }
 
   [[nodiscard]] std::optional<Located> locate(std::int64_t time_ns) const noexcept;
-  [[nodiscard]] bool contenders_agree(const Located& at, const Pose2& camera,
-                                      const Symmetric3& covariance) noexcept;
+  [[nodiscard]] bool contenders_agree(const Contender& rejected) noexcept;
+  [[nodiscard]] Symmetric3 distrust_noise(std::int64_t time_ns, const Pose2& odom) const noexcept;
   void re_anchor(const Located& at, const Pose2& map, const Symmetric3& covariance) noexcept;
   void rebase(const Pose2& odom_from_old) noexcept;
 
@@ -119,6 +128,7 @@ class PoseAnchor {
   bool initialised_ = false;
   Pose2 map_from_odom_;
   Contender contender_;
+  std::int64_t distrusted_until_ns_ = 0;
 
   std::uint32_t reset_count_ = 0;
   Pose2 last_jump_;

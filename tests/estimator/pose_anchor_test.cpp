@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -209,6 +210,62 @@ TEST_F(PoseAnchorTest, RejectedPosesThatContradictEachOtherAreNeverBelieved) {
     const double side = i % 2 == 0 ? 4.0 : -4.0;
     ASSERT_EQ(take(seen({side, side, 0.0}, 40 * millisecond)), Verdict::gated) << i;
   }
+}
+
+TEST_F(PoseAnchorTest, RunOfRejectedEndsAtAPause) {
+  const Pose2 true_anchor{3.0, -1.0, 1.0};
+  begin();
+  drive(50);
+  for (int i = 0; i < 30; ++i) {
+    drive(i % 9 == 8 ? 101 : 7);
+    const Pose2 map = compose(true_anchor, odom_at(now_ - 40 * millisecond));
+    ASSERT_EQ(take(seen(map, 40 * millisecond)), Verdict::gated) << i;
+  }
+}
+
+TEST_F(PoseAnchorTest, CameraIsBelievedWhileTheWheelsSpin) {
+  // The car truly moves at a fifth of what its wheels say, and turns half as fast.
+  begin();
+  drive(50);
+  Pose2 truth = anchor_.map();
+  const auto spin = [&](int ticks) {
+    drive(ticks);
+    truth = moved(truth, {0.2 * velocity.v_x, 0.0, 0.5 * velocity.yaw_rate}, 0.005 * ticks);
+  };
+  int rejected = 0;
+  double worst = 0.0;
+  for (int i = 0; i < 280; ++i) {  // ten seconds
+    spin(7);
+    rejected += take(seen(truth, 0)) == Verdict::gated ? 1 : 0;
+    if (i > 28) {
+      worst = std::max(worst, std::hypot(anchor_.map().x - truth.x, anchor_.map().y - truth.y));
+    }
+  }
+  EXPECT_LT(rejected, 280 / 4);
+  // At worst a run of rejected poses long.
+  EXPECT_LT(worst, 0.8 * 0.035 * (PoseAnchor::agreeing_rejections + 4));
+}
+
+TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
+  const Pose2 true_anchor{3.0, -1.0, 1.0};
+  begin();
+  drive(50);
+  for (int i = 0; i < PoseAnchor::agreeing_rejections; ++i) {
+    drive(7);
+    take(seen(compose(true_anchor, odom_at(now_)), 0));
+  }
+  ASSERT_EQ(anchor_.reset_count(), 2U);
+  const auto sigma_after_a_gap = [&] {
+    drive(7);
+    EXPECT_EQ(take(seen(compose(true_anchor, odom_at(now_)), 0)), Verdict::fused);
+    drive(7);
+    expect_positive_definite();
+    return std::sqrt(anchor_.covariance()[0]);
+  };
+  // σ = 7 ticks of 0.5 m/s and half of 1 m/s, beside the camera's 10 mm.
+  EXPECT_NEAR(sigma_after_a_gap(), std::hypot(0.010, 7 * 0.005 * 1.0), 0.005);
+  drive(400);
+  EXPECT_NEAR(sigma_after_a_gap(), 0.010, 0.001);
 }
 
 TEST_F(PoseAnchorTest, OneGoodPoseEndsTheRunOfRejected) {
