@@ -87,7 +87,8 @@ WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t w
   motion.transport_y = std::max(rolling, 0.5 * std::abs(hub.y));
 
   const double length_y = p.relaxation_length, length_x = 0.5 * p.relaxation_length;
-  const double fade_speed = p.relaxation_length / p.tyre_damping;
+  // Faded out while it is still small against the relaxation: a few percent of the stiffness.
+  const double fade_speed = 0.2 * p.relaxation_length / p.tyre_damping;
   const double damping =
       rolling < fade_speed
           ? 0.5 * p.tyre_damping * (1.0 + std::cos(std::numbers::pi * rolling / fade_speed))

@@ -47,7 +47,7 @@ Route circle(double speed, int laps) {
 
 // Out through the cones, a turn, and back through them.
 Route slalom(double speed, int laps) {
-  constexpr double wave = 2.0, amplitude = 0.3, way = 10.0, gap = 3.0;
+  constexpr double wave = 2.5, amplitude = 0.25, way = 12.5, gap = 3.0;
   std::vector<Point> line;
   const auto weave = [](double x) {
     const double ends = std::min({1.0, x / wave, (way - x) / wave});  // fades in and out
