@@ -80,6 +80,8 @@ TEST(SimCommand, ListsItsScenarios) {
 }
 
 TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
+  const Scratch scratch;
+  const std::string there = "cd " + scratch.path("").string() + "; ";
   for (const char* line :
        {"odom sim", "odom sim --scenario nowhere --out x", "odom sim --fix nonsense --out x",
         "odom sim --fix gyro_bais=1 --out x", "odom sim --speed 99 --out x",
@@ -87,10 +89,11 @@ TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
         "odom sim --decimals 7 --out x", "odom sim --start-time x --out x",
         "odom sim --live --can nosuchcan --duration 1", "odom sim --camera-dropout 3 --out x",
         "odom sim --camera-latency-min 1 --out x"}) {
-    const Outcome outcome = run_shell(line);
+    const Outcome outcome = run_shell(there + line);
     EXPECT_EQ(outcome.status, 2) << line << ": " << outcome.err;
     EXPECT_EQ(outcome.out, "") << line;
     EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(scratch.path("x"))) << line;
   }
 }
 

@@ -41,10 +41,7 @@ Camera::Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::ui
       noise_(seed, "noise of the camera"),
       outliers_(seed, "outliers of the camera"),
       stamp_step_ns_(stamp_step_ns),
-      due_ns_(nanoseconds(timing_.uniform() * truth[camera_period])) {
-  if (truth[camera_latency_max] < truth[camera_latency_min])
-    throw std::invalid_argument("camera_latency_max must not be less than camera_latency_min");
-}
+      due_ns_(nanoseconds(timing_.uniform() * truth[camera_period])) {}
 
 void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
                      const PlantOutput& to, std::vector<estimator::CameraPose>& poses) {

@@ -71,6 +71,9 @@ RunPlan make_plan(const RunOptions& options) {
     if (info.draw == Draw::exact) plan.sizes[fixed.parameter] = fixed.value;
   }
 
+  if (plan.truth[Parameter::camera_latency_max] < plan.truth[Parameter::camera_latency_min])
+    throw std::invalid_argument("camera_latency_max: must not be less than camera_latency_min");
+
   plan.route = scenario.route(plan.speed, plan.laps);
   plan.length = route_length(plan.route);
   for (FrictionPatch& patch : plan.route.patches)
