@@ -1,6 +1,6 @@
 #include "daemon/beat.hpp"
 
-#include <time.h>
+#include <ctime>
 
 #include <cerrno>
 
@@ -46,7 +46,7 @@ void Beat::run(const Surroundings& surroundings) noexcept {
 }
 
 void Beat::read_clock(std::int64_t now_ns) noexcept {
-  const std::int64_t before_ns = static_cast<std::int64_t>(counters_.realtime_offset_ns.get());
+  const auto before_ns = static_cast<std::int64_t>(counters_.realtime_offset_ns.get());
   const can::ClockEvent event = wall_clock_.update(can::read_clocks());
   const std::int64_t offset_ns = wall_clock_.offset_ns();
   counters_.realtime_offset_ns.set(static_cast<std::uint64_t>(offset_ns));

@@ -69,8 +69,9 @@ class CameraDoor {
   };
 
   enum class Received : std::uint8_t { pose, malformed, nothing, ended };
-  Received receive(std::uint8_t index, int descriptor, const ClockOffsets& clocks,
-                   std::int64_t now_ns, estimator::CameraPose& pose, EventRing& events) noexcept;
+  static Received receive(std::uint8_t index, int descriptor, const ClockOffsets& clocks,
+                          std::int64_t now_ns, estimator::CameraPose& pose,
+                          EventRing& events) noexcept;
 
   std::array<Slot, max_connections> slots_;
 };

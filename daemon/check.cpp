@@ -7,6 +7,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "can_protocol/log_reader.hpp"
+#include "can_protocol/open_source.hpp"
+
 namespace odomd::daemon {
 namespace {
 
@@ -44,6 +47,20 @@ std::string conversion(const can::SignalBinding& binding) {
   if (binding.scale != 1.0) text += fmt::format(", times {}", binding.scale);
   if (binding.offset != 0.0) text += fmt::format(", plus {}", binding.offset);
   return text;
+}
+
+/// "can0 (interface)". A log must be there; an interface may still come.
+std::string described(const std::string& source) {
+  switch (can::source_kind(source)) {
+    case can::SourceKind::standard_input:
+      return "standard input";
+    case can::SourceKind::log:
+      static_cast<void>(can::open_log(source));
+      return source + " (log)";
+    case can::SourceKind::interface:
+      return source + " (interface)";
+  }
+  return source;
 }
 
 void add_signals(Lines& lines, const Config& config) {
@@ -84,9 +101,8 @@ std::string summary(const Config& config, std::span<const can::Database> databas
     lines.add("initial pose", "{}",
               config.camera.configured ? "the first camera pose" : "0, 0 m, 0 rad");
   }
-  lines.add("sources", "{}",
-            config.can.sources.empty() ? std::string("none yet: give --can or [can] source")
-                                       : fmt::format("{}", fmt::join(config.can.sources, ", ")));
+  for (const auto& source : config.can.sources) lines.add("source", "{}", described(source));
+  if (config.can.sources.empty()) lines.add("source", "none yet: give --can or [can] source");
   for (const auto& database : databases)
     lines.add("database", "{}: {} messages", database.file, database.messages.size());
   if (config.camera.configured)

@@ -9,7 +9,8 @@
 
 namespace odomd::daemon {
 
-/// The summary of a configuration that has been held against its databases.
+/// The summary of a configuration that has been held against its databases. Throws
+/// std::invalid_argument where a source cannot be what it is called.
 [[nodiscard]] std::string summary(const Config& config, std::span<const can::Database> databases,
                                   std::span<const std::string> warnings);
 

@@ -12,8 +12,6 @@
 namespace odomd::daemon {
 namespace {
 
-using estimator::Model;
-
 constexpr std::array<std::string_view, 7> level_names{"trace", "debug",    "info", "warn",
                                                       "error", "critical", "off"};
 

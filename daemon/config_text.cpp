@@ -12,7 +12,7 @@
 namespace odomd::daemon {
 
 estimator::Model parse_model(std::string_view name) {
-  const auto found = std::ranges::find(estimator::model_names, name);
+  const auto* const found = std::ranges::find(estimator::model_names, name);
   if (found == estimator::model_names.end())
     throw std::invalid_argument(fmt::format("\"{}\" is not a model of this version; there are: {}",
                                             name, fmt::join(estimator::model_names, ", ")));

@@ -12,9 +12,8 @@
 #include "daemon/options.hpp"
 #include "daemon/run.hpp"
 
+namespace odomd::daemon {
 namespace {
-
-using namespace odomd::daemon;
 
 constexpr int done = 0;
 constexpr int failed = 1;
@@ -39,9 +38,7 @@ void start(const Options& options) {
               options.initial.empty() ? Resume::allowed : Resume::forbidden});
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_command_line(int argc, char** argv) {
   CLI::App app{"Turns the car's CAN bus and a camera's poses into the car's pose in shared memory.",
                "odomd"};
   app.set_version_flag("--version", "odomd " ODOMD_VERSION);
@@ -59,4 +56,11 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     return report(error.what(), failed);
   }
+}
+
+}  // namespace
+}  // namespace odomd::daemon
+
+int main(int argc, char** argv) {
+  return odomd::daemon::run_command_line(argc, argv);
 }

@@ -1,10 +1,10 @@
 #include "daemon/run.hpp"
 
 #include <pthread.h>
-#include <signal.h>
 #include <sys/signalfd.h>
-#include <time.h>
 #include <unistd.h>
+#include <csignal>
+#include <ctime>
 
 #include <algorithm>
 #include <cerrno>
