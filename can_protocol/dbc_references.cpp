@@ -84,7 +84,7 @@ void DbcParser::message_comment(Reference of, std::string_view form) {
 }
 
 void DbcParser::value_names() {
-  constexpr std::string_view form = "write VAL_ ID SIGNAL 0 \"name\" 1 \"name\" ;";
+  constexpr std::string_view form = R"(write VAL_ ID SIGNAL 0 "name" 1 "name" ;)";
   if (!unsigned_of(cursor_.peek().text))  // of an environment variable
     return cursor_.skip_statement("VAL_");
   Reference of = reference("VAL_");
@@ -139,9 +139,9 @@ void DbcParser::extended_multiplexing() {
     const Token token = cursor_.peek();
     const std::string word = cursor_.take_word("a range of multiplexor values", form);
     const std::size_t dash = word.find('-');
-    const auto first = unsigned_of(std::string_view(word).substr(0, dash));
+    const auto first = unsigned_of(std::string_view{word}.substr(0, dash));
     const auto last =
-        dash == std::string::npos ? first : unsigned_of(std::string_view(word).substr(dash + 1));
+        dash == std::string::npos ? first : unsigned_of(std::string_view{word}.substr(dash + 1));
     if (!first || !last || *first > *last)
       cursor_.fail(token, "a range of multiplexor values", form);
     ranges.push_back({*first, *last});
@@ -155,14 +155,14 @@ void DbcParser::extended_multiplexing() {
       });
 }
 
-void DbcParser::set_multiplexor(DraftMessage& draft, std::size_t i, std::uint32_t line,
+void DbcParser::set_multiplexor(DraftMessage& draft, std::size_t signal, std::uint32_t line,
                                 const std::string& multiplexor,
                                 const std::vector<MultiplexRange>& ranges) {
-  DraftMultiplexing& written = draft.multiplexing[i];
+  DraftMultiplexing& written = draft.multiplexing[signal];
   auto& signals = draft.message.signals;
   const Signal* found = find_signal(draft.message, multiplexor);
   if (found == nullptr || (!written.multiplexor.empty() && written.multiplexor != multiplexor))
-    cursor_.fail_at(line, "expected the one multiplexor of signal '" + signals[i].name +
+    cursor_.fail_at(line, "expected the one multiplexor of signal '" + signals[signal].name +
                               "', found '" + multiplexor + "'; name a signal of message '" +
                               draft.message.name + "'");
   if (!found->is_multiplexor) {
