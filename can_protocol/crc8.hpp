@@ -25,7 +25,7 @@ class Crc8 {
   static constexpr std::array<std::uint8_t, 256> table = [] {
     std::array<std::uint8_t, 256> entries{};
     for (std::size_t i = 0; i < entries.size(); ++i) {
-      unsigned crc = static_cast<unsigned>(i);
+      auto crc = static_cast<unsigned>(i);
       for (int bit = 0; bit < 8; ++bit)
         crc = (crc & 0x80U) != 0 ? (crc << 1U ^ polynomial) & 0xFFU : crc << 1U;
       entries[i] = static_cast<std::uint8_t>(crc);

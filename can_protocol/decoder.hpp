@@ -69,6 +69,8 @@ class Decoder {
   Decoder(std::span<const Database> databases, std::span<const SignalBinding> bindings,
           std::span<const E2eBinding> protections, std::span<const std::string> bus_names);
   ~Decoder();
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
   Decoder(Decoder&&) noexcept;
   Decoder& operator=(Decoder&&) noexcept;
 

@@ -131,7 +131,7 @@ class Compiler {
     for (const E2eBinding& protection : inputs_.protections)
       if (protection.message == message.name && protection.profile != E2eProfile::none)
         compiled.protection.emplace(message, protection);
-    tables_.messages.push_back(std::move(compiled));
+    tables_.messages.push_back(compiled);
     tables_.bound.push_back(std::move(bound));
   }
 

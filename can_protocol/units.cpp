@@ -78,10 +78,9 @@ std::string normalised(std::string_view unit) {
 
 std::optional<Unit> unit_of_text(std::string_view text) {
   const std::string wanted = normalised(text);
-  const auto found = std::find_if(spellings.begin(), spellings.end(),
-                                  [&](const Spelling& s) { return s.first == wanted; });
-  if (found == spellings.end()) return std::nullopt;
-  return found->second;
+  for (const auto& [spelling, unit] : spellings)
+    if (spelling == wanted) return unit;
+  return std::nullopt;
 }
 
 std::string_view unit_name(Unit unit) noexcept {

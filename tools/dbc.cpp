@@ -1,6 +1,6 @@
 // odom dbc: looks into CAN databases and decodes logs by them.
-#include <array>
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,9 +21,7 @@ std::string shortest(double value) {
 }
 
 std::string hexadecimal(std::uint32_t id, can::IdFormat format) {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), format == can::IdFormat::extended ? "%08X" : "%03X", id);
-  return text.data();
+  return format == can::IdFormat::extended ? fmt::format("{:08X}", id) : fmt::format("{:03X}", id);
 }
 
 void add_dbc(CLI::App& odom) {

@@ -1,7 +1,7 @@
 // odom dbc decode: a log's frames as physical values.
-#include <array>
+#include <fmt/format.h>
+
 #include <cstdint>
-#include <cstdio>
 #include <iostream>
 #include <string>
 #include <unordered_map>
@@ -60,14 +60,10 @@ std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& 
 
 /// Seconds with 6 decimals, or 9 where the stamp has them: integers all the way.
 std::string stamp_text(std::int64_t time_ns) {
-  std::array<char, 32> text{};
-  const long long seconds = time_ns / 1'000'000'000;
-  const long long rest = time_ns % 1'000'000'000;
-  if (rest % 1000 == 0)
-    std::snprintf(text.data(), text.size(), "%lld.%06lld", seconds, rest / 1000);
-  else
-    std::snprintf(text.data(), text.size(), "%lld.%09lld", seconds, rest);
-  return text.data();
+  const std::int64_t seconds = time_ns / 1'000'000'000;
+  const std::int64_t rest = time_ns % 1'000'000'000;
+  return rest % 1000 == 0 ? fmt::format("{}.{:06}", seconds, rest / 1000)
+                          : fmt::format("{}.{:09}", seconds, rest);
 }
 
 std::string_view kind_name(can::FrameKind kind) {
@@ -84,11 +80,7 @@ std::string_view kind_name(can::FrameKind kind) {
 
 std::string payload_text(const Frame& frame) {
   std::string text;
-  for (const std::uint8_t byte : frame.payload()) {
-    std::array<char, 3> digits{};
-    std::snprintf(digits.data(), digits.size(), "%02X", unsigned{byte});
-    text += digits.data();
-  }
+  for (const std::uint8_t byte : frame.payload()) text += fmt::format("{:02X}", byte);
   return text;
 }
 
@@ -135,16 +127,16 @@ std::string readable_line(const Frame& frame, const std::string& bus, const Mess
 
 }  // namespace
 
-void decode_log(const std::vector<std::string>& files, const std::string& log, OutputForm form,
+void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
                 Frames frames) {
-  std::vector<Database> databases;
-  for (const std::string& file : files) {
-    databases.push_back(can::read_dbc(file));
-    if (const std::size_t oddities = databases.back().warnings.size(); oddities > 0)
+  std::vector<Database> read;
+  for (const std::string& file : databases) {
+    read.push_back(can::read_dbc(file));
+    if (const std::size_t oddities = read.back().warnings.size(); oddities > 0)
       std::cerr << file << ": " << oddities << (oddities == 1 ? " oddity" : " oddities")
                 << " taken; odom dbc show " << file << " lists them\n";
   }
-  const MessageIndex index(databases);
+  const MessageIndex index(read);
   can::BusNames buses;
   can::LogReader reader(log, buses);
   std::vector<std::string> bus_names;
