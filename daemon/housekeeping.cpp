@@ -68,7 +68,7 @@ void Housekeeping::run() {
     look_at_end(now_ns);
     tell_service_manager(now_ns);
   }
-  service_manager_.stopping();
+  notify_stopping();
 }
 
 void Housekeeping::read_signals() {
@@ -183,14 +183,14 @@ void Housekeeping::look_at_end(std::int64_t now_ns) {
 void Housekeeping::tell_service_manager(std::int64_t now_ns) {
   const std::uint64_t ticks = running_.beat.counters().ticks.get();
   if (!ready_ && ticks > 0) {
-    service_manager_.ready();
+    notify_ready();
     ready_ = true;
   }
-  service_manager_.feed_watchdog(ticks, now_ns);
+  watchdog_.feed(ticks, now_ns);
   if (now_ns - last_status_ns_ < status_every_ns) return;
   last_status_ns_ = now_ns;
   const auto seen = published();
-  service_manager_.status(fmt::format("{}, {} poses", name_of_mode(seen.pose.mode), ticks));
+  notify_status(fmt::format("{}, {} poses", name_of_mode(seen.pose.mode), ticks));
 }
 
 PublishedPose Housekeeping::published() {

@@ -47,7 +47,7 @@ class Housekeeping {
 
   const Running& running_;
   Journal& journal_;
-  ServiceManager service_manager_;
+  Watchdog watchdog_;
   SourceReporter sources_;
   can::FileDescriptor signals_;
   std::optional<LocalSocket> camera_;

@@ -7,20 +7,21 @@
 
 namespace odomd::daemon {
 
-class ServiceManager {
+void notify_ready();
+void notify_stopping();
+void notify_status(const std::string& text);
+
+/// The service manager's watchdog (WatchdogSec=).
+class Watchdog {
  public:
-  ServiceManager();
+  Watchdog();
 
-  void ready() const;
-  void stopping() const;
-  void status(const std::string& text) const;
-
-  /// Feeds the watchdog, but only when the ticks have moved since the last time: a beat that hangs
-  /// is to be restarted.
-  void feed_watchdog(std::uint64_t ticks, std::int64_t now_ns);
+  /// Feeds it when it is time, but only when the ticks have moved since the last time: a beat that
+  /// hangs is to be restarted.
+  void feed(std::uint64_t ticks, std::int64_t now_ns);
 
  private:
-  std::int64_t feed_every_ns_ = 0;  // 0: no watchdog
+  std::int64_t feed_every_ns_ = 0;  // 0: there is none
   std::int64_t last_fed_ns_ = 0;
   std::uint64_t last_ticks_ = 0;
 };
