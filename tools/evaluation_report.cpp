@@ -121,7 +121,7 @@ std::string as_text(const EvaluationReport& report) {
 
   std::vector<std::string> files;
   for (const auto& e : evaluations) files.push_back(e.name);
-  Table table{{""}, {}};
+  Table table{{""}, {}, {0}};
   for (const auto& name : short_names(files)) table.header.push_back(name);
 
   const auto row = [&](const std::string& label, const Cell& cell) {

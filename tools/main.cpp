@@ -15,10 +15,13 @@ int main(int argc, char** argv) {
   odom.footer(
       "odom COMMAND --help explains a command, with examples.\n"
       "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
+  odomd::tools::add_camera(odom);
   odomd::tools::add_dbc(odom);
   odomd::tools::add_evaluate(odom);
+  odomd::tools::add_pose(odom);
   odomd::tools::add_replay(odom);
   odomd::tools::add_sim(odom);
+  odomd::tools::add_status(odom);
 
   return odomd::tools::run(odom, argc, argv);
 }

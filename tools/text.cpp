@@ -41,7 +41,9 @@ std::string Table::text() const {
     std::string line;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const std::string padding(widths[i] - width(cells[i]), ' ');
-      line += i == 0 ? cells[i] + padding : "  " + padding + cells[i];
+      const bool left = std::find(flush_left.begin(), flush_left.end(), i) != flush_left.end();
+      line += i == 0 ? "" : "  ";
+      line += left ? cells[i] + padding : padding + cells[i];
     }
     line.erase(line.find_last_not_of(' ') + 1);
     out += line + '\n';

@@ -1,6 +1,7 @@
 // Text for people: numbers with fixed decimals and tables that line up.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,10 +14,11 @@ namespace odomd::tools {
 /// Width on the terminal: characters, not bytes, of UTF-8.
 [[nodiscard]] std::size_t width(std::string_view text);
 
-/// The first column is flush left, the others flush right; two spaces in between.
+/// Columns are flush right but for those in `flush_left`; two spaces in between.
 struct Table {
   std::vector<std::string> header;
   std::vector<std::vector<std::string>> rows;
+  std::vector<std::size_t> flush_left{0};
 
   [[nodiscard]] std::string text() const;
 };

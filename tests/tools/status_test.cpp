@@ -1,0 +1,160 @@
+// odom status: the document as text, and asking for it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <odom/odom.h>
+
+#include <cstring>
+#include <string>
+#include <thread>
+
+#include "can_protocol/file_descriptor.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/conditions.hpp"
+#include "tools/status_text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+json document(double uptime, std::uint64_t ticks) {
+  return json{{"version", "0.1.0"},
+              {"instance", "a1"},
+              {"pid", 42},
+              {"uptime_s", uptime},
+              {"config", "car.toml"},
+              {"shm", "/odomd"},
+              {"model", "paper"},
+              {"mode", "degraded"},
+              {"conditions", {"bus_down", "from_the_future"}},
+              {"pose",
+               {{"tick", ticks},
+                {"age_s", 0.0021},
+                {"x", 1.0},
+                {"y", -2.0},
+                {"yaw", 0.5},
+                {"vx", 2.0},
+                {"vy", 0.0},
+                {"yaw_rate", 0.1},
+                {"steering", 0.0},
+                {"sigma_x", 0.01},
+                {"sigma_y", 0.02},
+                {"sigma_yaw", 0.0},
+                {"reset_count", 1}}},
+              {"beat",
+               {{"ticks", ticks},
+                {"missed", 3},
+                {"overruns", 0},
+                {"carried_over", 0},
+                {"last_overrun_age_s", nullptr},
+                {"wakeup_us", {{"p50", 10.0}, {"p99", 20.0}, {"p999", 30.0}, {"max", 40.0}}}}},
+              {"can", {{{"name", "can0"}, {"link", "up"}, {"received", 10 * ticks}, {"lost", 0}}}},
+              {"sources",
+               {{{"name", "yaw_rate"},
+                 {"configured", true},
+                 {"healthy", false},
+                 {"age_s", nullptr},
+                 {"last_verdict", "gated"},
+                 {"verdicts", {{"fused", ticks}, {"gated", 7}}}},
+                {{"name", "motor"}, {"configured", false}}}}};
+}
+
+TEST(StatusText, ShowsModeConditionsPoseAndSources) {
+  const std::string text = status_as_text(document(10.0, 2000), {});
+  EXPECT_THAT(text, HasSubstr("mode        degraded\n"));
+  EXPECT_THAT(text, HasSubstr("bus_down: a bus is down or gone\n"));
+  EXPECT_THAT(text, HasSubstr("from_the_future\n"));
+  EXPECT_THAT(text, HasSubstr("y -2.000 ± 0.020 m"));
+  EXPECT_THAT(text, HasSubstr("2000 ticks, 3 missed"));
+  EXPECT_THAT(text, HasSubstr("overdue"));
+  EXPECT_THAT(text, HasSubstr("7 gated"));
+  EXPECT_THAT(text, Not(HasSubstr("motor")));
+}
+
+TEST(StatusText, TakesRatesFromTheTimeBetweenTwoDocuments) {
+  EXPECT_THAT(status_as_text(document(10.5, 2150), document(10.0, 2000)),
+              HasSubstr("beat        300.0 Hz"));
+  EXPECT_THAT(status_as_text(document(10.0, 2000), {}), HasSubstr("beat        200.0 Hz"));
+  json other = document(10.0, 2000);
+  other["instance"] = "b2";  // another daemon: its counts are not ours
+  EXPECT_THAT(status_as_text(document(0.5, 100), other), HasSubstr("beat        200.0 Hz"));
+}
+
+TEST(StatusText, ShowsWhatAnOlderDaemonDoesNotSayAsUnknown) {
+  EXPECT_THAT(status_as_text(json::object(), {}), HasSubstr("odomd -, pid -"));
+}
+
+TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
+  const auto all = conditions_in(0xFFFFFFFFU);
+  std::uint32_t bits = 0;
+  for (const Condition& condition : all) {
+    EXPECT_EQ(condition_named(condition.name)->bit, condition.bit);
+    EXPECT_FALSE(condition.meaning.empty());
+    EXPECT_EQ(bits & condition.bit, 0U);
+    bits |= condition.bit;
+  }
+  EXPECT_EQ(bits, 2U * ODOM_COND_INPUT_ENDED - 1U);
+}
+
+// Answers `times` connections with a document, as the daemon does.
+class Answering {
+ public:
+  Answering(const std::string& path, std::string text, int times)
+      : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(socket_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(::listen(socket_.get(), 4), 0);
+    thread_ = std::thread{[this, text = std::move(text), times] {
+      for (int i = 0; i < times; ++i) {
+        const can::FileDescriptor connection{::accept(socket_.get(), nullptr, nullptr)};
+        (void)::send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL);
+      }
+    }};
+  }
+  ~Answering() { thread_.join(); }
+  Answering(const Answering&) = delete;
+  Answering& operator=(const Answering&) = delete;
+
+ private:
+  can::FileDescriptor socket_;
+  std::thread thread_;
+};
+
+TEST(Status, PassesTheDocumentOnOrShowsIt) {
+  const Scratch scratch;
+  const std::string socket = scratch.path("s").string();
+  const std::string text = document(10.0, 2000).dump() + "\n";
+  const Answering daemon{socket, text, 3};
+  EXPECT_EQ(run_shell("odom status --json --socket " + socket).out, text);
+  EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
+}
+
+TEST(Status, RefusesWhatIsNoStatus) {
+  const Scratch scratch;
+  const std::string socket = scratch.path("s").string();
+  const Answering stranger{socket, "{\"mode\":", 2};
+  for (const char* form : {" --json", ""}) {
+    const Outcome outcome = run_shell("odom status --socket " + socket + form);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr("no status document"));
+  }
+}
+
+TEST(Status, SaysThatNobodyIsThere) {
+  const Outcome outcome = run_shell("odom status --socket /nonexistent/status.sock");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("odom status: /nonexistent/status.sock: no such socket; is "
+                                     "odomd running?"));
+  EXPECT_EQ(run_shell("odom status --socket " + std::string(200, 'x')).status, 2);
+}
+
+}  // namespace
+}  // namespace odomd::tools

@@ -1,0 +1,13 @@
+// Attaches to a daemon's segment, or says in one line why not.
+#pragma once
+
+#include <odom/odom.hpp>
+#include <string>
+
+namespace odomd::tools {
+
+/// `name` empty: the library's defaults. Tries again for `wait_s` seconds while there is no
+/// segment. Throws std::invalid_argument for a name that is not usable, std::runtime_error else.
+[[nodiscard]] odom::Client attach(const std::string& name, double wait_s);
+
+}  // namespace odomd::tools

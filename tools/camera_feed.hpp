@@ -1,0 +1,48 @@
+// Camera poses to the daemon: the connection with its patience, and the pacing of a log.
+#pragma once
+
+#include <odom/odom.hpp>
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "estimator/measurement.hpp"
+
+namespace odomd::tools {
+
+/// Connected to a camera socket. One thread.
+class CameraFeed {
+ public:
+  /// Tries again for `wait_s` seconds while nobody listens. Throws std::runtime_error with the
+  /// reason and the mend.
+  CameraFeed(std::string socket, double wait_s);
+
+  /// Sends one pose, its capture time on `clock`. Waits some milliseconds for a daemon that is
+  /// behind. False when the daemon is not there (it may come back); other failures throw.
+  bool send(const estimator::CameraPose& pose, odom_clock clock);
+
+ private:
+  std::string socket_;
+  odom::CameraSender sender_;
+};
+
+struct PlayedLog {
+  std::uint64_t sent = 0;
+  std::uint64_t late = 0;     ///< were due before the daemon's log was at them: left out
+  std::uint64_t refused = 0;  ///< nobody was there to take them
+  bool daemon_ended = false;  ///< before the log did
+};
+
+/// Plays a log in step with the log that the daemon plays: each pose is sent when the daemon's log
+/// clock is at its t_arrival. Waits `wait_s` seconds for the daemon to begin with its log, and
+/// throws std::runtime_error when it does not.
+[[nodiscard]] PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
+                                         std::span<const estimator::CameraPose> poses,
+                                         double wait_s);
+
+/// Plays a log by itself, its first pose now; capture times are moved to CLOCK_MONOTONIC.
+[[nodiscard]] PlayedLog play_from_now(CameraFeed& feed,
+                                      std::span<const estimator::CameraPose> poses);
+
+}  // namespace odomd::tools

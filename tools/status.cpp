@@ -1,0 +1,70 @@
+// odom status: what the daemon says of itself.
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "tools/commands.hpp"
+#include "tools/status_socket.hpp"
+#include "tools/status_text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::string socket = "/run/odomd/status.sock";
+  bool json = false;
+};
+
+nlohmann::json parsed(const std::string& document, const std::string& socket) {
+  try {
+    auto json = nlohmann::json::parse(document);
+    if (json.is_object()) return json;
+  } catch (const nlohmann::json::parse_error&) {
+    // said below
+  }
+  throw std::runtime_error(socket + ": the answer is no status document; is this odomd's socket?");
+}
+
+void run_status(const Options& options) {
+  const std::string document = fetch_status(options.socket);
+  const nlohmann::json first = parsed(document, options.socket);
+  if (options.json) {
+    std::cout << document;
+    return;
+  }
+  // Rates are of now, not of the hours since start: ask twice.
+  constexpr auto between = std::chrono::milliseconds{500};
+  std::this_thread::sleep_for(between);
+  const nlohmann::json second = parsed(fetch_status(options.socket), options.socket);
+  try {
+    std::cout << status_as_text(second, first);
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(options.socket +
+                             ": the status is not understood; do odom and odomd fit each other? (" +
+                             error.what() + ")");
+  }
+}
+
+}  // namespace
+
+void add_status(CLI::App& odom) {
+  auto options = std::make_shared<Options>();
+  auto* command = odom.add_subcommand("status", "Ask the daemon how it is");
+  command->add_option("--socket", options->socket, "Status socket of the daemon")
+      ->type_name("PATH")
+      ->capture_default_str();
+  command->add_flag("--json", options->json, "The daemon's own document");
+  command->footer(
+      "Examples:\n"
+      "  odom status\n"
+      "  odom status --json | jq .beat\n"
+      "  watch -n 1 odom status\n"
+      "For people the rates are those of half a second, so the answer takes as long.");
+  command->callback([options] { run_status(*options); });
+}
+
+}  // namespace odomd::tools

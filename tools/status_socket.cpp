@@ -1,0 +1,67 @@
+#include "tools/status_socket.hpp"
+
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <sys/un.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <system_error>
+
+#include "can_protocol/file_descriptor.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr const char* hint =
+    "is odomd running? [status] socket of its configuration names the path";
+
+std::string why(int error) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return std::string{"no such socket; "} + hint;
+    case ECONNREFUSED:
+      return std::string{"nobody listens; "} + hint;
+    default:
+      return std::generic_category().message(error);
+  }
+}
+
+}  // namespace
+
+std::string fetch_status(const std::filesystem::path& socket) {
+  const std::string path = socket.string();
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof address.sun_path) {
+    throw std::invalid_argument(path + ": the path of a socket has 1 to 107 characters");
+  }
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+
+  const can::FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  constexpr timeval patience{2, 0};
+  ::setsockopt(connection.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  ::setsockopt(connection.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=
+      0) {
+    throw std::runtime_error(path + ": " + why(errno));
+  }
+
+  std::string document;
+  std::array<char, 16384> piece{};
+  while (true) {
+    const auto size = ::recv(connection.get(), piece.data(), piece.size(), 0);
+    if (size == 0) return document;
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 && errno == EAGAIN) {
+      throw std::runtime_error(path + ": no answer for two seconds; is the daemon stopped?");
+    }
+    if (size < 0) throw std::runtime_error(path + ": " + why(errno));
+    document.append(piece.data(), static_cast<std::size_t>(size));
+  }
+}
+
+}  // namespace odomd::tools

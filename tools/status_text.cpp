@@ -1,0 +1,262 @@
+#include "tools/status_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tools/conditions.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double degrees = 180.0 / std::numbers::pi;
+
+// A member, or null.
+const Json& member(const Json& object, const std::string& key) {
+  static const Json null;
+  const auto found = object.find(key);
+  return found == object.end() ? null : *found;
+}
+
+std::string number(const Json& value, int decimals, double factor = 1.0) {
+  return value.is_null() ? "-" : fixed(factor * value.get<double>(), decimals);
+}
+
+std::string count(const Json& value) {
+  return value.is_null() ? "-" : std::to_string(value.get<std::uint64_t>());
+}
+
+std::string word(const Json& value) {
+  return value.is_null() ? "-" : value.get<std::string>();
+}
+
+// "12.3 ms", "4.5 s", "2 h 03 min": as precise as it matters.
+std::string duration(const Json& value) {
+  if (value.is_null()) return "never";
+  const double s = value.get<double>();
+  if (s < 1.0) return fixed(1e3 * s, 1) + " ms";
+  if (s < 120.0) return fixed(s, 1) + " s";
+  const auto minutes = static_cast<long>(s / 60.0);
+  if (minutes < 120) return std::to_string(minutes) + " min";
+  const std::string rest = std::to_string(minutes % 60);
+  return std::to_string(minutes / 60) + " h " + (rest.size() < 2 ? "0" : "") + rest + " min";
+}
+
+std::string hexadecimal(const Json& value) {
+  return value.is_null() ? "-" : fmt::format("0x{:X}", value.get<std::uint64_t>());
+}
+
+std::uint64_t sum(const Json& counts) {
+  std::uint64_t total = 0;
+  for (const auto& value : counts) total += value.get<std::uint64_t>();
+  return total;
+}
+
+// The element of the same name in an array of an earlier document.
+const Json& namesake(const Json& array, const Json& name) {
+  static const Json null;
+  for (const auto& element : array) {
+    if (member(element, "name") == name) return element;
+  }
+  return null;
+}
+
+// Rates over the time between two documents.
+class Rates {
+ public:
+  Rates(const Json& now, const std::optional<Json>& before) {
+    const double up = member(now, "uptime_s").is_null() ? 0.0 : now.at("uptime_s").get<double>();
+    seconds_ = up;
+    if (!before || member(*before, "instance") != member(now, "instance")) return;
+    const auto& earlier = member(*before, "uptime_s");
+    if (earlier.is_null() || !(up > earlier.get<double>())) return;
+    before_ = *before;
+    seconds_ = up - earlier.get<double>();
+  }
+  [[nodiscard]] const Json& before() const { return before_; }
+  [[nodiscard]] std::string of(std::uint64_t now, std::uint64_t then) const {
+    if (!(seconds_ > 0.0) || now < then) return "-";
+    return fixed(static_cast<double>(now - then) / seconds_, 1);
+  }
+
+ private:
+  Json before_ = Json::object();
+  double seconds_ = 0.0;
+};
+
+std::string head(const Json& now) {
+  return "odomd " + word(member(now, "version")) + ", pid " + count(member(now, "pid")) + ", up " +
+         duration(member(now, "uptime_s")) + ", model " + word(member(now, "model")) +
+         "\nconfiguration " + word(member(now, "config")) + ", segment " +
+         word(member(now, "shm")) + "\n\n";
+}
+
+std::string mode(const Json& now) {
+  std::string text = "mode        " + word(member(now, "mode")) + '\n';
+  std::string label = "conditions  ";
+  for (const auto& name : member(now, "conditions")) {
+    const auto condition = condition_named(name.get<std::string>());
+    text += label + name.get<std::string>();
+    if (condition) text += ": " + std::string{condition->meaning};
+    text += '\n';
+    label.assign(label.size(), ' ');
+  }
+  return text;
+}
+
+std::string pose(const Json& pose) {
+  if (!pose.is_object()) return "pose        none published yet\n";
+  const auto with_sigma = [&](const char* key, const char* sigma, int decimals, double factor) {
+    return number(member(pose, key), decimals, factor) + " ± " +
+           number(member(pose, sigma), decimals, factor);
+  };
+  return "pose        x " + with_sigma("x", "sigma_x", 3, 1.0) + " m,  y " +
+         with_sigma("y", "sigma_y", 3, 1.0) + " m,  yaw " +
+         with_sigma("yaw", "sigma_yaw", 2, degrees) + " deg\nmotion      " +
+         number(member(pose, "vx"), 3) + " m/s forward,  " + number(member(pose, "vy"), 3) +
+         " m/s to the left,  " + number(member(pose, "yaw_rate"), 2, degrees) +
+         " deg/s,  steering " + number(member(pose, "steering"), 2, degrees) +
+         " deg\n            tick " + count(member(pose, "tick")) + ", " +
+         duration(member(pose, "age_s")) + " old, " + count(member(pose, "reset_count")) +
+         " resets\n";
+}
+
+std::string beat(const Json& beat, const Rates& rates) {
+  if (!beat.is_object()) return {};
+  const Json& earlier = member(rates.before(), "beat");
+  const auto ticks_before =
+      earlier.is_object() ? member(earlier, "ticks").get<std::uint64_t>() : std::uint64_t{0};
+  std::string text = "beat        " +
+                     (member(beat, "ticks").is_null()
+                          ? std::string{"-"}
+                          : rates.of(member(beat, "ticks").get<std::uint64_t>(), ticks_before)) +
+                     " Hz, " + count(member(beat, "ticks")) + " ticks, " +
+                     count(member(beat, "missed")) + " missed, " + count(member(beat, "overruns")) +
+                     " overruns, " + count(member(beat, "carried_over")) + " carried over\n";
+  if (!member(beat, "last_overrun_age_s").is_null()) {
+    text += "            last overrun " + duration(member(beat, "last_overrun_age_s")) +
+            " ago: that tick worked for " + number(member(beat, "last_overrun_execution_us"), 0) +
+            " us\n";
+  }
+  Table table{{"            [us]", "median", "99 %", "99.9 %", "max"}, {}, {0}};
+  for (const auto& [key, label] : {std::pair{"wakeup_us", "            wake-up late by"},
+                                   std::pair{"execution_us", "            a tick works for"}}) {
+    const Json& times = member(beat, key);
+    if (!times.is_object()) continue;
+    table.rows.push_back({label, number(member(times, "p50"), 1), number(member(times, "p99"), 1),
+                          number(member(times, "p999"), 1), number(member(times, "max"), 1)});
+  }
+  return text + table.text();
+}
+
+std::string realtime(const Json& realtime) {
+  if (!realtime.is_object()) return {};
+  const auto yes = [&](const char* key) {
+    const Json& value = member(realtime, key);
+    return !value.is_null() && value.get<bool>();
+  };
+  const Json& priority = member(realtime, "priority");
+  const bool fifo = !priority.is_null() && priority.get<int>() > 0;
+  std::string text = "real time   ";
+  text += fifo ? "SCHED_FIFO " + std::to_string(priority.get<int>()) : std::string{"not scheduled"};
+  text += yes("memory_locked") ? ", memory locked" : ", memory not locked";
+  text += yes("dma_latency_held") ? ", cpu_dma_latency held\n" : ", cpu_dma_latency not held\n";
+  for (const auto& refusal : member(realtime, "refusals")) {
+    text += "            refused: " + refusal.get<std::string>() + '\n';
+  }
+  return text;
+}
+
+std::string buses(const Json& now, const Rates& rates) {
+  Table table{{"bus", "link", "frames", "1/s", "lost", "errors", "malformed", "downs"}, {}, {0, 1}};
+  for (const auto& bus : member(now, "can")) {
+    const Json& earlier = namesake(member(rates.before(), "can"), member(bus, "name"));
+    const auto then =
+        earlier.is_object() ? member(earlier, "received").get<std::uint64_t>() : std::uint64_t{0};
+    table.rows.push_back({word(member(bus, "name")), word(member(bus, "link")),
+                          count(member(bus, "received")),
+                          rates.of(member(bus, "received").get<std::uint64_t>(), then),
+                          count(member(bus, "lost")), count(member(bus, "error_frames")),
+                          count(member(bus, "malformed")), count(member(bus, "link_downs"))});
+  }
+  return table.rows.empty() ? std::string{} : '\n' + table.text();
+}
+
+// Messages that are on the bus, and what was wrong with some.
+std::string messages(const Json& now) {
+  Table table{{"message", "id", "age", "decoded", "failed"}, {}, {0, 1, 4}};
+  for (const auto& message : member(now, "messages")) {
+    const Json& verdicts = member(message, "verdicts");
+    std::string failed;
+    for (const char* verdict : {"too_short", "failed_crc", "repeated", "wrong_sequence"}) {
+      const Json& value = member(verdicts, verdict);
+      if (value.is_null() || value.get<std::uint64_t>() == 0) continue;
+      failed += (failed.empty() ? "" : ", ") + count(value) + ' ' + verdict;
+    }
+    table.rows.push_back({word(member(message, "name")), hexadecimal(member(message, "id")),
+                          duration(member(message, "age_s")), count(member(verdicts, "decoded")),
+                          failed.empty() ? "0" : failed});
+  }
+  return table.rows.empty() ? std::string{} : '\n' + table.text();
+}
+
+std::string sources(const Json& now, const Rates& rates) {
+  Table table{{"source", "state", "age", "1/s", "fused", "not fused", "last"}, {}, {0, 1, 5, 6}};
+  for (const auto& source : member(now, "sources")) {
+    const Json& configured = member(source, "configured");
+    if (configured.is_null() || !configured.get<bool>()) continue;
+    const Json& verdicts = member(source, "verdicts");
+    const Json& earlier = namesake(member(rates.before(), "sources"), member(source, "name"));
+    const auto then = earlier.is_object() ? sum(member(earlier, "verdicts")) : std::uint64_t{0};
+    std::string refused;
+    for (const auto& [verdict, value] : verdicts.items()) {
+      if (verdict == "fused" || value.get<std::uint64_t>() == 0) continue;
+      refused += (refused.empty() ? "" : ", ") + count(value) + ' ' + verdict;
+    }
+    std::string last = word(member(source, "last_verdict"));
+    if (!member(source, "test_ratio").is_null()) {
+      last += " (test ratio " + number(member(source, "test_ratio"), 2) + ")";
+    }
+    const Json& healthy = member(source, "healthy");
+    const bool fine = !healthy.is_null() && healthy.get<bool>();
+    table.rows.push_back({word(member(source, "name")), fine ? "fine" : "overdue",
+                          duration(member(source, "age_s")), rates.of(sum(verdicts), then),
+                          count(member(verdicts, "fused")), refused.empty() ? "0" : refused, last});
+  }
+  return table.rows.empty() ? std::string{} : '\n' + table.text();
+}
+
+std::string camera(const Json& camera) {
+  if (!camera.is_object() || word(member(camera, "socket")).empty()) return {};
+  std::string text = "\ncamera      " + word(member(camera, "socket")) + ": " +
+                     count(member(camera, "messages")) + " messages, " +
+                     count(member(camera, "malformed")) + " malformed\n";
+  for (const auto& connection : member(camera, "connections")) {
+    text += "            pid " + count(member(connection, "pid")) + ": " +
+            count(member(connection, "messages")) + " messages, " +
+            count(member(connection, "malformed")) + " malformed\n";
+  }
+  return text;
+}
+
+std::string clock(const Json& clock) {
+  if (!clock.is_object()) return {};
+  return "clock       " + count(member(clock, "steps")) + " steps of the wall clock, " +
+         count(member(clock, "suspends")) + " suspends\n";
+}
+
+}  // namespace
+
+std::string status_as_text(const Json& now, const std::optional<Json>& before) {
+  const Rates rates{now, before};
+  return head(now) + mode(now) + pose(member(now, "pose")) + '\n' +
+         beat(member(now, "beat"), rates) + realtime(member(now, "realtime")) + buses(now, rates) +
+         messages(now) + sources(now, rates) + camera(member(now, "camera")) +
+         clock(member(now, "clock"));
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,45 @@
+// Every published tick, once and in order, by the client library: whoever falls behind fetches what
+// it missed from the history.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <odom/odom.hpp>
+#include <optional>
+
+namespace odomd::tools {
+
+struct FollowCounts {
+  std::uint64_t ticks = 0;        ///< handed out
+  std::uint64_t fetched = 0;      ///< of these, from the history
+  std::uint64_t unpublished = 0;  ///< numbers that the daemon skipped
+  std::uint64_t lost = 0;         ///< had left the history before we came
+  std::uint64_t restarts = 0;     ///< times another daemon took over
+};
+
+/// One thread. Survives restarts of the daemon.
+class TickFollower {
+ public:
+  /// Begins after the newest tick of now.
+  explicit TickFollower(odom::Client client);
+
+  /// Waits for ticks after the last and hands out each. ODOM_OK: something was handed out; else why
+  /// not (ODOM_TIMEOUT, ODOM_STALE, ...).
+  odom_status follow(std::chrono::nanoseconds timeout,
+                     const std::function<void(const odom_pose&)>& take);
+
+  [[nodiscard]] const FollowCounts& counts() const { return counts_; }
+  [[nodiscard]] odom::Client& client() { return client_; }
+
+ private:
+  void catch_up(const odom_pose& newest, const odom_info& info, std::uint64_t first,
+                const std::function<void(const odom_pose&)>& take);
+
+  odom::Client client_;
+  FollowCounts counts_;
+  std::optional<odom_pose> last_;
+  std::uint64_t instance_ = 0;
+};
+
+}  // namespace odomd::tools
