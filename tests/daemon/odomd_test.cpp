@@ -1,4 +1,5 @@
 // The daemon as its users meet it: the program is started, fed and read from outside.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -6,7 +7,12 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <array>
+#include <charconv>
+#include <cstdlib>
+#include <map>
 #include <memory>
+#include <sstream>
 
 #include "daemon_process.hpp"
 
@@ -43,6 +49,13 @@ bool wait_for_pose(const Client& client, odom_pose& pose,
 /// The last pose of a daemon that has ended.
 bool becomes_stale(const Client& client, odom_pose& pose) {
   return eventually([&] { return odom_latest(client.get(), &pose, sizeof pose) == ODOM_STALE; });
+}
+
+/// A number as the tools write it: the shortest text that reads back to the same bits.
+std::string shortest(double value) {
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  return {text.data(), end};
 }
 
 odom_camera_message camera_pose(const odom_pose& at) {
@@ -112,6 +125,48 @@ TEST_F(OdomdTest, PlaysALogToItsEnd) {
   EXPECT_GT(pose.x, 5.9);
   EXPECT_NEAR(pose.y, 6.0, 1e-9);
   EXPECT_THAT(desk_.read("stderr"), HasSubstr("has ended after 150 frames"));
+}
+
+/// Poses by their time on the log's clock, as `odom replay` writes them.
+std::map<std::string, std::string> replayed_poses(const Desk& desk) {
+  const std::string command =
+      ODOMD_BIN_DIR "/odom replay --config " + desk.file("car.toml").string() + " --can " +
+      desk.file("drive.log").string() + " --out " + desk.file("replay.csv").string() + " > " +
+      desk.file("replay.txt").string() + " 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << desk.read("replay.txt");
+  std::map<std::string, std::string> poses;
+  std::istringstream lines(desk.read("replay.csv"));
+  for (std::string line; std::getline(lines, line);) {
+    const auto after_time = line.find(',');
+    auto end = after_time;
+    for (int column = 0; column < 3; ++column) end = line.find(',', end + 1);
+    poses[line.substr(0, after_time)] = line.substr(after_time + 1, end - after_time - 1);
+  }
+  return poses;
+}
+
+TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
+  desk_.write("drive.log", straight_drive(1.0, 1.5));
+  const auto replayed = replayed_poses(desk_);
+  DaemonProcess odomd(desk_, {"--can", desk_.file("drive.log"), "--exit-at-end"});
+  const Client client = open_client(desk_);
+  std::vector<odom_pose> poses;
+  odom_pose pose{};
+  while (next_pose(client, pose)) poses.push_back(pose);
+  EXPECT_EQ(odomd.wait(), 0);
+  odom_info info{};
+  ASSERT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_STALE);
+
+  std::size_t compared = 0;
+  for (const auto& live : poses) {
+    const std::int64_t t = live.time_ns + info.log_offset_ns;
+    const auto found = replayed.find(fmt::format("{}.{:09}", t / 1'000'000'000, t % 1'000'000'000));
+    if (found == replayed.end()) continue;
+    EXPECT_EQ(found->second,
+              fmt::format("{},{},{}", shortest(live.x), shortest(live.y), shortest(live.yaw)));
+    ++compared;
+  }
+  EXPECT_GT(compared, 100U);
 }
 
 TEST_F(OdomdTest, GoesOnAfterTheEndOfItsInput) {
