@@ -64,8 +64,6 @@ class DatabasesTest : public testing::Test {
 constexpr auto wheel =
     "wheel_rear_left = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\" }\n";
 constexpr auto gyro = "yaw_rate = { message = \"GYRO\", signal = \"YawRate\", unit = \"rad/s\" }\n";
-constexpr auto steering =
-    "steering = { message = \"STEER\", signal = \"Angle\", unit = \"rad\" }\n";
 
 TEST_F(DatabasesTest, TimeOutsAreThreeCycleTimesOrATenthOfASecond) {
   Config config = load(std::string(wheel) + gyro +
