@@ -201,6 +201,12 @@ TEST(Sim, TheFolderHoldsWhatTheToolsRead) {
   EXPECT_THROW(make_drive_folder(folder / "car.toml", Existing::replace), std::invalid_argument);
 }
 
+TEST(Sim, ACarThatSlidesAwayIsFailedWork) {
+  EXPECT_THROW(
+      (void)drive({.scenario = "lap", .speed = 4.0, .fixed = {{Parameter::friction, 0.06}}}),
+      std::runtime_error);
+}
+
 TEST(Sim, RefusesWhatDoesNotFit) {
   EXPECT_THROW((void)make_plan({.scenario = "nowhere"}), std::invalid_argument);
   EXPECT_THROW((void)make_plan({.speed = 50.0}), std::invalid_argument);

@@ -127,6 +127,30 @@ TEST(Plant, DrivenWheelsSlipAndFreeOnesDoNot) {
   EXPECT_LT(std::abs(plant.slip_x()[front_left]), 0.005);
 }
 
+TEST(Plant, OnIceTheWheelsSpinUpToTheTopSpeedAndLockWhenBraked) {
+  for (const CarKind kind : {CarKind::scale_car, CarKind::full_size}) {
+    ParameterSet parameters = default_parameters(kind);
+    make_ideal(parameters);
+    parameters[Parameter::friction] = 0.05;
+    const PlantParameters car = true_vehicle(kind, parameters);
+    Plant plant(car, 0.0, 0.0, 0.0);
+    for (double t = 0.0; t < 10.0; t += dt) plant.step({.force = 6.0 * car.mass}, dt);
+    double before = plant.output().wheel_angle[rear_left];
+    plant.step({.force = 6.0 * car.mass}, dt);
+    const double spin = (plant.output().wheel_angle[rear_left] - before) / dt;
+    EXPECT_LT(spin * car.wheel_radius[rear_left], 1.01 * car.top_speed);
+    EXPECT_GT(spin * car.wheel_radius[rear_left], 0.7 * car.top_speed);
+    EXPECT_LT(plant.output().v_x, 5.5);
+
+    for (double t = 0.0; t < 1.0; t += dt) plant.step({.force = -6.0 * car.mass}, dt);
+    ASSERT_GT(plant.output().v_x, 0.2);
+    before = plant.output().wheel_angle[rear_left];
+    plant.step({.force = -6.0 * car.mass}, dt);
+    const double locked = (plant.output().wheel_angle[rear_left] - before) / dt;
+    EXPECT_LT(std::abs(locked) * car.wheel_radius[rear_left], 0.1 * plant.output().v_x);
+  }
+}
+
 TEST(Plant, StaysExactlyWhereItStands) {
   Plant plant(reference_car(), 1.0, 2.0, 0.3);
   for (int k = 0; k < 4000; ++k) plant.step({.steering = 0.3}, dt);

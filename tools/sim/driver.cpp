@@ -112,8 +112,11 @@ PlantInput Driver::drive(const PlantOutput& car, double dt) {
   }
   const Leg& leg = legs_[leg_];
   const double sign = gear_sign(leg.gear);
-  s_ = leg.track->nearest(car.x - car_.rear_axle * std::cos(car.yaw),
-                          car.y - car_.rear_axle * std::sin(car.yaw), s_);
+  const double rear_x = car.x - car_.rear_axle * std::cos(car.yaw);
+  const double rear_y = car.y - car_.rear_axle * std::sin(car.yaw);
+  s_ = leg.track->nearest(rear_x, rear_y, s_);
+  const TrackPoint foot = leg.track->at(s_);
+  off_track_ = std::hypot(rear_x - foot.x, rear_y - foot.y);
   if (standing && leg.end - s_ <= arrived) {
     finished_ += leg.end - leg.begin;
     wait_ = leg.pause;

@@ -40,6 +40,9 @@ class Driver {
 
   [[nodiscard]] bool done() const { return leg_ == legs_.size() && waited_ >= wait_; }
 
+  /// So far off the track that there is no way back.
+  [[nodiscard]] bool lost() const { return off_track_ > 5.0 * (car_.front_axle + car_.rear_axle); }
+
   /// Way driven along the legs and in all [m].
   [[nodiscard]] double progress() const {
     return finished_ + (leg_ < legs_.size() ? s_ - legs_[leg_].begin : 0.0);
@@ -58,6 +61,7 @@ class Driver {
   double waited_ = 0.0;
   std::size_t leg_ = 0;
   double s_ = 0.0;             // of the rear axle along the leg's track
+  double off_track_ = 0.0;     // distance of the rear axle from the track
   double wanted_speed_ = 0.0;  // ramped
   double steering_ = 0.0;
   double finished_ = 0.0;

@@ -22,7 +22,7 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
      "friction of the road"},
     {patch_friction, "patch_friction", "1", "Road and car", exact, property, 0.35, 0.35, 0.05, 2,
      "friction of the patches (scenario patch)"},
-    {relaxation_length, "relaxation_length", "m", "Road and car", exact, property, 0.04, 0.5, 0.005,
+    {relaxation_length, "relaxation_length", "m", "Road and car", exact, property, 0.04, 0.5, 0.01,
      5, "way on which a tyre builds up its side force"},
     {steering_lag, "steering_lag", "s", "Road and car", exact, property, 0.03, 0.08, 0.005, 1,
      "time constant of the steering actuator"},

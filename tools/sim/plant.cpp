@@ -98,6 +98,16 @@ WheelMotion wheel_motion(const PlantParameters& p, const State& s, std::size_t w
   return motion;
 }
 
+// What part of the wanted torque a wheel gets. A drive fades near its top speed, and a brake holds
+// a wheel that it has stopped.
+enum class Pedal : std::uint8_t { drive, brake };
+double torque_part(const PlantParameters& p, Pedal pedal, double v_x, double tread, double force) {
+  if (pedal == Pedal::brake)
+    return std::clamp(std::copysign(1.0, v_x) * tread / p.walking_speed(), -1.0, 1.0);
+  const double spinning = std::copysign(1.0, force) * tread;
+  return std::clamp(5.0 * (1.0 - spinning / p.top_speed), 0.0, 1.0);
+}
+
 void require(bool holds, const std::string& what) {
   if (!holds) throw std::invalid_argument("vehicle of the simulation: " + what);
 }
@@ -121,11 +131,26 @@ BodyForce specific_force_at(const PlantOutput& o, double x, double y) {
 Plant::Plant(PlantParameters parameters, double x, double y, double yaw)
     : parameters_(std::move(parameters)) {
   const PlantParameters& p = parameters_;
-  for (const double positive :
-       {p.mass, p.front_axle, p.rear_axle, p.yaw_inertia, p.track_width,
-        p.cornering_stiffness_front, p.cornering_stiffness_rear, p.slip_stiffness_ratio,
-        p.tyre_shape, p.relaxation_length, p.tyre_damping, p.friction, p.wheel_inertia, p.load_lag,
-        p.drive_lag, p.steering_lag, p.steering_rate_limit, p.steering_limit, p.rest_speed})
+  for (const double positive : {p.mass,
+                                p.front_axle,
+                                p.rear_axle,
+                                p.yaw_inertia,
+                                p.track_width,
+                                p.cornering_stiffness_front,
+                                p.cornering_stiffness_rear,
+                                p.slip_stiffness_ratio,
+                                p.tyre_shape,
+                                p.relaxation_length,
+                                p.tyre_damping,
+                                p.friction,
+                                p.wheel_inertia,
+                                p.load_lag,
+                                p.drive_lag,
+                                p.steering_lag,
+                                p.steering_rate_limit,
+                                p.steering_limit,
+                                p.rest_speed,
+                                p.top_speed})
     require(positive > 0.0, "masses, lengths, stiffnesses, lags and limits must be positive");
   for (const double radius : p.wheel_radius) require(radius > 0.0, "wheel radii must be positive");
   require(p.tyre_shape <= 2.0, "tyre_shape must not exceed 2");
@@ -189,7 +214,9 @@ Plant::Derivative Plant::derivative(const State& s, const PlantInput& input) con
 
   if (motion_ == Motion::rolling) {
     const std::array<double, wheel_count> load = loads(s);
-    const bool braking = s[drive] * s[vel_x] < 0.0;
+    const Pedal pedal = s[drive] * s[vel_x] < 0.0 && std::abs(s[vel_x]) > p.walking_speed()
+                            ? Pedal::brake
+                            : Pedal::drive;
     Vector2 force{-p.drag * s[vel_x] * std::abs(s[vel_x]), 0.0};
     double moment = 0.0;
     for (std::size_t wheel = 0; wheel < wheel_count; ++wheel) {
@@ -203,15 +230,16 @@ Plant::Derivative Plant::derivative(const State& s, const PlantInput& input) con
           tyre_force(tyres_[wheel], load[wheel], friction, motion.slip_x, motion.slip_y);
 
       const double rolling =
-          p.rolling_resistance * load[wheel] * std::tanh(motion.v_x / (20.0 * p.rest_speed));
+          p.rolling_resistance * load[wheel] * std::tanh(motion.v_x / p.walking_speed());
       const Vector2 on_body = rotate({tyre.x - rolling, tyre.y}, motion.steering);
       force.x += on_body.x;
       force.y += on_body.y;
       moment += place.x * on_body.y - place.y * on_body.x;
 
       // I ω̇ = T - r F_x; an open differential gives both wheels of an axle the same torque.
-      const double front_share = braking ? p.brake_front_share : 0.0;
-      const double torque = 0.5 * (front ? front_share : 1.0 - front_share) * s[drive] * radius;
+      const double front_share = pedal == Pedal::brake ? p.brake_front_share : 0.0;
+      const double torque = 0.5 * (front ? front_share : 1.0 - front_share) * s[drive] * radius *
+                            torque_part(p, pedal, s[vel_x], radius * s[at(wheel, spin)], s[drive]);
       const double inertia = p.wheel_inertia + (front ? 0.0 : p.motor_inertia);
       d[at(wheel, spin)] = (torque - radius * tyre.x) / inertia;
       d[at(wheel, turned)] = s[at(wheel, spin)];

@@ -45,11 +45,15 @@ struct PlantParameters {
   double brake_front_share = 0.0;                  ///< of a braking force; the drive is all rear
   double roll_front_share = 0.5;                   ///< of the lateral load transfer
   double load_lag = 0.0;                           ///< time constant of load transfer [s]
+  double top_speed = 0.0;                          ///< of the drive, wheels in the air [m/s]
   double drive_lag = 0.0;                          ///< time constant of the drive force [s]
   double steering_lag = 0.0;                       ///< time constant of the actuator [s]
   double steering_rate_limit = 0.0;                ///< [rad/s]
   double steering_limit = 0.0;                     ///< [rad]
   double rest_speed = 0.0;                         ///< below it, undriven, the car is at rest [m/s]
+
+  /// Below it rolling resistance and brakes fade towards standstill [m/s].
+  [[nodiscard]] double walking_speed() const { return 20.0 * rest_speed; }
 };
 
 struct PlantInput {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "tools/sim/vehicle.hpp"
 
@@ -22,6 +23,14 @@ double route_length(const Route& route) {
   double length = 0.0;
   for (const Leg& leg : route.legs) length += leg.end - leg.begin;
   return length;
+}
+
+// By when a car that drives at a tenth of its speed would have done it all.
+std::int64_t deadline(const RunPlan& plan) {
+  double seconds = plan.options.standstill + 60.0;
+  for (const Leg& leg : plan.route.legs)
+    seconds += leg.pause + 10.0 * (leg.end - leg.begin) / leg.speed + 10.0;
+  return std::llround(1e9 * seconds);
 }
 
 // Moves the first elements that `has_come` to `to`.
@@ -88,6 +97,7 @@ Simulation::Simulation(const RunPlan& plan)
     : start_ns_(plan.options.start_ns),
       end_ns_(plan.options.duration ? std::llround(1e9 * *plan.options.duration)
                                     : std::numeric_limits<std::int64_t>::max()),
+      deadline_ns_(deadline(plan)),
       plant_(plan.car, plan.start.x, plan.start.y, plan.start.heading),
       driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill),
       bus_(plan.truth, configured_wheel_radius(plan.scenario.car), plan.options.seed,
@@ -102,6 +112,11 @@ RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
       state = RunState::ended;
       break;
     }
+    if (driver_.lost() || now_ns_ > deadline_ns_)
+      throw std::runtime_error(std::string(driver_.lost() ? "the car has left its track after "
+                                                          : "the car does not get on after ") +
+                               std::to_string(now_ns_ / 1'000'000'000) +
+                               " s; drive slower, or give it more grip");
     if (now_ns_ % driver_period_ns == 0)
       input_ = driver_.drive(plant_.output(), 1e-9 * double{driver_period_ns});
     const PlantOutput before = plant_.output();

@@ -85,7 +85,7 @@ class Simulation {
   explicit Simulation(const RunPlan& plan);
 
   /// Goes on until `time_ns` after the start, a multiple of plant_step_ns, and appends what has
-  /// happened.
+  /// happened. Throws std::runtime_error when the car has left its track, or does not get on.
   RunState advance(std::int64_t time_ns, Happenings& happenings);
 
   [[nodiscard]] std::int64_t time_ns() const { return now_ns_; }
@@ -97,6 +97,7 @@ class Simulation {
 
   std::int64_t start_ns_;
   std::int64_t end_ns_;
+  std::int64_t deadline_ns_;
   std::int64_t now_ns_ = 0;
   Plant plant_;
   Driver driver_;

@@ -15,6 +15,7 @@ PlantParameters scale_car() {
   p.motor_inertia = 6e-5;
   p.roll_front_share = 0.5;
   p.load_lag = 0.03;
+  p.top_speed = 15.0;
   p.drive_lag = 0.03;
   p.steering_limit = 0.5;
   p.rest_speed = 0.001;
@@ -34,6 +35,7 @@ PlantParameters full_size_car() {
   p.brake_front_share = 0.65;
   p.roll_front_share = 0.55;
   p.load_lag = 0.12;
+  p.top_speed = 60.0;
   p.drive_lag = 0.1;
   p.steering_limit = 0.55;
   p.rest_speed = 0.004;
