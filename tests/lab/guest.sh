@@ -15,7 +15,7 @@ not_ok() { # not_ok NAME REASON
 check() {
   local name=$1 reason=$2
   shift 2
-  if "$@"; then ok "$name"; else not_ok "$name" "$reason"; fi
+  if "$@" >/dev/null; then ok "$name"; else not_ok "$name" "$reason"; fi
 }
 
 # await SECONDS COMMAND...: whether the command succeeds within that time.
@@ -41,3 +41,29 @@ remove_link() { ip link del "$1" 2>/dev/null; }
 
 # link_packets NAME: how many packets a link has carried. On vcan a frame that is sent is received.
 link_packets() { cat "/sys/class/net/$1/statistics/tx_packets"; }
+
+# The daemon ---------------------------------------------------------------------------------------
+
+# start_daemon CONFIG ARGUMENT...: odomd with a segment and sockets of its own, ready to take frames.
+start_daemon() {
+  local config=$1
+  shift
+  odomd --config "$config" --shm /lab --status-socket "$PWD/status.sock" \
+    --camera-socket "$PWD/camera.sock" "$@" 2>odomd.log &
+  daemon=$!
+  await 20 test -S status.sock && await 20 status '.beat.ticks > 0' -e
+}
+
+# stop_daemon: ends it; its exit status is in $daemon_status.
+stop_daemon() {
+  kill "$daemon" 2>/dev/null
+  wait "$daemon"
+  daemon_status=$?
+}
+
+# status FILTER [JQ-OPTION...]: a value of the running daemon's status.
+status() {
+  local filter=$1
+  shift
+  odom status --json --socket "$PWD/status.sock" | jq -r "$@" "$filter"
+}

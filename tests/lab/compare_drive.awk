@@ -1,0 +1,64 @@
+# Holds the poses of a drive that was played on a bus against the replay of its log.
+#
+#   awk -f compare_drive.awk drive.log received.log replay.csv poses.csv
+#
+# drive.log: what was played; received.log: the same frames with the stamps that the kernel gave them
+# (both candump -L); replay.csv: `odom replay` of drive.log; poses.csv: what odomd published.
+#
+# The stamps of a bus differ from those of the log by an offset (the drive is played later) and a
+# jitter (the player and the machine are late, never early). Both are measured, frame by frame:
+# offset = the smallest difference, jitter = the largest less the smallest. A pose may then be off by
+# what the car drives in that time at its highest speed, and a millimetre.
+#
+# Prints one line: frames compared, offset, jitter, highest speed, poses compared, largest and
+# root mean square distance, and the bound.
+
+function stamp(field) { return substr(field, 2, length(field) - 2) - base }
+
+FNR == 1 { file++ }
+
+file <= 2 && base == 0 { base = int(substr($1, 2)) }
+file == 1 { sent[++n_sent] = $3; sent_at[n_sent] = stamp($1) }
+file == 2 {
+  n_received++
+  if ($3 != sent[n_received]) { print "frame " n_received " differs: " $3 " for " sent[n_received]; failed = 1; exit 1 }
+  difference = stamp($1) - sent_at[n_received]
+  if (n_received == 1 || difference < least) least = difference
+  if (n_received == 1 || difference > most) most = difference
+}
+
+file >= 3 && FNR == 1 {
+  split("", column)
+  count = split($0, names, ",")
+  for (i = 1; i <= count; i++) column[names[i]] = i
+  next
+}
+file >= 3 { split($0, value, ",") }
+file == 3 {
+  t[++n] = value[column["t"]] - base
+  x[n] = value[column["x"]]; y[n] = value[column["y"]]
+  speed = value[column["vx"]]; if (speed < 0) speed = -speed
+  if (speed > fastest) fastest = speed
+}
+file == 4 {
+  at = value[column["t"]] - base - least
+  while (near < n && t[near + 1] <= at) near++
+  if (near < 1 || near >= n) next
+  part = (at - t[near]) / (t[near + 1] - t[near])
+  dx = value[column["x"]] - (x[near] + part * (x[near + 1] - x[near]))
+  dy = value[column["y"]] - (y[near] + part * (y[near + 1] - y[near]))
+  square = dx * dx + dy * dy
+  sum += square
+  compared++
+  if (square > largest) largest = square
+}
+
+END {
+  if (failed) exit 1
+  if (n_received != n_sent || compared == 0) { print n_received " of " n_sent " frames, " compared + 0 " poses"; exit 1 }
+  jitter = most - least
+  bound = fastest * jitter + 0.001
+  printf "%d frames, offset %.6f s, jitter %.3f ms, at most %.3f m/s; %d poses, off by at most %.2f mm (rms %.2f mm) of %.2f mm\n",
+    n_received, least, jitter * 1e3, fastest, compared, sqrt(largest) * 1e3, sqrt(sum / compared) * 1e3, bound * 1e3
+  exit !(sqrt(largest) <= bound)
+}
