@@ -132,12 +132,12 @@ INSTANTIATE_TEST_SUITE_P(
         BadLine{std::string("(1.000000) can0 123#00\0", 23), 23, "end of the line"}));
 
 TEST(Candump, WritesWhatItReads) {
-  for (const std::string text :
+  for (const std::string_view text :
        {"(1760000000.069964) can0 120#0400A0FF\n", "(1760000000.000000) can1 18DAF110#\n",
         "(0000046408.584930) vcan0 123#R\n", "(1760000000.000001) can0 123#R4\n",
         "(1760000000.000000) can0 20000004#0004000000000000\n",
         "(1760000000.000000) can0 123##1AABBCC\n", "(1760000000.000000) can0 12345678##0\n"}) {
-    const CandumpLine line = good(std::string_view(text).substr(0, text.size() - 1));
+    const CandumpLine line = good(text.substr(0, text.size() - 1));
     std::string written;
     append_candump_line(written, line.frame, line.interface);
     EXPECT_EQ(written, text);

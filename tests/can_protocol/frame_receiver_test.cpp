@@ -8,11 +8,11 @@
 #include <linux/can/raw.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
+#include <ctime>
 #include <vector>
 
 #include "can_protocol/file_descriptor.hpp"

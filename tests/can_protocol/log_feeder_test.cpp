@@ -6,11 +6,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <array>
 #include <chrono>
+#include <ctime>
 #include <memory>
 #include <string>
 #include <thread>
@@ -111,7 +111,7 @@ TEST(LogFeeder, KeepsTheStampsDistancesAndTheTicksOfAReplay) {
   std::vector<std::int64_t> stamps;
   for (int i = 0; i < 40; ++i) {
     Frame frame;
-    frame.time_ns = 1'760'000'000'003'000'000 + i * 777'000;
+    frame.time_ns = 1'760'000'000'003'000'000 + i * 777'000LL;
     stamps.push_back(frame.time_ns);
     append_candump_line(text, frame, "can0");
   }

@@ -1,8 +1,7 @@
 // A file in its own temporary directory, gone at the end of the test.
 #pragma once
 
-#include <stdlib.h>
-
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>

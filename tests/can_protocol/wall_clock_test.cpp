@@ -52,7 +52,7 @@ TEST_P(SteppedWallClock, ConvertsEachStampByTheOffsetOfItsTime) {
   for (std::int64_t tick = 0; tick < 100; ++tick)
     clock.update(machine.read(100 * s + tick * 5 * ms));
   // The clock is set 2 ms after the last reading; frames lie on both sides.
-  const std::int64_t last = 100 * s + 99 * 5 * ms;
+  const std::int64_t last = 100 * s + 495 * ms;
   const std::int64_t stamp_before = machine.wall(last + 1 * ms);
   machine.wall_offset += step;
   const std::int64_t stamp_after = machine.wall(last + 3 * ms);

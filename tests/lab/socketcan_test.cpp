@@ -9,7 +9,6 @@
 #include <net/if.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +16,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -44,7 +44,7 @@ std::int64_t now() {
 }
 
 [[nodiscard]] bool run(const std::string& command) {
-  return std::system(command.c_str()) == 0;
+  return std::system(command.c_str()) == 0;  // NOLINT(cert-env33-c): the commands are our own
 }
 
 /// The other end of the bus: a plain raw socket that may send.
@@ -87,8 +87,8 @@ class Peer {
 
 class SocketCan : public testing::Test {
  protected:
-  SocketCan() { remove_bus(); }
-  ~SocketCan() override { remove_bus(); }
+  void SetUp() override { remove_bus(); }
+  void TearDown() override { remove_bus(); }
 
   static void add_bus(const std::string& options = "") {
     ASSERT_TRUE(run("ip link add " + bus_name + " " + options + " type vcan"));
