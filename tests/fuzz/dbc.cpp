@@ -12,11 +12,11 @@
 #include "can_protocol/message_encoder.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
-using namespace odomd::can;  // a program of one file
-using odomd::fuzz::require;
-using odomd::fuzz::require_one_line;
-
+namespace odomd::can {
 namespace {
+
+using fuzz::require;
+using fuzz::require_one_line;
 
 /// Binds up to as many signals of a message as one frame may yield.
 void decode_and_encode(const Database& database, const Message& message) {
@@ -58,10 +58,7 @@ void decode_and_encode(const Database& database, const Message& message) {
   require(encoder.frame(1).length == message.length, "the frame is as long as its message");
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::string_view text(reinterpret_cast<const char*>(data), size);
+void read(std::string_view text) {
   try {
     const Database database = parse_dbc(text, "fuzz.dbc");
     for (const Warning& warning : database.warnings) require_one_line(describe(database, warning));
@@ -70,5 +67,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const DbcError& error) {
     require_one_line(error.what());
   }
+}
+
+}  // namespace
+}  // namespace odomd::can
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  odomd::can::read({reinterpret_cast<const char*>(data), size});
   return 0;
 }
