@@ -88,6 +88,7 @@ estimator::Estimate to_estimate(const odom_pose& pose, const odom_details& detai
   estimator::Estimate estimate;
   estimate.time_ns = pose.time_ns;
   estimate.initialised = pose.mode != ODOM_INITIALISING;
+  estimate.model_fault = pose.mode == ODOM_FAULT;
   estimate.map = {pose.x, pose.y, pose.yaw};
   estimate.odom = {pose.odom_x, pose.odom_y, pose.odom_yaw};
   estimate.v_x = pose.vx;

@@ -166,6 +166,15 @@ TEST(Pipeline, TimesFramesWithoutAUsableStampByTheirDrain) {
   EXPECT_EQ(stamps[static_cast<std::size_t>(can::StampVerdict::future)].get(), 1U);
 }
 
+TEST(Pipeline, TakesFreshSamplesAfterSkippedTicks) {
+  const auto p = pipeline(config());
+  p->take(frame(257, start, 1000), start);
+  p->tick(0, start);
+  p->take(frame(257, start + 99 * ms, 2000), start + 100 * ms);  // 19 ticks were skipped
+  p->tick(20, start + 100 * ms);
+  EXPECT_EQ(verdicts(*p, wheel, Verdict::fused), 2U);
+}
+
 TEST(Pipeline, CountsEveryFrameOfEachBus) {
   const auto p = pipeline(config());
   can::Frame other = frame(0x7FF, start, 0);

@@ -85,5 +85,11 @@ TEST(Record, AnInitialisingPredecessorHasNoPoseToGoOnFrom) {
   EXPECT_FALSE(to_estimate(pose, odom_details{}).initialised);
 }
 
+TEST(Record, APredecessorInFaultHasAFrozenPoseNotToGoOnFrom) {
+  odom_pose pose{};
+  pose.mode = ODOM_FAULT;
+  EXPECT_TRUE(to_estimate(pose, odom_details{}).model_fault);
+}
+
 }  // namespace
 }  // namespace odomd::daemon
