@@ -70,11 +70,11 @@ void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
     }
     return;
   }
-  take_samples({samples.data(), result.count}, timed, stamp);
+  take_samples({samples.data(), result.count}, timed, stamp, now_ns);
 }
 
 void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Frame& frame,
-                            can::StampVerdict stamp) noexcept {
+                            can::StampVerdict stamp, std::int64_t now_ns) noexcept {
   for (const can::Sample& sample : samples) {
     // A stamp that stands still or runs backwards is a clock's fault; such a sample has no time.
     if (stamp == can::StampVerdict::repeated || stamp == can::StampVerdict::backwards) {
@@ -85,6 +85,7 @@ void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Fra
     const Verdict verdict =
         add(filter_, estimator::Measurement{.source = static_cast<Source>(sample.channel),
                                             .time_ns = sample.time_ns,
+                                            .arrival_ns = now_ns,
                                             .value = sample.value,
                                             .sigma = sigma_[sample.channel]});
     count(sample.channel, verdict);
