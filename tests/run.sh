@@ -51,7 +51,7 @@ formatting() {
 }
 
 build() {
-  cmake --preset "$1" >"$logs/configure-$1.log" 2>&1 || {
+  cmake --preset "$1" -DODOMD_TESTS=ON >"$logs/configure-$1.log" 2>&1 || {
     cat "$logs/configure-$1.log"
     return 1
   }

@@ -1,0 +1,94 @@
+#!/bin/bash
+# Shows the main job live, without any CAN hardware: builds odomd, drives a simulated car for a lap in
+# real time, and reports how well its pose was known.
+#
+#   bash tools/demo.sh
+#
+# The simulator plays the car's CAN bus into odomd's standard input and the camera's poses into its
+# socket; a client reads the pose from shared memory all the while. What comes of it (poses, report,
+# picture) lies in build/demo. ODOMD_DEMO_ARGUMENTS are handed to `odom sim`: --laps 3, --scenario ...
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+tools/dependencies.sh build
+echo "=== building"
+# The demonstration needs no tests; a tree that is configured already keeps its choice.
+tests=()
+[ -f build/release/CMakeCache.txt ] || tests=(-DODOMD_TESTS=OFF)
+mkdir -p build/logs
+cmake --preset release "${tests[@]}" >build/logs/configure-release.log 2>&1 || {
+  cat build/logs/configure-release.log
+  exit 1
+}
+cmake --build --preset release -j "$(nproc)" --target odomd odom
+PATH=$PWD/build/release/bin:$PATH
+
+# Sockets and segment are this run's own: it disturbs no daemon, and leaves nothing behind.
+run=$(mktemp -d "${TMPDIR:-/tmp}/odomd-demo.XXXXXX")
+out=$PWD/build/demo
+shm=/odomd-demo-$$
+children=()
+clean_up() {
+  [ ${#children[@]} = 0 ] || kill "${children[@]}" 2>/dev/null || true
+  wait
+  rm -rf "$run" "/dev/shm$shm" "/dev/shm$shm.lock"
+}
+trap clean_up EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+fail() {
+  echo "demo: $*" >&2
+  [ ! -s "$run/odomd.log" ] || sed 's/^/  odomd: /' "$run/odomd.log" >&2
+  exit 1
+}
+
+read -r -a arguments <<<"--scenario lap --laps 1 ${ODOMD_DEMO_ARGUMENTS-}"
+rm -rf "$out"
+mkdir -p "$out"
+odom sim "${arguments[@]}" --config-only --out "$run/car" >/dev/null
+
+echo "=== driving: odom sim | odomd, camera poses over a socket"
+mkfifo "$run/bus"
+odomd --config "$run/car/car.toml" --can - --exit-at-end --shm "$shm" --log-level warn \
+  --camera-socket "$run/camera.sock" --status-socket "$run/status.sock" \
+  <"$run/bus" 2>"$run/odomd.log" &
+daemon=$!
+odom sim "${arguments[@]}" --live --can - --camera-socket "$run/camera.sock" --out "$run/drive" \
+  >"$run/bus" 2>"$run/sim.log" &
+simulator=$!
+odom pose --shm "$shm" --wait 10 --follow --csv --clock log --until-stale \
+  --out "$out/pose.csv" 2>"$run/client.log" &
+client=$!
+odom pose --shm "$shm" --wait 10 --follow --rate 1 --until-stale 2>/dev/null &
+watcher=$!
+children=("$daemon" "$simulator" "$client" "$watcher")
+
+# The daemon takes its counts with it when it ends: the last answer is kept.
+while kill -0 "$daemon" 2>/dev/null; do
+  ! odom status --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.txt"
+  ! odom status --json --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.json"
+  sleep 0.5
+done
+wait "$daemon" || fail "odomd failed"
+wait "$simulator" || fail "odom sim failed: $(tail -n 1 "$run/sim.log")"
+wait "$client" || fail "the client failed: $(tail -n 1 "$run/client.log")"
+wait "$watcher" || true
+children=()
+
+# The same drive without the camera, for comparison.
+cp "$run"/drive/{drive.log,camera.csv,truth.csv,car.dbc,car.toml} "$out"
+odom replay --config "$run/car/car.toml" --can "$out/drive.log" --out "$out/odometry.csv" >/dev/null 2>&1
+odom evaluate --reference "$out/truth.csv" --pose "$out/pose.csv" --pose "$out/odometry.csv" --align none \
+  --camera "$out/camera.csv" --picture "$out/track.png" --title "odomd, live" >"$out/evaluation.txt"
+
+# Of the report and the status, what a glance is worth; all of it lies beside the picture.
+echo "=== report (pose: with the camera; odometry: without)"
+sed -n '/^ .*pose .*odometry/p; /path length/p; /end error \[/p; /position rms \[/p; /heading error at/p' "$out/evaluation.txt"
+echo
+sed -n '/^beat/,/^real time/p' "$out/status.txt"
+sed -n '/^camera  /s/^camera .*: /camera      /p' "$out/status.txt"
+echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //')"
+echo
+echo "poses, logs, evaluation and status: $out"
+echo "picture: $out/track.png"
