@@ -47,8 +47,8 @@ Pipeline::Pipeline(const Config& config, std::span<const can::Database> database
 }
 
 void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
-  record_.details.frames[frame.bus] += 1;
   if (frame.kind == can::FrameKind::error) return;
+  record_.details.frames[frame.bus] += 1;
 
   const can::StampVerdict stamp = stamp_guard_.check(frame, now_ns);
   statistics_.stamps[static_cast<std::size_t>(stamp)].add();
@@ -85,9 +85,9 @@ void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Fra
     const Verdict verdict =
         add(filter_, estimator::Measurement{.source = static_cast<Source>(sample.channel),
                                             .time_ns = sample.time_ns,
-                                            .arrival_ns = now_ns,
                                             .value = sample.value,
-                                            .sigma = sigma_[sample.channel]});
+                                            .sigma = sigma_[sample.channel],
+                                            .arrival_ns = now_ns});
     count(sample.channel, verdict);
     if (verdict == Verdict::non_finite) continue;
     watch_.heard(sample.channel, frame.time_ns, sample.time_ns);
