@@ -98,8 +98,10 @@ lab() {
 mkdir -p "$logs"
 part "dependencies" tools/dependencies.sh test
 part "formatting" formatting
-part "build (release)" build release && unit_tests release
-lab
+if part "build (release)" build release; then
+  unit_tests release
+  lab
+fi
 part "build (asan)" build asan && unit_tests asan
 
 echo
