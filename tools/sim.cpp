@@ -1,11 +1,14 @@
 // odom sim: drives a simulated car, into a folder or live.
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "tools/commands.hpp"
@@ -93,15 +96,15 @@ void report(const Arguments& arguments, const sim::RunPlan& plan, const sim::Sim
     std::cout << result.dump(2) << '\n';
     return;
   }
-  std::array<char, 160> text{};
-  std::snprintf(text.data(), text.size(),
-                ": %.1f s, %.1f m, ends %.3f m from the start, %llu frames, %llu camera poses\n",
-                duration, drive.driver().progress(), apart,
-                static_cast<unsigned long long>(counts.frames),
-                static_cast<unsigned long long>(counts.camera));
+  const std::string text = fmt::format(
+      "{}: {:.1f} s, {:.1f} m, ends {:.3f} m from the start, {} frames, {} camera poses\n",
+      arguments.run.scenario, duration, drive.driver().progress(), apart, counts.frames,
+      counts.camera);
   // Standard output may be the bus.
-  (arguments.live ? std::cerr : std::cout)
-      << (arguments.live ? "odom sim: " : "") << arguments.run.scenario << text.data();
+  if (arguments.live)
+    std::cerr << "odom sim: " << text;
+  else
+    std::cout << text;
 }
 
 void simulate(const Arguments& arguments) {
@@ -171,18 +174,17 @@ void add_parameter_options(CLI::App& command, Arguments& arguments) {
     std::string option = "--" + std::string(info.name);
     for (char& letter : option)
       if (letter == '_') letter = '-';
-    std::string help(info.meaning);
-    std::string number;
-    append_number(number, info.scale_car);
+    std::string defaults;
+    append_number(defaults, info.scale_car);
     if (info.full_size != info.scale_car) {
-      number += "; road ";
-      append_number(number, info.full_size);
+      defaults += "; road ";
+      append_number(defaults, info.full_size);
     }
-    const std::string unit = info.unit == "1" ? "" : std::string(info.unit) + ", ";
-    const std::string draw = info.draw == sim::Draw::normal    ? ", standard deviation"
-                             : info.draw == sim::Draw::uniform ? ", +-"
-                                                               : "";
-    help += draw + " (" + unit + number + ")";
+    const std::string_view draw = info.draw == sim::Draw::normal    ? ", standard deviation"
+                                  : info.draw == sim::Draw::uniform ? ", +-"
+                                                                    : "";
+    const std::string unit = info.unit == "1" ? "" : fmt::format("{}, ", info.unit);
+    const std::string help = fmt::format("{}{} ({}{})", info.meaning, draw, unit, defaults);
     command.add_option(option, arguments.sizes[static_cast<std::size_t>(info.parameter)], help)
         ->group(std::string(info.group))
         ->type_name("X");

@@ -62,7 +62,7 @@ CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::u
 
 // The jitter does not add up: each sample strays from its own place on the grid, by less than a
 // quarter of a cycle.
-void CarBus::schedule(Unit& unit) {
+void CarBus::schedule(Unit& unit) const {
   const double stray = cycle_jitter_ * unit.jitter.normal();
   const double most = 0.25 * seconds(unit.cycle_ns);
   const double grid = static_cast<double>(unit.count) * seconds(unit.cycle_ns) * clock_error_;

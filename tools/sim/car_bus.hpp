@@ -42,7 +42,7 @@ class CarBus {
     std::int64_t last_ns = 0;  // the one before
   };
 
-  void schedule(Unit& unit);
+  void schedule(Unit& unit) const;
   void sample(Unit& unit, const PlantOutput& car);
   can::Frame transmit(Unit& unit);
 

@@ -24,9 +24,9 @@ std::string number(double value) {
 // As a person would state it.
 std::string number(double value, int digits) {
   std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value,
-                                 std::chars_format::general, digits)
-                       .ptr;
+  char* const end = std::to_chars(text.data(), text.data() + text.size(), value,
+                                  std::chars_format::general, digits)
+                        .ptr;
   return {text.data(), end};
 }
 

@@ -43,9 +43,8 @@ TrackPoint standing_pose(const PlantParameters& car, const Leg& leg) {
   return p;
 }
 
-Driver::Driver(const PlantParameters& car, std::vector<Leg> legs, const DriverLimits& limits,
-               double wait)
-    : car_(car), legs_(std::move(legs)), limits_(limits), wait_(wait) {
+Driver::Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait)
+    : car_(std::move(car)), legs_(std::move(legs)), limits_(limits), wait_(wait) {
   for (const Leg& leg : legs_) total_ += leg.end - leg.begin;
   begin_leg();
 }

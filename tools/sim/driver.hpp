@@ -32,8 +32,7 @@ struct DriverLimits {
 
 class Driver {
  public:
-  Driver(const PlantParameters& car, std::vector<Leg> legs, const DriverLimits& limits,
-         double wait);
+  Driver(PlantParameters car, std::vector<Leg> legs, const DriverLimits& limits, double wait);
 
   /// What the driver wants now; `dt` since the last call.
   PlantInput drive(const PlantOutput& car, double dt);

@@ -1,8 +1,10 @@
 #include "tools/sim/live.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <ctime>
 #include <memory>
+#include <utility>
 
 #include <odom/odom.h>
 

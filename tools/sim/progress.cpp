@@ -2,10 +2,10 @@
 
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
-#include <cstdio>
 #include <iostream>
+
+#include <fmt/format.h>
 
 namespace odomd::sim {
 namespace {
@@ -18,14 +18,13 @@ std::int64_t steady_ns() {
 
 std::string progress_text(const Simulation& simulation) {
   const Driver& driver = simulation.driver();
-  std::array<char, 128> text{};
-  std::snprintf(text.data(), text.size(), "%.1f s, %.1f of %.1f m (%.0f %%), %.2f m/s",
-                1e-9 * static_cast<double>(simulation.time_ns()), driver.progress(), driver.total(),
-                100.0 * driver.progress() / driver.total(), simulation.plant().output().v_x);
-  return text.data();
+  return fmt::format("{:.1f} s, {:.1f} of {:.1f} m ({:.0f} %), {:.2f} m/s",
+                     1e-9 * static_cast<double>(simulation.time_ns()), driver.progress(),
+                     driver.total(), 100.0 * driver.progress() / driver.total(),
+                     simulation.plant().output().v_x);
 }
 
-Progress::Progress(ShowProgress show, ShowProgress otherwise) : style_(Style::silent) {
+Progress::Progress(ShowProgress show, ShowProgress otherwise) {
   if (show == ShowProgress::never) return;
   if (::isatty(STDERR_FILENO) != 0)
     style_ = Style::one_line;

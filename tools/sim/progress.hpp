@@ -29,7 +29,7 @@ class Progress {
   enum class Style : std::uint8_t { silent, one_line, lines };
   void show(const Simulation& simulation);
 
-  Style style_;
+  Style style_ = Style::silent;
   std::int64_t next_ns_ = 0;  // on the steady clock
 };
 

@@ -53,12 +53,15 @@ Route slalom(double speed, int laps) {
     const double ends = std::min({1.0, x / wave, (way - x) / wave});  // fades in and out
     return amplitude * ends * std::sin(2.0 * pi * x / wave);
   };
-  for (double x = 0.0; x < way; x += 0.01) line.push_back({x, weave(x)});
-  for (double a = 0.0; a < pi; a += 0.01)
-    line.push_back({way + 0.5 * gap * std::sin(a), 0.5 * gap * (1.0 - std::cos(a))});
-  for (double x = way; x > 0.0; x -= 0.01) line.push_back({x, gap + weave(x)});
-  for (double a = 0.0; a < pi; a += 0.01)
-    line.push_back({-0.5 * gap * std::sin(a), 0.5 * gap * (1.0 + std::cos(a))});
+  const auto half_turn = [&line](double x, double angle) {
+    line.push_back({x + 0.5 * gap * std::sin(angle), 0.5 * gap * (1.0 - std::cos(angle))});
+  };
+  constexpr int points = 1000;
+  const auto part = [](int k, double whole) { return whole * k / points; };
+  for (int k = 0; k < points; ++k) line.push_back({part(k, way), weave(part(k, way))});
+  for (int k = 0; k < points; ++k) half_turn(way, part(k, pi));
+  for (int k = points; k > 0; --k) line.push_back({part(k, way), gap + weave(part(k, way))});
+  for (int k = 0; k < points; ++k) half_turn(0.0, pi + part(k, pi));
   return {{rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps)}, {}};
 }
 
@@ -122,7 +125,7 @@ Route patch(double speed, int laps) {
   return route;
 }
 
-// A winding country road of 1.4 km that closes.
+// A winding country road of 1.5 km that closes.
 Route road(double speed, int laps) {
   static const std::vector<Corner> corners{
       {150, 0, 60},   {330, 0, 60},   {420, 110, 45}, {330, 190, 35}, {380, 290, 40},
@@ -152,7 +155,7 @@ constexpr std::array scenarios{
              0.6, 1.5, 3, gentle, parking},
     Scenario{"patch", "laps with ice in two curves and on the straight", CarKind::scale_car, 1.6,
              3.0, 3, blind, patch},
-    Scenario{"road", "a full-size car on 1.4 km of winding road", CarKind::full_size, 18.0, 30.0, 1,
+    Scenario{"road", "a full-size car on 1.5 km of winding road", CarKind::full_size, 18.0, 30.0, 1,
              on_the_road, road},
 };
 

@@ -1,5 +1,6 @@
 #include "tools/sim/sensors.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>

@@ -2,8 +2,10 @@
 // draws whatever the sizes of its errors, so that a change of one error leaves all others alone.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "tools/sim/parameters.hpp"
 #include "tools/sim/plant.hpp"

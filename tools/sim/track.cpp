@@ -40,11 +40,11 @@ Point beyond(const std::vector<Point>& line, Shape shape, std::ptrdiff_t i) {
   const auto get = [&line](std::ptrdiff_t k) { return line[static_cast<std::size_t>(k)]; };
   if (shape == Shape::closed) return get(((i % last) + last) % last);
   if (i < 0) {
-    const double n = static_cast<double>(-i);
+    const auto n = static_cast<double>(-i);
     return {get(0).x - n * (get(1).x - get(0).x), get(0).y - n * (get(1).y - get(0).y)};
   }
   if (i > last) {
-    const double n = static_cast<double>(i - last);
+    const auto n = static_cast<double>(i - last);
     return {get(last).x + n * (get(last).x - get(last - 1).x),
             get(last).y + n * (get(last).y - get(last - 1).y)};
   }
@@ -61,7 +61,7 @@ std::vector<Point> smoothed(const std::vector<Point>& line, Shape shape, std::pt
       sum.x += p.x;
       sum.y += p.y;
     }
-    const double count = static_cast<double>(2 * half + 1);
+    const auto count = static_cast<double>(2 * half + 1);
     result[i] = {sum.x / count, sum.y / count};
   }
   return result;
