@@ -26,6 +26,11 @@ namespace {
   if (error == ENOENT || error == ENOTDIR)
     throw std::invalid_argument(path + ": no such directory: create it, or set [shm] name");
   if (error == ENAMETOOLONG) throw std::invalid_argument(path + ": too long for a [shm] name");
+  // Directories like /dev/shm are everyone's; what lies there may be another user's.
+  if (error == EACCES || error == EPERM)
+    throw std::system_error(error, std::generic_category(),
+                            path + ": cannot " + what +
+                                ": if it is another user's, remove it or set another [shm] name");
   throw std::system_error(error, std::generic_category(), path + ": cannot " + what);
 }
 
@@ -48,8 +53,7 @@ gid_t group_id(const std::string& name) {
   std::vector<char> buffer(1024);
   group entry{};
   group* found = nullptr;
-  int error = 0;
-  while ((error = getgrnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found)) == ERANGE)
+  while (getgrnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found) == ERANGE)
     buffer.resize(2 * buffer.size());
   if (found == nullptr)
     throw std::invalid_argument("[shm] group: no such group: '" + name +

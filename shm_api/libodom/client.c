@@ -77,7 +77,10 @@ odom_status odomi_freshen(odom_client* client) {
 /* Where to look: what the caller names, else what the environment does, else the two places in
  * which odomd puts its segment. */
 static odom_status candidate_paths(const char* name, char* paths[2]) {
-  if (name == NULL) name = secure_getenv("ODOM_SHM");
+  if (name == NULL) {
+    name = secure_getenv("ODOM_SHM");
+    if (name != NULL && name[0] == '\0') name = NULL;
+  }
   if (name != NULL) return odomi_path(name, &paths[0]);
   const odom_status status = odomi_path("/odomd", &paths[0]);
   return status == ODOM_OK ? odomi_path("/run/odomd/pose", &paths[1]) : status;
@@ -85,12 +88,12 @@ static odom_status candidate_paths(const char* name, char* paths[2]) {
 
 /* Attaches to the first segment whose writer lives, else to the first one that there is. */
 static odom_status attach_first(odom_client* client) {
-  odom_status worst = ODOM_NO_SEGMENT;
+  odom_status failure = ODOM_NO_SEGMENT;
   for (size_t i = 0; i < 2 && client->paths[i] != NULL; ++i) {
     odomi_segment found;
     const odom_status status = odomi_attach(client->paths[i], &client->owners, NULL, &found);
     if (status != ODOM_OK) {
-      if (worst == ODOM_NO_SEGMENT) worst = status;
+      if (failure == ODOM_NO_SEGMENT) failure = status;
       continue;
     }
     const int fresh =
@@ -103,7 +106,7 @@ static odom_status attach_first(odom_client* client) {
     adopt(client, &found);
     if (fresh) break;
   }
-  return client->segment.words != NULL ? ODOM_OK : worst;
+  return client->segment.words != NULL ? ODOM_OK : failure;
 }
 
 odom_status odom_open(const char* name, odom_client** client) {

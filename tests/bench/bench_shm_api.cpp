@@ -14,10 +14,8 @@
 #include "shm_api/slot.h"
 #include "tests/shm_api/segment_fixture.hpp"
 
+namespace odomd::shm::testing {
 namespace {
-
-using namespace odomd::shm;
-using namespace odomd::shm::testing;
 
 struct Stage {
   TemporaryDirectory directory;
@@ -190,3 +188,4 @@ void nothing_freshly_written(benchmark::State& state) {
 BENCHMARK(nothing_freshly_written)->UseManualTime()->Iterations(200000);
 
 }  // namespace
+}  // namespace odomd::shm::testing

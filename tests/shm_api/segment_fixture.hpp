@@ -93,6 +93,15 @@ inline bool is_whole(const odom_pose& pose, const odom_details* details = nullpt
   return true;
 }
 
+/// Equal to the bit.
+inline bool is_same(const odom_pose& a, const odom_pose& b) {
+  std::array<std::uint64_t, ODOM_POSE_WORDS> words_a{};
+  std::array<std::uint64_t, ODOM_POSE_WORDS> words_b{};
+  std::memcpy(words_a.data(), &a, sizeof a);
+  std::memcpy(words_b.data(), &b, sizeof b);
+  return words_a == words_b;
+}
+
 inline void publish_patterned(Writer& writer, std::uint64_t tick, std::int64_t time_ns) {
   const Record record = patterned(tick, time_ns);
   writer.publish(record.pose, record.details);

@@ -33,7 +33,7 @@ class Access : public ::testing::Test {
   TemporaryDirectory directory;
   std::string path = directory.file("pose");
 
-  [[nodiscard]] odom_status try_open(const std::string& name) const {
+  [[nodiscard]] static odom_status try_open(const std::string& name) {
     odom_client* client = nullptr;
     const odom_status status = odom_open(name.c_str(), &client);
     EXPECT_EQ(client != nullptr, status == ODOM_OK);
@@ -41,7 +41,7 @@ class Access : public ::testing::Test {
     return status;
   }
 
-  [[nodiscard]] std::string refusal(const SegmentSettings& settings) const {
+  [[nodiscard]] static std::string refusal(const SegmentSettings& settings) {
     try {
       const Writer writer(settings, test_info());
     } catch (const std::invalid_argument& error) {

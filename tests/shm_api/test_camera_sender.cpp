@@ -16,8 +16,8 @@ namespace {
 
 class Daemon {
  public:
-  explicit Daemon(const std::string& path) : path_(path) {
-    listener_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  explicit Daemon(const std::string& path)
+      : path_(path), listener_(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     path.copy(address.sun_path, sizeof address.sun_path - 1);
@@ -34,7 +34,7 @@ class Daemon {
   Daemon& operator=(const Daemon&) = delete;
 
   void accept_one() { connection_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC); }
-  odom_camera_message receive() {
+  [[nodiscard]] odom_camera_message receive() const {
     std::array<char, 256> bytes{};
     EXPECT_EQ(recv(connection_, bytes.data(), bytes.size(), MSG_DONTWAIT), 80);
     odom_camera_message message{};
@@ -44,7 +44,7 @@ class Daemon {
 
  private:
   std::string path_;
-  int listener_ = -1;
+  int listener_;
   int connection_ = -1;
 };
 

@@ -1,6 +1,6 @@
 // The programs in docs/shm.md are those that check_installed.sh builds and runs.
-#include <fstream>
 #include <gtest/gtest.h>
+#include <fstream>
 #include <iterator>
 #include <string>
 

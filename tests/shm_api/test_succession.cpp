@@ -14,8 +14,6 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-extern char** environ;
-
 namespace odomd::shm::testing {
 namespace {
 
@@ -200,6 +198,7 @@ TEST_F(Succession, ReadersSurviveTheWritersDeathAtAnyInstant) {
   std::atomic<bool> stop{false};
   std::array<ReaderCounts, 3> counts;
   std::vector<std::thread> readers;
+  readers.reserve(counts.size());
   for (ReaderCounts& count : counts) readers.emplace_back([&] { count = read_on(path, stop); });
 
   const ClientPointer client = open_client(path);

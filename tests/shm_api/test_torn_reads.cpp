@@ -64,6 +64,7 @@ std::vector<Counts> stress(std::uint64_t slots, bool until_overtaken) {
   std::atomic<bool> stop{false};
   std::atomic<std::uint64_t> overtaken{0};
   std::vector<std::thread> readers;
+  readers.reserve(reader_count);
   for (Counts& count : counts)
     readers.emplace_back([&] {
       const ClientPointer client = open_client(path);

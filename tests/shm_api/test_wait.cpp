@@ -39,6 +39,7 @@ TEST_F(Wait, EveryWaiterIsWoken) {
   publish_patterned(writer, 1, 100);
   std::vector<Waiter> waiters(3);
   std::vector<std::thread> threads;
+  threads.reserve(waiters.size());
   for (Waiter& waiter : waiters)
     threads.emplace_back([&] {
       const ClientPointer client = open_client(path);

@@ -86,7 +86,7 @@ TEST_F(Wrapper, InPlaceAccessorsReadTheirFields) {
     seen.health = view.health();
   }),
             ODOM_OK);
-  EXPECT_EQ(std::memcmp(&seen, &pose, sizeof pose), 0);
+  EXPECT_TRUE(is_same(seen, pose));
 }
 
 TEST_F(Wrapper, InPlaceReadingGivesUpAfterThreeOvertakings) {

@@ -60,10 +60,10 @@ typedef struct odom_client odom_client;
 /** The name of a status, for messages: "no such segment: is odomd running?". Never NULL. */
 const char* odom_strstatus(odom_status status);
 
-/** Attaches to a segment: a POSIX shm name ("/odomd") or a path; NULL: $ODOM_SHM, else "/odomd",
- * else
- *  "/run/odomd/pose". Owners other than root, the service's user "odomd" and ourselves are refused.
- */
+/** Attaches to a segment: a POSIX shm name ("/odomd") or a path. NULL: $ODOM_SHM, else the first of
+ *  "/odomd" and "/run/odomd/pose" whose daemon lives. Refused are owners other than root, the
+ *  service's user "odomd" and ourselves, and files that others may write. `*client` is NULL unless
+ *  the answer is ODOM_OK. A dead daemon's segment can be opened: its poses are stale. */
 odom_status odom_open(const char* name, odom_client** client);
 void odom_close(odom_client* client);
 
@@ -94,6 +94,7 @@ odom_status odom_predict(const odom_pose* from, int64_t time_ns, odom_pose* to);
  *  silent, and `pose` is its last word. ODOM_TIMEOUT: the time is up, `pose` is untouched. */
 odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t timeout_ns);
 
+/** The header. Each field is whole, but no two are promised to be of the same instant. */
 odom_status odom_get_info(odom_client* client, odom_info* info, size_t size);
 odom_status odom_get_beat(odom_client* client, odom_beat* beat, size_t size);
 
@@ -141,6 +142,7 @@ enum {
   ODOM_WORD_DETAILS /* where odom_details begins */
 };
 
+/** A view of the newest pose. ODOM_OK, ODOM_STALE: `view` is set; ODOM_NO_POSE. */
 odom_status odom_begin(odom_client* client, odom_view* view);
 
 static inline uint64_t odom_view_word(const odom_view* view, size_t word) {

@@ -143,14 +143,13 @@ typedef struct odom_info {
 
 /** How well the beat has kept its promise since start. */
 typedef struct odom_beat {
-  uint64_t ticks;          /**< published */
-  uint64_t missed;         /**< cycles of the grid that were skipped whole */
-  uint64_t overruns;       /**< ticks that were not done when the next was due */
-  uint64_t carried_over;   /**< drains that left frames behind */
-  int64_t heartbeat_ns;    /**< CLOCK_MONOTONIC of the last tick */
-  int64_t last_overrun_ns; /**< when, 0: never */
-  int64_t
-      last_overrun_execution_ns; /**< how long that tick worked: its own fault, or a late wake */
+  uint64_t ticks;                    /**< published */
+  uint64_t missed;                   /**< cycles of the grid that were skipped whole */
+  uint64_t overruns;                 /**< ticks that were not done when the next was due */
+  uint64_t carried_over;             /**< drains that left frames behind */
+  int64_t heartbeat_ns;              /**< CLOCK_MONOTONIC of the last tick */
+  int64_t last_overrun_ns;           /**< when, 0: never */
+  int64_t last_overrun_execution_ns; /**< how long that tick worked: was it slow, or woken late? */
   int64_t max_wakeup_ns;
   int64_t max_execution_ns;
   uint64_t wakeup[ODOM_HISTOGRAM_BUCKETS];    /**< wake-up latency */
