@@ -14,7 +14,7 @@ namespace odomd::tools {
 namespace {
 
 // No row of ours comes near; a file that is not text is told from one that is.
-constexpr std::size_t max_line = 64 * 1024;
+constexpr std::size_t max_line = 65'536;
 
 std::string_view trimmed(std::string_view text) {
   constexpr std::string_view space = " \t\r";

@@ -25,7 +25,7 @@ std::vector<PicturePoint> points_between(const Trajectory& trajectory, std::int6
 }
 
 std::string note_of(const Evaluation& e) {
-  const std::string heading = fixed(std::abs(e.heading_end) * 180.0 / std::numbers::pi, 1) + "°";
+  std::string heading = fixed(std::abs(e.heading_end) * 180.0 / std::numbers::pi, 1) + "°";
   if (!e.end_cm_per_m) return heading;
   return fixed(*e.end_cm_per_m, 2) + " cm/m · " + heading;
 }

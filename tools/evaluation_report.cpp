@@ -89,6 +89,7 @@ std::string align_name(Align align) {
 
 std::vector<std::string> short_names(const std::vector<std::string>& files) {
   std::vector<std::string> names;
+  names.reserve(files.size());
   for (const auto& file : files) {
     names.push_back(std::filesystem::path{file}.stem().string());
   }
@@ -120,6 +121,7 @@ std::string as_text(const EvaluationReport& report) {
   text += '\n';
 
   std::vector<std::string> files;
+  files.reserve(evaluations.size());
   for (const auto& e : evaluations) files.push_back(e.name);
   Table table{{""}, {}, {0}};
   for (const auto& name : short_names(files)) table.header.push_back(name);

@@ -7,7 +7,7 @@
 int main(int argc, char** argv) {
   // A reader that has seen enough (odom ... | head) ends us without a word, even where a parent
   // left SIGPIPE ignored.
-  std::signal(SIGPIPE, SIG_DFL);
+  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
 
   CLI::App odom{"Odometry by hand: replay, simulate, evaluate and watch.", "odom"};
   odom.set_version_flag("--version", "odom " ODOMD_VERSION);

@@ -1,0 +1,66 @@
+#include "tools/picture_layout.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace odomd::tools {
+
+std::span<const PicturePoint> main_points(const Picture& picture) {
+  if (!picture.reference.points.empty()) return picture.reference.points;
+  return picture.estimates.at(0).points;
+}
+
+Box view_of(const Picture& picture) {
+  constexpr double smallest = 0.2;  // m
+  constexpr double farthest = 1e9;  // m
+  constexpr double margin = 0.06;   // of the size
+  const auto points = main_points(picture);
+  Box view{points[0].x, points[0].x, points[0].y, points[0].y};
+  for (const auto& p : points) view.take(p);
+  if (!Box{-farthest, farthest, -farthest, farthest}.holds({view.left, view.bottom}) ||
+      !Box{-farthest, farthest, -farthest, farthest}.holds({view.right, view.top})) {
+    throw std::invalid_argument("a trajectory that leaves a million kilometres cannot be drawn");
+  }
+  const double size = std::max({view.wide(), view.high(), smallest});
+  const Box reach = view.grown(0.5 * size);
+  for (const auto& trace : picture.estimates) {
+    for (const auto& p : trace.points) {
+      view.take(
+          {std::clamp(p.x, reach.left, reach.right), std::clamp(p.y, reach.bottom, reach.top)});
+    }
+  }
+  return view.grown(margin * size);
+}
+
+Layout layout_of(const Box& view, double top) {
+  constexpr double label_left = 76.0;       // room for the labels of the y axis
+  constexpr double tallest = 1.3 * canvas;  // a tall track may be a third higher than wide
+  constexpr double flattest = 0.3;          // a flat one is given some air
+  Layout layout;
+  layout.view = view;
+  layout.left = border + label_left;
+  layout.right = canvas - border;
+  layout.top = top;
+  const double width = layout.right - layout.left;
+  layout.scale = std::min(width / view.wide(), tallest / view.high());
+
+  const double more_wide = width / layout.scale - view.wide();
+  layout.view.left -= 0.5 * more_wide;
+  layout.view.right += 0.5 * more_wide;
+  const double more_high = std::max(0.0, flattest * width / layout.scale - view.high());
+  layout.view.bottom -= 0.5 * more_high;
+  layout.view.top += 0.5 * more_high;
+  layout.bottom = top + layout.view.high() * layout.scale;
+  return layout;
+}
+
+double round_step(double length, double count) {
+  const double raw = length / count;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (raw <= factor * power) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+}  // namespace odomd::tools
