@@ -12,7 +12,7 @@ build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusp
   libsystemd-dev libsocketcan-dev nlohmann-json3-dev librsvg2-bin'
 test="$build libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd
   jq qemu-system-x86 busybox-static cpio kmod xz-utils util-linux"
-campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev"
+campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq"
 
 case ${1-} in
   build) wanted=$build ;;
