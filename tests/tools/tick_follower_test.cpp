@@ -18,7 +18,8 @@ using std::chrono::milliseconds;
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-// A daemon of such a period is fresh for four seconds after a tick: no test depends on its own pace.
+// A daemon of such a period is fresh for four seconds after a tick: no test depends on its own
+// pace.
 constexpr std::int64_t slow_ns = 1'000'000'000;
 constexpr std::int64_t quick_ns = 5'000'000;
 
