@@ -32,7 +32,7 @@ status() { odom status --json --socket "$run/status.sock" | jq -r "$1"; }
 memory() { awk '/^VmRSS/ {print $2}' "/proc/$daemon/status"; }
 descriptors() { find "/proc/$daemon/fd" -mindepth 1 | wc -l; }
 
-arguments=(--scenario stop-and-go --laps 1000000 --duration "$seconds")
+arguments=(--scenario stop-and-go --laps 10000 --duration "$seconds")
 odom sim "${arguments[@]}" --config-only --out "$run/car" >/dev/null || exit 1
 mkfifo "$run/bus"
 odomd --config "$run/car/car.toml" --can - --shm "$shm" --log-level warn \
@@ -57,7 +57,7 @@ sleep 1
 memory_after=$(memory) descriptors_after=$(descriptors)
 read -r ticks missed overruns received bad < <(status '[.beat.ticks, .beat.missed, .beat.overruns,
   .can[0].received, ([.frames[]] | add) - .frames.decoded] | map(tostring) | join(" ")')
-wakeup=$(status '.beat.wakeup_us | "\(.p99)/\(.max)"')
+wakeup=$(status '.beat.wakeup_us | "\(.p99 | round)/\(.max | round)"')
 kill "$daemon"
 wait "$daemon" || fail "odomd ended with status $?"
 wait "$client"
