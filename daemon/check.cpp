@@ -18,8 +18,9 @@ constexpr std::array<std::string_view, 10> unit_names{"1",   "rad",  "deg", "rad
 constexpr std::array<std::string_view, 7> profile_names{"none", "P01",     "P02",      "P11",
                                                         "P22",  "counter", "SAE J1850"};
 
-double seconds(std::int64_t ns) {
-  return static_cast<double>(ns) * 1e-9;
+/// Of a time that is kept in nanoseconds: as the user wrote it, or nearly.
+std::string seconds(std::int64_t ns) {
+  return fmt::format("{:.6g} s", static_cast<double>(ns) * 1e-9);
 }
 
 /// Lines "  name  text", one idea each.
@@ -69,11 +70,11 @@ void add_signals(Lines& lines, const Config& config) {
     const SignalSettings& settings = config.can.signals[binding.channel];
     std::string extra;
     if (!binding.bus.empty()) extra += fmt::format(", on {} alone", binding.bus);
-    if (binding.latency_ns != 0) extra += fmt::format(", {} s old", seconds(binding.latency_ns));
+    if (binding.latency_ns != 0) extra += fmt::format(", {} old", seconds(binding.latency_ns));
     if (binding.valid_when)
       extra +=
           fmt::format(", while {} = {}", binding.valid_when->signal, binding.valid_when->equals);
-    lines.add(binding.role, "{}.{} {}, sigma {}, time-out {} s{}", binding.message,
+    lines.add(binding.role, "{}.{} {}, sigma {}, time-out {}{}", binding.message,
               fmt::join(binding.signals, " + "), conversion(binding), settings.sigma,
               seconds(settings.timeout_ns), extra);
   }
@@ -90,7 +91,7 @@ std::string summary(const Config& config, std::span<const can::Database> databas
             "{} kg, {} + {} m to the axles, {} kg m2, stiffness {} + {} N/rad, track {} m",
             car.mass, car.front_axle, car.rear_axle, car.yaw_inertia, car.cornering_stiffness_front,
             car.cornering_stiffness_rear, car.track_width);
-  lines.add("model", "{}, every {} s", name_of(config.model), seconds(config.realtime.period_ns));
+  lines.add("model", "{}, every {}", name_of(config.model), seconds(config.realtime.period_ns));
   lines.add("real time", "priority {}, {}", config.realtime.priority,
             config.realtime.cpu < 0 ? std::string("any CPU")
                                     : fmt::format("CPU {}", config.realtime.cpu));

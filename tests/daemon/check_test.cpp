@@ -1,0 +1,55 @@
+// What `odomd --check` shows of a configuration.
+#include "daemon/check.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace odomd::daemon {
+namespace {
+
+using estimator::Source;
+using testing::HasSubstr;
+using testing::Not;
+
+Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
+  Config config;
+  can::SignalBinding binding;
+  binding.channel = static_cast<std::uint16_t>(Source::wheel_rear);
+  binding.role = "wheel_rear";
+  binding.message = "WHEEL";
+  binding.signals = {"REAR"};
+  binding.unit = can::Unit::m_per_s;
+  binding.latency_ns = latency_ns;
+  config.can.bindings.push_back(binding);
+  config.can.signals[binding.channel] = {true, 0.05, timeout_ns};
+  return config;
+}
+
+TEST(CheckSummary, ShowsTimesAsTheyWereWritten) {
+  const auto text = summary(with_signal(15'000'000, 7'000'000), {}, {});
+  EXPECT_THAT(text, HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, 0.007 s old\n"));
+  EXPECT_THAT(text, HasSubstr("every 0.005 s\n"));
+}
+
+TEST(CheckSummary, RoundsTimesToSixDigits) {
+  const auto text = summary(with_signal(333'333'333, 0), {}, {});
+  EXPECT_THAT(text, HasSubstr("time-out 0.333333 s\n"));
+  EXPECT_THAT(text, Not(HasSubstr("old")));
+}
+
+TEST(CheckSummary, TellsSourcesApart) {
+  Config config = with_signal(30'000'000, 0);
+  EXPECT_THAT(summary(config, {}, {}), HasSubstr("none yet: give --can or [can] source"));
+  config.can.sources = {"can0", "-"};
+  EXPECT_THAT(summary(config, {}, {}),
+              testing::AllOf(HasSubstr("can0 (interface)\n"), HasSubstr("standard input\n")));
+}
+
+TEST(CheckSummary, EndsWithTheWarnings) {
+  const std::string warnings[] = {"car.toml: steering is not mapped"};
+  EXPECT_THAT(summary(with_signal(30'000'000, 0), {}, warnings),
+              testing::EndsWith("warnings\n  car.toml: steering is not mapped\n"));
+}
+
+}  // namespace
+}  // namespace odomd::daemon
