@@ -61,6 +61,8 @@ ShmConfig read_shm(TableReader table) {
   if (shm.name.size() < 2 || shm.name.front() != '/')
     table.fail("name", "must begin with a slash: \"/odomd\", or a path");
   table.read_mode("mode", shm.mode);
+  if ((shm.mode & ~0644U) != 0 || (shm.mode & 0600U) != 0600U)
+    table.fail("mode", "must be 0o600, 0o640 or 0o644: clients refuse what others may write");
   table.read("group", shm.group);
   table.finish();
   return shm;

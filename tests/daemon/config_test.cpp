@@ -477,6 +477,8 @@ const Mistake mistakes[] = {
      "car.toml:3: [shm] name: must begin with a slash: \"/odomd\", or a path"},
     {"ModeThatIsNone", also("[shm]\nmode = \"rw\"\n"),
      "car.toml:3: [shm] mode: is not a file mode; write it as 0o660"},
+    {"ModeThatLetsOthersWrite", also("[shm]\nmode = 0o660\n"),
+     "car.toml:3: [shm] mode: must be 0o600, 0o640 or 0o644: clients refuse what others may write"},
     {"CameraLatency", also("[camera]\nmax_latency = 0\n"),
      "car.toml:3: [camera] max_latency: 0 is not possible; it must be between 0 and 10 (s)"},
     {"EmptySocket", also("[camera]\nsocket = \"\"\n"),
