@@ -68,7 +68,7 @@ TEST_F(Access, APosixShmNameIsAFileInDevShm) {
 }
 
 TEST_F(Access, TheEnvironmentNamesTheSegmentWhereTheCallerDoesNot) {
-  const Writer writer({.name = path, .slots = 8}, test_info());
+  const Writer writer({.name = path, .slots = 8}, test_info(1'000'000'000));
   ASSERT_EQ(setenv("ODOM_SHM", path.c_str(), 1), 0);
   odom_client* client = nullptr;
   EXPECT_EQ(odom_open(nullptr, &client), ODOM_OK);

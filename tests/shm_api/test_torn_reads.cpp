@@ -19,18 +19,26 @@ struct Counts {
   std::uint64_t starved = 0;
 };
 
-// In place, so that every single attempt is seen.
-void read_in_place(odom_client* client, Counts& counts) {
+// In place, so that every single attempt is seen. Half-way through it waits until the slot is the
+// one that is written next, so that the other half is read while the writer is at work in it.
+void read_in_place(odom_client* client, std::uint64_t slots, Counts& counts) {
   odom_view view{};
   if (odom_begin(client, &view) > ODOM_STALE) return;
   std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
-  for (std::size_t i = 0; i < words.size(); ++i) words[i] = odom_view_word(&view, i + 1);
+  std::size_t i = 0;
+  for (; i < words.size() / 2; ++i) words[i] = odom_view_word(&view, i + 1);
+  odom_view newest = view;
+  for (int patience = 0; patience < 1000; ++patience) {
+    if (newest.sequence >= view.sequence + 2 * (slots - 1)) break;
+    if (odom_begin(client, &newest) > ODOM_STALE) return;
+  }
+  for (; i < words.size(); ++i) words[i] = odom_view_word(&view, i + 1);
   if (odom_validate(&view) == 0) {
     ++counts.overtaken;
     return;
   }
   ++counts.reads;
-  for (std::size_t i = 2; i < words.size(); ++i)
+  for (i = 2; i < words.size(); ++i)
     if (words[i] != pattern(words[0], i)) {
       ++counts.torn;
       return;
@@ -58,23 +66,26 @@ std::vector<Counts> stress(std::uint64_t slots, bool until_overtaken) {
   Writer writer({.name = path, .slots = slots}, test_info());
   publish_patterned(writer, 1, 1);
 
-  const std::size_t reader_count = 3;
+  // Half of the readers read in place, half copy.
+  const std::size_t reader_count = 4;
   std::vector<Counts> counts(reader_count);
   std::latch gate(static_cast<std::ptrdiff_t>(reader_count) + 1);
   std::atomic<bool> stop{false};
-  std::atomic<std::uint64_t> overtaken{0};
+  std::atomic<bool> overtaken{false};
   std::vector<std::thread> readers;
   readers.reserve(reader_count);
-  for (Counts& count : counts)
-    readers.emplace_back([&] {
+  for (std::size_t reader = 0; reader < reader_count; ++reader)
+    readers.emplace_back([&, reader] {
       const ClientPointer client = open_client(path);
+      Counts& count = counts[reader];
       odom_pose pose{};
       gate.arrive_and_wait();
       while (!stop.load(std::memory_order_relaxed)) {
-        const std::uint64_t seen = count.overtaken;
-        read_in_place(client.get(), count);
-        read_copy(client.get(), pose, count);
-        if (count.overtaken != seen) overtaken.fetch_add(1, std::memory_order_relaxed);
+        if (reader % 2 == 0)
+          read_in_place(client.get(), slots, count);
+        else
+          read_copy(client.get(), pose, count);
+        if (count.overtaken != 0) overtaken.store(true, std::memory_order_relaxed);
       }
     });
 
@@ -84,8 +95,7 @@ std::vector<Counts> stress(std::uint64_t slots, bool until_overtaken) {
   const auto wanted = [&] {
     const std::int64_t ran = now_ns() - start;
     if (ran < 500'000'000) return true;
-    return until_overtaken && overtaken.load(std::memory_order_relaxed) == 0 &&
-           ran < 30'000'000'000;
+    return until_overtaken && !overtaken.load(std::memory_order_relaxed) && ran < 30'000'000'000;
   };
   while (wanted()) {
     for (int i = 0; i < 1000; ++i, ++tick)
