@@ -49,7 +49,7 @@ std::optional<std::uint64_t> unsigned_of(std::string_view word) {
 
 DbcCursor::DbcCursor(std::string_view text, std::string file_name)
     : file_name_(std::move(file_name)),
-      tokens_(tokenize(to_utf8(text), file_name_)),
+      tokens_(tokenize(to_utf8(text))),
       ends_in_newline_(text.ends_with('\n')) {}
 
 const Token& DbcCursor::peek(std::size_t ahead) const {
@@ -68,6 +68,7 @@ bool DbcCursor::at_statement() const {
 
 const Token& DbcCursor::take() {
   const Token& token = peek();
+  if (token.kind == TokenKind::broken) fail_at(token.line, token.text);
   if (token.kind != TokenKind::end) ++at_;
   return token;
 }
@@ -133,6 +134,7 @@ double DbcCursor::take_number(std::string_view what, std::string_view mend) {
 
 void DbcCursor::end_statement(std::string_view keyword) {
   if (take_if(';')) return;
+  if (peek().kind == TokenKind::broken) take();
   const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should stand
   const std::string text =
       "expected ';' at the end of " + std::string(keyword) + ", found " + show(peek());
@@ -157,6 +159,7 @@ void DbcCursor::warn_if_cut_off() {
 }
 
 void DbcCursor::fail(const Token& found, std::string_view what, std::string_view mend) const {
+  if (found.kind == TokenKind::broken) fail_at(found.line, found.text);
   fail_at(found.line, std::string("expected ")
                           .append(what)
                           .append(", found ")

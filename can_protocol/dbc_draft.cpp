@@ -48,6 +48,13 @@ std::optional<std::size_t> implied_multiplexor(const DraftMessage& draft, std::s
   return root;
 }
 
+/// Whether the multiplexor's bits can hold a value that selects the signal.
+bool selectable(const Signal& signal, const Signal& multiplexor) {
+  return std::any_of(signal.selected_by.begin(), signal.selected_by.end(), [&](const auto& range) {
+    return range.first <= low_bits(multiplexor.length);
+  });
+}
+
 bool disjoint(const std::vector<MultiplexRange>& a, const std::vector<MultiplexRange>& b) {
   return std::none_of(a.begin(), a.end(), [&](const MultiplexRange& x) {
     return std::any_of(b.begin(), b.end(), [&](const MultiplexRange& y) {
@@ -89,6 +96,10 @@ void resolve_multiplexing(DraftMessage& draft, DbcCursor& cursor) {
     }
   }
   for (const Signal& signal : signals) {
+    if (signal.multiplexor && !selectable(signal, signals[*signal.multiplexor]))
+      cursor.warn(signal.line, "signal '" + signal.name + "' is never present: multiplexor '" +
+                                   signals[*signal.multiplexor].name +
+                                   "' has no bits for a value that selects it");
     std::size_t steps = 0;
     for (const Signal* at = &signal; at->multiplexor; at = &signals[*at->multiplexor])
       if (++steps > signals.size())

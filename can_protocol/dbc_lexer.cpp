@@ -20,7 +20,7 @@ bool is_word(char c) {
 
 class Lexer {
  public:
-  Lexer(std::string_view text, const std::string& file_name) : text_(text), file_(file_name) {}
+  explicit Lexer(std::string_view text) : text_(text) {}
 
   std::vector<Token> run() {
     while (at_ < text_.size()) {
@@ -41,10 +41,9 @@ class Lexer {
         ++at_;
         add(TokenKind::punctuation, std::string(1, c), line_);
       } else {
-        throw DbcError(at_line(file_, line_,
-                               "expected text, found byte " +
-                                   std::to_string(static_cast<unsigned char>(c)) +
-                                   "; save the file as plain text (UTF-8 or Latin-1)"));
+        give_up(line_, "expected text, found byte " +
+                           std::to_string(static_cast<unsigned char>(c)) +
+                           "; save the file as plain text (UTF-8 or Latin-1)");
       }
     }
     add(TokenKind::end, {}, line_);
@@ -55,6 +54,11 @@ class Lexer {
   void add(TokenKind kind, std::string text, std::uint32_t line) {
     tokens_.push_back({kind, std::move(text), line, starts_line_});
     starts_line_ = false;
+  }
+
+  void give_up(std::uint32_t line, std::string why) {
+    add(TokenKind::broken, std::move(why), line);
+    at_ = text_.size();
   }
 
   /// A backslash before a quote keeps the quote in the text, unless the statement ends there: some
@@ -84,13 +88,12 @@ class Lexer {
       if (c == '\n') ++line_;
       if (c != '\r') text += c;
     }
-    throw DbcError(at_line(file_, first_line,
-                           "expected '\"' that closes the text begun here, found end of file; "
-                           "close it, or fetch the whole file if it was cut off"));
+    give_up(first_line,
+            "expected '\"' that closes the text begun here, found end of file; "
+            "close it, or fetch the whole file if it was cut off");
   }
 
   std::string_view text_;
-  const std::string& file_;
   std::vector<Token> tokens_;
   std::size_t at_ = 0;
   std::uint32_t line_ = 1;
@@ -99,8 +102,8 @@ class Lexer {
 
 }  // namespace
 
-std::vector<Token> tokenize(std::string_view text, const std::string& file_name) {
-  return Lexer(text, file_name).run();
+std::vector<Token> tokenize(std::string_view text) {
+  return Lexer(text).run();
 }
 
 std::string show(const Token& token) {

@@ -13,6 +13,7 @@ enum class TokenKind : std::uint8_t {
   word,         ///< a name, keyword or number, also "1+" and "0-5"
   text,         ///< "in quotes", without them
   punctuation,  ///< one other character
+  broken,       ///< no token can be made from here on: `text` says why, and only `end` follows
   end           ///< of the file
 };
 
@@ -23,9 +24,10 @@ struct Token {
   bool starts_line = false;  ///< nothing but blanks before it on its line
 };
 
-/// The tokens of UTF-8 `text`, closed by one of kind `end`. Throws DbcError for a quoted text that
-/// never ends and for bytes that no text has.
-[[nodiscard]] std::vector<Token> tokenize(std::string_view text, const std::string& file_name);
+/// The tokens of UTF-8 `text`, closed by one of kind `end`. A quoted text that never ends, or a
+/// byte that no text has, becomes a broken token: what is wrong before it, such as the quote that
+/// is missing, is found first.
+[[nodiscard]] std::vector<Token> tokenize(std::string_view text);
 
 /// How a message shows a token: 'word', a shortened "text", end of file.
 [[nodiscard]] std::string show(const Token& token);

@@ -182,7 +182,10 @@ void DbcParser::signal(std::uint32_t line) {
                  "mend its start bit or its length");
   signal.start_bit = static_cast<std::uint16_t>(start_bit);
   scaling_and_range(signal);
+  const Token unit = cursor_.peek();
   signal.unit = cursor_.take_text("the signal's unit in quotes", signal_form);
+  if (signal.unit.find('\n') != std::string::npos)
+    cursor_.fail(unit, "'\"' that closes the unit on its line", signal_form);
   while ((cursor_.peek().kind == TokenKind::word && !cursor_.at_statement()) ||
          cursor_.at_punctuation(','))
     cursor_.take();  // receivers

@@ -61,6 +61,7 @@ class DbcParser {
   struct Reference {
     std::uint32_t line = 0;
     std::string statement;
+    std::string number;                ///< as the file has it
     std::optional<std::uint32_t> key;  ///< frame_key; none: the unused signals
   };
   Reference reference(std::string statement);

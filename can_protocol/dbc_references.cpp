@@ -18,17 +18,17 @@ DbcParser::Reference DbcParser::reference(std::string statement) {
   const Token token = cursor_.peek();
   const std::uint64_t number =
       cursor_.take_unsigned("the identifier of a message", largest_u64, id_form);
-  if (number == unused_signals_id) return {token.line, std::move(statement), std::nullopt};
+  if (number == unused_signals_id)
+    return {token.line, std::move(statement), token.text, std::nullopt};
   const Key key = identifier(token, number);
-  return {token.line, std::move(statement), frame_key(key.id, key.format)};
+  return {token.line, std::move(statement), token.text, frame_key(key.id, key.format)};
 }
 
 DraftMessage* DbcParser::find(const Reference& reference) {
   if (!reference.key) return nullptr;
   const auto found = by_key_.find(*reference.key);
   if (found == by_key_.end()) {
-    cursor_.warn(reference.line, reference.statement + " names message " +
-                                     std::to_string(*reference.key & ~extended_flag) +
+    cursor_.warn(reference.line, reference.statement + " names message " + reference.number +
                                      ", which is not in the file; passed over");
     return nullptr;
   }
@@ -93,7 +93,10 @@ void DbcParser::value_names() {
   while (cursor_.peek().kind == TokenKind::word && !cursor_.at_statement()) {
     const Token token = cursor_.peek();
     const double raw = cursor_.take_number("a raw value", form);
+    const Token name_token = cursor_.peek();
     std::string text = cursor_.take_text("the value's name in quotes", form);
+    if (text.find('\n') != std::string::npos)
+      cursor_.fail(name_token, "'\"' that closes the value's name on its line", form);
     // 2^63 as a double: beyond it no raw value can be meant.
     if (raw != std::nearbyint(raw) || std::abs(raw) >= 9223372036854775808.0)
       cursor_.warn(token.line, "VAL_ names " + show(token) + ", which is no raw value");

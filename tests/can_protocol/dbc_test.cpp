@@ -176,6 +176,19 @@ CM_ BO_ 77 "of a message that is not there";
                   HasSubstr("car.dbc:10: CM_ BO_ names message 77")));
 }
 
+TEST(Dbc, WarnsOfASignalThatNoMultiplexorValueSelects) {
+  const Database database = parse(R"(BO_ 2147483649 A: 8 X
+ SG_ Page M : 0|4@1+ (1,0) [0|0] "" X
+ SG_ Low m15 : 8|8@1+ (1,0) [0|0] "" X
+ SG_ High m16 : 8|8@1+ (1,0) [0|0] "" X
+CM_ BO_ 2147483650 "another";
+)");
+  EXPECT_THAT(
+      warnings_of(database),
+      ElementsAre(HasSubstr("car.dbc:4: signal 'High' is never present: multiplexor 'Page'"),
+                  HasSubstr("car.dbc:5: CM_ BO_ names message 2147483650,")));
+}
+
 TEST(Dbc, DoesNotWarnOfOverlapsThatMultiplexingKeepsApart) {
   const Database database = parse(R"(BO_ 1 A: 8 X
  SG_ Root M : 0|8@1+ (1,0) [0|0] "" X
@@ -359,6 +372,19 @@ INSTANTIATE_TEST_SUITE_P(
                "car.dbc:2: expected the signal's offset, found '1e999'"},
         BadDbc{"Unit", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] rad X\n",
                "car.dbc:2: expected the signal's unit in quotes, found 'rad'"},
+        BadDbc{"UnitNotClosed", "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"rad X\n",
+               "car.dbc:2: expected '\"' that closes the text begun here, found end of file"},
+        BadDbc{"UnitNotClosedBeforeOthers",
+               "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"rad X\n"
+               " SG_ T : 0|8@1+ (1,0) [0|0] \"m\" X\n",
+               "car.dbc:2: expected '\"' that closes the unit on its line, found \"rad X  SG_ T"},
+        BadDbc{"ValueNameNotClosed",
+               "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a 1 \"b\" ;\nCM_ BO_ 1 \"text\";\n",
+               "car.dbc:2: expected a raw value, found 'b'"},
+        BadDbc{"LastValueNameNotClosed", "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a ;\nCM_ BO_ 1 \"text\";\n",
+               "car.dbc:2: expected '\"' that closes the value's name on its line"},
+        BadDbc{"BinaryBehindAMistake", "BO_ 1 A 8 X\n\x01",
+               "car.dbc:1: expected ':' after the message's name"},
         BadDbc{"Multiplexing", "BO_ 1 A: 8 X\n SG_ S mX : 0|8@1+ (1,0) [0|0] \"\" X\n",
                "car.dbc:2: expected ':' or a multiplexing (M, m0, m0M) after the signal's name, "
                "found 'mX'"},
