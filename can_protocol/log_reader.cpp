@@ -72,7 +72,9 @@ bool LogReader::take(std::string_view text, Ending ending, Frame& frame) {
   if (is_blank(text)) return false;
   const CandumpLine line = parse_candump_line(text);
   if (!line.good()) {
-    if (ending == Ending::newline) throw LogError(describe(label_, lines_.line_number(), line));
+    // A file of one line that is no frame is no log that was cut off.
+    if (ending == Ending::newline || frames_ == 0)
+      throw LogError(describe(label_, lines_.line_number(), line));
     warning_ = describe_cut_off(label_, lines_.line_number());
     return false;
   }

@@ -101,7 +101,8 @@ TEST(LogReader, NamesTheLineTheColumnAndTheMend) {
 TEST(LogReader, RefusesALogWithoutAFrame) {
   EXPECT_THAT(error_of_content(""), HasSubstr("holds no frame"));
   EXPECT_THAT(error_of_content("\n\n"), HasSubstr("holds no frame"));
-  EXPECT_THAT(error_of_content("(1.0000"), HasSubstr("holds no frame"));
+  EXPECT_THAT(error_of_content("(1.0000"), StartsWith(":1: expected 6 or 9 decimals"));
+  EXPECT_THAT(error_of_content("\ngarbage"), StartsWith(":2: expected '('"));
 }
 
 TEST(LogReader, RefusesBinaryGarbageWithOneLine) {
