@@ -188,7 +188,13 @@ class Compiler {
       if (compiled.forward && compiled.reverse && compiled.forward->bits == compiled.reverse->bits)
         refuse(binding, "forward and reverse are the same value; mend one");
     } else {
-      for (const Signal* signal : read) check_unit(binding, found, *signal);
+      for (const Signal* signal : read) {
+        check_unit(binding, found, *signal);
+        if (signal->scale == 0.0)
+          refuse(binding, "signal '" + signal->name + "' has the factor 0 in " +
+                              found.database->file + ':' + std::to_string(signal->line) +
+                              " and never changes; mend the database");
+      }
       compiled.unit_factor = unit_factor(binding);
     }
     if (binding.valid_when) {
@@ -213,12 +219,15 @@ class Compiler {
   }
 
   static void check_unit(const SignalBinding& binding, const Found& found, const Signal& signal) {
+    if (binding.unit == Unit::none) return;
     const auto stated = unit_of_text(signal.unit);
-    if (!stated || binding.unit == Unit::none || *stated == binding.unit) return;
+    const bool contradicts = stated ? *stated != binding.unit : is_other_unit(signal.unit);
+    if (!contradicts) return;
     refuse(binding, "unit '" + std::string(unit_name(binding.unit)) + "' contradicts '" +
                         signal.unit + "' of signal '" + found.message->name + '.' + signal.name +
                         "' in " + found.database->file + ':' + std::to_string(signal.line) +
-                        "; mend one of them");
+                        (stated ? "; mend one of them"
+                                : "; mend one of them, or take it as unit = \"1\" with a scale"));
   }
 
   /// For rpm the speed of the wheel: v = omega * radius / ratio.

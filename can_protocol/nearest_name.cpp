@@ -51,6 +51,11 @@ std::string_view nearest_name(std::string_view wanted, std::span<const std::stri
   return nearest == names.end() ? std::string_view{} : std::string_view{*nearest};
 }
 
+bool resembles(std::string_view a, std::string_view b) {
+  const int edits = std::min(a.size(), b.size()) < 8 ? 1 : 2;
+  return edit_distance(a, b) <= edits * whole_edit;
+}
+
 std::string nearest_hint(std::string_view wanted, std::span<const std::string> names) {
   if (names.empty()) return {};
   return std::string("; the nearest is '").append(nearest_name(wanted, names)).append("'");

@@ -12,6 +12,9 @@ namespace odomd {
 [[nodiscard]] std::string_view nearest_name(std::string_view wanted,
                                             std::span<const std::string> names);
 
+/// Whether one is likely the other misspelt: an edit or two, the second from eight characters on.
+[[nodiscard]] bool resembles(std::string_view a, std::string_view b);
+
 /// "; the nearest is 'X'", or nothing if there are no names.
 [[nodiscard]] std::string nearest_hint(std::string_view wanted, std::span<const std::string> names);
 

@@ -24,7 +24,13 @@ constexpr std::array spellings{Spelling{"rad", Unit::rad},
                                Spelling{"rad/sec", Unit::rad_per_s},
                                Spelling{"radians/s", Unit::rad_per_s},
                                Spelling{"rads-1", Unit::rad_per_s},
+                               Spelling{"rad/second", Unit::rad_per_s},
+                               Spelling{"radians/sec", Unit::rad_per_s},
+                               Spelling{"radians/second", Unit::rad_per_s},
                                Spelling{"deg/s", Unit::deg_per_s},
+                               Spelling{"deg/second", Unit::deg_per_s},
+                               Spelling{"degree/second", Unit::deg_per_s},
+                               Spelling{"degrees/second", Unit::deg_per_s},
                                Spelling{"deg/sec", Unit::deg_per_s},
                                Spelling{"degree/s", Unit::deg_per_s},
                                Spelling{"degrees/s", Unit::deg_per_s},
@@ -33,6 +39,9 @@ constexpr std::array spellings{Spelling{"rad", Unit::rad},
                                Spelling{"dps", Unit::deg_per_s},
                                Spelling{"m/s", Unit::m_per_s},
                                Spelling{"m/sec", Unit::m_per_s},
+                               Spelling{"m/second", Unit::m_per_s},
+                               Spelling{"meters/sec", Unit::m_per_s},
+                               Spelling{"meters/second", Unit::m_per_s},
                                Spelling{"mps", Unit::m_per_s},
                                Spelling{"ms-1", Unit::m_per_s},
                                Spelling{"km/h", Unit::km_per_h},
@@ -49,9 +58,20 @@ constexpr std::array spellings{Spelling{"rad", Unit::rad},
                                Spelling{"m/s2", Unit::m_per_s2},
                                Spelling{"m/s/s", Unit::m_per_s2},
                                Spelling{"m/sec2", Unit::m_per_s2},
+                               Spelling{"m/second2", Unit::m_per_s2},
                                Spelling{"ms-2", Unit::m_per_s2},
                                Spelling{"mps2", Unit::m_per_s2},
                                Spelling{"g", Unit::g}};
+
+// Normalised as above.
+constexpr std::array<std::string_view, 58> others{
+    "mph",   "mi/h",    "mile/h",  "miles/h", "mm/s",   "cm/s",  "ft/s",   "knots",  "kt",
+    "kts",   "mrad",    "mrad/s",  "mdeg",    "mdeg/s", "mdps",  "rad/s2", "deg/s2", "m/s3",
+    "mm/s2", "cm/s2",   "ft/s2",   "mg",      "rps",    "rev/s", "1/s",    "hz",     "khz",
+    "%",     "percent", "m",       "mm",      "cm",     "km",    "meter",  "meters", "s",
+    "sec",   "second",  "seconds", "ms",      "min",    "h",     "v",      "mv",     "volt",
+    "volts", "a",       "ma",      "amps",    "w",      "kw",    "nm",     "n",      "kg",
+    "bar",   "kpa",     "degc",    "celsius"};
 
 void replace_all(std::string& text, std::string_view what, std::string_view by) {
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at))
@@ -81,6 +101,10 @@ std::optional<Unit> unit_of_text(std::string_view text) {
   for (const auto& [spelling, unit] : spellings)
     if (spelling == wanted) return unit;
   return std::nullopt;
+}
+
+bool is_other_unit(std::string_view text) {
+  return std::find(others.begin(), others.end(), normalised(text)) != others.end();
 }
 
 std::string_view unit_name(Unit unit) noexcept {

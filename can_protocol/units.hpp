@@ -12,6 +12,9 @@ namespace odomd::can {
 /// the spelling of signs do not count: "m/s^2", "m/s2", "m/s²", "kph", "°/s", "1/min".
 [[nodiscard]] std::optional<Unit> unit_of_text(std::string_view text);
 
+/// Whether it is a unit that is none of ours, so that a value in it cannot be meant: "mph", "%".
+[[nodiscard]] bool is_other_unit(std::string_view text);
+
 /// As a configuration spells it: "m/s2".
 [[nodiscard]] std::string_view unit_name(Unit unit) noexcept;
 

@@ -395,6 +395,26 @@ TEST(DecoderErrors, TellUnitsThatContradictTheDatabase) {
             "taken");  // an empty unit contradicts nothing
 }
 
+TEST(DecoderErrors, TellUnitsAndFactorsThatNoValueComesOutOf) {
+  const auto refusal_of = [](const std::string& scaling) {
+    const std::vector<Database> databases{
+        parse_dbc("BO_ 1 W: 8 X\n SG_ V : 0|16@1+ " + scaling + " X\n", "car.dbc")};
+    try {
+      const Decoder decoder(databases, std::vector{bind(1, "W", "V", Unit::m_per_s)}, {}, {});
+    } catch (const std::invalid_argument& refused) {
+      return std::string(refused.what());
+    }
+    return std::string("taken");
+  };
+  EXPECT_EQ(refusal_of("(0.01,0) [0|0] \"mph\""),
+            "signal 'role_1': unit 'm/s' contradicts 'mph' of signal 'W.V' in car.dbc:2; "
+            "mend one of them, or take it as unit = \"1\" with a scale");
+  EXPECT_EQ(refusal_of("(0,0) [0|0] \"m/s\""),
+            "signal 'role_1': signal 'V' has the factor 0 in car.dbc:2 and never changes; "
+            "mend the database");
+  EXPECT_EQ(refusal_of("(0.01,0) [0|0] \"SED\""), "taken");
+}
+
 TEST(DecoderErrors, TellValuesThatASignalNeverHas) {
   EXPECT_THAT(refusal([](auto& b, auto&) {
                 b.valid_when = ValidWhen{"Counter", 16.0};

@@ -20,8 +20,8 @@ TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
   };
   expect_unit(Unit::rad, {"rad", "Radians"});
   expect_unit(Unit::deg, {"deg", "°", "º", "degrees", "Degree"});
-  expect_unit(Unit::rad_per_s, {"rad/s", "rad/sec", "rad / s"});
-  expect_unit(Unit::deg_per_s, {"deg/s", "°/s", "º/s", "degrees/s", "deg/sec"});
+  expect_unit(Unit::rad_per_s, {"rad/s", "rad/sec", "rad / s", "radians/second"});
+  expect_unit(Unit::deg_per_s, {"deg/s", "°/s", "º/s", "degrees/s", "deg/sec", "degrees/second"});
   expect_unit(Unit::m_per_s, {"m/s", "mps", "M/S"});
   expect_unit(Unit::km_per_h, {"km/h", "kph", "KPH", "kmh"});
   expect_unit(Unit::rpm, {"rpm", "1/min", "RPM", "min-1", "min^-1", "U/min"});
@@ -32,6 +32,13 @@ TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
 TEST(Units, AreUnknownWhenTheyAreNoneOfOurs) {
   for (const char* text : {"", "SED", "%", "Nm", "Unitless", "V", "m", "s", "mph", "Unit_Liter"})
     EXPECT_EQ(unit_of_text(text), std::nullopt) << text;
+}
+
+TEST(Units, AreOthersWhenTheyMeasureSomethingElse) {
+  for (const char* text : {"mph", "MPH", "mi/h", "%", "mm/s", "mrad", "Nm", "V", "m", "\u00B0C"})
+    EXPECT_TRUE(is_other_unit(text)) << text;
+  for (const char* text : {"", "SED", "Unitless", "m/s", "km/h", "g", "rpm", "\u00B0"})
+    EXPECT_FALSE(is_other_unit(text)) << text;
 }
 
 TEST(Units, ConvertToSi) {
@@ -46,6 +53,15 @@ TEST(Units, ConvertToSi) {
 TEST(Units, HaveNamesThatMeanThem) {
   for (int i = 1; i <= static_cast<int>(Unit::g); ++i)
     EXPECT_EQ(unit_of_text(unit_name(static_cast<Unit>(i))), static_cast<Unit>(i));
+}
+
+TEST(NearestName, TellsASlipFromAnotherWord) {
+  EXPECT_TRUE(resembles("profil", "profile"));
+  EXPECT_TRUE(resembles("cam", "can"));
+  EXPECT_TRUE(resembles("data_idlsit", "data_id_list"));
+  EXPECT_FALSE(resembles("sigma", "signal"));
+  EXPECT_FALSE(resembles("data_id_mode", "data_id_list"));
+  EXPECT_FALSE(resembles("cornering_stiffness_rear", "cornering_stiffness_front"));
 }
 
 TEST(NearestName, FindsTheOneWithTheFewestEdits) {
