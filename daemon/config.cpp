@@ -123,8 +123,8 @@ Config load_config(const std::filesystem::path& file) {
         fmt::format("{}: no [vehicle]: the reference car (1:10, {} kg) is taken; describe yours",
                     file.string(), config.vehicle.mass));
   }
+  root.require("can", "; say in [can] which database and signals to use");
   auto can = root.table("can", "[can]");
-  if (!can) root.fail("can", "is missing; say in [can] which database and signals to use");
   config.can = read_can(*can);
   if (auto table = root.table("camera", "[camera]")) config.camera = read_camera(*table);
   if (auto table = root.table("imu", "[imu]")) {

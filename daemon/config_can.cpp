@@ -41,10 +41,8 @@ std::string resolve_source(const std::string& source, const std::filesystem::pat
 can::E2eBinding read_protection(const std::string& message, TableReader table) {
   can::E2eBinding binding;
   binding.message = message;
+  table.require("profile", fmt::format("; it is one of {}", fmt::join(profile_names, ", ")));
   const auto profile = table.read_choice("profile", profile_names);
-  if (!profile)
-    table.fail("profile",
-               fmt::format("is missing; it is one of {}", fmt::join(profile_names, ", ")));
   binding.profile = profiles[*profile];
 
   const bool by_data_id = binding.profile == E2eProfile::p01 || binding.profile == E2eProfile::p11;
@@ -81,7 +79,7 @@ CanConfig read_can(TableReader table) {
     table.fail("source",
                fmt::format("names {} buses; {} is the most", can.sources.size(), can::max_buses));
 
-  table.require("dbc");
+  table.require("dbc", "; name the car's database");
   std::vector<std::string> databases;
   table.read_texts("dbc", databases);
   for (const auto& database : databases)
@@ -96,9 +94,8 @@ CanConfig read_can(TableReader table) {
     for (auto& [message, entry] : protections->tables())
       can.protections.push_back(read_protection(message, std::move(entry)));
 
+  table.require("signals", "; say in [can.signals] where each role comes from");
   auto signals = table.table("signals", "[can.signals]");
-  if (!signals)
-    table.fail("signals", "is missing; say in [can.signals] where each role comes from");
   for (auto& [role, entry] : signals->tables()) read_signal(role, std::move(entry), can);
   if (can.bindings.empty()) signals->fail("is empty; map at least a wheel speed");
 

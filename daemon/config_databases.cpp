@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include "can_protocol/decoder.hpp"
+#include "can_protocol/nearest_name.hpp"
+#include "can_protocol/open_source.hpp"
 #include "daemon/config.hpp"
 
 namespace odomd::daemon {
@@ -38,6 +40,21 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
     warn(Source::yaw_rate, "the yaw rate comes from the model alone");
 }
 
+/// A value that is taken from one bus alone never comes when that bus is not listened to. What
+/// buses a log has is seen when it is read.
+void check_buses(const Config& config) {
+  const auto& sources = config.can.sources;
+  const auto is_interface = [](const std::string& source) {
+    return can::source_kind(source) == can::SourceKind::interface;
+  };
+  if (sources.empty() || !std::ranges::all_of(sources, is_interface)) return;
+  for (const auto& binding : config.can.bindings)
+    if (!binding.bus.empty() && std::ranges::find(sources, binding.bus) == sources.end())
+      throw ConfigError(fmt::format("{}: signal '{}': bus '{}' is no source{}",
+                                    config.file.string(), binding.role, binding.bus,
+                                    nearest_hint(binding.bus, sources)));
+}
+
 }  // namespace
 
 std::vector<std::string> expected_buses(const Config& config) {
@@ -59,6 +76,7 @@ std::vector<can::Database> load_databases(Config& config, std::vector<std::strin
       warnings.push_back(can::describe(databases.back(), warning));
   }
   check_roles(config, warnings);
+  check_buses(config);
 
   const auto buses = expected_buses(config);
   try {

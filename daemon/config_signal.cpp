@@ -96,8 +96,8 @@ void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBi
       fitting.push_back(fmt::format("\"{}\"", name));
   const auto list = fmt::format("{}", fmt::join(fitting, ", "));
 
+  table.require("unit", "; it is one of " + list);
   const auto choice = table.read_choice("unit", names);
-  if (!choice) table.fail("unit", "is missing; it is one of " + list);
   binding.unit = unit_names[*choice].unit;
   if (binding.unit == Unit::none) {
     if (!table.has("scale"))

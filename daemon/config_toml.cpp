@@ -68,8 +68,12 @@ bool TableReader::has(std::string_view key) {
   return find(key) != nullptr;
 }
 
-void TableReader::require(std::string_view key) {
-  if (!has(key)) fail(key, "is missing");
+void TableReader::require(std::string_view key, std::string_view mend) {
+  if (has(key)) return;
+  for (const auto& [other, node] : *table_)
+    if (std::ranges::find(known_, other.str()) == known_.end() && resembles(other.str(), key))
+      fail(other.str(), fmt::format("unknown key; did you mean \"{}\"?", key));
+  fail(key, fmt::format("is missing{}", mend));
 }
 
 double TableReader::number(std::string_view key, const toml::node& node, const Range& range) const {

@@ -73,8 +73,9 @@ class TableReader {
 
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
   [[noreturn]] void fail(const std::string& what) const;
-  /// A key of a fixed set is needed and absent.
-  void require(std::string_view key);
+  /// A key of a fixed set is needed and absent; `mend` follows "is missing". Where another key
+  /// looks like it misspelt, that one is named.
+  void require(std::string_view key, std::string_view mend = "");
 
  private:
   const toml::node* find(std::string_view key);

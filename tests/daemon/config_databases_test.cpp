@@ -125,5 +125,23 @@ TEST_F(DatabasesTest, NumbersTheBusesThatBindingsName) {
   EXPECT_THAT(expected_buses(config), testing::ElementsAre("can1", "can0"));
 }
 
+TEST_F(DatabasesTest, RefusesABusThatNobodyListensTo) {
+  Config config = load(
+      "wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", bus = \"can1\" }\n");
+  std::vector<std::string> warnings;
+  config.can.sources = {"can0", "can1"};
+  EXPECT_NO_THROW(static_cast<void>(load_databases(config, warnings)));
+  config.can.sources = {"can0", "drive.log"};  // the log may have it
+  EXPECT_NO_THROW(static_cast<void>(load_databases(config, warnings)));
+  config.can.sources = {"can0", "can2"};
+  try {
+    static_cast<void>(load_databases(config, warnings));
+    FAIL() << "was taken";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("signal 'wheel_rear': bus 'can1' is no source; the nearest is 'can0'"));
+  }
+}
+
 }  // namespace
 }  // namespace odomd::daemon

@@ -354,7 +354,13 @@ const Mistake mistakes[] = {
     {"HalfACar", vehicle("mass = 3"),
      "car.toml:1: [vehicle] front_axle: is missing; a car is described whole or not at all"},
 
-    {"NoDatabase", "[can]\nsource = \"can0\"\n", "car.toml:1: [can] dbc: is missing"},
+    {"NoDatabase", "[can]\nsource = \"can0\"\n",
+     "car.toml:1: [can] dbc: is missing; name the car's database"},
+    {"MisspeltDatabase", "[can]\ndbcs = \"car.dbc\"\n",
+     "car.toml:2: [can] dbcs: unknown key; did you mean \"dbc\"?"},
+    {"MisspeltSignals", can("[can.signalz]\n"),
+     "car.toml:3: [can] signalz: unknown key; did you mean \"signals\"?"},
+    {"MisspeltCan", "[cam]\n", "car.toml:1: cam: unknown key; did you mean \"can\"?"},
     {"NoSignals", can(""),
      "car.toml:1: [can] signals: is missing; say in [can.signals] where each role comes from"},
     {"EmptySignals", can("[can.signals]\n"),
@@ -437,6 +443,8 @@ const Mistake mistakes[] = {
     {"NoProfile", e2e("crc = \"C\""),
      "car.toml:4: [can.e2e] M profile: is missing; it is one of none, P01, P02, P11, P22, COUNTER, "
      "SAE_J1850"},
+    {"MisspeltProfile", e2e("profil = \"P01\""),
+     "car.toml:4: [can.e2e] M profil: unknown key; did you mean \"profile\"?"},
     {"UnknownProfile", e2e("profile = \"P07\""),
      "car.toml:4: [can.e2e] M profile: \"P07\" is not known; did you mean \"P01\"?"},
     {"NoDataId", e2e("profile = \"P01\", crc = \"C\", counter = \"B\""),
