@@ -17,7 +17,8 @@ std::string json_text(const nlohmann::ordered_json& value, int indent) {
 std::string shortest(double value) {
   std::string text = json_text(value);
   if (text.ends_with(".0")) text.resize(text.size() - 2);
-  return text == "null" ? "nan" : text;  // JSON has no word for it
+  if (text == "null") return fmt::format("{}", value);  // JSON has no word for inf and nan
+  return text;
 }
 
 std::string hexadecimal(std::uint32_t id, can::IdFormat format) {

@@ -130,12 +130,7 @@ std::string readable_line(const Frame& frame, const std::string& bus, const Mess
 void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
                 Frames frames) {
   std::vector<Database> read;
-  for (const std::string& file : databases) {
-    read.push_back(can::read_dbc(file));
-    if (const std::size_t oddities = read.back().warnings.size(); oddities > 0)
-      std::cerr << file << ": " << oddities << (oddities == 1 ? " oddity" : " oddities")
-                << " taken; odom dbc show " << file << " lists them\n";
-  }
+  for (const std::string& file : databases) read.push_back(can::read_dbc(file));
   const MessageIndex index(read);
   can::BusNames buses;
   can::LogReader reader(log, buses);
@@ -149,6 +144,11 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
                                            : readable_line(*frame, bus, message));
     if (log == "-") std::cout.flush();  // a live source: lines as they come
   }
+  // Last, so that a file that cannot be used is told of in one line.
+  for (const Database& database : read)
+    if (const std::size_t oddities = database.warnings.size(); oddities > 0)
+      std::cerr << database.file << ": " << oddities << (oddities == 1 ? " oddity" : " oddities")
+                << " taken; odom dbc show " << database.file << " lists them\n";
   if (!reader.warning().empty()) std::cerr << reader.warning() << '\n';
 }
 
