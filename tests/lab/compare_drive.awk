@@ -7,10 +7,15 @@
 #
 # The stamps of a bus differ from those of the log by an offset (the drive is played later) and a
 # jitter (the player and the machine are late, never early). Both are measured, frame by frame:
-# offset = the smallest difference, jitter = the largest less the smallest. A pose may then be off by
-# what the car drives in that time at its highest speed, and a millimetre.
+# offset = the smallest difference, jitter = the largest less the smallest.
 #
-# Prints one line: frames compared, offset, jitter, highest speed, poses compared, largest and
+# What a frame says takes effect at the first tick that is not before its stamp, and the ticks of the
+# log and of the bus lie differently in a period. So a frame's effect is later, or earlier, than in
+# the replay by what its own stamp's jitter makes of that: this shift is measured too, of every frame
+# on the two grids. A pose may be off by what the car drives at its highest speed in the largest
+# shift, and a millimetre.
+#
+# Prints one line: frames compared, offset, jitter, shift, highest speed, poses compared, largest and
 # root mean square distance, and the bound.
 
 function stamp(field) { return substr(field, 2, length(field) - 2) - base }
@@ -25,6 +30,7 @@ file == 2 {
   difference = stamp($1) - sent_at[n_received]
   if (n_received == 1 || difference < least) least = difference
   if (n_received == 1 || difference > most) most = difference
+  received_at[n_received] = stamp($1)
 }
 
 file >= 3 && FNR == 1 {
@@ -41,6 +47,7 @@ file == 3 {
   if (speed > fastest) fastest = speed
 }
 file == 4 {
+  tick_at[++ticks] = value[column["t"]] - base
   at = value[column["t"]] - base - least
   while (near < n && t[near + 1] <= at) near++
   if (near < 1 || near >= n) next
@@ -57,8 +64,19 @@ END {
   if (failed) exit 1
   if (n_received != n_sent || compared == 0) { print n_received " of " n_sent " frames, " compared + 0 " poses"; exit 1 }
   jitter = most - least
-  bound = fastest * jitter + 0.001
-  printf "%d frames, offset %.6f s, jitter %.3f ms, at most %.3f m/s; %d poses, off by at most %.2f mm (rms %.2f mm) of %.2f mm\n",
-    n_received, least, jitter * 1e3, fastest, compared, sqrt(largest) * 1e3, sqrt(sum / compared) * 1e3, bound * 1e3
+
+  # Both lists of ticks begin with the first pose; of earlier frames only the newest counts there.
+  tick = replayed = 1
+  for (i = 1; i <= n_sent; i++) {
+    while (tick < ticks && tick_at[tick] < received_at[i]) tick++
+    while (replayed < n && t[replayed] < sent_at[i]) replayed++
+    if (tick == 1 || replayed == 1 || tick == ticks || replayed == n) continue
+    late = tick_at[tick] - least - t[replayed]
+    if (late < 0) late = -late
+    if (late > shift) shift = late
+  }
+  bound = fastest * shift + 0.001
+  printf "%d frames, offset %.6f s, jitter %.3f ms, shift %.3f ms, at most %.3f m/s; %d poses, off by at most %.2f mm (rms %.2f mm) of %.2f mm\n",
+    n_received, least, jitter * 1e3, shift * 1e3, fastest, compared, sqrt(largest) * 1e3, sqrt(sum / compared) * 1e3, bound * 1e3
   exit !(sqrt(largest) <= bound)
 }
