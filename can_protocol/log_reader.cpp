@@ -124,7 +124,12 @@ std::optional<Frame> LogReader::next() {
 MergedLog::MergedLog(std::span<const std::string> paths, BusNames& buses) {
   inputs_.reserve(paths.size());
   for (const std::string& path : paths) inputs_.push_back({LogReader(path, buses), std::nullopt});
-  for (Input& input : inputs_) input.head = input.reader.next();
+  for (Input& input : inputs_) advance(input);
+}
+
+void MergedLog::advance(Input& input) {
+  input.head = input.reader.next();
+  input.head_line = input.reader.line_number();
 }
 
 std::optional<Frame> MergedLog::next() {
@@ -133,7 +138,15 @@ std::optional<Frame> MergedLog::next() {
     if (input.head && (earliest == nullptr || input.head->time_ns < earliest->head->time_ns))
       earliest = &input;
   if (earliest == nullptr) return std::nullopt;
-  return std::exchange(earliest->head, earliest->reader.next());
+  const std::optional<Frame> frame = earliest->head;
+  newest_ = earliest;
+  newest_line_ = earliest->head_line;
+  advance(*earliest);
+  return frame;
+}
+
+std::string MergedLog::position() const {
+  return newest_ == nullptr ? std::string{} : at_line(newest_->reader.label(), newest_line_);
 }
 
 std::vector<std::string> MergedLog::warnings() const {

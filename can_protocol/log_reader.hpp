@@ -86,6 +86,9 @@ class MergedLog {
 
   [[nodiscard]] std::optional<Frame> next();
 
+  /// "drive.log:12: ", where the newest frame came from; empty before the first.
+  [[nodiscard]] std::string position() const;
+
   /// The warnings so far, in the order of naming.
   [[nodiscard]] std::vector<std::string> warnings() const;
 
@@ -93,8 +96,13 @@ class MergedLog {
   struct Input {
     LogReader reader;
     std::optional<Frame> head;
+    std::uint64_t head_line = 0;
   };
+  static void advance(Input& input);
+
   std::vector<Input> inputs_;
+  const Input* newest_ = nullptr;
+  std::uint64_t newest_line_ = 0;
 };
 
 }  // namespace odomd::can

@@ -166,6 +166,18 @@ TEST(MergedLog, OrdersByStampAndBreaksTiesByTheOrderOfNaming) {
   EXPECT_THAT(log.warnings()[0], HasSubstr("second.log:4"));
 }
 
+TEST(MergedLog, KnowsWhereItsNewestFrameCameFrom) {
+  const TemporaryFile a("a.log", "(1.000000) can0 001#\n\n(3.000000) can0 003#\n");
+  const TemporaryFile b("b.log", "(2.000000) can0 002#\n");
+  BusNames buses;
+  MergedLog log(std::vector<std::string>{a.path(), b.path()}, buses);
+  EXPECT_EQ(log.position(), "");
+  for (const std::string& expected : {a.path() + ":1: ", b.path() + ":1: ", a.path() + ":3: "}) {
+    ASSERT_TRUE(log.next());
+    EXPECT_EQ(log.position(), expected);
+  }
+}
+
 TEST(MergedLog, KeepsTheOrderOfALogThatRunsBackwards) {
   const TemporaryFile file("drive.log",
                            "(5.000000) can0 000#\n(1.000000) can0 001#\n(6.000000) can0 002#\n");
