@@ -15,6 +15,7 @@
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
 #include "tools/pose_csv.hpp"
+#include "tools/replay_doubts.hpp"
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::tools {
@@ -66,6 +67,14 @@ void report(const Options& options, const ReplaySummary& summary, double seconds
       mode_name(summary.last_mode));
 }
 
+ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::MergedLog& log,
+                   const CameraLog& camera, const PoseSink& sink) try {
+  return replay(
+      pipeline, period_ns, [&log] { return log.next(); }, camera.poses, sink);
+} catch (const PauseError& error) {
+  throw PauseError(log.position() + error.what());
+}
+
 void run(const Options& options) {
   daemon::Config config = configuration(options);
   std::vector<std::string> warnings;
@@ -88,19 +97,19 @@ void run(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   write_pose_header(out);
   std::string rows;
-  const ReplaySummary summary = replay(
-      *pipeline, config.realtime.period_ns, [&log] { return log.next(); }, camera.poses,
-      [&](const daemon::TickRecord& record) {
-        append_pose_row(rows, record.pose, record.pose.time_ns);
-        if (rows.size() < write_size) return;
-        out << rows;
-        rows.clear();
-      });
+  const ReplaySummary summary = play(*pipeline, config.realtime.period_ns, log, camera,
+                                     [&](const daemon::TickRecord& record) {
+                                       append_pose_row(rows, record.pose, record.pose.time_ns);
+                                       if (rows.size() < write_size) return;
+                                       out << rows;
+                                       rows.clear();
+                                     });
   out << rows;
   if (options.out != "-") close_output(file, options.out);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
-  for (const auto& some : {warnings, camera.warnings, log.warnings()})
+  for (const auto& some :
+       {warnings, camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
     for (const std::string& warning : some) std::cerr << "odom replay: " << warning << '\n';
   report(options, summary, seconds.count());
 }

@@ -18,14 +18,14 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
   std::int64_t tick_ns = summary.first_tick_ns;
   for (std::uint64_t tick = 0; frame; ++tick, tick_ns += period_ns) {
     if (frame->time_ns - tick_ns > longest_pause_ns)
-      throw std::invalid_argument(
-          "the log pauses for more than an hour after " +
-          std::to_string((tick_ns - summary.first_tick_ns) / 1'000'000'000) +
-          " s: cut it there and replay the parts");
+      throw PauseError("the log pauses for more than an hour after " +
+                       std::to_string((tick_ns - summary.first_tick_ns) / 1'000'000'000) +
+                       " s: cut it there and replay the parts, or mend the stamp");
 
     for (; frame && frame->time_ns <= tick_ns; frame = next_frame()) {
       pipeline.take(*frame, tick_ns);
       ++summary.frames;
+      if (tick_ns - frame->time_ns >= late_ns) ++summary.late;
     }
     for (; camera != cameras.end() && camera->arrival_ns <= tick_ns; ++camera) {
       pipeline.take(*camera);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <stdexcept>
 
 #include "can_protocol/frame.hpp"
 #include "daemon/pipeline.hpp"
@@ -24,6 +25,7 @@ struct ReplaySummary {
   std::uint64_t frames = 0;
   std::uint64_t cameras = 0;
   std::uint64_t ticks = 0;
+  std::uint64_t late = 0;   ///< frames stamped late_ns or more before the tick they came into
   std::uint64_t poses = 0;  ///< ticks from initialisation on
   std::int64_t first_tick_ns = 0;
   std::int64_t last_tick_ns = 0;
@@ -33,13 +35,23 @@ struct ReplaySummary {
 /// The longest pause in a log that is played through; a longer one is a log of two drives.
 inline constexpr std::int64_t longest_pause_ns = 3600LL * 1'000'000'000;
 
+/// Logs are in the order of their stamps but for what adapters mix up; a frame this far behind is
+/// of another drive, or of a clock that was set back.
+inline constexpr std::int64_t late_ns = 1'000'000'000;
+
+/// A log of two drives, or a stamp that is wrong.
+class PauseError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
 using NextFrame = std::function<std::optional<can::Frame>()>;
 using PoseSink = std::function<void(const daemon::TickRecord&)>;
 
 /// Tick k takes in the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by
 /// arrival). The last tick is the first one that has taken in every frame. `sink` is handed every
-/// record from initialisation on. Throws std::invalid_argument for a log that holds no frame, or
-/// one that pauses for longer than longest_pause_ns.
+/// record from initialisation on. Throws std::invalid_argument for a log that holds no frame,
+/// PauseError at the frame behind a pause longer than longest_pause_ns.
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
                      const PoseSink& sink);

@@ -93,9 +93,16 @@ TEST(Replay, RefusesALogWithoutFrames) {
   EXPECT_THROW(play(drive), std::invalid_argument);
 }
 
+TEST(Replay, CountsFramesThatAreFarBehindTheirTick) {
+  Drive drive{.stamps = {5000 * ms, 4990 * ms, 4000 * ms, 3000 * ms, 5010 * ms}};
+  play(drive);
+  EXPECT_EQ(drive.summary.late, 2U);
+  EXPECT_EQ(drive.summary.frames, 5U);
+}
+
 TEST(Replay, RefusesToTickThroughAPauseOfHours) {
   Drive drive{.stamps = {1000 * ms, 1000 * ms + 2 * longest_pause_ns}};
-  EXPECT_THROW(play(drive), std::invalid_argument);
+  EXPECT_THROW(play(drive), PauseError);
 }
 
 }  // namespace

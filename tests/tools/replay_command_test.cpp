@@ -1,0 +1,68 @@
+// odom replay: what it says of drives that cannot be believed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class OdomReplay : public testing::Test {
+ protected:
+  [[nodiscard]] Outcome replay(const std::string& log, const std::string& more = "") const {
+    scratch_.write("drive.log", log);
+    return run_shell("odom replay --config " + scratch_.path("car.toml").string() + " --can " +
+                     scratch_.path("drive.log").string() + " --out " +
+                     scratch_.path("pose.csv").string() + more);
+  }
+  void SetUp() override {
+    scratch_.write("car.dbc",
+                   "BO_ 257 WHEEL: 3 X\n SG_ CRC : 0|8@1+ (1,0) [0|0] \"\" X\n"
+                   " SG_ V : 8|16@1- (0.001,0) [0|0] \"m/s\" X\n"
+                   "BO_ 258 STEER: 1 X\n SG_ A : 0|8@1- (0.01,0) [0|0] \"rad\" X\n");
+    scratch_.write(
+        "car.toml",
+        "[can]\ndbc = \"car.dbc\"\n[can.e2e]\nWHEEL = { profile = \"SAE_J1850\", crc = \"CRC\" }\n"
+        "[can.signals]\nwheel_rear = { message = \"WHEEL\", signal = \"V\", unit = \"m/s\" }\n"
+        "steering = { message = \"STEER\", signal = \"A\", unit = \"rad\" }\n");
+  }
+  Scratch scratch_;
+};
+
+TEST_F(OdomReplay, SaysWhichMessagesNeverGaveAValue) {
+  const Outcome outcome =
+      replay("(1.000000) can0 101#000000\n(1.010000) can0 101#00\n(1.020000) can0 7FF#\n");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err,
+              HasSubstr("message 'WHEEL' (wheel_rear): none of its 2 frames gave a value: "
+                        "1 failed their protection ([can.e2e]), 1 are too short"));
+  EXPECT_THAT(outcome.err, HasSubstr("message 'STEER' (steering): no frame of it is in the log"));
+  EXPECT_THAT(replay("(1.000000) can0 102#00\n").err, Not(HasSubstr("STEER")));
+}
+
+TEST_F(OdomReplay, SaysThatALogIsOutOfOrder) {
+  const std::string frame = ") can0 102#00\n";
+  EXPECT_THAT(replay("(9.000000" + frame + "(1.000000" + frame + "(9.100000" + frame).err,
+              HasSubstr("1 frames are stamped a second or more before frames ahead of them"));
+  EXPECT_THAT(replay("(9.000000" + frame + "(8.900000" + frame).err, Not(HasSubstr("stamped")));
+}
+
+TEST_F(OdomReplay, NamesTheLineOfAStampThatIsHoursAhead) {
+  const Outcome outcome = replay("(1.000000) can0 102#00\n\n(9000.000000) can0 102#00\n");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("drive.log:3: the log pauses for more than an hour"));
+}
+
+TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
+  const auto camera = scratch_.write(
+      "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");
+  const Outcome outcome = replay("(1.000000) can0 102#00\n", " --camera " + camera.string());
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("no pose: no camera pose was taken"));
+}
+
+}  // namespace
+}  // namespace odomd::tools

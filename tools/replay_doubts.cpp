@@ -1,0 +1,62 @@
+#include "tools/replay_doubts.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+#include "estimator/measurement.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using can::FrameVerdict;
+
+std::string roles(const can::BoundMessage& message) {
+  std::vector<std::string_view> names;
+  for (const std::uint16_t channel : message.channels)
+    names.push_back(estimator::source_names.at(channel));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::optional<std::string> doubt_of(const can::BoundMessage& message,
+                                    const can::MessageCounters& counters) {
+  const auto count = [&](FrameVerdict verdict) {
+    return counters.verdicts[static_cast<std::size_t>(verdict)].get();
+  };
+  if (count(FrameVerdict::decoded) > 0) return std::nullopt;
+  const auto start = fmt::format("message '{}' ({}): ", message.name, roles(message));
+  const std::uint64_t refused = count(FrameVerdict::failed_crc) + count(FrameVerdict::repeated) +
+                                count(FrameVerdict::wrong_sequence);
+  const std::uint64_t empty = count(FrameVerdict::no_sample);
+  const std::uint64_t cut = count(FrameVerdict::too_short);
+  if (refused + empty + cut == 0)
+    return start + "no frame of it is in the log; its values are missing";
+  return fmt::format(
+      "{}none of its {} frames gave a value: {} failed their protection ([can.e2e]), {} are too "
+      "short, {} hold none (valid_when, multiplexing)",
+      start, refused + empty + cut, refused, cut, empty);
+}
+
+}  // namespace
+
+std::vector<std::string> replay_doubts(const can::Decoder& decoder, const ReplaySummary& summary) {
+  std::vector<std::string> doubts;
+  const auto messages = decoder.messages();
+  for (std::size_t i = 0; i < messages.size(); ++i)
+    if (auto doubt = doubt_of(messages[i], decoder.counters(i))) doubts.push_back(*doubt);
+  if (summary.late > 0)
+    doubts.push_back(
+        fmt::format("{} frames are stamped a second or more before frames ahead of them; sort the "
+                    "log, or cut it where its clock was set back",
+                    summary.late));
+  if (summary.poses == 0)
+    doubts.emplace_back(
+        "no pose: no camera pose was taken during the drive; are its times on the log's clock? "
+        "Give --initial to start without one");
+  return doubts;
+}
+
+}  // namespace odomd::tools

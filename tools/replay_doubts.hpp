@@ -1,0 +1,18 @@
+// What a replay that went through may still have got wrong: said, so that no wrong pose is
+// believed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "can_protocol/decoder.hpp"
+#include "tools/virtual_drive.hpp"
+
+namespace odomd::tools {
+
+/// One line each: mapped messages of which no frame came or none was decoded, frames out of order,
+/// and a drive without a pose.
+[[nodiscard]] std::vector<std::string> replay_doubts(const can::Decoder& decoder,
+                                                     const ReplaySummary& summary);
+
+}  // namespace odomd::tools
