@@ -73,7 +73,7 @@ TEST(CsvReader, RefusesAnEmptyFileADoubledColumnAndARowOfAnotherLength) {
 
 TEST(CsvReader, RefusesWhatIsNotTextWithoutEchoingIt) {
   EXPECT_THAT(error_of(std::string(200'000, 'z')), HasSubstr("longer than 64 KiB"));
-  const std::string error = error_of(std::string{"\x1b[31m\0\x07\n", 9});
+  const std::string error = error_of(std::string{"\x1b[31m\0\x07\n", 8});
   EXPECT_EQ(error.find('\x1b'), std::string::npos);
 }
 

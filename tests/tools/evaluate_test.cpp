@@ -23,7 +23,7 @@ class Evaluate : public ::testing::Test {
     for (auto& point : drift.points) point.pose.x *= 1.02;
     drift_ = scratch_.write("drift.csv", csv_of(drift)).string();
   }
-  Outcome run(const std::string& arguments) const {
+  static Outcome run(const std::string& arguments) {
     return run_shell("odom evaluate " + arguments);
   }
   void expect_refused(const std::string& pose_text, const std::string& what) const {
@@ -82,8 +82,8 @@ TEST_F(Evaluate, DrawsAPicture) {
 }
 
 TEST_F(Evaluate, RefusesBadFilesInOneLine) {
-  expect_refused("t,x,y\n0,0,0\n", ":1: no column \"yaw\"");
-  expect_refused("t,x,y,yaw\n0,0,nan,0\n", ":2: column \"y\": \"nan\" is not a finite number");
+  expect_refused("t,x,y\n0,0,0\n", R"(:1: no column "yaw")");
+  expect_refused("t,x,y,yaw\n0,0,nan,0\n", R"(:2: column "y": "nan" is not a finite number)");
   expect_refused("t,x,y,yaw\n1,0,0,0\n0.5,0,0,0\n", ":3: column \"t\": the time runs backwards");
   expect_refused("t,x,y,yaw\n1,0\n2,0,0,0\n", ":2: 2 fields where the header has 4");
   expect_refused("", ": is empty");

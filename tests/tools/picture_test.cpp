@@ -84,7 +84,8 @@ TEST(PictureFile, IsSvgOrPngByItsEnding) {
 
 TEST(PictureFile, PngNeedsAConverterAndSaysSo) {
   const Scratch scratch;
-  const std::string path = std::getenv("PATH");
+  const char* inherited = std::getenv("PATH");
+  const std::string path = inherited != nullptr ? inherited : "";
   ::setenv("PATH", scratch.path("").c_str(), 1);
   const std::string error =
       message_of([&] { write_picture(scratch.path("a.png"), circle_picture()); });
