@@ -130,22 +130,55 @@ TEST_F(History, AGapLongerThanTheRingHidesWhatWasBefore) {
   EXPECT_EQ(at(static_cast<std::int64_t>(1 + 3 * slots) * period_ns), ODOM_OK);
 }
 
-TEST_F(History, NeverAcrossAReset) {
+TEST_F(History, UpToAResetTheEarlierPoseIsPredicted) {
   for (std::uint64_t tick = 1; tick <= 10; ++tick) {
-    odom_pose p = moving_pose(tick);
+    odom_pose p = circling_pose(tick);
     if (tick >= 6) {
       p.reset_count = 1;
       p.x += 100.0;
     }
     publish(p);
   }
-  EXPECT_EQ(at(5 * period_ns), ODOM_OK);
-  EXPECT_LT(pose.x, 1.0);
-  EXPECT_EQ(at(5 * period_ns + 1), ODOM_RESET);
-  EXPECT_EQ(at(6 * period_ns - 1), ODOM_RESET);
+  for (const std::int64_t t : {5 * period_ns + 1, 5 * period_ns + 2'345'678, 6 * period_ns - 1}) {
+    ASSERT_EQ(at(t), ODOM_OK) << t;
+    EXPECT_EQ(pose.time_ns, t);
+    EXPECT_EQ(pose.tick, 5U);
+    EXPECT_EQ(pose.reset_count, 0U);
+    EXPECT_LT(distance_from_circle(pose), 1e-7);
+    EXPECT_NEAR(pose.odom_x - 10.0, pose.x, 1e-9);
+    EXPECT_GE(pose.covariance[0], 5.0);
+  }
   EXPECT_EQ(at(6 * period_ns), ODOM_OK);
+  EXPECT_EQ(pose.reset_count, 1U);
   EXPECT_GT(pose.x, 99.0);
   EXPECT_EQ(at(6 * period_ns + 1), ODOM_OK);
+  EXPECT_GT(pose.x, 99.0);
+}
+
+TEST_F(History, AResetAfterMissedTicksIsPredictedTo) {
+  publish(circling_pose(10));
+  odom_pose p = circling_pose(29);
+  p.reset_count = 1;
+  p.x += 100.0;
+  publish(p);
+  ASSERT_EQ(at(28 * period_ns), ODOM_OK);
+  EXPECT_LT(distance_from_circle(pose), 20e-6);
+  p = circling_pose(50);
+  p.reset_count = 2;
+  publish(p);
+  EXPECT_EQ(at(40 * period_ns), ODOM_GAP);
+}
+
+TEST_F(History, OutOfAnInitialisingPoseNothingIsPredicted) {
+  odom_pose p = circling_pose(1);
+  p.mode = ODOM_INITIALISING;
+  publish(p);
+  p = circling_pose(2);
+  p.reset_count = 1;
+  publish(p);
+  EXPECT_EQ(at(period_ns), ODOM_OK);
+  EXPECT_EQ(at(period_ns + 1), ODOM_RESET);
+  EXPECT_EQ(at(2 * period_ns), ODOM_OK);
 }
 
 TEST_F(History, YawTakesTheShorterWay) {

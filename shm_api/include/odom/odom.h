@@ -47,7 +47,7 @@ typedef enum odom_status {
   ODOM_NO_POSE = 5,    /**< attached, but nothing has been published yet */
   ODOM_TOO_OLD = 6,    /**< the time lies before the history */
   ODOM_TOO_NEW = 7,    /**< the time lies ahead of the newest pose, or of what may be predicted */
-  ODOM_RESET = 8,      /**< the time falls between two poses with a reset in between */
+  ODOM_RESET = 8,      /**< the time falls between an initialising pose and a reset */
   ODOM_TIMEOUT = 9,
   ODOM_BUSY = 10,    /**< overtaken by the writer three times: the caller was stopped for seconds */
   ODOM_INVALID = 11, /**< an argument is not usable */
@@ -75,10 +75,12 @@ odom_status odom_latest_details(odom_client* client, odom_pose* pose, size_t pos
                                 odom_details* details, size_t details_size);
 
 /** The pose at a past time within the history, interpolated between its neighbours (yaw by the
- *  shorter way): never across a reset (ODOM_RESET) nor a gap of more than 100 ms (ODOM_GAP). Mode
- *  and the like are those of the earlier neighbour. The error of the interpolation is below a
- *  micrometre between ticks, and tens of micrometres across a gap (see docs/shm.md). Looks at no
- *  slot of the history twice. */
+ *  shorter way), but never across a gap of more than 100 ms (ODOM_GAP) nor across a reset: where
+ *  reset_count differs between the neighbours, the earlier one is predicted to the time, as by
+ *  odom_predict(); out of an initialising pose nothing is (ODOM_RESET). Mode, reset_count and the
+ *  like are those of the earlier neighbour. The error of the interpolation is below a micrometre
+ *  between ticks, and tens of micrometres across a gap (see docs/shm.md). Looks at no slot of the
+ *  history twice. */
 odom_status odom_at(odom_client* client, int64_t time_ns, odom_pose* pose, size_t size);
 
 /** Predicts `from` to `time_ns`, at most 100 ms ahead (ODOM_TOO_NEW; before `from`: ODOM_TOO_OLD),
