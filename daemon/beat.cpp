@@ -82,7 +82,7 @@ void Beat::drain_buses(std::int64_t tick_ns, std::int64_t now_ns) noexcept {
 }
 
 void Beat::drain_cameras(std::int64_t now_ns) noexcept {
-  const ClockOffsets clocks{wall_clock_.offset_ns(), parts_.log_clock.offset_ns()};
+  const MessageClocks clocks{wall_clock_, parts_.log_clock.offset_ns()};
   const auto drained = parts_.cameras.drain(poses_, clocks, now_ns, parts_.events);
   for (std::size_t i = 0; i < drained.poses; ++i) parts_.pipeline.take(poses_[i]);
   for (std::size_t i = 0; i < drained.malformed; ++i)

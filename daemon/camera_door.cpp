@@ -15,7 +15,7 @@ CameraDoor::~CameraDoor() {
 }
 
 CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
-                                      const ClockOffsets& clocks, std::int64_t now_ns,
+                                      const MessageClocks& clocks, std::int64_t now_ns,
                                       EventRing& events) noexcept {
   Drained drained;
   for (std::uint8_t index = 0; index < max_connections; ++index) {
@@ -46,7 +46,7 @@ CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
 }
 
 CameraDoor::Received CameraDoor::receive(std::uint8_t index, int descriptor,
-                                         const ClockOffsets& clocks, std::int64_t now_ns,
+                                         const MessageClocks& clocks, std::int64_t now_ns,
                                          estimator::CameraPose& pose, EventRing& events) noexcept {
   std::array<std::byte, sizeof(odom_camera_message)> bytes;
   iovec part{bytes.data(), bytes.size()};

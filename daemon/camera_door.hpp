@@ -36,7 +36,7 @@ class CameraDoor {
   };
   /// Reads what has arrived, at most max_messages_per_drain of each connection; the rest waits for
   /// the next tick. `poses` must hold max_poses. Real-time safe; the only system call is recvmsg.
-  Drained drain(std::span<estimator::CameraPose> poses, const ClockOffsets& clocks,
+  Drained drain(std::span<estimator::CameraPose> poses, const MessageClocks& clocks,
                 std::int64_t now_ns, EventRing& events) noexcept;
 
   // Housekeeping's ------------------------------------------------------------------------------
@@ -69,7 +69,7 @@ class CameraDoor {
   };
 
   enum class Received : std::uint8_t { pose, malformed, nothing, ended };
-  static Received receive(std::uint8_t index, int descriptor, const ClockOffsets& clocks,
+  static Received receive(std::uint8_t index, int descriptor, const MessageClocks& clocks,
                           std::int64_t now_ns, estimator::CameraPose& pose,
                           EventRing& events) noexcept;
 

@@ -10,6 +10,7 @@
 
 #include <odom/odom.h>
 
+#include "can_protocol/wall_clock.hpp"
 #include "estimator/measurement.hpp"
 
 namespace odomd::daemon {
@@ -36,9 +37,9 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(Malformed
                     "its time is out of all range",
                     "its reserved word is not 0"};
 
-/// From CLOCK_MONOTONIC to the clocks that a message may name.
-struct ClockOffsets {
-  std::int64_t realtime_ns = 0;        ///< CLOCK_REALTIME - CLOCK_MONOTONIC
+/// What is known of the clocks that a message may name.
+struct MessageClocks {
+  const can::WallClock& wall;          ///< has been read at least once
   std::optional<std::int64_t> log_ns;  ///< log clock - CLOCK_MONOTONIC, while a log is played
 };
 
@@ -50,7 +51,7 @@ struct CameraMessage {
 /// `bytes` is the message as it was received; `size` how long it truly was (it may have been cut).
 /// Values that are not finite pass: the filter has a verdict for them. Real-time safe.
 [[nodiscard]] CameraMessage read_camera_message(std::span<const std::byte> bytes, std::size_t size,
-                                                const ClockOffsets& clocks,
+                                                const MessageClocks& clocks,
                                                 std::int64_t arrival_ns) noexcept;
 
 }  // namespace odomd::daemon

@@ -32,10 +32,11 @@ class CameraDoorTest : public testing::Test {
               static_cast<ssize_t>(sizeof message));
   }
 
-  CameraDoor::Drained drain() { return door_.drain(poses_, {}, 77, *events_); }
+  CameraDoor::Drained drain() { return door_.drain(poses_, {wall_, {}}, 77, *events_); }
 
   CameraDoor door_;
   std::unique_ptr<EventRing> events_ = std::make_unique<EventRing>();
+  can::WallClock wall_;
   std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
   bool admitted_ = false;
 };

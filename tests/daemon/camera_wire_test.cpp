@@ -8,8 +8,19 @@
 namespace odomd::daemon {
 namespace {
 
-constexpr ClockOffsets clocks{.realtime_ns = 1'000'000, .log_ns = -500};
 constexpr std::int64_t arrival = 9'000'000;
+constexpr std::int64_t offset = 1'000'000;  // CLOCK_REALTIME - CLOCK_MONOTONIC
+
+void read_at(can::WallClock& wall, std::int64_t monotonic_ns, std::int64_t offset_ns) {
+  wall.update({monotonic_ns, monotonic_ns + offset_ns, monotonic_ns, monotonic_ns});
+}
+
+const can::WallClock steady = [] {
+  can::WallClock wall;
+  read_at(wall, 1'000'000, offset);
+  return wall;
+}();
+const MessageClocks clocks{.wall = steady, .log_ns = -500};
 
 odom_camera_message message() {
   odom_camera_message message{};
@@ -26,9 +37,8 @@ odom_camera_message message() {
   return message;
 }
 
-CameraMessage read(const odom_camera_message& message, const ClockOffsets& offsets = clocks) {
-  return read_camera_message(std::as_bytes(std::span(&message, 1)), sizeof message, offsets,
-                             arrival);
+CameraMessage read(const odom_camera_message& message, const MessageClocks& by = clocks) {
+  return read_camera_message(std::as_bytes(std::span(&message, 1)), sizeof message, by, arrival);
 }
 
 TEST(CameraWire, ReadsAPoseOnTheMonotonicClock) {
@@ -52,6 +62,30 @@ TEST(CameraWire, ConvertsTheOtherClocks) {
   EXPECT_EQ(read(given).pose.capture_ns, 8'000'500);
 }
 
+TEST(CameraWire, APictureFromBeforeTheWallClockWasSetKeepsItsTime) {
+  constexpr std::int64_t hour = 3'600'000'000'000;
+  for (const std::int64_t step : {-hour, hour}) {
+    can::WallClock wall;
+    read_at(wall, 7'000'000, offset);
+    read_at(wall, 8'500'000, offset + step);
+    auto given = message();
+    given.clock = ODOM_CLOCK_REALTIME;
+    given.capture_ns = 8'000'000 + offset;  // half a millisecond before the step
+    EXPECT_EQ(read(given, {wall, {}}).pose.capture_ns, 8'000'000);
+    given.capture_ns = 8'800'000 + offset + step;  // after it
+    EXPECT_EQ(read(given, {wall, {}}).pose.capture_ns, 8'800'000);
+  }
+}
+
+TEST(CameraWire, AWallTimeThatNoOffsetExplainsIsLeftToTheFilter) {
+  auto given = message();
+  given.clock = ODOM_CLOCK_REALTIME;
+  given.capture_ns = arrival + offset + 60'000'000'000;
+  EXPECT_EQ(read(given).pose.capture_ns, arrival + 60'000'000'000);
+  given.capture_ns = arrival + offset - 60'000'000'000;
+  EXPECT_EQ(read(given).pose.capture_ns, arrival - 60'000'000'000);
+}
+
 TEST(CameraWire, NamesWhatIsMalformed) {
   const auto cause_of = [](auto change) {
     auto given = message();
@@ -65,7 +99,7 @@ TEST(CameraWire, NamesWhatIsMalformed) {
 
   auto log = message();
   log.clock = ODOM_CLOCK_LOG;
-  EXPECT_EQ(read(log, {.realtime_ns = 0, .log_ns = std::nullopt}).cause, MalformedCause::no_log);
+  EXPECT_EQ(read(log, {.wall = steady, .log_ns = std::nullopt}).cause, MalformedCause::no_log);
 }
 
 TEST(CameraWire, RefusesAnyOtherSize) {

@@ -106,7 +106,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Input input(data, size);
   const auto model = static_cast<odomd::estimator::Model>(input.take<std::uint8_t>() % 3);
   const auto pipeline = std::make_unique<Pipeline>(config(model), databases, buses, true);
-  const odomd::daemon::ClockOffsets clocks{1'760'000'000'000'000'000, start_ns / 2};
+  odomd::can::WallClock wall;
+  wall.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns});
+  const odomd::daemon::MessageClocks clocks{wall, start_ns / 2};
 
   std::uint64_t number = 1;
   std::int64_t now = start_ns;
