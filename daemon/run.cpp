@@ -16,6 +16,7 @@
 #include <string_view>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -88,12 +89,11 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
 }
 
 /// Goes on from a predecessor's pose where there is a young one. A log file starts its own drive.
-bool resume(Pipeline& pipeline, const shm::Writer& writer, const Config& config,
-            const RunSettings& settings) {
+bool resume(Pipeline& pipeline, const std::optional<shm::Inheritance>& predecessor,
+            const Config& config, const RunSettings& settings) {
   const bool all_files = std::ranges::all_of(config.can.sources, [](const auto& source) {
     return can::source_kind(source) == can::SourceKind::log;
   });
-  const auto& predecessor = writer.predecessor();
   if (settings.resume == Resume::forbidden || all_files || !predecessor) return false;
   const std::int64_t gap_ns = monotonic_now() - predecessor->pose.time_ns;
   if (gap_ns < 0 || gap_ns >= inheritance_ns || predecessor->pose.mode == ODOM_INITIALISING ||
@@ -167,9 +167,8 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   for (const auto& warning : warnings) journal.warn(warning);
   const MachineGrant machine = prepare_machine();
 
-  // The segment first: its lock keeps a second daemon from touching anything else.
-  shm::Writer writer({config.shm.name, 1024, config.shm.mode, config.shm.group},
-                     segment_info(config));
+  // First: its lock keeps a second daemon from touching anything else.
+  shm::Claim claim({config.shm.name, 1024, config.shm.mode, config.shm.group});
   auto camera_socket = open_camera_socket(config.camera);
   auto status_socket = open_status_socket(config.status, journal);
 
@@ -178,12 +177,16 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   for (const auto& bus : expected) static_cast<void>(buses.index_of(bus));
   const auto pipeline =
       std::make_unique<Pipeline>(config, databases, expected, config.camera.configured);
-  const bool resumed = resume(*pipeline, writer, config, settings);
+  const bool resumed = resume(*pipeline, claim.predecessor(), config, settings);
 
   can::LogClock log_clock(0, config.realtime.period_ns);  // every T_0 is a multiple of the period
   const auto sources = open_sources(config, pipeline->decoder(), buses, log_clock);
 
   CameraDoor cameras;
+  // After all that can fail: until now the last pose of a predecessor has been there for readers
+  // and for the next attempt.
+  shm::Writer writer(std::move(claim), segment_info(config));
+
   EventRing events;
   Relay relay(config.realtime.priority, config.realtime.cpu, [&writer] { writer.wake_clients(); });
   const auto beat = std::make_unique<Beat>(

@@ -11,6 +11,7 @@
 #include <ctime>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "shm_api/libodom/attach.h"
 #include "shm_api/segment_file.hpp"
@@ -32,7 +33,7 @@ std::uint64_t make_instance_id() {
   return id;
 }
 
-void check(const SegmentSettings& settings, const odom_info& info) {
+void check(const SegmentSettings& settings) {
   if (settings.slots < ODOM_SEGMENT_SLOTS_MIN || settings.slots > ODOM_SEGMENT_SLOTS_MAX ||
       (settings.slots & (settings.slots - 1)) != 0)
     throw std::invalid_argument("[shm] slots: " + std::to_string(settings.slots) +
@@ -40,6 +41,9 @@ void check(const SegmentSettings& settings, const odom_info& info) {
   // Clients refuse a segment that others than its owner may write.
   if ((settings.mode & ~0644U) != 0 || (settings.mode & 0600U) != 0600U)
     throw std::invalid_argument("[shm] mode: set 0600, 0640 or 0644");
+}
+
+void check(const odom_info& info) {
   if (info.period_ns < ODOM_PERIOD_MIN_NS || info.period_ns > ODOM_PERIOD_MAX_NS)
     throw std::invalid_argument("[realtime] period: set 0.0001 to 1 s");
 }
@@ -91,32 +95,55 @@ void count_time(std::uint64_t* histogram, std::uint64_t* maximum, std::int64_t n
 
 }  // namespace
 
-struct Writer::State {
+struct Claim::State {
+  SegmentSettings settings;
+  std::string path;
   FileDescriptor lock;
   std::optional<Inheritance> predecessor;
+
+  explicit State(const SegmentSettings& wanted)
+      : settings(wanted),
+        path(segment_path(wanted.name)),
+        lock(lock_segment(path)),
+        predecessor(read_predecessor(path)) {}
+};
+
+Claim::Claim(const SegmentSettings& settings) {
+  check(settings);
+  state_ = std::make_unique<State>(settings);
+}
+
+Claim::~Claim() = default;
+Claim::Claim(Claim&& other) noexcept = default;
+
+const std::optional<Inheritance>& Claim::predecessor() const noexcept {
+  return state_->predecessor;
+}
+
+struct Writer::State {
+  Claim claim;
   UnnamedSegment segment;
   odom_info info{};
   std::uint64_t* words;
   std::uint64_t* slots;
 
-  State(const std::string& path, const SegmentSettings& settings)
-      : lock(lock_segment(path)),
-        predecessor(read_predecessor(path)),
+  State(Claim&& claimed, const std::string& path, std::uint64_t slot_count)
+      : claim(std::move(claimed)),
         segment(create_segment(path, sizeof(std::uint64_t) * (ODOM_SEGMENT_HEADER_WORDS +
-                                                              settings.slots * ODOM_SLOT_WORDS))),
+                                                              slot_count * ODOM_SLOT_WORDS))),
         words(segment.words.get()),
         slots(words + ODOM_SEGMENT_HEADER_WORDS) {}
 
   [[nodiscard]] std::uint64_t* word(std::size_t index) const noexcept { return words + index; }
 
-  void write_header(const SegmentSettings& settings, const odom_info& given) {
+  void write_header(std::uint64_t slot_count, const odom_info& given) {
     info = given;
     info.abi_major = ODOM_ABI_MAJOR;
     info.abi_minor = ODOM_ABI_MINOR;
     info.instance_id = make_instance_id();
     info.writer_pid = getpid();
     info.writer_start_ns = monotonic_ns();
-    info.slots = settings.slots;
+    info.slots = slot_count;
     odomi_store(word(ODOM_HEADER_MAGIC), ODOM_SEGMENT_MAGIC);
     odomi_store(word(ODOM_HEADER_BYTES), ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS);
     odomi_store(word(ODOM_HEADER_SLOT_BYTES), ODOM_WORD_BYTES * ODOM_SLOT_WORDS);
@@ -130,18 +157,18 @@ struct Writer::State {
   }
 };
 
-Writer::Writer(const SegmentSettings& settings, const odom_info& info) {
-  check(settings, info);
-  const std::string path = segment_path(settings.name);
-  state_ = std::make_unique<State>(path, settings);
-  state_->write_header(settings, info);
-  name_segment(state_->segment, path, settings);
+Writer::Writer(Claim claim, const odom_info& info) {
+  check(info);
+  const Claim::State& name = *claim.state_;  // stays where it is when the claim moves
+  state_ = std::make_unique<State>(std::move(claim), name.path, name.settings.slots);
+  state_->write_header(name.settings.slots, info);
+  name_segment(state_->segment, name.path, name.settings);
 }
 
 Writer::~Writer() = default;
 
 const std::optional<Inheritance>& Writer::predecessor() const noexcept {
-  return state_->predecessor;
+  return state_->claim.predecessor();
 }
 
 bool Writer::publish(const odom_pose& pose, const odom_details& details) noexcept {

@@ -24,14 +24,37 @@ struct Inheritance {
   odom_info info{};
 };
 
-/// Creates the segment under a temporary name, locks it against a second writer (flock on a file
-/// beside it) and renames it into place, so that readers find it whole or not at all.
-class Writer {
+/// The right to write under a name (flock on a file beside the segment). What a predecessor has
+/// published there stays untouched until a Writer is made: a start that fails loses nothing.
+class Claim {
  public:
   /// Start-up only: throws std::invalid_argument when the name is not usable or another writer is
-  /// alive, std::system_error when the machine refuses. `info` fills the header; its instance_id,
-  /// writer_pid, writer_start_ns, slots and ABI are set here.
-  Writer(const SegmentSettings& settings, const odom_info& info);
+  /// alive, std::system_error when the machine refuses.
+  explicit Claim(const SegmentSettings& settings);
+  ~Claim();
+  Claim(Claim&& other) noexcept;
+  Claim& operator=(Claim&&) = delete;
+  Claim(const Claim&) = delete;
+  Claim& operator=(const Claim&) = delete;
+
+  /// The last pose of the segment that stands under the name, whatever its age.
+  [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;
+
+ private:
+  friend class Writer;
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// Creates the segment under a temporary name and renames it into place, so that readers find it
+/// whole or not at all.
+class Writer {
+ public:
+  /// Start-up only: throws as a Claim does. `info` fills the header; its instance_id, writer_pid,
+  /// writer_start_ns, slots and ABI are set here.
+  Writer(Claim claim, const odom_info& info);
+  /// Claims the name as well.
+  Writer(const SegmentSettings& settings, const odom_info& info) : Writer(Claim(settings), info) {}
   ~Writer();  ///< leaves the last poses in place for clients and for a successor
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;

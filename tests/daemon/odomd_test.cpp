@@ -326,6 +326,23 @@ TEST_F(OdomdTest, ASuccessorGoesOnFromWhereItsPredecessorDied) {
   EXPECT_GT(pose.reset_count, last.reset_count);
   EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
 }
+TEST_F(OdomdTest, AStartThatFailsLeavesThePredecessorsLastPose) {
+  DaemonProcess first(desk_, {});
+  const Client client = open_client(desk_);
+  odom_pose pose{};
+  ASSERT_TRUE(next_pose(client, pose));
+  first.signal(SIGKILL);
+  EXPECT_EQ(first.wait(), -1);
+  desk_.write("taken", "by a file that is no socket");
+  EXPECT_EQ(DaemonProcess(desk_, {"--can", "/nowhere/drive.log"}).wait(), 2);
+  EXPECT_EQ(DaemonProcess(desk_, {"--camera-socket", desk_.file("taken")}).wait(), 2);
+
+  const Client late = open_client(desk_);
+  odom_pose last{};
+  EXPECT_EQ(odom_latest(late.get(), &last, sizeof last), ODOM_STALE);
+  EXPECT_GE(last.tick, pose.tick);
+}
+
 
 TEST_F(OdomdTest, AGivenInitialPoseCountsMoreThanAPredecessor) {
   {

@@ -115,6 +115,23 @@ TEST_F(Succession, TheSuccessorInheritsTheLastPose) {
   EXPECT_NE(successor.info().instance_id, instance);
 }
 
+TEST_F(Succession, AClaimAloneTouchesNothing) {
+  {
+    Writer writer(settings, test_info());
+    publish_patterned(writer, 7, 70);
+  }
+  {
+    const Claim claim(settings);
+    ASSERT_TRUE(claim.predecessor().has_value());
+    EXPECT_EQ(claim.predecessor()->pose.tick, 7U);
+    EXPECT_THROW(Claim{settings}, std::invalid_argument) << "claimed already";
+  }
+  EXPECT_EQ(Claim(settings).predecessor()->pose.tick, 7U) << "whoever gave up has lost nothing";
+  Claim claim(settings);
+  const Writer writer(std::move(claim), test_info());
+  EXPECT_THROW(Claim{settings}, std::invalid_argument) << "the writer holds on to it";
+}
+
 TEST_F(Succession, AStrangerLeavesNothingToInherit) {
   if (geteuid() != 0) {
     std::cout << "not run: 1 (needs root to give a file to a stranger)\n";
