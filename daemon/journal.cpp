@@ -5,7 +5,8 @@
 
 #include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>
-#include <spdlog/sinks/stdout_sinks.h>
+
+#include "daemon/error_sink.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -14,7 +15,7 @@ constexpr std::int64_t quiet_ns = 1'000'000'000;
 
 std::shared_ptr<spdlog::sinks::sink> open_sink(const LogConfig& config) {
   if (config.file.empty()) {
-    auto sink = std::make_shared<spdlog::sinks::stderr_sink_st>();
+    auto sink = std::make_shared<ErrorSink>();
     // systemd's journal knows the time and our name already.
     sink->set_pattern(std::getenv("JOURNAL_STREAM") != nullptr ? "%l: %v"
                                                                : "%H:%M:%S.%e odomd %l: %v");

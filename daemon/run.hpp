@@ -21,7 +21,7 @@ struct RunSettings {
 
 /// Runs until TERM, INT or, if so wanted, the end of all inputs. Throws std::invalid_argument where
 /// something named cannot be used, std::exception where the machine fails. Call it before any other
-/// thread is started: it blocks TERM, INT and HUP for all.
+/// thread is started: it blocks TERM, INT and HUP for all, and ignores PIPE.
 void run_daemon(const Config& config, std::span<const can::Database> databases,
                 std::span<const std::string> warnings, const RunSettings& settings);
 

@@ -387,6 +387,17 @@ TEST_F(OdomdTest, OpensItsLogAnewOnHup) {
   EXPECT_THAT(desk_.read("odomd.log"), HasSubstr("ending: signal TERM"));
   EXPECT_THAT(desk_.read("odomd.log.1"), Not(HasSubstr("ending")));
 }
+TEST_F(OdomdTest, OutlivesWhoeverReadsItsLog) {
+  DaemonProcess odomd(desk_, {});
+  const Client client = open_client(desk_);
+  odom_pose pose{};
+  ASSERT_TRUE(next_pose(client, pose));
+  odomd.signal(SIGPIPE);
+  for (int i = 0; i < 20; ++i) ASSERT_TRUE(next_pose(client, pose));
+  odomd.signal(SIGTERM);
+  EXPECT_EQ(odomd.wait(), 0);
+}
+
 
 // What is wrong is said in one line, with exit status 2 -------------------------------------------
 
