@@ -94,6 +94,9 @@ struct Config {
 [[nodiscard]] estimator::Model parse_model(std::string_view name);
 [[nodiscard]] std::string_view name_of(estimator::Model model);
 
+/// The first of the sources that is named more than once: its frames would count twice.
+[[nodiscard]] std::optional<std::string> named_twice(std::vector<std::string> sources);
+
 /// "x,y,yaw" in metres and radians, as the command line takes it; throws std::invalid_argument.
 [[nodiscard]] estimator::Pose2 parse_pose(std::string_view text);
 

@@ -1,5 +1,7 @@
 // [can]: the buses, the databases, end-to-end protection and the mapped signals.
+#include <algorithm>
 #include <array>
+#include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -71,6 +73,12 @@ can::E2eBinding read_protection(const std::string& message, TableReader table) {
   return binding;
 }
 
+std::optional<std::string> named_twice(std::vector<std::string> sources) {
+  std::ranges::sort(sources);
+  const auto twice = std::ranges::adjacent_find(sources);
+  return twice == sources.end() ? std::nullopt : std::optional(*twice);
+}
+
 CanConfig read_can(TableReader table) {
   CanConfig can;
   table.read_texts("source", can.sources);
@@ -78,6 +86,8 @@ CanConfig read_can(TableReader table) {
   if (can.sources.size() > can::max_buses)
     table.fail("source",
                fmt::format("names {} buses; {} is the most", can.sources.size(), can::max_buses));
+  if (const auto twice = named_twice(can.sources))
+    table.fail("source", fmt::format("names \"{}\" twice; leave one of them out", *twice));
 
   table.require("dbc", "; name the car's database");
   std::vector<std::string> databases;

@@ -65,6 +65,9 @@ Config configure(const Options& options) {
   if (config.can.sources.size() > can::max_buses)
     throw std::invalid_argument(fmt::format("--can: names {} sources; {} is the most",
                                             config.can.sources.size(), can::max_buses));
+  if (const auto twice = named_twice(config.can.sources))
+    throw std::invalid_argument(
+        fmt::format("--can: names \"{}\" twice; leave one of them out", *twice));
   if (!options.model.empty())
     config.model = parsed("--model", [&] { return parse_model(options.model); });
   if (!options.initial.empty())

@@ -432,6 +432,10 @@ TEST_F(OdomdMistake, NoSource) {
 TEST_F(OdomdMistake, ALogThatIsNotThere) {
   EXPECT_THAT(error_of({"--can", "/nowhere/drive.log"}), HasSubstr("/nowhere/drive.log"));
 }
+TEST_F(OdomdMistake, ASourceNamedTwice) {
+  EXPECT_THAT(error_of({"--can", "-", "--can", "-"}), HasSubstr("--can: names \"-\" twice"));
+}
+
 
 TEST_F(OdomdMistake, AnUnknownModel) {
   EXPECT_THAT(error_of({"--model", "full"}),
