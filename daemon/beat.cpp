@@ -121,11 +121,13 @@ std::uint64_t Beat::account(const NextTick& due, std::int64_t wakeup_latency_ns,
     writer.count_overrun(done_ns, execution_ns_);
     parts_.events.tell({EventKind::overrun, 0, done_ns, execution_ns_, wakeup_latency_ns});
   }
-  if (const std::uint64_t missed = due.missed + next.missed; missed > 0) {
+  // Counted with the tick that comes after them: ticks and missed cycles are the newest number.
+  if (const std::uint64_t missed = skipped_ + due.missed; missed > 0) {
     writer.count_missed(missed);
     parts_.events.tell(
         {EventKind::missed, 0, done_ns, static_cast<std::int64_t>(missed), wakeup_latency_ns});
   }
+  skipped_ = next.missed;
   return next.tick;
 }
 
