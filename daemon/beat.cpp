@@ -99,7 +99,7 @@ void Beat::publish(const TickRecord& record, std::int64_t wakeup_latency_ns) noe
   parts_.writer.publish(pose, details);
 
   if (pose.mode != mode_)
-    parts_.events.tell({EventKind::mode_changed, 0, pose.time_ns, mode_, pose.mode});
+    parts_.events.tell({EventKind::mode_changed, 0, pose.time_ns, pose.mode, pose.conditions});
   if (pose.reset_count != reset_count_)
     parts_.events.tell({EventKind::pose_reset, 0, pose.time_ns, pose.reset_count, 0});
   mode_ = pose.mode;

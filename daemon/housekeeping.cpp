@@ -12,11 +12,13 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace odomd::daemon {
 namespace {
 
 constexpr int turn_ms = 20;
+constexpr int accepts_per_turn = 16;  // of each socket: whoever hammers it does not hold us up
 constexpr std::int64_t linger_ns = 200'000'000;  // after the last input has ended
 constexpr std::int64_t mode_every_ns = 1'000'000'000;
 constexpr std::int64_t status_every_ns = 1'000'000'000;  // to the service manager
@@ -84,7 +86,9 @@ void Housekeeping::read_signals() {
 }
 
 void Housekeeping::accept_cameras(std::int64_t now_ns) {
-  while (auto connection = camera_->accept()) {
+  for (int i = 0; i < accepts_per_turn; ++i) {
+    auto connection = camera_->accept();
+    if (!connection) return;
     const auto peer = peer_of(connection.get());
     if (!peer ||
         !peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
@@ -109,7 +113,9 @@ void Housekeeping::accept_cameras(std::int64_t now_ns) {
 
 void Housekeeping::serve_status(std::int64_t now_ns) {
   const std::string document = status_json(running_, published(), now_ns);
-  while (const auto connection = status_->accept()) {
+  for (int i = 0; i < accepts_per_turn; ++i) {
+    const auto connection = status_->accept();
+    if (!connection) return;
     // It fits into the socket's buffer many times: nobody waits for whoever does not read.
     static_cast<void>(::send(connection.get(), document.data(), document.size(), MSG_NOSIGNAL));
   }
@@ -130,11 +136,12 @@ void Housekeeping::tell(const Event& event) {
       break;
     case EventKind::missed:
       journal_.warn(Topic::missed, at,
-                    fmt::format("{} ticks were missed: the beat woke {:.3f} ms late", event.a,
+                    fmt::format("ticks missed: {}; the beat woke {:.3f} ms late", event.a,
                                 milliseconds(event.b)));
       break;
     case EventKind::mode_changed:
-      mode_ = static_cast<std::uint32_t>(event.b);
+      mode_ = static_cast<std::uint32_t>(event.a);
+      mode_conditions_ = static_cast<std::uint32_t>(event.b);
       break;
     case EventKind::pose_reset:
       journal_.info(Topic::pose_reset, at,
@@ -162,7 +169,11 @@ void Housekeeping::tell(const Event& event) {
 
 void Housekeeping::tell_mode(std::int64_t now_ns) {
   if (mode_ == told_mode_ || now_ns - mode_told_ns_ < mode_every_ns) return;
-  journal_.info(fmt::format("mode: {}, was {}", name_of_mode(mode_), name_of_mode(told_mode_)));
+  const auto conditions = condition_names(mode_conditions_);
+  const auto because =
+      conditions.empty() ? std::string() : fmt::format(" ({})", fmt::join(conditions, ", "));
+  journal_.info(
+      fmt::format("mode: {}{}, was {}", name_of_mode(mode_), because, name_of_mode(told_mode_)));
   told_mode_ = mode_;
   mode_told_ns_ = now_ns;
 }

@@ -58,6 +58,7 @@ class Housekeeping {
   std::int64_t ended_ns_ = 0;                         // since when all inputs have ended
   std::int64_t last_status_ns_ = 0;
   std::uint32_t mode_ = ODOM_INITIALISING;       // as the beat told last
+  std::uint32_t mode_conditions_ = 0;            // that held then
   std::uint32_t told_mode_ = ODOM_INITIALISING;  // as the log says; follows once a second
   std::int64_t mode_told_ns_ = 0;
   bool ready_ = false;

@@ -53,7 +53,8 @@ void make_directory(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::is_directory(directory, error)) return;
   if (::mkdir(directory.c_str(), 0755) != 0)
-    refuse(path, fmt::format("the directory {} is missing and cannot be made: {}",
+    refuse(path, fmt::format("the directory {} is missing and cannot be made: {}; make it, or name "
+                             "another path",
                              directory.string(), std::strerror(errno)));
 }
 

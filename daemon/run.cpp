@@ -183,11 +183,11 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   can::LogClock log_clock(0, config.realtime.period_ns);  // every T_0 is a multiple of the period
   const auto sources = open_sources(config, pipeline->decoder(), buses, log_clock);
 
-  CameraDoor cameras;
   // After all that can fail: until now the last pose of a predecessor has been there for readers
   // and for the next attempt.
   shm::Writer writer(std::move(claim), segment_info(config));
 
+  CameraDoor cameras;
   EventRing events;
   Relay relay(config.realtime.priority, config.realtime.cpu, [&writer] { writer.wake_clients(); });
   const auto beat = std::make_unique<Beat>(

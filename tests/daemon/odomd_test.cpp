@@ -325,6 +325,7 @@ TEST_F(OdomdTest, ASuccessorGoesOnFromWhereItsPredecessorDied) {
   EXPECT_GT(pose.reset_count, last.reset_count);
   EXPECT_EQ(pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
 }
+
 TEST_F(OdomdTest, AStartThatFailsLeavesThePredecessorsLastPose) {
   DaemonProcess first(desk_, {});
   const Client client = open_client(desk_);
@@ -341,7 +342,6 @@ TEST_F(OdomdTest, AStartThatFailsLeavesThePredecessorsLastPose) {
   EXPECT_EQ(odom_latest(late.get(), &last, sizeof last), ODOM_STALE);
   EXPECT_GE(last.tick, pose.tick);
 }
-
 
 TEST_F(OdomdTest, AGivenInitialPoseCountsMoreThanAPredecessor) {
   {
@@ -386,6 +386,7 @@ TEST_F(OdomdTest, OpensItsLogAnewOnHup) {
   EXPECT_THAT(desk_.read("odomd.log"), HasSubstr("ending: signal TERM"));
   EXPECT_THAT(desk_.read("odomd.log.1"), Not(HasSubstr("ending")));
 }
+
 TEST_F(OdomdTest, OutlivesWhoeverReadsItsLog) {
   DaemonProcess odomd(desk_, {});
   const Client client = open_client(desk_);
@@ -396,7 +397,6 @@ TEST_F(OdomdTest, OutlivesWhoeverReadsItsLog) {
   odomd.signal(SIGTERM);
   EXPECT_EQ(odomd.wait(), 0);
 }
-
 
 // What is wrong is said in one line, with exit status 2 -------------------------------------------
 
@@ -431,10 +431,10 @@ TEST_F(OdomdMistake, NoSource) {
 TEST_F(OdomdMistake, ALogThatIsNotThere) {
   EXPECT_THAT(error_of({"--can", "/nowhere/drive.log"}), HasSubstr("/nowhere/drive.log"));
 }
+
 TEST_F(OdomdMistake, ASourceNamedTwice) {
   EXPECT_THAT(error_of({"--can", "-", "--can", "-"}), HasSubstr("--can: names \"-\" twice"));
 }
-
 
 TEST_F(OdomdMistake, AnUnknownModel) {
   EXPECT_THAT(error_of({"--model", "full"}),
