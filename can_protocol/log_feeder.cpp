@@ -123,9 +123,11 @@ void LogFeeder::feed() {
       frame->time_ns -= clock_.start(frame->time_ns, monotonic_now() + lead_ns_);
       const std::int64_t pause_ns = frame->time_ns - monotonic_now();
       if (pause_ns > long_pause_ns)
-        complain(at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
-                 std::to_string(pause_ns / ns_per_s) +
-                 " s, which are waited for; cut the log where it pauses");
+        complain(
+            at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
+            std::to_string(pause_ns / ns_per_s) +
+            " s, which are waited for; cut the log where it pauses, or, for a bus that is piped "
+            "in live, name its interface instead");
       // Runs ahead in strides of half the window: one wake-up for many frames.
       if (pause_ns > ahead_ns && wait_until(frame->time_ns - ahead_ns / 2) == Waited::stopped)
         return;
