@@ -23,7 +23,7 @@ odom_status TickFollower::follow(std::chrono::nanoseconds timeout,
   if (last_ && info->instance_id == instance_) {
     catch_up(*pose, *info, last_->tick + 1, take);
   } else {
-    if (last_) ++counts_.restarts;
+    if (counts_.ticks > 0) ++counts_.restarts;
     catch_up(*pose, *info, 0, take);
   }
   instance_ = info->instance_id;

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "can_protocol/file_descriptor.hpp"
+#include "daemon/status.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/conditions.hpp"
 #include "tools/status_text.hpp"
@@ -95,6 +96,7 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
   for (const Condition& condition : all) {
     EXPECT_EQ(condition_named(condition.name)->bit, condition.bit);
     EXPECT_FALSE(condition.meaning.empty());
+    EXPECT_THAT(daemon::condition_names(condition.bit), ::testing::ElementsAre(condition.name));
     EXPECT_EQ(bits & condition.bit, 0U);
     bits |= condition.bit;
   }
