@@ -37,7 +37,7 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
   };
   warn(Source::steering, "the car is taken to steer straight ahead");
   if (config.model == estimator::Model::paper)
-    warn(Source::yaw_rate, "the yaw rate comes from the model alone");
+    warn(Source::yaw_rate, "the filter takes it to measure 0");
 }
 
 /// A value that is taken from one bus alone never comes when that bus is not listened to. What

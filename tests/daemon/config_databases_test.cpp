@@ -85,7 +85,8 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
   std::vector<std::string> warnings;
   static_cast<void>(load_databases(config, warnings));
   EXPECT_THAT(warnings, Contains(HasSubstr("steering is not mapped")));
-  EXPECT_THAT(warnings, Contains(HasSubstr("yaw_rate is not mapped")));
+  EXPECT_THAT(warnings,
+              Contains(HasSubstr("yaw_rate is not mapped: the filter takes it to measure 0")));
 
   config.model = estimator::Model::kinematic;
   warnings.clear();
