@@ -115,8 +115,10 @@ DecodeResult decode_message(const Decoder::Tables& tables, CompiledMessage& mess
   if (message.protection) {
     if (payload.size() < message.protection->length()) return {FrameVerdict::too_short, 0};
     status = message.protection->check(payload, message.protection_states[frame.bus]);
+    const bool trusted = message.trust[frame.bus].after(status);
     if (const FrameVerdict verdict = verdict_of(status); verdict != FrameVerdict::decoded)
       return {verdict, 0};
+    if (!trusted) return {FrameVerdict::distrusted, 0};
   }
   const DecodeResult result = decode_signals(tables, message, frame, payload, samples);
   if (result.verdict == FrameVerdict::decoded) {

@@ -27,7 +27,7 @@ estimator::Filter initial_filter(const Config& config, bool camera_expected) {
 
 bool failed_protection(can::FrameVerdict verdict) {
   return verdict == can::FrameVerdict::failed_crc || verdict == can::FrameVerdict::repeated ||
-         verdict == can::FrameVerdict::wrong_sequence;
+         verdict == can::FrameVerdict::wrong_sequence || verdict == can::FrameVerdict::distrusted;
 }
 
 }  // namespace

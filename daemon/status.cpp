@@ -27,8 +27,8 @@ constexpr std::array<std::string_view, 13> conditions_by_bit{
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
 constexpr std::array<std::string_view, static_cast<std::size_t>(can::FrameVerdict::count)>
-    frame_verdict_names{"decoded",    "unmapped", "no_sample",     "too_short",
-                        "failed_crc", "repeated", "wrong_sequence"};
+    frame_verdict_names{"decoded",    "unmapped", "no_sample",      "too_short",
+                        "failed_crc", "repeated", "wrong_sequence", "distrusted"};
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) / ns_per_s;

@@ -29,7 +29,8 @@ std::optional<std::string> doubt_of(const can::BoundMessage& message,
   if (count(FrameVerdict::decoded) > 0) return std::nullopt;
   const auto start = fmt::format("message '{}' ({}): ", message.name, roles(message));
   const std::uint64_t refused = count(FrameVerdict::failed_crc) + count(FrameVerdict::repeated) +
-                                count(FrameVerdict::wrong_sequence);
+                                count(FrameVerdict::wrong_sequence) +
+                                count(FrameVerdict::distrusted);
   const std::uint64_t empty = count(FrameVerdict::no_sample);
   const std::uint64_t cut = count(FrameVerdict::too_short);
   if (refused + empty + cut == 0)

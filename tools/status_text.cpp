@@ -192,7 +192,8 @@ std::string messages(const Json& now) {
   for (const auto& message : member(now, "messages")) {
     const Json& verdicts = member(message, "verdicts");
     std::string failed;
-    for (const char* verdict : {"too_short", "failed_crc", "repeated", "wrong_sequence"}) {
+    for (const char* verdict :
+         {"too_short", "failed_crc", "repeated", "wrong_sequence", "distrusted"}) {
       const Json& value = member(verdicts, verdict);
       if (value.is_null() || value.get<std::uint64_t>() == 0) continue;
       failed += (failed.empty() ? "" : ", ") + count(value) + ' ' + verdict;

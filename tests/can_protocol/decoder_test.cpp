@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "can_protocol/e2e_trust.hpp"
 #include "can_protocol/message_encoder.hpp"
 #include "tests/can_protocol/allocation_count.hpp"
 
@@ -316,6 +317,41 @@ TEST(Decoder, GivesEveryProtectedFrameItsVerdictAndCountsIt) {
   EXPECT_EQ(count(FrameVerdict::too_short), 1U);
   EXPECT_EQ(counters.some_lost.get(), 1U);
   EXPECT_EQ(counters.last_time_ns.get(), 500U);
+}
+
+TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
+  Rig rig({bind(1, "IMU", "Yaw")}, {imu_protection()});
+  MessageEncoder imu = rig.encoder("IMU", imu_protection());
+  const auto broken = [&] {
+    Frame frame = imu.frame(1);
+    frame.data[4] ^= 1U;
+    return frame;
+  };
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
+
+  // A few failures leave the message believed, many do not.
+  for (int i = 0; i < E2eTrust::max_failed / 2; ++i)
+    EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
+  for (int i = 0; i < E2eTrust::window; ++i)
+    EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
+  (void)rig.decode(imu.frame(1));  // takes up the sequence again
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
+  EXPECT_TRUE(rig.samples().empty());
+
+  // The disturbance has ended: believed again once the window has slid past it.
+  int refused = 0;
+  while (rig.decode(imu.frame(1)) == FrameVerdict::distrusted) ++refused;
+  EXPECT_LE(refused, E2eTrust::window - E2eTrust::max_failed);
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
+}
+
+TEST(E2eTrust, IsNotShakenByAGatewayThatRepeatsEveryFrame) {
+  E2eTrust trust;
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(trust.after(E2eStatus::ok));
+    EXPECT_TRUE(trust.after(E2eStatus::repeated));
+  }
 }
 
 TEST(Decoder, KeepsTheCountersOfTwoBusesApart) {
