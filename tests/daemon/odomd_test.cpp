@@ -339,7 +339,7 @@ TEST_F(OdomdTest, AStartThatFailsLeavesThePredecessorsLastPose) {
 
   const Client late = open_client(desk_);
   odom_pose last{};
-  EXPECT_EQ(odom_latest(late.get(), &last, sizeof last), ODOM_STALE);
+  ASSERT_TRUE(becomes_stale(late, last));
   EXPECT_GE(last.tick, pose.tick);
 }
 
