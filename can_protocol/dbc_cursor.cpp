@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "can_protocol/dbc_text.hpp"
@@ -153,9 +155,18 @@ void DbcCursor::skip_statement(std::string_view keyword) {
   end_statement(keyword);
 }
 
-void DbcCursor::warn_if_cut_off() {
+void DbcCursor::check_ending() {
   if (ends_in_newline_ || at_ == 0 || tokens_[at_ - 1].text == ";") return;
-  warn(peek().line, "the file does not end with a line end: it may have been cut off");
+  // Such a file ends with a receiver or a sender. One that is named before is most likely whole.
+  const Token& last = tokens_[at_ - 1];
+  const auto before = std::span(tokens_).first(at_ - 1);
+  const bool is_name = last.kind == TokenKind::word && !last.text.empty() &&
+                       std::isdigit(static_cast<unsigned char>(last.text.front())) == 0;
+  if (!is_name || std::ranges::find(before, last.text, &Token::text) == before.end())
+    fail_at(last.line, "expected a line end after " + show(last) +
+                           ", found end of file; fetch the file whole if it was cut off, or add "
+                           "the line end");
+  warn(last.line, "the file does not end with a line end: it may have been cut off");
 }
 
 void DbcCursor::fail(const Token& found, std::string_view what, std::string_view mend) const {

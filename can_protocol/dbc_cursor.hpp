@@ -44,8 +44,9 @@ class DbcCursor {
   /// The same, and then end_statement.
   void skip_statement(std::string_view keyword);
 
-  /// At the end: warns of a last line without its end, where that could hide a cut.
-  void warn_if_cut_off();
+  /// At the end of the file: refuses a last line without its end that looks cut off, and warns of
+  /// one that could hide a cut.
+  void check_ending();
 
   [[noreturn]] void fail(const Token& found, std::string_view what, std::string_view mend) const;
   [[noreturn]] void fail_at(std::uint32_t line, const std::string& text) const;

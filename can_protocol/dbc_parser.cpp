@@ -29,7 +29,7 @@ DbcParser::DbcParser(std::string_view text, std::string file_name)
 
 Database DbcParser::run() {
   while (!cursor_.at_end()) statement();
-  cursor_.warn_if_cut_off();
+  cursor_.check_ending();
   for (const auto& apply : later_) apply();
   Database database;
   for (DraftMessage& draft : drafts_) {

@@ -277,6 +277,16 @@ TEST(Dbc, TakesEveryLineEndAndCharacterSet) {
       "°");
 }
 
+TEST(DbcErrors, RefuseALastLineThatIsCutInsideANameOrAUnit) {
+  const std::string whole =
+      "BU_: Engine Vector__XXX\nBO_ 1 A: 8 Engine\n SG_ S : 0|8@1+ (1,0) [0|0] \"m/s\" Vector__XXX";
+  EXPECT_EQ(parse(whole).messages.size(), 1U);
+  for (const std::string_view end : {"__XXX", "or__XXX", " Vector__XXX"}) {
+    const std::string cut = whole.substr(0, whole.size() - end.size());
+    EXPECT_THROW((void)parse(cut), DbcError) << cut;
+  }
+}
+
 TEST(Dbc, SuspectsACutAtTheEnd) {
   EXPECT_THAT(warnings_of(parse("BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X")),
               ElementsAre(HasSubstr("car.dbc:2: the file does not end with a line end")));
