@@ -25,7 +25,7 @@ class E2eTrust {
   bool after(E2eStatus status) noexcept {
     if (status != E2eStatus::repeated && status != E2eStatus::no_new_data) {
       const bool failed = status == E2eStatus::error || status == E2eStatus::wrong_sequence;
-      failures_ = static_cast<std::uint16_t>((failures_ << 1U) | (failed ? 1U : 0U));
+      failures_ = static_cast<std::uint16_t>(failures_ * 2U + (failed ? 1U : 0U));
     }
     return std::popcount(failures_) <= max_failed;
   }
