@@ -2,9 +2,8 @@
 // u = [δ, a_x]. Three forms of it:
 //
 //   dynamic_rate      continuous (eqs 4-12), with errata 4 and 5
-//   paper_step        discrete as printed (eqs 31-33), with errata 1 and
-//   2:
-//                     what the paper's filter predicts with. Forward only: see its domain
+//   paper_step        discrete as printed (eqs 31-33), with errata 1 and 2: what the paper's filter
+//                     predicts with. Forward only: see its domain
 //   reversible_step   the discrete form that holds through standstill and in reverse (errata, 5)
 //
 // Stiffnesses are positive (errata, 2); a_x is what an accelerometer at the centre of gravity

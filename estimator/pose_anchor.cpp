@@ -143,7 +143,12 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   if (camera.capture_ns == judged_capture_ns_ && camera.capture_ns != 0) {
     return Verdict::duplicate;
   }
-  const std::optional<Located> at = locate(camera.capture_ns);
+  // Until the history begins, a newer pose initialises anew.
+  const bool initialises = !initialised_ || (count_ == 0 && fused_capture_ns_ != 0);
+  std::optional<Located> at = locate(camera.capture_ns);
+  if (!at && initialises) {
+    at = before_history(camera.capture_ns);
+  }
   const bool before_the_last = fused_capture_ns_ != 0 && camera.capture_ns < fused_capture_ns_;
   if (!at || before_the_last) {
     return Verdict::too_old;
@@ -157,7 +162,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
 
   const Symmetric3 R = covariance_of(camera);
   judged_capture_ns_ = camera.capture_ns;
-  if (!initialised_) {
+  if (initialises) {
     const Pose2 seen{camera.x, camera.y, wrap_angle(camera.yaw)};
     Located there = *at;
     const Pose2 odom_from_old = frame_of(seen, there.odom);
@@ -165,6 +170,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     there.odom = seen;
     re_anchor(there, seen, R);
     initialised_ = true;
+    reset_count_ = 1;
     last_jump_ = {};
     fused_capture_ns_ = camera.capture_ns;
     test_ratio_ = 0.0;
@@ -219,6 +225,21 @@ std::optional<PoseAnchor::Located> PoseAnchor::locate(std::int64_t time_ns) cons
         age, 1.0 - share};
   }
   return std::nullopt;
+}
+
+/// Where the car was before the history begins, for a pose that initialises: it moved as it does
+/// now, and as long as there is no history it stood. Nothing where the ring has forgotten the
+/// beginning.
+std::optional<PoseAnchor::Located> PoseAnchor::before_history(std::int64_t time_ns) const noexcept {
+  if (count_ == 0) {
+    return Located{newest().odom, newest().covariance, 0, 0.0};
+  }
+  if (count_ == ring_ticks) {
+    return std::nullopt;
+  }
+  const Tick& oldest = by_age(count_ - 1);
+  const double dt = seconds_between(oldest.time_ns, time_ns);
+  return Located{moved(oldest.odom, velocity_, dt), oldest.covariance, count_, -dt / period_s_};
 }
 
 /// Keeps account of the rejected: true once enough of them in a row say the same.

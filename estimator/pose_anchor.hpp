@@ -62,6 +62,7 @@ class PoseAnchor {
   /// Judges a camera pose and, when it is fused, re-anchors. At t_capture, with ν the difference to
   /// the map pose there and S the sum of both covariances, νᵀS⁻¹ν must not exceed the gate.
   /// `latest_ns` is the limit for captures, `now_ns` the arrival if the pose does not know its own.
+  /// One that initialises may have been taken before the history begins, or come before it does.
   Verdict take(const CameraPose& camera, std::int64_t latest_ns, std::int64_t now_ns) noexcept;
 
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
@@ -109,6 +110,7 @@ class PoseAnchor {
   }
 
   [[nodiscard]] std::optional<Located> locate(std::int64_t time_ns) const noexcept;
+  [[nodiscard]] std::optional<Located> before_history(std::int64_t time_ns) const noexcept;
   [[nodiscard]] bool contenders_agree(const Contender& rejected) noexcept;
   [[nodiscard]] Symmetric3 distrust_noise(std::int64_t time_ns, const Pose2& odom) const noexcept;
   void re_anchor(const Located& at, const Pose2& map, const Symmetric3& covariance) noexcept;

@@ -413,6 +413,54 @@ TEST_F(PoseAnchorTest, FirstCameraPoseInitialises) {
   expect_positive_definite();
 }
 
+TEST_F(PoseAnchorTest, FirstCameraPoseInitialisesThoughTakenBeforeTheHistory) {
+  FilterSettings settings;
+  settings.initialise_from_camera = true;
+  begin(settings);
+  drive(4);
+  const Pose2 map{5.0, 6.0, 2.0};
+  EXPECT_EQ(take(seen(map, 32 * millisecond)), Verdict::fused);
+  expect_near(anchor_.map(), moved(map, velocity, 0.032), 1e-9);
+  expect_near(anchor_.odom(), anchor_.map(), 1e-12);
+  // σ² of the camera, and of the way since.
+  EXPECT_GT(anchor_.covariance()[0], 1e-4);
+  expect_positive_definite();
+  // The next one is an ordinary pose.
+  drive(7);
+  EXPECT_EQ(take(seen(moved(map, velocity, 0.002), 65 * millisecond)), Verdict::too_old);
+  EXPECT_EQ(take(seen(moved(map, velocity, 0.062), 5 * millisecond)), Verdict::fused);
+  EXPECT_EQ(anchor_.reset_count(), 2U);
+}
+
+TEST_F(PoseAnchorTest, NewestCameraPoseBeforeTheHistoryIsWhereItBegins) {
+  FilterSettings settings;
+  settings.initialise_from_camera = true;
+  anchor_ = PoseAnchor{settings};
+  now_ = start_ns;
+  EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 150 * millisecond)), Verdict::fused);
+  EXPECT_TRUE(anchor_.initialised());
+  const Pose2 map{5.0, 6.0, 2.0};
+  EXPECT_EQ(take(seen(map, 40 * millisecond)), Verdict::fused);
+  EXPECT_EQ(anchor_.reset_count(), 1U);
+  expect_near(anchor_.map(), map, 1e-12);
+  expect_near(anchor_.odom(), map, 1e-12);
+  anchor_.start(now_);
+  drive(20);
+  expect_near(anchor_.map(), moved(map, velocity, 0.1), 1e-9);
+  expect_positive_definite();
+}
+
+TEST_F(PoseAnchorTest, CameraPoseFromBeforeARestartDoesNotMoveIt) {
+  FilterSettings settings;
+  settings.initialise_from_camera = true;
+  anchor_ = PoseAnchor{settings};
+  const Pose2 map{5.0, 6.0, 2.0};
+  anchor_.resume(map, {}, diagonal(1e-2, 1e-2, 1e-2), 3);
+  now_ = start_ns;
+  EXPECT_EQ(take(seen({1.0, 1.0, 1.0}, 40 * millisecond)), Verdict::too_old);
+  expect_near(anchor_.map(), map, 1e-12);
+}
+
 TEST_F(PoseAnchorTest, CameraDoesNotInitialiseUnlessItMay) {
   anchor_ = PoseAnchor{FilterSettings{}};
   anchor_.start(now_);
