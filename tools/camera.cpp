@@ -11,6 +11,7 @@
 #include "tools/attach.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/camera_feed.hpp"
+#include "tools/choice.hpp"
 #include "tools/commands.hpp"
 
 namespace odomd::tools {
@@ -153,16 +154,13 @@ void add_camera(CLI::App& odom) {
   command->add_option("--shm", options->shm, "Segment that tells the daemon's log clock")
       ->type_name("NAME")
       ->needs(log);
-  auto* clock =
-      command
-          ->add_option("--clock", options->clock,
-                       "Clock of t_capture in rows from standard input (a --log is on the log's)")
-          ->transform(CLI::CheckedTransformer(
-              std::vector<std::pair<std::string, odom_clock>>{{"monotonic", ODOM_CLOCK_MONOTONIC},
-                                                              {"realtime", ODOM_CLOCK_REALTIME},
-                                                              {"log", ODOM_CLOCK_LOG}}))
-          ->type_name("monotonic|realtime|log")
-          ->excludes(pose);
+  auto* clock = add_choice<odom_clock>(
+                    *command, "--clock", options->clock,
+                    {{"monotonic", ODOM_CLOCK_MONOTONIC},
+                     {"realtime", ODOM_CLOCK_REALTIME},
+                     {"log", ODOM_CLOCK_LOG}},
+                    "Clock of t_capture in rows from standard input (a --log is on the log's)")
+                    ->excludes(pose);
   command->footer(
       "Examples:\n"
       "  odom camera send --pose 1.2,0.4,1.57 --sigma 0.01,0.01,0.01 --age-ms 40\n"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tools/camera_csv.hpp"
+#include "tools/choice.hpp"
 #include "tools/commands.hpp"
 #include "tools/evaluation.hpp"
 #include "tools/evaluation_picture.hpp"
@@ -112,12 +113,9 @@ void add_evaluate(CLI::App& odom) {
       ->expected(1)
       ->take_all()
       ->type_name("CSV");
-  command
-      ->add_option("--align", options->align,
-                   "Rigid alignment: at the first common time, least squares, or none")
-      ->transform(CLI::CheckedTransformer(std::vector<std::pair<std::string, Align>>{
-          {"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}}))
-      ->type_name("first|fit|none");
+  add_choice<Align>(*command, "--align", options->align,
+                    {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+                    "Rigid alignment: at the first common time (default), least squares, or none");
   auto* lever_arm =
       command
           ->add_option("--lever-arm", options->lever_arm,

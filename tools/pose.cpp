@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tools/attach.hpp"
+#include "tools/choice.hpp"
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
 #include "tools/interrupt.hpp"
@@ -38,11 +39,10 @@ struct Options {
   bool until_stale = false;
 };
 
-const std::vector<std::pair<std::string, odom_clock>>& clocks() {
-  static const std::vector<std::pair<std::string, odom_clock>> names{
-      {"monotonic", ODOM_CLOCK_MONOTONIC},
-      {"realtime", ODOM_CLOCK_REALTIME},
-      {"log", ODOM_CLOCK_LOG}};
+const Choices<odom_clock>& clocks() {
+  static const Choices<odom_clock> names{{"monotonic", ODOM_CLOCK_MONOTONIC},
+                                         {"realtime", ODOM_CLOCK_REALTIME},
+                                         {"log", ODOM_CLOCK_LOG}};
   return names;
 }
 
@@ -181,9 +181,7 @@ void add_pose(CLI::App& odom) {
       ->add_option("--shm", options->shm,
                    "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, /run/odomd/pose")
       ->type_name("NAME");
-  command->add_option("--clock", options->clock, "Clock of the times that are shown")
-      ->transform(CLI::CheckedTransformer(clocks()))
-      ->type_name("monotonic|realtime|log");
+  add_choice(*command, "--clock", options->clock, clocks(), "Clock of the times that are shown");
   command->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");

@@ -106,8 +106,25 @@ TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
   EXPECT_EQ(missing.status, 2);
   EXPECT_EQ(missing.err,
             "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n");
-  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --align last").status, 2);
+  const Outcome last = run("--reference " + reference_ + " --pose " + good_ + " --align last");
+  EXPECT_EQ(last.status, 2);
+  EXPECT_THAT(last.err, HasSubstr("--align: \"last\" is none of first|fit|none"));
   EXPECT_EQ(run("--reference " + reference_ + " --pose /").status, 2);
+}
+
+TEST_F(Evaluate, AlignsAsItIsTold) {
+  const auto aligned = [&](const std::string& how) {
+    return nlohmann::json::parse(
+        run("--json --reference " + reference_ + " --pose " + drift_ + how).out)["align"];
+  };
+  EXPECT_EQ(aligned(""), "first");
+  for (const std::string how : {"first", "fit", "none"}) EXPECT_EQ(aligned(" --align " + how), how);
+}
+
+TEST_F(Evaluate, HelpIsText) {
+  const std::string help = run("--help").out;
+  EXPECT_THAT(help, HasSubstr("--align first|fit|none"));
+  for (const char c : help) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
 }
 
 TEST_F(Evaluate, HelpHasExamples) {
