@@ -89,7 +89,7 @@ void run(const Options& options) {
   if (!options.camera.empty()) camera = read_camera_log(options.camera);
 
   const auto pipeline =
-      std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !options.camera.empty());
+      std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !camera.poses.empty());
   std::ofstream file;
   if (options.out != "-") file = open_output(options.out);
   std::ostream& out = options.out == "-" ? std::cout : file;

@@ -56,6 +56,15 @@ TEST_F(OdomReplay, NamesTheLineOfAStampThatIsHoursAhead) {
   EXPECT_THAT(outcome.err, HasSubstr("drive.log:3: the log pauses for more than an hour"));
 }
 
+TEST_F(OdomReplay, BeginsAtZeroWhereTheCameraSawNothing) {
+  const auto camera =
+      scratch_.write("camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n");
+  const Outcome outcome =
+      replay("(1.000000) can0 101#95E803\n", " --model kinematic --camera " + camera.string());
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(contents(scratch_.path("pose.csv")), HasSubstr("\n1.000000000,0,0,0,1,0,0,"));
+}
+
 TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
   const auto camera = scratch_.write(
       "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");
