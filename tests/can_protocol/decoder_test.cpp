@@ -14,7 +14,7 @@
 
 #include "can_protocol/e2e_trust.hpp"
 #include "can_protocol/message_encoder.hpp"
-#include "tests/can_protocol/allocation_count.hpp"
+#include "tests/allocation_count.hpp"
 
 namespace odomd::can {
 namespace {

@@ -13,13 +13,12 @@
 #include <string>
 #include <vector>
 
-#include "allocations.hpp"
 #include "drive.hpp"
+#include "tests/allocation_count.hpp"
 
 namespace odomd::estimator {
 namespace {
 
-using testing::allocations;
 using testing::Drive;
 using testing::period_ns;
 using testing::Samples;
@@ -301,7 +300,7 @@ TEST_P(EveryModel, DoesNotResumeFromWhatIsNotUsable) {
 
 TEST_P(EveryModel, TakesNothingFromTheHeap) {
   Drive drive = slalom_for(GetParam(), 300);
-  const std::size_t before = allocations();
+  const std::size_t before = allocation_count();
   for (int i = 300; i < 900; ++i) {
     if (i % 7 == 0) {
       const Pose2 map = drive.last.map;
@@ -310,7 +309,7 @@ TEST_P(EveryModel, TakesNothingFromTheHeap) {
     }
     drive.tick(slalom(i));
   }
-  EXPECT_EQ(allocations(), before);
+  EXPECT_EQ(allocation_count(), before);
 }
 
 TEST_P(EveryModel, CovariancesStayPositiveDefiniteThroughAWildDrive) {
