@@ -55,8 +55,8 @@ std::vector<std::string> replay_doubts(const can::Decoder& decoder, const Replay
                     summary.late));
   if (summary.poses == 0)
     doubts.emplace_back(
-        "no pose: no camera pose was taken during the drive; are its times on the log's clock? "
-        "Give --initial to start without one");
+        "no pose: it begins with the first wheel speed and an initial pose (--initial, [initial] "
+        "pose, or a camera pose on the log's clock), and one of the two never came");
   return doubts;
 }
 

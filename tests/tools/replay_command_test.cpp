@@ -70,7 +70,7 @@ TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
       "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");
   const Outcome outcome = replay("(1.000000) can0 102#00\n", " --camera " + camera.string());
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("no pose: no camera pose was taken"));
+  EXPECT_THAT(outcome.err, HasSubstr("no pose: it begins with the first wheel speed"));
 }
 
 }  // namespace
