@@ -14,6 +14,7 @@ passed=0
 failed=0
 not_run=0
 summary=()
+failures=()
 logs=build/logs
 
 # A compiler on an Eigen file takes up to 1.5 GB: a machine with little memory gets fewer of them.
@@ -31,16 +32,40 @@ note() {
   summary+=("$(printf '%-22s %5d passed %4d failed %5d s' "$1" "$2" "$3" "$4")")
 }
 
+# note_failures PART: each line of standard input is a result to repeat at the end.
+note_failures() {
+  local line
+  while IFS= read -r line; do failures+=("$1: $line"); done
+}
+
+# failed_in JUNIT: the tests that did not pass, each with the first lines of what it said.
+failed_in() {
+  awk '
+    /<testcase / {
+      name = $0; sub(/.*<testcase name="/, "", name); sub(/".*/, "", name)
+      bad = !/status="run"/
+      said = 0
+      if (bad) print name
+    }
+    /<\/system-out>/ {bad = 0}
+    bad && (/: Failure$/ || /ERROR: |runtime error: |SUMMARY: / || said) && said < 5 {print "  " $0; said++}' \
+    "$1" 2>/dev/null |
+    sed 's/&lt;/</g; s/&gt;/>/g; s/&quot;/"/g; s/&apos;/'"'"'/g; s/&amp;/\&/g'
+}
+
 # part NAME COMMAND...: a step without tests of its own; counts only when it fails.
 part() {
-  local name=$1 begin=$SECONDS
+  local name=$1 begin=$SECONDS log
+  log=$logs/part-${1//[^a-z]/-}.log
   shift
   echo "=== $name"
-  if "$@"; then
+  if "$@" 2>&1 | tee "$log"; then
     note "$name" 0 0 $((SECONDS - begin))
   else
     echo "=== $name FAILED"
     note "$name" 0 1 $((SECONDS - begin))
+    failures+=("$name failed: see $log")
+    note_failures "$name" < <(grep -iE 'error|cannot' "$log" | head -n 10)
     return 1
   fi
 }
@@ -69,9 +94,11 @@ unit_tests() {
   bad=$(($(counted failures) + $(counted disabled) + $(counted skipped)))
   if [ "${total:-0}" = 0 ]; then
     echo "=== unit tests ($preset): none ran"
+    failures+=("unit tests ($preset): none ran")
     total=1 bad=1
   fi
   note "unit tests ($preset)" $((total - bad)) "$bad" $((SECONDS - begin))
+  note_failures "$preset" < <(failed_in "$junit")
   local here
   here=$(sed -n 's/.*not run: \([0-9][0-9]*\).*/\1/p' "build/$preset/Testing/Temporary/LastTest.log" |
     awk '{n += $1} END {print n + 0}')
@@ -91,8 +118,10 @@ lab() {
   else
     echo "=== lab did not run to its end"
     ok=$(grep -c '^ok ' "$log") bad=$(($(grep -c '^not ok ' "$log") + 1))
+    note_failures "lab" < <(tail -n 15 "$log" | grep -vE '^(ok|not ok|lab:) ')
   fi
   note "lab" "$ok" "$bad" $((SECONDS - begin))
+  note_failures "lab" < <(grep -E '^(not ok|lab:) ' "$log" | grep -vE '^lab: .* passed, ')
 }
 
 mkdir -p "$logs"
@@ -107,6 +136,11 @@ part "build (asan)" build asan && unit_tests asan
 echo
 echo "=== summary (logs in $logs)"
 printf '%s\n' "${summary[@]}"
+if [ ${#failures[@]} != 0 ]; then
+  # At the very end, and not too much of it: who reads a log from its end finds what failed.
+  printf '%s\n' "${failures[@]:0:60}" | cut -c -300
+  [ ${#failures[@]} -le 60 ] || echo "and $((${#failures[@]} - 60)) lines more in $logs"
+fi
 echo "not run: $not_run (tests on real drives; set ODOMD_DRIVES)"
 echo "in $((SECONDS / 60)) min $((SECONDS % 60)) s"
 echo "$passed passed, $failed failed"
