@@ -53,11 +53,14 @@ check_counts() { # NAME FRAMES
     jq -e --argjson n "$frames" '.frames.decoded == $n and ([.frames[]] | add) == $n' status.json
 }
 
-# Rows begin with the first pose that means something, and carry the number of their tick.
+# Rows begin with the first pose that means something, and carry the number of their tick. They go on
+# behind the status: what was missed by then is counted when the next tick is out, so rows are
+# counted up to the one before the status' newest.
 check_ticks() { # NAME
   local name=$1 published unpublished backwards missed
-  read -r published unpublished backwards < <(awk -F, '
+  read -r published unpublished backwards < <(awk -F, -v newest="$(jq .pose.tick status.json)" '
     NR == 1 {for (i = 1; i <= NF; i++) if ($i == "tick") tick = i}
+    NR > 1 && $tick >= newest {exit}
     NR == 2 {first = $tick}
     NR > 2 && ($tick <= last || $1 <= t) {backwards++}
     NR > 1 {last = $tick; t = $1; n++}
