@@ -34,7 +34,7 @@ enum class FrameVerdict : std::uint8_t {
   failed_crc,      ///< protection: ERROR
   repeated,        ///< protection: REPEATED
   wrong_sequence,  ///< protection: WRONGSEQUENCE
-  distrusted,      ///< protection: OK, but too many of the message's last checks failed
+  distrusted,      ///< protection: OK, but the check before or too many of the last failed
   count
 };
 

@@ -297,6 +297,9 @@ TEST(Decoder, GivesEveryProtectedFrameItsVerdictAndCountsIt) {
   broken.data[4] ^= 1U;
   EXPECT_EQ(rig.decode(broken), FrameVerdict::failed_crc);
   EXPECT_TRUE(rig.samples().empty());
+  EXPECT_EQ(rig.decode(imu.frame(250)), FrameVerdict::distrusted);  // right behind an error
+  EXPECT_TRUE(rig.samples().empty());
+  (void)imu.frame(0);
   EXPECT_EQ(rig.decode(imu.frame(300)), FrameVerdict::decoded);  // one was lost: OKSOMELOST
   for (int i = 0; i < 5; ++i) (void)imu.frame(0);
   EXPECT_EQ(rig.decode(imu.frame(400)), FrameVerdict::wrong_sequence);
@@ -313,6 +316,7 @@ TEST(Decoder, GivesEveryProtectedFrameItsVerdictAndCountsIt) {
   EXPECT_EQ(count(FrameVerdict::decoded), 3U);
   EXPECT_EQ(count(FrameVerdict::repeated), 1U);
   EXPECT_EQ(count(FrameVerdict::failed_crc), 1U);
+  EXPECT_EQ(count(FrameVerdict::distrusted), 1U);
   EXPECT_EQ(count(FrameVerdict::wrong_sequence), 1U);
   EXPECT_EQ(count(FrameVerdict::too_short), 1U);
   EXPECT_EQ(counters.some_lost.get(), 1U);
@@ -329,9 +333,11 @@ TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
   };
   for (int i = 0; i < 20; ++i) EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
 
-  // A few failures leave the message believed, many do not.
+  // A few failures leave the message believed from the second good frame on, many do not.
   for (int i = 0; i < E2eTrust::max_failed / 2; ++i)
     EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
+  EXPECT_TRUE(rig.samples().empty());
   EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
   for (int i = 0; i < E2eTrust::window; ++i)
     EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
