@@ -13,8 +13,9 @@
 # log and of the bus lie differently in a period. So a frame's effect is later, or earlier, than in
 # the replay by what its own stamp's jitter makes of that: this shift is measured too, of every frame
 # on the two grids. One that comes while the beat still wakes up (`wakeup`: how late it does, but for
-# one time in a thousand) may be taken in by the tick before its stamp. A pose may be off by what the car drives at its highest speed in the largest
-# shift, and a millimetre.
+# one time in a thousand) may be taken in by the tick before its stamp. And where ticks were missed the
+# step that makes up for them is longer than a period: what its tick takes in acts on all of it. A
+# pose may be off by what the car drives at its highest speed in the largest shift, and a millimetre.
 #
 # Prints one line: frames compared, offset, jitter, shift, highest speed, poses compared, largest and
 # root mean square distance, and the bound.
@@ -70,6 +71,7 @@ END {
   if (failed) exit 1
   if (n_received != n_sent || compared == 0) { print n_received " of " n_sent " frames, " compared + 0 " poses"; exit 1 }
   jitter = most - least
+  period = t[2] - t[1]
 
   # Both lists of ticks begin with the first pose; of earlier frames only the newest counts there.
   tick = replayed = 1
@@ -79,6 +81,7 @@ END {
     if (tick == 1 || replayed == 1 || tick == ticks || replayed == n) continue
     take_in(tick_at[tick] - least - t[replayed])
     if (received_at[i] - tick_at[tick - 1] <= wakeup) take_in(tick_at[tick - 1] - least - t[replayed])
+    take_in(tick_at[tick - 1] + period - least - t[replayed])
   }
   bound = fastest * shift + 0.001
   printf "%d frames, offset %.6f s, jitter %.3f ms, shift %.3f ms, at most %.3f m/s; %d poses, off by at most %.2f mm (rms %.2f mm) of %.2f mm\n",
