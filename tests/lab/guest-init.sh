@@ -5,7 +5,8 @@
 # paths and may write anywhere, and nothing of that reaches the host. Only /run/lab is shared: `job`
 # is what to run, `output` and `status` are what came of it.
 #
-# On the kernel's command line: lab.probe (boot, say so, and power off), lab.clock (the host's time).
+# On the kernel's command line: lab.probe (boot, say so, and power off), lab.systemd (hand over to
+# systemd, which runs the job as a unit).
 
 /bin/busybox --install -s /bin
 export PATH=/bin
@@ -53,7 +54,7 @@ done
 mkdir -p /root/dev/shm /root/dev/pts
 mount -t tmpfs shm /root/dev/shm
 mount -t devpts pts /root/dev/pts
-mount -t tmpfs run /root/run
+mount -t tmpfs -o mode=755 run /root/run
 mkdir /root/run/lab
 mount -t 9p -o trans=virtio,version=9p2000.L,cache=none lab /root/run/lab ||
   fail "cannot mount the shared directory"
@@ -61,8 +62,16 @@ mount -t 9p -o trans=virtio,version=9p2000.L,cache=none lab /root/run/lab ||
 ip link set lo up
 hostname lab
 
+cat >/root/run/lab-job <<'end'
+sh /run/lab/job >/run/lab/output 2>&1 </dev/null
+echo $? >/run/lab/status.tmp
+mv /run/lab/status.tmp /run/lab/status
+end
+
+case " $command_line " in
+  *" lab.systemd "*) . /systemd.sh ;;
+esac
+
 chroot /root /usr/bin/env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin \
-  HOME=/root LANG=C.UTF-8 /bin/sh /run/lab/job >/root/run/lab/output 2>&1 </dev/null
-echo $? >/root/run/lab/status.tmp
-mv /root/run/lab/status.tmp /root/run/lab/status
+  HOME=/root LANG=C.UTF-8 sh /run/lab-job
 power_off

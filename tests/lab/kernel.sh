@@ -60,6 +60,7 @@ build_initramfs() {
   rm -rf initramfs && mkdir -p initramfs/bin initramfs/modules
   cp "$(command -v busybox)" initramfs/bin/busybox
   cp "$here/guest-init.sh" initramfs/init
+  cp "$here/guest-systemd.sh" initramfs/systemd.sh
   chmod 755 initramfs/init
   for module in $modules; do
     modprobe -d unpacked -S "$release" --show-depends "$module" || fail "no module $module in $release"
@@ -80,7 +81,7 @@ build_initramfs() {
 exec 9>"$directory/lock"
 flock 9
 [ -f "$directory/release" ] || fetch_kernel
-stamp=$(cat "$directory/release" "$0" "$here/guest-init.sh" | cksum)
+stamp=$(cat "$directory/release" "$0" "$here/guest-init.sh" "$here/guest-systemd.sh" | cksum)
 if [ ! -f "$directory/initramfs.gz" ] || [ "$(cat "$directory/stamp" 2>/dev/null)" != "$stamp" ]; then
   build_initramfs
   echo "$stamp" >"$directory/stamp"

@@ -1,17 +1,22 @@
 #!/bin/bash
 # A real CAN bus and a real real-time kernel on any machine: runs a script in a virtual machine.
 #
-#   lab.sh run SCRIPT [ARGUMENT...]   run it in the machine; its output and its exit status are ours
-#   lab.sh test [TEST...]             run tests (default: all of tests/), and count them
+#   lab.sh run [--systemd] SCRIPT [ARGUMENT...]   run it in the machine; its output and its exit
+#                                                 status are ours
+#   lab.sh test [TEST...]                         run tests (default: all), and count them
+#
+# The machine comes in two flavours: plain, in which the script is all that runs, and with systemd as
+# its init. Tests below tests/ run in the one, those below systemd/ in the other, each in one boot.
 #
 # The machine is QEMU with Debian's PREEMPT_RT kernel. It sees the host's files under the host's
 # paths (writes stay in the machine), and the script runs there as root. It finds the tree in
 # $ODOMD_SOURCE_DIR and the programs under test in $ODOMD_BIN_DIR; what it leaves in $LAB_SHARED
 # outlives the machine when LAB_KEEP is set.
 #
-# Environment: LAB_TIMEOUT=SECONDS for the whole run (default 300), LAB_KEEP=DIRECTORY keeps the
+# Environment: LAB_TIMEOUT=SECONDS for each machine (default 300), LAB_KEEP=DIRECTORY keeps the
 # shared files there, ODOMD_BIN_DIR (default build/release/bin).
-# A machine that does not start, panics, hangs or is too slow is a failed run: exit status 125.
+# A machine that does not start, panics, hangs or is too slow is a failed run: exit status 125; of
+# tests, it is one failure more.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -45,11 +50,13 @@ accelerator() {
   cat "$answer"
 }
 
+keep=${LAB_KEEP-}
 shared= qemu= follower=
 clean_up() {
   [ -z "$follower" ] || kill "$follower" 2>/dev/null || true
   [ -z "$qemu" ] || kill "$qemu" 2>/dev/null || true
-  [ -z "$shared" ] || [ -n "${LAB_KEEP-}" ] || rm -rf "$shared"
+  [ -z "$shared" ] || [ -n "$keep" ] || rm -rf "$shared"
+  shared= qemu= follower=
 }
 trap clean_up EXIT
 trap 'exit 130' INT
@@ -61,21 +68,18 @@ not_run() {
     echo "lab: the end of the machine's console:" >&2
     tail -n 60 "$shared/console" | tr -d '\033\r' | sed 's/^/  | /' >&2
   fi
-  exit $lab_failed
+  return $lab_failed
 }
 
-# run_in_machine SCRIPT [ARGUMENT...]: returns the script's exit status.
-run_in_machine() {
-  case $tree/ in
-    /run/* | /dev/*) not_run "the tree must not lie under ${tree%"${tree#/*/}"}: the machine has its own" ;;
-  esac
-  "$here/kernel.sh" "$cache" || exit $lab_failed
-
-  if [ -n "${LAB_KEEP-}" ]; then
-    mkdir -p "$LAB_KEEP"
-    shared=$(cd "$LAB_KEEP" && pwd)
-    rm -f "$shared/status"
+# share FLAVOUR SCRIPT [ARGUMENT...]: lays out what the machine and the host share.
+share() {
+  clean_up
+  if [ -n "$keep" ]; then
+    mkdir -p "$keep"
+    shared=$(cd "$keep" && pwd)
+    rm -f "$shared"/{status,counts}
   else
+    mkdir -p "$cache"
     shared=$(mktemp -d "$cache/run.XXXXXX")
   fi
   : >"$shared/output"
@@ -87,6 +91,20 @@ run_in_machine() {
     printf ' %q' "$@"
     echo
   } >"$shared/job"
+}
+
+# run_in_machine FLAVOUR SCRIPT [ARGUMENT...]: returns the script's exit status.
+run_in_machine() {
+  local flavour=$1
+  shift
+  share "$@"
+  case $tree/ in
+    /run/* | /dev/*)
+      not_run "the tree must not lie under ${tree%"${tree#/*/}"}: the machine has its own"
+      return
+      ;;
+  esac
+  "$here/kernel.sh" "$cache" || return $lab_failed
 
   # Other work on the host must not look like missed ticks in the machine. Root may see to that; the
   # machine's two processors are idle most of the time, so the host keeps what it needs.
@@ -94,7 +112,7 @@ run_in_machine() {
   chrt -r 1 true 2>/dev/null && ahead=(chrt -r 1)
   timeout -k 2 "$time_limit" "${ahead[@]}" qemu-system-x86_64 -accel $(accelerator) -smp 2 -m 1024 -nographic \
     -nic none -no-reboot -kernel "$cache/vmlinuz" -initrd "$cache/initramfs.gz" \
-    -append "console=ttyS0 panic=-1 quiet" \
+    -append "console=ttyS0 panic=-1 quiet lab.$flavour" \
     -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
     -virtfs "local,path=$shared,mount_tag=lab,security_model=none" \
     </dev/null >"$shared/console" 2>&1 &
@@ -107,24 +125,58 @@ run_in_machine() {
   wait $follower || true
   follower=
 
-  [ $qemu_status != 124 ] || not_run "no end after $time_limit s"
-  [ $qemu_status = 0 ] || not_run "qemu ended with status $qemu_status"
-  [ -f "$shared/status" ] || not_run "the machine ended without a result"
+  case $qemu_status in
+    0) ;;
+    124) not_run "no end after $time_limit s"; return ;;
+    *) not_run "qemu ended with status $qemu_status"; return ;;
+  esac
+  [ -f "$shared/status" ] || { not_run "the machine ended without a result"; return; }
   return "$(cat "$shared/status")"
+}
+
+# run_tests FLAVOUR TEST...: adds their results to the sums. A machine that fails is one failure more.
+passed=0
+failed=0
+run_tests() {
+  local flavour=$1 status=0 ok bad
+  keep=${LAB_KEEP:+$LAB_KEEP/$flavour}
+  shift
+  [ $# -gt 0 ] || return 0
+  run_in_machine "$flavour" "$here/run-tests.sh" "$@" || status=$?
+  if [ -s "$shared/counts" ]; then
+    read -r ok bad <"$shared/counts"
+  else
+    echo "not ok machine: the $flavour machine ended with status $status before its tests did"
+    ok=$(grep -c '^ok ' "$shared/output") || true
+    bad=$(($(grep -c '^not ok ' "$shared/output") + 1)) || true
+  fi
+  passed=$((passed + ok))
+  failed=$((failed + bad))
 }
 
 case ${1-} in
   run)
-    [ $# -ge 2 ] || usage
     shift
-    run_in_machine "$@"
+    flavour=plain
+    [ "${1-}" != --systemd ] || { flavour=systemd; shift; }
+    [ $# -ge 1 ] || usage
+    run_in_machine "$flavour" "$@"
     ;;
   test)
     shift
-    [ $# -gt 0 ] || set -- "$here"/tests/*.sh
-    tests=()
-    for test in "$@"; do tests+=("$(realpath "$test")"); done
-    run_in_machine "$here/run-tests.sh" "${tests[@]}"
+    [ $# -gt 0 ] || set -- "$here"/{tests,systemd}/*.sh
+    plain=() systemd=()
+    for test in "$@"; do
+      test=$(realpath "$test")
+      case $test in
+        */systemd/*) systemd+=("$test") ;;
+        *) plain+=("$test") ;;
+      esac
+    done
+    run_tests plain "${plain[@]}"
+    run_tests systemd "${systemd[@]}"
+    echo "lab: $passed passed, $failed failed"
+    [ $failed = 0 ]
     ;;
   *) usage ;;
 esac

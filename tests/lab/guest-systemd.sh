@@ -1,0 +1,55 @@
+# The machine with systemd as init. Sourced by guest-init.sh, with the host's files in /root: lays out
+# what systemd starts, and hands over to it.
+#
+# Of the host's services none runs, whatever is installed and enabled there: systemd's own below are
+# what a small car computer has, and the job is one unit more.
+
+kept='systemd-journald.service systemd-journald.socket systemd-journald-dev-log.socket
+  systemd-udevd.service systemd-udevd-control.socket systemd-udevd-kernel.socket
+  systemd-udev-trigger.service'
+
+[ -x /root/bin/udevadm ] || fail "udev is missing; tools/dependencies.sh test installs it"
+
+units=/root/etc/systemd/system
+mount -t tmpfs -o mode=755 units $units
+for unit in /root/lib/systemd/system/*.target.wants/*; do
+  unit=${unit##*/}
+  case " $(echo $kept) " in
+    *" $unit "*) ;;
+    *) ln -sf /dev/null "$units/$unit" ;;
+  esac
+done
+
+mkdir -p /root/run/systemd/system-generators /root/run/systemd/journald.conf.d
+for generator in /root/lib/systemd/system-generators/*; do
+  ln -s /dev/null "/root/run/systemd/system-generators/${generator##*/}"
+done
+printf '[Journal]\nStorage=volatile\nRateLimitBurst=0\n' >/root/run/systemd/journald.conf.d/lab.conf
+
+# Known to systemd, or it would take this for the first boot and enable everything.
+echo 0123456789abcdef0123456789abcdef >/root/etc/machine-id
+
+# A host that is a container says so in its root; the machine is none.
+rm -f /root/.dockerenv
+
+# Of the devices only the buses matter.
+mkdir $units/systemd-udev-trigger.service.d
+cat >$units/systemd-udev-trigger.service.d/lab.conf <<end
+[Service]
+ExecStart=
+ExecStart=-udevadm trigger --action=add --subsystem-match=net
+end
+
+cat >$units/lab.service <<end
+[Unit]
+Description=What the lab was asked to run
+Requires=basic.target
+After=basic.target
+
+[Service]
+Environment=HOME=/root LANG=C.UTF-8
+ExecStart=/bin/sh /run/lab-job
+ExecStopPost=/bin/systemctl reboot --force --force
+end
+
+exec switch_root /root /lib/systemd/systemd --unit=lab.service --log-target=console
