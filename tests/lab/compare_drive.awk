@@ -1,6 +1,6 @@
 # Holds the poses of a drive that was played on a bus against the replay of its log.
 #
-#   awk -v wakeup=SECONDS -f compare_drive.awk drive.log received.log replay.csv poses.csv
+#   awk -v wakeup=SECONDS -v gyro=ID -f compare_drive.awk drive.log received.log replay.csv poses.csv
 #
 # drive.log: what was played; received.log: the same frames with the stamps that the kernel gave them
 # (both candump -L); replay.csv: `odom replay` of drive.log; poses.csv: what odomd published.
@@ -14,11 +14,15 @@
 # the replay by what its own stamp's jitter makes of that: this shift is measured too, of every frame
 # on the two grids. One that comes while the beat still wakes up (`wakeup`: how late it does, but for
 # one time in a thousand) may be taken in by the tick before its stamp. And where ticks were missed the
-# step that makes up for them is longer than a period: what its tick takes in acts on all of it. A
-# pose may be off by what the car drives at its highest speed in the largest shift, and a millimetre.
+# step that makes up for them is longer than a period: what its tick takes in acts on all of it.
 #
-# Prints one line: frames compared, offset, jitter, shift, highest speed, poses compared, largest and
-# root mean square distance, and the bound.
+# Two things follow. Along the way a pose may be off by what the car drives at its highest speed in the
+# largest shift. Across it the heading errs, by the change of the yaw rate that each frame of the gyro
+# (whose id is `gyro`) brings, times the shift of that frame; what this sum makes of the way is
+# integrated. The bound is the sum of both, and a millimetre.
+#
+# Prints one line: frames compared, offset, jitter, shift, highest speed, what the heading explains,
+# poses compared, largest and root mean square distance, and the bound.
 
 function stamp(field) { return substr(field, 2, length(field) - 2) - base }
 
@@ -50,6 +54,7 @@ file >= 3 { split($0, value, ",") }
 file == 3 {
   t[++n] = value[column["t"]] - base
   x[n] = value[column["x"]]; y[n] = value[column["y"]]
+  yaw[n] = value[column["yaw"]]; yaw_rate[n] = value[column["yaw_rate"]]; vx[n] = value[column["vx"]]
   speed = value[column["vx"]]; if (speed < 0) speed = -speed
   if (speed > fastest) fastest = speed
 }
@@ -81,10 +86,20 @@ END {
     if (tick == 1 || replayed == 1 || tick == ticks || replayed == n) continue
     take_in(tick_at[tick] - least - t[replayed])
     if (received_at[i] - tick_at[tick - 1] <= wakeup) take_in(tick_at[tick - 1] - least - t[replayed])
-    take_in(tick_at[tick - 1] + period - least - t[replayed])
+    begun = tick_at[tick - 1] + period - least - t[replayed]
+    take_in(begun)
+    if (index(sent[i], gyro "#") == 1) gyro_shift[replayed] = begun
   }
-  bound = fastest * shift + 0.001
-  printf "%d frames, offset %.6f s, jitter %.3f ms, shift %.3f ms, at most %.3f m/s; %d poses, off by at most %.2f mm (rms %.2f mm) of %.2f mm\n",
-    n_received, least, jitter * 1e3, shift * 1e3, fastest, compared, sqrt(largest) * 1e3, sqrt(sum / compared) * 1e3, bound * 1e3
+  for (i = 2; i <= n; i++) {
+    heading -= gyro_shift[i] * (yaw_rate[i] - yaw_rate[i - 1])
+    across_x -= vx[i] * period * heading * sin(yaw[i])
+    across_y += vx[i] * period * heading * cos(yaw[i])
+    square = across_x * across_x + across_y * across_y
+    if (square > across) across = square
+  }
+  across = sqrt(across)
+  bound = fastest * shift + across + 0.001
+  printf "%d frames, offset %.6f s, jitter %.3f ms, shift %.3f ms, at most %.3f m/s, heading %.2f mm; %d poses, off by at most %.2f mm (rms %.2f mm) of %.2f mm\n",
+    n_received, least, jitter * 1e3, shift * 1e3, fastest, across * 1e3, compared, sqrt(largest) * 1e3, sqrt(sum / compared) * 1e3, bound * 1e3
   exit !(sqrt(largest) <= bound)
 }

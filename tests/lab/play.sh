@@ -34,7 +34,8 @@ play_drive() {
   check_counts "$name" "$frames"
   check_ticks "$name"
   local comparison matched
-  comparison=$(awk -v wakeup="$(jq .beat.wakeup_us.p999/1e6 status.json)" -f "$ODOMD_SOURCE_DIR/tests/lab/compare_drive.awk" "$log" received.log replay.csv poses.csv)
+  comparison=$(awk -v wakeup="$(jq .beat.wakeup_us.p999/1e6 status.json)" -v gyro=1A2 \
+    -f "$ODOMD_SOURCE_DIR/tests/lab/compare_drive.awk" "$log" received.log replay.csv poses.csv)
   matched=$?
   echo "   $comparison"
   check "$name: poses are those of the replay" "$comparison" test $matched = 0
