@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstdint>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -48,6 +49,14 @@ class JsonWriter {
     } else {
       text_ += "null";
     }
+  }
+
+  /// null where there is none.
+  template <typename T>
+  void element(const std::optional<T>& value) {
+    if (value) return element(*value);
+    separate();
+    text_ += "null";
   }
 
   [[nodiscard]] const std::string& text() const { return text_; }

@@ -25,6 +25,7 @@
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/open_source.hpp"
 #include "daemon/beat.hpp"
+#include "daemon/controller_watch.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/relay.hpp"
@@ -87,6 +88,14 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
   for (const auto& name : config.can.sources)
     sources.push_back(can::open_source(name, buses, log_clock, settings));
   return sources;
+}
+
+/// The interfaces whose controllers are looked after: a name a source, empty for logs.
+std::vector<std::string> interfaces_of(const Config& config) {
+  std::vector<std::string> interfaces;
+  for (const auto& name : config.can.sources)
+    interfaces.push_back(can::source_kind(name) == can::SourceKind::interface ? name : "");
+  return interfaces;
 }
 
 /// Goes on from a predecessor's pose where there is a young one. A log file starts its own drive.
@@ -202,8 +211,9 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   journal.info(fmt::format("odomd {}: model {}, {} into {}", ODOMD_VERSION, name_of(config.model),
                            fmt::join(config.can.sources, ", "), config.shm.name));
 
-  const Running running{config, facts,   sources, log_clock, *pipeline,
-                        writer, cameras, events,  *beat,     started_ns};
+  ControllerWatch controllers(interfaces_of(config));
+  const Running running{config,  facts,  sources, log_clock,   *pipeline, writer,
+                        cameras, events, *beat,   controllers, started_ns};
   Housekeeping(running, journal, std::move(signals), std::move(camera_socket),
                std::move(status_socket), settings.at_end)
       .run();

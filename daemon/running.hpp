@@ -11,6 +11,7 @@
 #include "daemon/beat.hpp"
 #include "daemon/camera_door.hpp"
 #include "daemon/config.hpp"
+#include "daemon/controller_watch.hpp"
 #include "daemon/event.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/realtime.hpp"
@@ -37,6 +38,7 @@ struct Running {
   CameraDoor& cameras;
   EventRing& events;
   Beat& beat;
+  ControllerWatch& controllers;
   std::int64_t started_ns = 0;  ///< CLOCK_MONOTONIC
 };
 

@@ -110,13 +110,62 @@ void write_beat(JsonWriter& json, const Running& running, std::int64_t now_ns) {
   json.end_object();
 }
 
+void write_bit_timing(JsonWriter& json, const std::optional<can::BitTiming>& timing) {
+  if (!timing) {
+    json.member("bit_timing", NAN);
+    return;
+  }
+  json.begin_object("bit_timing");
+  json.member("bitrate", timing->bitrate);
+  json.member("sample_point", timing->sample_point_permille / 1000.0);
+  json.member("tq_ns", timing->time_quantum_ns);
+  json.member("prop_seg", timing->prop_seg);
+  json.member("phase_seg1", timing->phase_seg1);
+  json.member("phase_seg2", timing->phase_seg2);
+  json.member("sjw", timing->sjw);
+  json.member("brp", timing->brp);
+  json.end_object();
+}
+
+/// null on vcan and logs, and where the driver does not tell.
+void write_controller(JsonWriter& json, const std::optional<can::Controller>& controller) {
+  if (!controller) {
+    json.member("controller", NAN);
+    return;
+  }
+  json.begin_object("controller");
+  json.member("state", can::name_of(controller->health));
+  json.member("restart_ms", controller->restart_ms);
+  write_bit_timing(json, controller->bit_timing);
+  json.member("clock_hz", controller->clock_hz);
+  json.begin_array("modes");
+  for (const auto mode : controller->modes) json.element(mode);
+  json.end_array();
+  const auto& errors = controller->errors;
+  json.member("tx_errors", errors ? std::optional(errors->transmit) : std::nullopt);
+  json.member("rx_errors", errors ? std::optional(errors->receive) : std::nullopt);
+  const auto statistic = [&](std::string_view key,
+                             std::uint32_t can::ControllerStatistics::*count) {
+    const auto& statistics = controller->statistics;
+    json.member(key, statistics ? std::optional((*statistics).*count) : std::nullopt);
+  };
+  statistic("bus_errors", &can::ControllerStatistics::bus_errors);
+  statistic("error_warnings", &can::ControllerStatistics::error_warnings);
+  statistic("error_passives", &can::ControllerStatistics::error_passives);
+  statistic("bus_offs", &can::ControllerStatistics::bus_offs);
+  statistic("arbitration_lost", &can::ControllerStatistics::arbitration_lost);
+  statistic("restarts", &can::ControllerStatistics::restarts);
+  json.end_object();
+}
+
 void write_buses(JsonWriter& json, const Running& running) {
   json.begin_array("can");
-  for (const auto& source : running.sources) {
-    const can::SourceCounters& counters = source->counters();
+  for (std::size_t bus = 0; bus < running.sources.size(); ++bus) {
+    const can::FrameSource& source = *running.sources[bus];
+    const can::SourceCounters& counters = source.counters();
     json.begin_object();
-    json.member("name", source->name());
-    json.member("link", link_names[static_cast<std::size_t>(source->link())]);
+    json.member("name", source.name());
+    json.member("link", link_names[static_cast<std::size_t>(source.link())]);
     json.member("received", counters.received.get());
     json.member("lost", counters.lost.get());
     json.member("error_frames", counters.error_frames.get());
@@ -124,6 +173,11 @@ void write_buses(JsonWriter& json, const Running& running) {
     json.member("link_downs", counters.link_downs.get());
     json.member("stamp_fallbacks", counters.stamp_fallbacks.get());
     json.member("malformed", counters.malformed.get());
+    json.member("hardware_fallbacks", counters.hardware_fallbacks.get());
+    json.member("clock_steps", counters.clock_steps.get());
+    json.member("bus_offs", counters.bus_offs.get());
+    json.member("controller_overflows", counters.controller_overflows.get());
+    write_controller(json, running.controllers.latest(bus));
     json.end_object();
   }
   json.end_array();
