@@ -8,10 +8,11 @@
 # The machine comes in two flavours: plain, in which the script is all that runs, and with systemd as
 # its init. Tests below tests/ run in the one, those below systemd/ in the other, each in one boot.
 #
-# The machine is QEMU with Debian's PREEMPT_RT kernel. It sees the host's files under the host's
-# paths (writes stay in the machine), and the script runs there as root. It finds the tree in
-# $ODOMD_SOURCE_DIR and the programs under test in $ODOMD_BIN_DIR; what it leaves in $LAB_SHARED
-# outlives the machine when LAB_KEEP is set.
+# The machine is QEMU with Debian's PREEMPT_RT kernel and two CAN controllers, can0 and can1, on one
+# wire (SJA1000; down, without a bit rate). It sees the host's files under the host's paths (writes
+# stay in the machine), and the script runs there as root. It finds the tree in $ODOMD_SOURCE_DIR and
+# the programs under test in $ODOMD_BIN_DIR; what it leaves in $LAB_SHARED outlives the machine when
+# LAB_KEEP is set.
 #
 # Environment: LAB_TIMEOUT=SECONDS for each machine (default 300), LAB_KEEP=DIRECTORY keeps the
 # shared files there, ODOMD_BIN_DIR (default build/release/bin).
@@ -113,6 +114,7 @@ run_in_machine() {
   timeout -k 2 "$time_limit" "${ahead[@]}" qemu-system-x86_64 -accel $(accelerator) -smp 2 -m 1024 -nographic \
     -nic none -no-reboot -kernel "$cache/vmlinuz" -initrd "$cache/initramfs.gz" \
     -append "console=ttyS0 panic=-1 quiet lab.$flavour" \
+    -object can-bus,id=wire -device kvaser_pci,canbus=wire -device kvaser_pci,canbus=wire \
     -virtfs local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap \
     -virtfs "local,path=$shared,mount_tag=lab,security_model=none" \
     </dev/null >"$shared/console" 2>&1 &
