@@ -1,9 +1,11 @@
 #!/bin/sh
-# Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign
+# Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign | bench | aarch64
 #
 #   build     what compiles and installs the programs
 #   test      build, and what the test command needs (GoogleTest, can-utils, the lab's machine)
-#   campaign  test, and what the longer work needs (clang, clang-tidy, benchmarks)
+#   campaign  test, and what the longer work needs (clang, clang-tidy)
+#   bench     build, and what the benchmarks need and are compared with (cyclictest, iceoryx)
+#   aarch64   build, and the cross compiler and emulator for 64-bit ARM
 #
 # Says nothing and needs neither network nor root when everything is there.
 set -eu
@@ -12,13 +14,17 @@ build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusp
   libsystemd-dev libsocketcan-dev nlohmann-json3-dev librsvg2-bin'
 test="$build libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd udev
   jq qemu-system-x86 busybox-static cpio kmod xz-utils util-linux"
-campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq"
+campaign="$test clang clang-tidy libclang-rt-14-dev jq"
+bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"
+aarch64="$build g++-aarch64-linux-gnu qemu-user"
 
 case ${1-} in
   build) wanted=$build ;;
   test) wanted=$test ;;
   campaign) wanted=$campaign ;;
-  *) echo "usage: dependencies.sh build | test | campaign" >&2; exit 2 ;;
+  bench) wanted=$bench ;;
+  aarch64) wanted=$aarch64 ;;
+  *) echo "usage: dependencies.sh build | test | campaign | bench | aarch64" >&2; exit 2 ;;
 esac
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

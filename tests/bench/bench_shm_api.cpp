@@ -1,17 +1,17 @@
 // What a pose costs: to publish, to read, and to copy by the same relaxed words for comparison.
 //
-// "hot" reads the same pose again and again. "freshly written" reads each pose once, after another
-// core has written it: the price of the cache lines that have to come over.
+// Reads are hot, the same pose again and again, or fresh (freshly_written.hpp): each pose once,
+// after another core has written it.
 #include <benchmark/benchmark.h>
-#include <unistd.h>
 #include <array>
-#include <atomic>
+#include <cstdint>
 #include <cstring>
-#include <thread>
+#include <vector>
 
 #include <odom/odom.hpp>
 
 #include "shm_api/slot.h"
+#include "tests/bench/freshly_written.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing {
@@ -104,18 +104,20 @@ void latest_with_details(benchmark::State& state) {
 }
 BENCHMARK(latest_with_details);
 
-void in_place_x_y_yaw(benchmark::State& state) {
-  Stage stage;
-  read_hot(state, stage, [&] {
-    odom_view view{};
-    odom_begin(stage.client.get(), &view);
-    benchmark::DoNotOptimize(odom_view_double(&view, ODOM_WORD_X));
-    benchmark::DoNotOptimize(odom_view_double(&view, ODOM_WORD_Y));
-    benchmark::DoNotOptimize(odom_view_double(&view, ODOM_WORD_YAW));
-    benchmark::DoNotOptimize(odom_validate(&view));
-  });
+void look_in_place(Stage& stage) {
+  odom_view view{};
+  odom_begin(stage.client.get(), &view);
+  benchmark::DoNotOptimize(odom_view_double(&view, ODOM_WORD_X));
+  benchmark::DoNotOptimize(odom_view_double(&view, ODOM_WORD_Y));
+  benchmark::DoNotOptimize(odom_view_double(&view, ODOM_WORD_YAW));
+  benchmark::DoNotOptimize(odom_validate(&view));
 }
-BENCHMARK(in_place_x_y_yaw);
+
+void in_place(benchmark::State& state) {
+  Stage stage;
+  read_hot(state, stage, [&] { look_in_place(stage); });
+}
+BENCHMARK(in_place);
 
 void at_past_time(benchmark::State& state) {
   Stage stage;
@@ -141,51 +143,76 @@ void predict_35_ms(benchmark::State& state) {
 }
 BENCHMARK(predict_35_ms);
 
-// Another thread publishes one pose on demand; only the read is timed.
+/// Lets another thread publish before every read.
 template <class Read>
-void read_freshly_written(benchmark::State& state, const Read& read) {
+void read_fresh(benchmark::State& state, const Read& read) {
   Stage stage;
-  std::atomic<std::uint64_t> asked{0};
-  std::atomic<std::uint64_t> done{0};
-  std::atomic<bool> stop{false};
-  std::thread writer([&] {
-    Record record = patterned(2, 2);
-    std::uint64_t served = 0;
-    while (!stop.load(std::memory_order_relaxed)) {
-      if (asked.load(std::memory_order_acquire) == served) continue;
-      ++record.pose.tick;
-      stage.writer.publish(record.pose, record.details);
-      stage.writer.set_heartbeat(now_ns());
-      done.store(++served, std::memory_order_release);
-    }
-  });
-  std::uint64_t wanted = 0;
-  for (auto _ : state) {
-    asked.store(++wanted, std::memory_order_release);
-    while (done.load(std::memory_order_acquire) != wanted) {
-    }
-    const auto start = std::chrono::steady_clock::now();
-    read(stage);
-    const auto end = std::chrono::steady_clock::now();
-    state.SetIterationTime(std::chrono::duration<double>(end - start).count());
-  }
-  stop = true;
-  writer.join();
+  Record record = patterned(2, 2);
+  bench::time_fresh_reads(
+      state,
+      [&](std::uint64_t n) {
+        record.pose.tick = n + 1;
+        stage.writer.publish(record.pose, record.details);
+        stage.writer.set_heartbeat(now_ns());
+      },
+      [&] { read(stage); });
 }
 
-void latest_freshly_written(benchmark::State& state) {
+void latest_fresh(benchmark::State& state) {
   odom_pose pose{};
-  read_freshly_written(state, [&](Stage& stage) {
+  read_fresh(state, [&](Stage& stage) {
     benchmark::DoNotOptimize(odom_latest(stage.client.get(), &pose, sizeof pose));
+    benchmark::DoNotOptimize(pose);
   });
 }
-BENCHMARK(latest_freshly_written)->UseManualTime()->Iterations(200000);
+BENCHMARK(latest_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
 
-// What of the time above is that of the two clock readings around it.
-void nothing_freshly_written(benchmark::State& state) {
-  read_freshly_written(state, [](Stage&) {});
+void in_place_fresh(benchmark::State& state) {
+  read_fresh(state, [&](Stage& stage) { look_in_place(stage); });
 }
-BENCHMARK(nothing_freshly_written)->UseManualTime()->Iterations(200000);
+BENCHMARK(in_place_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
+
+// The yardsticks, freshly written: 28 words in the same ring of slots, without sequence, head and
+// heartbeat.
+template <class Copy>
+void copy_fresh(benchmark::State& state, const Copy& copy) {
+  constexpr std::size_t slots = 1024;
+  std::vector<std::uint64_t> ring(slots * ODOM_SLOT_WORDS);
+  Record record = patterned(2, 2);
+  std::uint64_t* slot = ring.data();
+  odom_pose pose{};
+  bench::time_fresh_reads(
+      state,
+      [&](std::uint64_t n) {
+        record.pose.tick = n;
+        slot = ring.data() + n % slots * ODOM_SLOT_WORDS;
+        odomi_copy_in(slot, &record.pose, ODOM_POSE_WORDS);
+      },
+      [&] {
+        copy(pose, slot);
+        benchmark::DoNotOptimize(pose);
+      });
+}
+
+void copy_relaxed_words_fresh(benchmark::State& state) {
+  copy_fresh(state, [](odom_pose& to, const std::uint64_t* from) {
+    odomi_copy_out(&to, from, ODOM_POSE_WORDS);
+  });
+}
+BENCHMARK(copy_relaxed_words_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
+
+void copy_memcpy_fresh(benchmark::State& state) {
+  copy_fresh(state, [](odom_pose& to, const std::uint64_t* from) {
+    std::memcpy(static_cast<void*>(&to), from, sizeof to);
+  });
+}
+BENCHMARK(copy_memcpy_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
+
+// What of the times above is that of the two clock readings around each.
+void nothing_fresh(benchmark::State& state) {
+  read_fresh(state, [](Stage&) { bench::read_nothing(); });
+}
+BENCHMARK(nothing_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
 
 }  // namespace
 }  // namespace odomd::shm::testing

@@ -1,0 +1,205 @@
+#!/usr/bin/env python3
+"""The beat beside cyclictest: wake-up latency, execution time of a tick, time to the first pose.
+
+    beat.py --bin DIRECTORY --drive DIRECTORY [--runs N] [--seconds S]
+
+A run is two halves of S seconds. In the first, a real odomd plays a drive's log in real time with its
+beat pinned to one CPU, and `cyclictest -m -i 5000` of the same priority runs pinned to another at
+the same time; in the second the CPUs are swapped. Percentiles of a run are over both halves, so
+that a CPU that the host treats worse counts for both alike; the ratio is taken in each run.
+
+Then odomd plays the same drive sixteen times as fast, 8,000 frames/s, all of them its own: every
+frame is decoded, checked and fused.
+
+odomd's samples are those that it publishes with every tick (all of them, out of its history).
+Both programs sleep to absolute times of CLOCK_MONOTONIC and both hold the CPUs awake by
+/dev/cpu_dma_latency. cyclictest rounds down to whole microseconds; odomd's samples are rounded down
+here too.
+
+Prints JSON.
+"""
+
+import argparse
+import collections
+import csv
+import json
+import math
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PRIORITY = 45
+PERIOD_US = 5000
+FULL_TRAFFIC = 16
+
+
+def percentile(counts, fraction):
+    """Nearest rank, of a histogram {value: count}."""
+    rank = math.ceil(fraction * sum(counts.values()))
+    for value in sorted(counts):
+        rank -= counts[value]
+        if rank <= 0:
+            return value
+    raise SystemExit("beat.py: no samples")
+
+
+def summary(counts):
+    return {
+        "samples": sum(counts.values()),
+        "p50": percentile(counts, 0.5),
+        "p99": percentile(counts, 0.99),
+        "p999": percentile(counts, 0.999),
+        "max": max(counts),
+    }
+
+
+def histogram(values):
+    return dict(collections.Counter(values))
+
+
+def merged(*histograms):
+    counts = {}
+    for one in histograms:
+        for value, count in one.items():
+            counts[value] = counts.get(value, 0) + count
+    return counts
+
+
+def compress(log, factor, out):
+    """The same frames, in a `factor`-th of the time. Stamps have six decimals."""
+    first = None
+    with open(log) as lines, open(out, "w") as faster:
+        for line in lines:
+            stamp, rest = line[1:].split(")", 1)
+            stamp_us = int(stamp.replace(".", ""))
+            first = stamp_us if first is None else first
+            stamp_ns = first * 1000 + (stamp_us - first) * 1000 // factor
+            faster.write(f"({stamp_ns // 10**9}.{stamp_ns % 10**9:09d}){rest}")
+
+
+class Daemon:
+    """An odomd that plays a log with its beat on one CPU, and what beat_ticks sees of it."""
+
+    def __init__(self, args, log, cpu, work, seconds):
+        self.shm = f"/odomd-bench-{os.getpid()}"
+        config = work / "car.toml"
+        car = (args.drive / "car.toml").read_text().replace("car.dbc", f"{args.drive}/car.dbc")
+        config.write_text(f"{car}\n[realtime]\npriority = {PRIORITY}\ncpu = {cpu}\n")
+        command = [args.bin / "odomd", "--config", config, "--can", log, "--initial", "0,0,0"]
+        command += ["--shm", self.shm, "--log-level", "error"]
+        command += ["--camera-socket", work / "camera.sock", "--status-socket", work / "status.sock"]
+        self.exec_ns = time.monotonic_ns()
+        self.process = subprocess.Popen(command)
+        while not self.segment().exists():
+            if self.process.poll() is not None:
+                raise SystemExit("beat.py: odomd ended")
+            time.sleep(0.01)
+        self.watcher = subprocess.Popen(
+            [args.bin / "beat_ticks", self.shm, str(seconds)], stdout=subprocess.PIPE, text=True
+        )
+
+    def segment(self, suffix=""):
+        return pathlib.Path(f"/dev/shm{self.shm}{suffix}")
+
+    def ticks(self):
+        """Waits for the watcher, ends the daemon, and gives every tick as a dictionary."""
+        lines = self.watcher.communicate()[0].splitlines()
+        self.process.send_signal(signal.SIGTERM)
+        if self.watcher.returncode != 0 or self.process.wait() != 0:
+            raise SystemExit("beat.py: odomd or beat_ticks failed")
+        self.segment().unlink()
+        self.segment(".lock").unlink(missing_ok=True)
+        return [{name: int(value) for name, value in row.items()} for row in csv.DictReader(lines)]
+
+
+def executions(ticks):
+    """Of each tick in µs; a tick's time is published with the next."""
+    return histogram(round(tick["execution_of_last_ns"] / 1000, 1) for tick in ticks[1:])
+
+
+def first_pose_ms(ticks, exec_ns):
+    """From exec until the first pose with a mode better than `initialising` lies there to be read."""
+    first = next(i for i, tick in enumerate(ticks) if tick["mode"] != 0)
+    woke_ns = ticks[first]["time_ns"] + ticks[first]["wakeup_latency_ns"]
+    return (woke_ns + ticks[first + 1]["execution_of_last_ns"] - exec_ns) / 1e6
+
+
+def skipped(ticks):
+    return ticks[-1]["tick"] - ticks[0]["tick"] + 1 - len(ticks)
+
+
+def beside_cyclictest(args, cpus, work):
+    """Half a run: odomd on cpus[0], cyclictest on cpus[1]."""
+    daemon = Daemon(args, args.drive / "drive.log", cpus[0], work, args.seconds + 2)
+    time.sleep(0.5)
+    report = work / "cyclictest.json"
+    begin_ns = time.monotonic_ns()
+    subprocess.run(
+        f"cyclictest -q -m -p {PRIORITY} -i {PERIOD_US} -t 1 -a {cpus[1]} -D {args.seconds} "
+        f"-h 1000000 --json={report}".split(),
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    end_ns = time.monotonic_ns()
+    ticks = daemon.ticks()
+    beside = [tick for tick in ticks if begin_ns <= tick["time_ns"] < end_ns]
+    thread = json.loads(report.read_text())["thread"]["0"]
+    return {
+        "odomd": histogram(tick["wakeup_latency_ns"] // 1000 for tick in beside),
+        "cyclictest": {int(value): count for value, count in thread["histogram"].items()},
+        "execution": executions(beside),
+        "skipped": skipped(beside),
+        "first_pose_ms": first_pose_ms(ticks, daemon.exec_ns),
+    }
+
+
+def run_beside_cyclictest(args, cpus, work):
+    halves = [beside_cyclictest(args, order, work) for order in (cpus, cpus[::-1])]
+    both = {key: merged(*(half[key] for half in halves)) for key in ("odomd", "cyclictest", "execution")}
+    run = {key: summary(counts) for key, counts in both.items()}
+    run["ratio"] = {key: run["odomd"][key] / run["cyclictest"][key] for key in run["odomd"]}
+    run["skipped"] = sum(half["skipped"] for half in halves)
+    run["first_pose_ms"] = max(half["first_pose_ms"] for half in halves)
+    return run
+
+
+def run_full_traffic(args, log, cpu, work):
+    seconds = max(3, args.seconds // 3)
+    ticks = Daemon(args, log, cpu, work, seconds).ticks()[200:]
+    frames = ticks[-1]["frames"] - ticks[0]["frames"]
+    return {
+        "execution": summary(executions(ticks)),
+        "frames_per_s": frames * 1e9 / (ticks[-1]["time_ns"] - ticks[0]["time_ns"]),
+        "skipped": skipped(ticks),
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--bin", type=pathlib.Path, required=True)
+    parser.add_argument("--drive", type=pathlib.Path, required=True)
+    parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--seconds", type=int, default=15)
+    args = parser.parse_args()
+    args.drive = args.drive.resolve()
+
+    cpus = sorted(os.sched_getaffinity(0))[-2:]
+    if len(cpus) < 2:
+        raise SystemExit("beat.py: needs two CPUs, one for odomd and one for cyclictest")
+    with tempfile.TemporaryDirectory(prefix="odomd-bench-") as directory:
+        work = pathlib.Path(directory)
+        full = work / "full.log"
+        compress(args.drive / "drive.log", FULL_TRAFFIC, full)
+        result = {"cpus": cpus, "priority": PRIORITY, "seconds_per_half": args.seconds}
+        result["nominal"] = [run_beside_cyclictest(args, cpus, work) for _ in range(args.runs)]
+        result["full"] = [run_full_traffic(args, full, cpus[0], work) for _ in range(args.runs)]
+    json.dump(result, sys.stdout, indent=1)
+    print()
+
+
+if __name__ == "__main__":
+    main()

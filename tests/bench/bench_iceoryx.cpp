@@ -1,0 +1,102 @@
+// The same pose through iceoryx, for comparison: publisher and subscriber in one process, the
+// broker (iox-roudi) beside it, as its own examples set them up.
+//
+// The sample is what odomd publishes in a tick: odom_pose and odom_details. A take gives a pointer
+// into shared memory; the reader looks at three doubles there and gives the chunk back, which is
+// the least that it can do: odom_latest, beside it in the table, copies the whole pose. What
+// iceoryx does for its price, and a slot of odomd does not: it queues samples, each subscriber has
+// its own, and a sample that is held is never overwritten.
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <cstddef>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include <iceoryx_posh/popo/publisher.hpp>
+#include <iceoryx_posh/popo/subscriber.hpp>
+#include <iceoryx_posh/runtime/posh_runtime.hpp>
+
+#include "tests/bench/freshly_written.hpp"
+#include "tests/shm_api/segment_fixture.hpp"
+
+namespace odomd::shm::testing {
+namespace {
+
+constexpr std::size_t queue = 16;
+
+struct Stage {
+  iox::popo::Publisher<Record> publisher{{"odomd", "bench", "pose"}};
+  iox::popo::Subscriber<Record> subscriber{{"odomd", "bench", "pose"}, options()};
+  Record record = patterned(2, 2);
+
+  Stage() {
+    using namespace std::chrono_literals;
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    while (!publisher.hasSubscribers() ||
+           subscriber.getSubscriptionState() != iox::SubscribeState::SUBSCRIBED) {
+      if (std::chrono::steady_clock::now() > deadline)
+        throw std::runtime_error("iceoryx: not connected within 10 s");
+      std::this_thread::sleep_for(1ms);
+    }
+  }
+
+  static iox::popo::SubscriberOptions options() {
+    iox::popo::SubscriberOptions options;
+    options.queueCapacity = queue;
+    return options;
+  }
+
+  /// Loans a chunk, copies the record into it, publishes it.
+  void publish() {
+    ++record.pose.tick;
+    if (publisher.publishCopyOf(record).has_error())
+      throw std::runtime_error("iceoryx: no chunk to loan");
+  }
+
+  void take() {
+    const auto sample = subscriber.take();
+    if (sample.has_error()) throw std::runtime_error("iceoryx: nothing to take");
+    benchmark::DoNotOptimize(sample.value()->pose.x);
+    benchmark::DoNotOptimize(sample.value()->pose.y);
+    benchmark::DoNotOptimize(sample.value()->pose.yaw);
+  }
+};
+
+/// A queue filled and then emptied by one thread: all of it in this core's cache.
+void iceoryx_hot(benchmark::State& state) {
+  using Clock = std::chrono::steady_clock;
+  using Nanoseconds = std::chrono::duration<double, std::nano>;
+  Stage stage;
+  std::vector<double> publish_ns;
+  std::vector<double> take_ns;
+  for (auto _ : state) {
+    const auto start = Clock::now();
+    for (std::size_t i = 0; i < queue; ++i) stage.publish();
+    const auto published = Clock::now();
+    for (std::size_t i = 0; i < queue; ++i) stage.take();
+    const auto taken = Clock::now();
+    publish_ns.push_back(Nanoseconds(published - start).count() / queue);
+    take_ns.push_back(Nanoseconds(taken - published).count() / queue);
+  }
+  state.counters["publish_ns"] = bench::median(publish_ns);
+  state.counters["p50_ns"] = bench::median(take_ns);
+}
+BENCHMARK(iceoryx_hot)->Iterations(20'000);
+
+void iceoryx_fresh(benchmark::State& state) {
+  Stage stage;
+  bench::time_fresh_reads(
+      state, [&](std::uint64_t) { stage.publish(); }, [&] { stage.take(); });
+}
+BENCHMARK(iceoryx_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
+
+}  // namespace
+}  // namespace odomd::shm::testing
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  iox::runtime::PoshRuntime::initRuntime("odomd-bench");
+  benchmark::RunSpecifiedBenchmarks();
+}

@@ -1,0 +1,78 @@
+#!/bin/bash
+# All benchmarks, one table: bash tests/bench/run.sh [--quick] [--json FILE]
+#
+#   --quick      one short run, to see that it works; its figures are worth nothing
+#   --json FILE  the table and the runs behind it
+#
+# Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown. Wants
+# a quiet machine and, for SCHED_FIFO, root or its limits. What is measured, and how, is said at the
+# head of beat.py and of each bench_*.cpp; what the figures are, in docs/realtime.md.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+
+usage() {
+  sed -n '2,5s/^# \{0,1\}//p' "$0" >&2
+  exit 2
+}
+runs=5 repetitions=9 seconds=15 min_time=0.1 json=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    --quick) runs=1 repetitions=3 seconds=2 min_time=0.02 ;;
+    --json) [ $# -ge 2 ] || usage; json=(--json "$(realpath "$2")"); shift ;;
+    *) usage ;;
+  esac
+  shift
+done
+drive_seconds=400
+
+work=$(mktemp -d --tmpdir=/dev/shm odomd-bench-XXXXXX)
+broker=
+clean_up() {
+  [ -z "$broker" ] || { kill "$broker" && wait "$broker"; } 2>/dev/null || true
+  rm -rf "$work"
+}
+trap clean_up EXIT
+trap 'exit 130' INT TERM
+
+# step COMMAND...: what is not the table goes to a log, and to people only when it fails.
+step() { "$@" >>"$work/log" 2>&1 || { tail -n 20 "$work/log"; echo "run.sh: failed: $*"; exit 1; } >&2; }
+
+cat /proc/loadavg | cut -d ' ' -f 1-3 >"$work/load"
+step tools/dependencies.sh bench
+step cmake --preset release -DODOMD_BENCH=ON
+step cmake --build --preset release -j "$(nproc)" --target bench
+bin=$PWD/build/release/bin
+export TMPDIR=$work # on tmpfs, as the segment is
+
+measure() {
+  step "$bin/$1" --benchmark_repetitions=$repetitions --benchmark_min_time=$min_time \
+    --benchmark_enable_random_interleaving=true --benchmark_report_aggregates_only=true \
+    --benchmark_out_format=json --benchmark_out="$work/$1.json"
+}
+for name in bench_decoder bench_estimator bench_shm_api; do measure $name; done
+if [ -x "$bin/bench_iceoryx" ]; then
+  iox-roudi -m off -l error >"$work/broker.log" 2>&1 &
+  broker=$!
+  until grep -q 'ready' "$work/broker.log"; do
+    kill -0 $broker 2>/dev/null || { cat "$work/broker.log"; echo "run.sh: iox-roudi ended"; exit 1; } >&2
+    sleep 0.1
+  done
+  measure bench_iceoryx
+  kill $broker && wait $broker || true
+  broker=
+fi
+
+drive=$work/drive
+step "$bin/odom" sim --duration $drive_seconds --out "$drive"
+for model in paper kinematic; do
+  echo $drive_seconds >"$work/replay-$model.txt"
+  for _ in $(seq $runs); do
+    begin=$(date +%s%N)
+    step "$bin/odom" replay --config "$drive/car.toml" --can "$drive/drive.log" --model $model \
+      --out "$work/pose.csv"
+    echo $(($(date +%s%N) - begin)) >>"$work/replay-$model.txt"
+  done
+done
+
+python3 tests/bench/beat.py --bin "$bin" --drive "$drive" --runs $runs --seconds $seconds >"$work/beat.json"
+python3 tests/bench/report.py "$work" "${json[@]}"
