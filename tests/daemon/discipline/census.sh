@@ -1,0 +1,37 @@
+#!/bin/bash
+# The system calls of the beat of the real odomd under full traffic, all of them, as strace sees
+# them: none but those of the design, each no more often than the design says.
+#
+# Reads of a log are the feeder's: here the beat has no bus to receive from. The lab holds the same
+# against real buses.
+set -uo pipefail
+name=census
+. "$(dirname "$0")/full_traffic.sh"
+
+# Its clock source decides whether reading the clock is a system call.
+case $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource) in
+  tsc | kvm-clock | hyperv* | arch_sys_counter) clock_is_a_call=0 ;;
+  *) clock_is_a_call=1 ;;
+esac
+
+start_full_traffic 60 strace -f -ff -qq -s 1 -o "$work/trace"
+pid=$(status .pid)
+# thread_of NAME: the trace of the thread.
+thread_of() {
+  local task
+  for task in "/proc/$pid/task/"*; do
+    [ "$(cat "$task/comm")" != "$1" ] || echo "$work/trace.${task##*/}"
+  done
+}
+beat=$(thread_of odomd-beat)
+relay=$(thread_of odomd-relay)
+await 60 status '.beat.ticks >= 1000 and .camera.messages >= 60' -e || fail "no traffic: $(status . -c)"
+echo "$name: $(status '"\(.beat.ticks) ticks, \(.can[0].received) frames, \(.camera.messages) camera poses"')"
+stop_daemon "$pid" || fail "odomd ended with status $?"
+
+check() { awk -v buses=0 -v cameras=1 -v clock_is_a_call=$clock_is_a_call -f "$discipline/census.awk" "$1"; }
+check "$beat" || fail "the beat makes system calls that it must not make"
+# The check is able to fail: no other thread passes it.
+for other in "$relay" "$work/trace.$pid"; do
+  ! check "$other" >/dev/null || fail "the check passes what is not the beat: $other"
+done

@@ -1,0 +1,77 @@
+# Sourced by what puts the real odomd under full traffic: 8,000 frames/s on four buses, of which the
+# 500 of the simulated car are mapped and protected, the camera's 28 poses/s, clients that wait for
+# every pose, one that polls, and somebody who asks for the status.
+#
+# Expects ODOMD_BIN_DIR, and $name, what to call the test. Leaves its files in $work.
+PATH=$ODOMD_BIN_DIR:$PATH
+discipline=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+work=$(mktemp -d)
+shm=/odomd-$name-$$
+children=()
+
+clean_up() {
+  [ ${#children[@]} = 0 ] || kill "${children[@]}" 2>/dev/null
+  wait
+  rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"
+}
+trap clean_up EXIT
+trap 'exit 130' INT TERM
+
+fail() {
+  echo "$name: FAILED: $*"
+  [ ! -s "$work/odomd.log" ] || tail -n 5 "$work/odomd.log" | sed 's/^/  odomd: /'
+  exit 1
+}
+
+# await SECONDS COMMAND...: whether the command succeeds within that time.
+await() {
+  local end=$((SECONDS + $1))
+  shift
+  until "$@" >/dev/null 2>&1; do
+    [ $SECONDS -lt $end ] || return 1
+    sleep 0.1
+  done
+}
+
+# status FILTER [JQ-OPTION...]: a value of the running daemon's status.
+status() {
+  local filter=$1
+  shift
+  odom status --json --socket "$work/status.sock" | jq -r "$@" "$filter"
+}
+
+# start_full_traffic SECONDS [COMMAND...]: the traffic for so long, into an odomd that COMMAND starts
+# (nothing: itself). More arguments for odomd in $odomd_arguments.
+start_full_traffic() {
+  local seconds=$1
+  shift
+  odom sim --scenario stop-and-go --laps 10000 --duration "$seconds" --start-time 1000 \
+    --out "$work/car" >/dev/null || fail "odom sim"
+  mkfifo "$work/bus"
+  "$@" odomd --config "$work/car/car.toml" --can - --shm "$shm" --log-level warn \
+    --camera-socket "$work/camera.sock" --status-socket "$work/status.sock" \
+    ${odomd_arguments-} <"$work/bus" 2>"$work/odomd.log" &
+  daemon=$!
+  children+=("$daemon")
+  awk -v rate=8000 -v own=500 -f "$discipline/full_traffic.awk" "$work/car/drive.log" >"$work/bus" &
+  children+=($!)
+  await 60 status '.beat.ticks > 0' -e || fail "odomd does not begin"
+  odom camera send --log "$work/car/camera.csv" --socket "$work/camera.sock" --shm "$shm" \
+    --wait 20 >/dev/null 2>&1 &
+  children+=($!)
+  local client
+  for client in 1 2 3; do
+    odom pose --shm "$shm" --wait 20 --follow --csv --out /dev/null --until-stale \
+      2>"$work/client.$client" &
+    children+=($!)
+  done
+  odom pose --shm "$shm" --wait 20 --follow --csv --rate 100 --out /dev/null --until-stale \
+    2>/dev/null &
+  children+=($!)
+}
+
+# stop_daemon PID: ends it, and says whether it ended well.
+stop_daemon() {
+  kill "$1"
+  wait "$daemon"
+}

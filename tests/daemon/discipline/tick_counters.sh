@@ -1,0 +1,50 @@
+#!/bin/bash
+# No allocation, lock, exception or page fault in the beat of the real odomd, from its first tick on,
+# under full traffic: tick_counters.sh LIBRARY [TICKS [INJECT]]
+#
+# LIBRARY is what tick_counters.cpp became. With INJECT (allocation, lock, exception, fault) the
+# library does one of these itself in the beat's thread, and the test holds that it is counted, once.
+set -uo pipefail
+library=$1 ticks=${2:-10000} injected=${3-}
+name=tick-counters${injected:+-$injected}
+. "$(dirname "$0")/full_traffic.sh"
+
+start_full_traffic $((ticks / 200 + 30)) env LD_PRELOAD="$library" TICK_COUNTERS_OUT="$work/counts" \
+  TICK_COUNTERS_TICKS="$ticks" TICK_COUNTERS_INJECT="$injected"
+await $((ticks / 200 + 120)) grep -q other_locks "$work/counts" || fail "no counts: $(status .beat -c)"
+read -r published received camera locked < <(status '[.beat.ticks, .can[0].received,
+  .camera.messages, .realtime.memory_locked] | map(tostring) | join(" ")')
+stop_daemon "$daemon" || fail "odomd ended with status $?"
+
+counted() { awk -v name="$1" '$1 == name {print $2}' "$work/counts"; }
+echo "$name: $(tr '\n' ' ' <"$work/counts")"
+echo "$name: $published ticks in all, $received frames, $camera camera poses, memory locked: $locked"
+
+[ "$(counted ticks)" = "$ticks" ] || fail "counted $(counted ticks) ticks, not $ticks"
+[ "$(counted other_allocations)" -gt 100 ] && [ "$(counted other_locks)" -gt 0 ] ||
+  fail "the program does not pass by the counters"
+
+# expect WHAT COUNTER...: zero, or what was injected.
+expect() {
+  local what=$1 sum=0 counter
+  shift
+  for counter; do sum=$((sum + $(counted "$counter"))); done
+  if [ "$what" = "$injected" ]; then
+    [ $sum -gt 0 ] || fail "an injected $what was not counted"
+  elif [ -z "$injected" ]; then
+    [ $sum = 0 ] || fail "$sum ${what}s in $ticks ticks"
+  fi
+}
+expect allocation allocations
+expect lock locks
+expect exception exceptions
+if [ "$locked" = true ]; then
+  expect fault minor_faults major_faults
+else
+  echo "not run: 1 (page faults: this machine refuses to lock memory)"
+fi
+
+if [ -z "$injected" ]; then
+  [ "$received" -ge $((published * 36)) ] || fail "the traffic was not full: $received frames"
+  [ "$camera" -ge $((published / 10)) ] || fail "the traffic was not full: $camera camera poses"
+fi
