@@ -12,7 +12,7 @@ namespace {
 std::string asked_for(const std::string& name) {
   if (!name.empty()) return name;
   const char* named = std::getenv("ODOM_SHM");
-  return named != nullptr ? std::string{"$ODOM_SHM = "} + named : "/odomd, /run/odomd/pose";
+  return named != nullptr ? std::string{"$ODOM_SHM = "} + named : "/odomd, /run/odomd/*/pose";
 }
 
 }  // namespace
