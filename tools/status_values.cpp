@@ -1,0 +1,75 @@
+#include "tools/status_values.hpp"
+
+#include <fmt/format.h>
+
+#include "tools/text.hpp"
+
+namespace odomd::tools {
+
+const Json& member(const Json& object, const std::string& key) {
+  static const Json null;
+  const auto found = object.find(key);
+  return found == object.end() ? null : *found;
+}
+
+const Json& namesake(const Json& array, const Json& name) {
+  static const Json null;
+  for (const auto& element : array) {
+    if (member(element, "name") == name) return element;
+  }
+  return null;
+}
+
+std::string number(const Json& value, int decimals, double factor) {
+  return value.is_null() ? "-" : fixed(factor * value.get<double>(), decimals);
+}
+
+std::string count(const Json& value) {
+  return value.is_null() ? "-" : std::to_string(value.get<std::uint64_t>());
+}
+
+std::string word(const Json& value) {
+  return value.is_null() ? "-" : value.get<std::string>();
+}
+
+bool is_true(const Json& value) {
+  return !value.is_null() && value.get<bool>();
+}
+
+std::string duration(const Json& value) {
+  if (value.is_null()) return "never";
+  const double s = value.get<double>();
+  if (s < 1.0) return fixed(1e3 * s, 1) + " ms";
+  if (s < 120.0) return fixed(s, 1) + " s";
+  const auto minutes = static_cast<long>(s / 60.0);
+  if (minutes < 120) return std::to_string(minutes) + " min";
+  const std::string rest = std::to_string(minutes % 60);
+  return std::to_string(minutes / 60) + " h " + (rest.size() < 2 ? "0" : "") + rest + " min";
+}
+
+std::string hexadecimal(const Json& value) {
+  return value.is_null() ? "-" : fmt::format("0x{:X}", value.get<std::uint64_t>());
+}
+
+std::uint64_t sum(const Json& counts) {
+  std::uint64_t total = 0;
+  for (const auto& value : counts) total += value.get<std::uint64_t>();
+  return total;
+}
+
+Rates::Rates(const Json& now, const std::optional<Json>& before) {
+  const double up = member(now, "uptime_s").is_null() ? 0.0 : now.at("uptime_s").get<double>();
+  seconds_ = up;
+  if (!before || member(*before, "instance") != member(now, "instance")) return;
+  const auto& earlier = member(*before, "uptime_s");
+  if (earlier.is_null() || !(up > earlier.get<double>())) return;
+  before_ = *before;
+  seconds_ = up - earlier.get<double>();
+}
+
+std::string Rates::of(std::uint64_t now, std::uint64_t then) const {
+  if (!(seconds_ > 0.0) || now < then) return "-";
+  return fixed(static_cast<double>(now - then) / seconds_, 1);
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,52 @@
+// Values of the daemon's status document in words, and rates between two documents. What a daemon
+// does not say is "-". All throw a nlohmann::json::exception where a member is of another type than
+// it must be.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <optional>
+#include <string>
+
+namespace odomd::tools {
+
+using Json = nlohmann::json;
+
+inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
+
+/// A member of an object, or null.
+[[nodiscard]] const Json& member(const Json& object, const std::string& key);
+
+/// The element of the same `name` in an array of an earlier document, or null.
+[[nodiscard]] const Json& namesake(const Json& array, const Json& name);
+
+[[nodiscard]] std::string number(const Json& value, int decimals, double factor = 1.0);
+[[nodiscard]] std::string count(const Json& value);
+[[nodiscard]] std::string word(const Json& value);
+[[nodiscard]] bool is_true(const Json& value);
+
+/// Seconds as precise as it matters: "12.3 ms", "4.5 s", "2 h 03 min"; "never" for null.
+[[nodiscard]] std::string duration(const Json& value);
+
+[[nodiscard]] std::string hexadecimal(const Json& value);
+
+/// Of an object of counts, all together.
+[[nodiscard]] std::uint64_t sum(const Json& counts);
+
+/// Rates over the time between two documents of one daemon, else since its start.
+class Rates {
+ public:
+  Rates(const Json& now, const std::optional<Json>& before);
+
+  /// The earlier document; an empty object where there is none that counts.
+  [[nodiscard]] const Json& before() const { return before_; }
+  /// Per second, "-" where there is none.
+  [[nodiscard]] std::string of(std::uint64_t now, std::uint64_t then) const;
+
+ private:
+  Json before_ = Json::object();
+  double seconds_ = 0.0;
+};
+
+}  // namespace odomd::tools
