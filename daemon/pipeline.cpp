@@ -103,6 +103,8 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   if (verdict == Verdict::non_finite) return;
   watch_.heard(camera, reference.arrival_ns, reference.capture_ns);
   statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
+  statistics_.sources[camera].last_latency_ns.set(
+      std::bit_cast<std::uint64_t>(reference.arrival_ns - reference.capture_ns));
 }
 
 void Pipeline::take_malformed_camera_message() noexcept {

@@ -28,6 +28,7 @@ struct SourceStatistics {
   std::array<Counter, estimator::verdict_count> verdicts;
   Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
   Counter last_verdict;     ///< an estimator::Verdict
+  Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
   Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
 };
 

@@ -255,6 +255,10 @@ void write_camera(JsonWriter& json, const Running& running) {
                                                          : std::string());
   json.member("messages", counters.camera_messages.get());
   json.member("malformed", counters.camera_malformed.get());
+  const SourceStatistics& source =
+      running.pipeline.statistics().sources[static_cast<std::size_t>(estimator::Source::camera)];
+  json.member("last_latency_s",
+              source.last_time_ns.get() == 0 ? NAN : seconds(signed_of(source.last_latency_ns)));
   json.begin_array("connections");
   for (const auto& connection : running.cameras.connections()) {
     if (!connection.open) continue;
