@@ -6,16 +6,12 @@
 #include <thread>
 
 namespace odomd::tools {
-namespace {
 
-// What the library was asked for, in words.
-std::string asked_for(const std::string& name) {
+std::string segment_asked_for(const std::string& name) {
   if (!name.empty()) return name;
   const char* named = std::getenv("ODOM_SHM");
-  return named != nullptr ? std::string{"$ODOM_SHM = "} + named : "/odomd, /run/odomd/*/pose";
+  return named != nullptr ? std::string{"$ODOM_SHM = "} + named : "/odomd, /run/odomd/pose";
 }
-
-}  // namespace
 
 odom::Client attach(const std::string& name, double wait_s) {
   using std::chrono::steady_clock;
@@ -24,12 +20,12 @@ odom::Client attach(const std::string& name, double wait_s) {
     auto opened = odom::Client::open(name.empty() ? nullptr : name.c_str());
     if (opened.has_value()) return std::move(opened.value);
     if (opened.status == ODOM_INVALID) {
-      throw std::invalid_argument(asked_for(name) +
+      throw std::invalid_argument(segment_asked_for(name) +
                                   ": not a name of a segment; use /odomd or a path");
     }
     const std::chrono::duration<double> waited = steady_clock::now() - start;
     if (opened.status != ODOM_NO_SEGMENT || waited.count() >= wait_s) {
-      throw std::runtime_error(asked_for(name) + ": " + opened.message());
+      throw std::runtime_error(segment_asked_for(name) + ": " + opened.message());
     }
     std::this_thread::sleep_for(std::chrono::milliseconds{20});
   }

@@ -6,6 +6,9 @@
 
 namespace odomd::tools {
 
+/// What the library is asked for, in words: the name, or the defaults that stand for none.
+[[nodiscard]] std::string segment_asked_for(const std::string& name);
+
 /// `name` empty: the library's defaults. Tries again for `wait_s` seconds while there is no
 /// segment. Throws std::invalid_argument for a name that is not usable, std::runtime_error else.
 [[nodiscard]] odom::Client attach(const std::string& name, double wait_s);

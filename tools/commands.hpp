@@ -14,6 +14,7 @@ void add_status(CLI::App& odom);
 void add_pose(CLI::App& odom);
 void add_camera(CLI::App& odom);
 void add_sim(CLI::App& odom);
+void add_watch(CLI::App& odom);
 void add_dbc(CLI::App& odom);
 
 }  // namespace odomd::tools

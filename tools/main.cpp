@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   odomd::tools::add_replay(odom);
   odomd::tools::add_sim(odom);
   odomd::tools::add_status(odom);
+  odomd::tools::add_watch(odom);
 
   return odomd::tools::run(odom, argc, argv);
 }

@@ -32,7 +32,7 @@ std::string why(int error) {
 
 }  // namespace
 
-std::string fetch_status(const std::filesystem::path& socket) {
+std::string fetch_status(const std::filesystem::path& socket, std::chrono::milliseconds patience) {
   const std::string path = socket.string();
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -42,9 +42,10 @@ std::string fetch_status(const std::filesystem::path& socket) {
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
 
   const can::FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  constexpr timeval patience{2, 0};
-  ::setsockopt(connection.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  ::setsockopt(connection.get(), SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+  const auto whole = std::chrono::floor<std::chrono::seconds>(patience);
+  const timeval time_out{whole.count(), std::chrono::microseconds{patience - whole}.count()};
+  ::setsockopt(connection.get(), SOL_SOCKET, SO_RCVTIMEO, &time_out, sizeof time_out);
+  ::setsockopt(connection.get(), SOL_SOCKET, SO_SNDTIMEO, &time_out, sizeof time_out);
   if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=
       0) {
     throw std::runtime_error(path + ": " + why(errno));
@@ -57,7 +58,7 @@ std::string fetch_status(const std::filesystem::path& socket) {
     if (size == 0) return document;
     if (size < 0 && errno == EINTR) continue;
     if (size < 0 && errno == EAGAIN) {
-      throw std::runtime_error(path + ": no answer for two seconds; is the daemon stopped?");
+      throw std::runtime_error(path + ": no answer; is the daemon stopped?");
     }
     if (size < 0) throw std::runtime_error(path + ": " + why(errno));
     document.append(piece.data(), static_cast<std::size_t>(size));

@@ -1,13 +1,16 @@
 // Asks the daemon's status socket: whoever connects is sent one JSON document.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <string>
 
 namespace odomd::tools {
 
 /// The document as it came. Throws std::invalid_argument for a path that cannot be a socket's,
-/// std::runtime_error where nobody answers within two seconds.
-[[nodiscard]] std::string fetch_status(const std::filesystem::path& socket);
+/// std::runtime_error where nobody answers in time.
+[[nodiscard]] std::string fetch_status(const std::filesystem::path& socket,
+                                       std::chrono::milliseconds patience = std::chrono::seconds{
+                                           2});
 
 }  // namespace odomd::tools

@@ -1,0 +1,176 @@
+// odom watch: a daemon live on the terminal.
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "tools/commands.hpp"
+#include "tools/interrupt.hpp"
+#include "tools/watch/draw.hpp"
+#include "tools/watch/observer.hpp"
+#include "tools/watch/terminal.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct Options {
+  watch::Target target{"", "/run/odomd/status.sock"};
+  double interval_s = 0.5;
+  bool once = false;
+  bool ascii = false;
+};
+
+steady_clock::duration interval_of(const Options& options) {
+  return std::chrono::duration_cast<steady_clock::duration>(
+      std::chrono::duration<double>(options.interval_s));
+}
+
+void scroll(watch::Key key, std::size_t most, watch::View& view) {
+  const std::size_t page = std::max<std::size_t>(view.rows / 2, 1);
+  const std::size_t at = std::min(view.scrolled, most);
+  switch (key) {
+    case watch::Key::up:
+      view.scrolled = at - std::min<std::size_t>(at, 1);
+      break;
+    case watch::Key::page_up:
+      view.scrolled = at - std::min(at, page);
+      break;
+    case watch::Key::down:
+      view.scrolled = std::min(at + 1, most);
+      break;
+    case watch::Key::page_down:
+      view.scrolled = std::min(at + page, most);
+      break;
+    case watch::Key::home:
+      view.scrolled = 0;
+      break;
+    case watch::Key::end:
+      view.scrolled = most;
+      break;
+    default:
+      break;
+  }
+}
+
+void watch_on_screen(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
+  watch::Terminal terminal{watch::colour_wanted()};
+  watch::View view{.glyphs = glyphs};
+  auto next = steady_clock::now();
+  while (true) {
+    if (!view.paused && steady_clock::now() >= next) {
+      observer.look();
+      next = std::max(next + interval_of(options), steady_clock::now());
+    }
+    const watch::Size size = watch::Terminal::size();
+    view.columns = size.columns;
+    view.rows = size.rows;
+    const watch::Picture picture =
+        draw(observer.state(), watch::page_for(view.columns, view.rows, glyphs));
+    terminal.show(screen(picture, view));
+
+    constexpr auto while_paused = std::chrono::seconds{10};
+    const auto happened = terminal.wait(view.paused ? steady_clock::now() + while_paused : next);
+    if (happened.ended) return;
+    for (const watch::Key key : happened.keys) {
+      if (key == watch::Key::quit) return;
+      if (key == watch::Key::pause) view.paused = !view.paused;
+      scroll(key, most_scrolled(picture, view), view);
+    }
+  }
+}
+
+void print(const watch::State& state, watch::Glyphs glyphs) {
+  const watch::Picture picture = draw(state, watch::page_for(100, 40, glyphs));
+  for (const watch::Lines& part : {picture.head, picture.body})
+    for (const watch::Line& line : part) std::cout << as_text(line) << '\n';
+  std::cout.flush();
+}
+
+// A snapshot each interval; while there is no daemon, one.
+void watch_on_paper(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
+  Interrupt interrupt;
+  bool waiting = false;
+  for (auto next = steady_clock::now(); std::cout && !interrupt.requested();
+       next += interval_of(options)) {
+    observer.look();
+    const bool silent = !observer.state().segment || observer.state().segment->silent;
+    if (!silent || !waiting) {
+      print(observer.state(), glyphs);
+      std::cout << '\n' << std::flush;
+    }
+    waiting = silent;
+    constexpr auto patience = std::chrono::milliseconds{50};
+    while (steady_clock::now() < next + interval_of(options) && !interrupt.requested()) {
+      std::this_thread::sleep_for(std::min<steady_clock::duration>(patience, interval_of(options)));
+    }
+  }
+}
+
+void print_once(watch::Observer& observer, watch::Glyphs glyphs) {
+  constexpr auto between = std::chrono::milliseconds{500};
+  observer.look();
+  if (observer.state().segment || observer.state().status) {
+    std::this_thread::sleep_for(between);  // rates are of now, not of the hours since start
+    observer.look();
+  }
+  if (!observer.state().segment) {
+    throw std::runtime_error(observer.state().segment_name + ": " +
+                             observer.state().segment_problem);
+  }
+  print(observer.state(), glyphs);
+  if (observer.state().segment->silent) {
+    throw std::runtime_error("the daemon is silent: this was its last word");
+  }
+}
+
+void run(const Options& options) {
+  const watch::Glyphs glyphs = options.ascii ? watch::Glyphs::ascii : watch::glyphs_of_terminal();
+  watch::Observer observer{options.target};
+  if (options.once) {
+    print_once(observer, glyphs);
+  } else if (watch::is_screen()) {
+    watch_on_screen(options, observer, glyphs);
+  } else {
+    watch_on_paper(options, observer, glyphs);
+  }
+}
+
+}  // namespace
+
+void add_watch(CLI::App& odom) {
+  auto options = std::make_shared<Options>();
+  auto* command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
+  command
+      ->add_option("--shm", options->target.segment,
+                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, /run/odomd/pose")
+      ->type_name("NAME");
+  command->add_option("--socket", options->target.socket, "Status socket of the daemon")
+      ->type_name("PATH")
+      ->capture_default_str();
+  command->add_option("--interval", options->interval_s, "Look every so many seconds [s]")
+      ->check(CLI::Range(0.05, 3600.0))
+      ->type_name("S")
+      ->capture_default_str();
+  command->add_flag("--once", options->once, "Print one snapshot and end");
+  command->add_flag("--ascii", options->ascii, "No other characters than those of ASCII");
+  command->footer(
+      "Examples:\n"
+      "  odom watch\n"
+      "  odom watch --interval 0.1\n"
+      "  odom watch --once --ascii\n"
+      "  odom watch --interval 60 >> drive.txt\n"
+      "Keys: q ends, p pauses and goes on, arrows and page keys scroll. It waits for a daemon "
+      "that\n"
+      "is not there, and goes on with its successor. Where standard output is no terminal a plain\n"
+      "snapshot is printed every interval. NO_COLOR=1 leaves the colours out.");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace odomd::tools
