@@ -68,6 +68,11 @@ echo $? >/run/lab/status.tmp
 mv /run/lab/status.tmp /run/lab/status
 end
 
+# Emulated processors must not meet code that the kernel is patching: QEMU before 8.1 may go on with
+# what it translated meanwhile, and the kernel dies of it. Whether packets are stamped is such a switch,
+# thrown by the first and the last who asks for stamps. So somebody always does, for an id of nobody's.
+chroot /root /usr/bin/candump any,1F334455:DFFFFFFF >/dev/null 2>&1 </dev/null &
+
 case " $command_line " in
   *" lab.systemd "*) . /systemd.sh ;;
 esac
