@@ -64,6 +64,11 @@ std::string described(const std::string& source) {
   return source;
 }
 
+std::string access(std::uint32_t mode, const std::string& group) {
+  return group.empty() ? fmt::format("mode {:04o}", mode)
+                       : fmt::format("mode {:04o}, group {}", mode, group);
+}
+
 void add_signals(Lines& lines, const Config& config) {
   lines.title("signals");
   for (const auto& binding : config.can.bindings) {
@@ -107,10 +112,12 @@ std::string summary(const Config& config, std::span<const can::Database> databas
   for (const auto& database : databases)
     lines.add("database", "{}: {} messages", database.file, database.messages.size());
   if (config.camera.configured)
-    lines.add("camera", "{} (mode {:04o}), at most {} s late", config.camera.socket.string(),
-              config.camera.socket_mode, config.camera.max_latency_s);
-  lines.add("shared memory", "{} (mode {:04o})", config.shm.name, config.shm.mode);
-  lines.add("status", "{}", config.status.socket.string());
+    lines.add("camera", "{} ({}), at most {} s late", config.camera.socket.string(),
+              access(config.camera.socket_mode, config.camera.socket_group),
+              config.camera.max_latency_s);
+  lines.add("shared memory", "{} ({})", config.shm.name, access(config.shm.mode, config.shm.group));
+  lines.add("status", "{} ({})", config.status.socket.string(),
+            access(config.status.socket_mode, config.status.socket_group));
   add_signals(lines, config);
   if (!config.can.protections.empty()) lines.title("protection");
   for (const auto& protection : config.can.protections)

@@ -72,6 +72,7 @@ StatusConfig read_status(TableReader table) {
   StatusConfig status;
   table.read("socket", status.socket);
   table.read_mode("socket_mode", status.socket_mode);
+  table.read("socket_group", status.socket_group);
   table.finish();
   return status;
 }

@@ -62,6 +62,7 @@ struct ShmConfig {
 struct StatusConfig {
   std::filesystem::path socket = "/run/odomd/status.sock";
   std::uint32_t socket_mode = 0666;
+  std::string socket_group;  ///< empty: the process's
 };
 
 struct LogConfig {

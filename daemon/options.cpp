@@ -17,6 +17,38 @@ auto parsed(std::string_view option, Parse parse) {
   }
 }
 
+/// Where things lie, and whose they are: what a service says of it, whatever the car's file says.
+void place(const Options& options, Config& config) {
+  if (!options.runtime_directory.empty()) {
+    const auto directory = std::filesystem::absolute(options.runtime_directory);
+    config.shm.name = directory / "pose";
+    config.status.socket = directory / "status.sock";
+    config.camera.socket = directory / "camera.sock";
+  }
+  if (!options.shm.empty()) {
+    if (options.shm.size() < 2 || options.shm.front() != '/')
+      throw std::invalid_argument(
+          fmt::format("--shm: \"{}\" must begin with a slash: /odomd, or a path", options.shm));
+    config.shm.name = options.shm;
+  }
+  if (!options.camera_socket.empty()) {
+    config.camera.configured = true;
+    config.camera.socket = std::filesystem::absolute(options.camera_socket);
+  }
+  if (!options.status_socket.empty())
+    config.status.socket = std::filesystem::absolute(options.status_socket);
+  if (!options.readers.empty()) {
+    config.shm.mode = 0640;
+    config.shm.group = options.readers;
+    config.status.socket_mode = 0660;
+    config.status.socket_group = options.readers;
+  }
+  if (!options.camera_senders.empty()) {
+    config.camera.socket_mode = 0660;
+    config.camera.socket_group = options.camera_senders;
+  }
+}
+
 }  // namespace
 
 void add_options(CLI::App& app, Options& options) {
@@ -42,6 +74,18 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--status-socket", options.status_socket,
                  "Where `odom status` asks; instead of [status] socket")
       ->type_name("PATH");
+  app.add_option("--runtime-directory", options.runtime_directory,
+                 "Put the segment and the sockets there, as pose, status.sock and camera.sock; "
+                 "instead of what the configuration names")
+      ->type_name("PATH");
+  app.add_option("--readers", options.readers,
+                 "Group that may read the pose and ask the status, and nobody else; instead of "
+                 "modes and groups of [shm] and [status]")
+      ->type_name("GROUP");
+  app.add_option("--camera-senders", options.camera_senders,
+                 "Group that may send camera poses, and nobody else; instead of mode and group of "
+                 "[camera]")
+      ->type_name("GROUP");
   app.add_option("--log-level", options.log_level, "Least serious message that is logged")
       ->type_name("LEVEL")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}));
@@ -72,18 +116,7 @@ Config configure(const Options& options) {
     config.model = parsed("--model", [&] { return parse_model(options.model); });
   if (!options.initial.empty())
     config.initial_pose = parsed("--initial", [&] { return parse_pose(options.initial); });
-  if (!options.shm.empty()) {
-    if (options.shm.size() < 2 || options.shm.front() != '/')
-      throw std::invalid_argument(
-          fmt::format("--shm: \"{}\" must begin with a slash: /odomd, or a path", options.shm));
-    config.shm.name = options.shm;
-  }
-  if (!options.camera_socket.empty()) {
-    config.camera.configured = true;
-    config.camera.socket = std::filesystem::absolute(options.camera_socket);
-  }
-  if (!options.status_socket.empty())
-    config.status.socket = std::filesystem::absolute(options.status_socket);
+  place(options, config);
   if (!options.log_level.empty()) config.log.level = options.log_level;
   return config;
 }

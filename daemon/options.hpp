@@ -22,6 +22,9 @@ struct Options {
   std::string shm;
   std::string camera_socket;
   std::string status_socket;
+  std::string runtime_directory;
+  std::string readers;
+  std::string camera_senders;
   std::string log_level;
   bool check = false;
   bool exit_at_end = false;

@@ -143,9 +143,10 @@ class BeatThread {
 /// The status is a convenience: without its socket the daemon still does its work.
 std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
   try {
-    return LocalSocket({config.socket, SocketType::stream, config.socket_mode, {}});
+    return LocalSocket(
+        {config.socket, SocketType::stream, config.socket_mode, config.socket_group});
   } catch (const std::exception& error) {
-    journal.warn(fmt::format("no status: {}; set [status] socket", error.what()));
+    journal.warn(fmt::format("no status: {}; see [status]", error.what()));
     return std::nullopt;
   }
 }

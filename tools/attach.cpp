@@ -10,7 +10,7 @@ namespace odomd::tools {
 std::string segment_asked_for(const std::string& name) {
   if (!name.empty()) return name;
   const char* named = std::getenv("ODOM_SHM");
-  return named != nullptr ? std::string{"$ODOM_SHM = "} + named : "/odomd, /run/odomd/pose";
+  return named != nullptr ? std::string{"$ODOM_SHM = "} + named : "/odomd, /run/odomd/*/pose";
 }
 
 odom::Client attach(const std::string& name, double wait_s) {

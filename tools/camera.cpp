@@ -13,12 +13,13 @@
 #include "tools/camera_feed.hpp"
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
+#include "tools/service_path.hpp"
 
 namespace odomd::tools {
 namespace {
 
 struct Options {
-  std::string socket = "/run/odomd/camera.sock";
+  std::string socket;
   std::string shm;
   std::vector<double> pose;
   std::vector<double> sigma{0.01, 0.01, 0.01};
@@ -124,9 +125,11 @@ void add_camera(CLI::App& odom) {
   auto* camera = odom.add_subcommand("camera", "Stand in for a camera process");
   camera->require_subcommand(1);
   auto* command = camera->add_subcommand("send", "Send camera poses to the daemon");
-  command->add_option("--socket", options->socket, "Camera socket of the daemon")
-      ->type_name("PATH")
-      ->capture_default_str();
+  command
+      ->add_option("--socket", options->socket,
+                   "Camera socket of the daemon; else the service's, /run/odomd/can0/camera.sock, "
+                   "or /run/odomd/camera.sock")
+      ->type_name("PATH");
   command->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
@@ -169,6 +172,7 @@ void add_camera(CLI::App& odom) {
       "Without --pose and --log rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw,\n"
       "with this header, are read from standard input and sent as they come.");
   command->callback([options, clock] {
+    options->socket = service_path(options->socket, "camera.sock");
     options->clock_named = clock->count() > 0;
     run_send(*options);
   });

@@ -179,7 +179,8 @@ void add_pose(CLI::App& odom) {
   auto* command = odom.add_subcommand("pose", "Read the pose that the daemon publishes");
   command
       ->add_option("--shm", options->shm,
-                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, /run/odomd/pose")
+                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
+                   "service's, /run/odomd/can0/pose")
       ->type_name("NAME");
   add_choice(*command, "--clock", options->clock, clocks(), "Clock of the times that are shown");
   command->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "tools/commands.hpp"
+#include "tools/service_path.hpp"
 #include "tools/status_socket.hpp"
 #include "tools/status_text.hpp"
 
@@ -15,7 +16,7 @@ namespace odomd::tools {
 namespace {
 
 struct Options {
-  std::string socket = "/run/odomd/status.sock";
+  std::string socket;
   bool json = false;
 };
 
@@ -54,9 +55,11 @@ void run_status(const Options& options) {
 void add_status(CLI::App& odom) {
   auto options = std::make_shared<Options>();
   auto* command = odom.add_subcommand("status", "Ask the daemon how it is");
-  command->add_option("--socket", options->socket, "Status socket of the daemon")
-      ->type_name("PATH")
-      ->capture_default_str();
+  command
+      ->add_option("--socket", options->socket,
+                   "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
+                   "or /run/odomd/status.sock")
+      ->type_name("PATH");
   command->add_flag("--json", options->json, "The daemon's own document");
   command->footer(
       "Examples:\n"
@@ -64,7 +67,10 @@ void add_status(CLI::App& odom) {
       "  odom status --json | jq .beat\n"
       "  watch -n 1 odom status\n"
       "For people the rates are those of half a second, so the answer takes as long.");
-  command->callback([options] { run_status(*options); });
+  command->callback([options] {
+    options->socket = service_path(options->socket, "status.sock");
+    run_status(*options);
+  });
 }
 
 }  // namespace odomd::tools

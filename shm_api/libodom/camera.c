@@ -9,6 +9,8 @@
 
 #include <odom/odom.h>
 
+#include "shm_api/libodom/service.h"
+
 _Static_assert(sizeof(odom_camera_message) == 80, "the wire format is pinned");
 
 struct odom_camera {
@@ -34,10 +36,7 @@ static void disconnect(odom_camera* camera) {
   camera->socket = -1;
 }
 
-int odom_camera_open(const char* path, odom_camera** camera) {
-  if (camera == NULL) return -EINVAL;
-  *camera = NULL;
-  if (path == NULL) path = "/run/odomd/camera.sock";
+static int open_at(const char* path, odom_camera** camera) {
   odom_camera* opened = calloc(1, sizeof *opened);
   if (opened == NULL) return -ENOMEM;
   opened->socket = -1;
@@ -55,6 +54,17 @@ int odom_camera_open(const char* path, odom_camera** camera) {
   }
   *camera = opened;
   return 0;
+}
+
+int odom_camera_open(const char* path, odom_camera** camera) {
+  if (camera == NULL) return -EINVAL;
+  *camera = NULL;
+  if (path != NULL) return open_at(path, camera);
+  char* found = NULL;
+  if (odomi_service_path(ODOMI_SERVICE_DIRECTORY, "camera.sock", &found) != ODOM_OK) return -ENOMEM;
+  const int error = open_at(found, camera);
+  free(found);
+  return error;
 }
 
 static int is_usable(const odom_camera_message* m) {

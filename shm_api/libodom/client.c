@@ -9,6 +9,7 @@
 
 #include <odom/odom.h>
 
+#include "shm_api/libodom/service.h"
 #include "shm_api/slot.h"
 
 static const char service_user[] = "odomd";
@@ -75,7 +76,7 @@ odom_status odomi_freshen(odom_client* client) {
 }
 
 /* Where to look: what the caller names, else what the environment does, else the two places in
- * which odomd puts its segment. */
+ * which odomd puts its segment: on a desk, and as a service. */
 static odom_status candidate_paths(const char* name, char* paths[2]) {
   if (name == NULL) {
     name = secure_getenv("ODOM_SHM");
@@ -83,7 +84,8 @@ static odom_status candidate_paths(const char* name, char* paths[2]) {
   }
   if (name != NULL) return odomi_path(name, &paths[0]);
   const odom_status status = odomi_path("/odomd", &paths[0]);
-  return status == ODOM_OK ? odomi_path("/run/odomd/pose", &paths[1]) : status;
+  return status == ODOM_OK ? odomi_service_path(ODOMI_SERVICE_DIRECTORY, "pose", &paths[1])
+                           : status;
 }
 
 /* Attaches to the first segment whose writer lives, else to the first one that there is. */

@@ -168,6 +168,7 @@ TEST_F(ConfigurationPage, ItsExampleHasTheDefaults) {
   EXPECT_EQ(shown.shm.group, taken.shm.group);
   EXPECT_EQ(shown.status.socket, taken.status.socket);
   EXPECT_EQ(shown.status.socket_mode, taken.status.socket_mode);
+  EXPECT_EQ(shown.status.socket_group, taken.status.socket_group);
   EXPECT_EQ(shown.log.level, taken.log.level);
   EXPECT_EQ(shown.can.protections.at(2).max_delta_counter, can::E2eBinding{}.max_delta_counter);
   EXPECT_EQ(shown.can.protections.at(2).data_id_mode, can::E2eBinding{}.data_id_mode);

@@ -9,7 +9,7 @@ work=$(mktemp -d)
 writer=
 trap 'if [ -n "$writer" ]; then kill "$writer"; fi; rm -rf "$work"' EXIT
 
-for component in libodom libodom-dev; do
+for component in library development; do
   cmake --install "$build" --component $component --prefix "$work/prefix" >"$work/install.log"
 done
 

@@ -61,9 +61,11 @@ typedef struct odom_client odom_client;
 const char* odom_strstatus(odom_status status);
 
 /** Attaches to a segment: a POSIX shm name ("/odomd") or a path. NULL: $ODOM_SHM, else the first of
- *  "/odomd" and "/run/odomd/pose" whose daemon lives. Refused are owners other than root, the
- *  service's user "odomd" and ourselves, and files that others may write. `*client` is NULL unless
- *  the answer is ODOM_OK. A dead daemon's segment can be opened: its poses are stale. */
+ *  "/odomd" and the service's whose daemon lives; the service's is "/run/odomd/INTERFACE/pose" of
+ *  the first interface, by name, that it serves ("can0"), else "/run/odomd/pose". Refused are
+ * owners other than root, the service's user "odomd" and ourselves, and files that others may
+ * write. `*client` is NULL unless the answer is ODOM_OK. A dead daemon's segment can be opened: its
+ * poses are stale. */
 odom_status odom_open(const char* name, odom_client** client);
 void odom_close(odom_client* client);
 
@@ -198,8 +200,9 @@ typedef struct odom_camera_message {
 
 typedef struct odom_camera odom_camera;
 
-/** Connects to the daemon's camera socket; NULL: "/run/odomd/camera.sock". 0, or a negative errno.
- */
+/** Connects to the daemon's camera socket. NULL: the service's, "/run/odomd/INTERFACE/camera.sock"
+ * of the first interface, by name, that it serves, else "/run/odomd/camera.sock". 0, or a negative
+ *  errno. */
 int odom_camera_open(const char* path, odom_camera** camera);
 
 /** Sends one pose (magic, version, sequence and reserved are filled in). Never blocks; reconnects
