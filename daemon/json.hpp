@@ -31,8 +31,8 @@ class JsonWriter {
     separate();
     quote(text);
   }
-  void element(const char* text) { element(std::string_view(text)); }
-  void element(const std::string& text) { element(std::string_view(text)); }
+  void element(const char* text) { element(std::string_view{text}); }
+  void element(const std::string& text) { element(std::string_view{text}); }
   void element(bool value) {
     separate();
     text_ += value ? "true" : "false";

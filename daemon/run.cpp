@@ -49,7 +49,7 @@ can::FileDescriptor catch_signals() {
   sigemptyset(&set);
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
   ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  ::signal(SIGPIPE, SIG_IGN);  // whoever reads the log may go; the pose may not
+  static_cast<void>(::signal(SIGPIPE, SIG_IGN));  // whoever reads the log may go; the pose may not
   can::FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!descriptor) throw std::system_error(errno, std::generic_category(), "signalfd");
   return descriptor;
