@@ -21,7 +21,7 @@ namespace {
 using std::chrono::steady_clock;
 
 struct Options {
-  watch::Target target{"", "/run/odomd/status.sock"};
+  watch::Target target;
   double interval_s = 0.5;
   bool once = false;
   bool ascii = false;
@@ -149,11 +149,14 @@ void add_watch(CLI::App& odom) {
   auto* command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
   command
       ->add_option("--shm", options->target.segment,
-                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, /run/odomd/pose")
+                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
+                   "service's, /run/odomd/can0/pose")
       ->type_name("NAME");
-  command->add_option("--socket", options->target.socket, "Status socket of the daemon")
-      ->type_name("PATH")
-      ->capture_default_str();
+  command
+      ->add_option("--socket", options->target.socket,
+                   "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
+                   "or /run/odomd/status.sock")
+      ->type_name("PATH");
   command->add_option("--interval", options->interval_s, "Look every so many seconds [s]")
       ->check(CLI::Range(0.05, 3600.0))
       ->type_name("S")

@@ -50,7 +50,7 @@ json verdicts(std::uint64_t fused, std::uint64_t gated) {
 json document(double uptime) {
   const auto n = static_cast<std::uint64_t>(100.0 * uptime);
   return {
-      {"instance", "a1"},
+      {"instance", "0000000000000001"},
       {"uptime_s", uptime},
       {"config", "/etc/odomd/car.toml"},
       {"beat",
@@ -270,6 +270,12 @@ TEST(Watch, SaysThatADaemonFellSilentAndThatAnotherCame) {
   state.segment->silent = false;
   state.restarts = 1;
   EXPECT_THAT(screen_of(state, {}), HasSubstr("odomd was started anew 1 time since we watch"));
+}
+
+TEST(Watch, SaysThatTheStatusIsAnotherDaemons) {
+  State state = driving();
+  state.segment->info.instance_id = 2;
+  EXPECT_THAT(text_of(draw(state, Page{}).body), HasSubstr("is another daemon's than the pose"));
 }
 
 TEST(Watch, NamesTheConditionsInWords) {

@@ -1,5 +1,7 @@
 #include "tools/watch/draw.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <string>
 
@@ -33,9 +35,18 @@ Lines from_status(const State& state, const Page& page) {
   }
 }
 
+// Nobody answers, or another daemon than the one whose pose is shown.
 Lines status_problem(const State& state, const Page& page) {
-  if (state.status || state.status_problem.empty()) return {};
-  return {title("status", "", page), {{"  " + state.status_problem, Style::warning}}};
+  std::string problem = state.status_problem;
+  if (state.status && state.segment) {
+    const tools::Json& instance = tools::member(*state.status, "instance");
+    if (instance.is_string() &&
+        instance.get<std::string>() != fmt::format("{:016x}", state.segment->info.instance_id)) {
+      problem = state.socket + " is another daemon's than the pose; name both, --shm and --socket";
+    }
+  }
+  if (problem.empty()) return {};
+  return {title("status", "", page), {{"  " + problem, Style::warning}}};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tools/attach.hpp"
+#include "tools/service_path.hpp"
 #include "tools/status_socket.hpp"
 #include "tools/status_values.hpp"
 
@@ -26,7 +27,6 @@ double uptime_of(const json& document) {
 
 Observer::Observer(Target target) : target_(std::move(target)) {
   state_.segment_name = tools::segment_asked_for(target_.segment);
-  state_.socket = target_.socket;
 }
 
 void Observer::look() {
@@ -80,10 +80,11 @@ void Observer::follow_trail(const odom_pose& pose, const odom_info& info) {
 
 void Observer::look_at_status() {
   constexpr auto patience = std::chrono::milliseconds{300};
+  state_.socket = tools::service_path(target_.socket, "status.sock");  // it may have come since
   state_.status.reset();
   state_.before.reset();
   try {
-    json document = json::parse(tools::fetch_status(target_.socket, patience));
+    json document = json::parse(tools::fetch_status(state_.socket, patience));
     if (!document.is_object()) throw std::runtime_error("an answer that is no object");
     const bool same = !documents_.empty() && tools::member(documents_.back(), "instance") ==
                                                  tools::member(document, "instance");
@@ -98,7 +99,7 @@ void Observer::look_at_status() {
     state_.status_problem.clear();
   } catch (const json::exception&) {
     state_.status_problem =
-        target_.socket + ": the answer is no status document; is this odomd's socket?";
+        state_.socket + ": the answer is no status document; is this odomd's socket?";
   } catch (const std::runtime_error& error) {
     state_.status_problem = error.what();
   }

@@ -13,7 +13,7 @@ namespace odomd::watch {
 /// Where the daemon is looked for.
 struct Target {
   std::string segment;  ///< empty: the library's defaults
-  std::string socket;
+  std::string socket;   ///< empty: the service's
 };
 
 /// One thread. Survives that there is no daemon, and its restarts.
