@@ -1,0 +1,79 @@
+# Debian packages, one a component: cpack --config build/release/CPackConfig.cmake
+# puts them into build/release/packages. All that is installed names its component.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME odomd)
+set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
+set(CPACK_PACKAGE_CONTACT "odomd developers <odomd@example.org>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_COMPONENTS_ALL daemon library development tools)
+set(CPACK_STRIP_FILES ON)
+# The unit and the configuration are filled with the paths at which they will lie.
+set(CPACK_SET_DESTDIR ON)
+set(CPACK_INSTALL_PREFIX /usr)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION misc)
+set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY >=)
+set(debian ${PROJECT_SOURCE_DIR}/systemd/debian)
+
+set(CPACK_COMPONENT_DAEMON_DESCRIPTION "real-time odometry daemon for cars with a CAN bus
+Turns a car's CAN bus (wheel speeds, IMU, steering) and the late poses of a
+camera into the car's pose, every 5 ms, in shared memory that controllers
+read without a copy. This package has the daemon and its systemd service.")
+set(CPACK_DEBIAN_DAEMON_PACKAGE_NAME odomd)
+set(CPACK_DEBIAN_DAEMON_PACKAGE_SECTION net)
+set(CPACK_DEBIAN_DAEMON_PACKAGE_DEPENDS "systemd, udev")
+set(CPACK_DEBIAN_DAEMON_PACKAGE_RECOMMENDS "odom-tools, iproute2")
+set(CPACK_DEBIAN_DAEMON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_DAEMON_PACKAGE_CONTROL_EXTRA
+  ${debian}/conffiles ${debian}/postinst ${debian}/prerm ${debian}/postrm)
+
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "client library of the odomd odometry daemon
+Reads the car's pose that odomd publishes in shared memory: the newest pose
+by copy or in place, past and predicted poses. Needs libc and libm alone.")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libodom0)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${debian}/triggers)
+
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "client library of the odomd odometry daemon, for building
+Headers for C and C++, the static library, and what pkg-config and CMake's
+find_package need to build programs that read the car's pose.")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libodom-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libodom0 (= ${PROJECT_VERSION})")
+
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "command-line tools of the odomd odometry daemon
+Looks at a running daemon, replays and evaluates recorded drives, simulates a
+car, and looks into CAN databases.")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME odom-tools)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION utils)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS odomd)
+
+if(EXISTS ${PROJECT_SOURCE_DIR}/python/CMakeLists.txt)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python module of the odomd odometry daemon
+Reads the car's pose that odomd publishes in shared memory, through libodom.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-odom)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${PROJECT_VERSION})")
+endif()
+
+# Every package tells its terms and its changes.
+set(changes ${PROJECT_BINARY_DIR}/changelog.gz)
+execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${changes})
+foreach(component ${CPACK_COMPONENTS_ALL})
+  string(TOUPPER ${component} upper)
+  install(FILES ${debian}/copyright ${changes} COMPONENT ${component}
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
+endforeach()
+
+include(CPack)

@@ -1,0 +1,58 @@
+#!/bin/sh
+# Installs the service into a directory of its own and looks at what came of it: units that systemd
+# understands and finds well closed, a configuration that odomd takes, nothing of the user's lost.
+#   check_installed.sh BUILD_DIR
+set -eu
+build=$1
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+root=$work/root
+unit=$root/usr/lib/systemd/system/odomd@.service
+
+fail() {
+  echo "$*" >&2
+  exit 1
+}
+installed() { DESTDIR=$root cmake --install "$build" --prefix /usr --component daemon >"$work/log"; }
+
+installed
+for file in etc/odomd/can0.toml usr/bin/odomd usr/share/odomd/odomd.dbc \
+  usr/lib/systemd/system/odomd@.service usr/lib/sysusers.d/odomd.conf usr/lib/tmpfiles.d/odomd.conf \
+  usr/lib/sysctl.d/50-odomd.conf usr/lib/udev/rules.d/60-odomd.rules \
+  usr/lib/systemd/network/80-can0.network.example \
+  usr/lib/systemd/network/80-can0-fd.network.example; do
+  [ -f "$root/$file" ] || fail "$file is not installed"
+done
+grep -q '^ExecStart=/usr/bin/odomd --config /etc/odomd/%i.toml ' "$unit" || fail "unit: other paths"
+if grep -E '@[A-Za-z_]+@' "$unit" "$root/etc/odomd/can0.toml"; then fail "a path was not filled in"; fi
+
+# The user's file stays.
+echo '# mine' >>"$root/etc/odomd/can0.toml"
+installed
+grep -qx '# mine' "$root/etc/odomd/can0.toml" || fail "an installation overwrote can0.toml"
+
+# Under a prefix of its own everything lies below it, and the unit says so.
+cmake --install "$build" --prefix "$work/opt" --component daemon >"$work/log"
+[ -f "$work/opt/etc/odomd/can0.toml" ] || fail "prefix: no can0.toml"
+own=$work/opt/lib/systemd/system/odomd@.service
+grep -q "^ExecStart=$work/opt/bin/odomd --config $work/opt/etc/odomd/%i.toml " "$own" ||
+  fail "prefix: the unit names other paths"
+"$work/opt/bin/odomd" --config "$work/opt/etc/odomd/can0.toml" --check >"$work/check" ||
+  fail "odomd does not take its example"
+if grep -q '^warnings' "$work/check"; then fail "$(cat "$work/check")"; fi
+
+# What systemd makes of it. Exposure in tenths: 2.0 at most.
+systemd-analyze verify --man=no "$own" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
+  fail "systemd-analyze verify: $(cat "$work/verify")"
+systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$work/security" 2>&1 ||
+  fail "$(cat "$work/security")"
+tail -n 1 "$work/security"
+
+# The user and the groups, made in the directory.
+mkdir -p "$root/etc"
+systemd-sysusers --root="$root" "$root/usr/lib/sysusers.d/odomd.conf" >"$work/log" 2>&1 ||
+  fail "systemd-sysusers: $(cat "$work/log")"
+grep -q '^odomd:' "$root/etc/passwd" || fail "no user odomd"
+for group in odomd odom odomd-camera; do
+  grep -q "^$group:" "$root/etc/group" || fail "no group $group"
+done

@@ -1,0 +1,51 @@
+#!/bin/sh
+# Makes the Debian packages and looks into them: names, contents, dependencies, what is kept.
+#   check_packages.sh BUILD_DIR
+set -eu
+build=$1
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+fail() {
+  echo "$*" >&2
+  exit 1
+}
+
+cpack --config "$build/CPackConfig.cmake" -B "$work/packages" >"$work/log" 2>&1 || fail "$(cat "$work/log")"
+
+# package NAME: its file.
+package() { ls "$work/packages/$1"_*.deb; }
+# has NAME PATH...: the package holds these.
+has() {
+  name=$1
+  shift
+  dpkg-deb -c "$(package "$name")" | awk '{print $6}' >"$work/contents"
+  for path; do grep -qx "\./$path" "$work/contents" || fail "$name: no $path"; done
+}
+# depends NAME PACKAGE: the package needs the other.
+depends() { dpkg-deb -f "$(package "$1")" Depends | grep -qw "$2" || fail "$1 does not depend on $2"; }
+
+has odomd usr/bin/odomd usr/lib/systemd/system/odomd@.service etc/odomd/can0.toml \
+  usr/lib/sysusers.d/odomd.conf usr/share/odomd/odomd.dbc usr/share/doc/odomd/copyright
+has libodom0 usr/lib/libodom.so.0 usr/share/doc/libodom0/copyright
+has libodom-dev usr/include/odom/odom.h usr/lib/libodom.so usr/lib/pkgconfig/odom.pc
+has odom-tools usr/bin/odom
+depends odomd libsystemd0
+depends odomd systemd
+depends libodom-dev libodom0
+depends libodom0 libc6
+[ "$(dpkg-deb -f "$(package libodom0)" Depends | tr ',' '\n' | wc -l)" = 1 ] || fail "libodom0 needs more than libc"
+
+# The unit starts what the package has, and the user's file is the user's.
+dpkg-deb --fsys-tarfile "$(package odomd)" | tar -xO ./usr/lib/systemd/system/odomd@.service |
+  grep -q '^ExecStart=/usr/bin/odomd ' || fail "the unit starts another program"
+dpkg-deb -I "$(package odomd)" conffiles | grep -qx /etc/odomd/can0.toml || fail "can0.toml is no conffile"
+for script in postinst prerm postrm; do
+  dpkg-deb -I "$(package odomd)" "$script" | sh -n || fail "$script: no shell script"
+done
+
+# Everything that is installed is in a package, and in one alone.
+DESTDIR=$work/all cmake --install "$build" --prefix /usr >"$work/log"
+(cd "$work/all" && find . ! -type d | sort) >"$work/installed"
+for file in "$work"/packages/*.deb; do dpkg-deb -c "$file" | awk '!/^d/ {print $6}'; done | sort >"$work/packaged"
+diff "$work/installed" "$work/packaged" || fail "installed (<) and packaged (>) differ"
