@@ -1,16 +1,6 @@
-// Writers die and are followed by others: staleness, re-attachment, inheritance, and a writer that
-// is killed at random instants.
+// Writers end and are followed by others: staleness, re-attachment, inheritance.
 #include <gtest/gtest.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
-#include <array>
-#include <atomic>
-#include <csignal>
-#include <cstring>
-#include <random>
-#include <thread>
-#include <vector>
 
 #include "tests/shm_api/segment_fixture.hpp"
 
@@ -144,117 +134,6 @@ TEST_F(Succession, AStrangerLeavesNothingToInherit) {
   }
   ASSERT_EQ(chown(path.c_str(), 54321, static_cast<gid_t>(-1)), 0);
   EXPECT_FALSE(Writer(settings, test_info()).predecessor().has_value());
-}
-
-// A writer in a process of its own, ended by SIGKILL.
-class Publisher {
- public:
-  Publisher(const std::string& path, const std::string& period_ns) {
-    std::string program = ODOMD_SHM_PUBLISHER;
-    std::string name = path;
-    std::string period = period_ns;
-    std::array<char*, 4> arguments{program.data(), name.data(), period.data(), nullptr};
-    if (posix_spawn(&pid_, program.c_str(), nullptr, nullptr, arguments.data(), environ) != 0)
-      throw std::runtime_error("posix_spawn: " + program);
-  }
-  ~Publisher() {
-    kill(pid_, SIGKILL);
-    waitpid(pid_, nullptr, 0);
-  }
-  Publisher(const Publisher&) = delete;
-  Publisher& operator=(const Publisher&) = delete;
-
- private:
-  pid_t pid_ = -1;
-};
-
-struct ReaderCounts {
-  std::uint64_t reads = 0;
-  std::uint64_t torn = 0;
-  std::uint64_t instances = 0;
-  std::uint64_t unexpected = 0;
-};
-
-// Reads in every way there is until told to stop.
-ReaderCounts read_on(const std::string& path, const std::atomic<bool>& stop) {
-  ReaderCounts counts;
-  const ClientPointer client = open_client(path);
-  std::uint64_t instance = 0;
-  odom_pose waited{};
-  while (!stop.load(std::memory_order_relaxed)) {
-    odom_pose pose{};
-    odom_details details{};
-    odom_status status =
-        odom_latest_details(client.get(), &pose, sizeof pose, &details, sizeof details);
-    if (status <= ODOM_STALE) {
-      ++counts.reads;
-      if (!is_whole(pose, &details)) ++counts.torn;
-    } else if (status != ODOM_NO_POSE && status != ODOM_BUSY) {
-      ++counts.unexpected;
-    }
-    odom_view view{};
-    if (odom_begin(client.get(), &view) <= ODOM_STALE) {
-      const std::uint64_t tick = odom_view_word(&view, ODOM_WORD_TICK);
-      const std::uint64_t last = odom_view_word(&view, ODOM_WORD_DETAILS + 60);
-      if (odom_validate(&view) != 0 && last != pattern(tick, 88)) ++counts.torn;
-    }
-    status = odom_wait(client.get(), &waited, sizeof waited, 100'000);
-    if (status == ODOM_OK && !is_whole(waited)) ++counts.torn;
-    odom_info info{};
-    if (odom_get_info(client.get(), &info, sizeof info) <= ODOM_STALE &&
-        info.instance_id != instance) {
-      instance = info.instance_id;
-      ++counts.instances;
-    }
-  }
-  return counts;
-}
-
-TEST_F(Succession, ReadersSurviveTheWritersDeathAtAnyInstant) {
-  const int kills = 48;
-  { Writer first(settings, test_info(fast_ns)); }
-  std::atomic<bool> stop{false};
-  std::array<ReaderCounts, 3> counts;
-  std::vector<std::thread> readers;
-  readers.reserve(counts.size());
-  for (ReaderCounts& count : counts) readers.emplace_back([&] { count = read_on(path, stop); });
-
-  const ClientPointer client = open_client(path);
-  std::mt19937_64 random(7);
-  const auto pause = [&](std::uint64_t up_to_us) {
-    std::this_thread::sleep_for(std::chrono::microseconds(random() % up_to_us));
-  };
-  for (int i = 0; i < kills; ++i) {
-    {
-      const Publisher publisher(path, std::to_string(fast_ns));
-      if (i % 2 == 0) {
-        // While it publishes: an old client finds it within a few seconds, whatever was before.
-        odom_pose pose{};
-        odom_status status = ODOM_STALE;
-        const std::int64_t deadline = now_ns() + 10 * slow_ns;
-        while ((status = odom_latest(client.get(), &pose, sizeof pose)) != ODOM_OK &&
-               now_ns() < deadline)
-          pause(100);
-        EXPECT_EQ(status, ODOM_OK) << "kill " << i;
-        EXPECT_TRUE(is_whole(pose));
-      }
-      pause(4000);  // or while it starts
-    }
-    if (i % 8 == 7) {
-      const Writer heir(settings, test_info(fast_ns));
-      if (heir.predecessor()) {
-        EXPECT_TRUE(is_whole(heir.predecessor()->pose, &heir.predecessor()->details));
-      }
-    }
-  }
-  stop = true;
-  for (std::thread& reader : readers) reader.join();
-  for (const ReaderCounts& count : counts) {
-    EXPECT_EQ(count.torn, 0U);
-    EXPECT_EQ(count.unexpected, 0U);
-    EXPECT_GT(count.reads, 0U);
-    EXPECT_GT(count.instances, 5U);
-  }
 }
 
 }  // namespace

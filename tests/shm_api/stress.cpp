@@ -1,0 +1,201 @@
+#include "tests/shm_api/stress.hpp"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <new>
+#include <stdexcept>
+
+#include "tests/shm_api/segment_fixture.hpp"
+
+namespace odomd::shm::testing {
+namespace {
+
+void count(std::atomic<std::uint64_t>& counter) {
+  counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+// Copies, and expects of each pose to be whole and not older than the last.
+class Copying {
+ public:
+  Copying(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
+
+  void turn() {
+    odom_pose pose;
+    const odom_status status = odom_latest(client_, &pose, sizeof pose);
+    if (status == ODOM_BUSY) {
+      count(counts_.starved);
+      if (pose.mode != ODOM_FAULT || pose.x != 0.0) count(counts_.torn);  // handed out all the same
+      return;
+    }
+    if (status > ODOM_STALE) return count(counts_.unexpected);
+    count(counts_.reads);
+    if (!is_whole(pose)) count(counts_.torn);
+    if (pose.tick != last_) count(counts_.ticks);
+    if (pose.tick < last_) count(counts_.backwards);
+    last_ = pose.tick;
+  }
+
+ private:
+  odom_client* client_;
+  ReaderCounts& counts_;
+  std::uint64_t last_ = 0;
+};
+
+// In place, so that every single attempt is seen. Half-way through it waits until the slot is the
+// one that is written next, so that the other half is read while the writer is at work in it.
+class InPlace {
+ public:
+  InPlace(odom_client* client, std::uint64_t slots, ReaderCounts& counts)
+      : client_(client), slots_(slots), counts_(counts) {}
+
+  void turn() {
+    odom_view view{};
+    if (odom_begin(client_, &view) > ODOM_STALE) return count(counts_.unexpected);
+    std::array<std::uint64_t, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS> words{};
+    std::size_t i = 0;
+    for (; i < words.size() / 2; ++i) words[i] = odom_view_word(&view, i + 1);
+    odom_view newest = view;
+    for (int patience = 0; patience < 1000; ++patience) {
+      if (newest.sequence >= view.sequence + 2 * (slots_ - 1)) break;
+      if (odom_begin(client_, &newest) > ODOM_STALE) return count(counts_.unexpected);
+    }
+    for (; i < words.size(); ++i) words[i] = odom_view_word(&view, i + 1);
+    if (odom_validate(&view) == 0) return count(counts_.overtaken);
+    count(counts_.reads);
+    if (words[0] != last_) count(counts_.ticks);
+    if (words[0] < last_) count(counts_.backwards);
+    last_ = words[0];
+    for (i = 2; i < words.size(); ++i)
+      if (words[i] != pattern(words[0], i)) return count(counts_.torn);
+  }
+
+ private:
+  odom_client* client_;
+  std::uint64_t slots_;
+  ReaderCounts& counts_;
+  std::uint64_t last_ = 0;
+};
+
+// Whatever the writer does, dies or is followed by another.
+class EveryWay {
+ public:
+  EveryWay(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}
+
+  void turn() {
+    copy();
+    look();
+    odom_status status = odom_wait(client_, &waited_, sizeof waited_, 100'000);
+    if (status == ODOM_OK && !is_whole(waited_)) count(counts_.torn);
+    odom_info info{};
+    if (odom_get_info(client_, &info, sizeof info) > ODOM_STALE) return count(counts_.unexpected);
+    if (info.instance_id != instance_) count(counts_.instances);
+    instance_ = info.instance_id;
+  }
+
+ private:
+  void copy() {
+    odom_pose pose{};
+    odom_details details{};
+    const odom_status status =
+        odom_latest_details(client_, &pose, sizeof pose, &details, sizeof details);
+    if (status <= ODOM_STALE) {
+      count(counts_.reads);
+      if (!is_whole(pose, &details)) count(counts_.torn);
+      if (pose.tick != last_) count(counts_.ticks);
+      last_ = pose.tick;
+    } else if (status == ODOM_BUSY) {
+      count(counts_.starved);
+    } else if (status != ODOM_NO_POSE) {
+      count(counts_.unexpected);
+    }
+  }
+
+  void look() {
+    odom_view view{};
+    if (odom_begin(client_, &view) > ODOM_STALE) return;
+    const std::uint64_t tick = odom_view_word(&view, ODOM_WORD_TICK);
+    const std::uint64_t last = odom_view_word(&view, ODOM_WORD_DETAILS + 60);
+    if (odom_validate(&view) == 0)
+      count(counts_.overtaken);
+    else if (last != pattern(tick, 88))
+      count(counts_.torn);
+  }
+
+  odom_client* client_;
+  ReaderCounts& counts_;
+  odom_pose waited_{};
+  std::uint64_t last_ = 0;
+  std::uint64_t instance_ = 0;
+};
+
+template <typename Reader>
+void turn_until(const std::atomic<bool>& stop, ReaderCounts& counts, Reader reader) {
+  while (!stop.load(std::memory_order_relaxed)) {
+    reader.turn();
+    count(counts.turns);
+  }
+}
+
+}  // namespace
+
+void read_on(const std::string& path, ReaderKind kind, std::uint64_t slots, ReaderCounts& counts,
+             const std::atomic<bool>& stop) {
+  const ClientPointer client = open_client(path);
+  switch (kind) {
+    case ReaderKind::copying:
+      return turn_until(stop, counts, Copying(client.get(), counts));
+    case ReaderKind::in_place:
+      return turn_until(stop, counts, InPlace(client.get(), slots, counts));
+    case ReaderKind::every_way:
+      return turn_until(stop, counts, EveryWay(client.get(), counts));
+  }
+}
+
+SharedCounts::SharedCounts(const std::string& path) {
+  const int file = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (file < 0 || ftruncate(file, sizeof(Page)) != 0) throw std::runtime_error(path);
+  void* memory = mmap(nullptr, sizeof(Page), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  close(file);
+  if (memory == MAP_FAILED) throw std::runtime_error(path);
+  page_ = static_cast<Page*>(memory);  // zeros are counts
+}
+
+SharedCounts::~SharedCounts() {
+  munmap(page_, sizeof(Page));
+}
+
+Process::Process(std::vector<std::string> words) {
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  if (posix_spawn(&pid_, arguments[0], nullptr, nullptr, arguments.data(), environ) != 0)
+    throw std::runtime_error("posix_spawn: " + words[0]);
+}
+
+Process::~Process() {
+  if (pid_ < 0) return;
+  kill(pid_, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+}
+
+int Process::wait() {
+  int status = 0;
+  waitpid(pid_, &status, 0);
+  pid_ = -1;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+std::uint64_t wanted(const char* variable, std::uint64_t usual) {
+  const char* text = std::getenv(variable);
+  return text != nullptr ? std::strtoull(text, nullptr, 10) : usual;
+}
+
+}  // namespace odomd::shm::testing
