@@ -58,6 +58,19 @@ can::E2eBinding read_protection(const std::string& message, TableReader table) {
   if (has_crc) table.require("crc");
   if (needs_counter) table.require("counter");
 
+  // A key that would have no effect is a mistake about the profile. With "none" the others may
+  // stay, so that a protection can be switched off for a while.
+  const auto refuse = [&](std::string_view key, bool belongs, std::string_view to) {
+    if (binding.profile == E2eProfile::none || belongs || !table.has(key)) return;
+    table.fail(key, fmt::format("belongs to {}, not to {}; leave it out, or mend the profile", to,
+                                profile_names[*profile]));
+  };
+  refuse("data_id", by_data_id, "P01 and P11");
+  refuse("data_id_mode", by_data_id, "P01 and P11");
+  refuse("data_id_list", by_list, "P02 and P22");
+  refuse("crc", has_crc, "the profiles with a CRC");
+  refuse("max_delta_counter", needs_counter || table.has("counter"), "messages with a `counter`");
+
   int data_id = 0;
   table.read("data_id", data_id, 0, 0xFFFF);
   binding.data_id = static_cast<std::uint16_t>(data_id);

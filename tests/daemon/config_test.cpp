@@ -265,6 +265,17 @@ max_delta_counter = 1
   EXPECT_EQ(config.can.protections[0].max_delta_counter, 1);
 }
 
+TEST_F(ConfigTest, ReadsAProtectionThatIsSwitchedOffForAWhile) {
+  const Config config = load(std::string(small_bus) + R"(
+[can.e2e.WHEEL]
+profile = "none"  # "P01"
+data_id = 1
+crc = "CRC"
+counter = "BZ"
+)");
+  EXPECT_EQ(config.can.protections.at(0).profile, can::E2eProfile::none);
+}
+
 // Files that are no configuration
 // ------------------------------------------------------------------
 
@@ -460,6 +471,20 @@ const Mistake mistakes[] = {
      e2e("profile = \"P01\", data_id = 1, crc = \"C\", counter = \"B\", "
          "data_id_mode = \"BOT\""),
      "car.toml:4: [can.e2e] M data_id_mode: \"BOT\" is not known; did you mean \"BOTH\"?"},
+    {"DataIdOfAnotherProfile", e2e("profile = \"COUNTER\", counter = \"B\", data_id = 1"),
+     "car.toml:4: [can.e2e] M data_id: belongs to P01 and P11, not to COUNTER; leave it out, or "
+     "mend the profile"},
+    {"CrcOfAnotherProfile", e2e("profile = \"COUNTER\", counter = \"B\", crc = \"C\""),
+     "car.toml:4: [can.e2e] M crc: belongs to the profiles with a CRC, not to COUNTER; leave it "
+     "out, or mend the profile"},
+    {"DataIdListOfAnotherProfile",
+     e2e("profile = \"P01\", data_id = 1, crc = \"C\", counter = \"B\", data_id_list = [1]"),
+     "car.toml:4: [can.e2e] M data_id_list: belongs to P02 and P22, not to P01; leave it out, or "
+     "mend the profile"},
+    {"StepOfACounterThatIsNotThere",
+     e2e("profile = \"SAE_J1850\", crc = \"C\", max_delta_counter = 2"),
+     "car.toml:4: [can.e2e] M max_delta_counter: belongs to messages with a `counter`, not to "
+     "SAE_J1850; leave it out, or mend the profile"},
 
     {"UnknownModel", also("[filter]\nmodel = \"full\"\n"),
      "car.toml:3: [filter] model: \"full\" is not a model of this version; there are: kinematic, "
