@@ -88,7 +88,9 @@ sed -n '/^ .*pose .*odometry/p; /path length/p; /end error \[/p; /position rms \
 echo
 sed -n '/^beat/,/^real time/p' "$out/status.txt"
 sed -n '/^camera  /s/^camera .*: /camera      /p' "$out/status.txt"
-echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //')"
+# Cycles that the beat missed stand in its own count above, taken up to half a second before the end;
+# the client's would be another number for the same thing.
+echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //; s/[0-9]* missed by the daemon, //')"
 echo
 echo "poses, logs, evaluation and status: $out"
 echo "picture: $out/track.png"
