@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "estimator/measurement.hpp"
+#include "tools/conditions.hpp"
+#include "tools/csv.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -41,6 +43,21 @@ std::optional<std::string> doubt_of(const can::BoundMessage& message,
       start, refused + empty + cut, refused, cut, empty);
 }
 
+// "mode fault from t = 12.345000000 on (2.345 s into the drive, ...)".
+std::string fault(const ReplaySummary& summary) {
+  std::string t;
+  append_seconds(t, *summary.fault_ns);
+  std::string why;
+  for (const Condition& condition : conditions_in(summary.fault_conditions))
+    why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", condition.name, condition.meaning);
+  const double into = static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9;
+  return fmt::format(
+      "the mode is fault from t = {}, {:.3f} s into the drive, for {} of {} ticks: do not believe "
+      "those poses ({}); check the signals' scales and signs, the vehicle, and that the databases "
+      "are this car's",
+      t, into, summary.faulty, summary.ticks, why.empty() ? "no condition says why" : why);
+}
+
 }  // namespace
 
 std::vector<std::string> replay_doubts(const can::Decoder& decoder, const ReplaySummary& summary) {
@@ -53,6 +70,7 @@ std::vector<std::string> replay_doubts(const can::Decoder& decoder, const Replay
         fmt::format("{} frames are stamped a second or more before frames ahead of them; sort the "
                     "log, or cut it where its clock was set back",
                     summary.late));
+  if (summary.fault_ns) doubts.push_back(fault(summary));
   if (summary.poses == 0)
     doubts.emplace_back(
         "no pose: it begins with the first wheel speed and an initial pose (--initial, [initial] "

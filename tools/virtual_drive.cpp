@@ -36,6 +36,11 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     ++summary.ticks;
     summary.last_tick_ns = tick_ns;
     summary.last_mode = record.pose.mode;
+    if (record.pose.mode == ODOM_FAULT) {
+      if (!summary.fault_ns) summary.fault_conditions = record.pose.conditions;
+      if (!summary.fault_ns) summary.fault_ns = tick_ns;
+      ++summary.faulty;
+    }
     if (!record.initialised) continue;
     ++summary.poses;
     sink(record);

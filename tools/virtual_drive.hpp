@@ -29,7 +29,10 @@ struct ReplaySummary {
   std::uint64_t poses = 0;  ///< ticks from initialisation on
   std::int64_t first_tick_ns = 0;
   std::int64_t last_tick_ns = 0;
-  std::uint32_t last_mode = 0;  ///< an odom_mode
+  std::uint32_t last_mode = 0;           ///< an odom_mode
+  std::optional<std::int64_t> fault_ns;  ///< first tick in the mode fault
+  std::uint64_t faulty = 0;              ///< ticks in it
+  std::uint32_t fault_conditions = 0;    ///< ODOM_COND_ bits of the first
 };
 
 /// The longest pause in a log that is played through; a longer one is a log of two drives.
