@@ -39,4 +39,50 @@ void close_output(std::ofstream& output, const std::filesystem::path& file) {
   if (!output) throw std::runtime_error(file.string() + ": cannot be written: " + reason());
 }
 
+namespace {
+
+// Where a symbolic link leads, so that it stays one.
+std::filesystem::path resolved(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_symlink(file, error)) return file;
+  if (std::filesystem::exists(file, error)) return std::filesystem::canonical(file);
+  return file.parent_path() / std::filesystem::read_symlink(file);
+}
+
+bool is_moved_into(const std::filesystem::path& place) {
+  std::error_code error;
+  const auto type = std::filesystem::status(place, error).type();
+  return type == std::filesystem::file_type::not_found ||
+         type == std::filesystem::file_type::regular;
+}
+
+}  // namespace
+
+WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_(file) {
+  if (is_moved_into(file)) {
+    place_ = resolved(file);
+    written_ = place_;
+    written_ += ".partial";
+  }
+  output_ = open_output(written_);
+}
+
+WholeFile::~WholeFile() {
+  if (finished_ || written_ == place_) return;
+  output_.close();
+  std::error_code ignored;
+  std::filesystem::remove(written_, ignored);
+}
+
+void WholeFile::finish() {
+  close_output(output_, written_);
+  if (written_ != place_) {
+    std::error_code error;
+    std::filesystem::rename(written_, place_, error);
+    if (error)
+      throw std::runtime_error(place_.string() + ": cannot be written: " + error.message());
+  }
+  finished_ = true;
+}
+
 }  // namespace odomd::tools

@@ -15,4 +15,25 @@ namespace odomd::tools {
 /// Flushes and closes; throws std::runtime_error when something could not be written.
 void close_output(std::ofstream& output, const std::filesystem::path& file);
 
+/// A file that is there whole or not at all: it is written beside its place, as FILE.partial, and
+/// moved there by finish(). What is no regular file (a pipe, a device) is written as it comes.
+class WholeFile {
+ public:
+  /// Throws std::invalid_argument where it cannot be written.
+  explicit WholeFile(const std::filesystem::path& file);
+  ~WholeFile();  ///< without finish(): nothing has happened to the file
+  WholeFile(const WholeFile&) = delete;
+  WholeFile& operator=(const WholeFile&) = delete;
+
+  [[nodiscard]] std::ostream& stream() { return output_; }
+  /// Throws std::runtime_error when something could not be written.
+  void finish();
+
+ private:
+  std::filesystem::path place_;
+  std::filesystem::path written_;  // the same where it is written as it comes
+  std::ofstream output_;
+  bool finished_ = false;
+};
+
 }  // namespace odomd::tools

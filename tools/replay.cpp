@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -86,13 +86,19 @@ void run(const Options& options) {
   can::MergedLog log(config.can.sources, buses);
 
   CameraLog camera;
-  if (!options.camera.empty()) camera = read_camera_log(options.camera);
+  if (!options.camera.empty())
+    camera = read_camera_log(options.camera);
+
+  else if (config.camera.configured)
+    warnings.push_back(
+        fmt::format("{} has a [camera], but no --camera gives its poses: this is odometry alone",
+                    options.config));
 
   const auto pipeline =
       std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !camera.poses.empty());
-  std::ofstream file;
-  if (options.out != "-") file = open_output(options.out);
-  std::ostream& out = options.out == "-" ? std::cout : file;
+  std::optional<WholeFile> file;
+  if (options.out != "-") file.emplace(options.out);
+  std::ostream& out = file ? file->stream() : std::cout;
 
   const auto start = std::chrono::steady_clock::now();
   write_pose_header(out);
@@ -105,7 +111,7 @@ void run(const Options& options) {
                                        rows.clear();
                                      });
   out << rows;
-  if (options.out != "-") close_output(file, options.out);
+  if (file) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   for (const auto& some :

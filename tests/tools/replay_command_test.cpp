@@ -2,6 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
+#include <regex>
+
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools {
@@ -9,6 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 class OdomReplay : public testing::Test {
  protected:
@@ -54,6 +59,48 @@ TEST_F(OdomReplay, NamesTheLineOfAStampThatIsHoursAhead) {
   const Outcome outcome = replay("(1.000000) can0 102#00\n\n(9000.000000) can0 102#00\n");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("drive.log:3: the log pauses for more than an hour"));
+}
+
+TEST_F(OdomReplay, LeavesNoPoseFileOfADriveThatFailed) {
+  const auto pose = scratch_.write("pose.csv", "an earlier one");
+  EXPECT_EQ(replay("(1.000000) can0 101#95E803\n(9000.000000) can0 102#00\n").status, 2);
+  EXPECT_EQ(contents(pose), "an earlier one");
+  EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
+  EXPECT_EQ(replay("(1.000000) can0 102#00\n").status, 0);
+  EXPECT_THAT(contents(pose), StartsWith("t,x,y,yaw,"));
+  EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
+}
+
+TEST_F(OdomReplay, WritesThroughLinksAndIntoPipes) {
+  std::filesystem::create_symlink("elsewhere.csv", scratch_.path("pose.csv"));
+  EXPECT_EQ(replay("(1.000000) can0 102#00\n").status, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(scratch_.path("pose.csv")));
+  EXPECT_THAT(contents(scratch_.path("elsewhere.csv")), StartsWith("t,x,y,yaw,"));
+  const Outcome piped =
+      run_shell("odom replay --config " + scratch_.path("car.toml").string() + " --can " +
+                scratch_.path("drive.log").string() + " --out /dev/stdout | cat");
+  EXPECT_THAT(piped.out, StartsWith("t,x,y,yaw,"));
+}
+
+TEST_F(OdomReplay, SaysThatTheCameraIsMissing) {
+  constexpr auto note = "has a [camera], but no --camera gives its poses: this is odometry alone";
+  const std::string log = "(1.000000) can0 102#00\n";
+  EXPECT_THAT(replay(log).err, Not(HasSubstr(note)));
+  scratch_.write("car.toml", contents(scratch_.path("car.toml")) + "[camera]\n");
+  EXPECT_THAT(replay(log).err, HasSubstr(note));
+}
+
+TEST_F(OdomReplay, SaysSinceWhenThePoseIsFaulty) {
+  // 1 m/s, and -1 m/s, which the paper's filter does not drive.
+  std::string log;
+  for (int i = 0; i < 100; ++i)
+    log += fmt::format("(1.{:02}0000) can0 101#{}\n", i, i < 50 ? "95E803" : "FA18FC");
+  scratch_.write("car.toml", std::regex_replace(contents(scratch_.path("car.toml")),
+                                                std::regex("WHEEL = .*"), ""));
+  const Outcome outcome = replay(log);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("the mode is fault from t = 1.5"));
+  EXPECT_THAT(outcome.err, HasSubstr("model_fault: the model left its domain and stopped"));
 }
 
 TEST_F(OdomReplay, BeginsAtZeroWhereTheCameraSawNothing) {
