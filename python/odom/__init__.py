@@ -1,0 +1,44 @@
+"""The car's pose from odomd's shared memory, every few milliseconds.
+
+    import odom
+
+    with odom.Client() as client:
+        pose = None
+        while True:
+            try:
+                pose = client.wait(pose, timeout=0.1)
+            except odom.OdomError:  # silent or gone: stop the car; the client re-attaches by itself
+                continue
+            ahead = odom.predict(pose, pose.time_ns + 20_000_000)  # when the steering will have moved
+            ...
+
+This module is a layer of ctypes over libodom, the C library; `<odom/odom.h>` and libodom(3) have
+the details, and the names here are theirs. A read takes a few microseconds, nearly all of it
+Python's.
+"""
+
+from odom._camera import CameraSender
+from odom._client import Client, predict
+from odom._errors import OdomError, StaleError
+from odom._library import PoseStruct
+from odom._records import Beat, Clock, Conditions, Details, Info, Mode, Pose, Source, Status
+
+__all__ = [
+    "Beat",
+    "CameraSender",
+    "Client",
+    "Clock",
+    "Conditions",
+    "Details",
+    "Info",
+    "Mode",
+    "OdomError",
+    "Pose",
+    "PoseStruct",
+    "Source",
+    "StaleError",
+    "Status",
+    "predict",
+]
+
+__version__ = "0.1.0"
