@@ -4,7 +4,7 @@
 #
 #   awk -v rate=8000 -v own=500 -f full_traffic.awk drive.log
 #
-# `own` is the rate of the log's own frames. Stamps as in the log, in microseconds.
+# `own` is the rate of the log's own frames; `count` a file for the number of frames written. Stamps as in the log, in microseconds.
 function stamp(microseconds) {
   return sprintf("(%d.%06d)", int(microseconds / 1000000), microseconds % 1000000)
 }
@@ -28,4 +28,8 @@ function other(n, microseconds) {
   for (; begin + int(n * 1000000 / (rate - own)) <= now; ++n)
     other(n, begin + int(n * 1000000 / (rate - own)))
   print
+}
+
+END {
+  if (count) print n + NR >count
 }

@@ -41,19 +41,22 @@ status() {
 }
 
 # start_full_traffic SECONDS [COMMAND...]: the traffic for so long, into an odomd that COMMAND starts
-# (nothing: itself). More arguments for odomd in $odomd_arguments.
+# (nothing: itself). $more_config is added to its configuration. The number of the frames is in
+# $work/frames once all were fed.
 start_full_traffic() {
   local seconds=$1
   shift
   odom sim --scenario stop-and-go --laps 10000 --duration "$seconds" --start-time 1000 \
     --out "$work/car" >/dev/null || fail "odom sim"
+  echo "${more_config-}" >>"$work/car/car.toml"
   mkfifo "$work/bus"
   "$@" odomd --config "$work/car/car.toml" --can - --shm "$shm" --log-level warn \
     --camera-socket "$work/camera.sock" --status-socket "$work/status.sock" \
-    ${odomd_arguments-} <"$work/bus" 2>"$work/odomd.log" &
+    <"$work/bus" 2>"$work/odomd.log" &
   daemon=$!
   children+=("$daemon")
-  awk -v rate=8000 -v own=500 -f "$discipline/full_traffic.awk" "$work/car/drive.log" >"$work/bus" &
+  awk -v rate=8000 -v own=500 -v count="$work/frames" -f "$discipline/full_traffic.awk" \
+    "$work/car/drive.log" >"$work/bus" &
   children+=($!)
   await 60 status '.beat.ticks > 0' -e || fail "odomd does not begin"
   odom camera send --log "$work/car/camera.csv" --socket "$work/camera.sock" --shm "$shm" \

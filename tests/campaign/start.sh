@@ -1,0 +1,22 @@
+#!/bin/bash
+# How long from exec to the first pose, natively: start.sh [STARTS], default 20. Starts odomd with
+# frames ready on its standard input, kills it with its first pose, and starts it again. Ends with a
+# dated summary line; fails where the median takes longer than 150 ms.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+starts=${1:-20}
+tools/dependencies.sh campaign || exit 1
+cmake --preset release -DODOMD_TESTS=ON >/dev/null &&
+  cmake --build --preset release --target odomd odom_command first_pose >/dev/null || exit 1
+bin=$PWD/build/release/bin
+work=$(mktemp -d)
+shm=/odomd-start-$$
+trap 'rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"' EXIT
+
+# The drive begins on the move: the first frames carry a speed.
+"$bin/odom" sim --duration 5 --standstill 0 --out "$work/car" >/dev/null || exit 1
+"$bin/first_pose" "$bin/odomd" "$work/car/car.toml" "$work/car/drive.log" "$shm" "$starts" >"$work/times" || exit 1
+median=$(awk '$1 == "first_pose" {print $3}' "$work/times")
+verdict=$(awk -v median="$median" 'BEGIN {print median <= 150 ? "" : "FAILED: "}')
+echo "$(date -u +%F) start: $verdict$starts starts, ms from before the fork: $(tr '\n' ' ' <"$work/times")"
+[ -z "$verdict" ]

@@ -1,0 +1,38 @@
+#!/bin/bash
+# The shared memory under stress: stress.sh [READS [KILLS]]
+#
+# A writer that never pauses against readers in threads and processes until they have read 100 million
+# times in a ring as delivered, and as often in one of four slots; a thousand kills of such a writer;
+# and a reader that preempts it on its own CPU, with real-time throttling off where we may. Ends with
+# dated summary lines.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+reads=${1:-100000000} kills=${2:-1000}
+tools/dependencies.sh campaign || exit 1
+cmake --preset release -DODOMD_TESTS=ON >/dev/null &&
+  cmake --build --preset release --target test_shm_api shm_preemption >/dev/null || exit 1
+bin=build/release/bin
+mkdir -p build/logs
+log=build/logs/stress.log
+
+begin=$SECONDS
+ODOMD_STRESS_READS=$reads ODOMD_STRESS_KILLS=$kills \
+  "$bin/test_shm_api" --gtest_filter='TornReads.*:Kills.*' >"$log" 2>&1
+status=$?
+[ $status = 0 ] || grep -E 'Failure|FAILED' "$log"
+
+# Only for the moment: a real-time loop elsewhere would hold its CPU for good.
+throttle=/proc/sys/kernel/sched_rt_runtime_us
+before=$(cat $throttle)
+restore() { [ "$(cat $throttle)" = "$before" ] || echo "$before" >$throttle; }
+trap restore EXIT
+trap 'exit 130' INT TERM
+if ! echo -1 2>/dev/null >$throttle; then echo "stress: real-time throttling stays on: not root"; fi
+"$bin/shm_preemption" 20000 >>"$log" 2>&1 || status=1
+restore
+
+sed -n -e 's/^\([0-9]* slots:\)/\1/p' -e '/^[0-9]* kills/p' -e '/^preemption/p' "$log" |
+  sed "s/^/$(date -u +%F) stress: /"
+[ $status = 0 ] && verdict=passed || verdict=FAILED
+echo "$(date -u +%F) stress: $verdict in $((SECONDS - begin)) s"
+exit $status

@@ -1,0 +1,94 @@
+#!/bin/bash
+# Ten minutes of full traffic, natively, beside cyclictest: traffic.sh [SECONDS [CPU]]
+#
+# odomd takes 8,000 frames/s from a paced log and the camera's poses, is read by four clients, and runs
+# on one CPU together with a cyclictest of the same priority, interval and phase (both wake at the
+# multiples of the period). What delays this CPU delays both. Fails where
+#
+#   - a frame is lost or malformed;
+#   - odomd misses a cycle that cyclictest did not see too: that is, no sample of cyclictest within one
+#     period of a missed instant was late by a fifth of a period (1 ms) or more;
+#   - its memory (VmRSS, each second) grows after the first minute (of a shorter run: the first third).
+#
+# Ends with a dated summary line.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+seconds=${1:-600} cpu=${2:-$(($(nproc) - 1))}
+tools/dependencies.sh campaign || exit 1
+cmake --preset release >/dev/null && cmake --build --preset release --target odomd odom_command >/dev/null || exit 1
+ODOMD_BIN_DIR=$PWD/build/release/bin
+name=traffic
+. tests/daemon/discipline/full_traffic.sh
+
+more_config=$(printf '[realtime]\ncpu = %d' "$cpu")
+start_full_traffic "$seconds"
+odom pose --shm "$shm" --wait 10 --follow --csv --clock monotonic --until-stale --out "$work/poses.csv" \
+  2>"$work/client.poses" &
+witness=$!
+cyclictest -q -m -p 45 -i 5000 -a "$cpu" --secaligned -D "$seconds" --spike=1000 --spike-nodes=100000 \
+  -h 20000 --histfile="$work/histogram" >"$work/cyclictest" 2>&1 &
+children+=("$witness" $!)
+
+# All is read in; every second a look at the memory.
+settled=$((seconds < 180 ? seconds / 3 : 60))
+from=0 most=0
+begin=$SECONDS
+until [ "$(status '.can[0].link' 2>/dev/null)" = ended ]; do
+  kill -0 "$daemon" 2>/dev/null || fail "odomd ended"
+  [ $((SECONDS - begin)) -lt $((seconds + 60)) ] || fail "the log does not end: $(status .can -c)"
+  memory=$(awk '/^VmRSS/ {print $2}' "/proc/$daemon/status")
+  if [ $((SECONDS - begin)) -ge $settled ]; then
+    [ $from != 0 ] || from=$memory
+    [ "$memory" -le $most ] || most=$memory
+  fi
+  sleep 1
+done
+status . >"$work/status.json"
+stop_daemon "$daemon" || fail "odomd ended with status $?"
+wait "$witness"
+grep -q ' 0 lost' "$work/client.poses" || fail "the witness lost poses: $(tail -n 1 "$work/client.poses")"
+
+value() { jq -r "$1" "$work/status.json"; }
+sent=$(cat "$work/frames")
+read -r received lost malformed carried camera ticks < <(value '[.can[0].received, .can[0].lost, .can[0].malformed,
+  .beat.carried_over, .camera.messages, .beat.ticks] | map(tostring) | join(" ")')
+
+# Missed instants are the gaps between published poses; spikes are `T: 0 Spike: LATE: TS: WOKE` in us.
+read -r missed unseen first_unseen < <(awk -v period=5000 '
+  FNR == NR {
+    if (/Spike:/) {
+      gsub(/[A-Za-z:]/, " ")
+      due = $3 - $2
+      for (k = int(due / period); k * period <= $3 + period; ++k) late[k]
+    }
+    next
+  }
+  FNR == 1 {n = split($0, names, ","); for (i = 1; i <= n; i++) column[names[i]] = i; next}
+  {
+    split($0, fields, ",")
+    split(fields[column["t"]], parts, ".")
+    k = int((parts[1] * 1000000 + substr(parts[2] "000000", 1, 6)) / period + 0.5)
+    if (last) for (i = last + 1; i < k; ++i) {
+      ++missed
+      if (!((i - 1) in late) && !(i in late) && !((i + 1) in late)) {
+        ++unseen
+        if (!first) first = i * period / 1000000
+      }
+    }
+    last = k
+  }
+  END {print missed + 0, unseen + 0, first + 0}' "$work/cyclictest" "$work/poses.csv")
+
+spikes=$(grep -c 'Spike:' "$work/cyclictest")
+missing_spikes=$(awk '/Spike:/ {gsub(/[A-Za-z:]/, " "); if ($2 >= 5000) n += int($2 / 5000)} END {print n + 0}' "$work/cyclictest")
+cyclic=$(awk -F: '/Avg Latencies/ {avg = $2} /Max Latencies/ {max = $2} END {print "avg " avg + 0 " max " max + 0}' "$work/histogram")
+summary="$seconds s: $sent frames, $received received, $lost lost, $malformed malformed, $carried drains left some for the next tick; $camera camera poses;
+  $ticks ticks, $missed missed, $unseen of them unseen by cyclictest (it missed $missing_spikes, $spikes samples later than 1 ms);
+  wake-up late by (99 %/99.9 %/max) $(value '.beat.wakeup_us | "\(.p99 | round)/\(.p999 | round)/\(.max | round)"') us, cyclictest $cyclic us;
+  execution $(value '.beat.execution_us | "\(.p50 | round)/\(.p999 | round)/\(.max | round)"') us (median/99.9 %/max);
+  VmRSS $from kB after $settled s, then at most $most kB"
+summary=$(tr -s '\n ' '  ' <<<"$summary")
+[ "$received" = "$sent" ] && [ "$lost" = 0 ] && [ "$malformed" = 0 ] || fail "frames lost: $summary"
+[ "$unseen" = 0 ] || fail "missed by odomd alone (first at $first_unseen s): $summary"
+[ "$most" -le "$from" ] || fail "memory grew: $summary"
+echo "$(date -u +%F) traffic: $summary"

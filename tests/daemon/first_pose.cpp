@@ -1,0 +1,124 @@
+// How long odomd takes from its start to its first pose: first_pose ODOMD CONFIG LOG SHM [STARTS]
+//
+// Forks and executes the daemon with the log's beginning ready in its standard input, waits in
+// shared memory for the first pose of this instance, kills it with SIGKILL and starts the next,
+// which goes on from its predecessor's pose. Prints median and maximum, in ms, of the time from
+// before the fork to the first pose that is published, and to the first that is worth something
+// (not initialising).
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <ctime>
+#include <exception>
+#include <fstream>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <odom/odom.h>
+
+namespace {
+
+constexpr std::int64_t patience_ns = 10'000'000'000;
+
+std::int64_t now_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+pid_t start(std::vector<std::string> words, const std::string& input) {
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe2");
+  if (write(ends[1], input.data(), input.size()) != static_cast<ssize_t>(input.size()))
+    throw std::runtime_error("the log's beginning does not fit into a pipe");
+  std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    dup2(ends[0], STDIN_FILENO);
+    execv(arguments[0], arguments.data());
+    _exit(127);
+  }
+  close(ends[0]);
+  close(ends[1]);
+  return pid;
+}
+
+struct Times {
+  std::int64_t first_ns = 0;
+  std::int64_t worth_something_ns = 0;
+};
+
+// Both since `began_ns`, as a client sees them.
+Times await_poses(const std::string& shm, std::int64_t began_ns) {
+  Times times;
+  while (now_ns() - began_ns < patience_ns) {
+    odom_client* client = nullptr;
+    odom_pose pose{};
+    odom_info info{};
+    if (odom_open(shm.c_str(), &client) == ODOM_OK &&
+        odom_get_info(client, &info, sizeof info) <= ODOM_STALE &&
+        info.writer_start_ns > began_ns && odom_latest(client, &pose, sizeof pose) == ODOM_OK) {
+      const std::int64_t passed_ns = now_ns() - began_ns;
+      if (times.first_ns == 0) times.first_ns = passed_ns;
+      if (pose.mode != ODOM_INITIALISING) times.worth_something_ns = passed_ns;
+    }
+    odom_close(client);
+    if (times.worth_something_ns != 0) return times;
+    const timespec pause{0, 200'000};
+    nanosleep(&pause, nullptr);
+  }
+  throw std::runtime_error("no pose within ten seconds");
+}
+
+void print(const char* what, std::vector<std::int64_t> times) {
+  std::sort(times.begin(), times.end());
+  std::cout << what << " median " << static_cast<double>(times[times.size() / 2] / 10'000) / 100
+            << " max " << static_cast<double>(times.back() / 10'000) / 100 << '\n';
+}
+
+void measure(const std::string& odomd, const std::string& config, const std::string& log,
+             const std::string& shm, int starts) {
+  std::string input(60'000, '\0');
+  std::ifstream file(log);
+  file.read(input.data(), static_cast<std::streamsize>(input.size()));
+  input.resize(static_cast<std::size_t>(file.gcount()));
+  std::vector<std::int64_t> first;
+  std::vector<std::int64_t> worth_something;
+  for (int i = 0; i < starts; ++i) {
+    const std::int64_t began_ns = now_ns();
+    const pid_t pid = start({odomd, "--config", config, "--can", "-", "--shm", shm, "--log-level",
+                             "error", "--status-socket", config + ".sock"},
+                            input);
+    const Times times = await_poses(shm, began_ns);
+    first.push_back(times.first_ns);
+    worth_something.push_back(times.worth_something_ns);
+    kill(pid, SIGKILL);
+    waitpid(pid, nullptr, 0);
+  }
+  print("first_pose", first);
+  print("worth_something", worth_something);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 5) return 2;
+  try {
+    measure(argv[1], argv[2], argv[3], argv[4], argc > 5 ? std::atoi(argv[5]) : 20);
+    return 0;
+  } catch (const std::exception& error) {
+    std::cerr << "first_pose: " << error.what() << '\n';
+    return 1;
+  }
+}
