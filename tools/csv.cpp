@@ -236,7 +236,7 @@ std::string quoted(std::string_view text) {
   constexpr std::size_t longest = 60;
   std::string result{'"'};
   for (const char c : text.substr(0, longest)) {
-    const bool control = (c >= '\0' && c < ' ') || c == '\x7f';
+    const bool control = static_cast<unsigned char>(c) < ' ' || c == '\x7f';
     result += control ? '?' : c;
   }
   if (text.size() > longest) result += "...";

@@ -17,7 +17,7 @@ std::string escaped(const std::string& text) {
       out += "&amp;";
     } else if (c == '<') {
       out += "&lt;";
-    } else if (c >= '\0' && c < ' ') {
+    } else if (static_cast<unsigned char>(c) < ' ') {
       out += ' ';
     } else {
       out += c;

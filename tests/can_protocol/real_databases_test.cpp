@@ -47,7 +47,8 @@ const Message* find(const Database& database, const json& message) {
 
 // The other reader took all files as Windows-1252, also those in UTF-8: compare ASCII only.
 bool is_ascii(const std::string& text) {
-  return std::all_of(text.begin(), text.end(), [](char c) { return c >= 0; });
+  return std::all_of(text.begin(), text.end(),
+                     [](char c) { return static_cast<unsigned char>(c) < 0x80; });
 }
 
 void expect_same_layout(const Message& message, const Signal& signal, const json& expected) {
