@@ -51,16 +51,16 @@ void convert(const std::filesystem::path& svg, const std::filesystem::path& png)
   // posix_spawnp returns the error
   const int error =
       ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ);
-  if (error == ENOENT) {
-    throw std::runtime_error(png.string() +
-                             ": rsvg-convert is not installed; install librsvg2-bin, or name a "
-                             ".svg file");
-  }
+  const std::string not_installed =
+      png.string() + ": rsvg-convert is not installed; install librsvg2-bin, or name a .svg file";
+  if (error == ENOENT) throw std::runtime_error(not_installed);
   if (error != 0) throw std::system_error(error, std::generic_category(), "rsvg-convert");
   int status = 0;
   while (::waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "rsvg-convert");
   }
+  // Where fork and exec are apart, a program that is not there ends the child with 127 (POSIX).
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 127) throw std::runtime_error(not_installed);
   if (status != 0) {
     throw std::runtime_error(png.string() + ": rsvg-convert failed; name a .svg file instead");
   }
