@@ -35,6 +35,7 @@ import time
 PRIORITY = 45
 PERIOD_US = 5000
 FULL_TRAFFIC = 16
+NOT_REALTIME = 1  # ODOM_COND_NOT_REALTIME
 
 
 def percentile(counts, fraction):
@@ -113,7 +114,10 @@ class Daemon:
             raise SystemExit("beat.py: odomd or beat_ticks failed")
         self.segment().unlink()
         self.segment(".lock").unlink(missing_ok=True)
-        return [{name: int(value) for name, value in row.items()} for row in csv.DictReader(lines)]
+        ticks = [{name: int(value) for name, value in row.items()} for row in csv.DictReader(lines)]
+        if any(tick["conditions"] & NOT_REALTIME for tick in ticks):
+            raise SystemExit("beat.py: odomd was refused SCHED_FIFO or locked memory: run as root")
+        return ticks
 
 
 def executions(ticks):

@@ -52,9 +52,9 @@ std::uint64_t print_ticks_after(const std::uint64_t* words, std::uint64_t last) 
     odomi_copy_out(&pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
     odomi_copy_out(&details, slot + ODOM_SLOT_DETAILS, ODOM_DETAILS_WORDS);
     if (odomi_still(slot, odomi_sequence(tick)) == 0) continue;  // skipped by the beat, or lapped
-    std::printf("%" PRIu64 ",%" PRId64 ",%u,%" PRIu64 ",%" PRId64 ",%" PRId64 "\n", tick,
-                pose.time_ns, pose.mode, details.frames[0], details.wakeup_latency_ns,
-                details.execution_ns);
+    std::printf("%" PRIu64 ",%" PRId64 ",%u,%u,%" PRIu64 ",%" PRId64 ",%" PRId64 "\n", tick,
+                pose.time_ns, pose.mode, pose.conditions, details.frames[0],
+                details.wakeup_latency_ns, details.execution_ns);
   }
   return newest;
 }
@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   }
   try {
     const std::uint64_t* words = map_segment(argv[1]);
-    std::puts("tick,time_ns,mode,frames,wakeup_latency_ns,execution_of_last_ns");
+    std::puts("tick,time_ns,mode,conditions,frames,wakeup_latency_ns,execution_of_last_ns");
     std::uint64_t last = 0;
     for (int second = 0; second <= std::atoi(argv[2]); ++second) {
       if (second > 0) std::this_thread::sleep_for(1s);
