@@ -10,6 +10,10 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 
+# Where tests find the programs that they start. A cross build has scripts there that start an emulator.
+set(ODOMD_TEST_PROGRAMS ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} CACHE PATH "Programs that the tests start")
+mark_as_advanced(ODOMD_TEST_PROGRAMS)
+
 if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
@@ -49,6 +53,6 @@ function(odomd_test name)
   target_compile_definitions(${name} PRIVATE
     ODOMD_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
     ODOMD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-    ODOMD_BIN_DIR="${PROJECT_BINARY_DIR}/bin")
+    ODOMD_BIN_DIR="${ODOMD_TEST_PROGRAMS}")
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
 endfunction()

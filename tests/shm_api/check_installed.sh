@@ -2,6 +2,7 @@
 # Installs the client library into a directory of its own, builds programs against it by pkg-config
 # and by find_package, and lets them follow a writer.
 #   check_installed.sh BUILD_DIR PUBLISHER CC CXX [SANITIZERS]
+# EMULATOR is the command that runs a cross-built program; empty where the machine itself does.
 set -eu
 build=$1 publisher=$2 cc=$3 cxx=$4 sanitizers=${5:+-fsanitize=$5}
 here=$(cd "$(dirname "$0")" && pwd)
@@ -36,7 +37,7 @@ cmake -S "$here/consumer" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" \
 cmake --build "$work/build" >"$work/build.log" || { cat "$work/build.log"; exit 1; }
 
 # Without a segment: one line that says so, and exit status 1.
-if "$work/pose_c" "$work/segment" 2>"$work/message"; then exit 1; fi
+if ${EMULATOR-} "$work/pose_c" "$work/segment" 2>"$work/message"; then exit 1; fi
 grep -q 'no such segment' "$work/message"
 
 "$publisher" "$work/segment" 100000000 2000 &
@@ -49,6 +50,6 @@ until [ -e "$work/segment" ]; do
 done
 for program in "$work/pose_c" "$work/pose_cpp" "$work/build/pose_c" "$work/build/pose_cpp" \
   "$work/build/pose_c_static"; do
-  "$program" "$work/segment" >"$work/output"
+  ${EMULATOR-} "$program" "$work/segment" >"$work/output"
   grep -q 'in place' "$work/output"
 done
