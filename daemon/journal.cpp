@@ -1,9 +1,14 @@
 #include "daemon/journal.hpp"
 
+#include <sys/stat.h>
+#include <syslog.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/basic_file_sink.h>
 
 #include "daemon/error_sink.hpp"
@@ -13,12 +18,52 @@ namespace {
 
 constexpr std::int64_t quiet_ns = 1'000'000'000;
 
+/// The level as syslog numbers it, which the journal takes from the head of a line.
+class SyslogLevel final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
+              spdlog::memory_buf_t& line) override {
+    fmt::format_to(std::back_inserter(line), "<{}>", number(message.level));
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<SyslogLevel>();
+  }
+
+ private:
+  static int number(spdlog::level::level_enum level) {
+    switch (level) {
+      case spdlog::level::critical:
+        return LOG_CRIT;
+      case spdlog::level::err:
+        return LOG_ERR;
+      case spdlog::level::warn:
+        return LOG_WARNING;
+      case spdlog::level::info:
+        return LOG_INFO;
+      default:
+        return LOG_DEBUG;
+    }
+  }
+};
+
+/// Whether standard error goes to systemd's journal: the variable alone may be a parent's.
+bool writes_to_journal() {
+  const char* stream = std::getenv("JOURNAL_STREAM");
+  struct stat error {};
+  return stream != nullptr && ::fstat(STDERR_FILENO, &error) == 0 &&
+         fmt::format("{}:{}", error.st_dev, error.st_ino) == stream;
+}
+
 std::shared_ptr<spdlog::sinks::sink> open_sink(const LogConfig& config) {
   if (config.file.empty()) {
     auto sink = std::make_shared<ErrorSink>();
-    // systemd's journal knows the time and our name already.
-    sink->set_pattern(std::getenv("JOURNAL_STREAM") != nullptr ? "%l: %v"
-                                                               : "%H:%M:%S.%e odomd %l: %v");
+    if (writes_to_journal()) {  // it knows the time and our name already
+      auto formatter = std::make_unique<spdlog::pattern_formatter>();
+      formatter->add_flag<SyslogLevel>('*').set_pattern("%*%l: %v");
+      sink->set_formatter(std::move(formatter));
+    } else {
+      sink->set_pattern("%H:%M:%S.%e odomd %l: %v");
+    }
     return sink;
   }
   auto sink = std::make_shared<spdlog::sinks::basic_file_sink_st>(config.file.string());

@@ -25,6 +25,8 @@ std::string why(int error) {
       return std::string{"no such socket; "} + hint;
     case ECONNREFUSED:
       return std::string{"nobody listens; "} + hint;
+    case EACCES:
+      return "not allowed; join the group of the socket (the service's: odom)";
     default:
       return std::generic_category().message(error);
   }

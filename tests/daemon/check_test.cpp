@@ -45,6 +45,15 @@ TEST(CheckSummary, TellsSourcesApart) {
               testing::AllOf(HasSubstr("can0 (interface)\n"), HasSubstr("standard input\n")));
 }
 
+TEST(CheckSummary, ShowsWhoMayReachWhat) {
+  Config config = with_signal(30'000'000, 0);
+  config.shm.mode = 0640;
+  config.shm.group = "odom";
+  const auto text = summary(config, {}, {});
+  EXPECT_THAT(text, HasSubstr("/odomd (mode 0640, group odom)\n"));
+  EXPECT_THAT(text, HasSubstr("/run/odomd/status.sock (mode 0666)\n"));
+}
+
 TEST(CheckSummary, EndsWithTheWarnings) {
   const std::string warnings[] = {"car.toml: steering is not mapped"};
   EXPECT_THAT(summary(with_signal(30'000'000, 0), {}, warnings),

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -385,6 +386,18 @@ TEST_F(OdomdTest, OpensItsLogAnewOnHup) {
   EXPECT_EQ(odomd.wait(), 0);
   EXPECT_THAT(desk_.read("odomd.log"), HasSubstr("ending: signal TERM"));
   EXPECT_THAT(desk_.read("odomd.log.1"), Not(HasSubstr("ending")));
+}
+
+TEST_F(OdomdTest, TellsTheJournalHowSeriousALineIs) {
+  desk_.write("stderr", "");
+  struct stat error {};
+  ASSERT_EQ(::stat(desk_.file("stderr").c_str(), &error), 0);
+  ::setenv("JOURNAL_STREAM", fmt::format("{}:{}", error.st_dev, error.st_ino).c_str(), 1);
+  const DaemonProcess odomd(desk_, {});
+  ::unsetenv("JOURNAL_STREAM");
+  EXPECT_TRUE(eventually([&] {
+    return desk_.read("stderr").find("<6>info: odomd ") != std::string::npos;
+  })) << desk_.read("stderr");
 }
 
 TEST_F(OdomdTest, OutlivesWhoeverReadsItsLog) {
