@@ -17,6 +17,7 @@
 #include <ctime>
 #include <exception>
 #include <fstream>
+#include <iomanip>
 #include <iostream>
 #include <stdexcept>
 #include <string>
@@ -81,10 +82,15 @@ Times await_poses(const std::string& shm, std::int64_t began_ns) {
   throw std::runtime_error("no pose within ten seconds");
 }
 
+double milliseconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-6;
+}
+
 void print(const char* what, std::vector<std::int64_t> times) {
   std::sort(times.begin(), times.end());
-  std::cout << what << " median " << static_cast<double>(times[times.size() / 2] / 10'000) / 100
-            << " max " << static_cast<double>(times.back() / 10'000) / 100 << '\n';
+  std::cout << std::fixed << std::setprecision(1) << what << " median "
+            << milliseconds(times[times.size() / 2]) << " max " << milliseconds(times.back())
+            << '\n';
 }
 
 void measure(const std::string& odomd, const std::string& config, const std::string& log,
@@ -115,7 +121,8 @@ void measure(const std::string& odomd, const std::string& config, const std::str
 int main(int argc, char** argv) {
   if (argc < 5) return 2;
   try {
-    measure(argv[1], argv[2], argv[3], argv[4], argc > 5 ? std::atoi(argv[5]) : 20);
+    measure(argv[1], argv[2], argv[3], argv[4],
+            argc > 5 ? static_cast<int>(std::strtol(argv[5], nullptr, 10)) : 20);
     return 0;
   } catch (const std::exception& error) {
     std::cerr << "first_pose: " << error.what() << '\n';

@@ -1,0 +1,183 @@
+// The protocol of shm_api/slot.h on a machine that reorders whatever it may, which x86 does not:
+// two accesses of one thread are performed in either order unless the C++ memory model orders them.
+// All orders of writer and reader are tried; no reader may take words of two ticks for one pose.
+// With any of the orderings left out, one does: each is needed. docs/shm.md has the argument in
+// words.
+//
+// Two threads of which one only stores and the other only loads need no more of the memory model
+// than this: there is one memory, each store is performed once, and each load at some instant.
+#include <gtest/gtest.h>
+#include <array>
+#include <cstdint>
+#include <set>
+#include <tuple>
+#include <vector>
+
+namespace {
+
+enum class Kind : std::uint8_t { store, load, release_fence, acquire_fence };
+enum class Order : std::uint8_t { relaxed, ordered };  // ordered: a release store, an acquire load
+enum Location : std::uint8_t { head, sequence, first_word, second_word, locations };
+
+struct Access {
+  Kind kind = Kind::load;
+  Location location = head;
+  int value = 0;  // of a store
+  Order order = Order::relaxed;
+};
+using Thread = std::vector<Access>;
+
+constexpr Access store(Location location, int value, Order order = Order::relaxed) {
+  return {Kind::store, location, value, order};
+}
+constexpr Access load(Location location, Order order = Order::relaxed) {
+  return {Kind::load, location, 0, order};
+}
+
+bool is_fence(const Access& access) {
+  return access.kind == Kind::release_fence || access.kind == Kind::acquire_fence;
+}
+
+// Whether access i of a thread must be performed before its later access j.
+bool comes_before(const Thread& thread, std::size_t i, std::size_t j) {
+  const Access& a = thread[i];
+  const Access& b = thread[j];
+  if (is_fence(a) || is_fence(b)) return false;  // they order others
+  if (a.location == b.location) return true;
+  if (a.kind == Kind::load && a.order == Order::ordered) return true;
+  if (b.kind == Kind::store && b.order == Order::ordered) return true;
+  for (std::size_t k = i + 1; k < j; ++k) {
+    if (thread[k].kind == Kind::release_fence && b.kind == Kind::store) return true;
+    if (thread[k].kind == Kind::acquire_fence && a.kind == Kind::load) return true;
+  }
+  return false;
+}
+
+// Which orderings the protocol has. The names are those of slot.h.
+struct Protocol {
+  bool w1_is_release_store = false;
+  bool w2 = true;
+  Order w4 = Order::ordered;
+  Order w5 = Order::ordered;
+  Order r1 = Order::ordered;
+  bool r3 = true;
+  Order r4 = Order::relaxed;
+};
+
+// Ticks 1 and 2 into the same slot: the ring has come round. Both words of tick k are k.
+Thread writer(const Protocol& protocol) {
+  Thread thread;
+  for (int tick = 1; tick <= 2; ++tick) {
+    thread.push_back(store(sequence, 2 * tick + 1,
+                           protocol.w1_is_release_store ? Order::ordered : Order::relaxed));
+    if (protocol.w2) thread.push_back({Kind::release_fence});
+    thread.push_back(store(first_word, tick));
+    thread.push_back(store(second_word, tick));
+    thread.push_back(store(sequence, 2 * tick + 2, protocol.w4));
+    thread.push_back(store(head, 2 * tick + 2, protocol.w5));
+  }
+  return thread;
+}
+
+Thread reader(const Protocol& protocol) {
+  Thread thread{load(head, protocol.r1), load(first_word), load(second_word)};
+  if (protocol.r3) thread.push_back({Kind::acquire_fence});
+  thread.push_back(load(sequence, protocol.r4));
+  return thread;
+}
+
+struct State {
+  std::array<int, locations> memory{};
+  std::array<int, locations> read{};  // what the reader has got, each location once
+  std::array<std::uint32_t, 2> performed{};
+  bool operator<(const State& other) const {
+    return std::tie(memory, read, performed) < std::tie(other.memory, other.read, other.performed);
+  }
+};
+
+struct Outcomes {
+  std::set<int> whole;  // ticks that a reader has taken whole
+  bool torn = false;
+};
+
+class Machine {
+ public:
+  explicit Machine(const Protocol& protocol) : threads_{writer(protocol), reader(protocol)} {}
+
+  Outcomes run() {
+    explore({});
+    return outcomes_;
+  }
+
+ private:
+  void explore(const State& state) {
+    if (!seen_.insert(state).second) return;
+    bool done = true;
+    for (std::size_t t = 0; t < threads_.size(); ++t)
+      for (std::size_t i = 0; i < threads_[t].size(); ++i) {
+        if ((state.performed[t] >> i & 1U) != 0) continue;
+        done = false;
+        if (is_free(t, i, state)) explore(after(state, t, i));
+      }
+    if (done) judge(state.read);
+  }
+
+  [[nodiscard]] bool is_free(std::size_t t, std::size_t i, const State& state) const {
+    for (std::size_t before = 0; before < i; ++before)
+      if ((state.performed[t] >> before & 1U) == 0 && comes_before(threads_[t], before, i))
+        return false;
+    return true;
+  }
+
+  [[nodiscard]] State after(State state, std::size_t t, std::size_t i) const {
+    const Access& access = threads_[t][i];
+    state.performed[t] |= 1U << i;
+    if (access.kind == Kind::store) state.memory[access.location] = access.value;
+    if (access.kind == Kind::load) state.read[access.location] = state.memory[access.location];
+    return state;
+  }
+
+  void judge(const std::array<int, locations>& read) {
+    if (read[head] == 0 || read[sequence] != read[head]) return;  // no pose, or thrown away
+    const int tick = read[head] / 2 - 1;
+    if (read[first_word] == tick && read[second_word] == tick)
+      outcomes_.whole.insert(tick);
+    else
+      outcomes_.torn = true;
+  }
+
+  std::array<Thread, 2> threads_;
+  std::set<State> seen_;
+  Outcomes outcomes_;
+};
+
+Outcomes outcomes_of(const Protocol& protocol) {
+  return Machine(protocol).run();
+}
+
+TEST(Ordering, NoReaderTakesWordsOfTwoTicksForOne) {
+  const Outcomes outcomes = outcomes_of({});
+  EXPECT_FALSE(outcomes.torn);
+  EXPECT_EQ(outcomes.whole, (std::set{1, 2})) << "readers take poses at all";
+}
+
+TEST(Ordering, EachIsNeeded) {
+  EXPECT_TRUE(outcomes_of({.w2 = false}).torn);
+  EXPECT_TRUE(outcomes_of({.w5 = Order::relaxed}).torn);
+  EXPECT_TRUE(outcomes_of({.r1 = Order::relaxed}).torn);
+  EXPECT_TRUE(outcomes_of({.r3 = false}).torn);
+}
+
+TEST(Ordering, AReleaseStoreOfTheOddSequenceIsNoSubstituteForTheFence) {
+  EXPECT_TRUE(outcomes_of({.w1_is_release_store = true, .w2 = false}).torn);
+}
+
+TEST(Ordering, AnAcquireLoadOfTheSequenceIsNoSubstituteForTheFence) {
+  EXPECT_TRUE(outcomes_of({.r3 = false, .r4 = Order::ordered}).torn);
+}
+
+TEST(Ordering, ReadersThatStartFromTheHeadDoNotNeedTheReleaseOfTheSequence) {
+  EXPECT_FALSE(outcomes_of({.w4 = Order::relaxed}).torn);
+}
+
+}  // namespace
