@@ -180,18 +180,18 @@ class Client:
             raise ValueError(f"timeout: {timeout}: give seconds, 0 or more")
         until = time.monotonic_ns() + round(timeout * 1e9)
         newest = PoseStruct(tick=raw.tick, time_ns=raw.time_ns)
-        if raw.tick == 0:
-            self.read_into(newest)
-        since_ns = newest.time_ns
-        while True:
-            left = max(0, until - time.monotonic_ns())
-            with self._in_use:
-                status = lib.odom_wait(
-                    self._client, byref(newest), _POSE_SIZE, min(left, _SLICE_NS)
-                )
-            is_up = left <= _SLICE_NS or status not in _NOTHING_NEWER
-            if is_up or newest.time_ns > since_ns:
-                break
+        with self._in_use:
+            if raw.tick == 0:
+                lib.odom_latest(self._client, byref(newest), _POSE_SIZE)
+            if newest.tick == 0:  # nothing there yet: whatever comes is newer
+                newest.tick, newest.time_ns = 1, -(2**63)
+            since_ns = newest.time_ns
+            while True:
+                left = max(0, until - time.monotonic_ns())
+                status = lib.odom_wait(self._client, byref(newest), _POSE_SIZE, min(left, _SLICE_NS))
+                is_up = left <= _SLICE_NS or status not in _NOTHING_NEWER
+                if is_up or newest.time_ns > since_ns:
+                    break
         if status in (Status.OK, Status.STALE):
             memmove(byref(raw), byref(newest), _POSE_SIZE)
         return Status(status)

@@ -1,0 +1,141 @@
+// A writer that does as it is told, for tests of clients in other languages.
+//   segment_writer PATH PERIOD_NS
+// Commands come on standard input, one a line, and each is answered by a line "ok" on standard
+// output; in between the heartbeat goes on, until "silence". It ends with its input.
+//   publish [FIELD=VALUE]...   the pose as it was last, on the next tick, now, with these fields
+//                              changed; fields of odom_details too
+//   silence                    no further heartbeat, and the last one long ago
+//   missed N                   counts missed cycles
+#include <poll.h>
+#include <unistd.h>
+#include <cstdlib>
+#include <exception>
+#include <functional>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "tests/shm_api/segment_fixture.hpp"
+
+namespace {
+
+namespace shm = odomd::shm;
+
+class Segment {
+ public:
+  Segment(const std::string& path, std::int64_t period_ns)
+      : period_ns_(period_ns), writer_({.name = path, .slots = 256}, info(period_ns)) {
+    pose_.mode = ODOM_TRACKING;
+  }
+
+  void beat() {
+    if (!silent_) writer_.set_heartbeat(shm::testing::now_ns());
+  }
+
+  void obey(const std::string& line) {
+    std::istringstream words(line);
+    std::string command;
+    words >> command;
+    if (command == "publish") return publish(words);
+    if (command == "missed") {
+      std::uint64_t cycles = 0;
+      words >> cycles;
+      return writer_.count_missed(cycles);
+    }
+    if (command != "silence") throw std::invalid_argument("no such command: " + line);
+    silent_ = true;
+    writer_.set_heartbeat(shm::testing::now_ns() - 100 * period_ns_);
+  }
+
+ private:
+  static odom_info info(std::int64_t period_ns) {
+    odom_info info = shm::testing::test_info(period_ns);
+    info.front_axle = 0.175;
+    info.rear_axle = 0.085;
+    return info;
+  }
+
+  void publish(std::istream& fields) {
+    ++pose_.tick;
+    pose_.time_ns = shm::testing::now_ns();
+    for (std::string field; fields >> field;) {
+      const std::size_t equals = field.find('=');
+      set(field.substr(0, equals), field.substr(equals + 1));
+    }
+    writer_.publish(pose_, details_);
+    beat();
+    writer_.wake_clients();
+  }
+
+  void set(const std::string& name, const std::string& value) {
+    const std::map<std::string, double*> numbers{
+        {"x", &pose_.x},
+        {"y", &pose_.y},
+        {"yaw", &pose_.yaw},
+        {"odom_x", &pose_.odom_x},
+        {"odom_y", &pose_.odom_y},
+        {"odom_yaw", &pose_.odom_yaw},
+        {"vx", &pose_.vx},
+        {"vy", &pose_.vy},
+        {"yaw_rate", &pose_.yaw_rate},
+        {"steering", &pose_.steering},
+        {"variance_x", &pose_.covariance[0]},
+        {"variance_y", &pose_.covariance[3]},
+        {"variance_yaw", &pose_.covariance[5]},
+        {"jump_yaw", &pose_.jump_yaw},
+        {"gyro_bias", &details_.gyro_bias},
+    };
+    const std::map<std::string, std::uint32_t*> counts{{"mode", &pose_.mode},
+                                                       {"conditions", &pose_.conditions},
+                                                       {"reset_count", &pose_.reset_count},
+                                                       {"health", &pose_.health}};
+    if (const auto number = numbers.find(name); number != numbers.end())
+      *number->second = std::stod(value);
+    else if (const auto count = counts.find(name); count != counts.end())
+      *count->second = static_cast<std::uint32_t>(std::stoul(value));
+    else if (name == "tick")
+      pose_.tick = std::stoull(value);
+    else if (name == "time_ns")
+      pose_.time_ns = std::stoll(value);
+    else if (name == "camera_messages")
+      details_.camera_messages = std::stoull(value);
+    else
+      throw std::invalid_argument("no such field: " + name);
+  }
+
+  std::int64_t period_ns_;
+  shm::Writer writer_;
+  odom_pose pose_{};
+  odom_details details_{};
+  bool silent_ = false;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) return 2;
+  try {
+    const std::int64_t period_ns = std::strtoll(argv[2], nullptr, 10);
+    Segment segment(argv[1], period_ns);
+    std::cout << "ok" << std::endl;
+    std::string pending;
+    for (pollfd input{STDIN_FILENO, POLLIN, 0};;) {
+      segment.beat();
+      if (poll(&input, 1, static_cast<int>(period_ns / 4'000'000 + 1)) <= 0) continue;
+      char buffer[4096];
+      const ssize_t size = read(STDIN_FILENO, buffer, sizeof buffer);
+      if (size <= 0) return 0;
+      pending.append(buffer, static_cast<std::size_t>(size));
+      for (std::size_t end = 0; (end = pending.find('\n')) != std::string::npos;) {
+        segment.obey(pending.substr(0, end));
+        pending.erase(0, end + 1);
+        std::cout << "ok" << std::endl;
+      }
+    }
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    return 1;
+  }
+}

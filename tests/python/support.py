@@ -1,0 +1,111 @@
+"""What the tests of clients share: a segment that does as it is told, odomd on a simulated drive, and
+patience. Everything is awaited with generous limits; machines may be slow and busy."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+PATIENCE = 60.0  # s
+BIN = Path(os.environ["ODOMD_BIN"])
+
+
+def await_(condition: Callable[[], object], what: Callable[[], str] = lambda: "") -> None:
+    """Tries until the condition holds."""
+    until = time.monotonic() + PATIENCE
+    while not condition():
+        if time.monotonic() > until:
+            raise AssertionError(f"waited {PATIENCE:.0f} s in vain: {what()}")
+        time.sleep(0.01)
+
+
+class Directory:
+    """A directory that goes with the test."""
+
+    def __init__(self) -> None:
+        self.path = Path(tempfile.mkdtemp(prefix="odomd-clients-"))
+
+    def remove(self) -> None:
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+class Segment:
+    """tests/python/segment_writer: poses one by one, at the test's word."""
+
+    def __init__(self, path: Path, period: float) -> None:
+        self._process = subprocess.Popen(
+            [os.environ["ODOMD_SEGMENT_WRITER"], str(path), str(round(period * 1e9))],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
+        self._await_ok()
+
+    def _await_ok(self) -> None:
+        assert self._process.stdout is not None
+        answer = self._process.stdout.readline()
+        if answer != "ok\n":
+            raise AssertionError(f"segment_writer: {answer!r}")
+
+    def tell(self, command: str) -> None:
+        assert self._process.stdin is not None
+        self._process.stdin.write(command + "\n")
+        self._process.stdin.flush()
+        self._await_ok()
+
+    def publish(self, **fields: float) -> None:
+        self.tell("publish " + " ".join(f"{name}={value!r}" for name, value in fields.items()))
+
+    def silence(self) -> None:
+        self.tell("silence")
+
+    def kill(self) -> None:
+        """kill -9."""
+        self._process.kill()
+        self._process.communicate()
+
+
+class Daemon:
+    """odomd on a log, as a process of its own."""
+
+    def __init__(self, directory: Path, drive: Path) -> None:
+        self.segment = directory / "pose"
+        self._log = open(directory / "odomd.log", "a", encoding="utf-8")
+        self._process = subprocess.Popen(
+            [
+                str(BIN / "odomd"),
+                *("--config", str(drive / "car.toml"), "--can", str(drive / "drive.log")),
+                *("--shm", str(self.segment), "--log-level", "warn"),
+                *("--camera-socket", str(directory / "camera.sock")),
+                *("--status-socket", str(directory / "status.sock")),
+            ],
+            stdin=subprocess.DEVNULL,
+            stderr=self._log,
+        )
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    def kill(self) -> None:
+        """kill -9."""
+        self._process.kill()
+        self._process.wait()
+        self._log.close()
+
+
+def simulate(directory: Path) -> Path:
+    """A lap of the simulated car, from its start on: drive.log, car.toml, truth.csv."""
+    drive = directory / "drive"
+    subprocess.run(
+        [str(BIN / "odom"), "sim", "--duration", "20", "--standstill", "0.5", "--out", str(drive)],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    return drive

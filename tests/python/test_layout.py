@@ -1,0 +1,90 @@
+"""The module's structs and enums are those of the headers, as the compiler sees them."""
+
+from __future__ import annotations
+
+import ctypes
+import enum
+import os
+import subprocess
+import unittest
+
+import odom
+from odom import _library, _records
+
+STRUCTS: dict[str, type[ctypes.Structure]] = {
+    "odom_pose": _library.PoseStruct,
+    "odom_details": _library.DetailsStruct,
+    "odom_info": _library.InfoStruct,
+    "odom_beat": _library.BeatStruct,
+    "odom_camera_message": _library.CameraMessageStruct,
+}
+
+ENUMS: list[tuple[str, type[enum.IntEnum] | type[enum.IntFlag]]] = [
+    ("ODOM_SOURCE_", odom.Source),
+    ("ODOM_COND_", odom.Conditions),
+    ("ODOM_CLOCK_", odom.Clock),
+]
+
+
+class Layout(unittest.TestCase):
+    def setUp(self) -> None:
+        output = subprocess.run(
+            [os.environ["ODOMD_LAYOUT"]], check=True, capture_output=True, text=True
+        ).stdout
+        facts = [line.split() for line in output.splitlines()]
+        self.sizes = {f[1]: int(f[2]) for f in facts if f[0] == "struct"}
+        self.fields = {(f[1], f[2]): (int(f[3]), int(f[4])) for f in facts if f[0] == "field"}
+        self.constants = {f[1]: int(f[2]) for f in facts if f[0] == "constant"}
+
+    def test_every_field_lies_where_the_compiler_puts_it(self) -> None:
+        ours = {
+            (name, field[0]): (getattr(struct, field[0]).offset, getattr(struct, field[0]).size)
+            for name, struct in STRUCTS.items()
+            for field in struct._fields_
+        }
+        self.assertEqual(ours, self.fields)
+        self.assertEqual({name: ctypes.sizeof(s) for name, s in STRUCTS.items()}, self.sizes)
+
+    def test_the_records_have_the_fields_of_the_structs(self) -> None:
+        for struct, record in [
+            (_library.PoseStruct, odom.Pose),
+            (_library.DetailsStruct, odom.Details),
+            (_library.InfoStruct, odom.Info),
+            (_library.BeatStruct, odom.Beat),
+        ]:
+            names = [field[0] for field in struct._fields_]
+            self.assertEqual(names, list(record.__annotations__))
+
+    def test_the_enums_have_every_constant(self) -> None:
+        count = self.constants.pop("ODOM_SOURCE_COUNT")
+        self.assertEqual(count, len(odom.Source))
+        for prefix, members in ENUMS:
+            found = {n: v for n, v in self.constants.items() if n.startswith(prefix)}
+            self.assertEqual({prefix + m.name: m.value for m in members}, found)
+            for name in found:
+                del self.constants[name]
+        plain = [*odom.Status, *odom.Mode]
+        self.assertEqual({f"ODOM_{m.name}": m.value for m in plain}, self.constants)
+
+    def test_a_pose_survives_the_way_there_and_back(self) -> None:
+        raw = _library.PoseStruct()
+        for i, field in enumerate(_library.PoseStruct._fields_):
+            if field[0] == "covariance":
+                raw.covariance[:] = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]
+            else:
+                setattr(raw, field[0], 3 if field[0] == "mode" else i + 1)
+        pose = _records.pose_of(raw)
+        self.assertEqual(pose.covariance, (0.5, 1.5, 2.5, 3.5, 4.5, 5.5))
+        self.assertIs(pose.mode, odom.Mode.DEGRADED)
+        self.assertEqual(bytes(_records.struct_of(pose)), bytes(raw))
+
+    def test_an_unknown_mode_is_nothing_to_drive_by(self) -> None:
+        raw = _library.PoseStruct(mode=77, conditions=1 << 31 | 1)
+        pose = _records.pose_of(raw)
+        self.assertIs(pose.mode, odom.Mode.FAULT)
+        self.assertIn(odom.Conditions.NOT_REALTIME, pose.conditions)
+        self.assertEqual(int(pose.conditions), 1 << 31 | 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
