@@ -1,0 +1,116 @@
+# The service is killed, and stopped, while the car drives: systemd starts it anew, it goes on from its
+# predecessor's pose, and the clients go on by themselves. How long that takes is held against an empty
+# notify service of the same settings: what is more is odomd's own.
+. "$(dirname "$0")/../guest.sh"
+. "$(dirname "$0")/../service.sh"
+rounds=5
+
+begin --camera-socket $run/camera.sock
+
+# An instance of our unit that runs an empty program. And one of no settings, to tell what ours cost.
+cp "$ODOMD_BIN_DIR/restart_probe" /usr/local/bin/
+add_vcan empty
+mkdir -p /run/systemd/system/odomd@empty.service.d
+cat >/run/systemd/system/odomd@empty.service.d/lab.conf <<end
+[Service]
+ExecStart=
+ExecStart=/usr/local/bin/restart_probe notify /run/odomd/empty/ready
+WatchdogSec=0
+end
+cat >/run/systemd/system/bare.service <<end
+[Unit]
+StartLimitIntervalSec=0
+[Service]
+Type=notify
+ExecStart=/usr/local/bin/restart_probe notify $PWD/ready
+Restart=$(systemctl show -P Restart $unit)
+RestartSec=$(systemctl show -P RestartUSec $unit)
+end
+systemctl daemon-reload
+systemctl start odomd@empty bare
+
+# Kills, of all three in turns.
+ready() { restart_probe ready "$(main_pid "$1")" "$2" >>"$1.json" || not_ok "kill of $1" "$(systemctl status "$1")"; }
+settled() { status '.mode != "initialising" and .beat.ticks > 50' -e; }
+for ((round = 1; round <= rounds; ++round)); do
+  await 20 settled
+  restart_probe pose KILL "$(main_pid)" $run/pose >>poses.json || not_ok "kill $round" "$(journal)"
+  ready odomd@empty /run/odomd/empty/ready
+  ready bare "$PWD/ready"
+done
+jq -c '[.elapsed_ms, .gap_ms, .before, .after]' poses.json | sed 's/^/   /'
+median() { jq -s 'map(.elapsed_ms) | sort | .[length / 2 | floor] | round' "$1.json"; }
+all() { echo "$(median "$1") ms (median of $(jq -s -c 'map(.elapsed_ms | round)' "$1.json"))"; }
+echo "   from the kill to the first pose: $(all poses)"
+echo "   to an empty service's readiness: $(all odomd@empty)"
+echo "   to that of one without settings: $(all bare)"
+check "kill -9: a pose at most 500 ms after an empty service would be ready" "$(all poses), $(all odomd@empty)" \
+  test "$(median poses)" -le $(($(median odomd@empty) + 500))
+check "kill -9: a pose within 2 s" "$(all poses)" test "$(median poses)" -le 2000
+
+# Where a slow machine took longer than the 2 s for which a pose is good, there is nothing to go on from.
+jq -c 'select(.gap_ms < 2000)' poses.json >continued.json
+check "kill -9: mostly, the successor had a pose to go on from" "gaps $(jq -c .gap_ms poses.json | tr '\n' ' ')" \
+  test $(($(wc -l <continued.json) * 2)) -gt $rounds
+every() { jq -s -e "length > 0 and all($1)" continued.json; }
+check "kill -9: the pose is one that was gone on from" "see above" every '.after.restarted'
+check "kill -9: it counts as a jump" "see above" every '.after.reset_count > .before.reset_count'
+check "kill -9: the pose is where the car can have come to" "see above" \
+  every '(.after.x - .before.x | fabs) + (.after.y - .before.y | fabs) < 0.5 + 3 * .gap_ms / 1000'
+check "kill -9: the calibrations are the predecessor's" "see above" every '.after.calibrations == .before.calibrations'
+
+# Clients in every language, each of which names the daemon by whose pose it steers.
+odom sim --scenario lap --standstill 0 --duration 30 --ideal --out path >/dev/null 2>&1
+languages=()
+start_client() { # LANGUAGE COMMAND...
+  local language=$1
+  shift
+  languages+=("$language")
+  "$@" --path path/truth.csv --shm $run/pose >"$language.csv" 2>"$language.err" &
+  clients+=($!)
+}
+clients=()
+start_client C "$ODOMD_BIN_DIR/examples/stanley_c"
+start_client C++ "$ODOMD_BIN_DIR/examples/stanley_cpp"
+start_client Python env PYTHONPATH="$ODOMD_SOURCE_DIR/python" python3 "$ODOMD_SOURCE_DIR/examples/stanley.py"
+steers_by_the_service() { tail -n 2 "$1.csv" | grep -q ",$(status .instance)$"; }
+for language in "${languages[@]}"; do
+  check "$language client steers by the pose" "$(tail -n 3 "$language".csv "$language".err)" \
+    await 30 steers_by_the_service "$language"
+done
+
+await 20 settled
+kill -9 "$(main_pid)"
+for index in "${!languages[@]}"; do
+  language=${languages[$index]}
+  check "$language client has gone on by itself" "$(tail -n 3 "$language".csv "$language".err)" \
+    await 30 steers_by_the_service "$language"
+  check "$language client is the one that was started" "pid ${clients[$index]}" kill "${clients[$index]}"
+  wait "${clients[$index]}"
+done
+
+# Stopped, it misses its watchdog. On a slow machine the pose may by then be too old: three attempts.
+for ((round = 1; round <= 3; ++round)); do
+  await 20 settled
+  restart_probe pose STOP "$(main_pid)" $run/pose >stopped.json || not_ok "stop" "$(journal)"
+  echo "   SIGSTOP: a pose after $(jq -c '.elapsed_ms | round' stopped.json) ms"
+  ! jq -e .after.restarted stopped.json >/dev/null || break
+done
+check "SIGSTOP: the watchdog has it restarted" "$(journal)" test -s stopped.json
+check "SIGSTOP: it goes on from a pose that is younger than 2 s" "$(cat stopped.json)" \
+  jq -e '.after.restarted or .gap_ms >= 2000' stopped.json
+
+# Many kills in a row, hardly started.
+before=$(systemctl show -P NRestarts $unit)
+for ((round = 1; round <= 10; ++round)); do
+  await 20 test "$(main_pid)" != 0
+  kill -9 "$(main_pid)"
+  sleep 0.05
+done
+check "ten kills in a row: it is never given up" "$(systemctl show -p ActiveState,Result,NRestarts $unit | tr '\n' ' ')" \
+  await 30 publishes
+echo "   $(($(systemctl show -P NRestarts $unit) - before)) restarts"
+
+systemctl stop odomd@empty bare
+remove_link empty
+end

@@ -1,0 +1,44 @@
+# The installed unit, under its whole sandbox: it becomes ready, reads its bus, publishes in real time,
+# and ends cleanly.
+. "$(dirname "$0")/../guest.sh"
+. "$(dirname "$0")/../service.sh"
+
+begin
+check "becomes ready" "$(systemctl show -p ActiveState,SubState,Result $unit)" is_active
+check "reads its bus, and loses nothing" "$(status .can -c)" status '.can[0] | .received > 0 and .lost == 0' -e
+check "publishes a pose" "$(odom pose --shm $run/pose 2>&1)" odom pose --shm $run/pose --json
+check "is found by a client that is told nothing" "$(odom pose 2>&1)" odom pose --json
+check "is granted real time, and refused nothing" "$(status .realtime -c)" \
+  status '.realtime | .priority == 45 and .memory_locked and .dma_latency_held and .refusals == []' -e
+
+pid=$(main_pid)
+beat=$(grep -lx odomd-beat /proc/"$pid"/task/*/comm | cut -d/ -f5)
+check "its beat is SCHED_FIFO 45" "$(chrt -p "$beat")" grep -q '45$' <(chrt -p "$beat" | tail -n 1)
+of_process() { sed -n "s/^$1:[ \t]*//p" "/proc/$pid/status"; }
+check "its memory is locked" "VmLck $(of_process VmLck)" test "$(of_process VmLck | cut -d' ' -f1)" -gt 1000
+check "it is not root" "Uid $(of_process Uid)" test "$(of_process Uid | cut -f1)" = "$(id -u odomd)"
+check "it has no capability" "$(of_process CapEff) $(of_process CapBnd)" \
+  test "$(of_process CapPrm)$(of_process CapEff)$(of_process CapBnd)" = "$(printf '%048d' 0)"
+check "it gains no privileges, and its calls are filtered" "$(of_process NoNewPrivs) $(of_process Seccomp)" \
+  test "$(of_process NoNewPrivs) $(of_process Seccomp)" = "1 2"
+
+exposure=$(systemd-analyze security --no-pager $unit | sed -n 's/.*exposure level.*: \([0-9.]*\) .*/\1/p')
+echo "   exposure $exposure"
+check "systemd calls it exposed by 2.0 at most" "$exposure" awk "BEGIN {exit !(\"$exposure\" != \"\" && $exposure <= 2.0)}"
+
+ticks=$(status .beat.ticks)
+check "is reloaded" "$(journal)" systemctl reload $unit
+check "goes on after that" "$(journal)" await 20 status ".beat.ticks > $ticks + 100 and .pid == $pid" -e
+
+journalctl -o cat --no-pager -u $unit >journal.log
+sed 's/^/   /' journal.log | head -n 12
+check "the journal says what it does" "$(head -n 5 journal.log)" grep -q "model paper, $bus into $run/pose" journal.log
+check "in plain lines" "$(grep -nP '[^\x20-\x7E\t]' journal.log | head -n 3)" \
+  test -z "$(grep -P '[^[:print:]]' journal.log)"
+
+systemctl stop $unit
+ended=$(systemctl show -p ActiveState,Result,ExecMainCode,ExecMainStatus $unit | sort | tr '\n' ' ')
+check "ends cleanly when it is stopped" "$ended" \
+  test "$ended" = "ActiveState=inactive ExecMainCode=1 ExecMainStatus=0 Result=success "
+check "and leaves nothing behind" "$(ls -l $run 2>&1)" test ! -e $run/pose
+end

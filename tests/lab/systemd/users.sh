@@ -1,0 +1,80 @@
+# Who may do what with the installed service: readers read, camera senders send, and whoever is neither
+# can do nothing of it, nor disturb it.
+. "$(dirname "$0")/../guest.sh"
+. "$(dirname "$0")/../service.sh"
+
+begin
+pid=$(main_pid)
+
+for user in reader sender stranger; do systemd-sysusers --inline "u lab-$user - - -" 2>/dev/null; done
+systemd-sysusers --inline "m lab-reader odom" "m lab-sender odomd-camera"
+
+# as USER COMMAND...: with that user's groups, and with nothing of root's.
+as() {
+  local user=lab-$1
+  shift
+  (cd / && setpriv --reuid="$user" --regid="$user" --init-groups --inh-caps=-all "$@" 2>&1 </dev/null)
+}
+can() { # USER WHAT COMMAND...
+  local user=$1 what=$2 said
+  shift 2
+  said=$(as "$user" "$@") && ok "a $user can $what" || not_ok "a $user can $what" "$(tail -n 2 <<<"$said")"
+}
+cannot() { # USER WHAT COMMAND...
+  local user=$1 what=$2 said
+  shift 2
+  said=$(as "$user" "$@") && not_ok "a $user cannot $what" "$(tail -n 2 <<<"$said")" || ok "a $user cannot $what"
+}
+
+send="odom camera send --socket $run/camera.sock --sigma 2,2,1 --pose"
+can reader "read the pose" odom pose --shm $run/pose
+can reader "find it without being told where" odom pose
+can reader "ask for the status" odom status --json --socket $run/status.sock
+cannot reader "send a camera pose" $send 5,5,1
+
+# Seen a metre from where it thinks to be, by a camera that is not sure of it.
+there=$(status '.pose | "\(.x + 1),\(.y),\(.yaw)"')
+resets=$(status .pose.reset_count)
+can sender "send a camera pose" $send "$there"
+fused=".pose.reset_count > $resets and any(.sources[]; .name == \"camera\" and .verdicts.fused == 1)"
+check "the pose is anchored by it" "$(status '.pose, .camera' -c)" await 20 status "$fused" -e
+cannot sender "read the pose" odom pose --shm $run/pose
+cannot sender "write the pose" dd if=/dev/zero of=$run/pose bs=8 count=1 conv=notrunc
+
+cannot stranger "read the pose" odom pose --shm $run/pose
+cannot stranger "open the segment" cat $run/pose
+cannot stranger "ask for the status" odom status --json --socket $run/status.sock
+cannot stranger "send a camera pose" $send 5,5,1
+
+# Nobody disturbs it: not by its files, not by its directory, not by its lock, not by a signal.
+cat >/tmp/attacks <<end
+rm -f $run/pose
+rm -f $run/camera.sock
+rm -f $run/status.sock
+rm -f $run/pose.lock
+mv $run/pose $run/other
+mv $run /run/odomd/other
+touch $run/pose.tmp
+touch $run/other
+ln -s /dev/null /run/odomd/vcan1
+truncate -s 0 $run/pose
+chmod 666 $run/pose
+flock -n $run/pose.lock true
+kill -9 $pid
+kill -STOP $pid
+renice 19 $pid
+chrt -o -p 0 $pid
+taskset -p 1 $pid
+cat /proc/$pid/environ
+touch /etc/odomd/$bus.toml
+end
+for user in reader sender stranger; do
+  as $user sh -c 'while read -r attack; do $attack >/dev/null 2>&1 && echo "HOLE $attack"; done </tmp/attacks; echo "all tried"' >attacked
+  check "a $user cannot disturb it" "$(cat attacked)" test "$(cat attacked)" = "all tried"
+done
+
+ticks=$(status .beat.ticks)
+check "it was not disturbed" "$(journal)" \
+  await 20 status ".beat.ticks > $ticks + 50 and .pid == $pid and .can[0].link == \"up\"" -e
+check "nor restarted" "$(systemctl show -p NRestarts $unit)" test "$(main_pid)" = "$pid"
+end
