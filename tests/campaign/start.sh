@@ -1,6 +1,7 @@
 #!/bin/bash
 # How long from exec to the first pose, natively: start.sh [STARTS], default 20. Starts odomd with
-# frames ready on its standard input, kills it with its first pose, and starts it again. Ends with a
+# frames ready on its standard input, kills it with its first pose, and starts it again; then once more
+# with all threads ahead of the machine's other work, for what the start itself takes. Ends with a
 # dated summary line; fails where the median takes longer than 150 ms.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
@@ -15,8 +16,15 @@ trap 'rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"' EXIT
 
 # The drive begins on the move: the first frames carry a speed.
 "$bin/odom" sim --duration 5 --standstill 0 --out "$work/car" >/dev/null || exit 1
-"$bin/first_pose" "$bin/odomd" "$work/car/car.toml" "$work/car/drive.log" "$shm" "$starts" >"$work/times" || exit 1
-median=$(awk '$1 == "first_pose" {print $3}' "$work/times")
+
+# measure COMMAND...: both times of so many starts, started by COMMAND.
+measure() {
+  "$@" "$bin/first_pose" "$bin/odomd" "$work/car/car.toml" "$work/car/drive.log" "$shm" "$starts" | tr '\n' ' '
+}
+usual=$(measure) && [ -n "$usual" ] || exit 1
+ahead="not allowed here"
+! chrt -f 10 true 2>/dev/null || ahead=$(measure chrt -f 10)
+median=$(awk '{print $3}' <<<"$usual")
 verdict=$(awk -v median="$median" 'BEGIN {print median <= 150 ? "" : "FAILED: "}')
-echo "$(date -u +%F) start: $verdict$starts starts, ms from before the fork: $(tr '\n' ' ' <"$work/times")"
+echo "$(date -u +%F) start: $verdict$starts starts, ms from before the fork: $usual; ahead of other work (SCHED_FIFO): $ahead"
 [ -z "$verdict" ]
