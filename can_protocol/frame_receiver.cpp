@@ -1,6 +1,5 @@
 #include "can_protocol/frame_receiver.hpp"
 
-#include <linux/can/error.h>
 #include <linux/errqueue.h>
 #include <linux/net_tstamp.h>
 #include <sys/socket.h>
@@ -18,13 +17,6 @@ constexpr std::size_t control_size =
 
 std::int64_t nanoseconds(const timespec& time) noexcept {
   return time.tv_sec * 1'000'000'000 + time.tv_nsec;
-}
-
-void count_error_frame(const Frame& frame, SourceCounters& counters) noexcept {
-  counters.error_frames.add();
-  if ((frame.id & CAN_ERR_BUSOFF) != 0) counters.bus_offs.add();
-  if ((frame.id & CAN_ERR_CRTL) != 0 && (frame.data[1] & CAN_ERR_CRTL_RX_OVERFLOW) != 0)
-    counters.controller_overflows.add();
 }
 
 }  // namespace

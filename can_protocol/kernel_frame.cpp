@@ -1,5 +1,6 @@
 #include "can_protocol/kernel_frame.hpp"
 
+#include <linux/can/error.h>
 #include <linux/can/raw.h>
 
 #include <algorithm>
@@ -32,6 +33,13 @@ std::optional<Frame> from_kernel(const canfd_frame& raw, std::size_t bytes) noex
   else
     std::memcpy(frame.data.data(), raw.data, raw.len);
   return frame;
+}
+
+void count_error_frame(const Frame& frame, SourceCounters& counters) noexcept {
+  counters.error_frames.add();
+  if ((frame.id & CAN_ERR_BUSOFF) != 0) counters.bus_offs.add();
+  if ((frame.id & CAN_ERR_CRTL) != 0 && (frame.data[1] & CAN_ERR_CRTL_RX_OVERFLOW) != 0)
+    counters.controller_overflows.add();
 }
 
 std::vector<can_filter> exact_filters(std::span<const std::uint32_t> keys) {

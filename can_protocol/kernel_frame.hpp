@@ -10,12 +10,16 @@
 #include <vector>
 
 #include "can_protocol/frame.hpp"
+#include "can_protocol/frame_source.hpp"
 
 namespace odomd::can {
 
 /// The frame in `raw`, of which the kernel wrote `bytes`; nothing when that is no classic CAN or
 /// CAN FD frame. Time and bus are left alone. Real-time safe.
 [[nodiscard]] std::optional<Frame> from_kernel(const canfd_frame& raw, std::size_t bytes) noexcept;
+
+/// Counts an error frame, and what it says. Real-time safe.
+void count_error_frame(const Frame& frame, SourceCounters& counters) noexcept;
 
 /// Exact filters for data frames of the given identifiers (frame_key), sorted, each once. Empty,
 /// which means every frame, when `keys` is empty or there are more than the kernel takes.

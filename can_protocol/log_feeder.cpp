@@ -13,6 +13,7 @@
 #include <system_error>
 #include <utility>
 
+#include "can_protocol/kernel_frame.hpp"
 #include "can_protocol/log_reader.hpp"
 
 namespace odomd::can {
@@ -87,7 +88,7 @@ std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
       break;
     }
     if (frame->kind == FrameKind::error)
-      counters_.error_frames.add();
+      count_error_frame(*frame, counters_);
     else
       frames[count++] = *frame;
     ring_.pop();

@@ -193,14 +193,17 @@ TEST(LogFeeder, IsNotSetByAStampOfZero) {
 
 TEST(LogFeeder, CountsErrorFramesAndKeepsThemToItself) {
   const TemporaryFile file("drive.log",
-                           "(1.000000) can0 20000004#0004000000000000\n(1.000000) can0 002#R\n");
+                           "(1.000000) can0 20000004#0001000000000000\n"
+                           "(1.000000) can0 20000040#0000000000000000\n(1.000000) can0 002#R\n");
   BusNames buses;
   LogClock clock(0, period);
   LogFeeder feeder(file.path(), buses, clock);
   const auto frames = drain(feeder, 2);
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_EQ(frames[0].kind, FrameKind::remote);
-  EXPECT_EQ(feeder.counters().error_frames.get(), 1U);
+  EXPECT_EQ(feeder.counters().error_frames.get(), 2U);
+  EXPECT_EQ(feeder.counters().controller_overflows.get(), 1U);
+  EXPECT_EQ(feeder.counters().bus_offs.get(), 1U);
   EXPECT_EQ(feeder.counters().received.get(), 1U);
 }
 
