@@ -2,6 +2,9 @@
 
 #include <libsocketcan.h>
 #include <linux/can/netlink.h>
+#include <unistd.h>
+#include <csignal>
+#include <ctime>
 
 #include <array>
 #include <cstdio>
@@ -37,6 +40,35 @@ class MuteStandardError {
   std::unique_ptr<FILE, Close> nowhere_;
 };
 
+/// Interrupts whatever the calling thread waits for, again and again while this lives. libsocketcan
+/// would wait for ever for an interface that vanishes between its name's look-up and the question.
+class Impatience {
+ public:
+  Impatience() {
+    // Ignored by default, which interrupts nothing; a handler without SA_RESTART does.
+    struct sigaction nothing {};
+    nothing.sa_handler = [](int) {};
+    ::sigaction(SIGURG, &nothing, nullptr);
+    sigevent event{};
+    event.sigev_notify = SIGEV_THREAD_ID;
+    event.sigev_signo = SIGURG;
+    event._sigev_un._tid = ::gettid();
+    running_ = ::timer_create(CLOCK_MONOTONIC, &event, &timer_) == 0;
+    const itimerspec every{{0, patience_ns}, {0, patience_ns}};
+    if (running_) ::timer_settime(timer_, 0, &every, nullptr);
+  }
+  ~Impatience() {
+    if (running_) ::timer_delete(timer_);
+  }
+  Impatience(const Impatience&) = delete;
+  Impatience& operator=(const Impatience&) = delete;
+
+ private:
+  static constexpr long patience_ns = 500'000'000;
+  timer_t timer_{};
+  bool running_ = false;
+};
+
 /// What one of libsocketcan's questions answers, empty where it has no answer.
 template <typename Answer>
 std::optional<Answer> ask(int (*question)(const char*, Answer*), const std::string& interface) {
@@ -70,6 +102,7 @@ std::string_view name_of(ControllerHealth health) noexcept {
 
 std::optional<Controller> read_controller(const std::string& interface) {
   const MuteStandardError mute;
+  const Impatience impatience;
   const auto state = ask(can_get_state, interface);
   if (!state || *state < 0 || *state >= CAN_STATE_MAX) return std::nullopt;
 
@@ -78,7 +111,8 @@ std::optional<Controller> read_controller(const std::string& interface) {
   controller.restart_ms = ask(can_get_restart_ms, interface);
   if (const auto timing = ask(can_get_bittiming, interface); timing && timing->bitrate != 0)
     controller.bit_timing = from_kernel(*timing);
-  if (const auto clock = ask(can_get_clock, interface)) controller.clock_hz = clock->freq;
+  if (const auto clock = ask(can_get_clock, interface); clock && clock->freq != 0)
+    controller.clock_hz = clock->freq;
   if (const auto mode = ask(can_get_ctrlmode, interface)) controller.modes = modes_in(mode->flags);
   if (const auto counters = ask(can_get_berr_counter, interface))
     controller.errors = ErrorCounters{counters->txerr, counters->rxerr};

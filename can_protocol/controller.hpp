@@ -68,7 +68,7 @@ struct Controller {
 /// millisecond, but waits for whoever configures interfaces (the kernel's RTNL lock), and some
 /// drivers hold that for seconds; not for the beat. One thread at a time: while it runs, standard
 /// error of this process is mute, since libsocketcan complains there of what a driver does not
-/// tell.
+/// tell. Takes SIGURG for itself, to end a question that nobody answers.
 [[nodiscard]] std::optional<Controller> read_controller(const std::string& interface);
 
 }  // namespace odomd::can
