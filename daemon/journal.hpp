@@ -20,6 +20,7 @@ enum class Topic : std::uint8_t {
   pose_reset,
   clock,
   frames_lost,
+  bus_off,
   camera_connection,
   camera_refused,
   camera_malformed,

@@ -28,6 +28,12 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
     const can::FrameSource& source = *running_.sources[i];
     Bus& bus = buses_[i];
     const LinkState link = source.link();
+    const std::uint64_t link_downs = source.counters().link_downs.get();
+    const std::uint64_t error_frames = source.counters().error_frames.get();
+    if (link != bus.link || link_downs != bus.link_downs || error_frames != bus.error_frames)
+      running_.controllers.look_again();
+    bus.link_downs = link_downs;
+    bus.error_frames = error_frames;
     if (link != bus.link) {
       const std::string& name = source.name();
       switch (link) {
@@ -59,7 +65,25 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
       if (!complaint.empty()) journal.warn(complaint);
       bus.complaint = std::move(complaint);
     }
+    look_at_controller(i, now_ns, journal);
   }
+}
+
+void SourceReporter::look_at_controller(std::size_t bus, std::int64_t now_ns, Journal& journal) {
+  const can::FrameSource& source = *running_.sources[bus];
+  const auto controller = running_.controllers.latest(bus);
+  if (const auto news = buses_[bus].controller.look(source.name(), controller, now_ns))
+    news->weight == Weight::warning ? journal.warn(news->text) : journal.info(news->text);
+
+  // Of controllers that cannot be asked, as those in a log, error frames tell.
+  std::uint64_t& told = buses_[bus].bus_offs;
+  const std::uint64_t bus_offs = source.counters().bus_offs.get();
+  if (bus_offs != told && !controller)
+    journal.warn(Topic::bus_off, now_ns,
+                 fmt::format("{}: bus-off: a controller on this bus has left it, as an error frame "
+                             "says; frames may be missing",
+                             source.name()));
+  told = bus_offs;
 }
 
 void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_t now_ns,

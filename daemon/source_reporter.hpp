@@ -1,5 +1,6 @@
-// Says in words what changes about the inputs: buses that go down and come back, signals that fail
-// to appear, frames that the kernel dropped. Compares what it sees with what it saw the last time.
+// Says in words what changes about the inputs: buses that go down and come back, controllers that
+// meet errors, signals that fail to appear, frames that the kernel dropped. Compares what it sees
+// with what it saw the last time.
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/controller_news.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/running.hpp"
 #include "daemon/status.hpp"
@@ -21,6 +23,7 @@ class SourceReporter {
 
  private:
   void look_at_links(std::int64_t now_ns, Journal& journal);
+  void look_at_controller(std::size_t bus, std::int64_t now_ns, Journal& journal);
   void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
 
   /// A signal that never came is spoken of after so long.
@@ -29,6 +32,10 @@ class SourceReporter {
   struct Bus {
     can::LinkState link = can::LinkState::up;
     std::uint64_t lost = 0;
+    std::uint64_t link_downs = 0;
+    std::uint64_t error_frames = 0;
+    std::uint64_t bus_offs = 0;
+    ControllerNews controller;
     std::string complaint;
   };
   enum class Signal : std::uint8_t { waited_for, healthy, unhealthy };

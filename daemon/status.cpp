@@ -117,13 +117,18 @@ void write_bit_timing(JsonWriter& json, const std::optional<can::BitTiming>& tim
   }
   json.begin_object("bit_timing");
   json.member("bitrate", timing->bitrate);
-  json.member("sample_point", timing->sample_point_permille / 1000.0);
-  json.member("tq_ns", timing->time_quantum_ns);
-  json.member("prop_seg", timing->prop_seg);
-  json.member("phase_seg1", timing->phase_seg1);
-  json.member("phase_seg2", timing->phase_seg2);
-  json.member("sjw", timing->sjw);
-  json.member("brp", timing->brp);
+  // Drivers of adapters with a firmware of their own may know the bit rate and nothing else.
+  const bool divided = timing->time_quantum_ns != 0;
+  const auto part = [&](std::string_view key, std::uint32_t value) {
+    json.member(key, divided ? std::optional(value) : std::nullopt);
+  };
+  json.member("sample_point", divided ? timing->sample_point_permille / 1000.0 : NAN);
+  part("tq_ns", timing->time_quantum_ns);
+  part("prop_seg", timing->prop_seg);
+  part("phase_seg1", timing->phase_seg1);
+  part("phase_seg2", timing->phase_seg2);
+  part("sjw", timing->sjw);
+  part("brp", timing->brp);
   json.end_object();
 }
 
