@@ -1,5 +1,7 @@
 #include "tools/status_text.hpp"
 
+#include <algorithm>
+
 #include "tools/conditions.hpp"
 #include "tools/status_values.hpp"
 #include "tools/text.hpp"
@@ -102,6 +104,56 @@ std::string buses(const Json& now, const Rates& rates) {
   return table.rows.empty() ? std::string{} : '\n' + table.text();
 }
 
+// What befell frames below, where it is not nothing.
+std::string bus_remarks(const Json& now) {
+  std::string text;
+  for (const auto& bus : member(now, "can")) {
+    std::string remarks;
+    for (const auto& [key, remark] :
+         {std::pair{"bus_offs", "error frames said bus-off"},
+          std::pair{"controller_overflows", "error frames said that the controller lost frames"},
+          std::pair{"stamp_fallbacks", "frames timed by their drain"},
+          std::pair{"hardware_fallbacks", "frames without a hardware stamp"}}) {
+      const Json& value = member(bus, key);
+      if (value.is_null() || value.get<std::uint64_t>() == 0) continue;
+      remarks += (remarks.empty() ? "" : ", ") + count(value) + ' ' + remark;
+    }
+    if (!remarks.empty()) text += word(member(bus, "name")) + ": " + remarks + '\n';
+  }
+  return text;
+}
+
+std::string restart(const Json& restart_ms) {
+  if (restart_ms.is_null()) return "-";
+  const auto ms = restart_ms.get<std::uint64_t>();
+  return ms == 0 ? "never" : std::to_string(ms) + " ms";
+}
+
+// Below the buses that have one.
+std::string controllers(const Json& now) {
+  Table table{{"controller", "state", "errors tx", "rx", "bit/s", "sample point", "restart",
+               "bus errors", "passive", "bus-off", "restarts"},
+              {},
+              {0, 1}};
+  for (const auto& bus : member(now, "can")) {
+    const Json& controller = member(bus, "controller");
+    if (!controller.is_object()) continue;
+    const Json& timing = member(controller, "bit_timing");
+    const bool timed = timing.is_object();
+    std::string state = word(member(controller, "state"));
+    std::ranges::replace(state, '_', '-');
+    for (const auto& mode : member(controller, "modes")) state += ", " + mode.get<std::string>();
+    table.rows.push_back(
+        {word(member(bus, "name")), state, count(member(controller, "tx_errors")),
+         count(member(controller, "rx_errors")), timed ? count(member(timing, "bitrate")) : "-",
+         timed ? number(member(timing, "sample_point"), 3) : "-",
+         restart(member(controller, "restart_ms")), count(member(controller, "bus_errors")),
+         count(member(controller, "error_passives")), count(member(controller, "bus_offs")),
+         count(member(controller, "restarts"))});
+  }
+  return table.rows.empty() ? std::string{} : '\n' + table.text();
+}
+
 // Messages that are on the bus, and what was wrong with some.
 std::string messages(const Json& now) {
   Table table{{"message", "id", "age", "decoded", "failed"}, {}, {0, 1, 4}};
@@ -172,8 +224,8 @@ std::string status_as_text(const Json& now, const std::optional<Json>& before) {
   const Rates rates{now, before};
   return head(now) + mode(now) + pose(member(now, "pose")) + '\n' +
          beat(member(now, "beat"), rates) + realtime(member(now, "realtime")) + buses(now, rates) +
-         messages(now) + sources(now, rates) + camera(member(now, "camera")) +
-         clock(member(now, "clock"));
+         bus_remarks(now) + controllers(now) + messages(now) + sources(now, rates) +
+         camera(member(now, "camera")) + clock(member(now, "clock"));
 }
 
 }  // namespace odomd::tools

@@ -21,6 +21,7 @@ namespace {
 
 using nlohmann::json;
 using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 
 json document(double uptime, std::uint64_t ticks) {
@@ -54,7 +55,26 @@ json document(double uptime, std::uint64_t ticks) {
                 {"carried_over", 0},
                 {"last_overrun_age_s", nullptr},
                 {"wakeup_us", {{"p50", 10.0}, {"p99", 20.0}, {"p999", 30.0}, {"max", 40.0}}}}},
-              {"can", {{{"name", "can0"}, {"link", "up"}, {"received", 10 * ticks}, {"lost", 0}}}},
+              {"can",
+               {{{"name", "can0"},
+                 {"link", "up"},
+                 {"received", 10 * ticks},
+                 {"lost", 0},
+                 {"hardware_fallbacks", 5},
+                 {"bus_offs", 0},
+                 {"controller",
+                  {{"state", "error_passive"},
+                   {"restart_ms", 100},
+                   {"bit_timing", {{"bitrate", 500000}, {"sample_point", 0.875}}},
+                   {"modes", {"fd"}},
+                   {"tx_errors", 130},
+                   {"rx_errors", nullptr},
+                   {"bus_offs", 2}}}},
+                {{"name", "vcan0"},
+                 {"link", "up"},
+                 {"received", 0},
+                 {"lost", 0},
+                 {"controller", nullptr}}}},
               {"sources",
                {{{"name", "yaw_rate"},
                  {"configured", true},
@@ -75,6 +95,16 @@ TEST(StatusText, ShowsModeConditionsPoseAndSources) {
   EXPECT_THAT(text, HasSubstr("overdue"));
   EXPECT_THAT(text, HasSubstr("7 gated"));
   EXPECT_THAT(text, Not(HasSubstr("motor")));
+}
+
+TEST(StatusText, ShowsTheControllersOfThoseBusesThatHaveOne) {
+  const std::string text = status_as_text(document(10.0, 2000), {});
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\ncan0  +error-passive, fd  +130  +-  +500000  +0.875  "
+                                 "+100 ms  +-  +-  +2  +-\n(.|\n)*"));
+  EXPECT_THAT(text, HasSubstr("\ncan0: 5 frames without a hardware stamp\n"));
+  json document_of_old = document(10.0, 2000);
+  for (auto& bus : document_of_old["can"]) bus.erase("controller");
+  EXPECT_THAT(status_as_text(document_of_old, {}), Not(HasSubstr("controller")));
 }
 
 TEST(StatusText, TakesRatesFromTheTimeBetweenTwoDocuments) {
