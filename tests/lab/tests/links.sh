@@ -34,9 +34,12 @@ check "the pose says that the bus is down" "$(status .conditions -c)" await 5 bu
 ip link set vcan0 up
 check "sees the link come up" "$(status .can -c)" await 5 link_is up
 check "hears the bus after down and up" "$(status .can -c)" hears
+index=$(cat /sys/class/net/vcan0/ifindex)
 ip link del vcan0
 check "sees the interface vanish" "$(status .can -c)" await 5 link_is gone
-add_vcan vcan0
+# Another one is there first: the interface comes back under another index.
+add_vcan vcan9 vcan0
+check "the index is another one" "$index" test "$(cat /sys/class/net/vcan0/ifindex)" -gt "$index"
 check "sees it come back" "$(status .can -c)" await 5 link_is up
 check "hears the bus after it came back" "$(status .can -c)" hears
 check "the pose says that the bus is back" "$(status .conditions -c)" await 5 bus_down false
@@ -46,4 +49,5 @@ check "nothing but what was played is on the bus" "$(link_packets vcan0) of $fra
 stop_daemon
 check "ends cleanly" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemon_status = 0
 
+remove_link vcan9
 remove_link vcan0

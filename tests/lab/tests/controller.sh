@@ -1,0 +1,154 @@
+# The controllers below: bit timing, state, error counters and restart-ms as they were configured, on
+# two emulated SJA1000 on one wire; a link that goes down and up while the beat goes on; and the error
+# states, which the emulation does not have, on a serial adapter (slcan) whose other end is us.
+. "$(dirname "$0")/../guest.sh"
+
+odom sim --scenario lap --standstill 1 --duration 3 --ideal --out drive >/dev/null 2>&1
+bus=$(awk '{print $2; exit}' drive/drive.log)
+frames=$(wc -l <drive/drive.log)
+
+state_is() { status ".can[0].controller.state == \"$1\"" -e; }
+link_is() { status ".can[0].link == \"$1\"" -e; }
+journal_has() { grep -q -- "$1" odomd.log; }
+
+# beat_goes_on NAME FROM_TICKS FROM_SECONDS: the beat has made its ticks since, or accounted for them
+# as missed, which the machine does to it.
+beat_goes_on() {
+  sleep 1
+  local due made
+  due=$(awk -v a="$3" -v b="$(cut -d' ' -f1 /proc/uptime)" 'BEGIN {print int((b - a) * 200) - 20}')
+  made=$(status '.beat.ticks + .beat.missed' )
+  made=$((made - $2))
+  check "$1: the beat is unbroken" "$made ticks and misses of $due" test "$made" -ge "$due"
+}
+since() { # sets what beat_goes_on takes
+  ticks_then=$(status '.beat.ticks + .beat.missed')
+  time_then=$(cut -d' ' -f1 /proc/uptime)
+}
+
+# Two controllers on one wire -----------------------------------------------------------------------
+
+ip link set can0 type can bitrate 500000 restart-ms 100 berr-reporting on
+ip link set can1 type can bitrate 500000 restart-ms 100
+ip link set can0 up
+ip link set can1 up
+# Beside it a bus without a controller, and one that is not there. Hardware stamps are asked for, which
+# the driver does not have.
+add_vcan vcan0
+awk '/^timestamps/ {next} {print} /^\[can\]/ {print "timestamps = \"hardware\""}' drive/car.toml >drive/hardware.toml
+start_daemon drive/hardware.toml --can can0 --can vcan0 --can can7 || not_ok "start" "$(cat odomd.log)"
+await 5 state_is error_active
+status '.can[0].controller' -c >controller.json
+echo "   $(cat controller.json)"
+check "bit timing is told as it was configured" "$(cat controller.json)" jq -e '.bit_timing ==
+  {bitrate: 500000, sample_point: 0.875, tq_ns: 125, prop_seg: 6, phase_seg1: 7, phase_seg2: 2, sjw: 1, brp: 1} and
+  .clock_hz == 8000000' controller.json
+check "state, error counters and restart-ms are told" "$(cat controller.json)" jq -e '
+  .state == "error_active" and .tx_errors == 0 and .rx_errors == 0 and .restart_ms == 100 and
+  .modes == ["bus_error_reporting"] and .bus_offs == 0 and .bus_errors == 0 and .restarts == 0' controller.json
+check "as people read it" "$(odom status --socket "$PWD/status.sock")" \
+  grep -qE '^can0 +error-active, bus_error_reporting +0 +0 +500000 +0\.875 +100 ms ' <(odom status --socket "$PWD/status.sock")
+
+canplayer -I drive/drive.log can1="$bus"
+await 5 status ".can[0].received == $frames" -e
+check "frames sent by one controller arrive at the other" "$(status '.can[0]' -c) of $frames" \
+  status ".can[0].received == $frames and .can[0].lost == 0 and .frames.decoded == $frames" -e
+check "frames without a hardware stamp are counted, and timed by the kernel's" "$(status '.can[0]' -c) $(status .stamps -c)" \
+  status ".can[0].hardware_fallbacks == $frames and .can[0].stamp_fallbacks < 10 and .stamps.trusted > 0" -e
+check "a pose comes of them" "$(status .pose -c)" status '.pose.x * .pose.x > 0' -e
+echo "   pose $(status .pose -c)"
+
+since
+ip link set can0 down
+check "the link goes down" "$(status '.can[0]' -c)" await 5 link_is down
+check "the controller is stopped" "$(status '.can[0]' -c)" await 5 state_is stopped
+check "the journal says how to bring it up" "$(cat odomd.log)" await 5 journal_has 'can0: the bus is down; bring it up: ip link set can0 up'
+# The other end sends all the while, and candump says when the first frame came in after the link was
+# up. odomd receives every frame that candump does: none passes before its socket listens again.
+candump -L any,1A0:7FF >any.log &
+logger=$!
+await 5 grep -q any /proc/net/can/rcvlist_*
+cangen can1 -g 2 -I 1A0 -L 8 &
+sender=$!
+before=$(status '.can[0].received')
+ip link set can0 up
+up=$(date +%s.%N)
+await 20 grep -q ' can0 ' any.log
+sleep 1
+kill $sender
+wait $sender 2>/dev/null
+sleep 0.5
+kill $logger
+wait $logger 2>/dev/null
+grep ' can0 ' any.log >heard.log
+heard=$(sed -n '1s/(\([0-9.]*\)).*/\1/p' heard.log)
+again=$(awk -v up="$up" -v heard="${heard:-1e12}" 'BEGIN {print heard - up}')
+await 10 status ".can[0].received == $((before + $(wc -l <heard.log)))" -e
+received=$(($(status '.can[0].received') - before))
+echo "   frames again $again s after the link came up, then $received"
+check "frames are heard again within a second" "$again s" awk -v s="$again" 'BEGIN {exit !(s < 1)}'
+check "and none of them is missed" "$received of $(wc -l <heard.log)" test "$received" = "$(wc -l <heard.log)"
+check "the controller is told to be well again" "$(status '.can[0]' -c)" await 5 state_is error_active
+check "the journal says that the bus is up" "$(cat odomd.log)" await 5 journal_has 'can0: the bus is up again'
+beat_goes_on "link down and up" "$ticks_then" "$time_then"
+
+ip link set can0 down
+ip link set can0 type can bitrate 250000 restart-ms 0
+ip link set can0 up
+check "a changed configuration is told" "$(status '.can[0]' -c)" \
+  await 5 status '.can[0].controller | .state == "error_active" and .bit_timing.bitrate == 250000 and .restart_ms == 0' -e
+check "vcan has no controller, nor has what is not there" "$(status .can -c)" \
+  status '[.can[1, 2].controller] == [null, null]' -e
+stop_daemon
+check "and nothing is said about it" "$(cat odomd.log)" \
+  test "$(grep -cvE '^[0-9:.]+ odomd (info|warning): ' odomd.log)" = 0
+check "ends cleanly" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemon_status = 0
+check "nothing was sent by the daemon" "$(link_packets can0) packets" test "$(link_packets can0)" = 0
+ip link set can0 down
+ip link set can1 down
+
+# Error states -------------------------------------------------------------------------------------
+
+mkfifo says
+lab_slcan_adapter <says >name &
+adapter=$!
+exec 5>says
+await 5 test -s name
+serial=$(cat name)
+say() { echo "$1" >&5; }
+ip link set "$serial" type can bitrate 500000
+ip link set "$serial" up
+start_daemon drive/car.toml --can "$serial" 5>&- || not_ok "start on slcan" "$(cat odomd.log)"
+await 5 state_is error_active
+check "what a driver does not know is null" "$(status '.can[0]' -c)" status '.can[0].controller |
+  .bit_timing == {bitrate: 500000, sample_point: null, tq_ns: null, prop_seg: null, phase_seg1: null, phase_seg2: null, sjw: null, brp: null} and
+  .clock_hz == null and .tx_errors == null and .restart_ms == 0' -e
+since
+say t1A080000000000000000
+check "a frame from the serial adapter" "$(status '.can[0]' -c)" await 5 status '.can[0].received == 1' -e
+say sw000097
+check "error-warning" "$(status '.can[0]' -c)" await 5 state_is error_warning
+say sp140000
+check "error-passive" "$(status '.can[0]' -c)" await 5 state_is error_passive
+check "error-passive is in the journal" "$(cat odomd.log)" await 5 journal_has "$serial: error-passive: .*check bit rate"
+say sb255000
+check "bus-off" "$(status '.can[0]' -c)" await 5 state_is bus_off
+check "bus-off is counted, by error frame and by the driver" "$(status '.can[0]' -c)" \
+  await 5 status '.can[0] | .bus_offs == 1 and .error_frames == 3 and .controller.bus_offs == 1 and .controller.error_passives == 1' -e
+check "the journal says bus-off, and how to mend it" "$(cat odomd.log)" \
+  await 10 journal_has "$serial: bus-off: .*ip link set $serial type can restart-ms 100"
+beat_goes_on "bus-off" "$ticks_then" "$time_then"
+ip link set "$serial" down
+ip link set "$serial" up
+check "down and up restart it" "$(status '.can[0]' -c)" await 5 state_is error_active
+check "the journal says so" "$(cat odomd.log)" await 10 journal_has "$serial: the controller was restarted after bus-off and is error-active"
+say t1A080000000000000000
+check "and frames are heard again" "$(status '.can[0]' -c)" await 5 status '.can[0].received == 2' -e
+exec 5>&-
+wait $adapter
+check "the adapter is pulled" "$(status '.can[0]' -c)" await 5 link_is gone
+check "a controller that is gone has no state" "$(status '.can[0]' -c)" await 5 status '.can[0].controller == null' -e
+stop_daemon
+check "ends cleanly after bus-off" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemon_status = 0
+sed -n 's/^/   /; /warning\|again\|restarted/p' odomd.log | grep -v "never received\|ticks missed\|overran"
+remove_link vcan0
