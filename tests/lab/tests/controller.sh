@@ -85,7 +85,7 @@ heard=$(sed -n '1s/(\([0-9.]*\)).*/\1/p' heard.log)
 again=$(awk -v up="$up" -v heard="${heard:-1e12}" 'BEGIN {print heard - up}')
 await 10 status ".can[0].received == $((before + $(wc -l <heard.log)))" -e
 received=$(($(status '.can[0].received') - before))
-echo "   frames again $again s after the link came up, then $received"
+echo "   first frame $again s after ip had set the link up, then $received"
 check "frames are heard again within a second" "$again s" awk -v s="$again" 'BEGIN {exit !(s < 1)}'
 check "and none of them is missed" "$received of $(wc -l <heard.log)" test "$received" = "$(wc -l <heard.log)"
 check "the controller is told to be well again" "$(status '.can[0]' -c)" await 5 state_is error_active
