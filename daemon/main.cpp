@@ -39,9 +39,7 @@ void start(const Options& options) {
 }
 
 int run_command_line(int argc, char** argv) {
-  CLI::App app{"Turns the car's CAN bus and a camera's poses into the car's pose in shared memory.",
-               "odomd"};
-  app.set_version_flag("--version", "odomd " ODOMD_VERSION);
+  CLI::App app;
   Options options;
   try {
     add_options(app, options);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace odomd::daemon {
 namespace {
@@ -15,6 +16,11 @@ auto parsed(std::string_view option, Parse parse) {
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(fmt::format("{}: {}", option, error.what()));
   }
+}
+
+/// "kinematic|kinematic_printed|paper"
+std::string model_choices() {
+  return fmt::format("{}", fmt::join(estimator::model_names, "|"));
 }
 
 /// Where things lie, and whose they are: what a service says of it, whatever the car's file says.
@@ -52,19 +58,24 @@ void place(const Options& options, Config& config) {
 }  // namespace
 
 void add_options(CLI::App& app, Options& options) {
+  app.name("odomd");
+  app.description(
+      "Turns the car's CAN bus and a camera's poses into the car's pose in shared memory.");
+  app.set_help_flag("-h,--help", "Print this help and exit");
+  app.set_version_flag("--version", "odomd " ODOMD_VERSION, "Print the version and exit");
   app.add_option("--config", options.config, "Configuration file (TOML)")
       ->type_name("FILE")
       ->required();
   app.add_option("--can", options.sources,
-                 "Interface (can0), candump log (drive.log), or - for a log on standard input; may "
-                 "be given several times; instead of [can] source")
+                 "Interface (can0), candump log (drive.log), or - for a log on standard input; "
+                 "several times for several buses; instead of [can] source")
       ->type_name("SRC")
       ->take_all()
       ->allow_extra_args(false);
-  app.add_option("--model", options.model, "kinematic or paper; instead of [filter] model")
-      ->type_name("MODEL");
+  app.add_option("--model", options.model, "Model of the filter; instead of [filter] model")
+      ->type_name(model_choices());
   app.add_option("--initial", options.initial,
-                 "Pose to start from, in metres and radians; instead of [initial] pose")
+                 "Pose to start from [m, m, rad]; instead of [initial] pose")
       ->type_name("X,Y,YAW");
   app.add_option("--shm", options.shm, "Name or path of the segment; instead of [shm] name")
       ->type_name("NAME");
@@ -72,12 +83,12 @@ void add_options(CLI::App& app, Options& options) {
                  "Where camera processes connect; instead of [camera] socket")
       ->type_name("PATH");
   app.add_option("--status-socket", options.status_socket,
-                 "Where `odom status` asks; instead of [status] socket")
+                 "Where odom status asks; instead of [status] socket")
       ->type_name("PATH");
   app.add_option("--runtime-directory", options.runtime_directory,
                  "Put the segment and the sockets there, as pose, status.sock and camera.sock; "
                  "instead of what the configuration names")
-      ->type_name("PATH");
+      ->type_name("DIR");
   app.add_option("--readers", options.readers,
                  "Group that may read the pose and ask the status, and nobody else; instead of "
                  "modes and groups of [shm] and [status]")
@@ -87,8 +98,9 @@ void add_options(CLI::App& app, Options& options) {
                  "[camera]")
       ->type_name("GROUP");
   app.add_option("--log-level", options.log_level, "Least serious message that is logged")
-      ->type_name("LEVEL")
-      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"}));
+      ->type_name("trace|debug|info|warn|error|critical|off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"})
+                  .description(""));
   app.add_flag("--check", options.check,
                "Read the configuration and the databases, say what would be done, and exit");
   app.add_flag("--exit-at-end", options.exit_at_end,

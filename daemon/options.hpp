@@ -30,7 +30,7 @@ struct Options {
   bool exit_at_end = false;
 };
 
-/// Describes the options to CLI11.
+/// Describes the whole command line to CLI11.
 void add_options(CLI::App& app, Options& options);
 
 /// Reads the configuration and lays the command line over it. Throws std::invalid_argument.

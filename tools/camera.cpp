@@ -124,27 +124,33 @@ void add_camera(CLI::App& odom) {
   auto options = std::make_shared<Options>();
   auto* camera = odom.add_subcommand("camera", "Stand in for a camera process");
   camera->require_subcommand(1);
+  camera->footer(
+      "Example:\n"
+      "  odom camera send --pose 1.2,0.4,1.57\n"
+      "odom camera send --help has more.");
   auto* command = camera->add_subcommand("send", "Send camera poses to the daemon");
   command
       ->add_option("--socket", options->socket,
                    "Camera socket of the daemon; else the service's, /run/odomd/can0/camera.sock, "
                    "or /run/odomd/camera.sock")
       ->type_name("PATH");
-  command->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")
+  command
+      ->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
-  auto* pose = command->add_option("--pose", options->pose, "One pose: x,y [m], yaw [rad]")
-                   ->delimiter(',')
-                   ->expected(3)
-                   ->type_name("X,Y,YAW");
+  auto* pose =
+      command->add_option("--pose", options->pose, "One pose of the reference point [m, m, rad]")
+          ->delimiter(',')
+          ->expected(3)
+          ->type_name("X,Y,YAW");
   command
       ->add_option("--sigma", options->sigma,
-                   "Its standard deviations [m, m, rad]; default 0.01 each")
+                   "Its standard deviations [m, m, rad]; default: 0.01 each")
       ->delimiter(',')
       ->expected(3)
       ->type_name("SX,SY,SYAW")
       ->needs(pose);
-  command->add_option("--age-ms", options->age_ms, "How long ago it was taken [ms]")
+  command->add_option("--age-ms", options->age_ms, "How long ago it was taken [ms]; default: 0")
       ->type_name("MS")
       ->needs(pose);
   auto* log = command

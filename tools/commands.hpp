@@ -8,6 +8,10 @@
 
 namespace odomd::tools {
 
+/// The whole command line of odom: every subcommand below.
+void describe(CLI::App& odom);
+
+void add_help(CLI::App& odom);
 void add_replay(CLI::App& odom);
 void add_evaluate(CLI::App& odom);
 void add_status(CLI::App& odom);

@@ -38,27 +38,39 @@ void add_dbc(CLI::App& odom) {
 
   CLI::App* dbc = odom.add_subcommand("dbc", "Look into CAN databases and decode logs by them");
   dbc->require_subcommand(1);
+  dbc->footer(
+      "Examples:\n"
+      "  odom dbc show car.dbc\n"
+      "  odom dbc decode --dbc car.dbc drive.log\n"
+      "odom dbc show --help and odom dbc decode --help have more.");
 
   CLI::App* show_command = dbc->add_subcommand("show", "Print the messages and signals of a DBC");
-  show_command->add_option("FILE", options->file, "The database")->required();
+  show_command->add_option("DBC", options->file, "Database")->required()->type_name("");
   show_command->add_flag("--json", options->json, "One JSON object instead of tables");
-  show_command->footer("Example: odom dbc show car.dbc");
+  show_command->footer(
+      "Examples:\n"
+      "  odom dbc show car.dbc\n"
+      "  odom dbc show --json car.dbc | jq '.messages[].name'");
   show_command->callback([options, form] { show_dbc(options->file, form()); });
 
   CLI::App* decode_command =
       dbc->add_subcommand("decode", "Decode a candump log, one line a frame");
   decode_command
       ->add_option("--dbc", options->databases,
-                   "The database; of several the first that has an identifier decodes it")
+                   "Database; of several the first that has an identifier decodes it")
+      ->type_name("DBC")
       ->required()
       ->allow_extra_args(false);
-  decode_command->add_option("LOG", options->log, "A log of candump -L, or - for standard input")
-      ->required();
+  decode_command->add_option("LOG", options->log, "Log of candump -L, or - for standard input")
+      ->required()
+      ->type_name("");
   decode_command->add_flag("--json", options->json, "One JSON object a line");
   decode_command->add_flag("--all", options->all, "Also frames that no database knows");
   decode_command->footer(
-      "Examples: odom dbc decode --dbc car.dbc --json drive.log\n"
-      "          candump -L can0 | odom dbc decode --dbc car.dbc -");
+      "Examples:\n"
+      "  odom dbc decode --dbc car.dbc drive.log\n"
+      "  odom dbc decode --dbc powertrain.dbc --dbc chassis.dbc --json drive.log\n"
+      "  candump -L can0 | odom dbc decode --dbc car.dbc -");
   decode_command->callback([options, form] {
     decode_log(options->databases, options->log, form(),
                options->all ? Frames::all : Frames::known);

@@ -104,22 +104,24 @@ void run_evaluate(const Options& options) {
 void add_evaluate(CLI::App& odom) {
   auto* command = odom.add_subcommand("evaluate", "Compare poses with a reference trajectory");
   auto options = std::make_shared<Options>();
-  command->add_option("--reference", options->reference, "The truth: CSV with t,x,y,yaw")
+  command->add_option("--reference", options->reference, "The truth, with the columns t,x,y,yaw")
       ->required()
       ->type_name("CSV");
   command
-      ->add_option("--pose", options->poses, "Poses, as replay writes them; several side by side")
+      ->add_option("--pose", options->poses,
+                   "Poses, as odom replay writes them; several times: side by side")
       ->required()
       ->expected(1)
       ->take_all()
       ->type_name("CSV");
-  add_choice<Align>(*command, "--align", options->align,
-                    {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
-                    "Rigid alignment: at the first common time (default), least squares, or none");
+  add_choice<Align>(
+      *command, "--align", options->align,
+      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+      "Alignment at the first common time, by least squares, or none; default: first");
   auto* lever_arm =
       command
           ->add_option("--lever-arm", options->lever_arm,
-                       "Where the reference's point sits in the body frame: x,y [m], yaw [rad]")
+                       "Where the reference's point sits in the body frame [m, m, rad]")
           ->delimiter(',')
           ->expected(3)
           ->type_name("X,Y,YAW");
@@ -128,10 +130,13 @@ void add_evaluate(CLI::App& odom) {
                  "Fit one such lever arm to all pose files")
       ->excludes(lever_arm);
   command->add_flag("--json", options->json, "One JSON object, SI units");
-  auto* picture =
-      command->add_option("--picture", options->picture, "Draw the trajectories: .svg or .png")
-          ->type_name("FILE");
-  command->add_option("--title", options->title, "Title of the picture")->needs(picture);
+  auto* picture = command
+                      ->add_option("--picture", options->picture,
+                                   "Draw the trajectories into a file, .svg or .png")
+                      ->type_name("FILE");
+  command->add_option("--title", options->title, "Title of the picture")
+      ->type_name("TEXT")
+      ->needs(picture);
   command->add_option("--camera", options->camera, "Camera log to draw as dots")
       ->type_name("CSV")
       ->needs(picture);

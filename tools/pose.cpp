@@ -182,22 +182,25 @@ void add_pose(CLI::App& odom) {
                    "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
                    "service's, /run/odomd/can0/pose")
       ->type_name("NAME");
-  add_choice(*command, "--clock", options->clock, clocks(), "Clock of the times that are shown");
-  command->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")
+  add_choice(*command, "--clock", options->clock, clocks(),
+             "Clock of the times that are shown; default: monotonic");
+  command
+      ->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
       ->check(CLI::NonNegativeNumber)
       ->type_name("S");
   auto* follow_flag = command->add_flag("--follow", options->follow, "Every tick as it comes");
   auto* json = command->add_flag("--json", options->json, "One JSON object, SI units");
   json->excludes(follow_flag);
   command->add_flag("--csv", options->csv, "Rows as odom replay writes them")->needs(follow_flag);
-  command->add_option("--out", options->out, "Write them to a file")
+  command->add_option("--out", options->out, "Write them to a file instead of standard output")
       ->type_name("FILE")
       ->needs(follow_flag);
   command->add_option("--duration", options->duration_s, "End after so long [s]")
       ->check(CLI::PositiveNumber)
       ->type_name("S")
       ->needs(follow_flag);
-  command->add_option("--rate", options->rate_hz, "So many rows a second instead of every tick")
+  command
+      ->add_option("--rate", options->rate_hz, "So many rows a second instead of every tick [Hz]")
       ->check(CLI::PositiveNumber)
       ->type_name("HZ")
       ->needs(follow_flag);

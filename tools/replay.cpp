@@ -1,5 +1,6 @@
 // odom replay: a recorded drive through the daemon's pipeline, in virtual time.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chrono>
 #include <iostream>
@@ -125,25 +126,37 @@ void run(const Options& options) {
 void add_replay(CLI::App& odom) {
   auto options = std::make_shared<Options>();
   CLI::App* replay = odom.add_subcommand(
-      "replay", "Replay a drive: logs through the daemon's pipeline, as fast as the machine goes.");
-  replay->add_option("--config", options->config, "configuration of the car (TOML)")->required();
-  replay->add_option("--can", options->logs, "candump log, or - for standard input; repeatable");
-  replay->add_option("--dbc", options->databases,
-                     "database, instead of the configuration's; repeatable");
-  replay->add_option("--camera", options->camera, "camera log (CSV)");
-  replay->add_option("--model", options->model,
-                     "kinematic, kinematic_printed or paper; default: the configuration's");
-  replay->add_option("--initial", options->initial, "initial pose x,y,yaw in m, m, rad");
-  replay->add_option("--out", options->out, "pose file to write (CSV), or - for standard output")
+      "replay", "Replay a drive through the daemon's pipeline, as fast as the machine goes");
+  replay->add_option("--config", options->config, "Configuration of the car (TOML)")
+      ->type_name("FILE")
       ->required();
-  replay->add_flag("--json", options->json, "summary as JSON, on standard error");
+  replay
+      ->add_option("--can", options->logs,
+                   "Log of candump -L, or - for standard input; several times for several buses; "
+                   "instead of [can] source")
+      ->type_name("LOG");
+  replay
+      ->add_option("--dbc", options->databases,
+                   "Database; several times for several; instead of [can] dbc")
+      ->type_name("DBC");
+  replay->add_option("--camera", options->camera, "Camera log")->type_name("CSV");
+  replay->add_option("--model", options->model, "Model of the filter; instead of [filter] model")
+      ->type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")));
+  replay
+      ->add_option("--initial", options->initial,
+                   "Pose to start from [m, m, rad]; instead of [initial] pose")
+      ->type_name("X,Y,YAW");
+  replay->add_option("--out", options->out, "Pose file to write, or - for standard output")
+      ->type_name("CSV")
+      ->required();
+  replay->add_flag("--json", options->json, "Summary as JSON, on standard error");
   replay->footer(
       "Examples:\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom replay --config car.toml --can drive.log --camera camera.csv --model paper \\\n"
       "      --initial 1.2,0.4,1.57 --out pose.csv\n"
       "\n"
-      "The initial pose is --initial, else the configuration's, else the first camera pose, else "
+      "The pose starts at --initial, else the configuration's, else the first camera pose, else "
       "0.\n"
       "Times in the output are the log's; one row a tick from initialisation on.");
   replay->callback([options] { run(*options); });

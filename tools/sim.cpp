@@ -169,6 +169,13 @@ void simulate(const Arguments& arguments) {
   report(arguments, plan, drive, counts);
 }
 
+std::string scenario_names() {
+  std::string names;
+  for (const sim::Scenario& scenario : sim::all_scenarios())
+    names += (names.empty() ? "" : "|") + std::string(scenario.name);
+  return names;
+}
+
 void add_parameter_options(CLI::App& command, Arguments& arguments) {
   for (const sim::ParameterInfo& info : sim::parameter_table()) {
     std::string option = "--" + std::string(info.name);
@@ -177,14 +184,16 @@ void add_parameter_options(CLI::App& command, Arguments& arguments) {
     std::string defaults;
     append_number(defaults, info.scale_car);
     if (info.full_size != info.scale_car) {
-      defaults += "; road ";
+      defaults += ", road ";
       append_number(defaults, info.full_size);
     }
     const std::string_view draw = info.draw == sim::Draw::normal    ? ", standard deviation"
                                   : info.draw == sim::Draw::uniform ? ", +-"
                                                                     : "";
-    const std::string unit = info.unit == "1" ? "" : fmt::format("{}, ", info.unit);
-    const std::string help = fmt::format("{}{} ({}{})", info.meaning, draw, unit, defaults);
+    const std::string unit = info.unit == "1" ? "" : fmt::format(" [{}]", info.unit);
+    std::string help = fmt::format("{}{}{}; default: {}", info.meaning, draw, unit, defaults);
+    if (help.front() >= 'a' && help.front() <= 'z')
+      help.front() = static_cast<char>(help.front() - 32);
     command.add_option(option, arguments.sizes[static_cast<std::size_t>(info.parameter)], help)
         ->group(std::string(info.group))
         ->type_name("X");
@@ -203,6 +212,7 @@ void add_sim(CLI::App& odom) {
       "written\n"
       "to DIR/plant.json. The same options and seed give the same bits.\n"
       "\n"
+      "Examples:\n"
       "  odom sim --out drive\n"
       "  odom sim --scenario slalom --speed 2 --seed 7 --camera-outliers 0.01 --out drive\n"
       "  odom sim --ideal --gyro-scale-error 0.03 --out drive\n"
@@ -212,21 +222,21 @@ void add_sim(CLI::App& odom) {
       "  odom sim --live --out drive --force | odomd --config drive/car.toml --can -");
 
   command.add_flag("--list", arguments->list, "List the scenarios");
-  command.add_option("--scenario", arguments->run.scenario, "What to drive (default: lap)")
-      ->type_name("NAME");
+  command.add_option("--scenario", arguments->run.scenario, "What to drive; default: lap")
+      ->type_name(scenario_names());
   command
       .add_option("--speed", arguments->run.speed,
-                  "On the straights, m/s (default: the scenario's)")
+                  "On the straights [m/s]; default: the scenario's")
       ->type_name("V");
-  command.add_option("--laps", arguments->run.laps, "How often round (default: the scenario's)")
+  command.add_option("--laps", arguments->run.laps, "How often round; default: the scenario's")
       ->type_name("N");
-  command.add_option("--duration", arguments->run.duration, "End after this time, s, on the move")
+  command.add_option("--duration", arguments->run.duration, "End after this time [s], on the move")
       ->type_name("T");
   command
       .add_option("--standstill", arguments->run.standstill,
-                  "Stand before setting off, s (default: 3)")
+                  "Stand before setting off [s]; default: 3")
       ->type_name("T");
-  command.add_option("--seed", arguments->run.seed, "Draws the errors and the noise (default: 1)")
+  command.add_option("--seed", arguments->run.seed, "Draws the errors and the noise; default: 1")
       ->type_name("N");
 
   const std::string output = "Output";
@@ -242,14 +252,12 @@ void add_sim(CLI::App& odom) {
       .add_flag("--config-only", arguments->config_only,
                 "Write car.toml, car.dbc and plant.json, and do not drive")
       ->group(output);
-  command
-      .add_option("--decimals", arguments->decimals,
-                  "Of the stamps in drive.log, 6 or 9 (default: 6)")
-      ->type_name("N")
+  command.add_option("--decimals", arguments->decimals, "Of the stamps in drive.log; default: 6")
+      ->type_name("6|9")
       ->group(output);
   command
       .add_option("--start-time", arguments->start_time,
-                  "Stamp of the start, s (default: 1760000000; live: now)")
+                  "Stamp of the start [s]; default: 1760000000, live: now")
       ->type_name("T")
       ->group(output);
   command.add_flag("--json", arguments->json, "Report as JSON, with the errors drawn")
@@ -262,7 +270,7 @@ void add_sim(CLI::App& odom) {
   command.add_flag("--live", arguments->live, "Drive in real time")->group(live);
   command
       .add_option("--can", arguments->can,
-                  "Interface to send on, or - for standard output (default)")
+                  "Interface to send on, or - for standard output; default: -")
       ->type_name("IFACE")
       ->group(live);
   command
@@ -280,7 +288,9 @@ void add_sim(CLI::App& odom) {
                   "of the options below, with underscores")
       ->type_name("NAME=VALUE")
       ->group(errors);
-  command.add_option("--camera-dropout", arguments->dropouts, "No camera from BEGIN for LENGTH, s")
+  command
+      .add_option("--camera-dropout", arguments->dropouts,
+                  "No camera from BEGIN [s] for LENGTH [s]")
       ->type_name("BEGIN:LENGTH")
       ->group(errors);
   add_parameter_options(command, *arguments);

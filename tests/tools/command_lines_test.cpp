@@ -1,0 +1,168 @@
+// What is written of the command lines follows them: the help of every command has an example, and
+// the shells' completions offer each option that it names, and no other.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using ::testing::IsSupersetOf;
+using ::testing::Not;
+
+struct Command {
+  std::string name;  // "odom camera send"
+  std::string help;
+  std::set<std::string> options;   // with their dashes
+  std::set<std::string> commands;  // below it
+};
+
+Command command_of(const std::string& name) {
+  Command command{name, run_shell(name + " --help").out, {}, {}};
+  // "  --can SRC ...", "  -h,--help"; below "Subcommands:" two blanks and a name.
+  static const std::regex option(R"(^  (?:(-\w),)?(--[a-z][-a-z0-9]*)\b.*)");
+  static const std::regex sub(R"(^  ([a-z]+)  +[A-Z].*)");
+  std::istringstream lines{command.help};
+  bool subcommands = false;
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch match;
+    if (line.empty() || line[0] != ' ') subcommands = line == "Subcommands:";
+    if (std::regex_match(line, match, option)) {
+      if (match[1].matched) command.options.insert(match[1]);
+      command.options.insert(match[2]);
+    } else if (subcommands && std::regex_match(line, match, sub)) {
+      command.commands.insert(match[1]);
+    }
+  }
+  return command;
+}
+
+void add_commands(const std::string& name, std::vector<Command>& all) {
+  all.push_back(command_of(name));
+  const std::set<std::string> below = all.back().commands;
+  for (const std::string& sub : below) add_commands(name + ' ' + sub, all);
+}
+
+const std::vector<Command>& all_commands() {
+  static const std::vector<Command> commands = [] {
+    std::vector<Command> all;
+    add_commands("odom", all);
+    add_commands("odomd", all);
+    return all;
+  }();
+  return commands;
+}
+
+std::string program_of(const Command& command) {
+  return command.name.substr(0, command.name.find(' '));
+}
+
+// What bash offers for the last of the words.
+std::set<std::string> offered(const std::string& words, const std::string& before = ":") {
+  const std::string program = words.substr(0, words.find(' '));
+  const Outcome outcome =
+      run_shell("bash --norc -c 'source " ODOMD_COMPLETIONS "/bash/" + program + "; " + before +
+                "; COMP_WORDS=(" + words + "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _" + program +
+                "; printf \"%s\\n\" \"${COMPREPLY[@]}\"'");
+  EXPECT_EQ(outcome.status, 0) << words;
+  EXPECT_EQ(outcome.err, "") << words;
+  std::set<std::string> all;
+  std::istringstream lines{outcome.out};
+  for (std::string line; std::getline(lines, line);)
+    if (!line.empty()) all.insert(line);
+  return all;
+}
+
+TEST(Help, OfEveryCommandHasAnExample) {
+  EXPECT_GE(all_commands().size(), 13U);
+  for (const Command& command : all_commands()) {
+    EXPECT_THAT(command.help, AnyOf(HasSubstr("\nExamples:\n  "), HasSubstr("\nExample:\n  ")))
+        << command.name;
+    EXPECT_THAT(command.options, IsSupersetOf({"-h", "--help"})) << command.name;
+  }
+}
+
+TEST(Help, IsWrittenInOneManner) {
+  static const std::regex lower(R"(\n  -[^ ]+( [^ ]+)*  +[a-z][^\n]*)");
+  for (const Command& command : all_commands()) {
+    std::smatch match;
+    EXPECT_FALSE(std::regex_search(command.help, match, lower)) << command.name << match[0];
+    EXPECT_THAT(command.help, Not(HasSubstr(" TEXT REQUIRED"))) << command.name;
+    EXPECT_THAT(command.help, Not(HasSubstr("(default"))) << command.name;
+  }
+}
+
+TEST(Help, IsToldByName) {
+  EXPECT_EQ(run_shell("odom help").out, run_shell("odom --help").out);
+  EXPECT_EQ(run_shell("odom help camera send").out, run_shell("odom camera send --help").out);
+  const Outcome outcome = run_shell("odom help camera sned");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err, "odom help: no command \"sned\"; there are: send\n");
+}
+
+TEST(Completions, OfBashOfferEveryOptionAndCommandOfTheHelp) {
+  for (const Command& command : all_commands()) {
+    EXPECT_EQ(offered(command.name + " -"), command.options) << command.name;
+    if (command.commands.empty()) continue;
+    std::set<std::string> both = command.options;
+    both.insert(command.commands.begin(), command.commands.end());
+    EXPECT_EQ(offered(command.name + " \"\""), both) << command.name;
+  }
+}
+
+TEST(Completions, OfBashOfferValues) {
+  using Words = std::set<std::string>;
+  EXPECT_EQ(offered("odom pose --clock \"\""), (Words{"monotonic", "realtime", "log"}));
+  EXPECT_EQ(offered("odomd --model p"), Words{"paper"});
+  EXPECT_EQ(offered("odomd --log-level w"), Words{"warn"});
+  EXPECT_EQ(offered("odom sim --scenario st"), Words{"stop-and-go"});
+  EXPECT_EQ(offered("odom pose --rate \"\""), Words{});
+  const Scratch scratch;
+  scratch.write("car.toml", "");
+  scratch.write("drive.log", "");
+  const std::string folder = "cd " + scratch.path("").string();
+  EXPECT_EQ(offered("odomd --config c", folder), Words{"car.toml"});
+  EXPECT_EQ(offered("odom dbc show d", folder), Words{"drive.log"});
+  EXPECT_THAT(offered("odomd --can \"\"", folder),
+              IsSupersetOf(Words{"-", "car.toml", "drive.log"}));
+}
+
+TEST(Completions, OfZshAndFishNameEveryOptionAndAreSound) {
+  for (const Command& command : all_commands()) {
+    const std::string program = program_of(command);
+    const std::string zsh = contents(ODOMD_COMPLETIONS "/zsh/_" + program);
+    const std::string fish = contents(ODOMD_COMPLETIONS "/fish/" + program + ".fish");
+    const auto function =
+        zsh.find("\n_" + std::regex_replace(command.name, std::regex(" "), "_") + "() {");
+    ASSERT_NE(function, std::string::npos) << command.name;
+    const std::string body = zsh.substr(function, zsh.find("\n}\n", function) - function);
+    for (const std::string& option : command.options) {
+      EXPECT_THAT(body, HasSubstr(option + '[')) << command.name;
+      const std::string name = option.starts_with("--") ? " -l " + option.substr(2) + ' '
+                                                        : " -s " + option.substr(1) + ' ';
+      const std::regex line("\"test '" + command.name + "' = [^\\n]*" + name);
+      EXPECT_TRUE(std::regex_search(fish, line)) << command.name << name;
+    }
+  }
+  // Where these shells are, they must understand it.
+  for (const char* line :
+       {"command -v zsh >/dev/null || exit 0; zsh -n " ODOMD_COMPLETIONS "/zsh/_odom && "
+        "zsh -n " ODOMD_COMPLETIONS "/zsh/_odomd",
+        "command -v fish >/dev/null || exit 0; fish -n " ODOMD_COMPLETIONS "/fish/odom.fish && "
+        "fish -n " ODOMD_COMPLETIONS "/fish/odomd.fish"}) {
+    const Outcome outcome = run_shell(line);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+  }
+}
+
+}  // namespace
+}  // namespace odomd::tools

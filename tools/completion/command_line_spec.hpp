@@ -1,0 +1,53 @@
+// A command line as data: what CLI11 knows of a program, for those who write about it.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+#include <vector>
+
+namespace odomd::completion {
+
+/// What can stand for a value.
+enum class Values {
+  none,    ///< a flag takes no value
+  free,    ///< a number, a title: nobody can guess it
+  choice,  ///< one of some names
+  file,    ///< also sockets
+  directory,
+  interface,  ///< of the CAN bus
+  source,     ///< an interface, a log, or -
+  segment     ///< of shared memory, or a path
+};
+
+struct ValueSpec {
+  Values values = Values::none;
+  std::vector<std::string> choices;
+};
+
+struct OptionSpec {
+  std::vector<std::string> names;  ///< with their dashes
+  std::string help;
+  ValueSpec value;
+  bool repeatable = false;
+};
+
+struct CommandSpec {
+  std::vector<std::string> path;  ///< "odom", "camera", "send"
+  std::string help;
+  std::vector<OptionSpec> options;
+  std::vector<ValueSpec> arguments;  ///< those without a name in front
+  std::vector<CommandSpec> commands;
+};
+
+/// Of a program and all its subcommands. Values are told by the names of their types: FILE, CSV,
+/// DBC, LOG, PATH; DIR; IFACE; SRC; NAME (a segment); a|b|c. Others are free.
+[[nodiscard]] CommandSpec spec_of(const CLI::App& program);
+
+/// The names of a path in one: "odom camera send".
+[[nodiscard]] std::string joined(const std::vector<std::string>& path, const std::string& between);
+
+/// A command and all below it, the outermost first.
+[[nodiscard]] std::vector<const CommandSpec*> all_commands(const CommandSpec& command);
+
+}  // namespace odomd::completion
