@@ -7,7 +7,7 @@ set(CPACK_PACKAGE_CONTACT "odomd developers <odomd@example.org>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
-set(CPACK_COMPONENTS_ALL daemon library development tools)
+set(CPACK_COMPONENTS_ALL daemon library development tools python)
 set(CPACK_STRIP_FILES ON)
 # The unit and the configuration are filled with the paths at which they will lie.
 set(CPACK_SET_DESTDIR ON)
@@ -57,15 +57,12 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME odom-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION utils)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS odomd)
 
-if(EXISTS ${PROJECT_SOURCE_DIR}/python/CMakeLists.txt)
-  list(APPEND CPACK_COMPONENTS_ALL python)
-  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python module of the odomd odometry daemon
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Python module of the odomd odometry daemon
 Reads the car's pose that odomd publishes in shared memory, through libodom.")
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-odom)
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${PROJECT_VERSION})")
-endif()
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-odom)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${PROJECT_VERSION})")
 
 # Every package tells its terms and its changes.
 set(changes ${PROJECT_BINARY_DIR}/changelog.gz)

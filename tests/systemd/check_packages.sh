@@ -30,9 +30,11 @@ has odomd usr/bin/odomd usr/lib/systemd/system/odomd@.service etc/odomd/can0.tom
 has libodom0 usr/lib/libodom.so.0 usr/share/doc/libodom0/copyright
 has libodom-dev usr/include/odom/odom.h usr/lib/libodom.so usr/lib/pkgconfig/odom.pc
 has odom-tools usr/bin/odom
+has python3-odom usr/lib/python3/dist-packages/odom/__init__.py
 depends odomd libsystemd0
 depends odomd systemd
 depends libodom-dev libodom0
+depends python3-odom libodom0
 depends libodom0 libc6
 [ "$(dpkg-deb -f "$(package libodom0)" Depends | tr ',' '\n' | wc -l)" = 1 ] || fail "libodom0 needs more than libc"
 
