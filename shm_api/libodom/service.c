@@ -26,7 +26,7 @@ static void first_instance(const char* directory, const char* leaf, char first[N
   for (const struct dirent* entry = readdir(opened); entry != NULL; entry = readdir(opened)) {
     const char* name = entry->d_name;
     if (name[0] == '.' || (first[0] != '\0' && strcmp(name, first) >= 0)) continue;
-    if (has(opened, name, leaf)) strcpy(first, name);
+    if (has(opened, name, leaf)) memcpy(first, name, strlen(name) + 1);
   }
   closedir(opened);
 }
@@ -38,9 +38,9 @@ odom_status odomi_service_path(const char* directory, const char* leaf, char** p
   *path = malloc(bytes);
   if (*path == NULL) return ODOM_SYSTEM;
   if (instance[0] == '\0') {
-    snprintf(*path, bytes, "%s/%s", directory, leaf);
+    (void)snprintf(*path, bytes, "%s/%s", directory, leaf);
   } else {
-    snprintf(*path, bytes, "%s/%s/%s", directory, instance, leaf);
+    (void)snprintf(*path, bytes, "%s/%s/%s", directory, instance, leaf);
   }
   return ODOM_OK;
 }
