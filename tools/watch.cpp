@@ -157,10 +157,11 @@ void add_watch(CLI::App& odom) {
                    "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
                    "or /run/odomd/status.sock")
       ->type_name("PATH");
-  command->add_option("--interval", options->interval_s, "Look every so many seconds [s]")
-      ->check(CLI::Range(0.05, 3600.0))
-      ->type_name("S")
-      ->capture_default_str();
+  command
+      ->add_option("--interval", options->interval_s,
+                   "Time between two looks [s], 0.05 to 3600; default: 0.5")
+      ->check(CLI::Range(0.05, 3600.0).description(""))
+      ->type_name("S");
   command->add_flag("--once", options->once, "Print one snapshot and end");
   command->add_flag("--ascii", options->ascii, "No other characters than those of ASCII");
   command->footer(

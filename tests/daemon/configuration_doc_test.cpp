@@ -294,6 +294,59 @@ TEST_F(ConfigurationPage, ListsEveryKeyThatTheCodeReads) {
   for (const auto& key : read) EXPECT_THAT(listed, Contains(key));
 }
 
+// A cell of a table as the manual page says it: without marks and links.
+std::string plain(std::string cell) {
+  cell = std::regex_replace(cell, std::regex(R"(\[([^\]]*)\]\([^)]*\))"), "$1");
+  return std::regex_replace(cell, std::regex("`|\\*\\*"), "");
+}
+
+/// The items of the manual page: by table and key, the text in one line.
+std::map<std::string, std::map<std::string, std::string>> manual_items() {
+  std::map<std::string, std::map<std::string, std::string>> all;
+  std::istringstream lines(text_of(ODOMD_SOURCE_DIR "/man/odomd.toml.5"));
+  std::string table;
+  std::string* item = nullptr;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(".Ss [")) {
+      table = std::regex_replace(line.substr(5), std::regex("\\]"), "");
+      table = std::regex_replace(table, std::regex(" "), ".");
+    }
+    if (line.starts_with(".It Ic ")) {
+      item = &all[table][line.substr(7)];
+    } else if (line.starts_with(".El") || line.starts_with(".It Cm ")) {
+      item = nullptr;
+    } else if (item != nullptr) {
+      *item += (item->empty() ? "" : " ") + std::regex_replace(line, std::regex(R"(\\-)"), "-");
+    }
+  }
+  return all;
+}
+
+TEST_F(ConfigurationPage, HasTheKeysDefaultsAndRangesOfTheManualPage) {
+  const auto manual = manual_items();
+  const auto listed = listed_keys();
+  ASSERT_EQ(manual.size(), listed.size());
+  for (const auto& [table, text] : marked("keys")) {
+    SCOPED_TRACE(table);
+    ASSERT_TRUE(manual.contains(table));
+    const auto& items = manual.at(table);
+    EXPECT_EQ(items.size(), listed.at(table).size());
+    // The head of the table names its columns.
+    std::vector<std::string> head;
+    std::istringstream cells(text.substr(2, text.find('\n')));
+    for (std::string cell; std::getline(cells, cell, '|');)
+      head.push_back(std::regex_replace(cell, std::regex("^ | $"), ""));
+    for (const Row& row : rows(text)) {
+      const auto key = quoted(row.at(0)).at(0);
+      ASSERT_TRUE(items.contains(key)) << key;
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        if (head.at(i) != "default" && head.at(i) != "range") continue;
+        EXPECT_THAT(items.at(key), HasSubstr(plain(row[i]))) << key;
+      }
+    }
+  }
+}
+
 TEST_F(ConfigurationPage, ListsTheRolesWithTheirUnitsAndSigmas) {
   const auto tables = marked("roles");
   ASSERT_EQ(tables.size(), 1U);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -162,6 +163,52 @@ TEST(Completions, OfZshAndFishNameEveryOptionAndAreSound) {
     const Outcome outcome = run_shell(line);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
   }
+}
+
+// The manual pages
+// -------------------------------------------------------------------------------
+
+// A part of a page: from its heading to the next one of its rank or above.
+std::string part_of(const std::string& page, const std::string& heading) {
+  const std::string start = '\n' + heading + '\n';
+  const auto begin = page.find(start);
+  if (begin == std::string::npos) return "";
+  const auto end = std::min(page.find("\n.Ss ", begin + 1), page.find("\n.Sh ", begin + 1));
+  return page.substr(begin, end - begin);
+}
+
+TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
+  const std::string odom = contents(ODOMD_SOURCE_DIR "/man/odom.1");
+  const std::string odomd = contents(ODOMD_SOURCE_DIR "/man/odomd.8");
+  for (const Command& command : all_commands()) {
+    const bool whole = command.name.find(' ') == std::string::npos;
+    const std::string& page = program_of(command) == "odom" ? odom : odomd;
+    const std::string part = part_of(page, whole ? ".Sh DESCRIPTION" : ".Ss " + command.name);
+    EXPECT_NE(part, "") << command.name << ": has no part of its own";
+    for (const std::string& option : command.options) {
+      if (!option.starts_with("--")) continue;
+      if (!whole && option == "--help") continue;  // told once for all
+      const std::regex item("\n\\.It (Fl . , )?Fl Fl " + option.substr(2) + "[ \n]");
+      EXPECT_TRUE(std::regex_search(part, item)) << command.name << ' ' << option;
+    }
+    // And nothing that is not there any more.
+    static const std::regex any("\\n\\.It (?:Fl . , )?Fl Fl ([-a-z0-9]+)");
+    for (std::sregex_iterator at(part.begin(), part.end(), any), end; at != end; ++at)
+      EXPECT_THAT(command.options, ::testing::Contains("--" + (*at)[1].str()))
+          << command.name << (whole ? "" : "; write options of a daemon elsewhere");
+  }
+  static const std::regex heading("\\n\\.Ss (odom [a-z ]+)");
+  for (std::sregex_iterator at(odom.begin(), odom.end(), heading), end; at != end; ++at)
+    EXPECT_TRUE(std::any_of(all_commands().begin(), all_commands().end(),
+                            [&](const Command& command) { return command.name == (*at)[1]; }))
+        << (*at)[1];
+}
+
+TEST(ManPages, AreSound) {
+  const Outcome outcome =
+      run_shell("cd " ODOMD_SOURCE_DIR
+                "/man && for page in *.[1-9]; do mandoc -T lint -W warning $page; done");
+  EXPECT_EQ(outcome.out + outcome.err, "");
 }
 
 }  // namespace
