@@ -132,7 +132,8 @@ class PoseWriter {
 };
 
 void follow(const Options& options, odom::Client client) {
-  constexpr auto patience = std::chrono::milliseconds{100};
+  // A daemon that the machine holds up for a moment has not ended.
+  const std::chrono::milliseconds patience{options.until_stale ? 500 : 100};
   TickFollower follower{std::move(client)};
   PoseWriter writer{options, follower.client()};
   Interrupt interrupt;
