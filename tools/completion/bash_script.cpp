@@ -76,8 +76,10 @@ std::string bash_script(const CommandSpec& program) {
   text += "\n_" + name + "() {\n  local cur=${COMP_WORDS[COMP_CWORD]}" +
           " prev=${COMP_WORDS[COMP_CWORD - 1]}\n  local command=" + name + " i\n  COMPREPLY=()\n";
   if (!below.empty()) {
-    text += "  for ((i = 1; i < COMP_CWORD; i++)); do\n    case \"$command ${COMP_WORDS[i]}\" in\n      " +
-            below + ")\n        command+=\" ${COMP_WORDS[i]}\" ;;\n    esac\n  done\n";
+    text +=
+        "  for ((i = 1; i < COMP_CWORD; i++)); do\n    case \"$command ${COMP_WORDS[i]}\" in\n     "
+        " " +
+        below + ")\n        command+=\" ${COMP_WORDS[i]}\" ;;\n    esac\n  done\n";
   }
   text += "  # The value of an option.\n  case \"$command $prev\" in\n";
   for (const CommandSpec* command : commands) {
@@ -85,8 +87,8 @@ std::string bash_script(const CommandSpec& program) {
       if (option.value.values == Values::none) continue;
       std::string places;
       for (const std::string& option_name : option.names)
-        places +=
-            (places.empty() ? "" : " | ") + ('"' + joined(command->path, " ") + ' ' + option_name + '"');
+        places += (places.empty() ? "" : " | ") +
+                  ('"' + joined(command->path, " ") + ' ' + option_name + '"');
       text += "    " + places + ")\n      " + offer(name, option.value) + "; return ;;\n";
     }
   }

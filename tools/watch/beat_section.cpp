@@ -11,17 +11,21 @@ using tools::member;
 
 constexpr std::size_t label_columns = 10;
 
-// Microseconds with as many decimals as say something.
-std::string micros(const Json& value) {
+// Microseconds with as many decimals as say something, milliseconds from ten on.
+std::string time_of(const Json& value) {
   if (value.is_null()) return "-";
-  return tools::fixed(value.get<double>(), value.get<double>() < 10.0 ? 1 : 0);
+  const double us = value.get<double>();
+  if (us >= 10'000.0) return tools::fixed(us / 1000.0, us < 100'000.0 ? 1 : 0) + " ms";
+  return tools::fixed(us, us < 10.0 ? 1 : 0);
 }
 
 // "median 12  99.9 % 120  max 6799 µs", by the percentiles of the status.
 std::string percentiles(const Json& times, const Page& page) {
   if (!times.is_object()) return {};
-  return "  median " + micros(member(times, "p50")) + "  99.9 % " + micros(member(times, "p999")) +
-         "  max " + micros(member(times, "max")) + std::string{glyph(page, " µs", " us")};
+  std::string text = "  median " + time_of(member(times, "p50")) + "  99.9 % " +
+                     time_of(member(times, "p999")) + "  max " + time_of(member(times, "max"));
+  if (!text.ends_with(" ms")) text += glyph(page, " µs", " us");
+  return text;
 }
 
 void append_histogram(Lines& lines, std::string_view name, Histogram histogram, const Json& times,
