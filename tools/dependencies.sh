@@ -5,7 +5,7 @@
 #   test      build, and what the test command needs (GoogleTest, can-utils, the lab's machine)
 #   campaign  test, and what the longer work needs (clang, clang-tidy)
 #   bench     build, and what the benchmarks need and are compared with (cyclictest, iceoryx)
-#   aarch64   build, and the cross compiler and emulator for 64-bit ARM
+#   aarch64   test, and the cross compiler and emulator for 64-bit ARM
 #
 # Says nothing and needs neither network nor root when everything is there.
 set -eu
@@ -14,9 +14,9 @@ build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusp
   libsystemd-dev libsocketcan-dev file dpkg-dev nlohmann-json3-dev librsvg2-bin'
 test="$build libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd udev
   jq strace python3 qemu-system-x86 busybox-static cpio kmod xz-utils util-linux mandoc"
-campaign="$test clang clang-tidy libclang-rt-14-dev jq"
+campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq"
 bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"
-aarch64="$build g++-aarch64-linux-gnu qemu-user"
+aarch64="$test g++-aarch64-linux-gnu qemu-user"
 
 case ${1-} in
   build) wanted=$build ;;

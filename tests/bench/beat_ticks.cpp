@@ -11,11 +11,9 @@
 
 #include <cerrno>
 #include <chrono>
-#include <cinttypes>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
+#include <iostream>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -52,9 +50,9 @@ std::uint64_t print_ticks_after(const std::uint64_t* words, std::uint64_t last) 
     odomi_copy_out(&pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
     odomi_copy_out(&details, slot + ODOM_SLOT_DETAILS, ODOM_DETAILS_WORDS);
     if (odomi_still(slot, odomi_sequence(tick)) == 0) continue;  // skipped by the beat, or lapped
-    std::printf("%" PRIu64 ",%" PRId64 ",%u,%u,%" PRIu64 ",%" PRId64 ",%" PRId64 "\n", tick,
-                pose.time_ns, pose.mode, pose.conditions, details.frames[0],
-                details.wakeup_latency_ns, details.execution_ns);
+    std::cout << tick << ',' << pose.time_ns << ',' << pose.mode << ',' << pose.conditions << ','
+              << details.frames[0] << ',' << details.wakeup_latency_ns << ','
+              << details.execution_ns << '\n';
   }
   return newest;
 }
@@ -64,20 +62,21 @@ std::uint64_t print_ticks_after(const std::uint64_t* words, std::uint64_t last) 
 int main(int argc, char** argv) {
   using namespace std::chrono_literals;
   if (argc != 3) {
-    std::fputs("usage: beat_ticks SEGMENT SECONDS\n", stderr);
+    std::cerr << "usage: beat_ticks SEGMENT SECONDS\n";
     return 2;
   }
   try {
     const std::uint64_t* words = map_segment(argv[1]);
-    std::puts("tick,time_ns,mode,conditions,frames,wakeup_latency_ns,execution_of_last_ns");
+    const int seconds = std::stoi(argv[2]);
+    std::cout << "tick,time_ns,mode,conditions,frames,wakeup_latency_ns,execution_of_last_ns\n";
     std::uint64_t last = 0;
-    for (int second = 0; second <= std::atoi(argv[2]); ++second) {
+    for (int second = 0; second <= seconds; ++second) {
       if (second > 0) std::this_thread::sleep_for(1s);
       last = print_ticks_after(words, last);
     }
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "beat_ticks: %s\n", error.what());
+    std::cerr << "beat_ticks: " << error.what() << '\n';
     return 1;
   }
 }
