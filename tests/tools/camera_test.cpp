@@ -110,7 +110,7 @@ TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
   writer.set_log_offset(1'000'000'000'000 - now_ns());  // the log is at 1000 s
   const auto log = scratch_.write("camera.csv", header_ +
                                                     "990,989.9,1,0,0,1,1,1\n"
-                                                    "1000.1,1000.05,2,0,0,1,1,1\n");
+                                                    "1001.5,1001.45,2,0,0,1,1,1\n");
   const Outcome outcome =
       run("--clock log --shm " + scratch_.path("pose").string() + " --log " + log.string());
   EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -118,7 +118,7 @@ TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
   const auto messages = received();
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].clock, ODOM_CLOCK_LOG);
-  EXPECT_EQ(messages[0].capture_ns, 1'000'050'000'000);
+  EXPECT_EQ(messages[0].capture_ns, 1'001'450'000'000);
 }
 
 TEST_F(CameraSend, SaysThatNobodyListens) {

@@ -93,9 +93,12 @@ TEST_F(PoseCommand, FollowingEndsWithTheDaemonAndSumsUp) {
 
 TEST_F(PoseCommand, FollowingEndsCleanlyOnTerm) {
   publish(slow_ns);
-  const Outcome outcome =
-      run_shell("odom pose --shm " + segment_ + " --follow --csv --out " +
-                scratch_.path("l.csv").string() + " & sleep 0.3; kill -TERM $!; wait $!");
+  const auto file = scratch_.path("l.csv").string();
+  // It follows, and listens to signals, once the header is there.
+  const Outcome outcome = run_shell(
+      "odom pose --shm " + segment_ + " --follow --csv --out " + file +
+      " & tries=0; while [ ! -s " + file +
+      " ] && [ $tries -lt 200 ]; do sleep 0.1; tries=$((tries + 1)); done; kill -TERM $!; wait $!");
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.err, HasSubstr("odom pose: 0 ticks in"));
 }
