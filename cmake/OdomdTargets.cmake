@@ -54,5 +54,9 @@ function(odomd_test name)
     ODOMD_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
     ODOMD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     ODOMD_BIN_DIR="${ODOMD_TEST_PROGRAMS}")
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  set(timeout 300)
+  if(CMAKE_CROSSCOMPILING)
+    set(timeout 1500)  # an emulator is slow
+  endif()
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${timeout})
 endfunction()
