@@ -22,7 +22,7 @@ name=traffic
 
 more_config=$(printf '[realtime]\ncpu = %d' "$cpu")
 start_full_traffic "$seconds"
-odom pose --shm "$shm" --wait 10 --follow --csv --clock monotonic --until-stale --out "$work/poses.csv" \
+odom pose --shm "$shm" --wait 10 --follow --csv --clock monotonic --out "$work/poses.csv" \
   2>"$work/client.poses" &
 witness=$!
 cyclictest -q -m -p 45 -i 5000 -a "$cpu" --secaligned -D "$seconds" --spike=1000 --spike-nodes=100000 \
@@ -45,6 +45,7 @@ until [ "$(status '.can[0].link' 2>/dev/null)" = ended ]; do
 done
 status . >"$work/status.json"
 stop_daemon "$daemon" || fail "odomd ended with status $?"
+kill "$witness"
 wait "$witness"
 grep -q ' 0 lost' "$work/client.poses" || fail "the witness lost poses: $(tail -n 1 "$work/client.poses")"
 

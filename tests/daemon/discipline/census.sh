@@ -14,7 +14,8 @@ case $(cat /sys/devices/system/clocksource/clocksource0/current_clocksource) in
   *) clock_is_a_call=1 ;;
 esac
 
-start_full_traffic 60 strace -f -ff -qq -s 1 -o "$work/trace"
+# -I 2: a signal ends strace, and the daemon with it.
+start_full_traffic 90 strace -I 2 -f -ff -qq -s 1 -o "$work/trace"
 pid=$(status .pid)
 # thread_of NAME: the trace of the thread.
 thread_of() {
@@ -25,7 +26,8 @@ thread_of() {
 }
 beat=$(thread_of odomd-beat)
 relay=$(thread_of odomd-relay)
-await 60 status '.beat.ticks >= 1000 and .camera.messages >= 60' -e || fail "no traffic: $(status . -c)"
+await 80 status '.beat.ticks >= 600 and .camera.messages >= 20' -e ||
+  fail "no traffic: $(status '[.beat, .can, .camera]' -c)"
 echo "$name: $(status '"\(.beat.ticks) ticks, \(.can[0].received) frames, \(.camera.messages) camera poses"')"
 stop_daemon "$pid" || fail "odomd ended with status $?"
 

@@ -11,11 +11,17 @@ children=()
 
 clean_up() {
   [ ${#children[@]} = 0 ] || kill "${children[@]}" 2>/dev/null
+  await 10 no_children || kill -KILL "${children[@]}" 2>/dev/null
   wait
   rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"
 }
 trap clean_up EXIT
 trap 'exit 130' INT TERM
+
+no_children() {
+  local child
+  for child in "${children[@]}"; do ! kill -0 "$child" 2>/dev/null || return 1; done
+}
 
 fail() {
   echo "$name: FAILED: $*"
@@ -64,12 +70,10 @@ start_full_traffic() {
   children+=($!)
   local client
   for client in 1 2 3; do
-    odom pose --shm "$shm" --wait 20 --follow --csv --out /dev/null --until-stale \
-      2>"$work/client.$client" &
+    odom pose --shm "$shm" --wait 20 --follow --csv --out /dev/null 2>/dev/null &
     children+=($!)
   done
-  odom pose --shm "$shm" --wait 20 --follow --csv --rate 100 --out /dev/null --until-stale \
-    2>/dev/null &
+  odom pose --shm "$shm" --wait 20 --follow --csv --rate 100 --out /dev/null 2>/dev/null &
   children+=($!)
 }
 

@@ -45,6 +45,6 @@ else
 fi
 
 if [ -z "$injected" ]; then
-  [ "$received" -ge $((published * 36)) ] || fail "the traffic was not full: $received frames"
-  [ "$camera" -ge $((published / 10)) ] || fail "the traffic was not full: $camera camera poses"
+  [ "$received" -ge $((published * 32)) ] || fail "the traffic was not full: $received frames"
+  [ "$camera" -ge $((published / 15)) ] || fail "the traffic was not full: $camera camera poses"
 fi
