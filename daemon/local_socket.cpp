@@ -75,8 +75,8 @@ void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& addres
 
 LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.path) {
   const sockaddr_un address = address_of(path_);
-  const std::optional<gid_t> group =
-      settings.group.empty() ? std::nullopt : std::optional(group_named(settings.group));
+  // As chown has it: -1 changes nothing.
+  const gid_t group = settings.group.empty() ? static_cast<gid_t>(-1) : group_named(settings.group);
   make_directory(path_);
   remove_stale(settings, address);
 
@@ -85,16 +85,24 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.p
   if (!descriptor) fail(path_, "cannot make a socket");
   if (::bind(descriptor.get(), generic(address), sizeof address) != 0)
     refuse(path_, fmt::format("cannot be made: {}", std::strerror(errno)));
+  struct stat status {};
+  if (::lstat(path_.c_str(), &status) != 0) fail(path_, "cannot be found again");
+  device_ = status.st_dev;
+  inode_ = status.st_ino;
   descriptor_ = std::move(descriptor);
   // Nobody connects before listen(): mode and group are in place by then.
-  if (group && ::chown(path_.c_str(), static_cast<uid_t>(-1), *group) != 0)
+  if (::chown(path_.c_str(), static_cast<uid_t>(-1), group) != 0)
     fail(path_, fmt::format("cannot give it to the group {}", settings.group));
   if (::chmod(path_.c_str(), settings.mode) != 0) fail(path_, "cannot set its mode");
   if (::listen(descriptor_.get(), backlog) != 0) fail(path_, "cannot listen");
 }
 
 LocalSocket::~LocalSocket() {
-  if (descriptor_) ::unlink(path_.c_str());
+  if (!descriptor_) return;
+  // Somebody may have taken our file away, and another daemon may listen under its name by now.
+  struct stat status {};
+  if (::lstat(path_.c_str(), &status) != 0) return;
+  if (status.st_dev == device_ && status.st_ino == inode_) ::unlink(path_.c_str());
 }
 
 can::FileDescriptor LocalSocket::accept() const noexcept {

@@ -22,7 +22,7 @@ struct LocalSocketSettings {
   std::string group;  ///< of the file; empty: the process's
 };
 
-/// Listens while it lives; takes its file away when it goes.
+/// Listens while it lives; takes its file away when it goes, and no other of that name.
 class LocalSocket {
  public:
   /// Makes the directory where only the last part of it is missing. Throws std::invalid_argument
@@ -43,6 +43,8 @@ class LocalSocket {
 
  private:
   std::filesystem::path path_;
+  dev_t device_ = 0;  // with the inode: which file is ours
+  ino_t inode_ = 0;
   can::FileDescriptor descriptor_;
 };
 

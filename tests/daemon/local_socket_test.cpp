@@ -10,6 +10,7 @@
 
 #include <cstdio>
 #include <fstream>
+#include <optional>
 
 namespace odomd::daemon {
 namespace {
@@ -54,6 +55,16 @@ class LocalSocketTest : public testing::Test {
   std::filesystem::path directory_;
   std::filesystem::path path_;
 };
+
+TEST_F(LocalSocketTest, LeavesTheFileOfASuccessorAlone) {
+  std::optional<LocalSocket> first(settings());
+  std::filesystem::remove(path_);
+  const LocalSocket second(settings());
+  first.reset();
+  const int connection = connect_to(path_);
+  EXPECT_GE(connection, 0);
+  ::close(connection);
+}
 
 TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
   {
