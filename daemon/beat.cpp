@@ -98,11 +98,8 @@ void Beat::publish(const TickRecord& record, std::int64_t wakeup_latency_ns) noe
   details.execution_ns = execution_ns_;
   parts_.writer.publish(pose, details);
 
-  if (pose.mode != mode_)
-    parts_.events.tell({EventKind::mode_changed, 0, pose.time_ns, pose.mode, pose.conditions});
   if (pose.reset_count != reset_count_)
     parts_.events.tell({EventKind::pose_reset, 0, pose.time_ns, pose.reset_count, 0});
-  mode_ = pose.mode;
   reset_count_ = pose.reset_count;
 }
 

@@ -72,7 +72,6 @@ class Beat {
   can::WallClock wall_clock_;
   std::int64_t execution_ns_ = 0;  // of the tick before
   std::uint64_t skipped_ = 0;      // cycles behind the tick before, not counted yet
-  std::uint32_t mode_ = 0;
   std::uint32_t reset_count_ = 0;
   std::atomic<bool> stop_{false};
   BeatCounters counters_;

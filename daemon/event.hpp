@@ -13,7 +13,6 @@ namespace odomd::daemon {
 enum class EventKind : std::uint8_t {
   overrun,          ///< a: how long the tick worked [ns], b: how late it woke [ns]
   missed,           ///< a: cycles skipped, b: how late the tick woke [ns]
-  mode_changed,     ///< a: to which odom_mode, b: the conditions in it
   pose_reset,       ///< a: the reset count
   clock_stepped,    ///< a: by how much CLOCK_REALTIME was set [ns]
   suspended,        ///< a: for how long the machine slept [ns]

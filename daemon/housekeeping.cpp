@@ -64,9 +64,10 @@ void Housekeeping::run() {
     if (inputs[2].revents != 0) serve_status(now_ns);
     for (const auto& source : running_.sources) source->maintain();
     tell_events();
-    tell_mode(now_ns);
+    const PublishedPose seen = published();
+    if (seen.valid) tell_mode(seen.pose, now_ns);
     running_.cameras.close_ended();
-    sources_.look(published(), now_ns, journal_);
+    sources_.look(seen, now_ns, journal_);
     look_at_end(now_ns);
     tell_service_manager(now_ns);
   }
@@ -139,10 +140,6 @@ void Housekeeping::tell(const Event& event) {
                     fmt::format("ticks missed: {}; the beat woke {:.3f} ms late", event.a,
                                 milliseconds(event.b)));
       break;
-    case EventKind::mode_changed:
-      mode_ = static_cast<std::uint32_t>(event.a);
-      mode_conditions_ = static_cast<std::uint32_t>(event.b);
-      break;
     case EventKind::pose_reset:
       journal_.info(Topic::pose_reset, at,
                     fmt::format("the map pose was set anew (reset {})", event.a));
@@ -167,14 +164,14 @@ void Housekeeping::tell(const Event& event) {
   }
 }
 
-void Housekeeping::tell_mode(std::int64_t now_ns) {
-  if (mode_ == told_mode_ || now_ns - mode_told_ns_ < mode_every_ns) return;
-  const auto conditions = condition_names(mode_conditions_);
+void Housekeeping::tell_mode(const odom_pose& pose, std::int64_t now_ns) {
+  if (pose.mode == told_mode_ || now_ns - mode_told_ns_ < mode_every_ns) return;
+  const auto conditions = condition_names(pose.conditions);
   const auto because =
       conditions.empty() ? std::string() : fmt::format(" ({})", fmt::join(conditions, ", "));
-  journal_.info(
-      fmt::format("mode: {}{}, was {}", name_of_mode(mode_), because, name_of_mode(told_mode_)));
-  told_mode_ = mode_;
+  journal_.info(fmt::format("mode: {}{}, was {}", name_of_mode(pose.mode), because,
+                            name_of_mode(told_mode_)));
+  told_mode_ = pose.mode;
   mode_told_ns_ = now_ns;
 }
 

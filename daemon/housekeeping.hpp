@@ -36,7 +36,7 @@ class Housekeeping {
   void serve_status(std::int64_t now_ns);
   void tell_events();
   void tell(const Event& event);
-  void tell_mode(std::int64_t now_ns);
+  void tell_mode(const odom_pose& pose, std::int64_t now_ns);
   void look_at_end(std::int64_t now_ns);
   void tell_service_manager(std::int64_t now_ns);
   [[nodiscard]] PublishedPose published();
@@ -57,8 +57,6 @@ class Housekeeping {
   std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes
   std::int64_t ended_ns_ = 0;                         // since when all inputs have ended
   std::int64_t last_status_ns_ = 0;
-  std::uint32_t mode_ = ODOM_INITIALISING;       // as the beat told last
-  std::uint32_t mode_conditions_ = 0;            // that held then
   std::uint32_t told_mode_ = ODOM_INITIALISING;  // as the log says; follows once a second
   std::int64_t mode_told_ns_ = 0;
   bool ready_ = false;
