@@ -2,10 +2,12 @@
 // table. Compiling throws and allocates; decoding does neither.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "can_protocol/counter.hpp"
@@ -38,9 +40,18 @@ enum class FrameVerdict : std::uint8_t {
   count
 };
 
+inline constexpr std::size_t frame_verdict_count = static_cast<std::size_t>(FrameVerdict::count);
+inline constexpr std::array<std::string_view, frame_verdict_count> frame_verdict_names{
+    "decoded",    "unmapped", "no_sample",      "too_short",
+    "failed_crc", "repeated", "wrong_sequence", "distrusted"};
+
+[[nodiscard]] constexpr std::string_view name_of(FrameVerdict verdict) noexcept {
+  return frame_verdict_names[static_cast<std::size_t>(verdict)];
+}
+
 /// Counted per bound message; readable from any thread.
 struct MessageCounters {
-  Counter verdicts[static_cast<std::size_t>(FrameVerdict::count)];
+  Counter verdicts[frame_verdict_count];
   Counter some_lost;     ///< of the decoded: protection said OKSOMELOST
   Counter last_time_ns;  ///< of the last decoded frame (bit pattern of the signed time)
 };

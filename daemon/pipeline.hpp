@@ -34,7 +34,7 @@ struct SourceStatistics {
 
 struct PipelineStatistics {
   std::array<SourceStatistics, estimator::source_count> sources;
-  std::array<Counter, static_cast<std::size_t>(can::FrameVerdict::count)> frames;
+  std::array<Counter, can::frame_verdict_count> frames;
   std::array<Counter, can::stamp_verdict_count> stamps;
   Counter camera_malformed;  ///< messages of the wrong size, magic, version or clock
 };

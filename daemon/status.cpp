@@ -26,10 +26,6 @@ constexpr std::array<std::string_view, 13> conditions_by_bit{
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
-constexpr std::array<std::string_view, static_cast<std::size_t>(can::FrameVerdict::count)>
-    frame_verdict_names{"decoded",    "unmapped", "no_sample",      "too_short",
-                        "failed_crc", "repeated", "wrong_sequence", "distrusted"};
-
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) / ns_per_s;
 }
@@ -201,8 +197,8 @@ void write_messages(JsonWriter& json, const Running& running, std::int64_t now_n
     json.member("cycle_time_s", seconds(message.cycle_time_ns));
     age_member(json, "age_s", counters.last_time_ns, now_ns);
     json.begin_object("verdicts");
-    for (std::size_t v = 0; v < frame_verdict_names.size(); ++v)
-      json.member(frame_verdict_names[v], counters.verdicts[v].get());
+    for (std::size_t v = 0; v < can::frame_verdict_count; ++v)
+      json.member(can::frame_verdict_names[v], counters.verdicts[v].get());
     json.end_object();
     json.member("some_lost", counters.some_lost.get());
     json.end_object();
@@ -211,8 +207,8 @@ void write_messages(JsonWriter& json, const Running& running, std::int64_t now_n
 
   const PipelineStatistics& statistics = running.pipeline.statistics();
   json.begin_object("frames");
-  for (std::size_t v = 0; v < frame_verdict_names.size(); ++v)
-    json.member(frame_verdict_names[v], statistics.frames[v].get());
+  for (std::size_t v = 0; v < can::frame_verdict_count; ++v)
+    json.member(can::frame_verdict_names[v], statistics.frames[v].get());
   json.end_object();
   json.begin_object("stamps");
   for (std::size_t v = 0; v < can::stamp_verdict_count; ++v)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "can_protocol/decoder.hpp"
 #include "tools/conditions.hpp"
 #include "tools/status_values.hpp"
 #include "tools/text.hpp"
@@ -160,11 +161,13 @@ std::string messages(const Json& now) {
   for (const auto& message : member(now, "messages")) {
     const Json& verdicts = member(message, "verdicts");
     std::string failed;
-    for (const char* verdict :
-         {"too_short", "failed_crc", "repeated", "wrong_sequence", "distrusted"}) {
-      const Json& value = member(verdicts, verdict);
+    for (const auto verdict :
+         {can::FrameVerdict::too_short, can::FrameVerdict::failed_crc, can::FrameVerdict::repeated,
+          can::FrameVerdict::wrong_sequence, can::FrameVerdict::distrusted}) {
+      const std::string name{can::name_of(verdict)};
+      const Json& value = member(verdicts, name);
       if (value.is_null() || value.get<std::uint64_t>() == 0) continue;
-      failed += (failed.empty() ? "" : ", ") + count(value) + ' ' + verdict;
+      failed += (failed.empty() ? "" : ", ") + count(value) + ' ' + name;
     }
     table.rows.push_back({word(member(message, "name")), hexadecimal(member(message, "id")),
                           duration(member(message, "age_s")), count(member(verdicts, "decoded")),
