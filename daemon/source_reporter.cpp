@@ -7,10 +7,11 @@ namespace {
 
 using can::LinkState;
 
-std::string message_of(const Config& config, std::size_t source) {
+/// What feeds a source; every configured one has a binding.
+can::SignalBinding binding_of(const Config& config, std::size_t source) {
   for (const auto& binding : config.can.bindings)
-    if (binding.channel == source) return binding.message;
-  return "";
+    if (binding.channel == source) return binding;
+  return {};
 }
 
 }  // namespace
@@ -93,16 +94,19 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
     Signal& signal = signals_[i];
     const bool healthy = (published.pose.health >> i & 1U) != 0;
     const auto label = [&] {
-      return fmt::format("{} ({})", estimator::source_names[i], message_of(running_.config, i));
+      return fmt::format("{} ({})", estimator::source_names[i],
+                         binding_of(running_.config, i).message);
     };
     if (healthy) {
       if (signal == Signal::unhealthy) journal.info(label() + " is fine again");
       signal = Signal::healthy;
     } else if (signal == Signal::healthy) {
-      const std::int64_t age_ns = published.details.source_age_ns[i];
-      const bool overdue = age_ns > running_.config.can.signals[i].timeout_ns;
+      // Since it was heard: the age of the value counts the latency of its sensor as well.
+      const std::int64_t unheard_ns =
+          published.details.source_age_ns[i] - binding_of(running_.config, i).latency_ns;
+      const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
       journal.warn(overdue ? fmt::format("{} is overdue: the last one is {:.3f} s old", label(),
-                                         static_cast<double>(age_ns) * 1e-9)
+                                         static_cast<double>(unheard_ns) * 1e-9)
                            : label() + " fails its protection: look at the status");
       signal = Signal::unhealthy;
     } else if (signal == Signal::waited_for && now_ns - running_.started_ns > patience_ns) {
