@@ -32,9 +32,9 @@ Json better(double value, double baseline) {
 Json json_of(const Evaluation& e, const Evaluation* baseline) {
   Json json{{"pose", e.name},
             {"samples", e.samples},
-            {"t_first", static_cast<double>(e.first_ns) * 1e-9},
-            {"t_last", static_cast<double>(e.last_ns) * 1e-9},
-            {"duration", static_cast<double>(e.last_ns - e.first_ns) * 1e-9},
+            {"t_first", static_cast<double>(e.first_ns) / 1e9},
+            {"t_last", static_cast<double>(e.last_ns) / 1e9},
+            {"duration", static_cast<double>(e.last_ns - e.first_ns) / 1e9},
             {"path_length", e.path_length},
             {"alignment", {e.alignment.x, e.alignment.y, e.alignment.yaw}},
             {"end_error", e.end_error},
