@@ -44,7 +44,7 @@ std::string pose_as_text(const odom_pose& pose, std::int64_t age_ns) {
           " m/s to the left, " + fixed(degrees(pose.yaw_rate), 2) + " deg/s\n";
   text += "tick  " + padded(std::to_string(pose.tick), 12) + ", " +
           fixed(static_cast<double>(age_ns) * 1e-6, 1) + " ms old, " +
-          std::to_string(pose.reset_count) + " resets\n";
+          counted(pose.reset_count, "reset") + '\n';
   return text;
 }
 
@@ -58,7 +58,7 @@ std::string pose_as_json(const odom_pose& pose, std::int64_t age_ns, const std::
                                     {"tick", pose.tick},
                                     {"clock", clock},
                                     {"time_ns", t_ns},
-                                    {"age_s", static_cast<double>(age_ns) * 1e-9},
+                                    {"age_s", static_cast<double>(age_ns) / 1e9},
                                     {"mode", mode_name(pose.mode)},
                                     {"conditions", conditions},
                                     {"x", pose.x},

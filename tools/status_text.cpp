@@ -43,8 +43,8 @@ std::string pose(const Json& pose) {
          " m/s to the left,  " + number(member(pose, "yaw_rate"), 2, degrees) +
          " deg/s,  steering " + number(member(pose, "steering"), 2, degrees) +
          " deg\n            tick " + count(member(pose, "tick")) + ", " +
-         duration(member(pose, "age_s")) + " old, " + count(member(pose, "reset_count")) +
-         " resets\n";
+         duration(member(pose, "age_s")) + " old, " +
+         counted(member(pose, "reset_count"), "reset") + '\n';
 }
 
 std::string beat(const Json& beat, const Rates& rates) {
@@ -56,9 +56,10 @@ std::string beat(const Json& beat, const Rates& rates) {
                      (member(beat, "ticks").is_null()
                           ? std::string{"-"}
                           : rates.of(member(beat, "ticks").get<std::uint64_t>(), ticks_before)) +
-                     " Hz, " + count(member(beat, "ticks")) + " ticks, " +
-                     count(member(beat, "missed")) + " missed, " + count(member(beat, "overruns")) +
-                     " overruns, " + count(member(beat, "carried_over")) + " carried over\n";
+                     " Hz, " + counted(member(beat, "ticks"), "tick") + ", " +
+                     count(member(beat, "missed")) + " missed, " +
+                     counted(member(beat, "overruns"), "overrun") + ", " +
+                     count(member(beat, "carried_over")) + " carried over\n";
   if (!member(beat, "last_overrun_age_s").is_null()) {
     text += "            last overrun " + duration(member(beat, "last_overrun_age_s")) +
             " ago: that tick worked for " + number(member(beat, "last_overrun_execution_us"), 0) +
@@ -205,11 +206,11 @@ std::string sources(const Json& now, const Rates& rates) {
 std::string camera(const Json& camera) {
   if (!camera.is_object() || word(member(camera, "socket")).empty()) return {};
   std::string text = "\ncamera      " + word(member(camera, "socket")) + ": " +
-                     count(member(camera, "messages")) + " messages, " +
+                     counted(member(camera, "messages"), "message") + ", " +
                      count(member(camera, "malformed")) + " malformed\n";
   for (const auto& connection : member(camera, "connections")) {
     text += "            pid " + count(member(connection, "pid")) + ": " +
-            count(member(connection, "messages")) + " messages, " +
+            counted(member(connection, "messages"), "message") + ", " +
             count(member(connection, "malformed")) + " malformed\n";
   }
   return text;
@@ -217,8 +218,8 @@ std::string camera(const Json& camera) {
 
 std::string clock(const Json& clock) {
   if (!clock.is_object()) return {};
-  return "clock       " + count(member(clock, "steps")) + " steps of the wall clock, " +
-         count(member(clock, "suspends")) + " suspends\n";
+  return "clock       " + counted(member(clock, "steps"), "step") + " of the wall clock, " +
+         counted(member(clock, "suspends"), "suspend") + '\n';
 }
 
 }  // namespace

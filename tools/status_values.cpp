@@ -28,6 +28,11 @@ std::string count(const Json& value) {
   return value.is_null() ? "-" : std::to_string(value.get<std::uint64_t>());
 }
 
+std::string counted(const Json& value, std::string_view noun) {
+  return value.is_null() ? "- " + std::string{noun} + 's'
+                         : counted(value.get<std::uint64_t>(), noun);
+}
+
 std::string word(const Json& value) {
   return value.is_null() ? "-" : value.get<std::string>();
 }

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace odomd::tools {
 
@@ -23,6 +24,8 @@ inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
 [[nodiscard]] std::string number(const Json& value, int decimals, double factor = 1.0);
 [[nodiscard]] std::string count(const Json& value);
+/// "1 reset", "2 resets", "- resets".
+[[nodiscard]] std::string counted(const Json& value, std::string_view noun);
 [[nodiscard]] std::string word(const Json& value);
 [[nodiscard]] bool is_true(const Json& value);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,9 @@ namespace odomd::tools {
 
 /// Fixed decimals, "." whatever the locale, never "-0.00"; beyond 10¹⁵ in exponent form.
 [[nodiscard]] std::string fixed(double value, int decimals);
+
+/// "1 reset", "2 resets".
+[[nodiscard]] std::string counted(std::uint64_t number, std::string_view noun);
 
 /// Width on the terminal: characters, not bytes, of UTF-8.
 [[nodiscard]] std::size_t width(std::string_view text);

@@ -92,6 +92,7 @@ TEST(StatusText, ShowsModeConditionsPoseAndSources) {
   EXPECT_THAT(text, HasSubstr("from_the_future\n"));
   EXPECT_THAT(text, HasSubstr("y -2.000 ± 0.020 m"));
   EXPECT_THAT(text, HasSubstr("2000 ticks, 3 missed"));
+  EXPECT_THAT(text, HasSubstr(", 1 reset\n"));
   EXPECT_THAT(text, HasSubstr("overdue"));
   EXPECT_THAT(text, HasSubstr("7 gated"));
   EXPECT_THAT(text, Not(HasSubstr("motor")));
