@@ -37,6 +37,8 @@ void Observer::look() {
 }
 
 void Observer::look_at_segment() {
+  // Who is silent may have a successor under another of the default names.
+  if (state_.segment && state_.segment->silent) client_.reset();
   if (!client_) {
     auto opened = odom::Client::open(target_.segment.empty() ? nullptr : target_.segment.c_str());
     if (opened.status == ODOM_INVALID) {
