@@ -144,13 +144,16 @@ class WatchCommand : public ::testing::Test {
   std::string segment_ = scratch_.path("pose").string();
 };
 
-TEST_F(WatchCommand, WaitsAttachesPausesAndQuits) {
+TEST_F(WatchCommand, WaitsAttachesGoesOnPausesAndQuits) {
   OnATerminal watch{target()};
   ASSERT_TRUE(watch.shows("\x1b[?1049h"));
   ASSERT_TRUE(watch.shows("WAITING")) << watch.seen();
-  const auto writer = publish(segment_);
+  auto writer = publish(segment_);
   ASSERT_TRUE(watch.shows("1.250")) << watch.seen();
   ASSERT_TRUE(watch.shows("SILENT")) << watch.seen();  // no tick comes after it
+  writer.reset();
+  writer = publish(segment_);
+  ASSERT_TRUE(watch.shows("started anew 1 time")) << watch.seen();
   watch.press("p");
   ASSERT_TRUE(watch.shows("PAUSED")) << watch.seen();
   watch.press("p");
