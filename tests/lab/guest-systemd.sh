@@ -32,6 +32,11 @@ echo 0123456789abcdef0123456789abcdef >/root/etc/machine-id
 # A host that is a container says so in its root; the machine is none.
 rm -f /root/.dockerenv
 
+# What only the host's root may read, the machine's may not either where the host's user is not root.
+for file in /root/etc/shadow /root/etc/gshadow; do
+  cat $file >/dev/null 2>&1 || { rm -f $file; touch $file; chmod 640 $file; }
+done
+
 # Of the devices only the buses matter.
 mkdir $units/systemd-udev-trigger.service.d
 cat >$units/systemd-udev-trigger.service.d/lab.conf <<end

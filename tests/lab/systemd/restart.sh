@@ -89,6 +89,8 @@ for index in "${!languages[@]}"; do
   wait "${clients[$index]}"
 done
 
+watchdog installed
+systemctl restart $unit
 # Stopped, it misses its watchdog. On a slow machine the pose may by then be too old: three attempts.
 for ((round = 1; round <= 3; ++round)); do
   await 20 settled
