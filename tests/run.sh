@@ -108,7 +108,7 @@ unit_tests() {
 lab() {
   local begin=$SECONDS log=$logs/lab.log result ok bad
   echo "=== lab"
-  LAB_TIMEOUT=${LAB_TIMEOUT:-600} tests/lab/lab.sh test 2>&1 | tee "$log"
+  LAB_TIMEOUT=${LAB_TIMEOUT:-900} tests/lab/lab.sh test 2>&1 | tee "$log"
   local status=${PIPESTATUS[0]}
   result=$(tail -n 1 "$log")
   if [[ $result =~ ^lab:\ ([0-9]+)\ passed,\ ([0-9]+)\ failed$ ]]; then

@@ -11,7 +11,7 @@ for script in "$@"; do
   begin=$(date +%s.%N)
   work=$(mktemp -d)
   {
-    (cd "$work" && LAB_TEST=$name timeout -k 5 "${LAB_TEST_TIMEOUT:-180}" bash "$script" 2>&1)
+    (cd "$work" && LAB_TEST=$name timeout -k 5 "${LAB_TEST_TIMEOUT:-300}" bash "$script" 2>&1)
     echo "status $?" >"$work/.status"
   } | tee "$work/.output"
   status=$(sed 's/status //' "$work/.status")
@@ -19,7 +19,7 @@ for script in "$@"; do
   not_ok=$(grep -c '^not ok ' "$work/.output")
   if [ "$status" != 0 ] || [ $((ok + not_ok)) = 0 ]; then
     why="ended with status $status"
-    [ "$status" != 124 ] || why="no end after ${LAB_TEST_TIMEOUT:-180} s"
+    [ "$status" != 124 ] || why="no end after ${LAB_TEST_TIMEOUT:-300} s"
     # A script says "not ok" and goes on, or ends early with a status: then that is one failure more.
     if [ "$not_ok" = 0 ] || [ "$status" != 1 ]; then
       echo "not ok $name: $why, after $ok results"

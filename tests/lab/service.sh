@@ -19,13 +19,14 @@ status() {
 main_pid() { systemctl show -P MainPID "${1:-$unit}"; }
 is_active() { systemctl is-active --quiet "${1:-$unit}"; }
 publishes() { status '.beat.ticks > 0' -e; }
+settled() { status '.mode != "initialising" and .beat.ticks > 50' -e; }
 
 # What to know where something went wrong.
 journal() { journalctl --no-pager -o cat -n "${1:-10}" -u "$unit" | tr '\n' ';'; }
 
 install_product() {
   [ ! -e /run/odomd.installed ] || return 0
-  cmake --install "${ODOMD_BIN_DIR%/bin}" >install.log 2>&1 || { cat install.log; return 1; }
+  cmake --install "${ODOMD_BIN_DIR%/bin}" >install.log 2>&1 || { tail -n 5 install.log; return 1; }
   systemd-sysusers odomd.conf >>install.log 2>&1
   systemd-tmpfiles --create odomd.conf
   /lib/systemd/systemd-sysctl 50-odomd.conf

@@ -6,7 +6,7 @@ bus=can0
 unit=odomd@$bus.service
 run=/run/odomd/$bus
 
-install_product || exit
+install_product || { not_ok "installs" "see above"; exit; }
 check "there is a controller" "$(ip link)" ip link show can0
 check "it is down, and has no bit rate" "$(ip -d link show can0)" \
   test -z "$(ip -j -d link show can0 | jq -r '.[0].linkinfo.info_data.bittiming.bitrate // empty')"
