@@ -1,5 +1,7 @@
 #include "tools/completion/scripts.hpp"
 
+#include <fmt/format.h>
+
 namespace odomd::completion {
 namespace {
 
@@ -89,7 +91,7 @@ std::string bash_script(const CommandSpec& program) {
       for (const std::string& option_name : option.names)
         places += (places.empty() ? "" : " | ") +
                   ('"' + joined(command->path, " ") + ' ' + option_name + '"');
-      text += "    " + places + ")\n      " + offer(name, option.value) + "; return ;;\n";
+      text += fmt::format("    {})\n      {}; return ;;\n", places, offer(name, option.value));
     }
   }
   text += "  esac\n  case $command in\n";
@@ -102,7 +104,7 @@ std::string bash_script(const CommandSpec& program) {
     // Options stand behind what is asked for.
     for (const ValueSpec& argument : command->arguments)
       text += "      [[ $cur == -?* ]] || { " + offer(name, argument) + "; }\n";
-    text += "      _" + name + "_words \"" + words + "\" ;;\n";
+    text += fmt::format("      _{}_words \"{}\" ;;\n", name, words);
   }
   return text + "  esac\n} && complete -F _" + name + ' ' + name + '\n';
 }

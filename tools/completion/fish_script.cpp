@@ -1,5 +1,7 @@
 #include "tools/completion/scripts.hpp"
 
+#include <fmt/format.h>
+
 namespace odomd::completion {
 namespace {
 
@@ -73,16 +75,16 @@ std::string fish_script(const CommandSpec& program) {
     const std::string start = "complete -c " + name + " -n \"test '" + joined(command->path, " ") +
                               "' = (__" + name + "_command | string collect)\"";
     for (const CommandSpec& sub : command->commands)
-      text += start + " -a " + sub.path.back() + " -d " + quoted(sub.help) + '\n';
+      text += fmt::format("{} -a {} -d {}\n", start, sub.path.back(), quoted(sub.help));
     for (const ValueSpec& argument : command->arguments) {
       std::string values = offer(name, argument);
       if (const auto needed = values.find(" -r"); needed != std::string::npos)
         values.erase(needed, 3);
-      text += start + values + '\n';
+      text += fmt::format("{}{}\n", start, values);
     }
     for (const OptionSpec& option : command->options)
-      text += start + option_names(option) + offer(name, option.value) + " -d " +
-              quoted(option.help) + '\n';
+      text += fmt::format("{}{}{} -d {}\n", start, option_names(option), offer(name, option.value),
+                          quoted(option.help));
   }
   return text;
 }

@@ -1,5 +1,7 @@
 #include "tools/completion/scripts.hpp"
 
+#include <fmt/format.h>
+
 namespace odomd::completion {
 namespace {
 
@@ -51,7 +53,7 @@ std::string options_of(const std::string& program, const CommandSpec& command) {
     const std::string what = '[' + escaped(option.help) + ']' + action(program, option.value);
     for (const std::string& name : option.names) {
       const std::string others = option.repeatable ? "*" : '(' + joined(option.names, " ") + ')';
-      text += " \\\n    '" + others + name + what + "'";
+      text += fmt::format(" \\\n    '{}{}{}'", others, name, what);
     }
   }
   return text;
@@ -73,10 +75,10 @@ std::string group(const std::string& program, const CommandSpec& command) {
                      " \\\n    '1:command:->command' \\\n    '*::argument:->rest'\n"
                      "  case $state in\n    command)\n      local -a commands=(\n";
   for (const CommandSpec& sub : command.commands)
-    text += "        '" + sub.path.back() + ':' + escaped(sub.help) + "'\n";
+    text += fmt::format("        '{}:{}'\n", sub.path.back(), escaped(sub.help));
   text += "      )\n      _describe command commands ;;\n    rest)\n      case $line[1] in\n";
   for (const CommandSpec& sub : command.commands)
-    text += "        " + sub.path.back() + ") " + function_of(sub) + " ;;\n";
+    text += fmt::format("        {}) {} ;;\n", sub.path.back(), function_of(sub));
   return text + "      esac ;;\n  esac\n}\n\n";
 }
 
