@@ -2,8 +2,8 @@
 # Ten minutes of full traffic, natively, beside cyclictest: traffic.sh [SECONDS [CPU]]
 #
 # odomd takes 8,000 frames/s from a paced log and the camera's poses, is read by four clients, and runs
-# on one CPU together with a cyclictest of the same priority, interval and phase (both wake at the
-# multiples of the period). What delays this CPU delays both. Fails where
+# on one CPU together with a cyclictest of the same interval and phase (both wake at the multiples of the
+# period), one priority above, so that odomd cannot delay it. What delays this CPU delays both. Fails where
 #
 #   - a frame is lost or malformed;
 #   - odomd misses a cycle that cyclictest did not see too: that is, no sample of cyclictest within one
@@ -25,7 +25,7 @@ start_full_traffic "$seconds"
 odom pose --shm "$shm" --wait 10 --follow --csv --clock monotonic --out "$work/poses.csv" \
   2>"$work/client.poses" &
 witness=$!
-cyclictest -q -m -p 45 -i 5000 -a "$cpu" --secaligned -D "$seconds" --spike=1000 --spike-nodes=100000 \
+cyclictest -q -m -p 46 -i 5000 -a "$cpu" --secaligned -D "$seconds" --spike=1000 --spike-nodes=100000 \
   -h 20000 --histfile="$work/histogram" >"$work/cyclictest" 2>&1 &
 children+=("$witness" $!)
 

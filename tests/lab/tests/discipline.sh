@@ -59,8 +59,10 @@ remove_link vcan0
 remove_link vcan1
 
 # Without the kernel's throttling nothing would set a writer free that a real-time reader waits for.
+throttling=$(cat /proc/sys/kernel/sched_rt_runtime_us)
 echo -1 >/proc/sys/kernel/sched_rt_runtime_us
 preemption=$(timeout 60 "$ODOMD_BIN_DIR/shm_preemption" 2000 2>&1)
 clean=$?
+echo "$throttling" >/proc/sys/kernel/sched_rt_runtime_us
 echo "   $preemption"
 check "a reader that preempts the writer on its CPU does not wait for it" "$preemption" test $clean = 0
