@@ -38,8 +38,7 @@ int main() {
   if (::tcsetattr(serial, TCSANOW, &raw) != 0 || ::ioctl(serial, TIOCSETD, &discipline) != 0 ||
       ::ioctl(serial, SIOCGIFNAME, name.data()) != 0)
     return fail("slcan");
-  std::puts(name.data());
-  std::fflush(stdout);
+  std::cout << name.data() << std::endl;
 
   // Commands to the adapter ("O": open) are taken and not answered.
   std::thread([adapter] {
