@@ -13,7 +13,9 @@
  * as a successor publishes, the same client re-attaches by itself and answers ODOM_OK again
  * (odom_info.instance_id has changed by then).
  *
- * Thread-safety: one odom_client belongs to one thread at a time; open one for each thread. Every
+ * Thread-safety: one odom_client belongs to one thread at a time; open one for each thread. After a
+ * fork parent and child have a client each, to be used and closed independently; an odom_camera's
+ * connection they would share: open it after the fork. The library keeps no state of its own. Every
  * call but odom_open, odom_wait and re-attachment (at most once in four periods, only when stale)
  * is lock-free and makes no system call (the clock is read by the vDSO).
  *

@@ -1,0 +1,131 @@
+// The library inside other programs: loaded at run time, used by several threads, carried over a
+// fork.
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <array>
+#include <atomic>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "tests/shm_api/segment_fixture.hpp"
+
+namespace odomd::shm::testing {
+namespace {
+
+constexpr std::int64_t second = 1'000'000'000;
+
+// A pose was given. Whether it is fresh is a matter of how busy the machine is.
+bool is_given(odom_status status) {
+  return status == ODOM_OK || status == ODOM_STALE;
+}
+
+class Embedding : public ::testing::Test {
+ protected:
+  TemporaryDirectory directory;
+  std::string path = directory.file("pose");
+  Writer writer{{.name = path, .slots = 64}, test_info(second)};
+};
+
+struct CloseLibrary {
+  void operator()(void* library) const noexcept { dlclose(library); }
+};
+
+template <class Function>
+Function* symbol(void* library, const char* name) {
+  return reinterpret_cast<Function*>(dlsym(library, name));
+}
+
+TEST_F(Embedding, ALibraryLoadedAtRunTimeReadsAndCanBeUnloaded) {
+  publish_patterned(writer, 1, 100);
+  for (int time = 0; time < 2; ++time) {
+    const std::unique_ptr<void, CloseLibrary> library(dlopen(ODOMD_LIBODOM, RTLD_NOW | RTLD_LOCAL));
+    ASSERT_NE(library, nullptr) << dlerror();
+    auto* open = symbol<decltype(odom_open)>(library.get(), "odom_open");
+    auto* latest = symbol<decltype(odom_latest)>(library.get(), "odom_latest");
+    auto* close = symbol<decltype(odom_close)>(library.get(), "odom_close");
+    ASSERT_TRUE(open != nullptr && latest != nullptr && close != nullptr) << dlerror();
+
+    odom_client* client = nullptr;
+    ASSERT_EQ(open(path.c_str(), &client), ODOM_OK);
+    odom_pose pose{};
+    EXPECT_TRUE(is_given(latest(client, &pose, sizeof pose)));
+    EXPECT_TRUE(is_whole(pose));
+    close(client);
+  }
+}
+
+TEST_F(Embedding, EachThreadHasAClientOfItsOwn) {
+  std::array<odom_status, 4> seen{};
+  std::vector<std::thread> threads;
+  threads.reserve(seen.size());
+  publish_patterned(writer, 1, 100);
+  for (odom_status& status : seen)
+    threads.emplace_back([&] {
+      // Opened and closed again and again: none is in the way of another.
+      for (int round = 0; round < 20; ++round) {
+        const ClientPointer client = open_client(path);
+        odom_pose pose{};
+        status = odom_latest(client.get(), &pose, sizeof pose);
+        for (std::uint64_t last = pose.tick; is_given(status) && pose.tick < last + 3;)
+          status = odom_wait(client.get(), &pose, sizeof pose, 60 * second);
+        if (is_given(status) && !is_whole(pose)) status = ODOM_BUSY;
+        if (!is_given(status)) return;
+      }
+    });
+  std::atomic<bool> done{false};
+  std::thread publisher([&] {
+    for (std::uint64_t tick = 2; !done; ++tick) {
+      const std::int64_t now = now_ns();
+      publish_patterned(writer, tick, now);
+      writer.set_heartbeat(now);
+      writer.wake_clients();
+      std::this_thread::yield();
+    }
+  });
+  for (std::thread& thread : threads) thread.join();
+  done = true;
+  publisher.join();
+  for (const odom_status status : seen) EXPECT_TRUE(is_given(status)) << odom_strstatus(status);
+}
+
+TEST_F(Embedding, AClientMayBeHandedToAnotherThread) {
+  publish_patterned(writer, 1, 100);
+  const ClientPointer client = open_client(path);
+  odom_pose pose{};
+  EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
+  publish_patterned(writer, 2, 200);
+  std::thread([&] { EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose))); }).join();
+  EXPECT_EQ(pose.tick, 2U);
+}
+
+TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
+  publish_patterned(writer, 1, 100);
+  const ClientPointer client = open_client(path);
+  odom_pose pose{};
+  ASSERT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
+  const pid_t child = fork();
+  if (child == 0) {
+    // Sleeps on the futex of a mapping that it has inherited.
+    const bool fine = is_given(odom_wait(client.get(), &pose, sizeof pose, 60 * second)) &&
+                      pose.tick == 2 && is_whole(pose);
+    odom_client* inherited = client.get();
+    odom_close(inherited);
+    _exit(fine ? 0 : 1);
+  }
+  ASSERT_GT(child, 0);
+  writer.set_heartbeat(now_ns());
+  publish_patterned(writer, 2, 200);
+  writer.wake_clients();
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
+  // The child has let go of its own mapping.
+  EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
+  EXPECT_EQ(pose.tick, 2U);
+}
+
+}  // namespace
+}  // namespace odomd::shm::testing
