@@ -72,22 +72,25 @@ class Segment:
 
 
 class Daemon:
-    """odomd on a log, as a process of its own."""
+    """odomd on a drive, as a process of its own."""
 
     def __init__(self, directory: Path, drive: Path) -> None:
         self.segment = directory / "pose"
         self._log = open(directory / "odomd.log", "a", encoding="utf-8")
+        # On standard input, like a bus: a log file by its name would begin a drive of its own.
+        log = open(drive / "drive.log", "rb")
         self._process = subprocess.Popen(
             [
                 str(BIN / "odomd"),
-                *("--config", str(drive / "car.toml"), "--can", str(drive / "drive.log")),
+                *("--config", str(drive / "car.toml"), "--can", "-"),
                 *("--shm", str(self.segment), "--log-level", "warn"),
                 *("--camera-socket", str(directory / "camera.sock")),
                 *("--status-socket", str(directory / "status.sock")),
             ],
-            stdin=subprocess.DEVNULL,
+            stdin=log,
             stderr=self._log,
         )
+        log.close()
 
     @property
     def pid(self) -> int:
