@@ -1,5 +1,5 @@
 #!/bin/bash
-# clang-tidy over every source file of the tree. Ends with a dated summary line.
+# clang-tidy over every source file of the tree, mypy over the Python ones. Ends with dated summary lines.
 #
 #   tests/campaign/tidy.sh [FILE...]
 #
@@ -36,4 +36,9 @@ status=${PIPESTATUS[1]}
 warnings=$(grep -E ': (warning|error): ' "$log" | sort -u | wc -l)
 [ "$warnings" = 0 ] || status=1
 echo "$(date -u +%F) clang-tidy: ${#checked[@]} files, $warnings warnings; $((SECONDS - begin)) s"
+[ $# = 0 ] || exit "$status"
+
+mapfile -t modules < <(git ls-files 'python/odom/*.py' 'examples/*.py' 'tests/python/*.py' 'tests/examples/*.py')
+MYPYPATH=python:tests/python:tests/examples mypy --strict --cache-dir build/tidy/mypy "${modules[@]}" || status=1
+echo "$(date -u +%F) mypy --strict: ${#modules[@]} files"
 exit "$status"

@@ -81,7 +81,7 @@ class Restart(unittest.TestCase):
             for name, row in after.items():
                 # A predecessor younger than two seconds hands its pose on, and the count says that
                 # it was cut; on a machine that takes longer the count begins anew.
-                allowed = [resets[name] + 1] if took < 2.0 else [resets[name] + 1, 1]
+                allowed = [resets[name] + 1] if took < 1.0 else [resets[name] + 1, 1]
                 self.assertIn(row.reset_count, allowed, name)
             instances |= {row.instance for row in after.values()}
             self.assertEqual(len(instances), life + 2)
