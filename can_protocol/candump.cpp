@@ -26,11 +26,6 @@ constexpr std::array<std::uint8_t, 256> hex_values = [] {
   return values;
 }();
 
-constexpr bool is_fd_length(std::size_t length) {
-  return length <= 8 || length == 12 || length == 16 || length == 20 || length == 24 ||
-         length == 32 || length == 48 || length == 64;
-}
-
 class Parser {
  public:
   explicit Parser(std::string_view line) : line_(line) {}

@@ -33,6 +33,12 @@ struct Frame {
   [[nodiscard]] std::span<const std::uint8_t> payload() const { return {data.data(), length}; }
 };
 
+/// Payloads of CAN FD come in these sizes, and in no others.
+[[nodiscard]] constexpr bool is_fd_length(std::size_t length) {
+  return length <= 8 || length == 12 || length == 16 || length == 20 || length == 24 ||
+         length == 32 || length == 48 || length == 64;
+}
+
 /// Identifier and format in one number, to compare and to look frames up by.
 [[nodiscard]] constexpr std::uint32_t frame_key(std::uint32_t id, IdFormat format) {
   return id | (format == IdFormat::extended ? 0x8000'0000U : 0U);

@@ -64,6 +64,12 @@ TEST(FromKernel, RefusesWhatIsNoFrame) {
   canfd_frame raw = raw_frame(0x120, 64);
   raw.len = 65;
   EXPECT_FALSE(from_kernel(raw, CANFD_MTU));
+  raw.len = 9;  // a virtual bus passes it, a wire has no such length
+  EXPECT_FALSE(from_kernel(raw, CANFD_MTU));
+  raw.len = 12;
+  EXPECT_TRUE(from_kernel(raw, CANFD_MTU));
+  raw.can_id |= CAN_RTR_FLAG;
+  EXPECT_FALSE(from_kernel(raw, CANFD_MTU));
 }
 
 TEST(ExactFilters, MatchTheirDataFramesAlone) {
