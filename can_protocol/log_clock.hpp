@@ -25,7 +25,7 @@ namespace odomd::can {
 }
 
 /// Shared by the feeders of all logs that one daemon plays: the first frame of any of them sets it,
-/// for good. Any thread, lock-free.
+/// for good but for a live pipe whose clock is set. Any thread, lock-free.
 class LogClock {
  public:
   LogClock(std::int64_t first_tick_ns, std::int64_t period_ns) noexcept
@@ -48,6 +48,14 @@ class LogClock {
     if (offset_ns_.compare_exchange_strong(current, offset, std::memory_order_acq_rel))
       return offset;
     return current;
+  }
+
+  /// Maps `stamp_ns` so although the clock runs: the stamps follow another clock from here on.
+  std::int64_t restart(std::int64_t stamp_ns, std::int64_t earliest_ns) noexcept {
+    const std::int64_t offset =
+        stamp_ns - aligned_release(stamp_ns, earliest_ns, first_tick_ns_, period_ns_);
+    offset_ns_.store(offset, std::memory_order_release);
+    return offset;
   }
 
  private:

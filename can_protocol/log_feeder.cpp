@@ -121,14 +121,13 @@ void LogFeeder::run() noexcept {
 void LogFeeder::feed() {
   while (std::optional<Frame> frame = next()) {
     if (frame->time_ns != 0) {
+      follow_step(*frame);
       frame->time_ns -= clock_.start(frame->time_ns, monotonic_now() + lead_ns_);
       const std::int64_t pause_ns = frame->time_ns - monotonic_now();
       if (pause_ns > long_pause_ns)
-        complain(
-            at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
-            std::to_string(pause_ns / ns_per_s) +
-            " s, which are waited for; cut the log where it pauses, or, for a bus that is piped "
-            "in live, name its interface instead");
+        complain(at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
+                 std::to_string(pause_ns / ns_per_s) +
+                 " s, which are waited for; cut the log where it pauses");
       // Runs ahead in strides of half the window: one wake-up for many frames.
       if (pause_ns > ahead_ns && wait_until(frame->time_ns - ahead_ns / 2) == Waited::stopped)
         return;
@@ -136,6 +135,16 @@ void LogFeeder::feed() {
     while (!ring_.push(*frame))
       if (wait_until(monotonic_now() + ring_full_wait_ns) == Waited::stopped) return;
   }
+}
+
+void LogFeeder::follow_step(const Frame& frame) {
+  const std::int64_t now_ns = monotonic_now();
+  const auto step_ns = live_stamps_.step(frame.time_ns, now_ns);
+  if (!step_ns || !clock_.offset_ns()) return;
+  clock_.restart(frame.time_ns, now_ns + lead_ns_);
+  counters_.clock_steps.add();
+  complain(at_line(label_, lines_.line_number()) + "the clock behind the stamps was set by " +
+           std::to_string(*step_ns / ns_per_s) + " s; they are followed from here");
 }
 
 std::optional<Frame> LogFeeder::next() {
@@ -185,9 +194,11 @@ bool LogFeeder::take(std::string_view text, Frame& frame) {
   return true;
 }
 
-LogFeeder::Waited LogFeeder::wait_for_input() const {
+LogFeeder::Waited LogFeeder::wait_for_input() {
   std::array<pollfd, 2> events{pollfd{file_.get(), POLLIN, 0}, pollfd{stop_.get(), POLLIN, 0}};
-  ::poll(events.data(), events.size(), -1);
+  const bool ready = ::poll(events.data(), events.size(), 0) > 0;
+  live_stamps_.read(ready ? LiveStamps::Input::ready : LiveStamps::Input::waited_for);
+  if (!ready) ::poll(events.data(), events.size(), -1);
   return events[1].revents != 0 ? Waited::stopped : Waited::due;
 }
 

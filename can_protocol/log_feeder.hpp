@@ -13,6 +13,7 @@
 #include "can_protocol/file_descriptor.hpp"
 #include "can_protocol/frame_source.hpp"
 #include "can_protocol/line_buffer.hpp"
+#include "can_protocol/live_stamps.hpp"
 #include "can_protocol/log_clock.hpp"
 #include "can_protocol/spsc_ring.hpp"
 
@@ -22,7 +23,8 @@ namespace odomd::can {
 /// `ahead_ns` before their time; the drain holds them back until a tick is due. A frame whose time
 /// has passed (the input is late, or its stamps run backwards) is released at once; a gap is waited
 /// for; a stamp of zero is none: the frame is released at once with time 0. Error frames are
-/// counted, not handed on.
+/// counted, not handed on. Where a pipe is fed live, a clock that is set behind its stamps is
+/// noticed and followed (live_stamps.hpp).
 ///
 /// A line that is no frame is counted as malformed and passed over. At the end of the input, and
 /// once the ring is empty, the link is `ended`.
@@ -56,9 +58,10 @@ class LogFeeder final : public FrameSource {
 
   void run() noexcept;
   void feed();
+  void follow_step(const Frame& frame);
   std::optional<Frame> next();
   bool take(std::string_view text, Frame& frame);
-  Waited wait_for_input() const;
+  Waited wait_for_input();
   Waited wait_until(std::int64_t monotonic_ns) const;
   void complain(std::string text);
 
@@ -69,10 +72,11 @@ class LogFeeder final : public FrameSource {
   FileDescriptor file_;
   FileDescriptor stop_;       // an eventfd: readable once the thread must end
   std::int64_t lead_ns_ = 0;  // head start of the first frame
-  SourceCounters counters_;   // malformed: the thread's; the others: the drain's
+  SourceCounters counters_;   // malformed, clock_steps: the thread's; the others: the drain's
 
   // The thread's own.
   LineBuffer lines_;
+  LiveStamps live_stamps_;
   std::string last_interface_;
   std::uint8_t last_bus_ = 0;
   bool input_ended_ = false;

@@ -248,6 +248,32 @@ TEST(LogFeeder, HandsOutAPipesFramesAsTheyCome) {
   EXPECT_EQ(feeder.counters().malformed.get(), 0U);
 }
 
+TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  std::int64_t stamp_ms = 1'700'000'000'000;
+  const auto live_frames = [&] {
+    for (int i = 0; i < 20; ++i, stamp_ms += 5) {
+      fifo.write("(" + std::to_string(stamp_ms / 1000) + "." +
+                 std::to_string(1000 + stamp_ms % 1000).substr(1) + "000) can0 100#01\n");
+      const auto frames = drain(feeder, 1);
+      ASSERT_EQ(frames.size(), 1U);
+      EXPECT_LT(std::abs(frames[0].time_ns - monotonic_now()), 10'000'000'000);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  };
+  live_frames();
+  stamp_ms += 3'600'000;
+  live_frames();
+  stamp_ms -= 7'200'000;
+  live_frames();
+  EXPECT_EQ(feeder.counters().clock_steps.get(), 2U);
+  EXPECT_THAT(feeder.complaint(), HasSubstr("the clock behind the stamps was set by 35"));
+}
+
 TEST(LogFeeder, EndsWhileItWaitsForAWriter) {
   const Fifo fifo;
   BusNames buses;
