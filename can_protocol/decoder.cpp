@@ -106,16 +106,16 @@ FrameVerdict verdict_of(E2eStatus status) noexcept {
   return FrameVerdict::failed_crc;
 }
 
-DecodeResult decode_message(const Decoder::Tables& tables, CompiledMessage& message,
-                            MessageCounters& counters, const Frame& frame,
+DecodeResult decode_message(const Decoder::Tables& tables, const CompiledMessage& message,
+                            ProtectionState& state, MessageCounters& counters, const Frame& frame,
                             std::span<Sample> samples) noexcept {
   const Payload payload =
       Payload(frame.data).first(std::min<std::size_t>(frame.length, max_payload));
   E2eStatus status = E2eStatus::ok;
   if (message.protection) {
     if (payload.size() < message.protection->length()) return {FrameVerdict::too_short, 0};
-    status = message.protection->check(payload, message.protection_states[frame.bus]);
-    const bool trusted = message.trust[frame.bus].after(status);
+    status = message.protection->check(payload, state.counters[frame.bus]);
+    const bool trusted = state.trust[frame.bus].after(status);
     if (const FrameVerdict verdict = verdict_of(status); verdict != FrameVerdict::decoded)
       return {verdict, 0};
     if (!trusted) return {FrameVerdict::distrusted, 0};
@@ -145,10 +145,11 @@ DecodeResult Decoder::decode(const Frame& frame, std::span<Sample> samples) noex
   const unsigned bus_bit = 1U << frame.bus;
   for (std::int16_t at = message_index(*tables_, frame); at >= 0;) {
     const auto index = static_cast<std::size_t>(at);
-    CompiledMessage& message = tables_->messages[index];
+    const CompiledMessage& message = tables_->messages[index];
     if ((message.bus_mask & bus_bit) != 0) {
       MessageCounters& counters = tables_->counters[index];
-      DecodeResult result = decode_message(*tables_, message, counters, frame, samples);
+      DecodeResult result =
+          decode_message(*tables_, message, tables_->protections[index], counters, frame, samples);
       result.message = at;
       counters.verdicts[static_cast<std::size_t>(result.verdict)].add();
       return result;
@@ -164,6 +165,14 @@ std::span<const BoundMessage> Decoder::messages() const noexcept {
 
 const MessageCounters& Decoder::counters(std::size_t message) const noexcept {
   return tables_->counters[message];
+}
+
+std::span<ProtectionState> Decoder::protections() noexcept {
+  return tables_->protections;
+}
+
+std::span<const ProtectionState> Decoder::protections() const noexcept {
+  return tables_->protections;
 }
 
 }  // namespace odomd::can

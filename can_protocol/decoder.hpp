@@ -12,6 +12,8 @@
 
 #include "can_protocol/counter.hpp"
 #include "can_protocol/dbc.hpp"
+#include "can_protocol/e2e.hpp"
+#include "can_protocol/e2e_trust.hpp"
 #include "can_protocol/frame.hpp"
 #include "can_protocol/signal_binding.hpp"
 
@@ -71,6 +73,12 @@ struct BoundMessage {
   std::vector<std::uint16_t> channels;
 };
 
+/// What the protection of a message remembers of the frames so far, by bus: counters run apart.
+struct ProtectionState {
+  std::array<E2eState, max_buses> counters{};
+  std::array<E2eTrust, max_buses> trust{};
+};
+
 class Decoder {
  public:
   struct Tables;  ///< the compiled form, decoder_tables.hpp
@@ -92,6 +100,11 @@ class Decoder {
 
   [[nodiscard]] std::span<const BoundMessage> messages() const noexcept;
   [[nodiscard]] const MessageCounters& counters(std::size_t message) const noexcept;
+
+  /// All that decoding one frame leaves behind for the next, by message; to be read, and put back
+  /// into a decoder of the same bindings, by the thread that decodes.
+  [[nodiscard]] std::span<ProtectionState> protections() noexcept;
+  [[nodiscard]] std::span<const ProtectionState> protections() const noexcept;
 
  private:
   std::unique_ptr<Tables> tables_;

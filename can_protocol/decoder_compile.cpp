@@ -45,6 +45,7 @@ class Compiler {
     std::sort(tables_.extended.begin(), tables_.extended.end(),
               [](const ExtendedEntry& a, const ExtendedEntry& b) { return a.id < b.id; });
     tables_.counters.resize(groups_.size());
+    tables_.protections.resize(groups_.size());
   }
 
  private:

@@ -10,7 +10,6 @@
 
 #include "can_protocol/decoder.hpp"
 #include "can_protocol/e2e.hpp"
-#include "can_protocol/e2e_trust.hpp"
 #include "can_protocol/signal_layout.hpp"
 
 namespace odomd::can {
@@ -52,8 +51,6 @@ struct CompiledBinding {
 struct CompiledMessage {
   Stretch bindings;  ///< of Tables::bindings
   std::optional<E2eProtection> protection;
-  std::array<E2eState, max_buses> protection_states{};  ///< one a bus: counters run apart
-  std::array<E2eTrust, max_buses> trust{};
   std::uint8_t bus_mask = 0;  ///< of all its bindings
   std::int16_t next = -1;     ///< another message with this identifier, on other buses
 };
@@ -73,6 +70,8 @@ struct Decoder::Tables {
   std::vector<CompiledSelector> selectors;
   std::vector<SignalLayout> terms;
   std::vector<MultiplexRange> ranges;
+
+  std::vector<ProtectionState> protections;  ///< by message
 
   std::vector<BoundMessage> bound;        ///< by message
   std::vector<MessageCounters> counters;  ///< by message

@@ -1,5 +1,6 @@
 #include "daemon/pipeline.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -35,22 +36,22 @@ bool failed_protection(can::FrameVerdict verdict) {
 Pipeline::Pipeline(const Config& config, std::span<const can::Database> databases,
                    std::span<const std::string> bus_names, bool camera_expected)
     : decoder_(databases, config.can.bindings, config.can.protections, bus_names),
-      filter_(initial_filter(config, camera_expected)),
-      camera_lever_arm_(config.camera.lever_arm) {
+      camera_lever_arm_(config.camera.lever_arm),
+      state_{.filter = initial_filter(config, camera_expected)} {
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SignalSettings& signal = config.can.signals[source];
     sigma_[source] = signal.sigma;
-    if (signal.configured) watch_.configure(source, signal.timeout_ns);
+    if (signal.configured) state_.watch.configure(source, signal.timeout_ns);
   }
   if (camera_expected)
-    watch_.configure(camera, std::llround(filter_settings(config).camera_timeout_s * 1e9));
+    state_.watch.configure(camera, std::llround(filter_settings(config).camera_timeout_s * 1e9));
 }
 
 void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
   if (frame.kind == can::FrameKind::error) return;
-  record_.details.frames[frame.bus] += 1;
+  state_.record.details.frames[frame.bus] += 1;
 
-  const can::StampVerdict stamp = stamp_guard_.check(frame, now_ns);
+  const can::StampVerdict stamp = state_.stamp_guard.check(frame, now_ns);
   statistics_.stamps[static_cast<std::size_t>(stamp)].add();
   can::Frame timed = frame;
   if (stamp == can::StampVerdict::zero || stamp == can::StampVerdict::future)
@@ -66,7 +67,7 @@ void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
   if (failed_protection(result.verdict)) {
     for (const std::uint16_t channel : message.channels) {
       count(channel, Verdict::failed_protection);
-      watch_.failed(channel);
+      state_.watch.failed(channel);
     }
     return;
   }
@@ -83,32 +84,37 @@ void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Fra
       continue;
     }
     const Verdict verdict =
-        add(filter_, estimator::Measurement{.source = static_cast<Source>(sample.channel),
-                                            .time_ns = sample.time_ns,
-                                            .value = sample.value,
-                                            .sigma = sigma_[sample.channel],
-                                            .arrival_ns = now_ns});
+        add(state_.filter, estimator::Measurement{.source = static_cast<Source>(sample.channel),
+                                                  .time_ns = sample.time_ns,
+                                                  .value = sample.value,
+                                                  .sigma = sigma_[sample.channel],
+                                                  .arrival_ns = now_ns});
     count(sample.channel, verdict);
     if (verdict == Verdict::non_finite) continue;
-    watch_.heard(sample.channel, frame.time_ns, sample.time_ns);
+    state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
     statistics_.sources[sample.channel].last_time_ns.set(
         std::bit_cast<std::uint64_t>(sample.time_ns));
   }
 }
 
 void Pipeline::take(const estimator::CameraPose& reference) noexcept {
-  record_.details.camera_messages += 1;
-  const Verdict verdict = add(filter_, to_centre_of_gravity(reference, camera_lever_arm_));
+  state_.record.details.camera_messages += 1;
+  if (!is_usable(reference)) {
+    count(camera, Verdict::non_finite);
+    return;
+  }
+  const Verdict verdict = add(state_.filter, to_centre_of_gravity(reference, camera_lever_arm_));
   count(camera, verdict);
   if (verdict == Verdict::non_finite) return;
-  watch_.heard(camera, reference.arrival_ns, reference.capture_ns);
+  state_.camera_rejected = verdict == Verdict::gated;
+  state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
   statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
   statistics_.sources[camera].last_latency_ns.set(
       std::bit_cast<std::uint64_t>(reference.arrival_ns - reference.capture_ns));
 }
 
 void Pipeline::take_malformed_camera_message() noexcept {
-  record_.details.camera_messages += 1;
+  state_.record.details.camera_messages += 1;
   statistics_.camera_malformed.add();
 }
 
@@ -120,47 +126,51 @@ void Pipeline::count(std::size_t source, Verdict verdict) noexcept {
 
 void Pipeline::resume(const odom_pose& pose, const odom_details& details,
                       std::int64_t gap_ns) noexcept {
-  estimator::resume(filter_, to_estimate(pose, details), static_cast<double>(gap_ns) * 1e-9);
+  estimator::resume(state_.filter, to_estimate(pose, details), static_cast<double>(gap_ns) * 1e-9);
 }
 
 std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
                                    std::int64_t tick_ns) const noexcept {
-  std::uint32_t bits = outside_conditions_;
+  std::uint32_t bits = state_.outside_conditions;
   for (std::size_t source = 0; source < camera; ++source) {
-    if (watch_.overdue(source, tick_ns, start_ns_)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
-    if (watch_.failing(source)) bits |= ODOM_COND_PROTECTION;
+    if (state_.watch.overdue(source, tick_ns, state_.start_ns)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
+    if (state_.watch.failing(source)) bits |= ODOM_COND_PROTECTION;
   }
-  const auto camera_verdict = statistics_.sources[camera].last_verdict.get();
-  if (camera_verdict == static_cast<std::uint64_t>(Verdict::gated))
-    bits |= ODOM_COND_CAMERA_REJECTED;
+  if (state_.camera_rejected) bits |= ODOM_COND_CAMERA_REJECTED;
   if (estimate.model_fault) bits |= ODOM_COND_MODEL_FAULT;
-  if (recovered_ns_ != 0 && tick_ns - recovered_ns_ < recovery_shown_ns)
+  if (state_.recovered_ns != 0 && tick_ns - state_.recovered_ns < recovery_shown_ns)
     bits |= ODOM_COND_NON_FINITE;
   return bits;
 }
 
 const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noexcept {
-  if (start_ns_ == 0) start_ns_ = tick_ns;
+  if (state_.start_ns == 0) state_.start_ns = tick_ns;
 
-  const estimator::Estimate estimate = step(filter_, tick_ns);
+  const estimator::Estimate estimate = step(state_.filter, tick_ns);
   statistics_.sources[camera].last_test_ratio.set(
       std::bit_cast<std::uint64_t>(estimate.camera_test_ratio));
 
-  if (estimate.recoveries != recoveries_) recovered_ns_ = tick_ns;
-  recoveries_ = estimate.recoveries;
+  if (estimate.recoveries != state_.recoveries) state_.recovered_ns = tick_ns;
+  state_.recoveries = estimate.recoveries;
 
-  fill_record(estimate, record_);
-  odom_pose& pose = record_.pose;
+  fill_record(estimate, state_.record);
+  odom_pose& pose = state_.record.pose;
   pose.tick = number;
   pose.time_ns = tick_ns;
   pose.conditions = conditions(estimate, tick_ns);
   pose.mode = static_cast<std::uint32_t>(published_mode(estimate, pose.conditions));
   pose.health = 0;
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
-    record_.details.source_age_ns[source] = watch_.age_ns(source, tick_ns);
-    if (watch_.healthy(source, tick_ns)) pose.health |= 1U << source;
+    state_.record.details.source_age_ns[source] = state_.watch.age_ns(source, tick_ns);
+    if (state_.watch.healthy(source, tick_ns)) pose.health |= 1U << source;
   }
-  return record_;
+  return state_.record;
+}
+
+void Pipeline::restore(const PipelineState& state,
+                       std::span<const can::ProtectionState> protections) noexcept {
+  state_ = state;
+  std::ranges::copy(protections, decoder_.protections().begin());
 }
 
 }  // namespace odomd::daemon

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <type_traits>
 
 #include <odom/types.h>
 
@@ -39,6 +40,23 @@ struct PipelineStatistics {
   Counter camera_malformed;  ///< messages of the wrong size, magic, version or clock
 };
 
+/// Everything that one tick leaves behind for the next, but for what the decoder keeps and what is
+/// only counted. It owns nothing and points nowhere: its bytes are all there is.
+struct PipelineState {
+  can::StampGuard stamp_guard;
+  estimator::Filter filter;
+  SourceWatch watch;
+  TickRecord record;
+  std::uint32_t outside_conditions = 0;
+  bool camera_rejected = false;   ///< the last usable camera pose was gated
+  std::int64_t start_ns = 0;      ///< of the first tick
+  std::int64_t recovered_ns = 0;  ///< of the last tick that reset a non-finite state
+  std::uint32_t recoveries = 0;
+};
+// Not trivially copyable only for Eigen 3.4's fixed-size vectors, which are plain numbers.
+static_assert(std::is_trivially_destructible_v<PipelineState>);
+static_assert(std::is_trivially_copyable_v<can::ProtectionState>);
+
 class Pipeline {
  public:
   /// Start-up: allocates, and throws std::invalid_argument where the configuration does not fit the
@@ -59,13 +77,23 @@ class Pipeline {
 
   /// Conditions that only the surroundings know (ODOM_COND_ bits: real time refused, bus down,
   /// ...); they hold until they are set anew.
-  void set_conditions(std::uint32_t bits) noexcept { outside_conditions_ = bits; }
+  void set_conditions(std::uint32_t bits) noexcept { state_.outside_conditions = bits; }
 
   /// Goes on from a predecessor's last pose, `gap_ns` old, its covariance grown for the gap.
   void resume(const odom_pose& pose, const odom_details& details, std::int64_t gap_ns) noexcept;
 
   /// Steps the filter to the tick that is valid at `tick_ns` and returns what is to be published.
   const TickRecord& tick(std::uint64_t number, std::int64_t tick_ns) noexcept;
+
+  /// Between two ticks: what was taken in so far, for another pipeline of the same configuration to
+  /// go on from, to the bit. Real-time safe.
+  [[nodiscard]] const PipelineState& state() const noexcept { return state_; }
+  [[nodiscard]] std::span<const can::ProtectionState> protections() const noexcept {
+    return decoder_.protections();
+  }
+  /// `protections` is as long as protections(). Counts begin at zero.
+  void restore(const PipelineState& state,
+               std::span<const can::ProtectionState> protections) noexcept;
 
   [[nodiscard]] const PipelineStatistics& statistics() const noexcept { return statistics_; }
   [[nodiscard]] const can::Decoder& decoder() const noexcept { return decoder_; }
@@ -78,17 +106,10 @@ class Pipeline {
                                          std::int64_t tick_ns) const noexcept;
 
   can::Decoder decoder_;
-  can::StampGuard stamp_guard_;
-  estimator::Filter filter_;
   std::array<double, 3> camera_lever_arm_;
   std::array<double, estimator::source_count> sigma_{};
-  SourceWatch watch_;
+  PipelineState state_;
   PipelineStatistics statistics_;
-  TickRecord record_;
-  std::uint32_t outside_conditions_ = 0;
-  std::int64_t start_ns_ = 0;      // of the first tick
-  std::int64_t recovered_ns_ = 0;  // of the last tick that reset a non-finite state
-  std::uint32_t recoveries_ = 0;
 };
 
 }  // namespace odomd::daemon

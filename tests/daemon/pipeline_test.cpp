@@ -214,5 +214,28 @@ TEST(Pipeline, GoesOnFromAPredecessorWithItsCovarianceGrown) {
   EXPECT_GT(record.pose.reset_count, last.pose.reset_count);
 }
 
+TEST(Pipeline, TakesASigmaThatIsNotPositiveForUnusableWhateverTheLeverArm) {
+  Config arm = config();
+  arm.camera.lever_arm = {0.1, 0.2, 0.3};
+  const auto p = pipeline(arm, true);
+  p->take(frame(257, start, 1000), start);
+  p->tick(0, start);
+  estimator::CameraPose far{.capture_ns = start,
+                            .arrival_ns = start,
+                            .x = 50.0,
+                            .sigma_x = 0.01,
+                            .sigma_y = 0.01,
+                            .sigma_yaw = 0.01};
+  p->take(far);
+  EXPECT_EQ(verdicts(*p, camera, Verdict::gated), 1U);
+  far.sigma_x = -0.01;
+  p->take(far);
+  far.sigma_x = 0.0;
+  p->take(far);
+  EXPECT_EQ(verdicts(*p, camera, Verdict::non_finite), 2U);
+  // What is no pose says nothing about the last one that was.
+  EXPECT_NE(p->tick(1, start + 5 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
+}
+
 }  // namespace
 }  // namespace odomd::daemon
