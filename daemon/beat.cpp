@@ -38,9 +38,12 @@ void Beat::run(const Surroundings& surroundings) noexcept {
     read_clock(woke_ns);
     drain_buses(tick_ns, woke_ns);
     drain_cameras(woke_ns);
-    parts_.pipeline.set_conditions(surroundings_.conditions(seen_));
-    publish(parts_.pipeline.tick(due.tick, tick_ns), wakeup_latency_ns);
+    const std::uint32_t conditions = surroundings_.conditions(seen_);
+    parts_.pipeline.set_conditions(conditions);
+    const TickRecord& record = parts_.pipeline.tick(due.tick, tick_ns);
+    publish(record, wakeup_latency_ns);
     parts_.relay.ring();
+    parts_.tap.tick_done(record, {woke_ns, wall_clock_.offset_ns(), conditions}, parts_.pipeline);
     planned = account(due, wakeup_latency_ns, woke_ns);
   }
 }
@@ -68,7 +71,10 @@ void Beat::drain_buses(std::int64_t tick_ns, std::int64_t now_ns) noexcept {
     const can::SourceCounters& counters = source->counters();
     const std::uint64_t carried_over = counters.carried_over.get();
     const std::size_t count = source->drain(frames_, tick_ns, now_ns);
-    for (std::size_t i = 0; i < count; ++i) parts_.pipeline.take(frames_[i], now_ns);
+    for (std::size_t i = 0; i < count; ++i) {
+      parts_.pipeline.take(frames_[i], now_ns);
+      parts_.tap.take(frames_[i]);
+    }
 
     if (counters.carried_over.get() != carried_over) {
       seen_.carried_over = true;
@@ -84,7 +90,10 @@ void Beat::drain_buses(std::int64_t tick_ns, std::int64_t now_ns) noexcept {
 void Beat::drain_cameras(std::int64_t now_ns) noexcept {
   const MessageClocks clocks{wall_clock_, parts_.log_clock.offset_ns()};
   const auto drained = parts_.cameras.drain(poses_, clocks, now_ns, parts_.events);
-  for (std::size_t i = 0; i < drained.poses; ++i) parts_.pipeline.take(poses_[i]);
+  for (std::size_t i = 0; i < drained.poses; ++i) {
+    parts_.pipeline.take(poses_[i]);
+    parts_.tap.take(poses_[i]);
+  }
   for (std::size_t i = 0; i < drained.malformed; ++i)
     parts_.pipeline.take_malformed_camera_message();
   counters_.camera_messages.add(drained.poses + drained.malformed);

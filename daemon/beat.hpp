@@ -19,6 +19,7 @@
 #include "daemon/camera_door.hpp"
 #include "daemon/event.hpp"
 #include "daemon/pipeline.hpp"
+#include "daemon/recording_tap.hpp"
 #include "daemon/relay.hpp"
 #include "daemon/surroundings.hpp"
 #include "daemon/tick_grid.hpp"
@@ -35,6 +36,7 @@ struct BeatParts {
   shm::Writer& writer;
   Relay& relay;
   EventRing& events;
+  RecordingTap& tap;
 };
 
 /// What the beat has met besides frames. Any thread may read.

@@ -118,6 +118,8 @@ std::string summary(const Config& config, std::span<const can::Database> databas
   lines.add("shared memory", "{} ({})", config.shm.name, access(config.shm.mode, config.shm.group));
   lines.add("status", "{} ({})", config.status.socket.string(),
             access(config.status.socket_mode, config.status.socket_group));
+  lines.add("recorders", "{} ({})", record_socket(config).string(),
+            access(record_mode(config), config.shm.group));
   add_signals(lines, config);
   if (!config.can.protections.empty()) lines.title("protection");
   for (const auto& protection : config.can.protections)

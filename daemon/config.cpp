@@ -77,6 +77,13 @@ StatusConfig read_status(TableReader table) {
   return status;
 }
 
+RecordConfig read_record(TableReader table) {
+  RecordConfig record;
+  table.read("socket", record.socket);
+  table.finish();
+  return record;
+}
+
 LogConfig read_log(TableReader table) {
   LogConfig log;
   table.read("file", log.file);
@@ -112,11 +119,12 @@ void read_initial(TableReader table, Config& config) {
 }  // namespace
 
 Config load_config(const std::filesystem::path& file) {
-  const toml::table parsed = parse_toml_file(file);
-  TableReader root(parsed, "", file);
-
   Config config;
   config.file = file;
+  config.text = read_toml_file(file);
+  const toml::table parsed = parse_toml(config.text, file);
+  TableReader root(parsed, "", file);
+
   if (auto table = root.table("vehicle", "[vehicle]")) {
     config.vehicle = read_vehicle(*table);
   } else {
@@ -137,9 +145,19 @@ Config load_config(const std::filesystem::path& file) {
   if (auto table = root.table("realtime", "[realtime]")) config.realtime = read_realtime(*table);
   if (auto table = root.table("shm", "[shm]")) config.shm = read_shm(*table);
   if (auto table = root.table("status", "[status]")) config.status = read_status(*table);
+  if (auto table = root.table("record", "[record]")) config.record = read_record(*table);
   if (auto table = root.table("log", "[log]")) config.log = read_log(*table);
   root.finish();
   return config;
+}
+
+std::filesystem::path record_socket(const Config& config) {
+  return config.record.socket.empty() ? config.status.socket.parent_path() / "record.sock"
+                                      : config.record.socket;
+}
+
+std::uint32_t record_mode(const Config& config) {
+  return config.shm.mode | (config.shm.mode & 0444U) >> 1U;  // to connect is to write
 }
 
 }  // namespace odomd::daemon

@@ -65,6 +65,11 @@ struct StatusConfig {
   std::string socket_group;  ///< empty: the process's
 };
 
+struct RecordConfig {
+  std::filesystem::path
+      socket;  ///< where `odom record` connects; default: beside the status socket
+};
+
 struct LogConfig {
   std::filesystem::path file;  ///< empty: standard error
   std::string level = "info";
@@ -72,6 +77,7 @@ struct LogConfig {
 
 struct Config {
   std::filesystem::path file;  ///< where it was read from
+  std::string text;            ///< what stood there
   estimator::Vehicle vehicle;
   CanConfig can;
   CameraConfig camera;
@@ -83,6 +89,7 @@ struct Config {
   RealtimeConfig realtime;
   ShmConfig shm;
   StatusConfig status;
+  RecordConfig record;
   LogConfig log;
   std::vector<std::string> warnings;  ///< of what was assumed; one line each
 };
@@ -90,6 +97,11 @@ struct Config {
 /// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
 /// key and the mend. Does not open the databases.
 [[nodiscard]] Config load_config(const std::filesystem::path& file);
+
+/// Where recorders connect: [record] socket, or record.sock beside the status socket.
+[[nodiscard]] std::filesystem::path record_socket(const Config& config);
+/// Its mode: whoever may read the pose may record it, and what it was made of.
+[[nodiscard]] std::uint32_t record_mode(const Config& config);
 
 /// The model of a name; throws std::invalid_argument that says which there are.
 [[nodiscard]] estimator::Model parse_model(std::string_view name);

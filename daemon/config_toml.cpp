@@ -217,7 +217,7 @@ void TableReader::finish() const {
       fail(key.str(), "unknown key" + suggestion(key.str(), known_));
 }
 
-toml::table parse_toml_file(const std::filesystem::path& file) {
+std::string read_toml_file(const std::filesystem::path& file) {
   const auto unusable = [&](std::string_view what) {
     throw ConfigError(fmt::format("{}: {}", file.string(), what));
   };
@@ -227,7 +227,7 @@ toml::table parse_toml_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   if (!stream) unusable(fmt::format("cannot be read: {}", std::strerror(errno)));
   std::string text;
-  // Not by the file's size: it may be a pipe.
+  // Not by the file's size.
   for (char c = 0; text.size() <= largest_file && stream.get(c);) text.push_back(c);
   if (stream.bad()) unusable("cannot be read");
   if (text.size() > largest_file) unusable("is larger than 1 MiB; is this the configuration?");
@@ -237,6 +237,10 @@ toml::table parse_toml_file(const std::filesystem::path& file) {
     throw ConfigError(fmt::format("{}:{}: holds a NUL byte; the file is damaged or not a text",
                                   file.string(), line));
   }
+  return text;
+}
+
+toml::table parse_toml(const std::string& text, const std::filesystem::path& file) {
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& parse_error) {

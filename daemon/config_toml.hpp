@@ -89,8 +89,9 @@ class TableReader {
   std::vector<std::string> known_;
 };
 
-/// Reads the file and parses it. One line for whatever is wrong with it.
-[[nodiscard]] toml::table parse_toml_file(const std::filesystem::path& file);
+/// The file's text, read once: it may be a pipe. One line for whatever is wrong with it.
+[[nodiscard]] std::string read_toml_file(const std::filesystem::path& file);
+[[nodiscard]] toml::table parse_toml(const std::string& text, const std::filesystem::path& file);
 
 /// "; did you mean \"mass\"?": the nearest of the names that are valid.
 [[nodiscard]] std::string suggestion(std::string_view name, std::span<const std::string> names);

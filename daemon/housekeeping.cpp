@@ -40,28 +40,32 @@ std::int64_t monotonic_now() {
 
 Housekeeping::Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
                            std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
-                           AtEnd at_end)
+                           std::optional<RecorderDoor> recorders, AtEnd at_end)
     : running_(running),
       journal_(journal),
       sources_(running),
       signals_(std::move(signals)),
       camera_(std::move(camera)),
       status_(std::move(status)),
+      recorders_(std::move(recorders)),
       camera_group_(running.config.camera.socket_group.empty()
                         ? ::getegid()
                         : group_named(running.config.camera.socket_group)),
       at_end_(at_end) {}
 
 void Housekeeping::run() {
-  std::array<pollfd, 3> inputs{pollfd{signals_.get(), POLLIN, 0},
+  std::array<pollfd, 4> inputs{pollfd{signals_.get(), POLLIN, 0},
                                pollfd{camera_ ? camera_->get() : -1, POLLIN, 0},
-                               pollfd{status_ ? status_->get() : -1, POLLIN, 0}};
+                               pollfd{status_ ? status_->get() : -1, POLLIN, 0},
+                               pollfd{recorders_ ? recorders_->get() : -1, POLLIN, 0}};
   while (!stop_) {
     ::poll(inputs.data(), inputs.size(), turn_ms);
     const std::int64_t now_ns = monotonic_now();
     if (inputs[0].revents != 0) read_signals();
     if (inputs[1].revents != 0) accept_cameras(now_ns);
     if (inputs[2].revents != 0) serve_status(now_ns);
+    if (inputs[3].revents != 0) recorders_->accept(now_ns, journal_);
+    if (recorders_) recorders_->serve(journal_);
     for (const auto& source : running_.sources) source->maintain();
     tell_events();
     const PublishedPose seen = published();
@@ -72,6 +76,7 @@ void Housekeeping::run() {
     tell_service_manager(now_ns);
   }
   notify_stopping();
+  if (recorders_) recorders_->close(journal_);
 }
 
 void Housekeeping::read_signals() {

@@ -11,6 +11,7 @@
 #include "can_protocol/file_descriptor.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/local_socket.hpp"
+#include "daemon/recorder_door.hpp"
 #include "daemon/running.hpp"
 #include "daemon/service_manager.hpp"
 #include "daemon/source_reporter.hpp"
@@ -25,7 +26,8 @@ class Housekeeping {
  public:
   /// `signals` is a signalfd of TERM, INT and HUP.
   Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
-               std::optional<LocalSocket> camera, std::optional<LocalSocket> status, AtEnd at_end);
+               std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
+               std::optional<RecorderDoor> recorders, AtEnd at_end);
 
   /// Returns when the daemon is to end.
   void run();
@@ -52,6 +54,7 @@ class Housekeeping {
   can::FileDescriptor signals_;
   std::optional<LocalSocket> camera_;
   std::optional<LocalSocket> status_;
+  std::optional<RecorderDoor> recorders_;
   gid_t camera_group_ = 0;
   AtEnd at_end_;
   std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes

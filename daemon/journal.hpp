@@ -24,6 +24,7 @@ enum class Topic : std::uint8_t {
   camera_connection,
   camera_refused,
   camera_malformed,
+  recording,
   count
 };
 

@@ -30,6 +30,7 @@ void place(const Options& options, Config& config) {
     config.shm.name = directory / "pose";
     config.status.socket = directory / "status.sock";
     config.camera.socket = directory / "camera.sock";
+    config.record.socket = directory / "record.sock";
   }
   if (!options.shm.empty()) {
     if (options.shm.size() < 2 || options.shm.front() != '/')
@@ -86,8 +87,8 @@ void add_options(CLI::App& app, Options& options) {
                  "Where odom status asks; instead of [status] socket")
       ->type_name("PATH");
   app.add_option("--runtime-directory", options.runtime_directory,
-                 "Put the segment and the sockets there, as pose, status.sock and camera.sock; "
-                 "instead of what the configuration names")
+                 "Put the segment and the sockets there, as pose, status.sock, camera.sock and "
+                 "record.sock; instead of what the configuration names")
       ->type_name("DIR");
   app.add_option("--readers", options.readers,
                  "Group that may read the pose and ask the status, and nobody else; instead of "

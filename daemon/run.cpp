@@ -28,6 +28,9 @@
 #include "daemon/controller_watch.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/pipeline.hpp"
+#include "daemon/recorder_door.hpp"
+#include "daemon/recording_files.hpp"
+#include "daemon/recording_tap.hpp"
 #include "daemon/relay.hpp"
 #include "daemon/running.hpp"
 #include "shm_api/writer.hpp"
@@ -151,6 +154,21 @@ std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journa
   }
 }
 
+/// Recording is a convenience as well.
+std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& journal) {
+  const Config& config = running.config;
+  try {
+    auto files = recording_files(config);
+    return std::optional<RecorderDoor>(std::in_place, running,
+                                       LocalSocket({record_socket(config), SocketType::stream,
+                                                    record_mode(config), config.shm.group}),
+                                       std::move(files));
+  } catch (const std::exception& error) {
+    journal.warn(fmt::format("no recording: {}; set [record] socket", error.what()));
+    return std::nullopt;
+  }
+}
+
 std::optional<LocalSocket> open_camera_socket(const CameraConfig& config) {
   if (!config.configured) return std::nullopt;
   return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group});
@@ -200,8 +218,9 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   CameraDoor cameras;
   EventRing events;
   Relay relay(config.realtime.priority, config.realtime.cpu, [&writer] { writer.wake_clients(); });
+  const auto tap = std::make_unique<RecordingTap>(*pipeline);
   const auto beat = std::make_unique<Beat>(
-      BeatParts{sources, log_clock, cameras, *pipeline, writer, relay, events},
+      BeatParts{sources, log_clock, cameras, *pipeline, writer, relay, events, *tap},
       config.realtime.period_ns);
   const std::int64_t started_ns = monotonic_now();
   BeatThread thread(*beat, config.realtime, machine.memory_locked, resumed);
@@ -213,10 +232,10 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
                            fmt::join(config.can.sources, ", "), config.shm.name));
 
   ControllerWatch controllers(interfaces_of(config));
-  const Running running{config,  facts,  sources, log_clock,   *pipeline, writer,
-                        cameras, events, *beat,   controllers, started_ns};
+  const Running running{config,  buses,  facts, sources,     log_clock, *pipeline, writer,
+                        cameras, events, *beat, controllers, *tap,      started_ns};
   Housekeeping(running, journal, std::move(signals), std::move(camera_socket),
-               std::move(status_socket), settings.at_end)
+               std::move(status_socket), open_recorder_door(running, journal), settings.at_end)
       .run();
 }
 

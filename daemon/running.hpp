@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "can_protocol/bus_names.hpp"
 #include "can_protocol/frame_source.hpp"
 #include "can_protocol/log_clock.hpp"
 #include "daemon/beat.hpp"
@@ -15,6 +16,7 @@
 #include "daemon/event.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/realtime.hpp"
+#include "daemon/recording_tap.hpp"
 #include "shm_api/writer.hpp"
 
 namespace odomd::daemon {
@@ -30,6 +32,7 @@ struct RealtimeFacts {
 
 struct Running {
   const Config& config;
+  const can::BusNames& buses;
   const RealtimeFacts& realtime;
   const std::vector<std::unique_ptr<can::FrameSource>>& sources;
   const can::LogClock& log_clock;
@@ -39,6 +42,7 @@ struct Running {
   EventRing& events;
   Beat& beat;
   ControllerWatch& controllers;
+  RecordingTap& tap;
   std::int64_t started_ns = 0;  ///< CLOCK_MONOTONIC
 };
 

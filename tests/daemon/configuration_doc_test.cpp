@@ -169,6 +169,7 @@ TEST_F(ConfigurationPage, ItsExampleHasTheDefaults) {
   EXPECT_EQ(shown.status.socket, taken.status.socket);
   EXPECT_EQ(shown.status.socket_mode, taken.status.socket_mode);
   EXPECT_EQ(shown.status.socket_group, taken.status.socket_group);
+  EXPECT_EQ(record_socket(shown), record_socket(taken));
   EXPECT_EQ(shown.log.level, taken.log.level);
   EXPECT_EQ(shown.can.protections.at(2).max_delta_counter, can::E2eBinding{}.max_delta_counter);
   EXPECT_EQ(shown.can.protections.at(2).data_id_mode, can::E2eBinding{}.data_id_mode);
@@ -264,7 +265,7 @@ std::string with_a_date(const std::string& table, const std::string& key) {
 
 TEST_F(ConfigurationPage, ListsNoKeyThatIsUnknown) {
   const auto all = listed_keys();
-  EXPECT_EQ(all.size(), 13U);
+  EXPECT_EQ(all.size(), 14U);
   for (const auto& [table, keys] : all) {
     EXPECT_THAT(error_of(with_a_date(table, "never_a_key")), HasSubstr("unknown key")) << table;
     for (const auto& key : keys) {

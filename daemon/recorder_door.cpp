@@ -1,0 +1,175 @@
+#include "daemon/recorder_door.hpp"
+
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "daemon/json.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+/// No more than this is taken out of the rings ahead of what the socket takes.
+constexpr std::size_t enough_bytes = 1U << 18U;
+constexpr int accepts_per_turn = 16;
+
+std::string refusal(const std::string& why) {
+  const RecordingHeader header{RecordingMessage::refused, static_cast<std::uint32_t>(why.size())};
+  return std::string(bytes_of(header)) + why;
+}
+
+}  // namespace
+
+RecorderDoor::RecorderDoor(const Running& running, LocalSocket socket,
+                           std::vector<RecordingFile> files)
+    : running_(running), socket_(std::move(socket)), files_(std::move(files)) {}
+
+void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
+  for (int i = 0; i < accepts_per_turn; ++i) {
+    auto connection = socket_.accept();
+    if (!connection) return;
+    if (recorder_) {
+      const std::string text = refusal(fmt::format(
+          "odomd is being recorded already (by pid {}); end that recording", peer_.pid));
+      static_cast<void>(::send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL));
+      continue;
+    }
+    recorder_ = std::move(connection);
+    peer_ = peer_of(recorder_.get()).value_or(Peer{});
+    stage_ = Stage::waiting;
+    begun_ = false;
+    buses_ = 0;
+    ticks_ = 0;
+    out_.clear();
+    out_at_ = 0;
+    journal.info(Topic::recording, now_ns,
+                 fmt::format("a recording begins (pid {}, uid {})", peer_.pid, peer_.uid));
+  }
+}
+
+void RecorderDoor::serve(Journal& journal) {
+  if (!recorder_) return;
+  char nothing = 0;
+  const ssize_t got = ::recv(recorder_.get(), &nothing, 1, MSG_DONTWAIT);
+  if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR))
+    return drop("the recorder went away", journal);
+
+  const RecordingTap::State tap = running_.tap.state();
+  if (!begun_ && tap == RecordingTap::State::idle) {
+    running_.tap.begin();
+    begun_ = true;
+  } else if (begun_ && stage_ == Stage::waiting && tap != RecordingTap::State::wanted) {
+    begin_stream();
+  }
+  // The tap was looked at before the rings: once it is full, nothing is added to them.
+  if (stage_ == Stage::streaming) {
+    append_ticks();
+    if (tap == RecordingTap::State::full && running_.tap.mark() == nullptr)
+      end("the recorder did not keep up");
+  }
+  if (!flush()) return drop("the recorder went away", journal);
+  if (stage_ == Stage::ended && out_at_ == out_.size())
+    drop("the recorder did not keep up", journal);
+}
+
+void RecorderDoor::close(Journal& journal) {
+  if (!recorder_) return;
+  if (stage_ == Stage::streaming) {
+    append_ticks();
+    end("odomd has ended");
+  }
+  static_cast<void>(flush());
+  drop("odomd ends", journal);
+}
+
+void RecorderDoor::begin_stream() {
+  append(RecordingMessage::hello, hello());
+  for (const auto& file : files_) {
+    std::string bytes = file.name;
+    bytes += '\0';
+    append(RecordingMessage::file, bytes += file.text);
+  }
+  send_buses();
+  append(RecordingMessage::state, checkpoint_bytes(running_.tap.checkpoint()));
+  stage_ = Stage::streaming;
+}
+
+std::string RecorderDoor::hello() const {
+  const Config& config = running_.config;
+  JsonWriter json;
+  json.begin_object();
+  json.member("build", build_identity());
+  json.member("version", ODOMD_VERSION);
+  json.member("instance", fmt::format("{:016x}", running_.writer.info().instance_id));
+  json.member("config", config.file.string());
+  json.member("model", name_of(config.model));
+  json.member("period_ns", config.realtime.period_ns);
+  json.member("camera_expected", config.camera.configured);
+  json.begin_array("sources");
+  for (const auto& source : config.can.sources) json.element(source);
+  json.end_array();
+  json.end_object();
+  return json.text();
+}
+
+void RecorderDoor::send_buses() {
+  const auto names = running_.buses.all();
+  if (names.size() == buses_) return;
+  buses_ = names.size();
+  std::string text;
+  for (const auto& name : names) text += name + '\n';
+  append(RecordingMessage::buses, text);
+}
+
+void RecorderDoor::append_ticks() {
+  while (running_.tap.mark() != nullptr && out_.size() - out_at_ < enough_bytes) append_tick();
+}
+
+void RecorderDoor::append_tick() {
+  send_buses();  // before the frames of a bus that was unknown
+  RecordingTap& tap = running_.tap;
+  const TickMark mark = *tap.mark();
+  const std::size_t size =
+      sizeof mark + mark.frames * sizeof(can::Frame) + mark.cameras * sizeof(estimator::CameraPose);
+  out_ += bytes_of(RecordingHeader{RecordingMessage::tick, static_cast<std::uint32_t>(size)});
+  out_ += bytes_of(mark);
+  for (std::uint32_t i = 0; i < mark.frames; ++i) out_ += bytes_of(tap.take_frame());
+  for (std::uint32_t i = 0; i < mark.cameras; ++i) out_ += bytes_of(tap.take_camera());
+  tap.pop_mark();
+  ++ticks_;
+}
+
+void RecorderDoor::append(RecordingMessage kind, std::string_view bytes) {
+  out_ += bytes_of(RecordingHeader{kind, static_cast<std::uint32_t>(bytes.size())});
+  out_ += bytes;
+}
+
+bool RecorderDoor::flush() {
+  while (out_at_ < out_.size()) {
+    const ssize_t sent = ::send(recorder_.get(), out_.data() + out_at_, out_.size() - out_at_,
+                                MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0) return errno == EAGAIN;
+    out_at_ += static_cast<std::size_t>(sent);
+  }
+  out_.clear();
+  out_at_ = 0;
+  return true;
+}
+
+void RecorderDoor::end(std::string_view why) {
+  append(RecordingMessage::end, why);
+  stage_ = Stage::ended;
+}
+
+void RecorderDoor::drop(std::string_view why, Journal& journal) {
+  journal.info(
+      fmt::format("the recording (pid {}) ends after {} ticks: {}", peer_.pid, ticks_, why));
+  recorder_ = {};
+  running_.tap.end();
+}
+
+}  // namespace odomd::daemon

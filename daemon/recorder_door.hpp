@@ -1,0 +1,67 @@
+// Where `odom record` connects. Housekeeping takes what the tap holds and sends it, as fast as the
+// recorder takes it; the rings are the buffer in between. One recorder at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "can_protocol/file_descriptor.hpp"
+#include "daemon/journal.hpp"
+#include "daemon/local_socket.hpp"
+#include "daemon/recording_files.hpp"
+#include "daemon/recording_wire.hpp"
+#include "daemon/running.hpp"
+
+namespace odomd::daemon {
+
+class RecorderDoor {
+ public:
+  RecorderDoor(const Running& running, LocalSocket socket, std::vector<RecordingFile> files);
+
+  /// The listening socket, to poll.
+  [[nodiscard]] int get() const noexcept { return socket_.get(); }
+
+  /// Lets a recorder in, or says why not.
+  void accept(std::int64_t now_ns, Journal& journal);
+
+  /// Every turn: sends what there is.
+  void serve(Journal& journal);
+
+  /// The daemon ends: says so to the recorder, with the ticks that are there.
+  void close(Journal& journal);
+
+ private:
+  enum class Stage : std::uint8_t {
+    waiting,    ///< for the beat to begin
+    streaming,  ///< ticks
+    ended       ///< the last bytes are on their way
+  };
+
+  void begin_stream();
+  void send_buses();
+  void append_ticks();
+  void append_tick();
+  void append(RecordingMessage kind, std::string_view bytes);
+  [[nodiscard]] bool flush();
+  void end(std::string_view why);
+  void drop(std::string_view why, Journal& journal);
+  [[nodiscard]] std::string hello() const;
+
+  const Running& running_;
+  LocalSocket socket_;
+  std::vector<RecordingFile> files_;
+
+  can::FileDescriptor recorder_;
+  Peer peer_;
+  Stage stage_ = Stage::waiting;
+  bool begun_ = false;       // the tap was asked to begin
+  std::size_t buses_ = 0;    // whose names the recorder knows
+  std::uint64_t ticks_ = 0;  // sent
+  std::string out_;          // not sent yet
+  std::size_t out_at_ = 0;
+};
+
+}  // namespace odomd::daemon

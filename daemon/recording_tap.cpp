@@ -1,0 +1,52 @@
+#include "daemon/recording_tap.hpp"
+
+#include <algorithm>
+
+namespace odomd::daemon {
+
+void RecordingTap::tick_done(const TickRecord& record, const Around& around,
+                             const Pipeline& pipeline) noexcept {
+  // Acquire: with the wish to begin, the rings that housekeeping has emptied.
+  const State state = state_.load(std::memory_order_acquire);
+  if (state == State::idle || state == State::full) return;
+  if (state == State::unwanted) {
+    taking_ = false;
+    state_.store(State::idle, std::memory_order_release);
+    return;
+  }
+  if (state == State::wanted) {
+    checkpoint_.state = pipeline.state();
+    std::ranges::copy(pipeline.protections(), checkpoint_.protections.begin());
+    mark_ = {};
+    taking_ = true;
+  }
+
+  mark_.record = record;
+  mark_.woke_ns = around.woke_ns;
+  mark_.realtime_offset_ns = around.realtime_offset_ns;
+  mark_.conditions = around.conditions;
+  taking_ = taking_ && marks_.push(mark_);
+  mark_.frames = 0;
+  mark_.cameras = 0;
+
+  // Housekeeping may have changed its mind meanwhile; then that stands.
+  State expected = state;
+  const State next = taking_ ? State::running : State::full;
+  if (next != state)
+    state_.compare_exchange_strong(expected, next, std::memory_order_release,
+                                   std::memory_order_relaxed);
+}
+
+void RecordingTap::begin() noexcept {
+  // The beat is idle and leaves the rings alone: what a recording left behind goes.
+  while (frames_.front() != nullptr) frames_.pop();
+  while (cameras_.front() != nullptr) cameras_.pop();
+  while (marks_.front() != nullptr) marks_.pop();
+  state_.store(State::wanted, std::memory_order_release);
+}
+
+void RecordingTap::end() noexcept {
+  if (state() != State::idle) state_.store(State::unwanted, std::memory_order_release);
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,121 @@
+// What the beat takes in and what it publishes, for a recorder: the frames and camera poses as the
+// pipeline got them, and a mark for each tick. Through rings of a fixed size from the beat to
+// housekeeping; while nobody records, a tick costs one load.
+//
+// A recording begins behind a tick with a copy of the pipeline's state, so that whoever replays the
+// inputs from there gets the bits that were published, in whatever part of a drive it began. It has
+// no holes: where a ring is full it ends, with the last tick that is in it whole.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "can_protocol/decoder.hpp"
+#include "can_protocol/frame.hpp"
+#include "can_protocol/spsc_ring.hpp"
+#include "daemon/pipeline.hpp"
+#include "daemon/record.hpp"
+#include "estimator/measurement.hpp"
+
+namespace odomd::daemon {
+
+/// One published tick, and how much of the rings belongs to it.
+struct TickMark {
+  TickRecord record;                    ///< as the pipeline made it
+  std::int64_t woke_ns = 0;             ///< time of the drain, CLOCK_MONOTONIC
+  std::int64_t realtime_offset_ns = 0;  ///< CLOCK_REALTIME - CLOCK_MONOTONIC, as measured
+  std::uint32_t conditions = 0;         ///< ODOM_COND_ bits from outside the pipeline
+  std::uint32_t frames = 0;             ///< taken in by this tick, in their order
+  std::uint32_t cameras = 0;            ///< camera poses, likewise
+};
+
+/// What a pipeline goes on from, behind one tick.
+struct Checkpoint {
+  PipelineState state;
+  std::vector<can::ProtectionState> protections;
+};
+
+class RecordingTap {
+ public:
+  /// Room for the housekeeping thread, or whoever writes the files, to be late: 10 s of ticks at
+  /// 5 ms, 4 s of frames on a full bus.
+  static constexpr std::size_t max_frames = 32768;
+  static constexpr std::size_t max_cameras = 4096;
+  static constexpr std::size_t max_ticks = 2048;
+
+  enum class State : std::uint8_t {
+    idle,    ///< nobody records
+    wanted,  ///< housekeeping's wish: begin behind the next tick
+    running,
+    full,     ///< a ring was: the recording ends with the marks that are there
+    unwanted  ///< housekeeping's wish: end
+  };
+
+  /// Start-up: allocates.
+  explicit RecordingTap(const Pipeline& pipeline)
+      : checkpoint_{pipeline.state(),
+                    {pipeline.protections().begin(), pipeline.protections().end()}} {}
+
+  // The beat's, real-time safe
+  // ---------------------------------------------------------------------
+
+  void take(const can::Frame& frame) noexcept {
+    if (!taking_) return;
+    taking_ = frames_.push(frame);
+    ++mark_.frames;
+  }
+  void take(const estimator::CameraPose& pose) noexcept {
+    if (!taking_) return;
+    taking_ = cameras_.push(pose);
+    ++mark_.cameras;
+  }
+
+  /// What the beat saw around a tick.
+  struct Around {
+    std::int64_t woke_ns = 0;
+    std::int64_t realtime_offset_ns = 0;
+    std::uint32_t conditions = 0;
+  };
+  /// Ends the tick that made `record`; `pipeline` is as it left it. Where a recording begins this
+  /// copies its state, some 100 kB.
+  void tick_done(const TickRecord& record, const Around& around, const Pipeline& pipeline) noexcept;
+
+  // Housekeeping's
+  // ---------------------------------------------------------------------------------
+
+  [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
+
+  /// Only when idle: the beat goes to `running` behind its next tick. The first mark is that
+  /// tick's, the checkpoint the state behind it, so no inputs belong to it.
+  void begin() noexcept;
+  /// The beat goes back to `idle` behind its next tick.
+  void end() noexcept;
+  /// Once running, until end().
+  [[nodiscard]] const Checkpoint& checkpoint() const noexcept { return checkpoint_; }
+
+  /// The oldest mark, or null; its inputs are in the rings by then. Take these out, then the mark.
+  [[nodiscard]] const TickMark* mark() noexcept { return marks_.front(); }
+  void pop_mark() noexcept { marks_.pop(); }
+  [[nodiscard]] can::Frame take_frame() noexcept { return taken(frames_); }
+  [[nodiscard]] estimator::CameraPose take_camera() noexcept { return taken(cameras_); }
+
+ private:
+  template <typename T, std::size_t capacity>
+  static T taken(SpscRing<T, capacity>& ring) noexcept {
+    const T item = *ring.front();
+    ring.pop();
+    return item;
+  }
+
+  std::atomic<State> state_{State::idle};
+  bool taking_ = false;  // the beat's: running, and everything of this tick has found room
+  TickMark mark_;        // the beat's: of the tick in hand
+  Checkpoint checkpoint_;
+  SpscRing<can::Frame, max_frames> frames_;
+  SpscRing<estimator::CameraPose, max_cameras> cameras_;
+  SpscRing<TickMark, max_ticks> marks_;
+};
+
+}  // namespace odomd::daemon
