@@ -11,6 +11,7 @@ void describe(CLI::App& odom) {
   odom.footer(
       "Examples:\n"
       "  odom watch                       the running daemon, live\n"
+      "  odom record                      a drive, with all that the daemon took in\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom help camera send            what a command takes, with examples\n"
       "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
@@ -19,6 +20,7 @@ void describe(CLI::App& odom) {
   add_evaluate(odom);
   add_help(odom);
   add_pose(odom);
+  add_record(odom);
   add_replay(odom);
   add_sim(odom);
   add_status(odom);

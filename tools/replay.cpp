@@ -17,6 +17,7 @@
 #include "tools/files.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/replay_doubts.hpp"
+#include "tools/replay_recording.hpp"
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::tools {
@@ -32,6 +33,8 @@ struct Options {
   std::string model;
   std::string initial;
   std::string out;
+  std::string recording;
+  bool verify = false;
   bool json = false;
 };
 
@@ -127,9 +130,8 @@ void add_replay(CLI::App& odom) {
   auto options = std::make_shared<Options>();
   CLI::App* replay = odom.add_subcommand(
       "replay", "Replay a drive through the daemon's pipeline, as fast as the machine goes");
-  replay->add_option("--config", options->config, "Configuration of the car (TOML)")
-      ->type_name("FILE")
-      ->required();
+  auto* config = replay->add_option("--config", options->config, "Configuration of the car (TOML)")
+                     ->type_name("FILE");
   replay
       ->add_option("--can", options->logs,
                    "Log of candump -L, or - for standard input; several times for several buses; "
@@ -146,20 +148,39 @@ void add_replay(CLI::App& odom) {
       ->add_option("--initial", options->initial,
                    "Pose to start from [m, m, rad]; instead of [initial] pose")
       ->type_name("X,Y,YAW");
+  const auto given = replay->get_options();
+  auto* recording = replay
+                        ->add_option("--recording", options->recording,
+                                     "Folder that odom record made, instead of all the above")
+                        ->type_name("DIR");
+  for (auto* other : given)
+    if (other != replay->get_help_ptr()) recording->excludes(other);
   replay->add_option("--out", options->out, "Pose file to write, or - for standard output")
-      ->type_name("CSV")
-      ->required();
+      ->type_name("CSV");
+  replay
+      ->add_flag("--verify", options->verify,
+                 "Hold every tick of the recording against what was published, to the bit")
+      ->needs(recording);
   replay->add_flag("--json", options->json, "Summary as JSON, on standard error");
   replay->footer(
       "Examples:\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom replay --config car.toml --can drive.log --camera camera.csv --model paper \\\n"
       "      --initial 1.2,0.4,1.57 --out pose.csv\n"
+      "  odom replay --recording drive-20261121-140300 --verify\n"
       "\n"
       "The pose starts at --initial, else the configuration's, else the first camera pose, else "
       "0.\n"
       "Times in the output are the log's; one row a tick from initialisation on.");
-  replay->callback([options] { run(*options); });
+  replay->callback([options, config] {
+    if (options->out.empty() && !options->verify) throw CLI::RequiredError("--out");
+    if (!options->recording.empty()) {
+      replay_recording({options->recording, options->out, options->verify, options->json});
+      return;
+    }
+    if (config->count() == 0) throw CLI::RequiredError("--config (or --recording)");
+    run(*options);
+  });
 }
 
 }  // namespace odomd::tools

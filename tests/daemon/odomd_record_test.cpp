@@ -1,0 +1,223 @@
+// Recording a running daemon from outside, and replaying what was recorded.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "daemon_process.hpp"
+
+namespace odomd::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// `odom ARGUMENTS`, its output in the desk's file `log`; its exit status.
+int odom(const Desk& desk, const std::string& arguments, const std::string& log) {
+  const std::string command =
+      fmt::format("cd {} && " ODOMD_BIN_DIR "/odom {} >{} 2>&1", desk.file("").string(), arguments,
+                  desk.file(log).string());
+  const int raw = std::system(command.c_str());
+  return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
+}
+
+/// `odom record` beside the test.
+class RecorderProcess {
+ public:
+  RecorderProcess(const Desk& desk, const std::string& arguments) : desk_(desk) {
+    const std::string command = fmt::format(
+        "cd {} && exec " ODOMD_BIN_DIR "/odom record --socket {} --wait 10 {} >>{} 2>&1",
+        desk.file("").string(), desk.file("record.sock").string(), arguments,
+        desk.file("record.txt").string());
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      ::_exit(127);
+    }
+  }
+  ~RecorderProcess() {
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  RecorderProcess(const RecorderProcess&) = delete;
+  RecorderProcess& operator=(const RecorderProcess&) = delete;
+
+  void signal(int number) const { ::kill(pid_, number); }
+  [[nodiscard]] int wait() {
+    int status = 0;
+    if (!eventually([&] { return ::waitpid(pid_, &status, WNOHANG) == pid_; })) return -2;
+    pid_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  [[nodiscard]] bool holds(const std::string& folder, int ticks) const {
+    return lines(folder + "/beat.csv") > ticks + 1;
+  }
+  [[nodiscard]] std::ptrdiff_t lines(const std::string& file) const {
+    const std::string text = desk_.read(file);
+    return std::count(text.begin(), text.end(), '\n');
+  }
+
+ private:
+  const Desk& desk_;
+  pid_t pid_ = -1;
+};
+
+class OdomdRecord : public ::testing::Test {
+ protected:
+  /// Twice, and every time to the bits.
+  void expect_bit_identical(const std::string& folder) const {
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_EQ(odom(desk_, "replay --recording " + folder + " --verify --out again.csv", "v.txt"),
+                0)
+          << desk_.read("v.txt") << desk_.read("stderr");
+      EXPECT_THAT(desk_.read("v.txt"), HasSubstr("bit-identical to what was published"));
+      EXPECT_EQ(desk_.read("again.csv"), desk_.read(folder + "/pose.csv"));
+    }
+  }
+  void send_camera_poses() const {
+    std::string rows = "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
+    for (int i = 0; i < 30; ++i) {
+      const double t = 0.033 * i;
+      rows += fmt::format("{:.3f},{:.3f},{:.3f},2.01,0.001,0.05,0.05,0.05\n", t + 0.04, t, 1.0 + t);
+    }
+    desk_.write("camera.csv", rows);
+    EXPECT_EQ(odom(desk_, "camera send --socket camera.sock --from-now --log camera.csv", "c.txt"),
+              0)
+        << desk_.read("c.txt");
+  }
+  Desk desk_;
+};
+
+TEST_F(OdomdRecord, ADriveReplaysToTheBitsThatWerePublished) {
+  DaemonProcess odomd(desk_, {});
+  RecorderProcess recorder(desk_, "--out drive --once");
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
+  odomd.feed(straight_drive(5.0, 1.0));
+  send_camera_poses();
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 300); })) << desk_.read("record.txt");
+  odomd.signal(SIGTERM);
+  EXPECT_EQ(odomd.wait(), 0);
+  EXPECT_EQ(recorder.wait(), 0) << desk_.read("record.txt");
+  EXPECT_THAT(desk_.read("record.txt"), HasSubstr("; odomd has ended"));
+  EXPECT_THAT(desk_.read("drive/info.json"), HasSubstr("\"end\": \"odomd has ended\""));
+  EXPECT_GT(recorder.lines("drive/camera.csv"), 20);
+  EXPECT_GT(recorder.lines("drive/can.log"), 300);
+  expect_bit_identical("drive");
+}
+
+TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
+  desk_.write("drive.log", straight_drive(30.0, 1.5));
+  DaemonProcess odomd(desk_, {"--can", desk_.file("drive.log"), "--model", "kinematic"});
+  ASSERT_TRUE(eventually([&] {
+    const auto status = desk_.status();
+    return !status.is_null() && status["beat"]["ticks"].get<int>() > 200;
+  }));
+  RecorderProcess recorder(desk_, "--out drive");
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 200); })) << desk_.read("record.txt");
+  recorder.signal(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0) << desk_.read("record.txt");
+  EXPECT_THAT(desk_.read("drive/info.json"), HasSubstr("\"model\": \"kinematic\""));
+  expect_bit_identical("drive");
+  EXPECT_TRUE(eventually([&] {
+    return desk_.read("stderr").find("ticks: the recorder went away") != std::string::npos;
+  })) << desk_.read("stderr");
+  // And once more, from the same daemon.
+  EXPECT_EQ(odom(desk_, "record --socket record.sock --duration 0.5 --quiet --out drive2", "r.txt"),
+            0)
+      << desk_.read("r.txt");
+  EXPECT_EQ(desk_.read("r.txt"), "");
+  expect_bit_identical("drive2");
+}
+
+TEST_F(OdomdRecord, GoesOnInAnotherFolderWhenTheDaemonIsStartedAnew) {
+  auto odomd = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
+  RecorderProcess recorder(desk_, "--out drive");
+  odomd->feed(straight_drive(5.0, 1.0));
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 100); })) << desk_.read("record.txt");
+  odomd->signal(SIGKILL);
+  EXPECT_EQ(odomd->wait(), -1);
+  odomd = std::make_unique<DaemonProcess>(desk_, std::vector<std::string>{});
+  odomd->feed(straight_drive(5.0, 1.0));
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive-2", 100); }))
+      << desk_.read("record.txt") << desk_.read("stderr");
+  recorder.signal(SIGTERM);
+  EXPECT_EQ(recorder.wait(), 0);
+  EXPECT_THAT(desk_.read("record.txt"), HasSubstr("; odomd went away"));
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("going on from the predecessor's pose"));
+  expect_bit_identical("drive");
+  expect_bit_identical("drive-2");
+}
+
+TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
+  // 24,000 frames a second fill the rings in less than two; then the recording ends with the last
+  // whole tick.
+  std::string log;
+  for (int ms = 0; ms < 10'000; ++ms)
+    for (int n = 0; n < 24; ++n)
+      log += fmt::format("({}.{:06}) can0 100#E8030000\n", 1'700'000'000 + ms / 1000,
+                         ms % 1000 * 1000 + n * 40);
+  desk_.write("full.log", log);
+  RecorderProcess recorder(desk_, "--out drive");
+  DaemonProcess odomd(desk_, {"--can", desk_.file("full.log")});
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 50); })) << desk_.read("record.txt");
+  recorder.signal(SIGSTOP);
+  const auto received = [&] {
+    auto status = desk_.status();
+    return status.is_null() ? 0 : status["can"][0]["received"].get<int>();
+  };
+  const int at_stop = received();
+  // What lies in the rings and in the sockets is what comes after it wakes.
+  ASSERT_TRUE(eventually([&] { return received() > at_stop + 50'000; })) << desk_.read("stderr");
+  recorder.signal(SIGCONT);
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive-2", 20); }))
+      << desk_.read("record.txt") << desk_.read("stderr");
+  recorder.signal(SIGINT);
+  EXPECT_EQ(recorder.wait(), 0);
+  EXPECT_THAT(desk_.read("record.txt"), HasSubstr("; the recorder did not keep up"));
+  expect_bit_identical("drive");
+  expect_bit_identical("drive-2");
+}
+
+TEST_F(OdomdRecord, WhoMayReadThePoseMayRecord) {
+  const auto mode_of_socket = [this] {
+    return static_cast<unsigned>(std::filesystem::status(desk_.file("record.sock")).permissions());
+  };
+  {
+    DaemonProcess odomd(desk_, {});
+    ASSERT_TRUE(eventually([&] { return !desk_.status().is_null(); })) << desk_.read("stderr");
+    ASSERT_TRUE(eventually([&] { return mode_of_socket() == 0666; })) << mode_of_socket();
+    odomd.signal(SIGTERM);
+    EXPECT_EQ(odomd.wait(), 0);
+  }
+  EXPECT_FALSE(std::filesystem::exists(desk_.file("record.sock")));
+  desk_.write("car.toml", desk_.read("car.toml") + "mode = 0o640\n");
+  DaemonProcess odomd(desk_, {});
+  EXPECT_TRUE(eventually([&] { return mode_of_socket() == 0660; })) << desk_.read("stderr");
+}
+
+TEST_F(OdomdRecord, OneAtATime) {
+  DaemonProcess odomd(desk_, {});
+  RecorderProcess recorder(desk_, "--out drive");
+  ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
+  EXPECT_EQ(odom(desk_, "record --socket record.sock --out other", "r.txt"), 1);
+  EXPECT_THAT(desk_.read("r.txt"), HasSubstr("odomd is being recorded already (by pid "));
+  EXPECT_FALSE(std::filesystem::exists(desk_.file("other")));
+  EXPECT_EQ(odom(desk_, "record --socket record.sock --out drive", "r.txt"), 2);
+  EXPECT_THAT(desk_.read("r.txt"), HasSubstr("drive: exists already; name another folder"));
+}
+
+TEST_F(OdomdRecord, WithoutADaemonIsOneSentence) {
+  EXPECT_EQ(odom(desk_, "record --socket record.sock", "r.txt"), 1);
+  EXPECT_EQ(desk_.read("r.txt"),
+            "odom record: record.sock: no such socket; is odomd running? --socket names another "
+            "path\n");
+}
+
+}  // namespace
+}  // namespace odomd::testing

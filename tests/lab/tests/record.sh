@@ -1,0 +1,91 @@
+# A drive recorded live, on a real bus under a real-time kernel, with camera poses over the socket:
+# it replays to the bits that were published, twice, from its beginning and from the middle of it.
+. "$(dirname "$0")/../guest.sh"
+
+# verify NAME FOLDER: replays a recording twice, each time to the bits of every tick.
+verify() {
+  local name=$1 folder=$2 run
+  for run in first second; do
+    odom replay --recording "$folder" --verify --out replayed.csv 2>verify.txt
+    check "$name: bit-identical, the $run time" "status $?: $(tail -n 2 verify.txt)" \
+      grep -q '^bit-identical' verify.txt
+    echo "   $(tail -n 1 verify.txt)"
+    check "$name: the same pose file, the $run time" "they differ" cmp -s replayed.csv "$folder/pose.csv"
+  done
+}
+
+# holds FOLDER TICKS: whether so many ticks are on the disk.
+holds() { test "$(cat "$1/beat.csv" 2>/dev/null | wc -l)" -gt "$2"; }
+
+odom sim --scenario slalom --standstill 1 --duration 12 --out drive >/dev/null
+sed 's/ can[0-9]* / vcan0 /' drive/drive.log >drive.log
+frames=$(wc -l <drive.log)
+add_vcan vcan0
+start_daemon drive/car.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
+
+# A witness of its own: a client that reads every pose from the shared memory.
+odom pose --shm /lab --follow --csv --until-stale --out witness.csv 2>witness.txt &
+witness=$!
+odom record --socket "$PWD/record.sock" --out whole --once 2>whole.txt &
+whole=$!
+await 20 holds whole 1
+
+canplayer -I drive.log &
+player=$!
+odom camera send --socket "$PWD/camera.sock" --from-now --log drive/camera.csv >camera.txt 2>&1 &
+camera=$!
+wait $player
+wait $camera
+await 10 status ".can[0].received == $frames" -e
+sleep 0.5
+status . >status.json
+stop_daemon
+check "the daemon ends cleanly" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemon_status = 0
+wait $whole
+check "the recorder ends with it" "status $?: $(cat whole.txt)" grep -q 'odomd has ended' whole.txt
+wait $witness
+echo "   $(tail -n 1 whole.txt); $(jq -c '.beat | {ticks, missed, carried_over}' status.json)"
+
+check "every frame that was played is recorded" "$(wc -l <whole/can.log) of $frames" \
+  test "$(wc -l <whole/can.log)" = "$frames"
+check "the frames are those that were played" "they differ" \
+  cmp -s <(cut -d' ' -f3 drive.log) <(cut -d' ' -f3 whole/can.log)
+check "camera poses are recorded" "$(wc -l <whole/camera.csv) rows" test "$(wc -l <whole/camera.csv)" -gt 100
+check "camera poses are fused" "$(cut -d, -f11 whole/pose.csv | sort | uniq -c | tr '\n' ' ')" \
+  grep -q ',tracking,' whole/pose.csv
+check "several hundred ticks" "$(wc -l <whole/pose.csv) rows" test "$(wc -l <whole/pose.csv)" -gt 500
+verify "a whole drive" whole
+
+# The recorded poses are those of the shared memory: all columns but the time, which is on another
+# clock, by tick.
+check "the poses are those that a client read" "$(cat compared.txt 2>/dev/null)" awk -F, '
+  FNR == 1 {file++; next}
+  {tick = $12; sub(/^[^,]*,/, "")}
+  file == 1 {published[tick] = $0}
+  file == 2 && (tick in published) {n++; if (published[tick] != $0) {print "tick " tick " differs" >"compared.txt"; bad = 1}}
+  END {exit bad || n < 500}' witness.csv whole/pose.csv
+
+# A recorder that comes in the middle of a drive, and is killed: what is on the disk is whole.
+start_daemon drive/car.toml --can vcan0 || not_ok "start" "$(cat odomd.log)"
+canplayer -I drive.log &
+player=$!
+await 20 status '.can[0].received > 300' -e
+odom record --socket "$PWD/record.sock" --out middle 2>middle.txt &
+middle=$!
+await 20 holds middle 200
+kill -9 $middle
+wait $middle 2>/dev/null
+verify "the middle of a drive, the recorder killed" middle
+
+# A disk that is full: said so, and kept what there was room for.
+mkdir disk
+mount -t tmpfs -o size=400k tmpfs disk
+timeout 60 odom record --socket "$PWD/record.sock" --out disk/full 2>full.txt
+check "a full disk ends the recording with status 1" "status $?: $(cat full.txt)" \
+  grep -q 'the disk is full; what was recorded until now is kept' full.txt
+odom replay --recording disk/full --verify 2>verify.txt
+check "what there was room for replays" "status $?: $(cat verify.txt)" grep -q '^bit-identical' verify.txt
+umount disk
+kill $player; wait $player 2>/dev/null
+stop_daemon
+remove_link vcan0

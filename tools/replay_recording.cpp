@@ -1,0 +1,88 @@
+#include "tools/replay_recording.hpp"
+
+#include <chrono>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "tools/files.hpp"
+#include "tools/pose_csv.hpp"
+#include "tools/recording.hpp"
+#include "tools/recording_verifier.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr std::size_t write_size = 1U << 16U;
+
+void report(const RecordingOptions& options, const RecordingReplay& replayed, double seconds,
+            const std::optional<RecordingVerifier>& verifier) {
+  const ReplaySummary& summary = replayed.summary;
+  const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
+  if (options.json) {
+    nlohmann::ordered_json json{
+        {"frames", summary.frames},
+        {"camera_poses", summary.cameras},
+        {"ticks", summary.ticks},
+        {"poses", summary.poses},
+        {"drive_s", drive},
+        {"replay_s", seconds},
+        {"last_mode", mode_name(summary.last_mode)},
+        {"from_state", replayed.inexact.empty()},
+    };
+    if (verifier) json["bit_identical"] = replayed.inexact.empty() && !verifier->difference();
+    std::cerr << json.dump() << '\n';
+    return;
+  }
+  std::cerr << fmt::format(
+      "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
+      "ticks, at the end {}\n",
+      drive, seconds, drive / seconds, summary.frames, summary.cameras, summary.ticks,
+      mode_name(summary.last_mode));
+  if (verifier && replayed.inexact.empty() && !verifier->difference())
+    std::cerr << fmt::format("bit-identical to what was published: {} ticks, {} rows of poses\n",
+                             verifier->ticks(), verifier->rows());
+}
+
+}  // namespace
+
+void replay_recording(const RecordingOptions& options) {
+  const Recording recording = open_recording(options.folder);
+  std::optional<RecordingVerifier> verifier;
+  if (options.verify) verifier.emplace(recording.folder);
+  std::optional<WholeFile> file;
+  if (!options.out.empty() && options.out != "-") file.emplace(options.out);
+  std::ostream& out = file ? file->stream() : std::cout;
+  if (!options.out.empty()) write_pose_header(out);
+
+  const auto start = std::chrono::steady_clock::now();
+  std::string rows;
+  const RecordingReplay replayed =
+      replay(recording, [&](const daemon::TickRecord& record, const RecordedTick& live) {
+        if (verifier) verifier->take(record, live);
+        if (options.out.empty() || !record.initialised) return;
+        append_pose_row(rows, record.pose, live.time_ns);
+        if (rows.size() < write_size) return;
+        out << rows;
+        rows.clear();
+      });
+  out << rows;
+  if (file) file->finish();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+
+  for (const auto& some : {recording.warnings, replayed.warnings})
+    for (const std::string& warning : some) std::cerr << "odom replay: " << warning << '\n';
+  if (!replayed.inexact.empty())
+    std::cerr << "odom replay: the replay begins at the recorded pose, not in the filter's state: "
+              << replayed.inexact << '\n';
+  report(options, replayed, seconds.count(), verifier);
+  if (verifier && !replayed.inexact.empty())
+    throw std::runtime_error("cannot be verified without the filter's state: " + replayed.inexact);
+  if (verifier && verifier->difference())
+    throw std::runtime_error("not what was published: " + *verifier->difference());
+}
+
+}  // namespace odomd::tools
