@@ -21,7 +21,7 @@ class LiveStamps {
   enum class Input : std::uint8_t { ready, waited_for };
   /// The input was read, and this is how it was found.
   void read(Input input) noexcept {
-    waits_ = static_cast<std::uint8_t>(waits_ << 1U | (input == Input::waited_for ? 1U : 0U));
+    waits_ = static_cast<std::uint8_t>(waits_ * 2U + (input == Input::waited_for ? 1U : 0U));
   }
 
   /// Takes the next stamp in, at hand since `now_ns` (CLOCK_MONOTONIC), and says by how much the
