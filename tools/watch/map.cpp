@@ -41,8 +41,8 @@ class Dots {
   void line(double x0, double y0, double x1, double y1, Style style) {
     constexpr double most = 1000.0;  // more than any screen has
     const double length = std::max(std::abs(x1 - x0), std::abs(y1 - y0));
-    const double steps = std::clamp(std::ceil(length), 1.0, most);
-    for (double i = 0.0; i <= steps; ++i)
+    const int steps = static_cast<int>(std::clamp(std::ceil(length), 1.0, most));
+    for (int i = 0; i <= steps; ++i)
       set(x0 + (x1 - x0) * i / steps, y0 + (y1 - y0) * i / steps, style);
   }
 

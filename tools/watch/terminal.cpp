@@ -135,8 +135,8 @@ void Terminal::show(const Lines& lines) {
 }
 
 Happened Terminal::wait(std::chrono::steady_clock::time_point until) {
-  using namespace std::chrono;
-  const auto left = ceil<milliseconds>(until - steady_clock::now());
+  const auto left =
+      std::chrono::ceil<std::chrono::milliseconds>(until - std::chrono::steady_clock::now());
   std::array<pollfd, 2> ready{pollfd{signals_.get(), POLLIN, 0},
                               pollfd{keyboard_ ? STDIN_FILENO : -1, POLLIN, 0}};
   ::poll(ready.data(), ready.size(), static_cast<int>(std::clamp<long>(left.count(), 0, 60'000)));
