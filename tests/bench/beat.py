@@ -99,22 +99,24 @@ class Daemon:
             if self.process.poll() is not None:
                 raise SystemExit("beat.py: odomd ended")
             time.sleep(0.01)
-        self.watcher = subprocess.Popen(
-            [args.bin / "beat_ticks", self.shm, str(seconds)], stdout=subprocess.PIPE, text=True
-        )
+        # Into a file: a pipe that nobody reads until the end would stop the watcher.
+        self.seen = work / "ticks.csv"
+        with open(self.seen, "w") as out:
+            self.watcher = subprocess.Popen([args.bin / "beat_ticks", self.shm, str(seconds)], stdout=out)
 
     def segment(self, suffix=""):
         return pathlib.Path(f"/dev/shm{self.shm}{suffix}")
 
     def ticks(self):
         """Waits for the watcher, ends the daemon, and gives every tick as a dictionary."""
-        lines = self.watcher.communicate()[0].splitlines()
+        watched = self.watcher.wait()
         self.process.send_signal(signal.SIGTERM)
-        if self.watcher.returncode != 0 or self.process.wait() != 0:
+        if watched != 0 or self.process.wait() != 0:
             raise SystemExit("beat.py: odomd or beat_ticks failed")
         self.segment().unlink()
         self.segment(".lock").unlink(missing_ok=True)
-        ticks = [{name: int(value) for name, value in row.items()} for row in csv.DictReader(lines)]
+        with open(self.seen) as rows:
+            ticks = [{name: int(value) for name, value in row.items()} for row in csv.DictReader(rows)]
         if any(tick["conditions"] & NOT_REALTIME for tick in ticks):
             raise SystemExit("beat.py: odomd was refused SCHED_FIFO or locked memory: run as root")
         return ticks

@@ -53,7 +53,7 @@ for name in bench_decoder bench_estimator bench_shm_api; do measure $name; done
 if [ -x "$bin/bench_iceoryx" ]; then
   iox-roudi -m off -l error >"$work/broker.log" 2>&1 &
   broker=$!
-  until grep -q 'ready' "$work/broker.log"; do
+  until grep -qs ready "$work/broker.log"; do
     kill -0 $broker 2>/dev/null || { cat "$work/broker.log"; echo "run.sh: iox-roudi ended"; exit 1; } >&2
     sleep 0.1
   done
