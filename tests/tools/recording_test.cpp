@@ -67,7 +67,7 @@ class Car {
 
   /// One tick: what a bus carries in it, now and then a camera pose, and all kinds of mishap.
   void tick() {
-    number_ += number_ % 50 == 17 ? 3 : 1;  // some are missed
+    number_ += number_ % 50 == 17 ? 3U : 1U;  // some are missed
     const std::int64_t tick_ns = grid + static_cast<std::int64_t>(number_) * period;
     woke_ns_ = tick_ns + 12'345 + static_cast<std::int64_t>(number_ % 7) * 1'001;
     const double t = static_cast<double>(number_) * 5e-3;
