@@ -106,7 +106,8 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   const Verdict verdict = add(state_.filter, to_centre_of_gravity(reference, camera_lever_arm_));
   count(camera, verdict);
   if (verdict == Verdict::non_finite) return;
-  state_.camera_rejected = verdict == Verdict::gated;
+  state_.camera_rejected =
+      verdict == Verdict::gated || verdict == Verdict::future || verdict == Verdict::too_old;
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
   statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
   statistics_.sources[camera].last_latency_ns.set(

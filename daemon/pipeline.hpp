@@ -48,7 +48,7 @@ struct PipelineState {
   SourceWatch watch;
   TickRecord record;
   std::uint32_t outside_conditions = 0;
-  bool camera_rejected = false;   ///< the last usable camera pose was gated
+  bool camera_rejected = false;   ///< the last usable camera pose was gated or out of time
   std::int64_t start_ns = 0;      ///< of the first tick
   std::int64_t recovered_ns = 0;  ///< of the last tick that reset a non-finite state
   std::uint32_t recoveries = 0;

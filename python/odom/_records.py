@@ -62,7 +62,7 @@ class Conditions(enum.IntFlag):
     CARRIED_OVER = 1 << 6  #: this tick left frames behind for the next
     CLOCK_STEPPED = 1 << 7  #: the wall clock stepped within the last second
     SUSPENDED = 1 << 8  #: the machine slept within the last second
-    CAMERA_REJECTED = 1 << 9  #: the last camera pose was not plausible
+    CAMERA_REJECTED = 1 << 9  #: the last camera pose was not plausible, too old or ahead of its time
     MODEL_FAULT = 1 << 10  #: the model left its domain and stopped
     NON_FINITE = 1 << 11  #: a non-finite state was reset, never published
     INPUT_ENDED = 1 << 12  #: the log or the pipe has ended

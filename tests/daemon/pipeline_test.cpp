@@ -237,5 +237,22 @@ TEST(Pipeline, TakesASigmaThatIsNotPositiveForUnusableWhateverTheLeverArm) {
   EXPECT_NE(p->tick(1, start + 5 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
 }
 
+TEST(Pipeline, SaysThatTheCameraIsRejectedWhileItsClockIsAhead) {
+  const auto p = pipeline(config(), true);
+  p->take(frame(257, start, 1000), start);
+  p->tick(0, start);
+  estimator::CameraPose pose{
+      .capture_ns = start, .arrival_ns = start, .sigma_x = 1.0, .sigma_y = 1.0, .sigma_yaw = 1.0};
+  p->take(pose);
+  EXPECT_EQ(p->tick(1, start + 5 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
+  pose.capture_ns = pose.arrival_ns = start + 200 * ms;
+  p->take(pose);
+  EXPECT_EQ(verdicts(*p, camera, Verdict::future), 1U);
+  EXPECT_NE(p->tick(2, start + 10 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
+  pose.capture_ns = pose.arrival_ns = start + 9 * ms;
+  p->take(pose);
+  EXPECT_EQ(p->tick(3, start + 15 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
+}
+
 }  // namespace
 }  // namespace odomd::daemon

@@ -40,7 +40,7 @@ enum {
   ODOM_COND_CARRIED_OVER = 1u << 6,    /**< this tick left frames behind for the next */
   ODOM_COND_CLOCK_STEPPED = 1u << 7,   /**< the wall clock stepped within the last second */
   ODOM_COND_SUSPENDED = 1u << 8,       /**< the machine slept within the last second */
-  ODOM_COND_CAMERA_REJECTED = 1u << 9, /**< the last camera pose was not plausible */
+  ODOM_COND_CAMERA_REJECTED = 1u << 9, /**< the last camera pose was refused */
   ODOM_COND_MODEL_FAULT = 1u << 10,    /**< the model left its domain and stopped */
   ODOM_COND_NON_FINITE = 1u << 11,     /**< a non-finite state was reset, never published */
   ODOM_COND_INPUT_ENDED = 1u << 12     /**< the log or the pipe has ended */
