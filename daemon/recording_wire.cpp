@@ -1,5 +1,6 @@
 #include "daemon/recording_wire.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <stdexcept>
 
@@ -32,12 +33,12 @@ std::string checkpoint_bytes(const Checkpoint& checkpoint) {
 }
 
 void restore_checkpoint(std::string_view bytes, Pipeline& pipeline) {
-  const std::string identity = build_identity() + '\n';
+  const std::string ours = build_identity();
+  const std::string identity = ours + '\n';
   if (!bytes.starts_with(identity))
     throw std::invalid_argument(
         fmt::format("is of another build ({}; this is {})",
-                    bytes.substr(0, std::min<std::size_t>(bytes.find('\n'), 200)),
-                    std::string_view(identity).substr(0, identity.size() - 1)));
+                    bytes.substr(0, std::min<std::size_t>(bytes.find('\n'), 200)), ours));
   std::uint64_t sum = 0;
   const std::size_t protections = pipeline.protections().size();
   const std::size_t size = identity.size() + sizeof(PipelineState) +
