@@ -245,7 +245,8 @@ TEST(Pipeline, SaysThatTheCameraIsRejectedWhileItsClockIsAhead) {
       .capture_ns = start, .arrival_ns = start, .sigma_x = 1.0, .sigma_y = 1.0, .sigma_yaw = 1.0};
   p->take(pose);
   EXPECT_EQ(p->tick(1, start + 5 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
-  pose.capture_ns = pose.arrival_ns = start + 200 * ms;
+  pose.arrival_ns = start + 7 * ms;
+  pose.capture_ns = start + 200 * ms;
   p->take(pose);
   EXPECT_EQ(verdicts(*p, camera, Verdict::future), 1U);
   EXPECT_NE(p->tick(2, start + 10 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
