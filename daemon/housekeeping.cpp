@@ -65,7 +65,7 @@ void Housekeeping::run() {
     if (inputs[1].revents != 0) accept_cameras(now_ns);
     if (inputs[2].revents != 0) serve_status(now_ns);
     if (inputs[3].revents != 0) recorders_->accept(now_ns, journal_);
-    if (recorders_) recorders_->serve(journal_);
+    if (recorders_) recorders_->serve(now_ns, journal_);
     for (const auto& source : running_.sources) source->maintain();
     tell_events();
     const PublishedPose seen = published();
@@ -76,7 +76,7 @@ void Housekeeping::run() {
     tell_service_manager(now_ns);
   }
   notify_stopping();
-  if (recorders_) recorders_->close(journal_);
+  if (recorders_) recorders_->close(monotonic_now(), journal_);
 }
 
 void Housekeeping::read_signals() {

@@ -25,6 +25,7 @@ enum class Topic : std::uint8_t {
   camera_refused,
   camera_malformed,
   recording,
+  recording_end,
   count
 };
 

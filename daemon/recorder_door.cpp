@@ -1,8 +1,10 @@
 #include "daemon/recorder_door.hpp"
 
+#include <poll.h>
 #include <sys/socket.h>
 
 #include <cerrno>
+#include <chrono>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +17,8 @@ namespace {
 /// No more than this is taken out of the rings ahead of what the socket takes.
 constexpr std::size_t enough_bytes = 1U << 18U;
 constexpr int accepts_per_turn = 16;
+/// A recorder that waits for its disk gets the end of the drive all the same.
+constexpr std::chrono::milliseconds patience_at_end{500};
 
 std::string refusal(const std::string& why) {
   const RecordingHeader header{RecordingMessage::refused, static_cast<std::uint32_t>(why.size())};
@@ -50,12 +54,12 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
   }
 }
 
-void RecorderDoor::serve(Journal& journal) {
+void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
   if (!recorder_) return;
   char nothing = 0;
   const ssize_t got = ::recv(recorder_.get(), &nothing, 1, MSG_DONTWAIT);
   if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR))
-    return drop("the recorder went away", journal);
+    return drop("the recorder went away", now_ns, journal);
 
   const RecordingTap::State tap = running_.tap.state();
   if (!begun_ && tap == RecordingTap::State::idle) {
@@ -70,19 +74,21 @@ void RecorderDoor::serve(Journal& journal) {
     if (tap == RecordingTap::State::full && running_.tap.mark() == nullptr)
       end("the recorder did not keep up");
   }
-  if (!flush()) return drop("the recorder went away", journal);
+  if (!flush()) return drop("the recorder went away", now_ns, journal);
   if (stage_ == Stage::ended && out_at_ == out_.size())
-    drop("the recorder did not keep up", journal);
+    drop("the recorder did not keep up", now_ns, journal);
 }
 
-void RecorderDoor::close(Journal& journal) {
+void RecorderDoor::close(std::int64_t now_ns, Journal& journal) {
   if (!recorder_) return;
   if (stage_ == Stage::streaming) {
-    append_ticks();
+    // No more than the rings hold: the beat goes on until housekeeping has ended.
+    for (std::size_t i = 0; i < RecordingTap::max_ticks && running_.tap.mark() != nullptr; ++i)
+      append_tick();
     end("odomd has ended");
   }
-  static_cast<void>(flush());
-  drop("odomd ends", journal);
+  flush_patiently();
+  drop("odomd ends", now_ns, journal);
 }
 
 void RecorderDoor::begin_stream() {
@@ -152,7 +158,13 @@ bool RecorderDoor::flush() {
     const ssize_t sent = ::send(recorder_.get(), out_.data() + out_at_, out_.size() - out_at_,
                                 MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent < 0 && errno == EINTR) continue;
-    if (sent < 0) return errno == EAGAIN;
+    if (sent < 0) {
+      const bool later = errno == EAGAIN;
+      // What a slow recorder has taken does not pile up before what it has not.
+      out_.erase(0, out_at_);
+      out_at_ = 0;
+      return later;
+    }
     out_at_ += static_cast<std::size_t>(sent);
   }
   out_.clear();
@@ -160,13 +172,25 @@ bool RecorderDoor::flush() {
   return true;
 }
 
+void RecorderDoor::flush_patiently() {
+  using std::chrono::steady_clock;
+  const auto deadline = steady_clock::now() + patience_at_end;
+  while (flush() && !out_.empty()) {
+    const auto rest = std::chrono::ceil<std::chrono::milliseconds>(deadline - steady_clock::now());
+    if (rest.count() <= 0) return;
+    pollfd room{recorder_.get(), POLLOUT, 0};
+    ::poll(&room, 1, static_cast<int>(rest.count()));
+  }
+}
+
 void RecorderDoor::end(std::string_view why) {
   append(RecordingMessage::end, why);
   stage_ = Stage::ended;
 }
 
-void RecorderDoor::drop(std::string_view why, Journal& journal) {
+void RecorderDoor::drop(std::string_view why, std::int64_t now_ns, Journal& journal) {
   journal.info(
+      Topic::recording_end, now_ns,
       fmt::format("the recording (pid {}) ends after {} ticks: {}", peer_.pid, ticks_, why));
   recorder_ = {};
   running_.tap.end();

@@ -28,10 +28,11 @@ class RecorderDoor {
   void accept(std::int64_t now_ns, Journal& journal);
 
   /// Every turn: sends what there is.
-  void serve(Journal& journal);
+  void serve(std::int64_t now_ns, Journal& journal);
 
-  /// The daemon ends: says so to the recorder, with the ticks that are there.
-  void close(Journal& journal);
+  /// The daemon ends: says so to the recorder, with the ticks that are there. Waits half a second
+  /// for one that is slow.
+  void close(std::int64_t now_ns, Journal& journal);
 
  private:
   enum class Stage : std::uint8_t {
@@ -45,9 +46,11 @@ class RecorderDoor {
   void append_ticks();
   void append_tick();
   void append(RecordingMessage kind, std::string_view bytes);
+  /// Sends what there is room for; false where nobody listens any more.
   [[nodiscard]] bool flush();
+  void flush_patiently();
   void end(std::string_view why);
-  void drop(std::string_view why, Journal& journal);
+  void drop(std::string_view why, std::int64_t now_ns, Journal& journal);
   [[nodiscard]] std::string hello() const;
 
   const Running& running_;

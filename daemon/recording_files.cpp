@@ -50,12 +50,13 @@ std::string with_databases(const Config& config, const std::vector<std::string>&
 }
 
 /// The file's own name, made unlike the others; what a TOML string would have to escape is left
-/// out.
+/// out, and none is hidden: a recorder takes no such name.
 std::string name_beside(const std::filesystem::path& file, const std::vector<std::string>& others) {
   std::string own = file.filename().string();
   std::ranges::replace_if(
       own, [](char c) { return c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20; },
       '_');
+  if (own.starts_with('.')) own.front() = '_';
   std::string name = own;
   for (int i = 2; name == "car.toml" || std::ranges::find(others, name) != others.end(); ++i)
     name = fmt::format("{}-{}", i, own);
