@@ -72,9 +72,10 @@ check "SIGSTOP: it goes on from a pose that is younger than 2 s" "$(cat stopped.
   jq -e '.after.restarted or .gap_ms >= 2000' stopped.json
 
 # Many kills in a row, hardly started.
+has_process() { test "$(main_pid)" != 0; }
 before=$(systemctl show -P NRestarts $unit)
 for ((round = 1; round <= 10; ++round)); do
-  await 20 test "$(main_pid)" != 0
+  await 20 has_process
   kill -9 "$(main_pid)"
   sleep 0.05
 done
