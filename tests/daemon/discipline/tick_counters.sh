@@ -1,6 +1,6 @@
 #!/bin/bash
 # No allocation, lock, exception or page fault in the beat of the real odomd, from its first tick on,
-# under full traffic: tick_counters.sh LIBRARY [TICKS [INJECT]]
+# under full traffic, with a recording that begins among them: tick_counters.sh LIBRARY [TICKS [INJECT]]
 #
 # LIBRARY is what tick_counters.cpp became. With INJECT (allocation, lock, exception, fault) the
 # library does one of these itself in the beat's thread, and the test holds that it is counted, once.
@@ -11,6 +11,8 @@ name=tick-counters${injected:+-$injected}
 
 start_full_traffic $((ticks / 200 + 30)) env LD_PRELOAD="$library" TICK_COUNTERS_OUT="$work/counts" \
   TICK_COUNTERS_TICKS="$ticks" TICK_COUNTERS_INJECT="$injected"
+odom record --socket "$work/record.sock" --wait 20 --quiet --out "$work/recorded" &
+children+=($!)
 await $((ticks / 200 + 120)) grep -q other_locks "$work/counts" || fail "no counts: $(status .beat -c)"
 read -r published received camera locked < <(status '[.beat.ticks, .can[0].received,
   .camera.messages, .realtime.memory_locked] | map(tostring) | join(" ")')
@@ -47,4 +49,5 @@ fi
 if [ -z "$injected" ]; then
   [ "$received" -ge $((published * 32)) ] || fail "the traffic was not full: $received frames"
   [ "$camera" -ge $((published / 15)) ] || fail "the traffic was not full: $camera camera poses"
+  [ "$(wc -l <"$work/recorded/beat.csv")" -gt 2 ] || fail "nothing was recorded"
 fi
