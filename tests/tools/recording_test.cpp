@@ -37,13 +37,13 @@ class Car {
                   "BO_ 256 WHEEL: 4 X\n SG_ V : 0|16@1- (0.001,0) [0|0] \"m/s\" X\n"
                   " SG_ C : 16|4@1+ (1,0) [0|0] \"\" X\n"
                   "BO_ 258 STEER: 2 X\n SG_ A : 0|16@1- (0.0001,0) [0|0] \"rad\" X\n");
-    scratch.write("gyro.dbc",
+    scratch.write(".gyro.dbc",
                   "BO_ 2147483905 GYRO: 2 X\n SG_ R : 0|16@1- (0.001,0) [0|0] \"rad/s\" X\n");
     const auto file = scratch.write(
         "any.toml",
         "# a comment that stays\n[filter]\nmodel = \"" + model +
             "\"\n[camera]\nsocket = \"camera.sock\"\nlever_arm = [0.1, 0.02, 0.3]\n[can]\n"
-            "dbc = ['wheels \"of\" car.dbc', # here, too\n  \"gyro.dbc\"]\n"
+            "dbc = ['wheels \"of\" car.dbc', # here, too\n  \".gyro.dbc\"]\n"
             "[can.e2e]\nWHEEL = { profile = \"COUNTER\", counter = \"C\" }\n[can.signals]\n"
             "wheel_rear = { message = \"WHEEL\", signal = \"V\", unit = \"m/s\" }\n"
             "steering = { message = \"STEER\", signal = \"A\", unit = \"rad\" }\n"
@@ -241,7 +241,7 @@ TEST_F(RecordingTest, TheFilesAreThoseOfAPlainReplay) {
   const auto folder = record(137);
   const std::string config = contents(folder / "car.toml");
   EXPECT_THAT(config, StartsWith("# a comment that stays\n"));
-  EXPECT_THAT(config, HasSubstr("dbc = [\"wheels _of_ car.dbc\", \"gyro.dbc\"]\n[can.e2e]"));
+  EXPECT_THAT(config, HasSubstr("dbc = [\"wheels _of_ car.dbc\", \"_gyro.dbc\"]\n[can.e2e]"));
   const Outcome outcome =
       run_shell("cd " + folder.string() +
                 " && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
