@@ -64,8 +64,9 @@ void Housekeeping::run() {
     if (inputs[0].revents != 0) read_signals();
     if (inputs[1].revents != 0) accept_cameras(now_ns);
     if (inputs[2].revents != 0) serve_status(now_ns);
-    if (inputs[3].revents != 0) recorders_->accept(now_ns, journal_);
+    // In this order: a recorder that went away does not keep the next one out.
     if (recorders_) recorders_->serve(now_ns, journal_);
+    if (inputs[3].revents != 0) recorders_->accept(now_ns, journal_);
     for (const auto& source : running_.sources) source->maintain();
     tell_events();
     const PublishedPose seen = published();
