@@ -191,7 +191,8 @@ class Recorder {
 
   // --out, or the date; a second recording of one call has a number behind it.
   std::filesystem::path next_folder() {
-    const std::string base = options_.out.empty() ? name_of_now() : options_.out;
+    std::string base = options_.out.empty() ? name_of_now() : options_.out;
+    while (base.size() > 1 && base.back() == '/') base.pop_back();  // as a shell completes it
     std::string name = base;
     for (int i = 2; std::filesystem::exists(name); ++i) name = fmt::format("{}-{}", base, i);
     if (folders_++ == 0) begun_ = steady_clock::now();
