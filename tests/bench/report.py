@@ -199,6 +199,8 @@ def main():
     print("\n".join(report.markdown()))
     missed = sum(run["skipped"] for run in beat["nominal"]), sum(run["skipped"] for run in beat["full"])
     print(f"\nCycles missed by odomd: {missed[0]} under nominal, {missed[1]} under full traffic.")
+    if float(host["load_before"].split()[0]) > 1:
+        print("The machine was busy before the run: trust the ratios more than the times.")
     if "iceoryx_hot" not in bench:
         print("iceoryx was not there: its rows are missing.")
     if args.json:
