@@ -1,15 +1,20 @@
 // odom evaluate: how good estimates are against a reference.
 #include <cmath>
+#include <cstdint>
 #include <iostream>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "tools/camera_csv.hpp"
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
+#include "tools/csv.hpp"
 #include "tools/evaluation.hpp"
 #include "tools/evaluation_picture.hpp"
 #include "tools/evaluation_report.hpp"
@@ -22,6 +27,9 @@ struct Options {
   std::string reference;
   std::vector<std::string> poses;
   Align align = Align::first;
+  Frame frame = Frame::map;
+  std::string from;
+  std::string to;
   std::vector<double> lever_arm;
   bool fit_lever_arm = false;
   bool json = false;
@@ -55,10 +63,37 @@ void warn_of_doubts(const std::vector<Evaluation>& evaluations) {
   }
 }
 
+// "1760000015.5" is a time of the files, "+15.5" one after the first row of the reference.
+std::optional<std::int64_t> time_of(const std::string& option, const std::string& text,
+                                    std::int64_t first_ns) {
+  if (text.empty()) return std::nullopt;
+  const bool relative = text.front() == '+';
+  const auto seconds = parse_seconds(std::string_view{text}.substr(relative ? 1 : 0));
+  std::int64_t time_ns = seconds.value_or(0);
+  if (!seconds || (relative && __builtin_add_overflow(first_ns, *seconds, &time_ns))) {
+    throw std::invalid_argument(option + ": " + tools::quoted(text) +
+                                " is not a time in seconds, such as 1760000015.5 (of the files) "
+                                "or +15.5 (after the reference's first row)");
+  }
+  return time_ns;
+}
+
+Trajectory read_estimate(const std::string& file, const Options& options,
+                         const Trajectory& reference) {
+  Trajectory estimate = read_trajectory(file, options.frame);
+  const std::int64_t first_ns = reference.points.front().t_ns;
+  const auto from = time_of("--from", options.from, first_ns);
+  const auto to = time_of("--to", options.to, first_ns);
+  if (!from && !to) return estimate;
+  using Limits = std::numeric_limits<std::int64_t>;
+  return cut_to(std::move(estimate), from.value_or(Limits::min()), to.value_or(Limits::max()));
+}
+
 void run_evaluate(const Options& options) {
   Trajectory reference = read_trajectory(options.reference);
   std::vector<Trajectory> estimates;
-  for (const auto& file : options.poses) estimates.push_back(read_trajectory(file));
+  for (const auto& file : options.poses)
+    estimates.push_back(read_estimate(file, options, reference));
   for (const auto& text : reference.warnings) warn(text);
   for (const auto& estimate : estimates) {
     for (const auto& text : estimate.warnings) warn(text);
@@ -67,6 +102,7 @@ void run_evaluate(const Options& options) {
   EvaluationReport report;
   report.reference = options.reference;
   report.align = options.align;
+  report.frame = options.frame;
   if (!options.lever_arm.empty()) {
     for (const double value : options.lever_arm) {
       if (!std::isfinite(value)) {
@@ -118,6 +154,15 @@ void add_evaluate(CLI::App& odom) {
       *command, "--align", options->align,
       {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
       "Alignment at the first common time, by least squares, or none; default: first");
+  add_choice<Frame>(*command, "--frame", options->frame,
+                    {{"map", Frame::map}, {"odom", Frame::odom}},
+                    "Which pose: the map's or the jump-free odometry frame's; default: map");
+  command
+      ->add_option("--from", options->from,
+                   "Judge only what is not before this time [s]; +T: after the reference's first "
+                   "row")
+      ->type_name("T|+T");
+  command->add_option("--to", options->to, "... and not after this one")->type_name("T|+T");
   auto* lever_arm =
       command
           ->add_option("--lever-arm", options->lever_arm,
@@ -146,6 +191,7 @@ void add_evaluate(CLI::App& odom) {
       "  odom evaluate --reference truth.csv --pose kinematic.csv --pose paper.csv --json\n"
       "  odom evaluate --reference truth.csv --pose pose.csv --align fit --picture lap.svg\n"
       "  odom evaluate --reference mocap.csv --pose pose.csv --fit-lever-arm\n"
+      "  odom evaluate --reference truth.csv --pose pose.csv --from +15 --to +25 --frame odom\n"
       "Only times that both cover count; the reference is interpolated, never extrapolated.\n"
       "With several pose files the others are compared with the first.");
   command->callback([options] { run_evaluate(*options); });

@@ -111,6 +111,7 @@ std::string as_text(const EvaluationReport& report) {
   text += report.align == Align::first ? " (position and heading agree at the first common time)\n"
           : report.align == Align::fit ? " (least squares over all common positions)\n"
                                        : " (as they are)\n";
+  if (report.frame == Frame::odom) text += "frame      odom (the jump-free pose)\n";
   if (report.lever_arm) {
     text += "lever arm  " + fixed(report.lever_arm->x, 4) + " m, " + fixed(report.lever_arm->y, 4) +
             " m, " + fixed(degrees(report.lever_arm->yaw), 2) + " deg of the reference point";
@@ -199,6 +200,7 @@ std::string as_text(const EvaluationReport& report) {
 
 std::string as_json(const EvaluationReport& report) {
   Json json{{"reference", report.reference}, {"align", align_name(report.align)}};
+  json["frame"] = report.frame == Frame::odom ? "odom" : "map";
   if (report.lever_arm) {
     json["lever_arm"] = {{"x", report.lever_arm->x},
                          {"y", report.lever_arm->y},

@@ -13,6 +13,7 @@ namespace odomd::tools {
 struct EvaluationReport {
   std::string reference;
   Align align = Align::first;
+  Frame frame = Frame::map;                   ///< of the estimates
   std::optional<estimator::Pose2> lever_arm;  ///< that the reference was moved by
   std::size_t fitted_windows = 0;             ///< where the lever arm was fitted
   std::vector<Evaluation> evaluations;        ///< at least one; the first is compared against

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "tools/csv.hpp"
 #include "tools/files.hpp"
@@ -54,17 +55,19 @@ double between(double a, double b, double share) {
 
 }  // namespace
 
-Trajectory read_trajectory(const std::filesystem::path& file) {
+Trajectory read_trajectory(const std::filesystem::path& file, Frame frame) {
   auto input = open_input(file);
+  const std::string prefix = frame == Frame::odom ? "odom_" : "";
   CsvReader reader{input,
                    file.string(),
-                   {"t", "x", "y", "yaw"},
+                   {"t", prefix + "x", prefix + "y", prefix + "yaw"},
                    {"vx", "vy", "yaw_rate", "sigma_x", "sigma_y", "sigma_yaw", "cov_xy", "cov_xyaw",
                     "cov_yyaw"}};
   Trajectory trajectory;
   trajectory.name = file.string();
   trajectory.has_motion = reader.has(vx) && reader.has(vy) && reader.has(yaw_rate);
-  trajectory.has_covariance = reader.has(sigma_x) && reader.has(sigma_y) && reader.has(sigma_yaw);
+  trajectory.has_covariance =
+      frame == Frame::map && reader.has(sigma_x) && reader.has(sigma_y) && reader.has(sigma_yaw);
 
   std::size_t repeated = 0;
   std::string first_repeated;
@@ -124,6 +127,22 @@ std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_n
     point.covariance[i] = between(a.covariance[i], b.covariance[i], share);
   }
   return point;
+}
+
+Trajectory cut_to(Trajectory trajectory, std::int64_t from_ns, std::int64_t to_ns) {
+  const std::int64_t first_ns = trajectory.points.front().t_ns;
+  const std::int64_t last_ns = trajectory.points.back().t_ns;
+  std::erase_if(trajectory.points, [=](const TrajectoryPoint& point) {
+    return point.t_ns < from_ns || point.t_ns > to_ns;
+  });
+  if (trajectory.points.empty()) {
+    std::string text = trajectory.name + ": no row within --from and --to; its times are ";
+    append_seconds(text, first_ns);
+    text += " to ";
+    append_seconds(text, last_ns);
+    throw std::invalid_argument(text);
+  }
+  return trajectory;
 }
 
 }  // namespace odomd::tools

@@ -33,13 +33,23 @@ struct Trajectory {
   std::vector<std::string> warnings;
 };
 
+/// Which pose of a pose file.
+enum class Frame : std::uint8_t {
+  map,   ///< x, y, yaw: jumps where a filter takes in a camera pose or is reset
+  odom,  ///< odom_x, odom_y, odom_yaw: the jump-free one, which has no covariance
+};
+
 /// Throws std::invalid_argument with file, line and column where the file is not usable: a missing
 /// column, a field that is no finite number, times that run backwards, no row at all. A repeated
 /// time is a warning, and its first row counts.
-[[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file);
+[[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file,
+                                         Frame frame = Frame::map);
 
 /// The point at a time: linear between neighbours (yaw is unwrapped, so this is the shorter way;
 /// velocities and covariance likewise). Nothing outside the span: there is no extrapolation.
 [[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns);
+
+/// The rows between two times, both included. Throws std::invalid_argument where there is none.
+[[nodiscard]] Trajectory cut_to(Trajectory trajectory, std::int64_t from_ns, std::int64_t to_ns);
 
 }  // namespace odomd::tools

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "tests/tools/drives.hpp"
 #include "tests/tools/scratch.hpp"
@@ -119,6 +120,74 @@ TEST_F(Evaluate, AlignsAsItIsTold) {
   };
   EXPECT_EQ(aligned(""), "first");
   for (const std::string how : {"first", "fit", "none"}) EXPECT_EQ(aligned(" --align " + how), how);
+}
+
+TEST_F(Evaluate, JudgesAWindowAlignedAtItsBegin) {
+  const auto judged = [&](const std::string& window) {
+    const Outcome outcome =
+        run("--json --reference " + reference_ + " --pose " + drift_ + " " + window);
+    EXPECT_EQ(outcome.err, "");
+    return nlohmann::json::parse(outcome.out)["estimates"][0];
+  };
+  const auto relative = judged("--from +1 --to +3");
+  EXPECT_EQ(relative["samples"], 401);
+  EXPECT_EQ(relative["t_first"], 1.0);
+  EXPECT_EQ(relative["t_last"], 3.0);
+  EXPECT_NEAR(relative["path_length"], 2.0, 1e-4);
+  // x is stretched by 2 %: of all four seconds the error is larger than of two.
+  EXPECT_LT(relative["end_error"], judged("")["end_error"]);
+  EXPECT_GT(relative["end_error"], 0.0);
+  EXPECT_EQ(judged("--from 1 --to 3"), relative);
+  EXPECT_EQ(judged("--from 3.5")["samples"], 101);
+  EXPECT_EQ(judged("--to 0.5")["samples"], 101);
+}
+
+TEST_F(Evaluate, RefusesAWindowWithoutRows) {
+  const std::string files = "--reference " + reference_ + " --pose " + good_;
+  const Outcome late = run(files + " --from +60");
+  EXPECT_EQ(late.status, 2);
+  EXPECT_EQ(late.err, "odom evaluate: " + good_ +
+                          ": no row within --from and --to; its times are 0.000000000 to "
+                          "4.000000000\n");
+  EXPECT_EQ(run(files + " --from 3 --to 2").status, 2);
+  EXPECT_THAT(run(files + " --to 0").err, HasSubstr("less than two common times"));
+  for (const std::string bad : {"+", "x", "++1", "1e999", "+9223372036.9"}) {
+    EXPECT_EQ(run(files + " --from " + bad).status, 2) << bad;
+    EXPECT_THAT(run(files + " --to " + bad).err, HasSubstr("--to: \"" + bad + "\" is not a time"));
+  }
+}
+
+TEST_F(Evaluate, JudgesTheOdometryFrame) {
+  // A map pose that jumps by a metre on the way; the odometry frame's does not.
+  std::string text = "t,x,y,yaw,odom_x,odom_y,odom_yaw,sigma_x,sigma_y,sigma_yaw\n";
+  for (const TrajectoryPoint& point : wavy_drive(0.0, 4.0, 0.005).points) {
+    const auto& pose = point.pose;
+    append_seconds(text, point.t_ns);
+    for (const double value : {pose.x + (point.t_ns > 2'000'000'000 ? 1.0 : 0.0), pose.y, pose.yaw,
+                               pose.x, pose.y, pose.yaw, 0.1, 0.1, 0.1}) {
+      text += ',';
+      append_number(text, value);
+    }
+    text += '\n';
+  }
+  const auto both = scratch_.write("both.csv", text).string();
+  const auto judged = [&](const std::string& frame) {
+    const auto json = nlohmann::json::parse(
+        run("--json --reference " + reference_ + " --pose " + both + frame).out);
+    return std::pair{json["frame"], json["estimates"][0]};
+  };
+  const auto [map_name, map] = judged("");
+  EXPECT_EQ(map_name, "map");
+  EXPECT_NEAR(map["end_error"], 1.0, 1e-9);
+  EXPECT_FALSE(map["nees"].is_null());
+  const auto [odom_name, odom] = judged(" --frame odom");
+  EXPECT_EQ(odom_name, "odom");
+  EXPECT_NEAR(odom["end_error"], 0.0, 1e-9);
+  EXPECT_TRUE(odom["nees"].is_null());  // the covariance is that of the map's pose
+
+  const Outcome without = run("--reference " + reference_ + " --pose " + good_ + " --frame odom");
+  EXPECT_EQ(without.status, 2);
+  EXPECT_THAT(without.err, HasSubstr(R"(:1: no column "odom_x")"));
 }
 
 TEST_F(Evaluate, HelpIsText) {
