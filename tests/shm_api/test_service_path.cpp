@@ -23,7 +23,7 @@ class ServicePath : public ::testing::Test {
     char* path = nullptr;
     EXPECT_EQ(odomi_service_path(directory.file("run").c_str(), leaf.c_str(), &path), ODOM_OK);
     const std::string result(path);
-    std::free(path);  // NOLINT(cppcoreguidelines-no-malloc): malloc'ed by C
+    std::free(path);
     const std::string above = directory.file("");
     return result.starts_with(above) ? result.substr(above.size()) : result;
   }

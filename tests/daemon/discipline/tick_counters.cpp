@@ -178,7 +178,7 @@ bool is_beat() {
 }  // namespace
 
 // libc's names, for what it names otherwise.
-// NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
+// NOLINTBEGIN(bugprone-reserved-identifier)
 // NOLINTBEGIN(readability-inconsistent-declaration-parameter-name)
 extern "C" {
 
@@ -301,4 +301,4 @@ int sem_post(sem_t* semaphore) noexcept {
 
 }  // extern "C"
 // NOLINTEND(readability-inconsistent-declaration-parameter-name)
-// NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp)
+// NOLINTEND(bugprone-reserved-identifier)
