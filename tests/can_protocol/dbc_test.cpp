@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <string_view>
 
 namespace odomd::can {
 namespace {
@@ -430,14 +431,14 @@ TEST(DbcErrors, SayThatAFileCannotBeRead) {
 }
 
 TEST(DbcErrors, NeverCrashOnACutFile) {
-  const std::string text =
+  constexpr std::string_view text =
       "BO_ 1 A: 8 X\n SG_ S M : 0|4@1+ (1,0) [0|0] \"u\" X\n"
       " SG_ T m1 : 4|4@0- (.5,0) [0|0] \"\" X\nVAL_ 1 S 1 \"a\" ;\n"
       "SG_MUL_VAL_ 1 T S 1-1;\nCM_ SG_ 1 S \"c\";\nBA_ \"GenMsgCycleTime\" BO_ 1 5;\n";
   int refused = 0;
   for (std::size_t cut = 0; cut < text.size(); ++cut) {
     try {
-      (void)parse(std::string_view(text).substr(0, cut));
+      (void)parse(text.substr(0, cut));
     } catch (const DbcError&) {
       ++refused;
     }

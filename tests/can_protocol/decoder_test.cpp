@@ -85,7 +85,7 @@ class Rig {
     return MessageEncoder(*find_message(databases_[0], message));
   }
   [[nodiscard]] MessageEncoder encoder(std::string_view message, const E2eBinding& e2e) const {
-    return MessageEncoder(*find_message(databases_[0], message), e2e);
+    return {*find_message(databases_[0], message), e2e};
   }
 
  private:
@@ -377,6 +377,7 @@ TEST(Decoder, NeverAllocatesWhileDecoding) {
   Rig rig({bind(1, "IMU", "Yaw"), bind(2, "MIXED", "Speed"), gated}, {imu_protection()});
   MessageEncoder imu = rig.encoder("IMU", imu_protection());
   std::vector<Frame> frames;
+  frames.reserve(34);
   for (int i = 0; i < 30; ++i) frames.push_back(imu.frame(i));
   frames[3].data[5] ^= 1U;
   frames.push_back(raw_frame(33, IdFormat::standard, {2, 40, 0}));

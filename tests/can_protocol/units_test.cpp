@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "can_protocol/nearest_name.hpp"
@@ -14,8 +16,8 @@ namespace odomd::can {
 namespace {
 
 TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
-  const auto expect_unit = [](Unit unit, std::vector<std::string> spellings) {
-    for (const std::string& spelling : spellings)
+  const auto expect_unit = [](Unit unit, std::initializer_list<std::string_view> spellings) {
+    for (const std::string_view spelling : spellings)
       EXPECT_EQ(unit_of_text(spelling), unit) << spelling;
   };
   expect_unit(Unit::rad, {"rad", "Radians"});

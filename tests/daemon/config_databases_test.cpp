@@ -51,7 +51,7 @@ class DatabasesTest : public testing::Test {
     try {
       static_cast<void>(load_databases(config, warnings));
     } catch (const std::invalid_argument& error) {
-      const std::string what = error.what();
+      std::string what = error.what();
       EXPECT_EQ(what.find('\n'), std::string::npos) << what;
       return what;
     }

@@ -1,15 +1,15 @@
 #include "daemon_process.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -107,27 +107,24 @@ nlohmann::json Desk::status() const {
 }
 
 std::string straight_drive(double seconds, double speed) {
-  std::ostringstream log;
+  std::string log;
   const auto raw = static_cast<std::uint16_t>(static_cast<std::int16_t>(std::lround(speed * 1e3)));
   const auto steps = std::lround(seconds * 100.0);
   for (long i = 0; i < steps; ++i) {
-    char line[160];
-    const long microseconds = i % 100 * 10'000;
-    std::snprintf(line, sizeof line,
-                  "(%ld.%06ld) can0 100#%02X%02X0000\n(%ld.%06ld) can0 101#00000000\n"
-                  "(%ld.%06ld) can0 102#0000\n",
-                  1'700'000'000 + i / 100, microseconds, raw & 0xFFU, raw >> 8U,
-                  1'700'000'000 + i / 100, microseconds + 100, 1'700'000'000 + i / 100,
-                  microseconds + 200);
-    log << line;
+    const long s = 1'700'000'000 + i / 100;
+    const long us = i % 100 * 10'000;
+    log += fmt::format("({}.{:06}) can0 100#{:02X}{:02X}0000\n", s, us, raw & 0xFFU, raw >> 8U);
+    log += fmt::format("({}.{:06}) can0 101#00000000\n", s, us + 100);
+    log += fmt::format("({}.{:06}) can0 102#0000\n", s, us + 200);
   }
-  return log.str();
+  return log;
 }
 
 DaemonProcess::DaemonProcess(const Desk& desk, const std::vector<std::string>& arguments) {
   std::vector<std::string> words{ODOMD_BIN_DIR "/odomd", "--config", desk.file("car.toml")};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (auto& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
   const std::string errors = desk.file("stderr");

@@ -43,7 +43,7 @@ class LocalSocketTest : public testing::Test {
     return {path_, SocketType::packets, mode, ""};
   }
 
-  [[nodiscard]] std::string refusal(const LocalSocketSettings& wanted) const {
+  [[nodiscard]] static std::string refusal(const LocalSocketSettings& wanted) {
     try {
       const LocalSocket socket(wanted);
     } catch (const std::invalid_argument& error) {

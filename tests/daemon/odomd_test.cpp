@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -10,6 +9,7 @@
 
 #include <array>
 #include <charconv>
+#include <csignal>
 #include <cstdlib>
 #include <map>
 #include <memory>
@@ -56,7 +56,7 @@ bool becomes_stale(const Client& client, odom_pose& pose) {
 /// A number as the tools write it: the shortest text that reads back to the same bits.
 std::string shortest(double value) {
   std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  char* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
   return {text.data(), end};
 }
 
@@ -440,7 +440,7 @@ class OdomdMistake : public OdomdTest {
   std::string error_of(const std::vector<std::string>& arguments) {
     DaemonProcess odomd(desk_, arguments);
     EXPECT_EQ(odomd.wait(), 2);
-    const auto errors = desk_.read("stderr");
+    auto errors = desk_.read("stderr");
     EXPECT_EQ(errors.find('\n'), errors.size() - 1) << errors;
     return errors;
   }

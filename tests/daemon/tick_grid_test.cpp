@@ -68,7 +68,7 @@ TEST(TickGrid, TicksAndMissedCyclesAccountForAll) {
   std::uint64_t missed = 0;
   std::uint64_t last = 0;
   std::int64_t now = grid.first_ns;
-  for (int i = 0; i < 1000; ++i) {
+  for (std::int64_t i = 0; i < 1000; ++i) {
     now = std::max(now, grid.time_of(planned)) + (i % 13) * 700 * microsecond;  // wake
     const auto due = due_tick(grid, planned, now);
     EXPECT_GT(due.tick, last);
