@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""How good the filter is on a plant that is not its own model: every bar, over many drives of odom sim.
+
+Each course (scenario, speed, errors, camera) is driven with the seeds 1 to N, replayed through the models
+and evaluated against the truth. Standard output is a table in Markdown, a row a bar; a folder gets it with
+charts and all figures. Exit status 1 where a bar is missed, 2 on wrong usage.
+"""
+
+import argparse
+import concurrent.futures
+import datetime
+import json
+import os
+import pathlib
+import sys
+import tempfile
+
+from accuracy import bars, charts, drives
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of each course; default: 20")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
+                        help="drives at a time; default: one a processor")
+    parser.add_argument("--only", action="append", choices=bars.BARS, metavar="BAR",
+                        help=f"this bar; several times: these. One of {', '.join(bars.BARS)}")
+    parser.add_argument("--model", default="full", help="which model is judged; default: full")
+    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/accuracy", metavar="DIR",
+                        help="folder for the table, charts and figures; default: build/accuracy")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="all figures, for programs")
+    parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
+                        help="keep the simulated drives here, and take those that are there already: "
+                             "empty it when the simulator has changed")
+    parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
+                        help="the program; default: that of the release build")
+    given = parser.parse_args()
+    if given.seeds < 1 or given.jobs < 1:
+        parser.error("--seeds and --jobs: 1 or more")
+    if not os.access(given.odom, os.X_OK):
+        parser.error(f"{given.odom} is missing: cmake --preset release && cmake --build --preset release")
+    return given
+
+
+def measure(given, course, seed, models):
+    with tempfile.TemporaryDirectory(prefix="accuracy-") as scratch:
+        folder = (given.work or pathlib.Path(scratch) / "drives") / course.name / str(seed)
+        picture = given.out / f"{course.name}.svg" if seed == 1 else None
+        return drives.measure(given.odom, course, seed, models, folder, scratch, picture)
+
+
+def measure_all(given, courses, models):
+    """All drives of all courses, side by side, in the order of courses and seeds."""
+    tasks = [(course, seed) for course in courses for seed in range(1, given.seeds + 1)]
+    with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
+        started = [pool.submit(measure, given, course, seed, models) for course, seed in tasks]
+        try:
+            for done, _ in enumerate(concurrent.futures.as_completed(started), start=1):
+                if sys.stderr.isatty():
+                    print(f"\r{done} of {len(tasks)} drives ", end="", file=sys.stderr, flush=True)
+            return [one.result() for one in started]
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+        finally:
+            if sys.stderr.isatty():
+                print(file=sys.stderr)
+
+
+def table(rows):
+    yield "| bar | what | required | measured | met |"
+    yield "|---|---|---|---|---|"
+    for bar, row in rows:
+        met = {True: "yes", False: "**no**", None: ""}[row.met]
+        yield f"| {bar} | {row.what} | {row.required} | {row.measured} | {met} |"
+
+
+def main():
+    given = arguments()
+    wanted = given.only or list(bars.BARS)
+    beside = ["kinematic", "paper"]
+    models = [*(model for model in beside if model != given.model), given.model]
+    given.out.mkdir(parents=True, exist_ok=True)
+    begun = datetime.datetime.now(datetime.timezone.utc)
+    try:
+        results = bars.Results(measure_all(given, bars.courses_of(wanted), models), given.model, beside)
+    except drives.Failed as error:
+        sys.exit(f"accuracy: {error}")
+    rows = [(name, row) for name in bars.BARS if name in wanted for row in bars.BARS[name][0](results)]
+
+    missed = sum(row.met is False for _, row in rows)
+    took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
+    text = "\n".join([f"`--model {given.model}`, {begun:%F}, {given.seeds} seeds a course; medians (smallest to largest):",
+                      "", *table(rows), ""])
+    (given.out / "table.md").write_text(text)
+    charts.write(results, given.out)
+    print(text)
+    if given.json:
+        document = {"model": given.model, "seeds": given.seeds,
+                    "rows": [{"bar": name, **vars(row)} for name, row in rows],
+                    "drives": [drive for course in results.by_course.values() for drive in course]}
+        given.json.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    print(f"{begun:%F} accuracy: {sum(row.met is True for _, row in rows)} bars met, {missed} missed, in {took:.0f} s")
+    sys.exit(1 if missed else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,72 @@
+"""What is driven: scenarios of odom sim with their options, and what of each drive is evaluated."""
+
+import dataclasses
+
+SPEEDS = (1.0, 1.5, 2.0, 2.5)  # m/s, of laps
+GAP_SPEED = 1.5
+GAPS = tuple((begin, 2.0) for begin in (20, 28, 36, 44, 52))  # begin and length of drop-outs [s]
+LATEST = 0.05  # s, after which nothing of a lost camera arrives any more
+FOREVER = 10000  # s
+
+CALIBRATED = ("--gyro-scale-error", "0.003")  # as after a calibration; else 3 %, for the camera to teach
+MANOEUVRES = ("stop-and-go", "slalom", "parking", "patch")
+
+
+@dataclasses.dataclass(frozen=True)
+class View:
+    """One evaluation of a drive: the options of odom evaluate. `metres` ends it so far after its begin."""
+
+    align: str = "first"
+    frame: str = "map"
+    begin: float | None = None  # s after the drive's begin
+    end: float | None = None
+    metres: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Course:
+    name: str
+    options: tuple[str, ...]  # of odom sim
+    views: dict[str, View]
+    camera: bool = False  # whether the replay is given the camera's poses
+    shift: bool = False  # whether it is replayed again with all stamps a microsecond later
+
+    def __hash__(self):
+        return hash(self.name)
+
+
+def lap(speed, *options):
+    return ("--scenario", "lap", "--speed", f"{speed:g}", "--duration", "60", *options)
+
+
+def without_camera(name, *options):
+    return Course(name, (*options, *CALIBRATED), {"whole": View()})
+
+
+def with_camera(name, *options, shift=False, **views):
+    return Course(name, options, {"map": View(align="none"), **views}, camera=True, shift=shift)
+
+
+def lost(name, speed, begin, **views):
+    return Course(name, lap(speed, "--camera-dropout", f"{begin}:{FOREVER}"), views, camera=True)
+
+
+def all_courses():
+    for speed in SPEEDS:
+        yield without_camera(f"lap-{speed:g}", *lap(speed))
+    for scenario in MANOEUVRES:
+        yield without_camera(scenario, "--scenario", scenario)
+    for speed in SPEEDS:
+        yield with_camera(f"camera-lap-{speed:g}", *lap(speed), shift=True,
+                          odom=View(frame="odom", begin=10))
+        yield with_camera(f"outliers-lap-{speed:g}", *lap(speed, "--camera-outliers", "0.01"))
+        yield lost(f"lost-10-lap-{speed:g}", speed, 10, after=View(begin=10 + LATEST))
+        after = {"begin": 15 + LATEST, "metres": 20}
+        yield lost(f"lost-15-lap-{speed:g}", speed, 15, after=View(**after),
+                   in_map=View(align="none", **after))
+    for scenario in MANOEUVRES:
+        yield with_camera(f"camera-{scenario}", "--scenario", scenario)
+    dropouts = [word for begin, length in GAPS for word in ("--camera-dropout", f"{begin}:{length:g}")]
+    yield with_camera("gaps-lap", *lap(GAP_SPEED, *dropouts), **{
+        f"gap-{begin}": View(align="none", begin=begin, end=begin + length + LATEST)
+        for begin, length in GAPS})

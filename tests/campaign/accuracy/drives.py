@@ -1,0 +1,170 @@
+"""Simulates a drive, replays it through the models and evaluates what comes out."""
+
+import csv
+import json
+import math
+import pathlib
+import subprocess
+
+SHIFT_NS = 1000  # of all stamps
+PERIOD_NS = 5_000_000  # of the tick grid
+
+
+class Failed(Exception):
+    """A command that did not do its work; in one line."""
+
+
+def run(*command):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise Failed(f"{' '.join(str(word) for word in command)}: {last_line(done.stderr)}")
+    return done
+
+
+def last_line(text):
+    lines = text.strip().splitlines()
+    return lines[-1] if lines else ""
+
+
+def simulate(odom, course, seed, folder):
+    """A drive that the folder holds already is taken when its command was the same."""
+    command = [odom, "sim", *course.options, "--seed", seed]
+    text = " ".join(str(word) for word in command[1:]) + "\n"
+    made_by = folder / "command"
+    if made_by.exists() and made_by.read_text() == text:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    made_by.unlink(missing_ok=True)
+    run(*command, "--out", folder, "--force")
+    made_by.write_text(text)
+
+
+def replay(odom, course, model, folder, pose):
+    """What the replay reports, as JSON."""
+    camera = ["--camera", folder / "camera.csv"] if course.camera else []
+    done = run(odom, "replay", "--config", folder / "car.toml", "--can", folder / "drive.log", *camera,
+               "--model", model, "--out", pose, "--json")
+    return json.loads(last_line(done.stderr))
+
+
+def seconds_to_metres(truth, begin, metres):
+    """How long after the begin of the drive the car is so far from where it was `begin` seconds after it."""
+    first = before = None
+    driven = 0.0
+    with open(truth, newline="") as file:
+        for row in csv.DictReader(file):
+            t, x, y = float(row["t"]), float(row["x"]), float(row["y"])
+            first = t if first is None else first
+            if before is not None and t - first > begin:
+                driven += math.hypot(x - before[0], y - before[1])
+            before = x, y
+            if driven >= metres:
+                return t - first
+    raise Failed(f"{truth}: the drive ends {driven:.1f} m after {begin} s, before {metres} m")
+
+
+def evaluate(odom, view, folder, poses):
+    """By model, what odom evaluate says; None where it refuses the poses (not finite)."""
+    options = ["--align", view.align, "--frame", view.frame]
+    if view.begin is not None:
+        options += ["--from", f"+{view.begin:g}"]
+    if view.metres is not None:
+        options += ["--to", f"+{seconds_to_metres(folder / 'truth.csv', view.begin, view.metres):.3f}"]
+    elif view.end is not None:
+        options += ["--to", f"+{view.end:g}"]
+
+    def of(files):
+        words = [word for file in files for word in ("--pose", file)]
+        done = run(odom, "evaluate", "--reference", folder / "truth.csv", *words, *options, "--json")
+        return json.loads(done.stdout)["estimates"]
+
+    try:
+        return dict(zip(poses, of(poses.values())))
+    except Failed:
+        results = {}
+        for model, pose in poses.items():
+            try:
+                results[model] = of([pose])[0]
+            except Failed:
+                results[model] = None
+        return results
+
+
+def nanoseconds(stamp):
+    whole, _, fraction = stamp.partition(".")
+    return int(whole) * 10**9 + int(fraction.ljust(9, "0"))
+
+
+def decimal(ns, like):
+    """With as many decimals as the stamp `like`."""
+    return f"{ns // 10**9}.{ns % 10**9:09d}"[: len(like)]
+
+
+def write_shifted(folder, shifted):
+    """The drive of a folder in another, with all stamps a microsecond later. Returns the ticks [ns] that a
+    frame or a camera pose comes too late for by that: what is known there is not what was."""
+    crossed = set()
+
+    def later(stamp):
+        before = nanoseconds(stamp)
+        after = before + SHIFT_NS
+        if -(-before // PERIOD_NS) != -(-after // PERIOD_NS):
+            crossed.add(-(-before // PERIOD_NS) * PERIOD_NS)
+        return decimal(after, stamp)
+
+    shifted.mkdir()
+    for name in ("car.toml", "car.dbc"):
+        (shifted / name).write_text((folder / name).read_text())
+    with open(folder / "drive.log") as log, open(shifted / "drive.log", "w") as out:
+        for line in log:
+            stamp, rest = line[1:].split(")", 1)
+            out.write(f"({later(stamp)}){rest}")
+    with open(folder / "camera.csv") as camera, open(shifted / "camera.csv", "w") as out:
+        out.write(camera.readline())
+        for line in camera:
+            arrival, capture, rest = line.split(",", 2)
+            out.write(f"{later(arrival)},{decimal(nanoseconds(capture) + SHIFT_NS, capture)},{rest}")
+    return crossed
+
+
+def read_poses(file):
+    with open(file, newline="") as lines:
+        return {nanoseconds(row[0]): (float(row[1]), float(row[2])) for row in list(csv.reader(lines))[1:]}
+
+
+def shift_change(odom, course, model, folder, pose, shifted):
+    """The largest distance [m] of two poses of the same time when all stamps are a microsecond later: of the
+    ticks that know the same frames and camera poses, and of all."""
+    crossed = write_shifted(folder, shifted)
+    replay(odom, course, model, shifted, shifted / "pose.csv")
+    here, there = read_poses(pose), read_poses(shifted / "pose.csv")
+    change = {t: math.dist(here[t], there[t]) for t in here.keys() & there.keys()}
+    return {"largest": max(value for t, value in change.items() if t not in crossed),
+            "largest_of_all": max(change.values()), "crossed": len(crossed & change.keys())}
+
+
+def draw(odom, course, folder, poses, picture):
+    """The first view's trajectories; a model that is not finite has no picture."""
+    words = [word for file in poses.values() for word in ("--pose", file)]
+    align = next(iter(course.views.values())).align
+    try:
+        run(odom, "evaluate", "--reference", folder / "truth.csv", *words, "--align", align,
+            "--picture", picture, "--title", f"{course.name}, seed 1")
+    except Failed:
+        picture.unlink(missing_ok=True)
+
+
+def measure(odom, course, seed, models, folder, scratch, picture=None):
+    """All that is to be said of a drive: by view and model what odom evaluate says, by model what the
+    replay reports, and what the shift of the stamps changes for the last of the models."""
+    folder, scratch = pathlib.Path(folder), pathlib.Path(scratch)
+    simulate(odom, course, seed, folder)
+    poses = {model: scratch / f"{model}.csv" for model in models}
+    result = {"course": course.name, "seed": seed}
+    result["replay"] = {model: replay(odom, course, model, folder, poses[model]) for model in models}
+    result["views"] = {name: evaluate(odom, view, folder, poses) for name, view in course.views.items()}
+    if course.shift:
+        result["shift"] = shift_change(odom, course, models[-1], folder, poses[models[-1]], scratch / "shifted")
+    if picture:
+        draw(odom, course, folder, poses, picture)
+    return result
