@@ -31,10 +31,12 @@ WITH = (*laps("camera-", "map"), *((f"camera-{name}", "map") for name in courses
 CHARTS = (
     Chart("drift", "Without camera: end error [cm/m]", bars.drift, WITHOUT, 0.4),
     Chart("heading", "Without camera: heading at the end [°]", bars.heading, WITHOUT),
-    Chart("lost", "20 m after the camera's loss: end error [cm/m]", bars.drift, laps("lost-15-", "after"), 0.3),
+    Chart("lost", "20 m after the camera's loss: end error [cm/m]", bars.drift,
+          laps("lost-15-", "after"), 0.3),
     Chart("prediction", "35 ms, after ten seconds of camera: mean [mm]", bars.short_term_mm,
           (*laps("lost-10-", "after"), *laps("camera-", "odom")), 0.25),
-    Chart("position", "With camera: position, rms [mm]", bars.position_mm, (*WITH, *laps("outliers-", "map")), 5),
+    Chart("position", "With camera: position, rms [mm]", bars.position_mm,
+          (*WITH, *laps("outliers-", "map")), 5),
     Chart("yaw", "With camera: yaw, rms [°]", bars.yaw_deg, (*WITH, *laps("outliers-", "map")), 0.4),
     Chart("gap", "2 s without camera at 1.5 m/s: furthest off [cm]", bars.furthest_cm,
           tuple(("gaps-lap", f"gap-{begin}") for begin, _ in courses.GAPS), 3),
@@ -78,7 +80,8 @@ def strip(axis, x, values, colour):
     """The drives of one model on one course, around x."""
     for index, value in enumerate(values):
         across = x + (MODEL_WIDTH - 8) * ((index + 0.5) / len(values) - 0.5)
-        yield f'<circle cx="{across:.1f}" cy="{axis.y(value):.1f}" r="2.2" fill="{colour}" fill-opacity="0.55"/>'
+        yield (f'<circle cx="{across:.1f}" cy="{axis.y(value):.1f}" r="2.2" fill="{colour}" '
+               'fill-opacity="0.55"/>')
     y = axis.y(statistics.median(values))
     yield line(x - 10, y, x + 10, y, f'stroke="{colour}" stroke-width="3"')
 
@@ -87,7 +90,8 @@ def draw(chart, results):
     """The chart's SVG; nothing where none of its courses was driven."""
     places = [(course, view) for course, view in chart.places if course in results]
     models = {model: COLOURS.get(model, JUDGED) for model in dict.fromkeys([*results.beside, results.judged])}
-    figures = {(*place, model): results.figures(*place, chart.figure, model) for place in places for model in models}
+    figures = {(*place, model): results.figures(*place, chart.figure, model)
+               for place in places for model in models}
     if not figures:
         return None
     course_width = MODEL_WIDTH * len(models) + COURSE_GAP
@@ -103,10 +107,12 @@ def draw(chart, results):
     for index, (course, view) in enumerate(places):
         begin = LEFT + course_width * index + COURSE_GAP / 2
         for number, (model, colour) in enumerate(models.items()):
-            marks.extend(strip(axis, begin + MODEL_WIDTH * (number + 0.5), figures[course, view, model], colour))
+            x = begin + MODEL_WIDTH * (number + 0.5)
+            marks.extend(strip(axis, x, figures[course, view, model], colour))
         name = f"{view} s" if view.startswith("gap-") else course
         # Two lines, one lower than the other, so that neighbours do not run into each other.
-        marks.append(text(begin + MODEL_WIDTH * len(models) / 2, HEIGHT - BOTTOM + 18 + 16 * (index % 2), name))
+        below = HEIGHT - BOTTOM + 18 + 16 * (index % 2)
+        marks.append(text(begin + MODEL_WIDTH * len(models) / 2, below, name))
     return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{HEIGHT}" '
             f'viewBox="0 0 {width} {HEIGHT}" font-family="sans-serif">\n'
             f'<rect width="100%" height="100%" fill="white"/>\n' + "\n".join(marks) + "\n</svg>\n")

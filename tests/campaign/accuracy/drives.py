@@ -164,7 +164,8 @@ def measure(odom, course, seed, models, folder, scratch, picture=None):
     result["replay"] = {model: replay(odom, course, model, folder, poses[model]) for model in models}
     result["views"] = {name: evaluate(odom, view, folder, poses) for name, view in course.views.items()}
     if course.shift:
-        result["shift"] = shift_change(odom, course, models[-1], folder, poses[models[-1]], scratch / "shifted")
+        judged = models[-1]
+        result["shift"] = shift_change(odom, course, judged, folder, poses[judged], scratch / "shifted")
     if picture:
         draw(odom, course, folder, poses, picture)
     return result
