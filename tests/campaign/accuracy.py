@@ -3,7 +3,8 @@
 
 Each course (scenario, speed, errors, camera) is driven with the seeds 1 to N, replayed through the models
 and evaluated against the truth. Standard output is a table in Markdown, a row a bar; a folder gets it with
-charts and all figures. Exit status 1 where a bar is missed, 2 on wrong usage.
+charts. Where ODOMD_DRIVES names a folder of recorded drives, and no bar is asked for by name, their tables
+follow. Exit status 1 where a bar is missed or the work failed, 2 on wrong usage.
 """
 
 import argparse
@@ -54,7 +55,10 @@ def measure(given, course, seed, models):
     with tempfile.TemporaryDirectory(prefix="accuracy-") as scratch:
         folder = (given.work or pathlib.Path(scratch) / "drives") / course.name / str(seed)
         picture = given.out / f"{course.name}.svg" if seed == 1 else None
-        return drives.measure(given.odom, course, seed, models, folder, scratch, picture)
+        try:
+            return drives.measure(given.odom, course, seed, models, folder, scratch, picture)
+        except drives.Failed as error:
+            raise drives.Failed(f"{course.name}, seed {seed}: {error}") from error
 
 
 def measure_all(given, wanted, models):
@@ -75,6 +79,14 @@ def measure_all(given, wanted, models):
                 print(file=sys.stderr)
 
 
+def recorded_drives(odom, models):
+    """The tables of the recorded drives; nothing where there are none."""
+    if not os.environ.get("ODOMD_DRIVES"):
+        return ""
+    done = drives.run("env", f"ODOM={odom.resolve()}", ROOT / "tests/campaign/drives.sh", *models)
+    return f"\n{done.stdout}"
+
+
 def table(rows):
     yield "| bar | what | required | measured | met |"
     yield "|---|---|---|---|---|"
@@ -92,6 +104,7 @@ def main():
     begun = datetime.datetime.now(datetime.timezone.utc)
     try:
         found = measure_all(given, bars.courses_of(wanted, speeds), models)
+        recorded = "" if given.only else recorded_drives(given.odom, models)
     except drives.Failed as error:
         sys.exit(f"accuracy: {error}")
     results = bars.Results(found, given.model, beside, speeds, given.slack)
@@ -101,7 +114,7 @@ def main():
     took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
     heading = (f"`--model {given.model}`, {begun:%F}, {given.seeds} seeds a course; medians (smallest to "
                "largest):")
-    text = "\n".join([heading, "", *table(rows), ""])
+    text = "\n".join([heading, "", *table(rows), ""]) + recorded
     (given.out / "table.md").write_text(text)
     charts.write(results, given.out)
     print(text)

@@ -17,7 +17,7 @@ class Failed(Exception):
 def run(*command):
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise Failed(f"{' '.join(str(word) for word in command)}: {last_line(done.stderr)}")
+        raise Failed(last_line(done.stderr) or f"{command[0]}: exit status {done.returncode}")
     return done
 
 
