@@ -58,8 +58,7 @@ void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
     timed.time_ns = now_ns;
 
   // Decoded whatever its stamp: the protection's counter must see every frame.
-  std::array<can::Sample, can::max_samples_per_frame> samples;
-  const can::DecodeResult result = decoder_.decode(timed, samples);
+  const can::DecodeResult result = decoder_.decode(timed, samples_);
   statistics_.frames[static_cast<std::size_t>(result.verdict)].add();
   if (result.message < 0) return;
 
@@ -71,7 +70,7 @@ void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
     }
     return;
   }
-  take_samples({samples.data(), result.count}, timed, stamp, now_ns);
+  take_samples({samples_.data(), result.count}, timed, stamp, now_ns);
 }
 
 void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Frame& frame,

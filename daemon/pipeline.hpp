@@ -108,6 +108,7 @@ class Pipeline {
   can::Decoder decoder_;
   std::array<double, 3> camera_lever_arm_;
   std::array<double, estimator::source_count> sigma_{};
+  std::array<can::Sample, can::max_samples_per_frame> samples_;  ///< of the frame at hand
   PipelineState state_;
   PipelineStatistics statistics_;
 };
