@@ -29,7 +29,7 @@ constexpr std::size_t queue = 16;
 struct Stage {
   iox::popo::Publisher<Record> publisher{{"odomd", "bench", "pose"}};
   iox::popo::Subscriber<Record> subscriber{{"odomd", "bench", "pose"}, options()};
-  Record record = patterned(2, 2);
+  bench::Apart<Record> record{patterned(2, 2)};
 
   Stage() {
     using namespace std::chrono_literals;
@@ -50,8 +50,8 @@ struct Stage {
 
   /// Loans a chunk, copies the record into it, publishes it.
   void publish() {
-    ++record.pose.tick;
-    if (publisher.publishCopyOf(record).has_error())
+    ++record.value.pose.tick;
+    if (publisher.publishCopyOf(record.value).has_error())
       throw std::runtime_error("iceoryx: no chunk to loan");
   }
 
@@ -88,7 +88,7 @@ BENCHMARK(iceoryx_hot)->Iterations(20'000);
 void iceoryx_fresh(benchmark::State& state) {
   Stage stage;
   bench::time_fresh_reads(
-      state, [&](std::uint64_t) { stage.publish(); }, [&] { stage.take(); });
+      state, [&](std::uint64_t) { stage.publish(); }, [&](std::uint64_t) { stage.take(); });
 }
 BENCHMARK(iceoryx_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
 

@@ -147,21 +147,21 @@ BENCHMARK(predict_35_ms);
 template <class Read>
 void read_fresh(benchmark::State& state, const Read& read) {
   Stage stage;
-  Record record = patterned(2, 2);
+  bench::Apart<Record> record{patterned(2, 2)};
   bench::time_fresh_reads(
       state,
       [&](std::uint64_t n) {
-        record.pose.tick = n + 1;
-        stage.writer.publish(record.pose, record.details);
+        record.value.pose.tick = n + 1;
+        stage.writer.publish(record.value.pose, record.value.details);
         stage.writer.set_heartbeat(now_ns());
       },
-      [&] { read(stage); });
+      [&](std::uint64_t) { read(stage); });
 }
 
 void latest_fresh(benchmark::State& state) {
-  odom_pose pose{};
+  bench::Apart<odom_pose> pose{};
   read_fresh(state, [&](Stage& stage) {
-    benchmark::DoNotOptimize(odom_latest(stage.client.get(), &pose, sizeof pose));
+    benchmark::DoNotOptimize(odom_latest(stage.client.get(), &pose.value, sizeof pose.value));
     benchmark::DoNotOptimize(pose);
   });
 }
@@ -178,18 +178,17 @@ template <class Copy>
 void copy_fresh(benchmark::State& state, const Copy& copy) {
   constexpr std::size_t slots = 1024;
   std::vector<std::uint64_t> ring(slots * ODOM_SLOT_WORDS);
-  Record record = patterned(2, 2);
-  std::uint64_t* slot = ring.data();
-  odom_pose pose{};
+  bench::Apart<Record> record{patterned(2, 2)};
+  const auto slot = [&](std::uint64_t n) { return ring.data() + n % slots * ODOM_SLOT_WORDS; };
+  bench::Apart<odom_pose> pose{};
   bench::time_fresh_reads(
       state,
       [&](std::uint64_t n) {
-        record.pose.tick = n;
-        slot = ring.data() + n % slots * ODOM_SLOT_WORDS;
-        odomi_copy_in(slot, &record.pose, ODOM_POSE_WORDS);
+        record.value.pose.tick = n;
+        odomi_copy_in(slot(n), &record.value.pose, ODOM_POSE_WORDS);
       },
-      [&] {
-        copy(pose, slot);
+      [&](std::uint64_t n) {
+        copy(pose.value, slot(n));
         benchmark::DoNotOptimize(pose);
       });
 }
@@ -210,7 +209,7 @@ BENCHMARK(copy_memcpy_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
 
 // What of the times above is that of the two clock readings around each.
 void nothing_fresh(benchmark::State& state) {
-  read_fresh(state, [](Stage&) { bench::read_nothing(); });
+  read_fresh(state, [](Stage&) {});
 }
 BENCHMARK(nothing_fresh)->UseManualTime()->Iterations(bench::fresh_reads);
 

@@ -3,7 +3,7 @@
 //
 // For every read a second thread is asked for one write, and only then the read is timed, between
 // two readings of the clock. What is reported is the median of the reads ("p50_ns"), with the clock
-// readings in it: read_nothing() in a benchmark of its own says what they cost.
+// readings in it: nothing_fresh says what they cost.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -19,25 +19,32 @@ namespace odomd::bench {
 
 inline constexpr std::int64_t fresh_reads = 100'000;
 
+/// What one thread writes, alone on its cache lines, lest it takes along what the other looks at.
+template <class T>
+struct alignas(64) Apart {
+  T value;
+};
+
 inline double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
 }
 
-/// `write(n)` is called for n = 1, 2, ... in a thread of its own, `read()` after each.
+/// `write(n)` is called for n = 1, 2, ... in a thread of its own, `read(n)` after each.
 template <class Write, class Read>
 void time_fresh_reads(benchmark::State& state, const Write& write, const Read& read) {
   using Clock = std::chrono::steady_clock;
-  alignas(64) std::atomic<std::uint64_t> asked{0};
-  alignas(64) std::atomic<std::uint64_t> written{0};
+  Apart<std::atomic<std::uint64_t>> asked{0};
+  Apart<std::atomic<std::uint64_t>> written{0};
   constexpr std::uint64_t stop = ~std::uint64_t{0};
   std::thread writer([&] {
     std::uint64_t done = 0;
-    for (std::uint64_t wanted = 0; wanted != stop; wanted = asked.load(std::memory_order_acquire)) {
+    for (std::uint64_t wanted = 0; wanted != stop;
+         wanted = asked.value.load(std::memory_order_acquire)) {
       if (wanted == done) continue;
       write(++done);
-      written.store(done, std::memory_order_release);
+      written.value.store(done, std::memory_order_release);
     }
   });
 
@@ -45,21 +52,19 @@ void time_fresh_reads(benchmark::State& state, const Write& write, const Read& r
   times.reserve(static_cast<std::size_t>(state.max_iterations));
   std::uint64_t wanted = 0;
   for (auto _ : state) {
-    asked.store(++wanted, std::memory_order_release);
-    while (written.load(std::memory_order_acquire) != wanted) {
+    asked.value.store(++wanted, std::memory_order_release);
+    while (written.value.load(std::memory_order_acquire) != wanted) {
     }
     const auto start = Clock::now();
-    read();
+    read(wanted);
     const std::chrono::duration<double> time = Clock::now() - start;
     state.SetIterationTime(time.count());
     times.push_back(time.count() * 1e9);
   }
-  asked.store(stop, std::memory_order_release);
+  asked.value.store(stop, std::memory_order_release);
   writer.join();
 
   state.counters["p50_ns"] = median(times);
 }
-
-inline void read_nothing() {}
 
 }  // namespace odomd::bench
