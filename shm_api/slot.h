@@ -59,6 +59,7 @@ static inline char* odomi_writable_bytes(void* to) {
 /* Struct to words and back, whole words only. */
 static inline void odomi_copy_in(uint64_t* words, const void* from, size_t count) {
   const char* bytes = odomi_bytes(from);
+#pragma GCC unroll 4
   for (size_t i = 0; i < count; ++i) {
     uint64_t word = 0;
     __builtin_memcpy(&word, bytes + 8 * i, sizeof word);
@@ -68,6 +69,7 @@ static inline void odomi_copy_in(uint64_t* words, const void* from, size_t count
 
 static inline void odomi_copy_out(void* to, const uint64_t* words, size_t count) {
   char* bytes = odomi_writable_bytes(to);
+#pragma GCC unroll 2
   for (size_t i = 0; i < count; ++i) {
     const uint64_t word = odomi_load(words + i);
     __builtin_memcpy(bytes + 8 * i, &word, sizeof word);
