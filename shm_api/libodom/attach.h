@@ -35,6 +35,8 @@ typedef struct odomi_segment {
   uint64_t instance_id;
   dev_t device;
   ino_t inode;
+  uint64_t expected_head; /* behind the newest that was seen, and where its slot will be */
+  const uint64_t* expected_slot;
 } odomi_segment;
 
 /* The path of a segment: "/name" is a POSIX shm name (a file in /dev/shm), anything else with a
@@ -49,7 +51,7 @@ void odomi_detach(odomi_segment* segment);
 
 /* Copies the newest pose, and its details where asked for, from a segment. ODOM_OK; ODOM_NO_POSE:
  * they are untouched; ODOM_BUSY: they are zero, with mode ODOM_FAULT. */
-odom_status odomi_newest(const odomi_segment* segment, odom_pose* pose, odom_details* details);
+odom_status odomi_newest(odomi_segment* segment, odom_pose* pose, odom_details* details);
 
 void odomi_read_info(const odomi_segment* segment, odom_info* info);
 

@@ -25,14 +25,6 @@ static odomi_owners trusted_owners(void) {
   return owners;
 }
 
-static int is_fresh(const odomi_segment* segment, int64_t now_ns, int64_t limit_ns) {
-  /* A heartbeat from far ahead comes from another clock (a time namespace): not to be used. */
-  const int64_t heartbeat_ns = (int64_t)odomi_load(segment->words + ODOM_HEADER_HEARTBEAT);
-  int64_t age_ns = 0;
-  if (__builtin_sub_overflow(now_ns, heartbeat_ns, &age_ns)) return 0;
-  return age_ns <= limit_ns && age_ns >= -(ODOM_STALE_PERIODS * segment->period_ns);
-}
-
 static void adopt(odom_client* client, const odomi_segment* segment) {
   struct timespec tick = {0, 0};
   clock_getres(CLOCK_MONOTONIC_COARSE, &tick);
@@ -49,7 +41,7 @@ static void look_for_successor(odom_client* client) {
       continue;
     /* Until the successor has published, the last pose of its predecessor is the better answer. */
     if (found.instance_id != client->segment.instance_id && odomi_read_head(found.words) != 0 &&
-        is_fresh(&found, odomi_now(CLOCK_MONOTONIC), ODOM_STALE_PERIODS * found.period_ns)) {
+        odomi_is_fresh(&found, odomi_now(CLOCK_MONOTONIC), ODOM_STALE_PERIODS * found.period_ns)) {
       odomi_detach(&client->segment);
       adopt(client, &found);
       return;
@@ -58,13 +50,9 @@ static void look_for_successor(odom_client* client) {
   }
 }
 
-odom_status odomi_freshen(odom_client* client) {
-  /* The coarse clock costs a quarter of the fine one and lags behind it by a kernel tick at most:
-   * what it calls fresh by more than that is. */
-  if (is_fresh(&client->segment, odomi_now(CLOCK_MONOTONIC_COARSE), client->clearly_fresh_ns))
-    return ODOM_OK;
+odom_status odomi_look_again(odom_client* client) {
   int64_t now_ns = odomi_now(CLOCK_MONOTONIC);
-  if (is_fresh(&client->segment, now_ns, client->stale_after_ns)) return ODOM_OK;
+  if (odomi_is_fresh(&client->segment, now_ns, client->stale_after_ns)) return ODOM_OK;
 
   if (now_ns < client->next_attempt_ns) return ODOM_STALE;
   client->next_attempt_ns = now_ns + client->stale_after_ns;
@@ -72,7 +60,7 @@ odom_status odomi_freshen(odom_client* client) {
   look_for_successor(client);
   errno = error;
   now_ns = odomi_now(CLOCK_MONOTONIC);
-  return is_fresh(&client->segment, now_ns, client->stale_after_ns) ? ODOM_OK : ODOM_STALE;
+  return odomi_is_fresh(&client->segment, now_ns, client->stale_after_ns) ? ODOM_OK : ODOM_STALE;
 }
 
 /* Where to look: what the caller names, else what the environment does, else the two places in
@@ -99,7 +87,7 @@ static odom_status attach_first(odom_client* client) {
       continue;
     }
     const int fresh =
-        is_fresh(&found, odomi_now(CLOCK_MONOTONIC), ODOM_STALE_PERIODS * found.period_ns);
+        odomi_is_fresh(&found, odomi_now(CLOCK_MONOTONIC), ODOM_STALE_PERIODS * found.period_ns);
     if (!fresh && client->segment.words != NULL) {
       odomi_detach(&found);
       continue;

@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "shm_api/libodom/attach.h"
+#include "shm_api/slot.h"
 
 enum { ODOMI_ATTEMPTS = 3 }; /* of a read that the writer overtakes */
 
@@ -24,12 +25,45 @@ static inline int64_t odomi_now(clockid_t clock) {
   return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
 }
 
+static inline int odomi_is_fresh(const odomi_segment* segment, int64_t now_ns, int64_t limit_ns) {
+  /* A heartbeat from far ahead comes from another clock (a time namespace): not to be used. */
+  const int64_t heartbeat_ns = (int64_t)odomi_load(segment->words + ODOM_HEADER_HEARTBEAT);
+  int64_t age_ns = 0;
+  if (__builtin_sub_overflow(now_ns, heartbeat_ns, &age_ns)) return 0;
+  return age_ns <= limit_ns && age_ns >= -(ODOM_STALE_PERIODS * segment->period_ns);
+}
+
+/* What odomi_freshen() does when the coarse clock does not suffice. */
+odom_status odomi_look_again(odom_client* client);
+
 /* ODOM_OK when the writer has ticked lately. Else looks for a successor, at most once in four
  * periods, and goes over to it; ODOM_STALE when there is none. */
-odom_status odomi_freshen(odom_client* client);
+static inline odom_status odomi_freshen(odom_client* client) {
+  /* The coarse clock costs a quarter of the fine one and lags behind it by a kernel tick at most:
+   * what it calls fresh by more than that is. */
+  const int64_t now_ns = odomi_now(CLOCK_MONOTONIC_COARSE);
+  return odomi_is_fresh(&client->segment, now_ns, client->clearly_fresh_ns)
+             ? ODOM_OK
+             : odomi_look_again(client);
+}
 
 static inline const uint64_t* odomi_slot(const odomi_segment* segment, uint64_t tick) {
   return segment->slots + (tick & segment->slot_mask) * segment->slot_words;
+}
+
+/* The slot that a head, which was read, points to. For one who comes once a tick it is mostly the
+ * slot behind the last. That is a branch and no arithmetic, so that a processor that predicts it
+ * fetches the slot while the head is still on its way from the writer's core: two cache misses
+ * at a time, not one after the other. Its words count no sooner than the head is there (R1). */
+static inline const uint64_t* odomi_head_slot(odomi_segment* segment, uint64_t head) {
+  const uint64_t* slot = segment->expected_slot;
+  if (head != segment->expected_head) {
+    __asm__(""); /* or the compiler makes arithmetic of it */
+    slot = odomi_slot(segment, odomi_tick(head));
+  }
+  segment->expected_head = head + 2;
+  segment->expected_slot = odomi_slot(segment, odomi_tick(head + 2));
+  return slot;
 }
 
 /* Callers pass their structs with the size that they were compiled with: whole words. */

@@ -27,7 +27,7 @@ static int read_tick(const odomi_segment* segment, uint64_t k, odom_pose* pose) 
   return odomi_still(slot, odomi_sequence(k));
 }
 
-static odom_status find_neighbours(const odomi_segment* segment, int64_t time_ns, odom_pose* before,
+static odom_status find_neighbours(odomi_segment* segment, int64_t time_ns, odom_pose* before,
                                    odom_pose* after) {
   odom_pose newest;
   const odom_status status = odomi_newest(segment, &newest, NULL);

@@ -12,12 +12,12 @@ static size_t smaller(size_t a, size_t b) {
 
 /* Straight into the caller's memory: a copy in between would cost more than the read. What is there
  * when the writer has overtaken all attempts is a mixture, and must not be taken for a pose. */
-odom_status odomi_newest(const odomi_segment* segment, odom_pose* pose, odom_details* details) {
+odom_status odomi_newest(odomi_segment* segment, odom_pose* pose, odom_details* details) {
   const size_t details_words = smaller(segment->details_words, ODOM_DETAILS_WORDS);
   for (int attempt = 0; attempt < ODOMI_ATTEMPTS; ++attempt) {
     const uint64_t head = odomi_read_head(segment->words);
     if (head == 0) return ODOM_NO_POSE;
-    const uint64_t* slot = odomi_slot(segment, odomi_tick(head));
+    const uint64_t* slot = odomi_head_slot(segment, head);
     odomi_copy_out(pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
     if (details != NULL) odomi_copy_out(details, slot + ODOM_SLOT_DETAILS, details_words);
     if (!odomi_still(slot, head)) continue;
@@ -69,7 +69,7 @@ odom_status odom_begin(odom_client* client, odom_view* view) {
   const odom_status freshness = odomi_freshen(client);
   const uint64_t head = odomi_read_head(client->segment.words);
   if (head == 0) return ODOM_NO_POSE;
-  view->words = odomi_slot(&client->segment, odomi_tick(head));
+  view->words = odomi_head_slot(&client->segment, head);
   view->sequence = head;
   return freshness;
 }
