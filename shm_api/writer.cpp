@@ -1,5 +1,8 @@
 #include "shm_api/writer.hpp"
 
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
 #include <linux/futex.h>
 #include <sys/random.h>
 #include <sys/syscall.h>
@@ -93,6 +96,18 @@ void count_time(std::uint64_t* histogram, std::uint64_t* maximum, std::int64_t n
   if (ns > static_cast<std::int64_t>(odomi_load(maximum))) store_time(maximum, ns);
 }
 
+// Moves lines that this core has written into the cache that all cores share: from there a reader
+// gets them in a third of the time that it takes to fetch them out of this core. Only a hint, which
+// processors that do not know it (CLDEMOTE) pass over.
+#if defined(__x86_64__)
+__attribute__((target("cldemote"))) void hand_over(std::uint64_t* words,
+                                                   std::size_t count) noexcept {
+  for (std::size_t i = 0; i < count; i += ODOM_SEGMENT_LINE_WORDS) _cldemote(words + i);
+}
+#else
+void hand_over(std::uint64_t* /*words*/, std::size_t /*count*/) noexcept {}
+#endif
+
 }  // namespace
 
 struct Claim::State {
@@ -135,6 +150,9 @@ struct Writer::State {
         slots(words + ODOM_SEGMENT_HEADER_WORDS) {}
 
   [[nodiscard]] std::uint64_t* word(std::size_t index) const noexcept { return words + index; }
+  void hand_over_head() const noexcept {
+    hand_over(word(ODOM_HEADER_HEAD), ODOM_SEGMENT_LINE_WORDS);
+  }
 
   void write_header(std::uint64_t slot_count, const odom_info& given) {
     info = given;
@@ -177,6 +195,7 @@ bool Writer::publish(const odom_pose& pose, const odom_details& details) noexcep
   std::uint64_t* slot = state_->slots + (pose.tick & (state_->info.slots - 1)) * ODOM_SLOT_WORDS;
   odomi_write_slot(slot, pose.tick, &pose, &details);
   odomi_write_head(state_->words, pose.tick);
+  hand_over(slot, ODOM_SLOT_WORDS);
   add(state_->word(ODOM_HEADER_TICKS), 1);
   return true;
 }
@@ -187,6 +206,7 @@ void Writer::set_first_tick(std::int64_t first_tick_ns) noexcept {
 
 void Writer::set_heartbeat(std::int64_t now_ns) noexcept {
   store_time(state_->word(ODOM_HEADER_HEARTBEAT), now_ns);
+  state_->hand_over_head();
 }
 
 void Writer::count_wakeup(std::int64_t latency_ns) noexcept {
@@ -225,6 +245,7 @@ void Writer::wake_clients() noexcept {
   // kernel compares the low half of the word, which counts and wraps by itself.
   std::uint64_t* futex = state_->word(ODOM_HEADER_FUTEX);
   __atomic_fetch_add(futex, 1, __ATOMIC_RELEASE);
+  state_->hand_over_head();
   syscall(SYS_futex, futex, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
 }
 
