@@ -100,6 +100,8 @@ estimator::FilterSettings filter_settings(const Config& config) {
   settings.vehicle = config.vehicle;
   settings.period_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
   settings.paper = config.paper_noise;
+  settings.imu_position = config.imu_position;
+  settings.window_s = config.window_s;
   for (std::size_t i = 0; i < estimator::source_count; ++i)
     settings.sigma[i] = config.can.signals[i].sigma;
   settings.camera_max_latency_s = config.camera.max_latency_s;

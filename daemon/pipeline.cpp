@@ -82,13 +82,13 @@ void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Fra
             stamp == can::StampVerdict::repeated ? Verdict::duplicate : Verdict::too_old);
       continue;
     }
-    const Verdict verdict =
+    const std::optional<Verdict> verdict =
         add(state_.filter, estimator::Measurement{.source = static_cast<Source>(sample.channel),
                                                   .time_ns = sample.time_ns,
                                                   .value = sample.value,
                                                   .sigma = sigma_[sample.channel],
                                                   .arrival_ns = now_ns});
-    count(sample.channel, verdict);
+    if (verdict) count(sample.channel, *verdict);
     if (verdict == Verdict::non_finite) continue;
     state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
     statistics_.sources[sample.channel].last_time_ns.set(
@@ -102,15 +102,21 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
     count(camera, Verdict::non_finite);
     return;
   }
-  const Verdict verdict = add(state_.filter, to_centre_of_gravity(reference, camera_lever_arm_));
-  count(camera, verdict);
+  const std::optional<Verdict> verdict =
+      add(state_.filter, to_centre_of_gravity(reference, camera_lever_arm_));
+  if (verdict) judge_camera(*verdict);
   if (verdict == Verdict::non_finite) return;
-  state_.camera_rejected =
-      verdict == Verdict::gated || verdict == Verdict::future || verdict == Verdict::too_old;
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
   statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
   statistics_.sources[camera].last_latency_ns.set(
       std::bit_cast<std::uint64_t>(reference.arrival_ns - reference.capture_ns));
+}
+
+void Pipeline::judge_camera(Verdict verdict) noexcept {
+  count(camera, verdict);
+  if (verdict == Verdict::non_finite) return;
+  state_.camera_rejected =
+      verdict == Verdict::gated || verdict == Verdict::future || verdict == Verdict::too_old;
 }
 
 void Pipeline::take_malformed_camera_message() noexcept {
@@ -147,6 +153,14 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   if (state_.start_ns == 0) state_.start_ns = tick_ns;
 
   const estimator::Estimate estimate = step(state_.filter, tick_ns);
+  for (const estimator::Judgement& judgement : judgements(state_.filter)) {
+    const auto source = static_cast<std::size_t>(judgement.source);
+    if (source == camera) {
+      judge_camera(judgement.verdict);
+    } else {
+      count(source, judgement.verdict);
+    }
+  }
   statistics_.sources[camera].last_test_ratio.set(
       std::bit_cast<std::uint64_t>(estimate.camera_test_ratio));
 

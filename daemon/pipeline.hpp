@@ -101,6 +101,7 @@ class Pipeline {
  private:
   void take_samples(std::span<const can::Sample> samples, const can::Frame& frame,
                     can::StampVerdict stamp, std::int64_t now_ns) noexcept;
+  void judge_camera(estimator::Verdict verdict) noexcept;
   void count(std::size_t source, estimator::Verdict verdict) noexcept;
   [[nodiscard]] std::uint32_t conditions(const estimator::Estimate& estimate,
                                          std::int64_t tick_ns) const noexcept;

@@ -30,6 +30,16 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(Mode::cou
 /// Symmetric 3x3 covariance, upper triangle by rows: xx, xy, xyaw, yy, yyaw, yawyaw.
 using PoseCovariance = std::array<double, 6>;
 
+/// What a filter has learnt of the sensors and the car, in the order of the shared memory's:
+/// gyro_bias [rad/s], gyro_scale, accel_bias_x, accel_bias_y [m/s²], wheel_scale, steering_offset
+/// [rad], stiffness_scale. A scale of 1 is exact.
+inline constexpr std::size_t calibration_count = 7;
+struct Calibration {
+  std::array<double, calibration_count> value{0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
+  std::array<double, calibration_count> sigma{};  ///< standard deviations; 0: not estimated
+  std::uint64_t valid = 0;                        ///< bit i: the i-th has been learnt
+};
+
 struct Estimate {
   std::int64_t time_ns = 0;  ///< the instant all of this is valid at
   bool initialised = false;  ///< the pose below means something
@@ -53,6 +63,10 @@ struct Estimate {
 
   PoseCovariance covariance{};           ///< of map (x, y, yaw)
   PoseCovariance velocity_covariance{};  ///< of (v_x, v_y, yaw_rate), same packing
+
+  /// Of (x, y, yaw) with (v_x, v_y, yaw_rate), by rows: x-v_x, x-v_y, ... yaw-yaw_rate.
+  std::array<double, 9> cross_covariance{};
+  Calibration calibration;
 
   std::uint32_t reset_count =
       0;                       ///< re-anchorings that moved the map pose, initialisation included

@@ -69,6 +69,8 @@ Filter make_filter(Model model, const FilterSettings& settings) {
       return kinematic(KinematicForm::printed);
     case Model::paper:
       return PaperFilter{PaperMotion{settings}, settings};
+    case Model::full:
+      return Filter(std::in_place_type<FullFilter>, settings);
   }
   throw std::invalid_argument("no such model");
 }
@@ -81,12 +83,17 @@ bool resume(Filter& filter, const Estimate& predecessor, double gap_s) noexcept 
   return std::visit([&](auto& f) { return f.resume(predecessor, gap_s); }, filter);
 }
 
-Verdict add(Filter& filter, const Measurement& measurement) noexcept {
-  return std::visit([&](auto& f) { return f.add(measurement); }, filter);
+std::optional<Verdict> add(Filter& filter, const Measurement& measurement) noexcept {
+  return std::visit([&](auto& f) -> std::optional<Verdict> { return f.add(measurement); }, filter);
 }
 
-Verdict add(Filter& filter, const CameraPose& pose) noexcept {
-  return std::visit([&](auto& f) { return f.add(pose); }, filter);
+std::optional<Verdict> add(Filter& filter, const CameraPose& pose) noexcept {
+  return std::visit([&](auto& f) -> std::optional<Verdict> { return f.add(pose); }, filter);
+}
+
+std::span<const Judgement> judgements(const Filter& filter) noexcept {
+  const auto* const full = std::get_if<FullFilter>(&filter);
+  return full != nullptr ? full->judgements() : std::span<const Judgement>();
 }
 
 Estimate step(Filter& filter, std::int64_t tick_ns) noexcept {

@@ -4,10 +4,13 @@
 
 #include <concepts>
 #include <cstdint>
+#include <optional>
+#include <span>
 #include <type_traits>
 #include <variant>
 
 #include "estimator/estimate.hpp"
+#include "estimator/full_filter.hpp"
 #include "estimator/kinematic_filter.hpp"
 #include "estimator/measurement.hpp"
 #include "estimator/model.hpp"
@@ -18,21 +21,20 @@
 namespace odomd::estimator {
 
 /// What a filter has to offer to join the variant. It may keep a window of samples and fuse each at
-/// its own time within step(): nothing here says that a sample takes effect when it is handed in,
-/// only that the verdict is known then.
+/// its own time within step(); the verdict of such a sample is among the judgements of that step.
 template <typename F>
 concept FilterLike = requires(F filter, const Pose2& pose, const Estimate& estimate,
                               const Measurement& measurement, const CameraPose& camera) {
   requires std::is_void_v<decltype(filter.set_initial_pose(pose))>;
   requires std::same_as<decltype(filter.resume(estimate, double{})), bool>;
-  requires std::same_as<decltype(filter.add(measurement)), Verdict>;
-  requires std::same_as<decltype(filter.add(camera)), Verdict>;
+  requires std::convertible_to<decltype(filter.add(measurement)), std::optional<Verdict>>;
+  requires std::convertible_to<decltype(filter.add(camera)), std::optional<Verdict>>;
   requires std::same_as<decltype(filter.step(std::int64_t{})), Estimate>;
 };
 
 /// One alternative per family of models. A richer filter joins here, and in make_filter().
-using Filter = std::variant<KinematicFilter, PaperFilter>;
-static_assert(FilterLike<KinematicFilter> && FilterLike<PaperFilter>);
+using Filter = std::variant<KinematicFilter, PaperFilter, FullFilter>;
+static_assert(FilterLike<KinematicFilter> && FilterLike<PaperFilter> && FilterLike<FullFilter>);
 
 /// Settings of all models are one struct; each takes its own. Throws std::invalid_argument, naming
 /// the setting, where a number is impossible.
@@ -49,9 +51,13 @@ void set_initial_pose(Filter& filter, const Pose2& pose) noexcept;
 /// covariance of the velocity the filter begins with its own.
 bool resume(Filter& filter, const Estimate& predecessor, double gap_s) noexcept;
 
-/// Hands a measurement in, in any order within a tick. It takes effect at the next step().
-Verdict add(Filter& filter, const Measurement& measurement) noexcept;
-Verdict add(Filter& filter, const CameraPose& pose) noexcept;
+/// Hands a measurement in, in any order within a tick. It takes effect at the next step(). Nothing
+/// where it is judged only then.
+std::optional<Verdict> add(Filter& filter, const Measurement& measurement) noexcept;
+std::optional<Verdict> add(Filter& filter, const CameraPose& pose) noexcept;
+
+/// How the samples were judged that add() left open, of the last step. Valid until the next call.
+[[nodiscard]] std::span<const Judgement> judgements(const Filter& filter) noexcept;
 
 /// Advances to the tick that is valid at `tick_ns` and says what is believed there. Ticks that were
 /// skipped are made up for with the inputs held, at most 200 of them (a second); for time beyond

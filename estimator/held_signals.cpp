@@ -3,22 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/physical_limits.hpp"
+
 namespace odomd::estimator {
-namespace {
-
-// What no car does, of any size: a sample beyond is a broken sensor or a wrong scale. In the order
-// of Source.
-constexpr std::array<double, source_count> physical_limit{
-    35.0,                        // yaw_rate [rad/s]
-    200.0, 200.0,                // accel_x, accel_y [m/s²]
-    150.0, 150.0, 150.0, 150.0,  // wheels [m/s]
-    150.0, 150.0,                // wheel_rear, motor [m/s]
-    1.4,                         // steering [rad], short of the tangent's pole
-    1.0,                         // direction
-    0.0,                         // camera: not a signal
-};
-
-}  // namespace
 
 HeldSignals::HeldSignals(const std::array<double, source_count>& sigma) noexcept {
   for (std::size_t i = 0; i < source_count; ++i) {

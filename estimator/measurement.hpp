@@ -74,4 +74,14 @@ inline constexpr std::array<std::string_view, verdict_count> verdict_names{
     "fused",     "gated",      "too_old",    "future",
     "duplicate", "non_finite", "source_off", "failed_protection"};
 
+/// How a sample that a filter takes in at a later step was judged.
+struct Judgement {
+  Source source = Source::yaw_rate;
+  Verdict verdict = Verdict::fused;
+  int degrees = 0;  ///< of freedom of the test: 1, of the camera 3; 0: an input, not tested
+  std::array<double, 3> innovation{};  ///< ν, in the source's units
+  double squared_ratio = 0.0;          ///< νᵀS⁻¹ν
+  double test_ratio = 0.0;             ///< the same over its gate
+};
+
 }  // namespace odomd::estimator

@@ -11,10 +11,11 @@ enum class Model : std::uint8_t {
   kinematic,          ///< bicycle without slip, centre of gravity treated rightly (errata, 7)
   kinematic_printed,  ///< eqs 1-3 as printed, for comparison only
   paper,              ///< the paper's extended Kalman filter
+  full,               ///< late samples at their own time, biases and scales, reverse, standstill
 };
 
 /// As the configuration and the command line call them, in the order of the enumeration.
-inline constexpr std::array<std::string_view, 3> model_names{"kinematic", "kinematic_printed",
-                                                             "paper"};
+inline constexpr std::array<std::string_view, 4> model_names{"kinematic", "kinematic_printed",
+                                                             "paper", "full"};
 
 }  // namespace odomd::estimator

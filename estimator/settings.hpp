@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "estimator/estimate.hpp"
+#include "estimator/full/model.hpp"
 #include "estimator/measurement.hpp"
 #include "estimator/vehicle.hpp"
 
@@ -31,6 +32,9 @@ struct FilterSettings {
   Vehicle vehicle;
   double period_s = 0.005;
   PaperNoise paper;
+  full::Noise full;
+  std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
+  double window_s = 0.25;                ///< so late a sample may be
 
   /// Standard deviations of each source's samples where a sample does not state its own. 0: the
   /// default of the source.

@@ -486,9 +486,9 @@ const Mistake mistakes[] = {
      "car.toml:4: [can.e2e] M max_delta_counter: belongs to messages with a `counter`, not to "
      "SAE_J1850; leave it out, or mend the profile"},
 
-    {"UnknownModel", also("[filter]\nmodel = \"full\"\n"),
-     R"(car.toml:3: [filter] model: "full" is not a model of this version; there are: kinematic, )"
-     "kinematic_printed, paper"},
+    {"UnknownModel", also("[filter]\nmodel = \"particle\"\n"),
+     R"(car.toml:3: [filter] model: "particle" is not a model of this version; there are: kinematic, )"
+     "kinematic_printed, paper, full"},
     {"ShortNoise", also("[filter]\npaper_q = [1, 2]\n"),
      "car.toml:3: [filter] paper_q: must be a list of 3 numbers"},
     {"NegativeNoise", also("[filter]\npaper_r = [1, -2]\n"),
@@ -543,7 +543,7 @@ TEST(ParsePose, RefusesAnythingElse) {
 
 TEST(ParseModel, KnowsEveryModelByItsName) {
   for (const auto name : estimator::model_names) EXPECT_EQ(name_of(parse_model(name)), name);
-  EXPECT_THROW(static_cast<void>(parse_model("full")), std::invalid_argument);
+  EXPECT_THROW(static_cast<void>(parse_model("particle")), std::invalid_argument);
 }
 
 }  // namespace

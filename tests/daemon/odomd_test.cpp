@@ -472,8 +472,9 @@ TEST_F(OdomdMistake, ASourceNamedTwice) {
 }
 
 TEST_F(OdomdMistake, AnUnknownModel) {
-  EXPECT_THAT(error_of({"--model", "full"}),
-              HasSubstr("--model: \"full\" is not a model of this version; there are: kinematic"));
+  EXPECT_THAT(
+      error_of({"--model", "particle"}),
+      HasSubstr("--model: \"particle\" is not a model of this version; there are: kinematic"));
 }
 
 TEST_F(OdomdMistake, APoseThatIsNone) {

@@ -360,17 +360,24 @@ TEST_P(EveryModel, NoInputLeavesAnEstimateThatIsNotFinite) {
       const Measurement sample{static_cast<Source>(junk.pick(source_count + 2)),
                                junk.time(drive.now_ns), junk.number(), std::abs(junk.number()),
                                junk.pick(2) == 0 ? 0 : junk.time(drive.now_ns)};
-      ++verdicts.at(static_cast<std::size_t>(add(drive.filter, sample)));
+      if (const auto verdict = add(drive.filter, sample)) {
+        ++verdicts.at(static_cast<std::size_t>(*verdict));
+      }
     }
     if (junk.pick(5) == 0) {
       const CameraPose camera{junk.time(drive.now_ns), junk.time(drive.now_ns),
                               junk.number(),           junk.number(),
                               junk.number(),           std::abs(junk.number()),
                               std::abs(junk.number()), std::abs(junk.number())};
-      ++verdicts.at(static_cast<std::size_t>(add(drive.filter, camera)));
+      if (const auto verdict = add(drive.filter, camera)) {
+        ++verdicts.at(static_cast<std::size_t>(*verdict));
+      }
     }
     drive.now_ns += static_cast<std::int64_t>(junk.pick(3)) * period_ns;
     const Estimate e = drive.tick({});
+    for (const Judgement& judgement : judgements(drive.filter)) {
+      ++verdicts.at(static_cast<std::size_t>(judgement.verdict));
+    }
     ASSERT_TRUE(is_finite(e.map) && is_finite(e.odom) && is_finite(e.last_jump)) << i;
     ASSERT_TRUE(is_finite(BodyVelocity{e.v_x, e.v_y, e.yaw_rate})) << i;
     ASSERT_TRUE(is_finite(BodyVelocity{e.v_x_dot, e.v_y_dot, e.yaw_accel})) << i;

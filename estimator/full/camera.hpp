@@ -1,0 +1,26 @@
+// The camera: z = (X, Y, ψ) at the instant the picture was taken, judged as a whole, and what is
+// done when the filter is wrong and the camera right.
+#pragma once
+
+#include "estimator/full/model.hpp"
+#include "estimator/full/sample_window.hpp"
+#include "estimator/full/state.hpp"
+
+namespace odomd::estimator::full {
+
+/// So many rejected poses in a row that agree with each other are believed after all.
+inline constexpr int agreeing_rejections = 6;
+
+struct CameraGate {
+  double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %
+  bool locates = true;  ///< the first pose may initialise the filter
+};
+
+/// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected are held
+/// against each other: where the motion from one to the next is the filter's, six in a row move the
+/// filter's pose to the last of them (`resets`, `last_jump`), and its velocity is doubted a little.
+/// The state is that at the time of the sample.
+[[nodiscard]] Judgement take_camera(const CameraGate& gate, State& state,
+                                    const Sample& sample) noexcept;
+
+}  // namespace odomd::estimator::full

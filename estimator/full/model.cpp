@@ -1,0 +1,154 @@
+#include "estimator/full/model.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+double squared(double value) noexcept {
+  return value * value;
+}
+
+/// What the random walks add.
+void add_walks(const Noise& noise, double dt, Matrix& P) noexcept {
+  P(at::gyro_bias, at::gyro_bias) += squared(noise.gyro_bias) * dt;
+  P(at::gyro_scale, at::gyro_scale) += squared(noise.gyro_scale) * dt;
+  P(at::accel_bias_x, at::accel_bias_x) += squared(noise.accel_bias) * dt;
+  P(at::accel_bias_y, at::accel_bias_y) += squared(noise.accel_bias) * dt;
+  P(at::wheel_scale, at::wheel_scale) += squared(noise.wheel_scale) * dt;
+  P(at::steering_offset, at::steering_offset) += squared(noise.steering_offset) * dt;
+  P(at::stiffness_scale, at::stiffness_scale) += squared(noise.stiffness_scale) * dt;
+}
+
+}  // namespace
+
+VelocityStep velocity_linearised(const CarModel& model, const Input& input, const Vector& state,
+                                 double dt) noexcept {
+  const Vehicle& car = model.car;
+  const double m = car.mass;
+  const double j_z = car.yaw_inertia;
+  const double l_v = car.front_axle;
+  const double l_h = car.rear_axle;
+  const double v_x = state[at::v_x];
+  const double v_y = state[at::v_y];
+  const double r = state[at::yaw_rate];
+  const double e = state[at::front_force];
+  const double k = 1.0 + state[at::stiffness_scale];
+  const double w = std::abs(v_x);
+  // dw/dv_x; at v_x = 0, where |v_x| has a kink, the mean of both sides.
+  const double sign = (v_x > 0.0 ? 1.0 : 0.0) - (v_x < 0.0 ? 1.0 : 0.0);
+  const double steered = input.has_steering ? 1.0 : 0.0;
+  const double felt = input.has_accel_x ? 1.0 : 0.0;
+  const double delta = steered * (input.steering - state[at::steering_offset]);
+  const double a_x =
+      felt * (input.accel_x - state[at::accel_bias_x] + r * r * model.imu_position[0]);
+
+  // Everything that stiffness multiplies, per unit of k
+  const double coupling =
+      dt * (l_v * car.cornering_stiffness_front - l_h * car.cornering_stiffness_rear);
+  const double steer_by_delta = dt * car.cornering_stiffness_front * v_x;
+  const double steer_by_v_x = dt * car.cornering_stiffness_front * delta;
+  const double damping_y = dt * (car.cornering_stiffness_front + car.cornering_stiffness_rear);
+  const double damping_yaw =
+      dt * (l_v * l_v * car.cornering_stiffness_front + l_h * l_h * car.cornering_stiffness_rear);
+  const double steer = steer_by_delta * delta;
+
+  // v_y,k = N_y / D_y and ψ̇_k = N_ψ / D_ψ                                  (eqs 32 and 33)
+  const double per_y = 1.0 / (m * w + k * damping_y);
+  const double per_yaw = 1.0 / (j_z * w + k * damping_yaw);
+  const double v_y_next =
+      (m * w * v_y + k * (steer - coupling * r) - dt * m * v_x * w * r + dt * m * w * e) * per_y;
+  const double r_next =
+      (j_z * w * r + k * (l_v * steer - coupling * v_y) + l_v * dt * m * w * e) * per_yaw;
+
+  VelocityStep step;
+  step.velocity << v_x + dt * (a_x + v_y * r), v_y_next, r_next;
+  // ∂(N/D) = (∂N - (N/D) ∂D) / D; columns v_x, v_y, ψ̇, e, b_ax, δ_0, κ
+  step.by << 1.0, dt * r, dt * (v_y + felt * 2.0 * r * model.imu_position[0]), 0.0, -felt * dt, 0.0,
+      0.0,  //
+      (m * sign * (v_y - v_y_next) + k * steer_by_v_x - dt * m * r * (w + v_x * sign) +
+       dt * m * sign * e) *
+          per_y,
+      m * w * per_y, -(k * coupling + dt * m * v_x * w) * per_y, dt * m * w * per_y, 0.0,
+      -steered * k * steer_by_delta * per_y,
+      (steer - coupling * r - v_y_next * damping_y) * per_y,  //
+      (j_z * sign * (r - r_next) + k * l_v * steer_by_v_x + l_v * dt * m * sign * e) * per_yaw,
+      -k * coupling * per_yaw, j_z * w * per_yaw, l_v * dt * m * w * per_yaw, 0.0,
+      -steered * k * l_v * steer_by_delta * per_yaw,
+      (l_v * steer - coupling * v_y - r_next * damping_yaw) * per_yaw;
+  return step;
+}
+
+Step step_linearised(const CarModel& model, const Input& input, const Vector& state,
+                     double dt) noexcept {
+  const VelocityStep velocity = velocity_linearised(model, input, state, dt);
+  const Eigen::Vector3d before = state.segment<3>(at::v_x);
+  const Eigen::Vector3d pose = state.segment<3>(at::x);
+  const Eigen::Vector3d after = next_pose<double>(pose, before, velocity.velocity, dt);
+
+  Step step;
+  step.mean = state;
+  step.mean.segment<3>(at::x) = after;
+  step.mean.segment<3>(at::v_x) = velocity.velocity;
+  step.decay = model.noise.front_force_s / (model.noise.front_force_s + dt);
+  step.mean[at::front_force] *= step.decay;
+
+  // By way of the mean velocity: M = (∂v + ∂v')/2
+  Eigen::Matrix<double, 3, 7> mean_by = 0.5 * velocity.by;
+  mean_by.leftCols<3>() += 0.5 * Eigen::Matrix3d::Identity();
+  const double middle = 0.5 * (pose[2] + after[2]);
+  const double c = dt * std::cos(middle);
+  const double s = dt * std::sin(middle);
+  const double dx = after[0] - pose[0];
+  const double dy = after[1] - pose[1];
+  const double half = 0.5 * dt;
+  // ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
+  step.jacobian.col(0) << -dy, dx, 1.0, 0.0, 0.0, 0.0;
+  step.jacobian.block<1, 7>(0, 1) =
+      c * mean_by.row(0) - s * mean_by.row(1) - (dy * half) * mean_by.row(2);
+  step.jacobian.block<1, 7>(1, 1) =
+      s * mean_by.row(0) + c * mean_by.row(1) + (dx * half) * mean_by.row(2);
+  step.jacobian.block<1, 7>(2, 1) = dt * mean_by.row(2);
+  step.jacobian.block<3, 7>(3, 1) = velocity.by;
+  return step;
+}
+
+void propagate(const CarModel& model, const Input& input, double dt, Vector& mean,
+               Matrix& P) noexcept {
+  const Step step = step_linearised(model, input, mean, dt);
+  mean = step.mean;
+
+  // P ← F P Fᵀ + Q, with F = identity but for its first seven rows
+  Eigen::Matrix<double, 7, at::size> FP;
+  FP.topRows<6>().noalias() = step.jacobian * P.middleRows<8>(at::yaw);
+  FP.topRows<2>() += P.topRows<2>();
+  FP.row(at::front_force) = step.decay * P.row(at::front_force);
+
+  Eigen::Matrix<double, 7, 7> block;
+  block.leftCols<6>().noalias() = FP.middleCols<8>(at::yaw) * step.jacobian.transpose();
+  block.leftCols<2>() += FP.leftCols<2>();
+  block.col(at::front_force) = step.decay * FP.col(at::front_force);
+  P.topLeftCorner<7, 7>() = 0.5 * (block + block.transpose());
+  P.topRightCorner<7, 7>() = FP.rightCols<7>();
+  P.bottomLeftCorner<7, 7>() = FP.rightCols<7>().transpose();
+
+  const Noise& noise = model.noise;
+  P(at::x, at::x) += squared(noise.position) * dt;
+  P(at::y, at::y) += squared(noise.position) * dt;
+  P(at::yaw, at::yaw) += squared(noise.yaw) * dt;
+  const double felt = input.accel_x - mean[at::accel_bias_x];
+  P(at::v_x, at::v_x) +=
+      (input.has_accel_x ? squared(noise.v_x) + squared(noise.v_x_per_accel * felt)
+                         : squared(noise.v_x_alone)) *
+      dt;
+  P(at::v_y, at::v_y) += squared(noise.v_y) * dt;
+  P(at::yaw_rate, at::yaw_rate) += squared(noise.yaw_rate) * dt;
+  P(at::front_force, at::front_force) +=
+      squared(input.has_steering ? noise.front_force : noise.front_force_alone) *
+      (1.0 - squared(step.decay));
+  add_walks(noise, dt, P);
+}
+
+void propagate_standing(const CarModel& model, double dt, Matrix& covariance) noexcept {
+  add_walks(model.noise, dt, covariance);
+}
+
+}  // namespace odomd::estimator::full

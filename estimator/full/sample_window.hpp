@@ -1,0 +1,66 @@
+// The samples of the last fraction of a second, in the order of their own times: whatever the order
+// they arrive in, the filter sees the same sequence.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "estimator/measurement.hpp"
+
+namespace odomd::estimator::full {
+
+/// A sample of any source. Signals use the first value and sigma; the camera has x, y, yaw.
+struct Sample {
+  std::int64_t time_ns = 0;
+  Source source = Source::yaw_rate;
+  bool judged = false;  ///< its verdict has been told
+  std::array<double, 3> value{};
+  std::array<double, 3> sigma{};
+};
+
+/// A total order: time, source, and, of two that claim to be the same sample, the numbers.
+[[nodiscard]] inline bool operator<(const Sample& a, const Sample& b) noexcept {
+  if (a.time_ns != b.time_ns) {
+    return a.time_ns < b.time_ns;
+  }
+  if (a.source != b.source) {
+    return a.source < b.source;
+  }
+  return a.value != b.value ? a.value < b.value : a.sigma < b.sigma;
+}
+
+/// What became of a sample that was offered to the window.
+enum class Insertion : std::uint8_t { inserted, duplicate, replaced };
+
+class SampleWindow {
+ public:
+  static constexpr std::size_t capacity = 1024;
+
+  /// Puts a sample in its place. Of two with the same source and time one is kept, whichever comes
+  /// first in the order above: `replaced` says that it was the one that came now. In a full window
+  /// the oldest is given up.
+  Insertion insert(const Sample& sample) noexcept;
+
+  /// Forgets what is not later than `time_ns`.
+  void forget(std::int64_t time_ns) noexcept;
+  void clear() noexcept { begin_ = end_ = 0; }
+
+  /// The samples later than `time_ns`, in order.
+  [[nodiscard]] std::span<Sample> after(std::int64_t time_ns) noexcept;
+
+  /// The latest time that a full window had to give up; the lowest number where none was.
+  [[nodiscard]] std::int64_t lost_until_ns() const noexcept { return lost_until_ns_; }
+
+ private:
+  std::array<Sample, 2 * capacity> samples_{};
+  std::size_t begin_ = 0;
+  std::size_t end_ = 0;
+  std::int64_t lost_until_ns_ = std::numeric_limits<std::int64_t>::min();
+};
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,99 @@
+#include "estimator/full/standstill.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimator/full/prediction.hpp"
+#include "estimator/time.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+// A wheel turns above twice its noise, but not below the first and surely above the second speed.
+constexpr double slowest_turning = 0.01;  // [m/s]
+constexpr double surely_turning = 0.03;   // [m/s]
+
+// How far a resting gyro swings: this, and six times its noise.
+constexpr double quiet_swing = 0.02;  // [rad/s]
+
+/// What is known of the velocity of a car that stands, and of one that has just set off.
+constexpr double held_sigma = 1e-4;
+constexpr double departing_speed = 0.05;     // [m/s]
+constexpr double departing_side = 0.02;      // [m/s]
+constexpr double departing_yaw_rate = 0.05;  // [rad/s]
+
+void set_variance(State& state, at::Index index, double sigma) noexcept {
+  state.covariance.row(index).setZero();
+  state.covariance.col(index).setZero();
+  state.covariance(index, index) = sigma * sigma;
+}
+
+void begin_rest(Rest& rest, std::int64_t time_ns) noexcept {
+  rest.resting = true;
+  rest.since_ns = time_ns;
+  rest.lowest_gyro = std::numeric_limits<double>::max();
+  rest.highest_gyro = std::numeric_limits<double>::lowest();
+}
+
+/// v = 0, measured: what is correlated with the velocity learns from it.
+void stand(State& state) noexcept {
+  state.rest.standing = true;
+  for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate}) {
+    Prediction zero;
+    zero.value = state.mean[index];
+    zero.variance = held_sigma * held_sigma;
+    zero.depends_on(index, 1.0);
+    const Innovation nu = innovation(state, zero, 0.0);
+    correct(state, nu, gain_of_own_sensors(state, nu));
+    state.mean[index] = 0.0;
+  }
+  state.mean[at::front_force] = 0.0;
+}
+
+void set_off(const CarModel& model, State& state) noexcept {
+  state.rest = {};
+  set_variance(state, at::v_x, departing_speed);
+  set_variance(state, at::v_y, departing_side);
+  set_variance(state, at::yaw_rate, departing_yaw_rate);
+  set_variance(state, at::front_force, model.noise.front_force);
+}
+
+}  // namespace
+
+void rest_by_wheel(const CarModel& model, State& state, std::int64_t time_ns, double speed,
+                   double sigma) noexcept {
+  Rest& rest = state.rest;
+  if (std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning)) {
+    if (rest.standing) {
+      set_off(model, state);
+    }
+    rest.resting = false;
+  } else if (!rest.resting) {
+    begin_rest(rest, time_ns);
+  } else if (!rest.standing && seconds_between(rest.since_ns, time_ns) >= standing_after_s) {
+    stand(state);
+  }
+}
+
+void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, double yaw_rate,
+                  double sigma) noexcept {
+  Rest& rest = state.rest;
+  if (!rest.resting) {
+    return;
+  }
+  rest.lowest_gyro = std::min(rest.lowest_gyro, yaw_rate);
+  rest.highest_gyro = std::max(rest.highest_gyro, yaw_rate);
+  const double swing = quiet_swing + 6.0 * sigma;
+  const bool turned = rest.standing ? std::abs(yaw_rate - state.mean[at::gyro_bias]) > swing
+                                    : rest.highest_gyro - rest.lowest_gyro > swing;
+  if (!turned) {
+    return;
+  }
+  if (rest.standing) {
+    set_off(model, state);
+  }
+  begin_rest(rest, time_ns);
+}
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,21 @@
+// Standing still: when no wheel turns and the gyro is quiet for long enough, the velocity is zero
+// and known to be, the pose is held, and whatever the inertial sensors say is their bias.
+#pragma once
+
+#include "estimator/full/model.hpp"
+#include "estimator/full/state.hpp"
+
+namespace odomd::estimator::full {
+
+/// So long no wheel turns before the car is taken to stand [s].
+inline constexpr double standing_after_s = 0.3;
+
+/// A wheel's sample at `time_ns`, its noise `sigma`. Begins or ends a rest.
+void rest_by_wheel(const CarModel& model, State& state, std::int64_t time_ns, double speed,
+                   double sigma) noexcept;
+
+/// A gyro's sample: a rest during which it swings is none.
+void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, double yaw_rate,
+                  double sigma) noexcept;
+
+}  // namespace odomd::estimator::full

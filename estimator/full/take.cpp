@@ -1,0 +1,190 @@
+#include "estimator/full/take.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/full/accel_y.hpp"
+#include "estimator/full/prediction.hpp"
+#include "estimator/full/standstill.hpp"
+#include "estimator/full/yaw_rate.hpp"
+#include "estimator/time.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+// An input that is older says nothing of now.
+constexpr double steering_lifetime_s = 0.5;
+constexpr double accel_lifetime_s = 0.1;
+// A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
+constexpr double gyro_lifetime_s = 0.1;
+
+constexpr std::size_t index_of(Source source) noexcept {
+  return static_cast<std::size_t>(source);
+}
+
+constexpr bool is_wheel(Source source) noexcept {
+  return source >= Source::wheel_front_left && source <= Source::motor;
+}
+
+void hold(HeldInput& held, const Sample& sample) noexcept {
+  held = {true, sample.time_ns, sample.value[0]};
+}
+
+bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexcept {
+  return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
+}
+
+/// When one of the same kind was last fused: wheels vouch for each other.
+std::int64_t last_fused_ns(const State& state, Source source) noexcept {
+  if (!is_wheel(source)) {
+    return state.fused_ns[index_of(source)];
+  }
+  const auto* const first = state.fused_ns.begin() + index_of(Source::wheel_front_left);
+  return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
+}
+
+struct Patience {
+  double seconds;
+  at::Index doubted;  ///< the state that gives way
+};
+Patience patience_with(Source source) noexcept {
+  switch (source) {
+    case Source::yaw_rate:
+      return {0.05, at::yaw_rate};
+    case Source::accel_y:
+      return {0.2, at::front_force};
+    case Source::accel_x:
+      return {0.2, at::accel_bias_x};
+    default:
+      return {0.25, at::v_x};
+  }
+}
+
+Judgement judge(const Context& context, State& state, const Sample& sample,
+                const Prediction& prediction) noexcept {
+  Innovation nu = innovation(state, prediction, sample.value[0]);
+  Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
+  judgement.innovation[0] = nu.value;
+  judgement.squared_ratio = nu.squared_ratio();
+  judgement.test_ratio = judgement.squared_ratio / context.signal_gate;
+
+  std::int64_t& rejected_since_ns = state.rejected_since_ns[index_of(sample.source)];
+  if (!(judgement.squared_ratio <= context.signal_gate)) {
+    if (rejected_since_ns == 0) {
+      rejected_since_ns = sample.time_ns;
+    }
+    const Patience patience = patience_with(sample.source);
+    const std::int64_t trusted_ns =
+        std::max(rejected_since_ns, last_fused_ns(state, sample.source));
+    if (seconds_between(trusted_ns, sample.time_ns) < patience.seconds) {
+      judgement.verdict = Verdict::gated;
+      return judgement;
+    }
+    state.covariance(patience.doubted, patience.doubted) += nu.value * nu.value;
+    nu = innovation(state, prediction, sample.value[0]);
+  }
+  rejected_since_ns = 0;
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  correct(state, nu, gain_of_own_sensors(state, nu));
+  return judgement;
+}
+
+Judgement take_wheel(const Context& context, State& state, Sample sample) noexcept {
+  // Speeds of sensors that know no sign take that of the direction.
+  if (state.direction.seen && state.direction.value < 0.0) {
+    sample.value[0] = -std::abs(sample.value[0]);
+  }
+  if (!state.moving) {
+    // The motion is followed from here on, at this speed.
+    state.moving = true;
+    state.mean[at::v_x] = sample.value[0];
+  }
+  rest_by_wheel(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
+  if (state.rest.standing) {
+    state.fused_ns[index_of(sample.source)] = sample.time_ns;
+    return {.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
+  }
+  const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
+  const bool gyro = gyro_ns != 0 && seconds_between(gyro_ns, sample.time_ns) <= gyro_lifetime_s;
+  return judge(context, state, sample,
+               predict_wheel_speed(context.model, context.wheels, state, sample.source,
+                                   sample.sigma[0], gyro));
+}
+
+Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
+  hold(state.accel_x, sample);
+  if (!state.rest.standing) {
+    return {.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
+  }
+  // Standing, it says its bias.
+  Prediction z;
+  z.value = state.mean[at::accel_bias_x];
+  z.variance = sample.sigma[0] * sample.sigma[0];
+  z.depends_on(at::accel_bias_x, 1.0);
+  return judge(context, state, sample, z);
+}
+
+}  // namespace
+
+Input input_of(const State& state) noexcept {
+  return {.steering = state.steering.value,
+          .accel_x = state.accel_x.value,
+          .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s),
+          .has_accel_x = alive(state.accel_x, state.time_ns, accel_lifetime_s)};
+}
+
+void advance(const Context& context, State& state, std::int64_t time_ns) noexcept {
+  double left = seconds_between(state.time_ns, time_ns);
+  if (!(left > 0.0)) {
+    return;
+  }
+  if (!state.moving) {
+    state.time_ns = time_ns;
+    return;
+  }
+  if (state.rest.standing) {
+    propagate_standing(context.model, left, state.covariance);
+    state.time_ns = time_ns;
+    return;
+  }
+  const Input input = input_of(state);
+  while (left > 1.5 * context.period_s) {
+    propagate(context.model, input, context.period_s, state.mean, state.covariance);
+    left -= context.period_s;
+  }
+  propagate(context.model, input, left, state.mean, state.covariance);
+  state.last_step_s = left;
+  state.time_ns = time_ns;
+}
+
+Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
+  Judgement held{.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
+  switch (sample.source) {
+    case Source::yaw_rate:
+      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
+      return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]));
+    case Source::accel_x:
+      return take_accel_x(context, state, sample);
+    case Source::accel_y:
+      hold(state.accel_y, sample);
+      return judge(context, state, sample,
+                   predict_accel_y(context.model, input_of(state), state, sample.sigma[0],
+                                   context.period_s));
+    case Source::steering:
+      hold(state.steering, sample);
+      return held;
+    case Source::direction:
+      hold(state.direction, sample);
+      return held;
+    case Source::camera:
+      return take_camera(context.camera, state, sample);
+    case Source::count:
+      break;
+    default:
+      return take_wheel(context, state, sample);
+  }
+  held.verdict = Verdict::source_off;
+  return held;
+}
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,33 @@
+// One sample into the state of its instant: the gate, the update, and what follows from a sensor
+// that keeps disagreeing. A pure function of state and sample, so that a window can be replayed.
+#pragma once
+
+#include "estimator/full/camera.hpp"
+#include "estimator/full/model.hpp"
+#include "estimator/full/sample_window.hpp"
+#include "estimator/full/state.hpp"
+#include "estimator/full/wheel_speed.hpp"
+
+namespace odomd::estimator::full {
+
+/// Everything that does not change while the filter runs.
+struct Context {
+  CarModel model;
+  WheelNoise wheels;
+  CameraGate camera;
+  double signal_gate = 20.0;  ///< ν²/S of a scalar sample, 4.5 σ
+  double period_s = 0.005;
+};
+
+/// Moves the state to `time_ns`, not before its own time. Steps are at most a period long.
+void advance(const Context& context, State& state, std::int64_t time_ns) noexcept;
+
+/// The model's inputs as they stand at the state's time: too old ones do not count.
+[[nodiscard]] Input input_of(const State& state) noexcept;
+
+/// Takes a sample whose time is the state's. Of a source that is rejected for too long (a gyro
+/// 50 ms, an accelerometer 0.2 s, the wheels 0.25 s of which none was fused) the filter gives in:
+/// what it measures is doubted as far as the sample is off, and the sample is fused.
+[[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,90 @@
+// The full filter: every sample fused at the time it was taken, however late it arrives.
+//
+// Samples wait in a window, in the order of their own times. A tick goes back to the newest kept
+// state that is older than everything that has come in since, and takes the samples from there to
+// now, one after the other. So the state at a tick depends on the samples alone, not on the order
+// of their arrival, as long as each arrives inside the window.
+//
+// The work of a step is bounded: at most the window's ticks and `SampleWindow::capacity` samples.
+//
+// A value; no heap, no clock.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "estimator/estimate.hpp"
+#include "estimator/full/sample_window.hpp"
+#include "estimator/full/state.hpp"
+#include "estimator/full/take.hpp"
+#include "estimator/measurement.hpp"
+#include "estimator/mode_monitor.hpp"
+#include "estimator/settings.hpp"
+
+namespace odomd::estimator {
+
+class FullFilter {
+ public:
+  explicit FullFilter(const FilterSettings& settings) noexcept;
+
+  void set_initial_pose(const Pose2& pose) noexcept;
+  bool resume(const Estimate& predecessor, double gap_s) noexcept;
+
+  /// Nothing where the sample is judged at the next step(): see judgements().
+  std::optional<Verdict> add(const Measurement& sample) noexcept;
+  std::optional<Verdict> add(const CameraPose& camera) noexcept;
+  Estimate step(std::int64_t tick_ns) noexcept;
+
+  /// Of the samples that the last step took in for the first time. Valid until the next call.
+  [[nodiscard]] std::span<const Judgement> judgements() const noexcept {
+    return {judgements_.data(), judgement_count_};
+  }
+
+ private:
+  /// Kept states, enough for the longest window with one every `stride_` ticks.
+  static constexpr std::size_t kept_states = 64;
+
+  std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns) noexcept;
+  void begin(std::int64_t tick_ns) noexcept;
+  void go_back_to(std::int64_t time_ns) noexcept;
+  void replay_to(std::int64_t tick_ns) noexcept;
+  void keep() noexcept;
+  void recover(std::int64_t tick_ns) noexcept;
+  [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;
+  [[nodiscard]] full::State& kept(std::size_t age) noexcept {
+    return kept_[(newest_kept_ + kept_states - age) % kept_states];
+  }
+
+  full::Context context_;
+  std::array<double, source_count> sigma_{};
+  full::Vector initial_sigma_ = full::Vector::Zero();
+  std::int64_t period_ns_ = 5'000'000;
+  std::int64_t window_ns_ = 250'000'000;
+  std::int64_t camera_latency_ns_ = 200'000'000;
+  std::int64_t stride_ = 1;  ///< ticks between two kept states
+
+  full::SampleWindow window_;
+  full::State now_;  ///< at the last tick
+  std::array<full::State, kept_states> kept_{};
+  std::size_t newest_kept_ = 0;
+  std::size_t kept_count_ = 0;
+  std::optional<std::int64_t> last_tick_ns_;
+  std::int64_t oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
+
+  std::array<Judgement, full::SampleWindow::capacity> judgements_{};
+  std::size_t judgement_count_ = 0;
+
+  ModeMonitor modes_;
+  Pose2 odom_;
+  std::uint32_t reset_count_ = 0;
+  std::uint32_t seen_resets_ = 0;  ///< of now_, when it was last published
+  Pose2 last_jump_;
+  std::uint32_t recoveries_ = 0;
+  Estimate last_;
+};
+
+}  // namespace odomd::estimator
