@@ -130,6 +130,7 @@ std::string readable_line(const Frame& frame, const std::string& bus, const Mess
 void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
                 Frames frames) {
   std::vector<Database> read;
+  read.reserve(databases.size());
   for (const std::string& file : databases) read.push_back(can::read_dbc(file));
   const MessageIndex index(read);
   can::BusNames buses;

@@ -72,8 +72,9 @@ std::string fish_script(const CommandSpec& program) {
           "    echo $command\nend\n\ncomplete -c " +
           name + " -f\n";
   for (const CommandSpec* command : all_commands(program)) {
-    const std::string start = "complete -c " + name + " -n \"test '" + joined(command->path, " ") +
-                              "' = (__" + name + "_command | string collect)\"";
+    const std::string start =
+        fmt::format("complete -c {0} -n \"test '{1}' = (__{0}_command | string collect)\"", name,
+                    joined(command->path, " "));
     for (const CommandSpec& sub : command->commands)
       text += fmt::format("{} -a {} -d {}\n", start, sub.path.back(), quoted(sub.help));
     for (const ValueSpec& argument : command->arguments) {
