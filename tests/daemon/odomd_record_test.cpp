@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -27,20 +28,22 @@ int odom(const Desk& desk, const std::string& arguments, const std::string& log)
   return WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
 }
 
+pid_t start(const std::string& command) {
+  const pid_t pid = ::fork();
+  if (pid != 0) return pid;
+  ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+  ::_exit(127);
+}
+
 /// `odom record` beside the test.
 class RecorderProcess {
  public:
-  RecorderProcess(const Desk& desk, const std::string& arguments) : desk_(desk) {
-    const std::string command = fmt::format(
-        "cd {} && exec " ODOMD_BIN_DIR "/odom record --socket {} --wait 10 {} >>{} 2>&1",
-        desk.file("").string(), desk.file("record.sock").string(), arguments,
-        desk.file("record.txt").string());
-    pid_ = ::fork();
-    if (pid_ == 0) {
-      ::execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
-      ::_exit(127);
-    }
-  }
+  RecorderProcess(const Desk& desk, const std::string& arguments)
+      : desk_(desk),
+        pid_(start(fmt::format("cd {} && exec " ODOMD_BIN_DIR
+                               "/odom record --socket {} --wait 10 {} >>{} 2>&1",
+                               desk.file("").string(), desk.file("record.sock").string(), arguments,
+                               desk.file("record.txt").string()))) {}
   ~RecorderProcess() {
     if (pid_ <= 0) return;
     ::kill(pid_, SIGKILL);
@@ -66,7 +69,7 @@ class RecorderProcess {
 
  private:
   const Desk& desk_;
-  pid_t pid_ = -1;
+  pid_t pid_;
 };
 
 class OdomdRecord : public ::testing::Test {

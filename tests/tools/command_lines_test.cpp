@@ -73,7 +73,7 @@ std::set<std::string> offered(const std::string& words, const std::string& befor
   const Outcome outcome =
       run_shell("bash --norc -c 'source " ODOMD_COMPLETIONS "/bash/" + program + "; " + before +
                 "; COMP_WORDS=(" + words + "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _" + program +
-                "; printf \"%s\\n\" \"${COMPREPLY[@]}\"'");
+                R"(; printf "%s\n" "${COMPREPLY[@]}"')");
   EXPECT_EQ(outcome.status, 0) << words;
   EXPECT_EQ(outcome.err, "") << words;
   std::set<std::string> all;

@@ -267,7 +267,7 @@ TEST_F(RecordingTest, ADifferenceIsNamedByTickAndColumn) {
   std::string poses = contents(scratch_.path("drive/pose.csv"));
   auto at = poses.find('\n');
   for (int i = 0; i < 9; ++i) at = poses.find('\n', at + 1);
-  at = poses.find(",", poses.find(",", at) + 1);  // behind x of the tenth row
+  at = poses.find(',', poses.find(',', at) + 1);  // behind x of the tenth row
   poses.insert(at, "1");
   scratch_.write("drive/pose.csv", poses);
   const std::string difference = verify(scratch_.path("drive")).difference;

@@ -20,11 +20,19 @@ PlantParameters reference_car() {
   return true_vehicle(CarKind::scale_car, ideal);
 }
 
+long steps_in(double seconds) {
+  return std::lround(seconds / dt);
+}
+
+void drive(Plant& plant, const PlantInput& input, double seconds) {
+  for (long k = 0; k < steps_in(seconds); ++k) plant.step(input, dt);
+}
+
 // Holds speed and steering until everything is steady.
 Plant steady(const PlantParameters& car, double speed, double steering, double seconds = 4.0) {
   Plant plant(car, 0.0, 0.0, 0.0);
   plant.set_speed(speed);
-  for (double t = 0.0; t < seconds; t += dt)
+  for (long k = 0; k < steps_in(seconds); ++k)
     plant.step({.steering = steering, .force = 20.0 * car.mass * (speed - plant.output().v_x)}, dt);
   return plant;
 }
@@ -44,7 +52,8 @@ TEST(Tyre, StartsWithItsStiffnesses) {
 
 TEST(Tyre, NeverExceedsTheFrictionCircleAndFallsBeyondThePeak) {
   double largest = 0.0;
-  for (double slip = 0.0; slip < 3.0; slip += 0.01) {
+  for (int percent = 0; percent < 300; ++percent) {
+    const double slip = 0.01 * percent;
     const TyreForce force = tyre_force(tyre, 10.0, 0.7, 0.5 * slip, slip);
     EXPECT_LE(std::hypot(force.x, force.y), 7.0 + 1e-12);
     largest = std::max(largest, std::hypot(force.x, force.y));
@@ -114,7 +123,7 @@ TEST(Plant, LoadMovesOutwardsAndToTheRear) {
 
   Plant plant(car, 0.0, 0.0, 0.0);
   const auto standing = plant.loads();
-  for (double t = 0.0; t < 0.3; t += dt) plant.step({.force = 2.0 * car.mass}, dt);
+  drive(plant, {.force = 2.0 * car.mass}, 0.3);
   EXPECT_GT(plant.loads()[rear_left], standing[rear_left]);
   EXPECT_LT(plant.loads()[front_left], standing[front_left]);
 }
@@ -122,7 +131,7 @@ TEST(Plant, LoadMovesOutwardsAndToTheRear) {
 TEST(Plant, DrivenWheelsSlipAndFreeOnesDoNot) {
   const PlantParameters car = reference_car();
   Plant plant(car, 0.0, 0.0, 0.0);
-  for (double t = 0.0; t < 0.5; t += dt) plant.step({.force = 2.0 * car.mass}, dt);
+  drive(plant, {.force = 2.0 * car.mass}, 0.5);
   EXPECT_GT(plant.slip_x()[rear_left], 0.02);
   EXPECT_LT(std::abs(plant.slip_x()[front_left]), 0.005);
 }
@@ -134,7 +143,7 @@ TEST(Plant, OnIceTheWheelsSpinUpToTheTopSpeedAndLockWhenBraked) {
     parameters[Parameter::friction] = 0.05;
     const PlantParameters car = true_vehicle(kind, parameters);
     Plant plant(car, 0.0, 0.0, 0.0);
-    for (double t = 0.0; t < 10.0; t += dt) plant.step({.force = 6.0 * car.mass}, dt);
+    drive(plant, {.force = 6.0 * car.mass}, 10.0);
     double before = plant.output().wheel_angle[rear_left];
     plant.step({.force = 6.0 * car.mass}, dt);
     const double spin = (plant.output().wheel_angle[rear_left] - before) / dt;
@@ -142,7 +151,7 @@ TEST(Plant, OnIceTheWheelsSpinUpToTheTopSpeedAndLockWhenBraked) {
     EXPECT_GT(spin * car.wheel_radius[rear_left], 0.7 * car.top_speed);
     EXPECT_LT(plant.output().v_x, 5.5);
 
-    for (double t = 0.0; t < 1.0; t += dt) plant.step({.force = -6.0 * car.mass}, dt);
+    drive(plant, {.force = -6.0 * car.mass}, 1.0);
     ASSERT_GT(plant.output().v_x, 0.2);
     before = plant.output().wheel_angle[rear_left];
     plant.step({.force = -6.0 * car.mass}, dt);
