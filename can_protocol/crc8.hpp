@@ -1,6 +1,7 @@
 // The two 8-bit cyclic redundancy checks of AUTOSAR: most significant bit first, no reflection.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -14,23 +15,35 @@ class Crc8 {
   /// Goes on from `crc` over `bytes`; start value and final xor are the caller's.
   static constexpr std::uint8_t update(std::uint8_t crc,
                                        std::span<const std::uint8_t> bytes) noexcept {
-    for (const std::uint8_t byte : bytes) crc = table[crc ^ byte];
+    while (!bytes.empty()) {
+      const std::size_t count = std::min(bytes.size(), stride);
+      std::uint8_t sum = tables[count - 1][crc ^ bytes[0]];
+      for (std::size_t i = 1; i < count; ++i) sum ^= tables[count - 1 - i][bytes[i]];
+      crc = sum;
+      bytes = bytes.subspan(count);
+    }
     return crc;
   }
   static constexpr std::uint8_t update(std::uint8_t crc, std::uint8_t byte) noexcept {
-    return table[crc ^ byte];
+    return tables[0][crc ^ byte];
   }
 
  private:
-  static constexpr std::array<std::uint8_t, 256> table = [] {
-    std::array<std::uint8_t, 256> entries{};
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-      auto crc = static_cast<unsigned>(i);
-      for (int bit = 0; bit < 8; ++bit)
-        crc = (crc & 0x80U) != 0 ? (crc << 1U ^ polynomial) & 0xFFU : crc << 1U;
-      entries[i] = static_cast<std::uint8_t>(crc);
+  // The check of some bytes is the sum of each one's share, which depends on the byte and on how
+  // many follow it: tables[n][byte]. So the look-ups need not wait for each other.
+  static constexpr std::size_t stride = 8;
+  using Table = std::array<std::uint8_t, 256>;
+  static constexpr std::array<Table, stride> tables = [] {
+    std::array<Table, stride> made{};
+    for (std::size_t byte = 0; byte < 256; ++byte) {
+      auto crc = static_cast<unsigned>(byte);
+      for (Table& table : made) {
+        for (int bit = 0; bit < 8; ++bit)
+          crc = (crc & 0x80U) != 0 ? (crc << 1U ^ polynomial) & 0xFFU : crc << 1U;
+        table[byte] = static_cast<std::uint8_t>(crc);
+      }
     }
-    return entries;
+    return made;
   }();
 };
 

@@ -43,14 +43,34 @@ const Signal& require_signal(const Message& message, const std::string& name,
   return *signal;
 }
 
+// The CRC after what comes before the payload, with an even and with an odd counter: profiles 1 and
+// 11 put the data id there.
+std::array<std::uint8_t, 2> crc_start(const E2eBinding& binding) {
+  if (!is_profile_1(binding.profile)) return {0xFF, 0xFF};
+  const auto low = static_cast<std::uint8_t>(binding.data_id & 0xFFU);
+  const auto high = static_cast<std::uint8_t>(binding.data_id >> 8U);
+  const std::uint8_t after_low = CrcJ1850::update(0x00, low);
+  switch (binding.data_id_mode) {
+    case DataIdMode::both: {
+      const std::uint8_t after_both = CrcJ1850::update(after_low, high);
+      return {after_both, after_both};
+    }
+    case DataIdMode::alternating:
+      return {after_low, CrcJ1850::update(0x00, high)};
+    case DataIdMode::low:
+      return {after_low, after_low};
+    case DataIdMode::nibble: {
+      const std::uint8_t after_zero = CrcJ1850::update(after_low, std::uint8_t{0x00});
+      return {after_zero, after_zero};
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
-    : profile_(binding.profile),
-      data_id_mode_(binding.data_id_mode),
-      data_id_(binding.data_id),
-      length_(message.length),
-      max_delta_(binding.max_delta_counter) {
+    : profile_(binding.profile), length_(message.length), max_delta_(binding.max_delta_counter) {
   if (profile_ == E2eProfile::none) return;
   if (max_delta_ == 0) refuse(message, "max_delta_counter is 0; the least is 1");
 
@@ -61,6 +81,8 @@ E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
     if (crc.length != 8 || crc.start_bit % 8 != aligned)
       refuse(message, "crc signal '" + crc.name + "' is not a whole byte; name another");
     crc_byte_ = static_cast<std::uint8_t>(crc.start_bit / 8);
+    crc_start_ = crc_start(binding);
+    crc_final_xor_ = is_profile_1(profile_) ? 0x00 : 0xFF;
   } else if (!binding.crc_signal.empty()) {
     refuse(message, "a plain counter has no crc signal; remove it, or name another profile");
   }
@@ -80,8 +102,8 @@ E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
     counter_values_ = std::uint64_t{1} << counter.length;
   }
 
-  if (is_profile_1(profile_) && data_id_mode_ == DataIdMode::nibble) {
-    if (data_id_ > 0xFFF)
+  if (is_profile_1(profile_) && binding.data_id_mode == DataIdMode::nibble) {
+    if (binding.data_id > 0xFFF)
       refuse(message, "data_id is wider than the 12 bits of the NIBBLE mode; mend either");
     const unsigned low_bit = counter.byte_order == ByteOrder::little_endian
                                  ? counter.start_bit % 8U
@@ -89,6 +111,7 @@ E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
     if (low_bit % 4 != 0)
       refuse(message, "counter signal '" + counter.name +
                           "' is not half a byte, which the NIBBLE mode needs; name another");
+    data_id_nibble_ = static_cast<std::uint8_t>(binding.data_id >> 8U);
     nibble_ = {1.0,
                0.0,
                static_cast<std::uint16_t>(counter.start_bit / 8 * 8 + (low_bit == 0 ? 4 : 0)),
@@ -109,31 +132,12 @@ std::uint8_t E2eProtection::crc(std::span<const std::uint8_t> payload,
                                 std::uint32_t counter) const noexcept {
   const auto before = payload.first(*crc_byte_);
   const auto behind = payload.subspan(*crc_byte_ + 1U, length_ - *crc_byte_ - 1U);
-  if (is_profile_1(profile_)) {
-    const auto low = static_cast<std::uint8_t>(data_id_ & 0xFFU);
-    const auto high = static_cast<std::uint8_t>(data_id_ >> 8U);
-    std::uint8_t crc = 0x00;
-    switch (data_id_mode_) {
-      case DataIdMode::both:
-        crc = CrcJ1850::update(CrcJ1850::update(crc, low), high);
-        break;
-      case DataIdMode::alternating:
-        crc = CrcJ1850::update(crc, counter % 2 == 0 ? low : high);
-        break;
-      case DataIdMode::low:
-        crc = CrcJ1850::update(crc, low);
-        break;
-      case DataIdMode::nibble:
-        crc = CrcJ1850::update(CrcJ1850::update(crc, low), std::uint8_t{0});
-        break;
-    }
-    return CrcJ1850::update(CrcJ1850::update(crc, before), behind);
-  }
+  const std::uint8_t start = crc_start_[counter % 2];
   if (is_profile_2(profile_)) {
-    const std::uint8_t crc = CrcH2f::update(CrcH2f::update(0xFF, before), behind);
-    return CrcH2f::update(crc, data_id_list_[counter % data_id_list_.size()]) ^ 0xFFU;
+    const std::uint8_t crc = CrcH2f::update(CrcH2f::update(start, before), behind);
+    return CrcH2f::update(crc, data_id_list_[counter % data_id_list_.size()]) ^ crc_final_xor_;
   }
-  return CrcJ1850::update(CrcJ1850::update(0xFF, before), behind) ^ 0xFFU;
+  return CrcJ1850::update(CrcJ1850::update(start, before), behind) ^ crc_final_xor_;
 }
 
 E2eStatus E2eProtection::check(std::span<const std::uint8_t> payload,
@@ -148,14 +152,15 @@ E2eStatus E2eProtection::check(std::span<const std::uint8_t> payload,
     if (counter >= counter_values_) return E2eStatus::error;
   }
   if (crc_byte_ && payload[*crc_byte_] != crc(payload, counter)) return E2eStatus::error;
-  if (nibble_.length != 0 && extract_bits(nibble_, payload) != data_id_ >> 8U)
+  if (nibble_.length != 0 && extract_bits(nibble_, payload) != data_id_nibble_)
     return E2eStatus::error;
   if (counter_values_ == 0) return E2eStatus::ok;
 
   const std::optional<std::uint32_t> last = state.counter;
   state.counter = counter;
   if (!last) return E2eStatus::ok;
-  const std::uint64_t step = (counter + counter_values_ - *last) % counter_values_;
+  const std::uint64_t step =
+      std::uint64_t{counter} - *last + (counter < *last ? counter_values_ : 0);
   if (step == 0) return E2eStatus::repeated;
   if (step == 1) return E2eStatus::ok;
   return step <= max_delta_ ? E2eStatus::ok_some_lost : E2eStatus::wrong_sequence;
@@ -170,7 +175,7 @@ void E2eProtection::protect(std::span<std::uint8_t> payload, E2eState& state) co
     state.counter = counter;
     insert_bits(counter_, counter, payload);
   }
-  if (nibble_.length != 0) insert_bits(nibble_, data_id_ >> 8U, payload);
+  if (nibble_.length != 0) insert_bits(nibble_, data_id_nibble_, payload);
   if (crc_byte_) payload[*crc_byte_] = crc(payload, counter);
 }
 

@@ -67,13 +67,14 @@ class E2eProtection {
                                  std::uint32_t counter) const noexcept;
 
   E2eProfile profile_ = E2eProfile::none;
-  DataIdMode data_id_mode_ = DataIdMode::both;
-  std::uint16_t data_id_ = 0;
+  std::uint8_t data_id_nibble_ = 0;  ///< what NIBBLE sends of the data id
   std::uint8_t length_ = 0;
   std::uint8_t max_delta_ = 1;
   std::uint64_t counter_values_ = 0;  ///< how many there are; 0: no counter
   std::array<std::uint8_t, 16> data_id_list_{};
   std::optional<std::uint8_t> crc_byte_;
+  std::array<std::uint8_t, 2> crc_start_{};  ///< with an even, an odd counter
+  std::uint8_t crc_final_xor_ = 0;
   SignalLayout counter_;
   SignalLayout nibble_;  ///< where NIBBLE sends its part of the data id
 };
