@@ -9,7 +9,12 @@
 namespace odomd::can {
 namespace {
 
-using Payload = std::span<const std::uint8_t>;
+/// All bytes of a frame, so that a signal can be taken out of eight of them at once. Those behind
+/// `length` are never part of one.
+struct Payload {
+  std::span<const std::uint8_t, max_payload> bytes;
+  std::size_t length;
+};
 
 std::int16_t message_index(const Decoder::Tables& tables, const Frame& frame) noexcept {
   if (frame.format == IdFormat::standard)
@@ -35,8 +40,8 @@ Outcome selected(const Decoder::Tables& tables, const CompiledBinding& binding,
                  Payload payload) noexcept {
   for (std::uint32_t i = 0; i < binding.selectors.count; ++i) {
     const CompiledSelector& selector = tables.selectors[binding.selectors.first + i];
-    if (payload.size() < selector.multiplexor.bytes_needed) return Outcome::too_short;
-    const std::uint64_t raw = extract_bits(selector.multiplexor, payload);
+    if (payload.length < selector.multiplexor.bytes_needed) return Outcome::too_short;
+    const std::uint64_t raw = extract_bits(selector.multiplexor, payload.bytes);
     const auto* range = tables.ranges.data() + selector.ranges.first;
     if (std::none_of(range, range + selector.ranges.count,
                      [raw](const MultiplexRange& r) { return r.first <= raw && raw <= r.last; }))
@@ -50,16 +55,13 @@ Outcome evaluate(const Decoder::Tables& tables, const CompiledBinding& binding, 
                  double& value) noexcept {
   const Outcome selection = selected(tables, binding, payload);
   if (selection != Outcome::value) return selection;
+  if (payload.length < binding.bytes_needed) return Outcome::too_short;
+  if (binding.valid_when &&
+      !matches(*binding.valid_when, extract_bits(binding.valid_when->signal, payload.bytes)))
+    return Outcome::absent;
   const auto* terms = tables.terms.data() + binding.terms.first;
-  for (std::uint32_t i = 0; i < binding.terms.count; ++i)
-    if (payload.size() < terms[i].bytes_needed) return Outcome::too_short;
-  if (binding.valid_when) {
-    if (payload.size() < binding.valid_when->signal.bytes_needed) return Outcome::too_short;
-    if (!matches(*binding.valid_when, extract_bits(binding.valid_when->signal, payload)))
-      return Outcome::absent;
-  }
   if (binding.forward || binding.reverse) {
-    const std::uint64_t bits = extract_bits(terms[0], payload);
+    const std::uint64_t bits = extract_bits(terms[0], payload.bytes);
     const bool forward = binding.forward && matches(*binding.forward, bits);
     const bool reverse = binding.reverse && matches(*binding.reverse, bits);
     value = forward ? 1.0 : reverse ? -1.0 : 0.0;
@@ -67,7 +69,7 @@ Outcome evaluate(const Decoder::Tables& tables, const CompiledBinding& binding, 
   }
   double sum = 0.0;
   for (std::uint32_t i = 0; i < binding.terms.count; ++i)
-    sum += physical_value(terms[i], extract_bits(terms[i], payload));
+    sum += physical_value(terms[i], extract_bits(terms[i], payload.bytes));
   value = binding.scale * (binding.unit_factor * sum) + binding.offset;
   return Outcome::value;
 }
@@ -77,8 +79,8 @@ DecodeResult decode_signals(const Decoder::Tables& tables, const CompiledMessage
                             std::span<Sample> samples) noexcept {
   const unsigned bus_bit = 1U << frame.bus;
   std::uint8_t count = 0;
-  for (std::uint32_t i = 0; i < message.bindings.count; ++i) {
-    const CompiledBinding& binding = tables.bindings[message.bindings.first + i];
+  const std::span bindings(tables.bindings);
+  for (const auto& binding : bindings.subspan(message.bindings.first, message.bindings.count)) {
     if ((binding.bus_mask & bus_bit) == 0) continue;
     double value = 0.0;
     const Outcome outcome = evaluate(tables, binding, payload, value);
@@ -109,12 +111,12 @@ FrameVerdict verdict_of(E2eStatus status) noexcept {
 DecodeResult decode_message(const Decoder::Tables& tables, const CompiledMessage& message,
                             ProtectionState& state, MessageCounters& counters, const Frame& frame,
                             std::span<Sample> samples) noexcept {
-  const Payload payload =
-      Payload(frame.data).first(std::min<std::size_t>(frame.length, max_payload));
+  const Payload payload{frame.data, std::min<std::size_t>(frame.length, max_payload)};
   E2eStatus status = E2eStatus::ok;
   if (message.protection) {
-    if (payload.size() < message.protection->length()) return {FrameVerdict::too_short, 0};
-    status = message.protection->check(payload, state.counters[frame.bus]);
+    if (payload.length < message.protection->length()) return {FrameVerdict::too_short, 0};
+    status =
+        message.protection->check(payload.bytes.first(payload.length), state.counters[frame.bus]);
     const bool trusted = state.trust[frame.bus].after(status);
     if (const FrameVerdict verdict = verdict_of(status); verdict != FrameVerdict::decoded)
       return {verdict, 0};

@@ -203,6 +203,8 @@ class Compiler {
       compiled.valid_when = match(binding, condition, binding.valid_when->equals);
       read.push_back(&condition);
     }
+    for (const Signal* signal : read)
+      compiled.bytes_needed = std::max(compiled.bytes_needed, layout_of(*signal).bytes_needed);
     compiled.selectors.first = size_of(tables_.selectors);
     for (const Signal* signal : read) add_selectors(*found.message, *signal);
     compiled.selectors.count = size_of(tables_.selectors) - compiled.selectors.first;

@@ -45,7 +45,8 @@ struct CompiledBinding {
   double offset = 0.0;
   std::int64_t latency_ns = 0;
   std::uint16_t channel = 0;
-  std::uint8_t bus_mask = 0;  ///< bit b: it is taken from bus b
+  std::uint8_t bus_mask = 0;      ///< bit b: it is taken from bus b
+  std::uint8_t bytes_needed = 0;  ///< of its terms and conditions; selectors have their own
 };
 
 struct CompiledMessage {

@@ -81,6 +81,8 @@ TEST(SignalLayout, AgreesWithABitByBitReferenceAtEveryPositionAndLength) {
                                               payload.begin() + signal.bytes_needed);
         ASSERT_EQ(extract_bits(signal, exact), slow_extract(bits, payload))
             << start << '|' << length;
+        ASSERT_EQ(extract_bits(signal, payload), slow_extract(bits, payload))
+            << start << '|' << length << " of the whole";
 
         const std::uint64_t value = random();
         Payload expected = payload;
