@@ -108,15 +108,18 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   now_.covariance.topRows<3>().setZero();
   now_.covariance.leftCols<3>().setZero();
   now_.covariance.diagonal().head<3>() = initial_sigma_.head<3>().array().square();
-  if (!now_.located) {
-    now_.located = true;
+  const bool located_before = now_.located;
+  now_.located = true;
+  // Nothing that came before may be replayed across it.
+  if (last_tick_ns_) {
+    kept_count_ = 0;
+    keep();
+  }
+  if (!located_before) {
     odom_ = pose;
     reset_count_ = 1;
     return;
   }
-  // Of what came before, nothing may be replayed across the jump.
-  kept_count_ = 0;
-  window_.clear();
   ++reset_count_;
   last_jump_ = {pose.x - before.x, pose.y - before.y, pose.yaw - before.yaw};
 }
@@ -171,10 +174,14 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
     return Verdict::future;
   }
   if (last_tick_ns_ &&
-      sample.time_ns <= std::max(ns_after(*last_tick_ns_, -window_ns_), window_.lost_until_ns())) {
+      sample.time_ns <= std::max({ns_after(*last_tick_ns_, -window_ns_), window_.lost_until_ns(),
+                                  kept(kept_count_ - 1).time_ns})) {
     return Verdict::too_old;
   }
   const full::Insertion insertion = window_.insert(sample);
+  if (insertion == full::Insertion::given_up) {
+    return Verdict::too_old;
+  }
   if (insertion != full::Insertion::duplicate) {
     oldest_news_ns_ = std::min(oldest_news_ns_, sample.time_ns);
   }
@@ -220,7 +227,14 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   }
 
   last_tick_ns_ = tick_ns;
-  window_.forget(std::min(ns_after(tick_ns, -window_ns_), kept(kept_count_ - 1).time_ns));
+  // 3. What is older than the window and all kept states, and what is from the future, must go.
+  const std::int64_t oldest_ns =
+      std::min(ns_after(tick_ns, -window_ns_), kept(kept_count_ - 1).time_ns);
+  refuse(window_.until(oldest_ns), Verdict::too_old);
+  window_.forget_until(oldest_ns);
+  const std::int64_t newest_ns = ns_after(tick_ns, period_ns_);
+  refuse(window_.after(newest_ns), Verdict::future);
+  window_.forget_after(newest_ns);
   last_ = estimate(tick_ns);
   return last_;
 }
@@ -240,6 +254,15 @@ void FullFilter::keep() noexcept {
   kept_count_ = std::min(kept_count_ + 1, kept_states);
 }
 
+/// The verdict of those that will never be taken in.
+void FullFilter::refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
+  for (const Sample& sample : samples) {
+    if (!sample.judged && judgement_count_ < judgements_.size()) {
+      judgements_[judgement_count_++] = {.source = sample.source, .verdict = verdict};
+    }
+  }
+}
+
 /// To the newest kept state before `time_ns`, if now_ is not before it.
 void FullFilter::go_back_to(std::int64_t time_ns) noexcept {
   if (now_.time_ns < time_ns || kept_count_ == 0) {
@@ -256,11 +279,13 @@ void FullFilter::go_back_to(std::int64_t time_ns) noexcept {
 void FullFilter::replay_to(std::int64_t tick_ns) noexcept {
   std::span<Sample> samples = window_.after(now_.time_ns);
   const std::int64_t behind = ns_between(now_.time_ns, tick_ns);
-  std::int64_t ticks = (behind + period_ns_ / 2) / period_ns_;
+  std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
   if (ticks > most_ticks_made_up + window_ns_ / period_ns_) {
-    // Asleep: nobody knows what the car did.
-    const double gap_s = seconds_between(now_.time_ns, tick_ns);
-    now_.time_ns = ns_after(tick_ns, -period_ns_);
+    // Asleep: nobody knows what the car did before the last second.
+    ticks = most_ticks_made_up;
+    const std::int64_t awake_ns = ns_after(tick_ns, -ticks * period_ns_);
+    const double gap_s = seconds_between(now_.time_ns, awake_ns);
+    last_tick_ns_ = now_.time_ns = awake_ns;
     const double half_square = 0.5 * gap_s * gap_s;
     now_.covariance.diagonal().head<3>() +=
         Eigen::Vector3d(2.0 * half_square, 2.0 * half_square, 5.0 * half_square)
@@ -268,7 +293,6 @@ void FullFilter::replay_to(std::int64_t tick_ns) noexcept {
             .square()
             .matrix();
     limit(now_.covariance);
-    ticks = 1;
     kept_count_ = 0;
     keep();
     samples = window_.after(now_.time_ns);
@@ -307,7 +331,6 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   }
   fresh.covariance.diagonal() = initial_sigma_.array().square();
   now_ = fresh;
-  window_.clear();
   kept_count_ = 0;
   keep();
 }

@@ -50,6 +50,7 @@ class FullFilter {
 
   std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
+  void refuse(std::span<const full::Sample> samples, Verdict verdict) noexcept;
   void go_back_to(std::int64_t time_ns) noexcept;
   void replay_to(std::int64_t tick_ns) noexcept;
   void keep() noexcept;

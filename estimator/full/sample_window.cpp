@@ -3,16 +3,6 @@
 namespace odomd::estimator::full {
 
 Insertion SampleWindow::insert(const Sample& sample) noexcept {
-  if (end_ - begin_ == capacity) {
-    lost_until_ns_ = samples_[begin_].time_ns;
-    ++begin_;
-  }
-  if (end_ == samples_.size()) {
-    std::copy(samples_.begin() + static_cast<std::ptrdiff_t>(begin_), samples_.end(),
-              samples_.begin());
-    end_ -= begin_;
-    begin_ = 0;
-  }
   // From the back: nearly always the newest.
   std::size_t at = end_;
   while (at > begin_ && sample < samples_[at - 1]) {
@@ -25,8 +15,25 @@ Insertion SampleWindow::insert(const Sample& sample) noexcept {
     return Insertion::duplicate;
   }
   if (at < end_ && same(samples_[at])) {
+    const bool judged = samples_[at].judged;
     samples_[at] = sample;
+    samples_[at].judged = judged;
     return Insertion::replaced;
+  }
+  if (end_ - begin_ == capacity) {
+    if (at == begin_) {
+      lost_until_ns_ = std::max(lost_until_ns_, sample.time_ns);
+      return Insertion::given_up;
+    }
+    lost_until_ns_ = samples_[begin_].time_ns;
+    ++begin_;
+  }
+  if (end_ == samples_.size()) {
+    std::copy(samples_.begin() + static_cast<std::ptrdiff_t>(begin_), samples_.end(),
+              samples_.begin());
+    at -= begin_;
+    end_ -= begin_;
+    begin_ = 0;
   }
   std::move_backward(samples_.begin() + static_cast<std::ptrdiff_t>(at),
                      samples_.begin() + static_cast<std::ptrdiff_t>(end_),
@@ -36,10 +43,12 @@ Insertion SampleWindow::insert(const Sample& sample) noexcept {
   return Insertion::inserted;
 }
 
-void SampleWindow::forget(std::int64_t time_ns) noexcept {
-  while (begin_ < end_ && samples_[begin_].time_ns <= time_ns) {
-    ++begin_;
+std::span<const Sample> SampleWindow::until(std::int64_t time_ns) const noexcept {
+  std::size_t end = begin_;
+  while (end < end_ && samples_[end].time_ns <= time_ns) {
+    ++end;
   }
+  return {samples_.data() + begin_, end - begin_};
 }
 
 std::span<Sample> SampleWindow::after(std::int64_t time_ns) noexcept {

@@ -35,22 +35,23 @@ struct Sample {
 }
 
 /// What became of a sample that was offered to the window.
-enum class Insertion : std::uint8_t { inserted, duplicate, replaced };
+enum class Insertion : std::uint8_t { inserted, duplicate, replaced, given_up };
 
 class SampleWindow {
  public:
   static constexpr std::size_t capacity = 1024;
 
   /// Puts a sample in its place. Of two with the same source and time one is kept, whichever comes
-  /// first in the order above: `replaced` says that it was the one that came now. In a full window
-  /// the oldest is given up.
+  /// first in the order above: `replaced` says that it was the one that came now; it has the
+  /// verdict of the other. In a full window the oldest is given up, be it the one that came now.
   Insertion insert(const Sample& sample) noexcept;
 
-  /// Forgets what is not later than `time_ns`.
-  void forget(std::int64_t time_ns) noexcept;
-  void clear() noexcept { begin_ = end_ = 0; }
+  /// Forgets what is not later than `time_ns`, and what is.
+  void forget_until(std::int64_t time_ns) noexcept { begin_ += until(time_ns).size(); }
+  void forget_after(std::int64_t time_ns) noexcept { end_ -= after(time_ns).size(); }
 
-  /// The samples later than `time_ns`, in order.
+  /// The samples not later than `time_ns`, in order, and those that are.
+  [[nodiscard]] std::span<const Sample> until(std::int64_t time_ns) const noexcept;
   [[nodiscard]] std::span<Sample> after(std::int64_t time_ns) noexcept;
 
   /// The latest time that a full window had to give up; the lowest number where none was.
