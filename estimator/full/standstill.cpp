@@ -46,9 +46,8 @@ void stand(State& state) noexcept {
     zero.depends_on(index, 1.0);
     const Innovation nu = innovation(state, zero, 0.0);
     correct(state, nu, gain_of_own_sensors(state, nu));
-    state.mean[index] = 0.0;
   }
-  state.mean[at::front_force] = 0.0;
+  state.mean.segment<4>(at::v_x).setZero();  // v_x, v_y, yaw_rate, front_force
 }
 
 void set_off(const CarModel& model, State& state) noexcept {

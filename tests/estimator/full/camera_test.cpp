@@ -1,0 +1,207 @@
+// The camera's gate and update, and what becomes of a filter that disagrees with it.
+#include "estimator/full/camera.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+
+#include "estimator/pose.hpp"
+#include "states.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+constexpr std::int64_t millisecond = 1'000'000;
+constexpr std::int64_t between_poses_ns = 36 * millisecond;
+
+State located(const Pose2& pose = {}) {
+  State state;
+  state.time_ns = 1'000 * millisecond;
+  state.located = true;
+  state.mean[at::v_x] = 1.0;
+  state.mean.head<3>() << pose.x, pose.y, pose.yaw;
+  state.covariance = testing::some_covariance(1e-3);
+  return state;
+}
+
+Sample seen(std::int64_t time_ns, const Pose2& pose, double sigma = 0.01) {
+  return {.time_ns = time_ns,
+          .source = Source::camera,
+          .value = {pose.x, pose.y, wrap_angle(pose.yaw)},
+          .sigma = {sigma, sigma, sigma}};
+}
+
+TEST(FullCamera, FirstPoseLocatesWhereItMay) {
+  State state;
+  state.covariance = testing::some_covariance();
+  EXPECT_EQ(take_camera({.locates = false}, state, seen(1, {1.0, 2.0, 0.5})).verdict,
+            Verdict::source_off);
+  EXPECT_FALSE(state.located);
+  EXPECT_EQ(take_camera({}, state, seen(1, {1.0, 2.0, 0.5}, 0.02)).verdict, Verdict::fused);
+  EXPECT_TRUE(state.located);
+  EXPECT_EQ(state.mean[at::x], 1.0);
+  EXPECT_EQ(state.mean[at::y], 2.0);
+  EXPECT_EQ(state.mean[at::yaw], 0.5);
+  EXPECT_NEAR(state.covariance(at::yaw, at::yaw), 4e-4, 1e-18);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+  EXPECT_EQ(state.resets, 0U);
+}
+
+TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
+  const State before = located({1.0, 2.0, 0.3});
+  const Pose2 pose{1.05, 1.9, 0.36};
+  State state = before;
+  const Judgement judgement = take_camera({}, state, seen(1, pose, 0.02));
+  const Eigen::Vector3d nu(0.05, -0.1, 0.06);
+  const Eigen::Matrix3d S =
+      before.covariance.topLeftCorner<3, 3>() + 4e-4 * Eigen::Matrix3d::Identity();
+  EXPECT_EQ(judgement.degrees, 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(judgement.innovation[i], nu[static_cast<Eigen::Index>(i)], 1e-14);
+  }
+  EXPECT_NEAR(judgement.squared_ratio, nu.dot(S.inverse() * nu), 1e-9);
+  EXPECT_NEAR(judgement.test_ratio, judgement.squared_ratio / CameraGate{}.gate, 1e-12);
+  EXPECT_EQ(state.camera_test_ratio, judgement.test_ratio);
+
+  // The gate lies where it is said to lie.
+  const double just = judgement.squared_ratio;
+  State inside = before;
+  EXPECT_EQ(take_camera({.gate = just * 1.001}, inside, seen(1, pose, 0.02)).verdict,
+            Verdict::fused);
+  State outside = before;
+  EXPECT_EQ(take_camera({.gate = just * 0.999}, outside, seen(1, pose, 0.02)).verdict,
+            Verdict::gated);
+  EXPECT_EQ(outside.mean, before.mean);
+  EXPECT_EQ(outside.covariance, before.covariance);
+}
+
+TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
+  const State before = located({1.0, 2.0, 0.3});
+  State state = before;
+  ASSERT_EQ(take_camera({.gate = 1e9}, state, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
+            Verdict::fused);
+  // All three at once, by the textbook.
+  const Eigen::Matrix<double, at::size, 3> PHt = before.covariance.leftCols<3>();
+  const Eigen::Matrix3d S = PHt.topRows<3>() + 4e-4 * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix<double, at::size, 3> K = PHt * S.inverse();
+  const Vector mean = before.mean + K * Eigen::Vector3d(0.05, -0.1, 0.06);
+  const Matrix covariance = before.covariance - K * PHt.transpose();
+  EXPECT_LT((state.mean - mean).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((state.covariance - covariance).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+}
+
+TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
+  for (const double turns : {-7.0, 0.0, 12.0}) {
+    const double yaw = 3.1 + turns * 2.0 * std::numbers::pi;
+    State state = located({0.0, 0.0, yaw});
+    const Judgement judgement = take_camera({}, state, seen(1, {0.0, 0.0, yaw + 0.06}));
+    EXPECT_EQ(judgement.verdict, Verdict::fused);
+    EXPECT_NEAR(judgement.innovation[2], 0.06, 1e-12);
+    EXPECT_NEAR(state.mean[at::yaw], yaw, 0.1);
+  }
+}
+
+/// A filter that drives along x at 1 m/s (its covariance as it is), and a camera that sees it
+/// elsewhere: one pose, `number` poses after the start.
+struct Disagreement {
+  State state = located();
+  Pose2 truth;           ///< where the camera sees it at the start
+  double heading = 0.0;  ///< the way it goes there
+
+  Judgement pose(int number, const Pose2& noise = {}) {
+    const std::int64_t time_ns = state.time_ns + between_poses_ns;
+    const double way = 1.0 * static_cast<double>(between_poses_ns) * 1e-9;
+    state.time_ns = time_ns;
+    state.mean[at::x] += way * std::cos(state.mean[at::yaw]);
+    state.mean[at::y] += way * std::sin(state.mean[at::yaw]);
+    const double gone = way * number;
+    return take_camera(
+        {}, state,
+        seen(time_ns, {truth.x + gone * std::cos(heading) + noise.x,
+                       truth.y + gone * std::sin(heading) + noise.y, truth.yaw + noise.yaw}));
+  }
+};
+
+TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
+  Disagreement car{.truth = {5.0, -3.0, 0.0}};
+  for (int i = 1; i < agreeing_rejections; ++i) {
+    EXPECT_EQ(car.pose(i).verdict, Verdict::gated) << i;
+    EXPECT_EQ(car.state.resets, 0U);
+    EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
+  }
+  EXPECT_EQ(car.pose(agreeing_rejections).verdict, Verdict::fused);
+  EXPECT_EQ(car.state.resets, 1U);
+  const double gone = 0.036 * agreeing_rejections;
+  EXPECT_NEAR(car.state.mean[at::x], 5.0 + gone, 1e-12);
+  EXPECT_NEAR(car.state.mean[at::y], -3.0, 1e-12);
+  EXPECT_NEAR(car.state.last_jump.x, 5.0, 1e-12);
+  EXPECT_NEAR(car.state.last_jump.y, -3.0, 1e-12);
+  EXPECT_NEAR(car.state.covariance(at::x, at::x), 1e-4, 1e-15);
+  EXPECT_TRUE(testing::is_covariance(car.state.covariance));
+  EXPECT_EQ(car.pose(agreeing_rejections + 1).verdict, Verdict::fused);
+  EXPECT_EQ(car.state.resets, 1U);
+}
+
+TEST(FullCamera, OutliersAreNot) {
+  Disagreement car;
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> anywhere(-5.0, 5.0);
+  for (int i = 1; i < 500; ++i) {
+    const Pose2 off{anywhere(random), 1.0 + std::abs(anywhere(random)), anywhere(random)};
+    EXPECT_EQ(car.pose(i, off).verdict, Verdict::gated);
+  }
+  EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, OneThatFitsBetweenThemClearsTheFilterOfSuspicion) {
+  Disagreement car;
+  for (int i = 1; i < 100; ++i) {
+    const bool fits = i % agreeing_rejections == 0;
+    const Pose2 off = fits ? Pose2{} : Pose2{0.0, 2.0, 0.0};
+    EXPECT_EQ(car.pose(i, off).verdict, fits ? Verdict::fused : Verdict::gated) << i;
+  }
+  EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, PosesThatAreFarApartDoNotMakeARun) {
+  Disagreement car{.truth = {5.0, -3.0, 0.0}};
+  for (int i = 1; i < 50; ++i) {
+    car.state.time_ns += 600 * millisecond;
+    EXPECT_EQ(car.pose(i).verdict, Verdict::gated);
+  }
+  EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, ASeenCarThatDoesNotMoveWithTheFilterIsNotBelieved) {
+  // Another car's pose, or a frozen one: it agrees with itself, not with the wheels.
+  Disagreement car{.truth = {5.0, -3.0, 0.0}};
+  car.state.mean[at::v_x] = 0.0;
+  for (int i = 1; i < 200; ++i) {
+    car.state.mean[at::x] += 0.2;  // at 6.5 m/s
+    EXPECT_EQ(car.pose(0).verdict, Verdict::gated) << i;
+  }
+  EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
+  for (const double wrong : {-3.0, -1.5, 0.8, 2.2, std::numbers::pi}) {
+    Disagreement car;
+    car.state.mean[at::yaw] = wrong;
+    int poses = 0;
+    while (car.state.resets == 0 && poses < 50) {
+      car.pose(++poses);
+    }
+    EXPECT_EQ(poses, agreeing_rejections) << wrong;
+    EXPECT_NEAR(wrap_angle(car.state.mean[at::yaw]), 0.0, 1e-9);
+    EXPECT_NEAR(car.state.mean[at::x], 0.036 * poses, 1e-9);
+    EXPECT_NEAR(std::abs(car.state.last_jump.yaw), std::abs(wrong), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full

@@ -1,0 +1,288 @@
+// One sample after the other into a state: which are believed, and what becomes of a sensor that
+// keeps disagreeing with the others.
+#include "estimator/full/take.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+#include "states.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+constexpr std::int64_t millisecond = 1'000'000;
+constexpr std::int64_t period_ns = 5 * millisecond;
+
+/// What the sensors say; what is not driven says nothing.
+struct Says {
+  std::map<Source, double> signals;
+};
+
+/// A car on its way, a tick at a time; counts what was fused and gated of each source.
+class Car {
+ public:
+  Car() {
+    state.time_ns = 1'000 * millisecond;
+    state.located = true;
+    Vector sigma;
+    sigma << 0.05, 0.05, 0.05, 1.0, 0.5, 1.0, 1.5, 0.3, 0.02, 0.15, 0.03, 0.02, 0.3, 0.03;
+    state.covariance.diagonal() = sigma.array().square();
+  }
+
+  Judgement say(Source source, double value) {
+    constexpr std::array<double, source_count> sigmas{0.01, 0.1,  0.1,  0.01,  0.01, 0.01,
+                                                      0.01, 0.01, 0.01, 0.005, 1.0,  1.0};
+    const Judgement judgement = take(context, state,
+                                     {.time_ns = state.time_ns,
+                                      .source = source,
+                                      .value = {value},
+                                      .sigma = {sigmas[static_cast<std::size_t>(source)]}});
+    ++(judgement.verdict == Verdict::fused ? fused : gated)[source];
+    return judgement;
+  }
+
+  void tick(const Says& says) {
+    advance(context, state, state.time_ns + period_ns);
+    for (const auto& [source, value] : says.signals) {
+      const bool wheel = source >= Source::wheel_front_left && source <= Source::motor;
+      if (!wheel || state.time_ns % (2 * period_ns) == 0) {
+        say(source, value);
+      }
+    }
+    ASSERT_TRUE(testing::is_covariance(state.covariance));
+  }
+
+  /// For so long; the counts begin anew.
+  void drive(double seconds, const Says& says) {
+    fused.clear();
+    gated.clear();
+    for (int i = 0; i < static_cast<int>(std::lround(200.0 * seconds)); ++i) {
+      tick(says);
+    }
+  }
+
+  Context context;
+  State state;
+  std::map<Source, int> fused;
+  std::map<Source, int> gated;
+};
+
+Says straight_at(double speed) {
+  return {{{Source::yaw_rate, 0.0},
+           {Source::accel_x, 0.0},
+           {Source::accel_y, 0.0},
+           {Source::steering, 0.0},
+           {Source::wheel_front_left, speed},
+           {Source::wheel_front_right, speed},
+           {Source::wheel_rear_left, speed},
+           {Source::wheel_rear_right, speed}}};
+}
+
+Says with(Says says, Source source, double value) {
+  says.signals[source] = value;
+  return says;
+}
+
+Says without(Says says, Source source) {
+  says.signals.erase(source);
+  return says;
+}
+
+TEST(Take, FirstWheelSpeedStartsTheMotion) {
+  Car car;
+  car.drive(0.1, without(without(without(without(straight_at(2.0), Source::wheel_front_left),
+                                         Source::wheel_front_right),
+                                 Source::wheel_rear_left),
+                         Source::wheel_rear_right));
+  EXPECT_FALSE(car.state.moving);
+  EXPECT_EQ(car.state.mean[at::x], 0.0);
+  EXPECT_EQ(car.say(Source::wheel_rear, 2.0).verdict, Verdict::fused);
+  EXPECT_TRUE(car.state.moving);
+  EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
+}
+
+TEST(Take, NothingIsGatedOnAnHonestDrive) {
+  Car car;
+  car.drive(5.0, straight_at(1.5));
+  EXPECT_TRUE(car.gated.empty());
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.01);
+  EXPECT_NEAR(car.state.mean[at::x], 7.5, 0.05);
+}
+
+TEST(Take, AWheelThatSpinsIsLeftOutWhileOthersRoll) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const double x = car.state.mean[at::x];
+  car.drive(2.0, with(straight_at(1.0), Source::wheel_rear_left, 3.0));
+  EXPECT_EQ(car.fused[Source::wheel_rear_left], 0);
+  EXPECT_EQ(car.gated[Source::wheel_rear_right], 0);
+  EXPECT_EQ(car.gated[Source::wheel_front_left], 0);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
+  EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
+  // Rolling again, it counts again.
+  car.drive(0.5, straight_at(1.0));
+  EXPECT_EQ(car.gated[Source::wheel_rear_left], 0);
+}
+
+TEST(Take, AWheelThatIsLockedIsLeftOutWhileOthersRoll) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const double x = car.state.mean[at::x];
+  car.drive(2.0, with(straight_at(1.0), Source::wheel_front_right, 0.0));
+  EXPECT_EQ(car.fused[Source::wheel_front_right], 0);
+  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
+}
+
+TEST(Take, AllWheelsTogetherAreBelievedAfterAWhile) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  car.drive(0.2, straight_at(3.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
+  EXPECT_EQ(car.fused[Source::wheel_rear_left] + car.fused[Source::wheel_front_left], 0);
+  car.drive(0.15, straight_at(3.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], 3.0, 0.1);
+  EXPECT_GT(car.fused[Source::wheel_rear_left], 0);
+  car.drive(1.0, straight_at(3.0));
+  EXPECT_TRUE(car.gated.empty() || car.gated[Source::wheel_rear_left] == 0);
+}
+
+TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
+  // Spun on the spot by a bump: no wheel and no steering told of it.
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const Says spun = without(with(straight_at(1.0), Source::yaw_rate, 3.0), Source::accel_y);
+  car.drive(0.04, spun);
+  EXPECT_EQ(car.fused[Source::yaw_rate], 0);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.0, 0.05);
+  car.drive(0.04, spun);
+  EXPECT_GT(car.fused[Source::yaw_rate], 0);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], 3.0, 0.5);
+}
+
+TEST(Take, OneSpikeOfTheGyroIsLeftOut) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  for (int i = 0; i < 20; ++i) {
+    car.tick(with(straight_at(1.0), Source::yaw_rate, 8.0));
+    EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.0, 0.02);
+    car.drive(0.1, straight_at(1.0));
+    EXPECT_EQ(car.gated[Source::yaw_rate], 0);
+  }
+  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.005);
+}
+
+TEST(Take, WithoutAGyroTheWheelsTellTheTurn) {
+  Car car;
+  const double yaw_rate = 1.0;
+  const Vehicle vehicle;
+  const double half_track = 0.5 * vehicle.track_width;
+  const Says says{{{Source::wheel_rear_left, 1.5 - half_track * yaw_rate},
+                   {Source::wheel_rear_right, 1.5 + half_track * yaw_rate}}};
+  car.drive(4.0, says);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], yaw_rate, 0.1);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.02);
+}
+
+TEST(Take, UnsignedWheelsTakeTheSignOfTheDirection) {
+  Car car;
+  car.say(Source::direction, -1.0);
+  car.drive(3.0, straight_at(1.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], -1.0, 0.02);
+  EXPECT_NEAR(car.state.mean[at::x], -3.0, 0.05);
+  EXPECT_TRUE(car.gated.empty());
+}
+
+TEST(Take, ReversesThroughStandstill) {
+  Car car;
+  car.say(Source::direction, 1.0);
+  car.drive(1.0, straight_at(0.5));
+  const double turn_around = car.state.mean[at::x];
+  for (double v = 0.5; v > -0.5; v -= 0.01) {  // at 2 m/s²
+    car.say(Source::direction, v < 0.0 ? -1.0 : 1.0);
+    car.tick(with(straight_at(std::abs(v)), Source::accel_x, -2.0));
+  }
+  car.drive(1.0, straight_at(0.5));
+  EXPECT_NEAR(car.state.mean[at::v_x], -0.5, 0.02);
+  EXPECT_NEAR(car.state.mean[at::x] - turn_around, -0.5, 0.05);
+  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.01);
+}
+
+TEST(Take, AnUnknownOrForwardDirectionLeavesSignsAlone) {
+  for (const double direction : {0.0, 1.0}) {
+    Car car;
+    car.say(Source::direction, direction);
+    car.drive(1.0, straight_at(-0.7));
+    EXPECT_NEAR(car.state.mean[at::v_x], -0.7, 0.02);
+  }
+}
+
+TEST(Take, InputsAreForgottenWithAge) {
+  State state;
+  state.time_ns = 1'000 * millisecond;
+  EXPECT_FALSE(input_of(state).has_steering);
+  EXPECT_FALSE(input_of(state).has_accel_x);
+  state.steering = {true, state.time_ns, 0.2};
+  state.accel_x = {true, state.time_ns, 1.5};
+  EXPECT_TRUE(input_of(state).has_steering);
+  EXPECT_EQ(input_of(state).steering, 0.2);
+  EXPECT_TRUE(input_of(state).has_accel_x);
+  EXPECT_EQ(input_of(state).accel_x, 1.5);
+  state.time_ns += 5'000 * millisecond;
+  EXPECT_FALSE(input_of(state).has_steering);
+  EXPECT_FALSE(input_of(state).has_accel_x);
+}
+
+TEST(Take, WhatIsNoSourceIsOff) {
+  Car car;
+  EXPECT_EQ(car.say(Source::yaw_rate, 0.0).verdict, Verdict::fused);
+  const Sample odd{.time_ns = car.state.time_ns, .source = Source::count};
+  EXPECT_EQ(take(car.context, car.state, odd).verdict, Verdict::source_off);
+}
+
+TEST(Advance, GoesInStepsOfAtMostAPeriod) {
+  Car car;
+  car.drive(1.0, straight_at(1.0));
+  car.state.mean[at::yaw_rate] = 0.5;
+  State whole = car.state;
+  State stepped = car.state;
+  advance(car.context, whole, whole.time_ns + 10 * period_ns);
+  for (int i = 0; i < 10; ++i) {
+    advance(car.context, stepped, stepped.time_ns + period_ns);
+  }
+  EXPECT_EQ(whole.time_ns, stepped.time_ns);
+  EXPECT_LT((whole.mean - stepped.mean).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((whole.covariance - stepped.covariance).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_NEAR(whole.last_step_s, 0.005, 1e-9);
+}
+
+TEST(Advance, NeverGoesBack) {
+  Car car;
+  car.drive(1.0, straight_at(1.0));
+  const State before = car.state;
+  advance(car.context, car.state, before.time_ns - period_ns);
+  advance(car.context, car.state, before.time_ns);
+  EXPECT_EQ(car.state.time_ns, before.time_ns);
+  EXPECT_EQ(car.state.mean, before.mean);
+  EXPECT_EQ(car.state.covariance, before.covariance);
+}
+
+TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
+  Car car;
+  car.drive(1.0, straight_at(0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  const State before = car.state;
+  advance(car.context, car.state, before.time_ns + 1'000 * period_ns);
+  EXPECT_EQ(car.state.mean, before.mean);
+  const Matrix grown = car.state.covariance - before.covariance;
+  EXPECT_EQ((grown.topLeftCorner<7, 7>().cwiseAbs().maxCoeff()), 0.0);
+  EXPECT_GT(grown(at::gyro_bias, at::gyro_bias), 0.0);
+  EXPECT_GT(grown(at::wheel_scale, at::wheel_scale), 0.0);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full
