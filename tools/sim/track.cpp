@@ -138,6 +138,7 @@ double Track::nearest(double x, double y, double s) const {
 std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
                                    double spacing) {
   const std::size_t n = corners.size();
+  if (n == 0) throw std::invalid_argument("a track needs corners");
   std::vector<Point> line;
   double rounded_off = 0.0;  // of the side that leads to the corner at hand, by the corner before
   for (std::size_t i = 0; i <= n; ++i) {

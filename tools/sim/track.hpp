@@ -51,7 +51,7 @@ class Track {
 };
 
 /// Dense points along a polygon whose corners are rounded by arcs; corners of an open one must not
-/// be its ends. Throws std::invalid_argument where the arcs do not fit.
+/// be its ends. Throws std::invalid_argument where there are none or their arcs do not fit.
 [[nodiscard]] std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
                                                  double spacing);
 
