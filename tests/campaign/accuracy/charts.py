@@ -19,7 +19,7 @@ class Chart:
     title: str
     figure: object  # of an evaluation
     places: tuple  # (course, view)
-    limit: float | None = None
+    limit: float | None = None  # of laps
 
 
 def laps(form, view):
@@ -101,14 +101,15 @@ def draw(chart, results):
     for tick in axis.ticks():
         marks.append(line(LEFT, axis.y(tick), width - 10, axis.y(tick), 'stroke="#e4e4e4"'))
         marks.append(text(LEFT - 6, axis.y(tick) + 4, f"{tick:g}", "end"))
-    if chart.limit:
-        y = axis.y(chart.limit)
-        marks.append(line(LEFT, y, width - 10, y, 'stroke="#c03030" stroke-dasharray="5 4"'))
     for index, (course, view) in enumerate(places):
         begin = LEFT + course_width * index + COURSE_GAP / 2
         for number, (model, colour) in enumerate(models.items()):
             x = begin + MODEL_WIDTH * (number + 0.5)
             marks.extend(strip(axis, x, figures[course, view, model], colour))
+        if chart.limit and "lap" in course:
+            y = axis.y(chart.limit)
+            dashed = 'stroke="#c03030" stroke-dasharray="5 4"'
+            marks.append(line(begin, y, begin + MODEL_WIDTH * len(models), y, dashed))
         name = f"{view} s" if view.startswith("gap-") else course
         # Two lines, one lower than the other, so that neighbours do not run into each other.
         below = HEIGHT - BOTTOM + 18 + 16 * (index % 2)
