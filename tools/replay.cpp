@@ -15,6 +15,7 @@
 #include "tools/camera_csv.hpp"
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
+#include "tools/innovation_statistics.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/replay_doubts.hpp"
 #include "tools/replay_recording.hpp"
@@ -48,7 +49,8 @@ daemon::Config configuration(const Options& options) {
   return config;
 }
 
-void report(const Options& options, const ReplaySummary& summary, double seconds) {
+void report(const Options& options, const ReplaySummary& summary,
+            const InnovationStatistics& innovations, double seconds) {
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
     const nlohmann::ordered_json json{
@@ -59,6 +61,7 @@ void report(const Options& options, const ReplaySummary& summary, double seconds
         {"drive_s", drive},
         {"replay_s", seconds},
         {"last_mode", mode_name(summary.last_mode)},
+        {"innovations", innovations.json()},
     };
     std::cerr << json.dump() << '\n';
     return;
@@ -107,13 +110,15 @@ void run(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   write_pose_header(out);
   std::string rows;
-  const ReplaySummary summary = play(*pipeline, config.realtime.period_ns, log, camera,
-                                     [&](const daemon::TickRecord& record) {
-                                       append_pose_row(rows, record.pose, record.pose.time_ns);
-                                       if (rows.size() < write_size) return;
-                                       out << rows;
-                                       rows.clear();
-                                     });
+  InnovationStatistics innovations;
+  const ReplaySummary summary = play(
+      *pipeline, config.realtime.period_ns, log, camera, [&](const daemon::TickRecord& record) {
+        innovations.add(estimator::judgements(pipeline->state().filter));
+        append_pose_row(rows, record.pose, record.pose.time_ns);
+        if (rows.size() < write_size) return;
+        out << rows;
+        rows.clear();
+      });
   out << rows;
   if (file) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -121,7 +126,7 @@ void run(const Options& options) {
   for (const auto& some :
        {warnings, camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
     for (const std::string& warning : some) std::cerr << "odom replay: " << warning << '\n';
-  report(options, summary, seconds.count());
+  report(options, summary, innovations, seconds.count());
 }
 
 }  // namespace
