@@ -184,13 +184,16 @@ def finite(results):
               ", ".join(sorted(broken)) or f"none in {count} drives", not broken)
 
 
-def consistency(results):
+def nees_of_laps(results):
     for course in results.laps("camera-lap"):
         values = results.figures(course, "map", nees)
         mean = statistics.fmean(values)
         yield Row(f"{course}: NEES of (x, y, yaw), mean", f"{POSE_DIMENSION / 2} to {2 * POSE_DIMENSION}",
                   f"{mean:.3g}; of a drive {spread(values)}",
                   results.within(mean, 2 * POSE_DIMENSION, low=POSE_DIMENSION / 2))
+
+
+def nis_of_laps(results):
     reports = [drive["replay"][results.judged].get("innovations", {})
                for course in results.laps("camera-lap") for drive in results.drives(course)]
     sources = list(dict.fromkeys(source for report in reports for source in report))
@@ -232,7 +235,8 @@ BARS = {  # by name: the function, and how the names of the courses begin that i
     "outliers": (outliers, ("camera-lap-", "outliers-")),
     "gap": (gap, ("gaps-",)),
     "no-worse": (no_worse, MANOEUVRES),
-    "consistency": (consistency, ("camera-lap-",)),
+    "nees": (nees_of_laps, ("camera-lap-",)),
+    "nis": (nis_of_laps, ("camera-lap-",)),
     "shift": (shift, ("camera-lap-",)),
     "finite": (finite, MANOEUVRES),
 }
