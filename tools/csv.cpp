@@ -214,7 +214,7 @@ std::optional<std::int64_t> parse_seconds(std::string_view text) {
 }
 
 void append_number(std::string& out, double value) {
-  std::array<char, 32> buffer{};
+  std::array<char, 32> buffer;
   const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
   out.append(buffer.data(), result.ptr);
 }
@@ -224,12 +224,15 @@ void append_seconds(std::string& out, std::int64_t time_ns) {
   // The magnitude of the most negative number fits the unsigned one alone.
   const auto magnitude = time_ns < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(time_ns)
                                      : static_cast<std::uint64_t>(time_ns);
-  if (time_ns < 0) out += '-';
-  out += std::to_string(magnitude / second);
-  const std::string fraction = std::to_string(magnitude % second);
-  out += '.';
-  out.append(9 - fraction.size(), '0');
-  out += fraction;
+  std::array<char, 32> text;
+  char* end = text.data();
+  if (time_ns < 0) *end++ = '-';
+  end = std::to_chars(end, text.data() + text.size(), magnitude / second).ptr;
+  *end++ = '.';
+  std::uint64_t fraction = magnitude % second;
+  for (char* digit = end + 9; digit != end; fraction /= 10)
+    *--digit = static_cast<char>('0' + fraction % 10);
+  out.append(text.data(), end + 9);
 }
 
 std::string quoted(std::string_view text) {

@@ -1,6 +1,9 @@
 #include "tools/pose_csv.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <initializer_list>
 #include <ostream>
 
 #include "estimator/estimate.hpp"
@@ -8,6 +11,9 @@
 
 namespace odomd::tools {
 namespace {
+
+// More than twice that of 18 numbers of 24 characters, a mode and three counts.
+constexpr std::size_t longest_row = 1024;
 
 double sigma_of(double variance) {
   return std::sqrt(variance > 0.0 ? variance : 0.0);
@@ -22,25 +28,31 @@ void write_pose_header(std::ostream& out) {
 }
 
 void append_pose_row(std::string& out, const odom_pose& pose, std::int64_t t_ns) {
-  const auto number = [&out](double value) {
-    out += ',';
-    append_number(out, value);
+  append_seconds(out, t_ns);
+  // Straight into place, one number behind the other.
+  const std::size_t begin = out.size();
+  out.resize(begin + longest_row);
+  char* end = out.data() + begin;
+  char* const limit = end + longest_row;
+  const auto number = [&](auto value) {
+    *end++ = ',';
+    end = std::to_chars(end, limit, value).ptr;
+  };
+  const auto numbers = [&](std::initializer_list<double> values) {
+    for (const double value : values) number(value);
   };
   const auto& P = pose.covariance;  // xx, xy, xyaw, yy, yyaw, yawyaw
-  append_seconds(out, t_ns);
-  for (const double value : {pose.x, pose.y, pose.yaw, pose.vx, pose.vy, pose.yaw_rate,
-                             sigma_of(P[0]), sigma_of(P[3]), sigma_of(P[5])}) {
-    number(value);
-  }
-  out += ',' + mode_name(pose.mode) + ',' + std::to_string(pose.tick);
-  for (const double value : {pose.odom_x, pose.odom_y, pose.odom_yaw}) {
-    number(value);
-  }
-  out += ',' + std::to_string(pose.reset_count) + ',' + std::to_string(pose.conditions);
-  for (const double value : {P[1], P[2], P[4], pose.steering, pose.accel_x, pose.accel_y}) {
-    number(value);
-  }
-  out += '\n';
+  numbers({pose.x, pose.y, pose.yaw, pose.vx, pose.vy, pose.yaw_rate});
+  numbers({sigma_of(P[0]), sigma_of(P[3]), sigma_of(P[5])});
+  *end++ = ',';
+  end = std::ranges::copy(mode_name(pose.mode), end).out;
+  number(pose.tick);
+  numbers({pose.odom_x, pose.odom_y, pose.odom_yaw});
+  number(pose.reset_count);
+  number(pose.conditions);
+  numbers({P[1], P[2], P[4], pose.steering, pose.accel_x, pose.accel_y});
+  *end++ = '\n';
+  out.resize(static_cast<std::size_t>(end - out.data()));
 }
 
 std::string mode_name(std::uint32_t mode) {
