@@ -28,13 +28,12 @@ constexpr std::array<std::uint8_t, 256> hex_values = [] {
 
 class Parser {
  public:
-  explicit Parser(std::string_view line) : line_(line) {}
+  Parser(std::string_view line, CandumpLine& out) : line_(line), out_(out) {}
 
-  CandumpLine parse() noexcept {
+  void parse() noexcept {
     if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
     skip_blanks();
     if (stamp() && interface() && identifier() && content()) direction();
-    return out_;
   }
 
  private:
@@ -183,7 +182,7 @@ class Parser {
 
   std::string_view line_;
   std::size_t at_ = 0;
-  CandumpLine out_;
+  CandumpLine& out_;
 };
 
 void append_digits(std::string& out, std::uint64_t value, std::size_t digits) {
@@ -205,7 +204,9 @@ void append_hex(std::string& out, std::uint32_t value, unsigned digits) {
 }  // namespace
 
 CandumpLine parse_candump_line(std::string_view line) noexcept {
-  return Parser(line).parse();
+  CandumpLine out;
+  Parser(line, out).parse();
+  return out;
 }
 
 void append_candump_line(std::string& out, const Frame& frame, std::string_view interface,

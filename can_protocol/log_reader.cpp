@@ -68,7 +68,7 @@ std::string describe_bus_too_many(const std::string& label, std::uint64_t line_n
 LogReader::LogReader(const std::string& path, BusNames& buses)
     : label_(log_label(path)), buses_(buses), file_(open_log(path)) {}
 
-bool LogReader::take(std::string_view text, Ending ending, Frame& frame) {
+bool LogReader::take(std::string_view text, Ending ending) {
   if (is_blank(text)) return false;
   const CandumpLine line = parse_candump_line(text);
   if (!line.good()) {
@@ -84,17 +84,16 @@ bool LogReader::take(std::string_view text, Ending ending, Frame& frame) {
     last_interface_ = line.interface;
     last_bus_ = *bus;
   }
-  frame = line.frame;
-  frame.bus = last_bus_;
+  frame_ = line.frame;
+  frame_.bus = last_bus_;
   ++frames_;
   return true;
 }
 
-std::optional<Frame> LogReader::next() {
-  std::optional<Frame> frame(std::in_place);
+const Frame* LogReader::next() {
   while (!ended_) {
     if (const auto text = lines_.next_line()) {
-      if (take(*text, Ending::newline, *frame)) return frame;
+      if (take(*text, Ending::newline)) return &frame_;
       continue;
     }
     switch (lines_.fill(file_.get())) {
@@ -110,43 +109,38 @@ std::optional<Frame> LogReader::next() {
       case LineBuffer::Fill::end: {
         ended_ = true;
         const auto text = lines_.last_line();
-        const bool taken = text && take(*text, Ending::cut_off, *frame);
+        const bool taken = text && take(*text, Ending::cut_off);
         if (frames_ == 0)
           throw LogError(label_ + ": holds no frame; a line of a candump log looks like " +
                          std::string(example));
-        if (taken) return frame;
+        if (taken) return &frame_;
       }
     }
   }
-  return std::nullopt;
+  return nullptr;
 }
 
 MergedLog::MergedLog(std::span<const std::string> paths, BusNames& buses) {
   inputs_.reserve(paths.size());
-  for (const std::string& path : paths) inputs_.push_back({LogReader(path, buses), std::nullopt});
-  for (Input& input : inputs_) advance(input);
+  for (const std::string& path : paths) inputs_.push_back({LogReader(path, buses)});
+  for (Input& input : inputs_) input.head = input.reader.next();
 }
 
-void MergedLog::advance(Input& input) {
-  input.head = input.reader.next();
-  input.head_line = input.reader.line_number();
-}
-
-std::optional<Frame> MergedLog::next() {
+const Frame* MergedLog::next() {
+  if (newest_ != nullptr) newest_->head = newest_->reader.next();
   Input* earliest = nullptr;
   for (Input& input : inputs_)
-    if (input.head && (earliest == nullptr || input.head->time_ns < earliest->head->time_ns))
+    if (input.head != nullptr &&
+        (earliest == nullptr || input.head->time_ns < earliest->head->time_ns))
       earliest = &input;
-  if (earliest == nullptr) return std::nullopt;
-  const std::optional<Frame> frame = earliest->head;
+  if (earliest == nullptr) return nullptr;
   newest_ = earliest;
-  newest_line_ = earliest->head_line;
-  advance(*earliest);
-  return frame;
+  return earliest->head;
 }
 
 std::string MergedLog::position() const {
-  return newest_ == nullptr ? std::string{} : at_line(newest_->reader.label(), newest_line_);
+  return newest_ == nullptr ? std::string{}
+                            : at_line(newest_->reader.label(), newest_->reader.line_number());
 }
 
 std::vector<std::string> MergedLog::warnings() const {

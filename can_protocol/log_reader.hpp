@@ -51,11 +51,11 @@ class LogReader {
   /// this. Throws LogError as open_log does.
   LogReader(const std::string& path, BusNames& buses);
 
-  /// The next frame, its time on the log's clock; nothing at the end. Throws LogError at a line
-  /// that is no frame, at one bus too many, and at the end of a log without any frame;
-  /// std::system_error when reading fails. A last line that is cut off (no newline, no frame) ends
-  /// the log with a warning.
-  [[nodiscard]] std::optional<Frame> next();
+  /// The next frame, its time on the log's clock, until the next call; nullptr at the end. Throws
+  /// LogError at a line that is no frame, at one bus too many, and at the end of a log without any
+  /// frame; std::system_error when reading fails. A last line that is cut off (no newline, no
+  /// frame) ends the log with a warning.
+  [[nodiscard]] const Frame* next();
 
   /// Empty, or one line about what was passed over.
   [[nodiscard]] const std::string& warning() const noexcept { return warning_; }
@@ -64,7 +64,7 @@ class LogReader {
 
  private:
   enum class Ending : std::uint8_t { newline, cut_off };
-  bool take(std::string_view text, Ending ending, Frame& frame);
+  bool take(std::string_view text, Ending ending);
 
   std::string label_;
   BusNames& buses_;
@@ -72,6 +72,7 @@ class LogReader {
   LineBuffer lines_;
   std::string last_interface_;  // spares the look-up for the common case
   std::uint8_t last_bus_ = 0;
+  Frame frame_;
   std::uint64_t frames_ = 0;
   bool ended_ = false;
   std::string warning_;
@@ -84,7 +85,8 @@ class MergedLog {
   /// Throws as LogReader does, also for logs that hold no frame.
   MergedLog(std::span<const std::string> paths, BusNames& buses);
 
-  [[nodiscard]] std::optional<Frame> next();
+  /// As LogReader does.
+  [[nodiscard]] const Frame* next();
 
   /// "drive.log:12: ", where the newest frame came from; empty before the first.
   [[nodiscard]] std::string position() const;
@@ -95,14 +97,11 @@ class MergedLog {
  private:
   struct Input {
     LogReader reader;
-    std::optional<Frame> head;
-    std::uint64_t head_line = 0;
+    const Frame* head = nullptr;  ///< read, but not yet given; nullptr at the end
   };
-  static void advance(Input& input);
 
   std::vector<Input> inputs_;
-  const Input* newest_ = nullptr;
-  std::uint64_t newest_line_ = 0;
+  Input* newest_ = nullptr;  ///< its head is the frame that was given last
 };
 
 }  // namespace odomd::can

@@ -136,7 +136,7 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
   can::BusNames buses;
   can::LogReader reader(log, buses);
   std::vector<std::string> bus_names;
-  while (const auto frame = reader.next()) {
+  while (const auto* frame = reader.next()) {
     const Message* message = frame->kind == can::FrameKind::data ? index.find(*frame) : nullptr;
     if (message == nullptr && frames == Frames::known) continue;
     if (frame->bus >= bus_names.size()) bus_names = buses.all();

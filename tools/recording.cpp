@@ -100,8 +100,10 @@ class FrameLog {
   }
 
   [[nodiscard]] std::optional<can::Frame> next() {
-    auto frame = reader_ ? reader_->next() : std::nullopt;
-    if (frame && frame->time_ns != 0) frame->time_ns -= offset_ns_;
+    const can::Frame* const read = reader_ ? reader_->next() : nullptr;
+    if (read == nullptr) return std::nullopt;
+    can::Frame frame = *read;
+    if (frame.time_ns != 0) frame.time_ns -= offset_ns_;
     return frame;
   }
 

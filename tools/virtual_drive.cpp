@@ -8,21 +8,22 @@ namespace odomd::tools {
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
                      const PoseSink& sink) {
-  std::optional<can::Frame> frame = next_frame();
-  if (!frame) throw std::invalid_argument("the log holds no frame: record one with candump -L");
+  const can::Frame* frame = next_frame();
+  if (frame == nullptr)
+    throw std::invalid_argument("the log holds no frame: record one with candump -L");
 
   ReplaySummary summary;
   summary.first_tick_ns = first_tick_ns(frame->time_ns, period_ns);
   auto camera = cameras.begin();
 
   std::int64_t tick_ns = summary.first_tick_ns;
-  for (std::uint64_t tick = 0; frame; ++tick, tick_ns += period_ns) {
+  for (std::uint64_t tick = 0; frame != nullptr; ++tick, tick_ns += period_ns) {
     if (frame->time_ns - tick_ns > longest_pause_ns)
       throw PauseError("the log pauses for more than an hour after " +
                        std::to_string((tick_ns - summary.first_tick_ns) / 1'000'000'000) +
                        " s: cut it there and replay the parts, or mend the stamp");
 
-    for (; frame && frame->time_ns <= tick_ns; frame = next_frame()) {
+    for (; frame != nullptr && frame->time_ns <= tick_ns; frame = next_frame()) {
       pipeline.take(*frame, tick_ns);
       ++summary.frames;
       if (tick_ns - frame->time_ns >= late_ns) ++summary.late;

@@ -48,7 +48,8 @@ class PauseError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-using NextFrame = std::function<std::optional<can::Frame>()>;
+/// The next frame, until the next call; nullptr at the end.
+using NextFrame = std::function<const can::Frame*()>;
 using PoseSink = std::function<void(const daemon::TickRecord&)>;
 
 /// Tick k takes in the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by

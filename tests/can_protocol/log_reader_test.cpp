@@ -24,7 +24,7 @@ using testing::StartsWith;
 std::vector<Frame> read_all(const std::string& path, BusNames& buses) {
   LogReader reader(path, buses);
   std::vector<Frame> frames;
-  while (const auto frame = reader.next()) frames.push_back(*frame);
+  while (const auto* frame = reader.next()) frames.push_back(*frame);
   return frames;
 }
 
@@ -157,7 +157,7 @@ TEST(MergedLog, OrdersByStampAndBreaksTiesByTheOrderOfNaming) {
   const std::vector<std::string> paths{first.path(), second.path()};
   MergedLog log(paths, buses);
   for (std::uint32_t id = 0; id < 6; ++id) {
-    const auto frame = log.next();
+    const auto* frame = log.next();
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->id, id);
   }
@@ -204,7 +204,7 @@ TEST(RealDrives, ReadToTheLastLineAndWriteBackAsTheyAre) {
     std::string line;
     std::string written;
     while (std::getline(lines, line)) {
-      const auto frame = reader.next();
+      const auto* frame = reader.next();
       ASSERT_TRUE(frame) << path;
       written.clear();
       append_candump_line(written, *frame, buses.all()[frame->bus]);

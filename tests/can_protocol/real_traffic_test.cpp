@@ -80,7 +80,7 @@ TEST(RealTraffic, DecodesExactlyAsAnIndependentToolDoes) {
   std::size_t frames = 0;
   std::size_t values = 0;
   std::size_t decoded_values = 0;
-  while (const auto frame = log.next()) {
+  while (const auto* frame = log.next()) {
     ++frames;
     std::array<Sample, max_samples_per_frame> samples;
     const DecodeResult result = decoder.decode(*frame, samples);
@@ -123,7 +123,7 @@ TEST(RealTraffic, EncodesBackToThePayloadsItCameFrom) {
   BusNames buses;
   LogReader log((*folder / "rav4" / "drive.log").string(), buses);
   std::size_t values = 0;
-  while (const auto frame = log.next()) {
+  while (const auto* frame = log.next()) {
     const auto found = encoders.find(frame_key(*frame));
     if (found == encoders.end()) continue;
     MessageEncoder& encoder = found->second;

@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const std::array<std::string, 2> paths{file.path(), file.path()};
     odomd::can::MergedLog log(paths, buses);
-    while (const auto frame = log.next())
+    while (const auto* frame = log.next())
       odomd::fuzz::require(frame->bus < odomd::can::max_buses, "the bus has a number");
     for (const std::string& warning : log.warnings()) odomd::fuzz::require_one_line(warning);
   } catch (const odomd::can::LogError& error) {

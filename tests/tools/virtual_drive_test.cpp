@@ -40,12 +40,13 @@ struct Drive {
 
 void play(Drive& drive) {
   std::size_t next = 0;
-  const auto frames = [&]() -> std::optional<can::Frame> {
-    if (next == drive.stamps.size()) return std::nullopt;
-    can::Frame frame{.time_ns = drive.stamps[next++], .id = 257, .length = 2};
-    frame.data[0] = 0xE8;  // 1 m/s
-    frame.data[1] = 0x03;
-    return frame;
+  can::Frame frame{.id = 257, .length = 2};
+  frame.data[0] = 0xE8;  // 1 m/s
+  frame.data[1] = 0x03;
+  const auto frames = [&]() -> const can::Frame* {
+    if (next == drive.stamps.size()) return nullptr;
+    frame.time_ns = drive.stamps[next++];
+    return &frame;
   };
   const auto p = pipeline(!drive.cameras.empty());
   drive.summary = replay(*p, period, frames, drive.cameras, [&](const daemon::TickRecord& record) {
