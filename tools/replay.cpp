@@ -17,14 +17,13 @@
 #include "tools/files.hpp"
 #include "tools/innovation_statistics.hpp"
 #include "tools/pose_csv.hpp"
+#include "tools/pose_file.hpp"
 #include "tools/replay_doubts.hpp"
 #include "tools/replay_recording.hpp"
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::tools {
 namespace {
-
-constexpr std::size_t write_size = 1U << 16U;
 
 struct Options {
   std::string config;
@@ -108,18 +107,14 @@ void run(const Options& options) {
   std::ostream& out = file ? file->stream() : std::cout;
 
   const auto start = std::chrono::steady_clock::now();
-  write_pose_header(out);
-  std::string rows;
+  PoseFile poses(out);
   InnovationStatistics innovations;
   const ReplaySummary summary = play(
       *pipeline, config.realtime.period_ns, log, camera, [&](const daemon::TickRecord& record) {
         innovations.add(estimator::judgements(pipeline->state().filter));
-        append_pose_row(rows, record.pose, record.pose.time_ns);
-        if (rows.size() < write_size) return;
-        out << rows;
-        rows.clear();
+        poses.add(record.pose, record.pose.time_ns);
       });
-  out << rows;
+  poses.finish();
   if (file) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 

@@ -10,13 +10,12 @@
 
 #include "tools/files.hpp"
 #include "tools/pose_csv.hpp"
+#include "tools/pose_file.hpp"
 #include "tools/recording.hpp"
 #include "tools/recording_verifier.hpp"
 
 namespace odomd::tools {
 namespace {
-
-constexpr std::size_t write_size = 1U << 16U;
 
 void report(const RecordingOptions& options, const RecordingReplay& replayed, double seconds,
             const std::optional<RecordingVerifier>& verifier) {
@@ -55,21 +54,16 @@ void replay_recording(const RecordingOptions& options) {
   if (options.verify) verifier.emplace(recording.folder);
   std::optional<WholeFile> file;
   if (!options.out.empty() && options.out != "-") file.emplace(options.out);
-  std::ostream& out = file ? file->stream() : std::cout;
-  if (!options.out.empty()) write_pose_header(out);
+  std::optional<PoseFile> poses;
+  if (!options.out.empty()) poses.emplace(file ? file->stream() : std::cout);
 
   const auto start = std::chrono::steady_clock::now();
-  std::string rows;
   const RecordingReplay replayed =
       replay(recording, [&](const daemon::TickRecord& record, const RecordedTick& live) {
         if (verifier) verifier->take(record, live);
-        if (options.out.empty() || !record.initialised) return;
-        append_pose_row(rows, record.pose, live.time_ns);
-        if (rows.size() < write_size) return;
-        out << rows;
-        rows.clear();
+        if (poses && record.initialised) poses->add(record.pose, live.time_ns);
       });
-  out << rows;
+  if (poses) poses->finish();
   if (file) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
