@@ -5,106 +5,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <random>
 #include <vector>
 
 #include "estimator/pose.hpp"
+#include "full/circle_drive.hpp"
 
 namespace odomd::estimator {
 namespace {
 
-constexpr std::int64_t millisecond = 1'000'000;
-constexpr std::int64_t period_ns = 5 * millisecond;
-constexpr std::int64_t start_ns = 1'000'000'000;
+using testing::Arrival;
+using testing::circle;
+using testing::drive_on_a_circle;
+using testing::expect_same_frames;
+using testing::expect_same_state;
+using testing::hand_in;
+using testing::millisecond;
+using testing::period_ns;
+using testing::run;
+using testing::start_ns;
+using testing::started;
 
-/// What a car on a circle of 2 m/s and 1 rad/s measures, without noise, each sample with the time
-/// it arrives: wheels 5 ms late, the camera 40 ms.
-struct Arrival {
-  std::int64_t arrival_ns = 0;
-  std::optional<Measurement> signal;
-  std::optional<CameraPose> camera;
-};
-
-constexpr BodyVelocity circle{2.0, 0.0, 1.0};
-
-std::vector<Arrival> drive_on_a_circle(std::int64_t duration_ns) {
-  std::vector<Arrival> arrivals;
-  const auto add = [&](Source source, std::int64_t taken, std::int64_t arrival, double value,
-                       double sigma) {
-    arrivals.push_back({arrival, Measurement{source, taken, value, sigma, arrival}, {}});
-  };
-  std::mt19937 random(7);
-  std::normal_distribution<double> normal;
-  for (std::int64_t t = 0; t < duration_ns; t += period_ns) {
-    const std::int64_t now = start_ns + t;
-    add(Source::yaw_rate, now, now + millisecond, 1.0 + 0.005 * normal(random), 0.005);
-    add(Source::accel_x, now, now + millisecond, 0.0, 0.15);
-    add(Source::accel_y, now, now + millisecond, 2.0 + 0.15 * normal(random), 0.15);
-    add(Source::steering, now + millisecond, now + 2 * millisecond, 0.15, 0.001);
-    if (t % (2 * period_ns) == 0) {
-      add(Source::wheel_rear_left, now - 4 * millisecond, now + millisecond, 1.92, 0.007);
-      add(Source::wheel_rear_right, now - 4 * millisecond, now + millisecond, 2.08, 0.007);
-    }
-    if (t % (7 * period_ns) == 0) {
-      const Pose2 pose = moved({}, circle, static_cast<double>(t) * 1e-9);
-      CameraPose seen{now,
-                      now + 40 * millisecond,
-                      pose.x + 0.008 * normal(random),
-                      pose.y + 0.008 * normal(random),
-                      pose.yaw + 0.009 * normal(random),
-                      0.008,
-                      0.008,
-                      0.009};
-      arrivals.push_back({seen.arrival_ns, {}, seen});
-    }
-  }
-  std::ranges::stable_sort(arrivals, {}, &Arrival::arrival_ns);
-  return arrivals;
-}
-
-FullFilter started() {
-  FilterSettings settings;
-  FullFilter filter(settings);
-  filter.set_initial_pose({});
-  return filter;
-}
-
-void hand_in(FullFilter& filter, const Arrival& arrival) {
-  if (arrival.signal) {
-    (void)filter.add(*arrival.signal);
-  } else {
-    (void)filter.add(*arrival.camera);
-  }
-}
-
-/// Every arrival is handed in at the first tick that is not before it.
-std::vector<Estimate> run(FullFilter& filter, const std::vector<Arrival>& arrivals,
-                          std::int64_t ticks) {
-  std::vector<Estimate> estimates;
-  std::size_t next = 0;
-  for (std::int64_t k = 1; k <= ticks; ++k) {
-    const std::int64_t now = start_ns + k * period_ns;
-    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
-      hand_in(filter, arrivals[next]);
-    }
-    estimates.push_back(filter.step(now));
-  }
-  return estimates;
-}
-
-void expect_same_state(const Estimate& a, const Estimate& b) {
-  EXPECT_EQ(a.map.x, b.map.x);
-  EXPECT_EQ(a.map.y, b.map.y);
-  EXPECT_EQ(a.map.yaw, b.map.yaw);
-  EXPECT_EQ(a.v_x, b.v_x);
-  EXPECT_EQ(a.v_y, b.v_y);
-  EXPECT_EQ(a.yaw_rate, b.yaw_rate);
-  EXPECT_EQ(a.covariance, b.covariance);
-  EXPECT_EQ(a.velocity_covariance, b.velocity_covariance);
-  EXPECT_EQ(a.cross_covariance, b.cross_covariance);
-  EXPECT_EQ(a.calibration.value, b.calibration.value);
-  EXPECT_EQ(a.calibration.sigma, b.calibration.sigma);
+/// The tick that takes an arrival in.
+std::int64_t tick_of(std::int64_t arrival_ns) {
+  return (arrival_ns - start_ns + period_ns - 1) / period_ns;
 }
 
 TEST(FullFilter, FollowsACircleWithALateCamera) {
@@ -162,6 +88,246 @@ TEST(FullFilter, ASampleThatIsOlderThanTheWindowIsRefused) {
             Verdict::too_old);
   EXPECT_EQ(filter.add(Measurement{Source::yaw_rate, now - 249 * millisecond, 1.0, 0.01}),
             std::nullopt);
+}
+
+TEST(FullFilter, OrderOfArrivalWithinATickLeavesTheBitsOfBothFramesAlone) {
+  const std::vector<Arrival> in_order = drive_on_a_circle(1'000 * millisecond);
+  FullFilter reference = started();
+  const std::vector<Estimate> expected = run(reference, in_order, 200);
+  std::mt19937 random(12);
+  for (int permutation = 0; permutation < 5; ++permutation) {
+    std::vector<Arrival> shuffled = in_order;
+    std::ranges::shuffle(shuffled, random);
+    std::ranges::stable_sort(shuffled, {}, [](const Arrival& a) { return tick_of(a.arrival_ns); });
+    FullFilter filter = started();
+    const std::vector<Estimate> estimates = run(filter, shuffled, 200);
+    for (std::size_t i = 0; i < estimates.size(); ++i) {
+      expect_same_frames(estimates[i], expected[i]);
+    }
+  }
+}
+
+TEST(FullFilter, OfTwoClaimsOfOneSampleTheSameOneCountsInAnyOrder) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
+  const std::int64_t taken = start_ns + 390 * millisecond + 1;
+  const Measurement one{Source::yaw_rate, taken, 1.02, 0.005};
+  const Measurement other{Source::yaw_rate, taken, 0.97, 0.005};
+  const CameraPose here{taken, 0, 0.72, 0.15, 0.39, 0.008, 0.008, 0.009};
+  const CameraPose there{taken, 0, 0.71, 0.16, 0.39, 0.008, 0.008, 0.009};
+
+  // Both at once, or the second when the first has long been fused.
+  for (const int ticks_between : {0, 5}) {
+    const auto end_with = [&](const auto& first, const auto& second) {
+      FullFilter filter = started();
+      (void)run(filter, arrivals, 79);
+      EXPECT_EQ(filter.add(first), std::nullopt);
+      for (int i = 0; i < ticks_between; ++i) {
+        (void)filter.step(start_ns + (80 + i) * period_ns);
+      }
+      EXPECT_EQ(filter.add(second), Verdict::duplicate);
+      return filter.step(start_ns + 90 * period_ns);
+    };
+    expect_same_state(end_with(one, other), end_with(other, one));
+    expect_same_state(end_with(here, there), end_with(there, here));
+  }
+}
+
+TEST(FullFilter, ALateSampleCountsAsIfItHadComeInTime) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  const Measurement sample{Source::wheel_rear, start_ns + 701 * millisecond, 2.3, 0.01};
+  FullFilter in_time = started();
+  EXPECT_EQ(in_time.add(sample), std::nullopt);
+  const Estimate expected = run(in_time, arrivals, 190).back();
+
+  FullFilter late = started();
+  (void)run(late, arrivals, 189);
+  EXPECT_EQ(late.add(sample), std::nullopt);
+  // The last tick once more, with what arrives in it.
+  for (const Arrival& arrival : arrivals) {
+    if (tick_of(arrival.arrival_ns) == 190) {
+      hand_in(late, arrival);
+    }
+  }
+  expect_same_state(late.step(start_ns + 190 * period_ns), expected);
+}
+
+TEST(FullFilter, SkippedTicksLeaveTheSameBitsOnceTheirSamplesAreThere) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  FullFilter every = started();
+  const Estimate expected = run(every, arrivals, 180).back();
+  FullFilter some = started();
+  std::size_t next = 0;
+  Estimate last;
+  for (const std::int64_t tick : {1, 2, 3, 10, 11, 25, 60, 61, 100, 140, 180}) {
+    const std::int64_t now = start_ns + tick * period_ns;
+    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
+      hand_in(some, arrivals[next]);
+    }
+    last = some.step(now);
+  }
+  expect_same_state(last, expected);
+}
+
+TEST(FullFilter, BitsDoNotDependOnTheEpoch) {
+  // Decades later, on the grid of the ticks.
+  constexpr std::int64_t later_ns = 1'760'000'000'000'000'000;
+  const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
+  FullFilter reference = started();
+  const std::vector<Estimate> expected = run(reference, arrivals, 100);
+  FullFilter filter = started();
+  std::size_t next = 0;
+  for (std::int64_t k = 1; k <= 100; ++k) {
+    const std::int64_t now = start_ns + k * period_ns;
+    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
+      Arrival moved = arrivals[next];
+      if (moved.signal) {
+        moved.signal->time_ns += later_ns;
+        moved.signal->arrival_ns += later_ns;
+      } else {
+        moved.camera->capture_ns += later_ns;
+        moved.camera->arrival_ns += later_ns;
+      }
+      hand_in(filter, moved);
+    }
+    expect_same_frames(filter.step(now + later_ns), expected[static_cast<std::size_t>(k - 1)]);
+  }
+}
+
+TEST(FullFilter, ACameraPoseFromBeforeTheFirstTickInitialises) {
+  FilterSettings settings;
+  settings.initialise_from_camera = true;
+  FullFilter filter(settings);
+  const std::int64_t tick = start_ns + 100 * millisecond;
+  for (std::int64_t t = start_ns; t < tick; t += period_ns) {
+    (void)filter.add(Measurement{Source::wheel_rear, t, 2.0, 0.01});
+    (void)filter.add(Measurement{Source::yaw_rate, t, 0.0, 0.01});
+    (void)filter.add(Measurement{Source::steering, t, 0.0, 0.001});
+  }
+  const std::int64_t captured = tick - 50 * millisecond;
+  EXPECT_EQ(filter.add(CameraPose{captured, tick, 1.0, 2.0, 0.5, 0.008, 0.008, 0.009}),
+            std::nullopt);
+  const Estimate e = filter.step(tick);
+  EXPECT_TRUE(e.initialised);
+  EXPECT_EQ(e.reset_count, 1U);
+  // Where it is now, not where it was seen.
+  EXPECT_NEAR(e.map.x, 1.0 + 0.1 * std::cos(0.5), 0.01);
+  EXPECT_NEAR(e.map.y, 2.0 + 0.1 * std::sin(0.5), 0.01);
+  EXPECT_NEAR(e.map.yaw, 0.5, 0.01);
+  EXPECT_EQ(e.odom.x, e.map.x);
+  EXPECT_EQ(e.camera_ns, captured);
+}
+
+TEST(FullFilter, WithoutLeaveACameraPoseDoesNotInitialise) {
+  FullFilter filter({});
+  (void)filter.add(Measurement{Source::wheel_rear, start_ns, 0.0, 0.01});
+  (void)filter.add(CameraPose{start_ns, start_ns, 1.0, 2.0, 0.5, 0.008, 0.008, 0.009});
+  EXPECT_FALSE(filter.step(start_ns).initialised);
+  const auto judgements = filter.judgements();
+  const auto camera = std::ranges::find(judgements, Source::camera, &Judgement::source);
+  ASSERT_NE(camera, judgements.end());
+  EXPECT_EQ(camera->verdict, Verdict::source_off);
+}
+
+TEST(FullFilter, ResumesWithWhatItsPredecessorHasLearnt) {
+  FullFilter before = started();
+  Estimate predecessor = run(before, drive_on_a_circle(2'000 * millisecond), 400).back();
+  Calibration& learnt = predecessor.calibration;
+  learnt.value = {0.011, 1.004, 0.12, -0.08, 1.013, 0.007, 0.93};
+  learnt.sigma = {0.001, 0.002, 0.01, 0.01, 0.001, 0.001, 0.03};
+
+  FullFilter filter({});
+  ASSERT_TRUE(filter.resume(predecessor, 0.3));
+  const Calibration& resumed = filter.step(start_ns).calibration;
+  for (std::size_t i = 0; i < calibration_count; ++i) {
+    EXPECT_NEAR(resumed.value[i], learnt.value[i], 1e-12) << i;
+    EXPECT_GE(resumed.sigma[i], learnt.sigma[i]) << i;
+    EXPECT_LT(resumed.sigma[i], 1.1 * learnt.sigma[i]) << i;
+  }
+  EXPECT_EQ(resumed.valid, (std::uint64_t{1} << calibration_count) - 1);
+}
+
+TEST(FullFilter, ResumesWithoutCalibrationsThatMeanNothing) {
+  FullFilter before = started();
+  Estimate predecessor = run(before, drive_on_a_circle(500 * millisecond), 100).back();
+  predecessor.calibration.value.fill(std::nan(""));
+  predecessor.calibration.sigma = {0.001, 0.0, -1.0, 1e9, std::nan(""), 0.001, 0.0};
+  FullFilter filter({});
+  ASSERT_TRUE(filter.resume(predecessor, 0.3));
+  const Calibration fresh = Calibration{};
+  const Estimate e = filter.step(start_ns);
+  EXPECT_EQ(e.calibration.value, fresh.value);
+  EXPECT_EQ(e.calibration.valid, 0U);
+}
+
+TEST(FullFilter, ItsBytesAreAllThereIs) {
+  // A recording keeps them, and goes on from them.
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  FullFilter filter = started();
+  (void)run(filter, arrivals, 100);
+  FullFilter other({});
+  static_assert(std::is_trivially_destructible_v<FullFilter>);
+  std::memcpy(static_cast<void*>(&other), static_cast<const void*>(&filter), sizeof filter);
+  for (std::int64_t k = 101; k <= 200; ++k) {
+    for (const Arrival& arrival : arrivals) {
+      if (tick_of(arrival.arrival_ns) == k) {
+        hand_in(filter, arrival);
+        hand_in(other, arrival);
+      }
+    }
+    const std::int64_t now = start_ns + k * period_ns;
+    expect_same_frames(filter.step(now), other.step(now));
+  }
+}
+
+TEST(FullFilter, ACameraThatIsRightMovesTheMapOnceAndTheOdometryFrameNever) {
+  std::vector<Arrival> arrivals = drive_on_a_circle(5'000 * millisecond);
+  for (Arrival& arrival : arrivals) {
+    if (arrival.camera && arrival.camera->capture_ns > start_ns + 3'000 * millisecond) {
+      arrival.camera->x += 1.0;
+      arrival.camera->y -= 2.0;
+    }
+  }
+  FullFilter filter = started();
+  const std::vector<Estimate> estimates = run(filter, arrivals, 1000);
+  for (std::size_t i = 1; i < estimates.size(); ++i) {
+    const Estimate& before = estimates[i - 1];
+    const Estimate& e = estimates[i];
+    const double step = std::hypot(e.odom.x - before.odom.x, e.odom.y - before.odom.y);
+    EXPECT_NEAR(step, 2.0 * 0.005, 5e-4) << i;
+    EXPECT_TRUE(e.time_ns <= start_ns + 3'000 * millisecond ? e.reset_count == 1
+                                                            : e.reset_count <= 2);
+  }
+  const Estimate& last = estimates.back();
+  EXPECT_EQ(last.reset_count, 2U);
+  EXPECT_NEAR(last.last_jump.x, 1.0, 0.05);
+  EXPECT_NEAR(last.last_jump.y, -2.0, 0.05);
+  EXPECT_EQ(last.mode, Mode::tracking);
+  const Pose2 truth = moved({}, circle, static_cast<double>(last.time_ns - start_ns) * 1e-9);
+  EXPECT_NEAR(last.map.x, truth.x + 1.0, 0.02);
+  EXPECT_NEAR(last.map.y, truth.y - 2.0, 0.02);
+}
+
+TEST(FullFilter, OutliersOfTheCameraMoveNothing) {
+  std::vector<Arrival> arrivals = drive_on_a_circle(5'000 * millisecond);
+  FullFilter honest = started();
+  const Estimate expected = run(honest, arrivals, 1000).back();
+  std::mt19937 random(8);
+  std::uniform_real_distribution<double> off(0.2, 1.0);
+  int outliers = 0;
+  for (Arrival& arrival : arrivals) {
+    if (arrival.camera && random() % 10 == 0 &&
+        arrival.camera->capture_ns > start_ns + 500 * millisecond) {
+      arrival.camera->x += off(random);
+      arrival.camera->y -= off(random);
+      ++outliers;
+    }
+  }
+  ASSERT_GT(outliers, 5);
+  FullFilter filter = started();
+  const Estimate e = run(filter, arrivals, 1000).back();
+  EXPECT_EQ(e.reset_count, 1U);
+  EXPECT_NEAR(e.map.x, expected.map.x, 0.01);
+  EXPECT_NEAR(e.map.y, expected.map.y, 0.01);
 }
 
 }  // namespace
