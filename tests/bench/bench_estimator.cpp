@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "estimator/filter.hpp"
 #include "estimator/paper_ekf.hpp"
@@ -82,7 +83,7 @@ void camera_pose(benchmark::State& state) {
   }
   for (auto _ : state) {
     now += period_ns;
-    const Verdict verdict =
+    const std::optional<Verdict> verdict =
         add(filter, CameraPose{now - latency, now, 0.0, 0.0, 0.0, 0.01, 0.01, 0.01});
     if (verdict != Verdict::fused) {
       state.SkipWithError("the pose was not fused");

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -156,17 +157,14 @@ TEST_P(EveryModel, OrderOfArrivalWithinATickChangesNoBit) {
   for (int i = 0; i < 1000; ++i) {
     const Samples s = slalom(i);
     const std::int64_t now = forward.now_ns;
-    const std::vector<Measurement> samples{
+    std::vector<Measurement> samples{
         {Source::wheel_rear, now + 1 * millisecond, *s.speed - 0.1, 0.0},
         {Source::steering, now + 2 * millisecond, *s.steering, 0.0},
         {Source::yaw_rate, now + 3 * millisecond, *s.yaw_rate, 0.0},
         {Source::wheel_rear, now + 4 * millisecond, *s.speed, 0.0}};
-    for (auto it = samples.begin(); it != samples.end(); ++it) {
-      add(forward.filter, *it);
-    }
-    for (auto it = samples.rbegin(); it != samples.rend(); ++it) {
-      add(backward.filter, *it);
-    }
+    for (const Measurement& sample : samples) add(forward.filter, sample);
+    std::reverse(samples.begin(), samples.end());
+    for (const Measurement& sample : samples) add(backward.filter, sample);
     expect_same_bits(forward.tick({}), backward.tick({}));
   }
 }

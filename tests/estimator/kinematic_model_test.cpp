@@ -10,7 +10,6 @@
 namespace odomd::estimator {
 namespace {
 
-using testing::constants;
 using testing::Dual;
 using testing::jacobian;
 using testing::variables;
