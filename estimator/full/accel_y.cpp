@@ -40,12 +40,12 @@ Prediction predict_accel_y(const CarModel& model, const Input& input, const Stat
   z.value = side + yaw_accel * ahead - yaw_rate * yaw_rate * left + x[at::accel_bias_y];
   z.variance += scale_error * scale_error * side * side;
 
-  Eigen::Matrix<double, 1, 7> by = per_dt * (step.by.row(1) + ahead * step.by.row(2));
+  Eigen::Matrix<double, 1, 8> by = per_dt * (step.by.row(1) + ahead * step.by.row(2));
   by[0] += yaw_rate;
   by[1] -= per_dt;
   by[2] += v_x - per_dt * ahead - 2.0 * yaw_rate * left;
   for (const at::Index state_index : {at::v_x, at::v_y, at::yaw_rate, at::front_force,
-                                      at::steering_offset, at::stiffness_scale}) {
+                                      at::yaw_moment, at::steering_offset, at::stiffness_scale}) {
     z.depends_on(state_index, by[state_index - at::v_x]);
   }
   return z;

@@ -1,5 +1,6 @@
 #include "estimator/full/camera.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "estimator/full/prediction.hpp"
@@ -20,6 +21,13 @@ constexpr double longest_pause_s = 0.5;     // between two poses of one run
 
 // How well the velocity is known after the pose turned out to be wrong.
 constexpr double doubted_speed = 0.1;  // [m/s]
+
+/// What no tyre and no sensor is off by, and where the model would lose its sense.
+void keep_scales_possible(State& state) noexcept {
+  state.mean[at::stiffness_scale] = std::clamp(state.mean[at::stiffness_scale], -0.7, 2.0);
+  state.mean[at::gyro_scale] = std::clamp(state.mean[at::gyro_scale], -0.5, 0.5);
+  state.mean[at::wheel_scale] = std::clamp(state.mean[at::wheel_scale], -0.5, 0.5);
+}
 
 bool agree(const CameraContender& before, const Pose2& seen, const Pose2& believed,
            const std::array<double, 3>& sigma) noexcept {
@@ -93,6 +101,7 @@ Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample
       const Innovation nu = full::innovation(state, z, measured[i]);
       correct(state, nu, optimal_gain(nu));
     }
+    keep_scales_possible(state);
     fused();
     return judgement;
   }

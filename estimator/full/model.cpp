@@ -31,6 +31,7 @@ VelocityStep velocity_linearised(const CarModel& model, const Input& input, cons
   const double v_y = state[at::v_y];
   const double r = state[at::yaw_rate];
   const double e = state[at::front_force];
+  const double e_m = state[at::yaw_moment];
   const double k = 1.0 + state[at::stiffness_scale];
   const double w = std::abs(v_x);
   // dw/dv_x; at v_x = 0, where |v_x| has a kink, the mean of both sides.
@@ -57,22 +58,24 @@ VelocityStep velocity_linearised(const CarModel& model, const Input& input, cons
   const double v_y_next =
       (m * w * v_y + k * (steer - coupling * r) - dt * m * v_x * w * r + dt * m * w * e) * per_y;
   const double r_next =
-      (j_z * w * r + k * (l_v * steer - coupling * v_y) + l_v * dt * m * w * e) * per_yaw;
+      (j_z * w * r + k * (l_v * steer - coupling * v_y) + dt * w * (l_v * m * e + j_z * e_m)) *
+      per_yaw;
 
   VelocityStep step;
   step.velocity << v_x + dt * (a_x + v_y * r), v_y_next, r_next;
-  // ∂(N/D) = (∂N - (N/D) ∂D) / D; columns v_x, v_y, ψ̇, e, b_ax, δ_0, κ
-  step.by << 1.0, dt * r, dt * (v_y + felt * 2.0 * r * model.imu_position[0]), 0.0, -felt * dt, 0.0,
-      0.0,  //
+  // ∂(N/D) = (∂N - (N/D) ∂D) / D; columns v_x, v_y, ψ̇, e, e_M, b_ax, δ_0, κ
+  step.by << 1.0, dt * r, dt * (v_y + felt * 2.0 * r * model.imu_position[0]), 0.0, 0.0, -felt * dt,
+      0.0, 0.0,  //
       (m * sign * (v_y - v_y_next) + k * steer_by_v_x - dt * m * r * (w + v_x * sign) +
        dt * m * sign * e) *
           per_y,
-      m * w * per_y, -(k * coupling + dt * m * v_x * w) * per_y, dt * m * w * per_y, 0.0,
+      m * w * per_y, -(k * coupling + dt * m * v_x * w) * per_y, dt * m * w * per_y, 0.0, 0.0,
       -steered * k * steer_by_delta * per_y,
       (steer - coupling * r - v_y_next * damping_y) * per_y,  //
-      (j_z * sign * (r - r_next) + k * l_v * steer_by_v_x + l_v * dt * m * sign * e) * per_yaw,
-      -k * coupling * per_yaw, j_z * w * per_yaw, l_v * dt * m * w * per_yaw, 0.0,
-      -steered * k * l_v * steer_by_delta * per_yaw,
+      (j_z * sign * (r - r_next) + k * l_v * steer_by_v_x + dt * sign * (l_v * m * e + j_z * e_m)) *
+          per_yaw,
+      -k * coupling * per_yaw, j_z * w * per_yaw, l_v * dt * m * w * per_yaw,
+      dt * j_z * w * per_yaw, 0.0, -steered * k * l_v * steer_by_delta * per_yaw,
       (l_v * steer - coupling * v_y - r_next * damping_yaw) * per_yaw;
   return step;
 }
@@ -90,9 +93,11 @@ Step step_linearised(const CarModel& model, const Input& input, const Vector& st
   step.mean.segment<3>(at::v_x) = velocity.velocity;
   step.decay = model.noise.front_force_s / (model.noise.front_force_s + dt);
   step.mean[at::front_force] *= step.decay;
+  step.moment_decay = model.noise.yaw_moment_s / (model.noise.yaw_moment_s + dt);
+  step.mean[at::yaw_moment] *= step.moment_decay;
 
   // By way of the mean velocity: M = (∂v + ∂v')/2
-  Eigen::Matrix<double, 3, 7> mean_by = 0.5 * velocity.by;
+  Eigen::Matrix<double, 3, 8> mean_by = 0.5 * velocity.by;
   mean_by.leftCols<3>() += 0.5 * Eigen::Matrix3d::Identity();
   const double middle = 0.5 * (pose[2] + after[2]);
   const double c = dt * std::cos(middle);
@@ -102,12 +107,12 @@ Step step_linearised(const CarModel& model, const Input& input, const Vector& st
   const double half = 0.5 * dt;
   // ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
   step.jacobian.col(0) << -dy, dx, 1.0, 0.0, 0.0, 0.0;
-  step.jacobian.block<1, 7>(0, 1) =
+  step.jacobian.block<1, 8>(0, 1) =
       c * mean_by.row(0) - s * mean_by.row(1) - (dy * half) * mean_by.row(2);
-  step.jacobian.block<1, 7>(1, 1) =
+  step.jacobian.block<1, 8>(1, 1) =
       s * mean_by.row(0) + c * mean_by.row(1) + (dx * half) * mean_by.row(2);
-  step.jacobian.block<1, 7>(2, 1) = dt * mean_by.row(2);
-  step.jacobian.block<3, 7>(3, 1) = velocity.by;
+  step.jacobian.block<1, 8>(2, 1) = dt * mean_by.row(2);
+  step.jacobian.block<3, 8>(3, 1) = velocity.by;
   return step;
 }
 
@@ -116,19 +121,21 @@ void propagate(const CarModel& model, const Input& input, double dt, Vector& mea
   const Step step = step_linearised(model, input, mean, dt);
   mean = step.mean;
 
-  // P ← F P Fᵀ + Q, with F = identity but for its first seven rows
-  Eigen::Matrix<double, 7, at::size> FP;
-  FP.topRows<6>().noalias() = step.jacobian * P.middleRows<8>(at::yaw);
+  // P ← F P Fᵀ + Q, with F = identity but for its first eight rows
+  Eigen::Matrix<double, 8, at::size> FP;
+  FP.topRows<6>().noalias() = step.jacobian * P.middleRows<9>(at::yaw);
   FP.topRows<2>() += P.topRows<2>();
   FP.row(at::front_force) = step.decay * P.row(at::front_force);
+  FP.row(at::yaw_moment) = step.moment_decay * P.row(at::yaw_moment);
 
-  Eigen::Matrix<double, 7, 7> block;
-  block.leftCols<6>().noalias() = FP.middleCols<8>(at::yaw) * step.jacobian.transpose();
+  Eigen::Matrix<double, 8, 8> block;
+  block.leftCols<6>().noalias() = FP.middleCols<9>(at::yaw) * step.jacobian.transpose();
   block.leftCols<2>() += FP.leftCols<2>();
   block.col(at::front_force) = step.decay * FP.col(at::front_force);
-  P.topLeftCorner<7, 7>() = 0.5 * (block + block.transpose());
-  P.topRightCorner<7, 7>() = FP.rightCols<7>();
-  P.bottomLeftCorner<7, 7>() = FP.rightCols<7>().transpose();
+  block.col(at::yaw_moment) = step.moment_decay * FP.col(at::yaw_moment);
+  P.topLeftCorner<8, 8>() = 0.5 * (block + block.transpose());
+  P.topRightCorner<8, 7>() = FP.rightCols<7>();
+  P.bottomLeftCorner<7, 8>() = FP.rightCols<7>().transpose();
 
   const Noise& noise = model.noise;
   P(at::x, at::x) += squared(noise.position) * dt;
@@ -144,6 +151,8 @@ void propagate(const CarModel& model, const Input& input, double dt, Vector& mea
   P(at::front_force, at::front_force) +=
       squared(input.has_steering ? noise.front_force : noise.front_force_alone) *
       (1.0 - squared(step.decay));
+  P(at::yaw_moment, at::yaw_moment) +=
+      squared(noise.yaw_moment) * (1.0 - squared(step.moment_decay));
   add_walks(noise, dt, P);
 }
 

@@ -15,16 +15,18 @@ namespace odomd::estimator::full {
 
 /// Process noise: densities, so that any step gives the same filter (errata, 6).
 struct Noise {
-  double v_x = 0.05;                ///< with an accelerometer [m/s/√s]
-  double v_x_per_accel = 0.1;       ///< on top of it, per acceleration felt [√s]
-  double v_x_alone = 1.5;           ///< without one: how a driver brakes and speeds up [m/s/√s]
-  double v_y = 0.05;                ///< [m/s/√s]
-  double yaw_rate = 1.0;            ///< [rad/s/√s]
-  double position = 5e-4;           ///< [m/√s]
-  double yaw = 2e-4;                ///< [rad/√s]
-  double front_force = 5.0;         ///< standard deviation of e [m/s²] ...
-  double front_force_s = 2.0;       ///< ... and its correlation time [s]
-  double front_force_alone = 15.0;  ///< the same without steering [m/s²]
+  double v_x = 0.03;               ///< with an accelerometer [m/s/√s]
+  double v_x_per_accel = 0.1;      ///< on top of it, per acceleration felt [√s]
+  double v_x_alone = 1.5;          ///< without one: how a driver brakes and speeds up [m/s/√s]
+  double v_y = 0.05;               ///< [m/s/√s]
+  double yaw_rate = 0.03;          ///< [rad/s/√s]
+  double position = 5e-4;          ///< [m/√s]
+  double yaw = 2e-4;               ///< [rad/√s]
+  double front_force = 1.0;        ///< standard deviation of e [m/s²] ...
+  double front_force_s = 2.0;      ///< ... and its correlation time [s]
+  double yaw_moment = 10.0;        ///< standard deviation of e_M [rad/s²] ...
+  double yaw_moment_s = 1.0;       ///< ... and its correlation time [s]
+  double front_force_alone = 6.0;  ///< the same without steering [m/s²]
 
   double gyro_bias = 6e-5;  ///< walks, in the state's unit per √s
   double gyro_scale = 2e-5;
@@ -54,10 +56,10 @@ struct CarModel {
 ///   v_x,k = v_x + Δt (a_x - b_ax + ψ̇² p_x + v_y ψ̇)                          (errata, 4)
 ///   v_y,k, ψ̇_k: eqs 32 and 33 with |v_x| where v_x stands for inertia (errata, 1, 2 and 5), with
 ///   C (1 + κ) for C, δ - δ_0 for δ, and e at the front axle: Δt m |v_x| e beside -b,
-///   Δt m l_v |v_x| e beside -d
+///   Δt m l_v |v_x| e beside -d, and Δt J_z |v_x| e_M there
 template <typename T>
 [[nodiscard]] Eigen::Matrix<T, 3, 1> next_velocity(const CarModel& model, const Input& input,
-                                                   const Eigen::Matrix<T, 7, 1>& s, double dt) {
+                                                   const Eigen::Matrix<T, 8, 1>& s, double dt) {
   using std::abs;
   const Vehicle& car = model.car;
   const double l_v = car.front_axle;
@@ -67,24 +69,25 @@ template <typename T>
   const T& yaw_rate = s[2];
   const T& e = s[3];
   const T w = abs(v_x);
-  const T k = 1.0 + s[6];
+  const T k = 1.0 + s[7];
   const T c_v = car.cornering_stiffness_front * k;
   const T c_h = car.cornering_stiffness_rear * k;
-  const T delta = input.has_steering ? T(input.steering - s[5]) : T(0.0 * s[5]);
+  const T delta = input.has_steering ? T(input.steering - s[6]) : T(0.0 * s[6]);
   const double m = car.mass;
   const double j_z = car.yaw_inertia;
 
   const T a_x = input.has_accel_x
-                    ? T(input.accel_x - s[4] + yaw_rate * yaw_rate * model.imu_position[0])
-                    : T(0.0 * s[4]);
+                    ? T(input.accel_x - s[5] + yaw_rate * yaw_rate * model.imu_position[0])
+                    : T(0.0 * s[5]);
   const T coupling = dt * (l_v * c_v - l_h * c_h);
   const T steer = dt * c_v * delta * v_x;
   const T push = dt * m * w * e;
+  const T turn = dt * j_z * w * s[4];
   return {
       v_x + dt * (a_x + v_y * yaw_rate),
       (m * w * v_y - coupling * yaw_rate + steer - dt * m * v_x * w * yaw_rate + push) /
           (m * w + dt * (c_v + c_h)),
-      (j_z * w * yaw_rate - coupling * v_y + l_v * (steer + push)) /
+      (j_z * w * yaw_rate - coupling * v_y + l_v * (steer + push) + turn) /
           (j_z * w + dt * (l_v * l_v * c_v + l_h * l_h * c_h)),
   };
 }
@@ -92,7 +95,7 @@ template <typename T>
 /// next_velocity() at a state, with its Jacobian by the states v_x ... stiffness_scale.
 struct VelocityStep {
   Eigen::Vector3d velocity;
-  Eigen::Matrix<double, 3, 7> by;
+  Eigen::Matrix<double, 3, 8> by;
 };
 [[nodiscard]] VelocityStep velocity_linearised(const CarModel& model, const Input& input,
                                                const Vector& state, double dt) noexcept;
@@ -115,12 +118,13 @@ template <typename T>
 }
 
 /// F of a step: rows x ... yaw_rate, by the states yaw ... stiffness_scale; beyond that x and y are
-/// carried over, front_force decays, and what varies slowly stays.
-using StepJacobian = Eigen::Matrix<double, 6, 8>;
+/// carried over, front_force and yaw_moment decay, and what varies slowly stays.
+using StepJacobian = Eigen::Matrix<double, 6, 9>;
 struct Step {
   Vector mean;
   StepJacobian jacobian;
-  double decay = 1.0;  ///< of front_force
+  double decay = 1.0;         ///< of front_force
+  double moment_decay = 1.0;  ///< of yaw_moment
 };
 [[nodiscard]] Step step_linearised(const CarModel& model, const Input& input, const Vector& state,
                                    double dt) noexcept;

@@ -73,22 +73,37 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
   return nu.covariance_with_state / nu.variance;
 }
 
-/// The gain of the car's own sensors. The pose moves by what a corrected velocity makes of the step
-/// that led here, and by no more; the scales of sensors and tyres stay. What wheels, gyro and
-/// accelerometer say among themselves of where the car has come to, and of their scales, rests on a
-/// model that is no better than they are: those are the camera's to teach (Schmidt's consider
-/// states, docs/model.md).
-[[nodiscard]] inline Vector gain_of_own_sensors(const State& state, const Innovation& nu) noexcept {
+/// What a sample of the car's own sensors may teach beside velocity, forces and its own bias.
+struct Teaches {
+  bool yaw_rate = false;   ///< ψ̇: a gyro; without one, the wheels
+  bool gyro_bias = false;  ///< b_g: a gyro whose car stands
+};
+
+/// The gain of the car's own sensors, of a source that was not heard for `unheard_s`: the optimal
+/// one, but (Schmidt's consider states, docs/model.md)
+///   the pose moves by what the corrected velocity makes of the time since the source was last
+///   heard, taken that the error has grown evenly, and by no more;
+///   the scales of sensors and tyres stay; ψ̇ and b_g where they are not taught.
+/// What wheels, accelerometer and tyre model say among themselves of these rests on a model that is
+/// no better than what it would correct. A camera teaches everything.
+[[nodiscard]] inline Vector gain_of_own_sensors(const State& state, const Innovation& nu,
+                                                double unheard_s, Teaches teaches) noexcept {
   Vector gain = optimal_gain(nu);
-  const double half = 0.5 * state.last_step_s;
+  if (!teaches.yaw_rate) {
+    gain[at::yaw_rate] = 0.0;
+  }
+  if (!teaches.gyro_bias) {
+    gain[at::gyro_bias] = 0.0;
+  }
+  gain[at::stiffness_scale] = 0.0;
+  gain[at::gyro_scale] = 0.0;
+  gain[at::wheel_scale] = 0.0;
+  const double half = 0.5 * unheard_s;
   const double c = std::cos(state.mean[at::yaw]);
   const double s = std::sin(state.mean[at::yaw]);
   gain[at::x] = half * (c * gain[at::v_x] - s * gain[at::v_y]);
   gain[at::y] = half * (s * gain[at::v_x] + c * gain[at::v_y]);
   gain[at::yaw] = half * gain[at::yaw_rate];
-  gain[at::stiffness_scale] = 0.0;
-  gain[at::gyro_scale] = 0.0;
-  gain[at::wheel_scale] = 0.0;
   return gain;
 }
 

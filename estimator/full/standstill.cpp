@@ -45,9 +45,9 @@ void stand(State& state) noexcept {
     zero.variance = held_sigma * held_sigma;
     zero.depends_on(index, 1.0);
     const Innovation nu = innovation(state, zero, 0.0);
-    correct(state, nu, gain_of_own_sensors(state, nu));
+    correct(state, nu, gain_of_own_sensors(state, nu, 0.0, {.yaw_rate = true, .gyro_bias = true}));
   }
-  state.mean.segment<4>(at::v_x).setZero();  // v_x, v_y, yaw_rate, front_force
+  state.mean.segment<5>(at::v_x).setZero();  // v_x, v_y, yaw_rate, front_force, yaw_moment
 }
 
 void set_off(const CarModel& model, State& state) noexcept {
@@ -56,6 +56,7 @@ void set_off(const CarModel& model, State& state) noexcept {
   set_variance(state, at::v_y, departing_side);
   set_variance(state, at::yaw_rate, departing_yaw_rate);
   set_variance(state, at::front_force, model.noise.front_force);
+  set_variance(state, at::yaw_moment, model.noise.yaw_moment);
 }
 
 }  // namespace

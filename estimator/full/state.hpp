@@ -15,7 +15,7 @@ namespace odomd::estimator::full {
 /// The states, SI units. The pose is that of the centre of gravity in the map frame, the velocity
 /// that of the same point in the body frame.
 ///
-/// The order keeps together what a step of the motion couples: rows 0-5 change, from columns 2-9.
+/// The order keeps together what a step of the motion couples: rows 0-5 change, from columns 2-10.
 /// Those from `accel_bias_x` on vary slowly, by random walks.
 namespace at {
 enum Index : Eigen::Index {
@@ -26,6 +26,7 @@ enum Index : Eigen::Index {
   v_y,
   yaw_rate,
   front_force,      ///< e [m/s²]: what the front tyres push sideways beyond their model, over m
+  yaw_moment,       ///< e_M [rad/s²]: what turns the car beyond the model of the tyres, over J_z
   accel_bias_x,     ///< b_ax [m/s²]
   steering_offset,  ///< δ_0 [rad]: measured = true + offset
   stiffness_scale,  ///< κ: C = (1 + κ) C as configured
@@ -68,7 +69,6 @@ struct State {
   std::int64_t time_ns = 0;
   Vector mean = Vector::Zero();
   Matrix covariance = Matrix::Zero();
-  double last_step_s = 0.0;  ///< length of the step of the motion that led here
 
   bool moving = false;   ///< a wheel speed was there: the motion is being followed
   bool located = false;  ///< there is a pose to start from

@@ -14,9 +14,12 @@ namespace {
 
 // An input that is older says nothing of now.
 constexpr double steering_lifetime_s = 0.5;
-constexpr double accel_lifetime_s = 0.1;
+constexpr double accel_lifetime_s = 0.35;
 // A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
-constexpr double gyro_lifetime_s = 0.1;
+constexpr double gyro_lifetime_s = 0.35;
+
+// So long at most a correction of the velocity reaches back into the pose.
+constexpr double longest_unheard_s = 0.2;
 
 constexpr std::size_t index_of(Source source) noexcept {
   return static_cast<std::size_t>(source);
@@ -34,6 +37,11 @@ bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexce
   return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
 }
 
+bool gyro_alive(const State& state) noexcept {
+  const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
+  return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
+}
+
 /// When one of the same kind was last fused: wheels vouch for each other.
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
   if (!is_wheel(source)) {
@@ -47,6 +55,9 @@ struct Patience {
   double seconds;
   at::Index doubted;  ///< the state that gives way
 };
+
+/// So fast the tyres would pull ψ̇ back to where the model wants it [s].
+constexpr double yaw_settling_s = 0.05;
 Patience patience_with(Source source) noexcept {
   switch (source) {
     case Source::yaw_rate:
@@ -61,7 +72,7 @@ Patience patience_with(Source source) noexcept {
 }
 
 Judgement judge(const Context& context, State& state, const Sample& sample,
-                const Prediction& prediction) noexcept {
+                const Prediction& prediction, Teaches teaches) noexcept {
   Innovation nu = innovation(state, prediction, sample.value[0]);
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
   judgement.innovation[0] = nu.value;
@@ -81,11 +92,19 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
       return judgement;
     }
     state.covariance(patience.doubted, patience.doubted) += nu.value * nu.value;
+    if (patience.doubted == at::yaw_rate) {
+      // What turns the car is not what the model says, or ψ̇ would not stay.
+      const double moment = nu.value / yaw_settling_s;
+      state.covariance(at::yaw_moment, at::yaw_moment) += moment * moment;
+    }
     nu = innovation(state, prediction, sample.value[0]);
   }
   rejected_since_ns = 0;
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
-  correct(state, nu, gain_of_own_sensors(state, nu));
+  std::int64_t& fused_ns = state.fused_ns[index_of(sample.source)];
+  const double unheard_s =
+      fused_ns == 0 ? 0.0 : std::min(seconds_between(fused_ns, sample.time_ns), longest_unheard_s);
+  fused_ns = sample.time_ns;
+  correct(state, nu, gain_of_own_sensors(state, nu, unheard_s, teaches));
   return judgement;
 }
 
@@ -104,11 +123,11 @@ Judgement take_wheel(const Context& context, State& state, Sample sample) noexce
     state.fused_ns[index_of(sample.source)] = sample.time_ns;
     return {.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
   }
-  const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
-  const bool gyro = gyro_ns != 0 && seconds_between(gyro_ns, sample.time_ns) <= gyro_lifetime_s;
+  const bool gyro = gyro_alive(state);
   return judge(context, state, sample,
                predict_wheel_speed(context.model, context.wheels, state, sample.source,
-                                   sample.sigma[0], gyro));
+                                   sample.sigma[0], gyro),
+               {.yaw_rate = !gyro});
 }
 
 Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
@@ -121,7 +140,7 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   z.value = state.mean[at::accel_bias_x];
   z.variance = sample.sigma[0] * sample.sigma[0];
   z.depends_on(at::accel_bias_x, 1.0);
-  return judge(context, state, sample, z);
+  return judge(context, state, sample, z, {});
 }
 
 }  // namespace
@@ -153,7 +172,6 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     left -= context.period_s;
   }
   propagate(context.model, input, left, state.mean, state.covariance);
-  state.last_step_s = left;
   state.time_ns = time_ns;
 }
 
@@ -162,14 +180,16 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   switch (sample.source) {
     case Source::yaw_rate:
       rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
-      return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]));
+      return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+                   {.yaw_rate = true, .gyro_bias = state.rest.standing});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
       hold(state.accel_y, sample);
-      return judge(context, state, sample,
-                   predict_accel_y(context.model, input_of(state), state, sample.sigma[0],
-                                   context.period_s));
+      return judge(
+          context, state, sample,
+          predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
+          {.yaw_rate = !gyro_alive(state)});
     case Source::steering:
       hold(state.steering, sample);
       return held;

@@ -10,8 +10,8 @@ namespace odomd::estimator::full {
 
 /// How far wheels depart from rolling.
 struct WheelNoise {
-  double radius = 0.003;      ///< by how much one wheel's radius differs from the others', relative
-  double driven_slip = 0.03;  ///< slip of a driven wheel per acceleration [1/(m/s²)]
+  double radius = 0.0025;     ///< by how much one wheel's radius differs from the others', relative
+  double driven_slip = 0.02;  ///< slip of a driven wheel per acceleration [1/(m/s²)]
   double free_slip = 0.01;    ///< the same of a wheel that only brakes
   double front_angle = 0.05;  ///< how well δ is known [rad]
 };

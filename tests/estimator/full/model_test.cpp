@@ -28,7 +28,8 @@ std::vector<std::pair<Vector, Input>> grid() {
       for (const double yaw_rate : {-2.0, 0.0, 1.5}) {
         for (const double steering : {-0.45, 0.0, 0.45}) {
           Vector x;
-          x << 3.0, -2.0, 0.7, v_x, v_y, yaw_rate, 0.6, 0.1, 0.01, -0.08, 0.02, 0.01, -0.2, 0.015;
+          x << 3.0, -2.0, 0.7, v_x, v_y, yaw_rate, 0.6, 0.4, 0.1, 0.01, -0.08, 0.02, 0.01, -0.2,
+              0.015;
           points.push_back({x, {steering, 0.8, true, true}});
           points.push_back({x, {steering, 0.8, false, false}});
         }
@@ -47,37 +48,37 @@ CarModel car_with_imu_ahead() {
 TEST(FullModel, VelocityJacobianIsThatOfAutomaticDifferentiation) {
   const CarModel model = car_with_imu_ahead();
   for (const auto& [x, input] : grid()) {
-    const Eigen::Matrix<double, 7, 1> s = x.segment<7>(at::v_x);
-    const auto dual = next_velocity<Dual<7>>(model, input, variables<7, 7>(s, 0), dt);
+    const Eigen::Matrix<double, 8, 1> s = x.segment<8>(at::v_x);
+    const auto dual = next_velocity<Dual<8>>(model, input, variables<8, 8>(s, 0), dt);
     const VelocityStep step = velocity_linearised(model, input, x, dt);
-    const double scale = 1.0 + jacobian<7, 3>(dual).cwiseAbs().maxCoeff();
-    EXPECT_LT((step.velocity - estimator::testing::values<7, 3>(dual)).norm(), 1e-12);
-    EXPECT_LT((step.by - (jacobian<7, 3>(dual))).cwiseAbs().maxCoeff(), 1e-11 * scale)
+    const double scale = 1.0 + jacobian<8, 3>(dual).cwiseAbs().maxCoeff();
+    EXPECT_LT((step.velocity - estimator::testing::values<8, 3>(dual)).norm(), 1e-12);
+    EXPECT_LT((step.by - (jacobian<8, 3>(dual))).cwiseAbs().maxCoeff(), 1e-11 * scale)
         << x.transpose();
   }
 }
 
 TEST(FullModel, StepJacobianIsThatOfAutomaticDifferentiation) {
   const CarModel model = car_with_imu_ahead();
-  using D = Dual<9>;  // pose but for its yaw is carried over: x, then yaw ... stiffness_scale
+  using D = Dual<10>;  // pose but for its yaw is carried over: x, then yaw ... stiffness_scale
   for (const auto& [x, input] : grid()) {
-    const Eigen::Matrix<double, 7, 1> s = x.segment<7>(at::v_x);
-    const Eigen::Matrix<D, 7, 1> states = variables<9, 7>(s, 2);
-    Eigen::Matrix<D, 3, 1> pose = constants<9, 3>(Eigen::Vector3d(x.head<3>()));
-    pose[0] = D(x[at::x], 9, 0);
-    pose[2] = D(x[at::yaw], 9, 1);
+    const Eigen::Matrix<double, 8, 1> s = x.segment<8>(at::v_x);
+    const Eigen::Matrix<D, 8, 1> states = variables<10, 8>(s, 2);
+    Eigen::Matrix<D, 3, 1> pose = constants<10, 3>(Eigen::Vector3d(x.head<3>()));
+    pose[0] = D(x[at::x], 10, 0);
+    pose[2] = D(x[at::yaw], 10, 1);
     const Eigen::Matrix<D, 3, 1> after = next_velocity<D>(model, input, states, dt);
     const Eigen::Matrix<D, 3, 1> before = states.head<3>();
     const Eigen::Matrix<D, 3, 1> moved = next_pose<D>(pose, before, after, dt);
 
     const Step step = step_linearised(model, input, x, dt);
-    Eigen::Matrix<double, 6, 9> expected;
-    expected << jacobian<9, 3>(moved), jacobian<9, 3>(after);
-    EXPECT_LT((step.jacobian - expected.rightCols<8>()).cwiseAbs().maxCoeff(),
+    Eigen::Matrix<double, 6, 10> expected;
+    expected << jacobian<10, 3>(moved), jacobian<10, 3>(after);
+    EXPECT_LT((step.jacobian - expected.rightCols<9>()).cwiseAbs().maxCoeff(),
               1e-11 * (1.0 + expected.cwiseAbs().maxCoeff()));
     EXPECT_EQ(expected(0, 0), 1.0);
-    EXPECT_LT((step.mean.head<3>() - (estimator::testing::values<9, 3>(moved))).norm(), 1e-12);
-    EXPECT_LT((step.mean.segment<3>(at::v_x) - (estimator::testing::values<9, 3>(after))).norm(),
+    EXPECT_LT((step.mean.head<3>() - (estimator::testing::values<10, 3>(moved))).norm(), 1e-12);
+    EXPECT_LT((step.mean.segment<3>(at::v_x) - (estimator::testing::values<10, 3>(after))).norm(),
               1e-12);
   }
 }
@@ -106,9 +107,10 @@ TEST(FullModel, CovarianceIsThatOfTheWholeJacobian) {
   for (const auto& [x, input] : grid()) {
     const Step step = step_linearised(model, input, x, dt);
     Matrix F = Matrix::Identity();
-    F.block<6, 8>(0, at::yaw) = step.jacobian;
+    F.block<6, 9>(0, at::yaw) = step.jacobian;
     F(at::x, at::x) = F(at::y, at::y) = 1.0;
     F(at::front_force, at::front_force) = step.decay;
+    F(at::yaw_moment, at::yaw_moment) = step.moment_decay;
     Vector mean = x;
     Matrix propagated = P;
     propagate(model, input, dt, mean, propagated);

@@ -17,11 +17,12 @@ using testing::is_covariance;
 using testing::some_covariance;
 using testing::stated;
 
+constexpr Teaches everything{.yaw_rate = true, .gyro_bias = true};
+
 State somewhere() {
   State state;
-  state.mean << 3.0, -2.0, 0.7, 1.5, 0.1, 0.8, 0.6, 0.1, 0.01, -0.08, 0.02, 0.01, -0.2, 0.015;
+  state.mean << 3.0, -2.0, 0.7, 1.5, 0.1, 0.8, 0.6, 0.4, 0.1, 0.01, -0.08, 0.02, 0.01, -0.2, 0.015;
   state.covariance = some_covariance();
-  state.last_step_s = 0.004;
   return state;
 }
 
@@ -91,7 +92,8 @@ TEST(Prediction, CovarianceStaysOneThroughThousandsOfUpdates) {
       z.depends_on(static_cast<at::Index>(random() % at::size), normal(random));
     }
     const Innovation nu = innovation(state, z, normal(random));
-    correct(state, nu, i % 2 == 0 ? optimal_gain(nu) : gain_of_own_sensors(state, nu));
+    correct(state, nu,
+            i % 2 == 0 ? optimal_gain(nu) : gain_of_own_sensors(state, nu, 0.004, everything));
     // What varies slowly does so: or everything would be known in the end.
     state.covariance.diagonal().array() += 1e-9;
     ASSERT_TRUE(is_covariance(state.covariance)) << i;
@@ -102,7 +104,7 @@ TEST(Prediction, OwnSensorsLeaveTheScalesToTheCamera) {
   const State before = somewhere();
   State state = before;
   const Innovation nu = innovation(state, something(), 0.5);
-  correct(state, nu, gain_of_own_sensors(state, nu));
+  correct(state, nu, gain_of_own_sensors(state, nu, 0.004, everything));
   for (const at::Index scale : {at::stiffness_scale, at::gyro_scale, at::wheel_scale}) {
     EXPECT_EQ(state.mean[scale], before.mean[scale]);
     EXPECT_EQ(state.covariance(scale, scale), before.covariance(scale, scale));
@@ -114,15 +116,26 @@ TEST(Prediction, OwnSensorsLeaveTheScalesToTheCamera) {
   }
 }
 
-TEST(Prediction, OwnSensorsMoveThePoseByHalfTheStepOfTheCorrectedVelocity) {
-  // The step went at the mean of the velocities at both ends: of a change of the later one it sees
-  // half.
+TEST(Prediction, YawRateAndGyroBiasAreLeftAloneByWhatDoesNotTeachThem) {
   const State before = somewhere();
   State state = before;
   const Innovation nu = innovation(state, something(), 0.5);
-  correct(state, nu, gain_of_own_sensors(state, nu));
+  correct(state, nu, gain_of_own_sensors(state, nu, 0.004, {}));
+  for (const at::Index kept : {at::yaw, at::yaw_rate, at::gyro_bias}) {
+    EXPECT_EQ(state.mean[kept], before.mean[kept]);
+  }
+  EXPECT_NE(state.mean[at::v_x], before.mean[at::v_x]);
+  EXPECT_TRUE(is_covariance(state.covariance));
+}
+
+TEST(Prediction, OwnSensorsMoveThePoseByHalfTheTimeTheSourceWasUnheard) {
+  // An error that has grown evenly was half as large on the way.
+  const State before = somewhere();
+  State state = before;
+  const Innovation nu = innovation(state, something(), 0.5);
+  correct(state, nu, gain_of_own_sensors(state, nu, 0.004, everything));
   const Vector change = state.mean - before.mean;
-  const double half = 0.5 * before.last_step_s;
+  const double half = 0.5 * 0.004;
   const double c = std::cos(before.mean[at::yaw]);
   const double s = std::sin(before.mean[at::yaw]);
   EXPECT_NEAR(change[at::x], half * (c * change[at::v_x] - s * change[at::v_y]), 1e-16);

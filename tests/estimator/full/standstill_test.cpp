@@ -25,7 +25,6 @@ State just_stopped() {
   state.mean[at::yaw_rate] = 0.02;
   state.mean[at::front_force] = 0.3;
   state.covariance = testing::some_covariance(1e-3);
-  state.last_step_s = 0.005;
   return state;
 }
 
@@ -171,7 +170,7 @@ State never_moved() {
   state.time_ns = 1'000 * millisecond;
   state.located = true;
   Vector sigma;
-  sigma << 0.05, 0.05, 0.05, 1.0, 0.5, 1.0, 1.5, 0.3, 0.02, 0.15, 0.03, 0.02, 0.3, 0.03;
+  sigma << 0.05, 0.05, 0.05, 1.0, 0.5, 1.0, 1.5, 1.5, 0.3, 0.02, 0.15, 0.03, 0.02, 0.3, 0.03;
   state.covariance.diagonal() = sigma.array().square();
   return state;
 }

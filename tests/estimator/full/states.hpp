@@ -18,8 +18,8 @@ inline std::vector<State> grid_of_states() {
       for (const double yaw_rate : {-2.0, 0.0, 1.5}) {
         for (const double steering : {-0.45, 0.0, 0.45}) {
           State state;
-          state.mean << 3.0, -2.0, 0.7, v_x, v_y, yaw_rate, 0.6, 0.1, 0.01, -0.08, 0.02, 0.01, -0.2,
-              0.015;
+          state.mean << 3.0, -2.0, 0.7, v_x, v_y, yaw_rate, 0.6, 0.4, 0.1, 0.01, -0.08, 0.02, 0.01,
+              -0.2, 0.015;
           state.steering = {true, 0, steering};
           state.accel_x = {true, 0, 0.8};
           states.push_back(state);

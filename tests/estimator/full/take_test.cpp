@@ -29,7 +29,7 @@ class Car {
     state.time_ns = 1'000 * millisecond;
     state.located = true;
     Vector sigma;
-    sigma << 0.05, 0.05, 0.05, 1.0, 0.5, 1.0, 1.5, 0.3, 0.02, 0.15, 0.03, 0.02, 0.3, 0.03;
+    sigma << 0.05, 0.05, 0.05, 1.0, 0.5, 1.0, 1.5, 1.5, 0.3, 0.02, 0.15, 0.03, 0.02, 0.3, 0.03;
     state.covariance.diagonal() = sigma.array().square();
   }
 
@@ -257,7 +257,6 @@ TEST(Advance, GoesInStepsOfAtMostAPeriod) {
   EXPECT_EQ(whole.time_ns, stepped.time_ns);
   EXPECT_LT((whole.mean - stepped.mean).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT((whole.covariance - stepped.covariance).cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_NEAR(whole.last_step_s, 0.005, 1e-9);
 }
 
 TEST(Advance, NeverGoesBack) {
@@ -279,7 +278,7 @@ TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
   advance(car.context, car.state, before.time_ns + 1'000 * period_ns);
   EXPECT_EQ(car.state.mean, before.mean);
   const Matrix grown = car.state.covariance - before.covariance;
-  EXPECT_EQ((grown.topLeftCorner<7, 7>().cwiseAbs().maxCoeff()), 0.0);
+  EXPECT_EQ((grown.topLeftCorner<8, 8>().cwiseAbs().maxCoeff()), 0.0);
   EXPECT_GT(grown(at::gyro_bias, at::gyro_bias), 0.0);
   EXPECT_GT(grown(at::wheel_scale, at::wheel_scale), 0.0);
 }
