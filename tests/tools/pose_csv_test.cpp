@@ -1,4 +1,5 @@
 #include "tools/pose_csv.hpp"
+#include "tools/pose_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -67,6 +68,32 @@ TEST(PoseCsv, ReadsBackToTheSameBits) {
   EXPECT_EQ(point.covariance[0], 0.25);
   EXPECT_EQ(point.covariance[1], 0.0625);
   EXPECT_EQ(point.covariance[5], 4.0);
+}
+
+TEST(PoseFile, WritesAllRowsInTheirOrder) {
+  std::ostringstream expected;
+  write_pose_header(expected);
+  std::ostringstream out;
+  PoseFile file(out);
+  odom_pose pose = some_pose();
+  for (pose.tick = 1; pose.tick <= 10'000; ++pose.tick) {  // several batches
+    pose.x = 0.1 * static_cast<double>(pose.tick);
+    const auto t_ns = static_cast<std::int64_t>(pose.tick) * 5'000'000;
+    file.add(pose, t_ns);
+    std::string row;
+    append_pose_row(row, pose, t_ns);
+    expected << row;
+  }
+  file.finish();
+  EXPECT_EQ(out.str(), expected.str());
+}
+
+TEST(PoseFile, OfNothingIsItsHeader) {
+  std::ostringstream expected;
+  write_pose_header(expected);
+  std::ostringstream out;
+  PoseFile(out).finish();
+  EXPECT_EQ(out.str(), expected.str());
 }
 
 TEST(PoseCsv, AModeThatIsNotKnownHasItsNumber) {
