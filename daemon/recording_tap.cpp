@@ -6,7 +6,7 @@ namespace odomd::daemon {
 
 void RecordingTap::tick_done(const TickRecord& record, const Around& around,
                              const Pipeline& pipeline) noexcept {
-  // Acquire: with the wish to begin, the rings that housekeeping has emptied.
+  // Acquire: with the wish to begin, the rings that housekeeping has made and emptied.
   const State state = state_.load(std::memory_order_acquire);
   if (state == State::idle || state == State::full) return;
   if (state == State::unwanted) {
@@ -25,7 +25,7 @@ void RecordingTap::tick_done(const TickRecord& record, const Around& around,
   mark_.woke_ns = around.woke_ns;
   mark_.realtime_offset_ns = around.realtime_offset_ns;
   mark_.conditions = around.conditions;
-  taking_ = taking_ && marks_.push(mark_);
+  taking_ = taking_ && rings_->marks.push(mark_);
   mark_.frames = 0;
   mark_.cameras = 0;
 
@@ -37,11 +37,12 @@ void RecordingTap::tick_done(const TickRecord& record, const Around& around,
                                    std::memory_order_relaxed);
 }
 
-void RecordingTap::begin() noexcept {
+void RecordingTap::begin() {
   // The beat is idle and leaves the rings alone: what a recording left behind goes.
-  while (frames_.front() != nullptr) frames_.pop();
-  while (cameras_.front() != nullptr) cameras_.pop();
-  while (marks_.front() != nullptr) marks_.pop();
+  if (!rings_) rings_ = std::make_unique<Rings>();
+  while (rings_->frames.front() != nullptr) rings_->frames.pop();
+  while (rings_->cameras.front() != nullptr) rings_->cameras.pop();
+  while (rings_->marks.front() != nullptr) rings_->marks.pop();
   state_.store(State::wanted, std::memory_order_release);
 }
 

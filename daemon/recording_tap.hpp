@@ -5,11 +5,15 @@
 // A recording begins behind a tick with a copy of the pipeline's state, so that whoever replays the
 // inputs from there gets the bits that were published, in whatever part of a drive it began. It has
 // no holes: where a ring is full it ends, with the last tick that is in it whole.
+//
+// The rings take 5 MB, locked: they come with the first recording. A daemon that nobody records
+// starts without them.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "can_protocol/decoder.hpp"
@@ -63,12 +67,12 @@ class RecordingTap {
 
   void take(const can::Frame& frame) noexcept {
     if (!taking_) return;
-    taking_ = frames_.push(frame);
+    taking_ = rings_->frames.push(frame);
     ++mark_.frames;
   }
   void take(const estimator::CameraPose& pose) noexcept {
     if (!taking_) return;
-    taking_ = cameras_.push(pose);
+    taking_ = rings_->cameras.push(pose);
     ++mark_.cameras;
   }
 
@@ -88,18 +92,19 @@ class RecordingTap {
   [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
 
   /// Only when idle: the beat goes to `running` behind its next tick. The first mark is that
-  /// tick's, the checkpoint the state behind it, so no inputs belong to it.
-  void begin() noexcept;
+  /// tick's, the checkpoint the state behind it, so no inputs belong to it. The first time it
+  /// allocates.
+  void begin();
   /// The beat goes back to `idle` behind its next tick.
   void end() noexcept;
   /// Once running, until end().
   [[nodiscard]] const Checkpoint& checkpoint() const noexcept { return checkpoint_; }
 
   /// The oldest mark, or null; its inputs are in the rings by then. Take these out, then the mark.
-  [[nodiscard]] const TickMark* mark() noexcept { return marks_.front(); }
-  void pop_mark() noexcept { marks_.pop(); }
-  [[nodiscard]] can::Frame take_frame() noexcept { return taken(frames_); }
-  [[nodiscard]] estimator::CameraPose take_camera() noexcept { return taken(cameras_); }
+  [[nodiscard]] const TickMark* mark() noexcept { return rings_ ? rings_->marks.front() : nullptr; }
+  void pop_mark() noexcept { rings_->marks.pop(); }
+  [[nodiscard]] can::Frame take_frame() noexcept { return taken(rings_->frames); }
+  [[nodiscard]] estimator::CameraPose take_camera() noexcept { return taken(rings_->cameras); }
 
  private:
   template <typename T, std::size_t capacity>
@@ -113,9 +118,12 @@ class RecordingTap {
   bool taking_ = false;  // the beat's: running, and everything of this tick has found room
   TickMark mark_;        // the beat's: of the tick in hand
   Checkpoint checkpoint_;
-  SpscRing<can::Frame, max_frames> frames_;
-  SpscRing<estimator::CameraPose, max_cameras> cameras_;
-  SpscRing<TickMark, max_ticks> marks_;
+  struct Rings {
+    SpscRing<can::Frame, max_frames> frames;
+    SpscRing<estimator::CameraPose, max_cameras> cameras;
+    SpscRing<TickMark, max_ticks> marks;
+  };
+  std::unique_ptr<Rings> rings_;  // the beat looks at them from `wanted` on
 };
 
 }  // namespace odomd::daemon
