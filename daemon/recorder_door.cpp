@@ -19,6 +19,8 @@ constexpr std::size_t enough_bytes = 1U << 18U;
 constexpr int accepts_per_turn = 16;
 /// A recorder that waits for its disk gets the end of the drive all the same.
 constexpr std::chrono::milliseconds patience_at_end{500};
+/// One that takes nothing for so long keeps the next one out no longer.
+constexpr std::int64_t patience_ns = 10'000'000'000;
 
 std::string refusal(const std::string& why) {
   const RecordingHeader header{RecordingMessage::refused, static_cast<std::uint32_t>(why.size())};
@@ -27,9 +29,9 @@ std::string refusal(const std::string& why) {
 
 }  // namespace
 
-RecorderDoor::RecorderDoor(const Running& running, LocalSocket socket,
+RecorderDoor::RecorderDoor(const Recorded& recorded, LocalSocket socket,
                            std::vector<RecordingFile> files)
-    : running_(running), socket_(std::move(socket)), files_(std::move(files)) {}
+    : recorded_(recorded), socket_(std::move(socket)), files_(std::move(files)) {}
 
 void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
   for (int i = 0; i < accepts_per_turn; ++i) {
@@ -49,6 +51,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
     ticks_ = 0;
     out_.clear();
     out_at_ = 0;
+    moved_ns_ = now_ns;
     journal.info(Topic::recording, now_ns,
                  fmt::format("a recording begins (pid {}, uid {})", peer_.pid, peer_.uid));
   }
@@ -61,9 +64,9 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
   if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR))
     return drop("the recorder went away", now_ns, journal);
 
-  const RecordingTap::State tap = running_.tap.state();
+  const RecordingTap::State tap = recorded_.tap.state();
   if (!begun_ && tap == RecordingTap::State::idle) {
-    running_.tap.begin();
+    recorded_.tap.begin();
     begun_ = true;
   } else if (begun_ && stage_ == Stage::waiting && tap != RecordingTap::State::wanted) {
     begin_stream();
@@ -71,19 +74,27 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
   // The tap was looked at before the rings: once it is full, nothing is added to them.
   if (stage_ == Stage::streaming) {
     append_ticks();
-    if (tap == RecordingTap::State::full && running_.tap.mark() == nullptr)
+    if (tap == RecordingTap::State::full && recorded_.tap.mark() == nullptr)
       end("the recorder did not keep up");
   }
+  const std::size_t waiting = out_.size() - out_at_;
   if (!flush()) return drop("the recorder went away", now_ns, journal);
-  if (stage_ == Stage::ended && out_at_ == out_.size())
-    drop("the recorder did not keep up", now_ns, journal);
+  const std::size_t left = out_.size() - out_at_;
+  if (stage_ == Stage::ended && left == 0)
+    return drop("the recorder did not keep up", now_ns, journal);
+  // Once the rings were full it has one patience for all that is left: not one more for each byte.
+  const bool fell_behind = tap == RecordingTap::State::full;
+  if (!fell_behind && (left == 0 || left < waiting)) moved_ns_ = now_ns;
+  if (now_ns - moved_ns_ < patience_ns) return;
+  drop(fell_behind ? "the recorder did not keep up" : "the recorder took nothing for 10 s", now_ns,
+       journal);
 }
 
 void RecorderDoor::close(std::int64_t now_ns, Journal& journal) {
   if (!recorder_) return;
   if (stage_ == Stage::streaming) {
     // No more than the rings hold: the beat goes on until housekeeping has ended.
-    for (std::size_t i = 0; i < RecordingTap::max_ticks && running_.tap.mark() != nullptr; ++i)
+    for (std::size_t i = 0; i < RecordingTap::max_ticks && recorded_.tap.mark() != nullptr; ++i)
       append_tick();
     end("odomd has ended");
   }
@@ -99,17 +110,17 @@ void RecorderDoor::begin_stream() {
     append(RecordingMessage::file, bytes += file.text);
   }
   send_buses();
-  append(RecordingMessage::state, checkpoint_bytes(running_.tap.checkpoint()));
+  append(RecordingMessage::state, checkpoint_bytes(recorded_.tap.checkpoint()));
   stage_ = Stage::streaming;
 }
 
 std::string RecorderDoor::hello() const {
-  const Config& config = running_.config;
+  const Config& config = recorded_.config;
   JsonWriter json;
   json.begin_object();
   json.member("build", build_identity());
   json.member("version", ODOMD_VERSION);
-  json.member("instance", fmt::format("{:016x}", running_.writer.info().instance_id));
+  json.member("instance", fmt::format("{:016x}", recorded_.instance_id));
   json.member("config", config.file.string());
   json.member("model", name_of(config.model));
   json.member("period_ns", config.realtime.period_ns);
@@ -122,7 +133,7 @@ std::string RecorderDoor::hello() const {
 }
 
 void RecorderDoor::send_buses() {
-  const auto names = running_.buses.all();
+  const auto names = recorded_.buses.all();
   if (names.size() == buses_) return;
   buses_ = names.size();
   std::string text;
@@ -131,12 +142,12 @@ void RecorderDoor::send_buses() {
 }
 
 void RecorderDoor::append_ticks() {
-  while (running_.tap.mark() != nullptr && out_.size() - out_at_ < enough_bytes) append_tick();
+  while (recorded_.tap.mark() != nullptr && out_.size() - out_at_ < enough_bytes) append_tick();
 }
 
 void RecorderDoor::append_tick() {
   send_buses();  // before the frames of a bus that was unknown
-  RecordingTap& tap = running_.tap;
+  RecordingTap& tap = recorded_.tap;
   const TickMark mark = *tap.mark();
   const std::size_t size =
       sizeof mark + mark.frames * sizeof(can::Frame) + mark.cameras * sizeof(estimator::CameraPose);
@@ -193,7 +204,7 @@ void RecorderDoor::drop(std::string_view why, std::int64_t now_ns, Journal& jour
       Topic::recording_end, now_ns,
       fmt::format("the recording (pid {}) ends after {} ticks: {}", peer_.pid, ticks_, why));
   recorder_ = {};
-  running_.tap.end();
+  recorded_.tap.end();
 }
 
 }  // namespace odomd::daemon

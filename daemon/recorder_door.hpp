@@ -1,5 +1,6 @@
 // Where `odom record` connects. Housekeeping takes what the tap holds and sends it, as fast as the
-// recorder takes it; the rings are the buffer in between. One recorder at a time.
+// recorder takes it; the rings are the buffer in between. One recorder at a time, so one that takes
+// nothing any more loses its place.
 #pragma once
 
 #include <cstddef>
@@ -8,18 +9,28 @@
 #include <string>
 #include <vector>
 
+#include "can_protocol/bus_names.hpp"
 #include "can_protocol/file_descriptor.hpp"
+#include "daemon/config.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/local_socket.hpp"
 #include "daemon/recording_files.hpp"
+#include "daemon/recording_tap.hpp"
 #include "daemon/recording_wire.hpp"
-#include "daemon/running.hpp"
 
 namespace odomd::daemon {
 
+/// What is recorded: of the daemon, and outlives the door.
+struct Recorded {
+  const Config& config;
+  const can::BusNames& buses;
+  std::uint64_t instance_id = 0;
+  RecordingTap& tap;
+};
+
 class RecorderDoor {
  public:
-  RecorderDoor(const Running& running, LocalSocket socket, std::vector<RecordingFile> files);
+  RecorderDoor(const Recorded& recorded, LocalSocket socket, std::vector<RecordingFile> files);
 
   /// The listening socket, to poll.
   [[nodiscard]] int get() const noexcept { return socket_.get(); }
@@ -27,7 +38,8 @@ class RecorderDoor {
   /// Lets a recorder in, or says why not.
   void accept(std::int64_t now_ns, Journal& journal);
 
-  /// Every turn: sends what there is.
+  /// Every turn: sends what there is. A recorder that takes nothing for ten seconds is dropped, and
+  /// so is one that fell behind until the rings were full and does not take the rest in that time.
   void serve(std::int64_t now_ns, Journal& journal);
 
   /// The daemon ends: says so to the recorder, with the ticks that are there. Waits half a second
@@ -53,7 +65,7 @@ class RecorderDoor {
   void drop(std::string_view why, std::int64_t now_ns, Journal& journal);
   [[nodiscard]] std::string hello() const;
 
-  const Running& running_;
+  Recorded recorded_;
   LocalSocket socket_;
   std::vector<RecordingFile> files_;
 
@@ -65,6 +77,7 @@ class RecorderDoor {
   std::uint64_t ticks_ = 0;  // sent
   std::string out_;          // not sent yet
   std::size_t out_at_ = 0;
+  std::int64_t moved_ns_ = 0;  // when it last took something, or had nothing to take
 };
 
 }  // namespace odomd::daemon

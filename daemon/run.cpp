@@ -159,10 +159,12 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
   const Config& config = running.config;
   try {
     auto files = recording_files(config);
-    return std::optional<RecorderDoor>(std::in_place, running,
-                                       LocalSocket({record_socket(config), SocketType::stream,
-                                                    record_mode(config), config.shm.group}),
-                                       std::move(files));
+    return std::optional<RecorderDoor>(
+        std::in_place,
+        Recorded{config, running.buses, running.writer.info().instance_id, running.tap},
+        LocalSocket(
+            {record_socket(config), SocketType::stream, record_mode(config), config.shm.group}),
+        std::move(files));
   } catch (const std::exception& error) {
     journal.warn(fmt::format("no recording: {}; set [record] socket", error.what()));
     return std::nullopt;
