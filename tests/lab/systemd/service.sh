@@ -22,6 +22,11 @@ check "it has no capability" "$(of_process CapEff) $(of_process CapBnd)" \
 check "it gains no privileges, and its calls are filtered" "$(of_process NoNewPrivs) $(of_process Seccomp)" \
   test "$(of_process NoNewPrivs) $(of_process Seccomp)" = "1 2"
 
+mount_of() { awk -v at="$1" '$5 == at {found = $6} END {print found}' "/proc/$pid/mountinfo"; }
+check "it sees no kernel settings, and cannot write to devices' or the system's" "$(mount_of /sys), $(mount_of /)" \
+  test ! -e "/proc/$pid/root/proc/sys" -a "$(mount_of /sys | cut -d, -f1)$(mount_of / | cut -d, -f1)" = roro
+check "nor home directories" "$(ls -A "/proc/$pid/root/root" 2>&1)" test -z "$(ls -A "/proc/$pid/root/root" 2>/dev/null)"
+
 exposure=$(systemd-analyze security --no-pager $unit | sed -n 's/.*exposure level.*: \([0-9.]*\) .*/\1/p')
 echo "   exposure $exposure"
 check "systemd calls it exposed by 2.0 at most" "$exposure" awk "BEGIN {exit !(\"$exposure\" != \"\" && $exposure <= 2.0)}"
