@@ -57,6 +57,7 @@ Requires=basic.target
 After=basic.target
 
 [Service]
+NotifyAccess=all
 Environment=HOME=/root LANG=C.UTF-8
 ExecStart=/bin/sh /run/lab-job
 ExecStopPost=/bin/systemctl reboot --force --force

@@ -1,13 +1,20 @@
 # The service is killed, and stopped, while the car drives: systemd starts it anew, it goes on from its
-# predecessor's pose. How long that takes is held against an empty notify service of the same settings:
-# what is more is odomd's own.
+# predecessor's pose. How long that takes is held against an empty notify service without any settings
+# but those of the restart, killed in turns with it: the median of the poses at most 500 ms later, and
+# at most 2 s.
+#
+# Both bars are meant for a machine that has its time to itself. The empty service tells how far from
+# that the run is: where it takes longer than its $quiet_ms on a quiet host (without RestartSec=, during
+# which nothing works), both bars grow by that ratio, and the result says so.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 rounds=5
+quiet_ms=140
 
 begin --camera-socket $run/camera.sock
 
-# An instance of our unit that runs an empty program. And one of no settings, to tell what ours cost.
+# The empty service, and for comparison an instance of our unit that runs the same program: what it
+# takes longer is our sandbox, and what odomd takes longer than that is its own.
 cp "$ODOMD_BIN_DIR/restart_probe" /usr/local/bin/
 add_vcan empty
 mkdir -p /run/systemd/system/odomd@empty.service.d
@@ -41,11 +48,20 @@ jq -c '[.elapsed_ms, .gap_ms, .before, .after]' poses.json | sed 's/^/   /'
 median() { jq -s 'map(.elapsed_ms) | sort | .[length / 2 | floor] | round' "$1.json"; }
 all() { echo "$(median "$1") ms (median of $(jq -s -c 'map(.elapsed_ms | round)' "$1.json"))"; }
 echo "   from the kill to the first pose: $(all poses)"
-echo "   to an empty service's readiness: $(all odomd@empty)"
-echo "   to that of one without settings: $(all bare)"
-check "kill -9: a pose at most 500 ms after an empty service would be ready" "$(all poses), $(all odomd@empty)" \
-  test "$(median poses)" -le $(($(median odomd@empty) + 500))
-check "kill -9: a pose within 2 s" "$(all poses)" test "$(median poses)" -le 2000
+echo "   to the readiness of an empty service: $(all bare)"
+echo "   to that of one in our sandbox: $(all odomd@empty)"
+
+restart_ms=50
+slowness=$(jq -n "[($(median bare) - $restart_ms) / $quiet_ms, 1] | max * 100 | round / 100")
+slow() { jq -n "$1 * $slowness | round"; }
+later=$(($(median poses) - $(median bare)))
+measured="$later ms later, $(median poses) ms in all, on a machine $slowness times as slow as a quiet one"
+echo "   $measured"
+check "kill -9: a pose at most 500 ms after an empty service would be ready (here $(slow 500) ms)" "$measured" \
+  test $later -le "$(slow 500)"
+check "kill -9: a pose within 2 s (here $(slow 2000) ms)" "$measured" test "$(median poses)" -le "$(slow 2000)"
+check "systemd is told to restart it after $restart_ms ms" "$(systemctl show -P RestartUSec $unit)" \
+  test "$(systemctl show -P RestartUSec $unit)" = ${restart_ms}ms
 
 # Where a slow machine took longer than the 2 s for which a pose is good, there is nothing to go on from.
 jq -c 'select(.gap_ms < 2000)' poses.json >continued.json
