@@ -41,6 +41,30 @@ check "the journal says what it does" "$(head -n 5 journal.log)" grep -q "model 
 check "in plain lines" "$(grep -nP '[^\x20-\x7E\t]' journal.log | head -n 3)" \
   test -z "$(grep -P '[^[:print:]]' journal.log)"
 
+# A log file, as docs/operations.md tells how to have one: moved away, as logrotate does, and opened
+# anew by a reload.
+mkdir -p /run/systemd/system/$unit.d
+printf '[Service]\nLogsDirectory=odomd\n' >/run/systemd/system/$unit.d/log.conf
+systemctl daemon-reload
+log=/var/log/odomd/$bus.log
+printf '\n[log]\nfile = "%s"\n' $log >>/etc/odomd/$bus.toml
+systemctl restart $unit
+await 20 publishes
+pid=$(main_pid)
+check "logs into a file of its own" "$(ls -l /var/log/odomd 2>&1; journal)" await 20 grep -q "into $run/pose" $log
+mv $log $log.1
+systemctl reload $unit
+check "a reload opens the file anew after it was moved away" "$(ls -l /var/log/odomd; journal)" \
+  await 20 grep -q "the log was opened anew" $log
+ip link set $bus down
+check "goes on in that one" "$(cat $log)" await 20 grep -q "$bus: the bus is down" $log
+ip link set $bus up
+check "and no longer in the old one" "$(cat $log.1)" test -z "$(grep -E 'opened anew|bus is down' $log.1)"
+check "which are its own, and nobody else's" "$(stat -c '%U %G %a' $log)" test "$(stat -c '%U %G %a' $log)" = "odomd odomd 600"
+check "without being started anew" "$pid, $(main_pid)" test "$pid" = "$(main_pid)"
+rm /run/systemd/system/$unit.d/log.conf
+systemctl daemon-reload
+
 systemctl stop $unit
 ended=$(systemctl show -p ActiveState,Result,ExecMainCode,ExecMainStatus $unit | sort | tr '\n' ' ')
 check "ends cleanly when it is stopped" "$ended" \
