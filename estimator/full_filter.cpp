@@ -433,12 +433,18 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
                           .yaw_rate = e.yaw_rate,
                           .camera_ns = e.camera_ns});
   if (!now_.rest.standing && e.initialised) {
-    const double dt = context_.period_s;
-    const full::VelocityStep next =
-        full::velocity_linearised(context_.model, full::input_of(now_), x, dt);
-    e.v_x_dot = (next.velocity[0] - e.v_x) / dt;
-    e.v_y_dot = (next.velocity[1] - e.v_y) / dt;
-    e.yaw_accel = (next.velocity[2] - e.yaw_rate) / dt;
+    // What a client integrates for up to 100 ms: the mean rate of the next 60 ms, in which the
+    // tyres settle. The rate of this instant would run away from the filter's own propagation.
+    const full::Input input = full::input_of(now_);
+    Eigen::Matrix<double, 8, 1> ahead = x.segment<8>(at::v_x);
+    constexpr int steps = 12;
+    constexpr double dt = 0.005;
+    for (int i = 0; i < steps; ++i) {
+      ahead.head<3>() = full::next_velocity<double>(context_.model, input, ahead, dt);
+    }
+    e.v_x_dot = (ahead[0] - e.v_x) / (steps * dt);
+    e.v_y_dot = (ahead[1] - e.v_y) / (steps * dt);
+    e.yaw_accel = (ahead[2] - e.yaw_rate) / (steps * dt);
   }
   return e;
 }
