@@ -10,6 +10,7 @@
 
 #include "estimator/filter.hpp"
 #include "estimator/paper_ekf.hpp"
+#include "estimator/pose.hpp"
 
 namespace odomd::estimator {
 namespace {
@@ -94,6 +95,96 @@ void camera_pose(benchmark::State& state) {
   }
 }
 BENCHMARK(camera_pose)->Arg(1)->Arg(8)->Arg(40)->Arg(250);
+
+/// The full filter on the traffic of `odom sim`: inertial sensors every tick, about 4 ms old; the
+/// front wheels and the steering in turn with the rear wheels, which are 10 ms old. A slalom.
+class FullTraffic {
+ public:
+  FullTraffic() { set_initial_pose(filter_, {}); }
+
+  /// What comes in between the last tick and the next.
+  void send() {
+    now_ += period_ns;
+    const std::int64_t taken = now_ - 4'200'000;
+    const Motion m = motion(taken);
+    say(Source::yaw_rate, taken, m.yaw_rate, 0.005);
+    say(Source::accel_x, taken, 0.0, 0.15);
+    say(Source::accel_y, taken, speed * m.yaw_rate, 0.15);
+    const std::int64_t turned = now_ - 9'600'000;
+    if (now_ % (2 * period_ns) == 0) {
+      say(Source::wheel_front_left, turned, speed / std::cos(m.steering), 0.0065);
+      say(Source::wheel_front_right, turned, speed / std::cos(m.steering), 0.0065);
+      say(Source::steering, now_ - 4'100'000, m.steering, 0.001);
+    } else {
+      say(Source::wheel_rear_left, turned, speed, 0.0065);
+      say(Source::wheel_rear_right, turned, speed, 0.0065);
+    }
+  }
+
+  /// A wheel's sample that comes so late [ns] that all from there on is done again.
+  void send_late(std::int64_t late_ns) { say(Source::motor, now_ - late_ns, speed, 0.05); }
+
+  /// The pose as it was believed `late_ns` ago, as a camera sees it.
+  void send_camera(std::int64_t late_ns) {
+    const Pose2 pose = moved(last_.map, {last_.v_x, last_.v_y, last_.yaw_rate},
+                             -1e-9 * static_cast<double>(late_ns - period_ns));
+    keep_going(
+        add(filter_, CameraPose{now_ - late_ns, now_, pose.x, pose.y, pose.yaw, 0.05, 0.05, 0.05}));
+  }
+
+  Estimate step() {
+    last_ = estimator::step(filter_, now_);
+    return last_;
+  }
+
+  /// Since the start, all samples were taken in.
+  [[nodiscard]] bool honest() const { return honest_; }
+
+ private:
+  static constexpr double speed = 1.5;
+  struct Motion {
+    double steering;
+    double yaw_rate;
+  };
+  static Motion motion(std::int64_t time) {
+    const double delta = 0.1 * std::sin(2e-9 * static_cast<double>(time));
+    return {delta, speed * std::tan(delta) / 0.26};
+  }
+  void say(Source source, std::int64_t time, double value, double sigma) {
+    keep_going(add(filter_, Measurement{source, time, value, sigma, now_}));
+  }
+  void keep_going(std::optional<Verdict> verdict) { honest_ = honest_ && !verdict; }
+
+  Filter filter_ = make_filter(Model::full, {});
+  std::int64_t now_ = 1'000'000'000;
+  Estimate last_;
+  bool honest_ = true;
+};
+
+/// A tick of the full filter; where `late_ms` is not 0, one that something takes back so far.
+template <void (FullTraffic::*late)(std::int64_t)>
+void full_tick(benchmark::State& state) {
+  const std::int64_t late_ns = state.range(0) * 1'000'000;
+  FullTraffic traffic;
+  for (int i = 0; i < 400; ++i) {
+    traffic.send();
+    traffic.step();
+  }
+  for (auto _ : state) {
+    traffic.send();
+    if (late_ns != 0) {
+      (traffic.*late)(late_ns);
+    }
+    Estimate e = traffic.step();
+    benchmark::DoNotOptimize(e);
+  }
+  if (!traffic.honest()) {
+    state.SkipWithError("a sample was refused");
+  }
+}
+BENCHMARK_TEMPLATE(full_tick, &FullTraffic::send_camera)->Name("full_tick")->Arg(0);
+BENCHMARK_TEMPLATE(full_tick, &FullTraffic::send_camera)->Name("full_tick_late_camera")->Arg(40);
+BENCHMARK_TEMPLATE(full_tick, &FullTraffic::send_late)->Name("full_tick_late_wheel")->Arg(249);
 
 }  // namespace
 }  // namespace odomd::estimator

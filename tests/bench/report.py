@@ -132,25 +132,29 @@ def add_pose(report, bench):
 
 
 def add_work(report, bench):
-    for name, what, limit in (
+    author, elsewhere = ("author's code", 575.0), "robot_localization"
+    for name, what, limit, *peer in (
         ("decode_unmapped", "decode a frame that nobody wants", 50),
         ("decode_three_signals", "decode a frame, three signals", 50),
         ("decode_three_signals_protected", "the same, protected (profile 1)", 50),
         ("check_protection", "the protection's check alone", None),
         ("encode_three_signals_protected", "encode it (simulator)", None),
-        ("paper_predict_and_correct", "paper filter, predict and correct", 57),
+        ("paper_predict_and_correct", "paper filter, predict and correct", 57, *author),
         ("whole_tick/paper", "paper, whole tick with its samples", None),
         ("whole_tick/kinematic", "kinematic, whole tick with its samples", None),
-        ("camera_pose/8", "a camera pose that is 40 ms late, with its tick", None),
+        ("camera_pose/8", "paper, tick with a camera pose that is 40 ms late", None),
+        ("full_tick/0", "full, whole tick with its samples", 5_000, elsewhere, 11_600.0),
+        ("full_tick_late_camera/40", "full, tick with a camera pose that is 40 ms late", 40_000,
+         elsewhere, 78_000.0),
+        ("full_tick_late_wheel/249", "full, tick with the longest rewind, 250 ms", 250_000),
     ):
-        peer = ("author's code", 575.0) if name == "paper_predict_and_correct" else (None, None)
         report.row(what, bench.cpu_ns(name), "ns", *peer, bar=limit and ("≤", limit))
 
 
 def add_replay(report, directory):
-    for model, limit in (("paper", 2000), ("kinematic", None)):
+    for model, camera, limit in (("paper", "", 2000), ("kinematic", "", None), ("full", " --camera", 300)):
         length_s, *times_ns = map(int, (directory / f"replay-{model}.txt").read_text().split())
-        report.row(f"replay of a drive, `--model {model}`", length_s * 1e9 / statistics.median(times_ns),
+        report.row(f"replay of a drive, `--model {model}{camera}`", length_s * 1e9 / statistics.median(times_ns),
                    "times real time", bar=limit and ("≥", limit))
 
 

@@ -64,12 +64,14 @@ fi
 
 drive=$work/drive
 step "$bin/odom" sim --duration $drive_seconds --out "$drive"
-for model in paper kinematic; do
+for model in paper kinematic full; do
+  camera=()
+  [ $model != full ] || camera=(--camera "$drive/camera.csv")
   echo $drive_seconds >"$work/replay-$model.txt"
   for _ in $(seq $runs); do
     begin=$(date +%s%N)
-    step "$bin/odom" replay --config "$drive/car.toml" --can "$drive/drive.log" --model $model \
-      --out "$work/pose.csv"
+    step "$bin/odom" replay --config "$drive/car.toml" --can "$drive/drive.log" "${camera[@]}" \
+      --model $model --out "$work/pose.csv"
     echo $(($(date +%s%N) - begin)) >>"$work/replay-$model.txt"
   done
 done
