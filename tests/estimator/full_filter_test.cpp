@@ -193,6 +193,29 @@ TEST(FullFilter, BitsDoNotDependOnTheEpoch) {
   }
 }
 
+TEST(FullFilter, AMicrosecondOfShiftMovesThePoseByHardlyMoreThanTheCarMoves) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(3'000 * millisecond);
+  FullFilter reference = started();
+  const std::vector<Estimate> expected = run(reference, arrivals, 600);
+  for (const std::int64_t shift_ns : {-1000, 1000}) {
+    std::vector<Arrival> shifted = arrivals;
+    for (Arrival& arrival : shifted) {
+      if (arrival.signal) {
+        arrival.signal->time_ns += shift_ns;
+      } else {
+        arrival.camera->capture_ns += shift_ns;
+      }
+    }
+    FullFilter filter = started();
+    const std::vector<Estimate> estimates = run(filter, shifted, 600);
+    for (std::size_t i = 0; i < estimates.size(); ++i) {
+      EXPECT_NEAR(estimates[i].map.x, expected[i].map.x, 1e-5) << i;
+      EXPECT_NEAR(estimates[i].map.y, expected[i].map.y, 1e-5) << i;
+      EXPECT_NEAR(estimates[i].map.yaw, expected[i].map.yaw, 1e-5) << i;
+    }
+  }
+}
+
 TEST(FullFilter, ACameraPoseFromBeforeTheFirstTickInitialises) {
   FilterSettings settings;
   settings.initialise_from_camera = true;
