@@ -17,10 +17,19 @@ constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 constexpr double agreeing_share = 0.25;     // of the way
 constexpr double agreeing_distance = 0.05;  // [m], and four sigmas of the poses
 constexpr double agreeing_yaw = 0.1;        // [rad], likewise
-constexpr double longest_pause_s = 0.5;     // between two poses of one run
+// A car may have gone from one pose to the next: by the filter's way and half again, and this.
+constexpr double possible_share = 1.5;
+constexpr double possible_speed = 1.0;     // [m/s]
+constexpr double possible_yaw_rate = 2.0;  // [rad/s]
+// ... and has gone somewhere by then.
+constexpr double driven_distance = 0.1;  // [m]
+constexpr double driven_yaw = 0.2;       // [rad]
+constexpr double longest_pause_s = 0.5;  // between two poses of one run
 
 // How well the velocity is known after the pose turned out to be wrong.
 constexpr double doubted_speed = 0.1;  // [m/s]
+// For so long the wheels are: what is known best to err is a wheel that slips [s].
+constexpr double wheels_doubted_s = 1.0;
 
 /// What no tyre and no sensor is off by, and where the model would lose its sense.
 void keep_scales_possible(State& state) noexcept {
@@ -42,6 +51,29 @@ bool agree(const CameraContender& before, const Pose2& seen, const Pose2& believ
   return std::hypot(dx, dy) <= (agreeing_share + heading) * way + agreeing_distance +
                                    noise * std::hypot(sigma[0], sigma[1]) &&
          std::abs(turn) <= agreeing_yaw + noise * sigma[2];
+}
+
+/// Whether a car could have gone from one pose to the next, be the filter's velocity what it may.
+bool possible(const CameraContender& before, const Pose2& seen, const Pose2& believed, double dt,
+              const std::array<double, 3>& sigma) noexcept {
+  const double way = std::hypot(seen.x - before.seen.x, seen.y - before.seen.y);
+  const double expected =
+      std::hypot(believed.x - before.believed.x, believed.y - before.believed.y);
+  const double turn = wrap_angle(seen.yaw - before.seen.yaw);
+  const double expected_turn = believed.yaw - before.believed.yaw;
+  const double noise = 4.0 * std::sqrt(2.0);
+  return way <= possible_share * expected + possible_speed * dt +
+                    noise * std::hypot(sigma[0], sigma[1]) &&
+         std::abs(turn) <=
+             possible_share * std::abs(expected_turn) + possible_yaw_rate * dt + noise * sigma[2];
+}
+
+/// A long run of poses that a car could have come through, and has: a picture that stands still is
+/// no car that slips.
+bool seen_driving(const CameraContender& run) noexcept {
+  return run.steady >= steady_rejections &&
+         (std::hypot(run.seen.x - run.first.x, run.seen.y - run.first.y) > driven_distance ||
+          std::abs(wrap_angle(run.seen.yaw - run.first.yaw)) > driven_yaw);
 }
 
 /// The pose becomes `seen`, its covariance that of the camera, and nothing else is related to it.
@@ -107,17 +139,25 @@ Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample
   }
 
   const CameraContender& before = state.contender;
-  const bool goes_on = before.agreeing > 0 &&
-                       seconds_between(before.capture_ns, sample.time_ns) <= longest_pause_s &&
-                       agree(before, seen, believed, sample.sigma);
-  state.contender = {goes_on ? before.agreeing + 1 : 1, sample.time_ns, seen, believed};
-  if (state.contender.agreeing < agreeing_rejections) {
+  const double dt = seconds_between(before.capture_ns, sample.time_ns);
+  const bool goes_on = before.steady > 0 && dt <= longest_pause_s;
+  const bool steady = goes_on && possible(before, seen, believed, dt, sample.sigma);
+  const bool agrees = goes_on && agree(before, seen, believed, sample.sigma);
+  state.contender = {.agreeing = agrees ? before.agreeing + 1 : 1,
+                     .steady = steady ? before.steady + 1 : 1,
+                     .first = steady ? before.first : seen,
+                     .capture_ns = sample.time_ns,
+                     .seen = seen,
+                     .believed = believed};
+  if (state.contender.agreeing < agreeing_rejections && !seen_driving(state.contender)) {
     judgement.verdict = Verdict::gated;
     return judgement;
   }
   move_to(state, seen, sample.sigma);
   state.covariance(at::v_x, at::v_x) += doubted_speed * doubted_speed;
   state.covariance(at::v_y, at::v_y) += doubted_speed * doubted_speed;
+  state.wheels_doubted_until_ns =
+      ns_after(sample.time_ns, std::llround(wheels_doubted_s * ns_per_second));
   ++state.resets;
   state.last_jump = {seen.x - believed.x, seen.y - believed.y, seen.yaw - believed.yaw};
   fused();

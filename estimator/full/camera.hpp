@@ -10,6 +10,9 @@ namespace odomd::estimator::full {
 
 /// So many rejected poses in a row that agree with each other are believed after all.
 inline constexpr int agreeing_rejections = 6;
+/// So many, too, from one to the next of which a car could have gone, however the filter thinks it
+/// goes: where wheels spin the filter knows nothing better.
+inline constexpr int steady_rejections = 20;
 
 struct CameraGate {
   double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %

@@ -60,6 +60,8 @@ struct Rest {
 /// The last of the camera poses that were rejected, and how many before it say the same.
 struct CameraContender {
   int agreeing = 0;
+  int steady = 0;  ///< how many a car could have come through
+  Pose2 first;     ///< of those, as the camera saw it
   std::int64_t capture_ns = 0;
   Pose2 seen;      ///< by the camera
   Pose2 believed;  ///< by the filter, at the same time
@@ -82,7 +84,8 @@ struct State {
   std::array<std::int64_t, source_count> rejected_since_ns{};  ///< 0: the newest was not rejected
 
   CameraContender contender;
-  double camera_test_ratio = 0.0;  ///< of the newest judged camera pose
+  std::int64_t wheels_doubted_until_ns = 0;  ///< for a while after a reset
+  double camera_test_ratio = 0.0;            ///< of the newest judged camera pose
   std::uint32_t resets = 0;  ///< times the camera has moved the pose against the filter's will
   Pose2 last_jump;
 

@@ -21,6 +21,9 @@ constexpr double gyro_lifetime_s = 0.35;
 // So long at most a correction of the velocity reaches back into the pose.
 constexpr double longest_unheard_s = 0.2;
 
+// By how much a wheel's speed may be wrong after the camera has shown the filter to be.
+constexpr double doubted_share = 0.5;
+
 constexpr std::size_t index_of(Source source) noexcept {
   return static_cast<std::size_t>(source);
 }
@@ -124,10 +127,13 @@ Judgement take_wheel(const Context& context, State& state, Sample sample) noexce
     return {.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
   }
   const bool gyro = gyro_alive(state);
-  return judge(context, state, sample,
-               predict_wheel_speed(context.model, context.wheels, state, sample.source,
-                                   sample.sigma[0], gyro),
-               {.yaw_rate = !gyro});
+  Prediction z = predict_wheel_speed(context.model, context.wheels, state, sample.source,
+                                     sample.sigma[0], gyro);
+  if (sample.time_ns < state.wheels_doubted_until_ns) {
+    const double doubt = doubted_share * sample.value[0];
+    z.variance += doubt * doubt;
+  }
+  return judge(context, state, sample, z, {.yaw_rate = !gyro});
 }
 
 Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
