@@ -123,13 +123,13 @@ void propagate(const CarModel& model, const Input& input, double dt, Vector& mea
 
   // P ← F P Fᵀ + Q, with F = identity but for its first eight rows
   Eigen::Matrix<double, 8, at::size> FP;
-  FP.topRows<6>().noalias() = step.jacobian * P.middleRows<9>(at::yaw);
+  FP.topRows<6>() = step.jacobian.lazyProduct(P.middleRows<9>(at::yaw));
   FP.topRows<2>() += P.topRows<2>();
   FP.row(at::front_force) = step.decay * P.row(at::front_force);
   FP.row(at::yaw_moment) = step.moment_decay * P.row(at::yaw_moment);
 
   Eigen::Matrix<double, 8, 8> block;
-  block.leftCols<6>().noalias() = FP.middleCols<9>(at::yaw) * step.jacobian.transpose();
+  block.leftCols<6>() = FP.middleCols<9>(at::yaw).lazyProduct(step.jacobian.transpose());
   block.leftCols<2>() += FP.leftCols<2>();
   block.col(at::front_force) = step.decay * FP.col(at::front_force);
   block.col(at::yaw_moment) = step.moment_decay * FP.col(at::yaw_moment);
