@@ -104,7 +104,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::vector<odomd::can::Database> databases{database()};
   static const std::vector<std::string> buses{"can0"};
   Input input(data, size);
-  const auto model = static_cast<odomd::estimator::Model>(input.take<std::uint8_t>() % 3);
+  const auto model = static_cast<odomd::estimator::Model>(input.take<std::uint8_t>() %
+                                                          odomd::estimator::model_names.size());
   const auto pipeline = std::make_unique<Pipeline>(config(model), databases, buses, true);
   odomd::can::WallClock wall;
   wall.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns});
