@@ -95,7 +95,8 @@ TEST(PaperFilter, HoldsTheNewestValueOfEachSignal) {
   Drive often = start(Model::paper);
   Drive seldom = start(Model::paper);
   for (int i = 0; i < 1000; ++i) {
-    const double speed = 1.0 + 0.01 * (i / 10);
+    const int sample = i / 10;
+    const double speed = 1.0 + 0.01 * sample;
     const testing::Samples samples{.speed = speed, .steering = 0.2, .yaw_rate = 0.5};
     often.tick(samples);
     seldom.tick(i % 10 == 0 ? samples : testing::Samples{});
