@@ -7,6 +7,7 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -35,7 +36,9 @@ struct CloseLibrary {
 
 template <class Function>
 Function* symbol(void* library, const char* name) {
-  return reinterpret_cast<Function*>(dlsym(library, name));
+  void* const found = dlsym(library, name);
+  if (found == nullptr) throw std::runtime_error(dlerror());
+  return reinterpret_cast<Function*>(found);
 }
 
 TEST_F(Embedding, ALibraryLoadedAtRunTimeReadsAndCanBeUnloaded) {
@@ -46,7 +49,6 @@ TEST_F(Embedding, ALibraryLoadedAtRunTimeReadsAndCanBeUnloaded) {
     auto* open = symbol<decltype(odom_open)>(library.get(), "odom_open");
     auto* latest = symbol<decltype(odom_latest)>(library.get(), "odom_latest");
     auto* close = symbol<decltype(odom_close)>(library.get(), "odom_close");
-    ASSERT_TRUE(open != nullptr && latest != nullptr && close != nullptr) << dlerror();
 
     odom_client* client = nullptr;
     ASSERT_EQ(open(path.c_str(), &client), ODOM_OK);
