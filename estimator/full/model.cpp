@@ -142,10 +142,10 @@ void propagate(const CarModel& model, const Input& input, double dt, Vector& mea
   P(at::y, at::y) += squared(noise.position) * dt;
   P(at::yaw, at::yaw) += squared(noise.yaw) * dt;
   const double felt = input.accel_x - mean[at::accel_bias_x];
-  P(at::v_x, at::v_x) +=
-      (input.has_accel_x ? squared(noise.v_x) + squared(noise.v_x_per_accel * felt)
-                         : squared(noise.v_x_alone)) *
-      dt;
+  P(at::v_x, at::v_x) += (input.has_accel_x ? squared(noise.v_x) + squared(input.accel_x_density) +
+                                                  squared(noise.v_x_per_accel * felt)
+                                            : squared(noise.v_x_alone)) *
+                         dt;
   P(at::v_y, at::v_y) += squared(noise.v_y) * dt;
   P(at::yaw_rate, at::yaw_rate) += squared(noise.yaw_rate) * dt;
   P(at::front_force, at::front_force) +=

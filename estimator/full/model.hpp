@@ -42,6 +42,8 @@ struct Input {
   double accel_x = 0.0;   ///< as measured [m/s²]
   bool has_steering = false;
   bool has_accel_x = false;
+  /// What the noise of its samples, each held until the next, makes of v_x [m/s/√s].
+  double accel_x_density = 0.0;
 };
 
 /// Parameters of the motion that do not change.

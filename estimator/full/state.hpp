@@ -46,6 +46,8 @@ struct HeldInput {
   bool seen = false;
   std::int64_t time_ns = 0;
   double value = 0.0;
+  double sigma = 0.0;       ///< of the sample
+  double interval_s = 0.0;  ///< since the one before
 };
 
 /// Whether the car stands, judged from wheels and gyro; see standstill.hpp.

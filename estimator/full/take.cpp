@@ -33,7 +33,9 @@ constexpr bool is_wheel(Source source) noexcept {
 }
 
 void hold(HeldInput& held, const Sample& sample) noexcept {
-  held = {true, sample.time_ns, sample.value[0]};
+  const double interval_s =
+      held.seen ? std::min(seconds_between(held.time_ns, sample.time_ns), longest_unheard_s) : 0.0;
+  held = {true, sample.time_ns, sample.value[0], sample.sigma[0], interval_s};
 }
 
 bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexcept {
@@ -155,7 +157,8 @@ Input input_of(const State& state) noexcept {
   return {.steering = state.steering.value,
           .accel_x = state.accel_x.value,
           .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s),
-          .has_accel_x = alive(state.accel_x, state.time_ns, accel_lifetime_s)};
+          .has_accel_x = alive(state.accel_x, state.time_ns, accel_lifetime_s),
+          .accel_x_density = state.accel_x.sigma * std::sqrt(state.accel_x.interval_s)};
 }
 
 void advance(const Context& context, State& state, std::int64_t time_ns) noexcept {
