@@ -74,13 +74,15 @@ template <typename T>
   const T k = 1.0 + s[7];
   const T c_v = car.cornering_stiffness_front * k;
   const T c_h = car.cornering_stiffness_rear * k;
-  const T delta = input.has_steering ? T(input.steering - s[6]) : T(0.0 * s[6]);
+  const T delta =
+      input.has_steering ? static_cast<T>(input.steering - s[6]) : static_cast<T>(0.0 * s[6]);
   const double m = car.mass;
   const double j_z = car.yaw_inertia;
 
-  const T a_x = input.has_accel_x
-                    ? T(input.accel_x - s[5] + yaw_rate * yaw_rate * model.imu_position[0])
-                    : T(0.0 * s[5]);
+  const T a_x =
+      input.has_accel_x
+          ? static_cast<T>(input.accel_x - s[5] + yaw_rate * yaw_rate * model.imu_position[0])
+          : static_cast<T>(0.0 * s[5]);
   const T coupling = dt * (l_v * c_v - l_h * c_h);
   const T steer = dt * c_v * delta * v_x;
   const T push = dt * m * w * e;
@@ -131,9 +133,9 @@ struct Step {
 [[nodiscard]] Step step_linearised(const CarModel& model, const Input& input, const Vector& state,
                                    double dt) noexcept;
 
-/// Mean and covariance after `dt` > 0 on the move.
+/// Mean and covariance P after `dt` > 0 on the move.
 void propagate(const CarModel& model, const Input& input, double dt, Vector& mean,
-               Matrix& covariance) noexcept;
+               Matrix& P) noexcept;
 
 /// The covariance after `dt` of standing: only what varies slowly does so.
 void propagate_standing(const CarModel& model, double dt, Matrix& covariance) noexcept;

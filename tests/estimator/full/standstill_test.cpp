@@ -68,7 +68,7 @@ TEST(Standstill, ANoisySensorHidesNoSlowCreeping) {
   State state = just_stopped();
   const CarModel model;
   for (int i = 0; i < 100; ++i) {
-    rest_by_wheel(model, state, state.time_ns + i * 10 * millisecond, 0.05, 1.0);
+    rest_by_wheel(model, state, state.time_ns + 10 * millisecond * i, 0.05, 1.0);
     ASSERT_FALSE(state.rest.standing);
   }
 }
@@ -97,7 +97,7 @@ TEST(Standstill, OneLockedWheelWhileOthersTurnIsNone) {
   State state = just_stopped();
   const CarModel model;
   for (int i = 0; i < 200; ++i) {
-    const std::int64_t now = state.time_ns + i * 10 * millisecond;
+    const std::int64_t now = state.time_ns + 10 * millisecond * i;
     for (const double speed : {0.0, 1.0, 1.0, 1.0}) {
       rest_by_wheel(model, state, now, speed, wheel_sigma);
       ASSERT_FALSE(state.rest.standing);
@@ -134,7 +134,7 @@ class AtRest {
   static constexpr double accel_bias_x = 0.2;
   static constexpr double accel_bias_y = -0.15;
 
-  explicit AtRest(State from) : state(from) {}
+  explicit AtRest(const State& from) : state(from) {}
 
   /// One tick: gyro and accelerometer, every second time the wheels.
   void tick() {

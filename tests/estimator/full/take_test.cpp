@@ -202,7 +202,8 @@ TEST(Take, ReversesThroughStandstill) {
   car.say(Source::direction, 1.0);
   car.drive(1.0, straight_at(0.5));
   const double turn_around = car.state.mean[at::x];
-  for (double v = 0.5; v > -0.5; v -= 0.01) {  // at 2 m/s²
+  for (int i = 0; i < 100; ++i) {  // at 2 m/s²
+    const double v = 0.5 - 0.01 * i;
     car.say(Source::direction, v < 0.0 ? -1.0 : 1.0);
     car.tick(with(straight_at(std::abs(v)), Source::accel_x, -2.0));
   }

@@ -52,7 +52,7 @@ class Flood {
   void tick() {
     now_ns_ += period_ns_;
     for (int i = 0; i < samples_per_tick_; ++i) {
-      (void)filter_.add(Measurement{Source::yaw_rate, now_ns_ - i * 1000, 0.0, 0.01});
+      (void)filter_.add(Measurement{Source::yaw_rate, now_ns_ - std::int64_t{1000} * i, 0.0, 0.01});
     }
     step();
   }
@@ -92,9 +92,8 @@ TEST(FullFilterWork, TheLongestRewindIsTheWindowOfTicksAndAWindowOfSamples) {
     for (int i = 0; i < 1000; ++i) {
       flood.sleep(static_cast<std::int64_t>(period_s * 1e9));
       if (i > window_ticks) {
-        EXPECT_EQ(
-            flood.add_late(static_cast<std::int64_t>(settings.window_s * 1e9) - 10 * 1000 - i),
-            std::nullopt);
+        EXPECT_EQ(flood.add_late(static_cast<std::int64_t>(settings.window_s * 1e9) - 10'000 - i),
+                  std::nullopt);
       }
       flood.sleep(-static_cast<std::int64_t>(period_s * 1e9));
       flood.tick();
