@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include <cmath>
 #include <cstdint>
 
@@ -134,7 +136,7 @@ class AtRest {
   static constexpr double accel_bias_x = 0.2;
   static constexpr double accel_bias_y = -0.15;
 
-  explicit AtRest(const State& from) : state(from) {}
+  explicit AtRest(State from) : state(std::move(from)) {}
 
   /// One tick: gyro and accelerometer, every second time the wheels.
   void tick() {
