@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <tuple>
+#include <type_traits>
 
 #include "estimator/measurement.hpp"
 
 namespace odomd::daemon {
 namespace {
 
+using estimator::Estimate;
 using estimator::Mode;
 using estimator::Source;
 
@@ -31,18 +34,23 @@ constexpr std::uint32_t degrading =
 
 // Where the velocity block lies in the rest of the 6x6 upper triangle: after the three rows of
 // three that couple pose and velocity.
-constexpr std::size_t velocity_block = 9;
+constexpr std::size_t velocity_block = std::tuple_size_v<decltype(Estimate::cross_covariance)>;
+static_assert(velocity_block + std::tuple_size_v<estimator::PoseCovariance> ==
+              std::extent_v<decltype(odom_details::velocity_covariance)>);
+
+static_assert(std::extent_v<decltype(odom_details::calibration_sigma)> ==
+              estimator::calibration_count);
 
 }  // namespace
 
-odom_mode published_mode(const estimator::Estimate& estimate, std::uint32_t conditions) noexcept {
+odom_mode published_mode(const Estimate& estimate, std::uint32_t conditions) noexcept {
   if (estimate.model_fault || estimate.mode == Mode::fault) return ODOM_FAULT;
   if (!estimate.initialised) return ODOM_INITIALISING;
   if ((conditions & degrading) != 0) return ODOM_DEGRADED;
   return static_cast<odom_mode>(estimate.mode);
 }
 
-void fill_record(const estimator::Estimate& estimate, TickRecord& record) noexcept {
+void fill_record(const Estimate& estimate, TickRecord& record) noexcept {
   odom_pose& pose = record.pose;
   pose.time_ns = estimate.time_ns;
   pose.x = estimate.map.x;
@@ -67,10 +75,12 @@ void fill_record(const estimator::Estimate& estimate, TickRecord& record) noexce
   pose.jump_yaw = estimate.last_jump.yaw;
 
   odom_details& details = record.details;
+  std::ranges::copy(estimate.cross_covariance, details.velocity_covariance);
   std::ranges::copy(estimate.velocity_covariance, details.velocity_covariance + velocity_block);
-  details.gyro_scale = 1.0;
-  details.wheel_scale = 1.0;
-  details.stiffness_scale = 1.0;
+  for (std::size_t i = 0; i < calibrations.size(); ++i)
+    details.*calibrations[i].value = estimate.calibration.value[i];
+  std::ranges::copy(estimate.calibration.sigma, details.calibration_sigma);
+  details.calibration_valid = estimate.calibration.valid;
   details.dead_reckoning_since_ns = estimate.camera_ns;
 
   // T_map_odom = T_map_body ∘ T_odom_body⁻¹
@@ -84,8 +94,8 @@ void fill_record(const estimator::Estimate& estimate, TickRecord& record) noexce
   record.initialised = estimate.initialised;
 }
 
-estimator::Estimate to_estimate(const odom_pose& pose, const odom_details& details) noexcept {
-  estimator::Estimate estimate;
+Estimate to_estimate(const odom_pose& pose, const odom_details& details) noexcept {
+  Estimate estimate;
   estimate.time_ns = pose.time_ns;
   estimate.initialised = pose.mode != ODOM_INITIALISING;
   estimate.model_fault = pose.mode == ODOM_FAULT;
@@ -101,8 +111,14 @@ estimator::Estimate to_estimate(const odom_pose& pose, const odom_details& detai
   estimate.accel_y = pose.accel_y;
   estimate.steering = pose.steering;
   std::ranges::copy(pose.covariance, estimate.covariance.begin());
+  std::copy_n(details.velocity_covariance, estimate.cross_covariance.size(),
+              estimate.cross_covariance.begin());
   std::copy_n(details.velocity_covariance + velocity_block, estimate.velocity_covariance.size(),
               estimate.velocity_covariance.begin());
+  for (std::size_t i = 0; i < calibrations.size(); ++i)
+    estimate.calibration.value[i] = details.*calibrations[i].value;
+  std::ranges::copy(details.calibration_sigma, estimate.calibration.sigma.begin());
+  estimate.calibration.valid = details.calibration_valid;
   estimate.reset_count = pose.reset_count;
   estimate.last_jump = {pose.jump_x, pose.jump_y, pose.jump_yaw};
   estimate.camera_ns = details.dead_reckoning_since_ns;

@@ -2,7 +2,10 @@
 // the shared memory's.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 #include <odom/types.h>
 
@@ -16,6 +19,21 @@ struct TickRecord {
   odom_details details{};
   bool initialised = false;  ///< the pose means something: replay writes rows from here on
 };
+
+/// The calibrations as users know them, in the order of estimator::Calibration.
+struct PublishedCalibration {
+  std::string_view name;
+  double odom_details::*value;
+};
+inline constexpr std::array<PublishedCalibration, estimator::calibration_count> calibrations{{
+    {"gyro_bias", &odom_details::gyro_bias},
+    {"gyro_scale", &odom_details::gyro_scale},
+    {"accel_bias_x", &odom_details::accel_bias_x},
+    {"accel_bias_y", &odom_details::accel_bias_y},
+    {"wheel_scale", &odom_details::wheel_scale},
+    {"steering_offset", &odom_details::steering_offset},
+    {"stiffness_scale", &odom_details::stiffness_scale},
+}};
 
 /// The mode to publish, by precedence: fault, initialising, degraded, standstill, dead reckoning,
 /// tracking. `conditions` are ODOM_COND_ bits; some of them degrade.

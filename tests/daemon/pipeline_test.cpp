@@ -214,6 +214,33 @@ TEST(Pipeline, GoesOnFromAPredecessorWithItsCovarianceGrown) {
   EXPECT_GT(record.pose.reset_count, last.pose.reset_count);
 }
 
+TEST(Pipeline, GoesOnWithTheCalibrationsOfAPredecessor) {
+  Config full = config();
+  full.model = estimator::Model::full;
+  const auto first = pipeline(full);
+  TickRecord last;
+  std::uint64_t number = 0;
+  std::int64_t now = start;
+  std::uint8_t counter = 0;
+  for (; now <= start + 3000 * ms; now += 5 * ms) {  // standing, the gyro says 20 mrad/s
+    first->take(frame(257, now, 0), now);
+    first->take(frame(256, now, 20, counter), now);
+    counter = static_cast<std::uint8_t>((counter + 1) % 16);
+    last = first->tick(number++, now);
+  }
+  EXPECT_NEAR(last.details.gyro_bias, 0.02, 1e-3);
+  EXPECT_NE(last.details.calibration_valid & 1U, 0U);
+
+  const auto second = pipeline(full);
+  second->resume(last.pose, last.details, 100 * ms);
+  now += 100 * ms;
+  second->take(frame(257, now, 1000), now);
+  const TickRecord& record = second->tick(number, now);
+  EXPECT_NEAR(record.details.gyro_bias, last.details.gyro_bias, 1e-3);
+  EXPECT_NE(record.details.calibration_valid & 1U, 0U);
+  EXPECT_LT(record.details.calibration_sigma[0], 1.5 * last.details.calibration_sigma[0]);
+}
+
 TEST(Pipeline, TakesASigmaThatIsNotPositiveForUnusableWhateverTheLeverArm) {
   Config arm = config();
   arm.camera.lever_arm = {0.1, 0.2, 0.3};
