@@ -155,6 +155,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   const estimator::Estimate estimate = step(state_.filter, tick_ns);
   for (const estimator::Judgement& judgement : judgements(state_.filter)) {
     const auto source = static_cast<std::size_t>(judgement.source);
+    statistics_.sources[source].innovations.take(judgement);
     if (source == camera) {
       judge_camera(judgement.verdict);
     } else {

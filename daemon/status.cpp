@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "daemon/json.hpp"
+#include "daemon/record.hpp"
 #include "estimator/measurement.hpp"
 
 namespace odomd::daemon {
@@ -76,6 +77,20 @@ void write_pose(JsonWriter& json, const PublishedPose& published, std::int64_t n
   json.member("sigma_yaw", std::sqrt(pose.covariance[5]));
   json.member("reset_count", pose.reset_count);
   json.end_object();
+}
+
+void write_calibrations(JsonWriter& json, const odom_details& details) {
+  json.begin_array("calibrations");
+  for (std::size_t i = 0; i < calibrations.size(); ++i) {
+    json.begin_object();
+    json.member("name", calibrations[i].name);
+    json.member("value", details.*calibrations[i].value);
+    // 0: of a model that does not estimate it
+    json.member("sigma", details.calibration_sigma[i] > 0.0 ? details.calibration_sigma[i] : NAN);
+    json.member("valid", (details.calibration_valid >> i & 1U) != 0);
+    json.end_object();
+  }
+  json.end_array();
 }
 
 void write_histogram(JsonWriter& json, std::string_view key,
@@ -216,6 +231,27 @@ void write_messages(JsonWriter& json, const Running& running, std::int64_t now_n
   json.end_object();
 }
 
+/// `anchored`: a pose that a model without a state of its own was anchored to: tested, but nothing
+/// beyond the ratio is known.
+void write_innovations(JsonWriter& json, const SourceStatistics& source, bool anchored) {
+  const InnovationStatistics& told = source.innovations;
+  const bool tested = told.count() > 0;
+  json.member("test_ratio", tested     ? told.last_test_ratio()
+                            : anchored ? std::bit_cast<double>(source.last_test_ratio.get())
+                                       : NAN);
+  json.begin_array("innovation");
+  const std::array<double, 3> innovation = told.last_innovation();
+  for (int i = 0; i < told.dimension(); ++i) json.element(innovation[static_cast<std::size_t>(i)]);
+  json.end_array();
+  json.begin_object("innovations");
+  json.member("count", told.count());
+  json.member("gated", told.gated());
+  json.member("dimension", told.dimension());
+  json.member("mean_nis", tested ? told.mean_nis() : NAN);
+  json.member("inside_95", tested ? told.inside_95() : NAN);
+  json.end_object();
+}
+
 void write_sources(JsonWriter& json, const Running& running, const PublishedPose& published,
                    std::int64_t now_ns) {
   constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
@@ -238,8 +274,7 @@ void write_sources(JsonWriter& json, const Running& running, const PublishedPose
     const auto last =
         std::min<std::size_t>(source.last_verdict.get(), estimator::verdict_count - 1);
     json.member("last_verdict", seen == 0 ? "none" : estimator::verdict_names[last]);
-    json.member("test_ratio",
-                by_camera && seen > 0 ? std::bit_cast<double>(source.last_test_ratio.get()) : NAN);
+    write_innovations(json, source, by_camera && seen > 0);
     json.begin_object("verdicts");
     for (std::size_t v = 0; v < estimator::verdict_count; ++v)
       json.member(estimator::verdict_names[v], source.verdicts[v].get());
@@ -303,7 +338,10 @@ std::string status_json(const Running& running, const PublishedPose& published,
   JsonWriter json;
   json.begin_object();
   write_head(json, running, published, now_ns);
-  if (published.valid) write_pose(json, published, now_ns);
+  if (published.valid) {
+    write_pose(json, published, now_ns);
+    write_calibrations(json, published.details);
+  }
   write_beat(json, running, now_ns);
   write_buses(json, running);
   write_messages(json, running, now_ns);

@@ -192,7 +192,9 @@ void add_pose(CLI::App& odom) {
   auto* follow_flag = command->add_flag("--follow", options->follow, "Every tick as it comes");
   auto* json = command->add_flag("--json", options->json, "One JSON object, SI units");
   json->excludes(follow_flag);
-  command->add_flag("--csv", options->csv, "Rows as odom replay writes them")->needs(follow_flag);
+  command
+      ->add_flag("--csv", options->csv, "Rows as odom replay writes them, but for the calibrations")
+      ->needs(follow_flag);
   command->add_option("--out", options->out, "Write them to a file instead of standard output")
       ->type_name("FILE")
       ->needs(follow_flag);

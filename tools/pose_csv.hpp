@@ -8,6 +8,8 @@
 
 #include <odom/types.h>
 
+#include "daemon/record.hpp"
+
 namespace odomd::tools {
 
 /// t,x,y,yaw,vx,vy,yaw_rate,sigma_x,sigma_y,sigma_yaw,mode and, after these: tick, the pose in the
@@ -17,6 +19,11 @@ void write_pose_header(std::ostream& out);
 
 /// Appends one row with its newline. `t_ns` is the time of validity on the clock of the file.
 void append_pose_row(std::string& out, const odom_pose& pose, std::int64_t t_ns);
+
+/// The same with the calibrations as further columns, for those who have the whole record of every
+/// tick.
+void write_record_header(std::ostream& out);
+void append_record_row(std::string& out, const daemon::TickRecord& record, std::int64_t t_ns);
 
 /// "tracking", ...; "mode 9" of a daemon that knows more modes than we.
 [[nodiscard]] std::string mode_name(std::uint32_t mode);

@@ -13,13 +13,13 @@ constexpr std::size_t batch = 2048;  // rows: enough that starting a thread for 
 
 PoseFile::PoseFile(std::ostream& out) : out_(out) {
   added_.reserve(batch);
-  write_pose_header(out_);
+  write_record_header(out_);
 }
 
 PoseFile::~PoseFile() = default;
 
-void PoseFile::add(const odom_pose& pose, std::int64_t t_ns) {
-  added_.push_back({pose, t_ns});
+void PoseFile::add(const daemon::TickRecord& record, std::int64_t t_ns) {
+  added_.push_back({record, t_ns});
   if (added_.size() == batch) hand_over();
 }
 
@@ -34,7 +34,7 @@ void PoseFile::hand_over() {
   added_.clear();
   writing_ = std::async([this] {
     text_.clear();
-    for (const Row& row : written_) append_pose_row(text_, row.pose, row.t_ns);
+    for (const Row& row : written_) append_record_row(text_, row.record, row.t_ns);
     out_ << text_;
   });
 }

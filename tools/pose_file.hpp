@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include <odom/types.h>
+#include "daemon/record.hpp"
 
 namespace odomd::tools {
 
@@ -22,13 +22,13 @@ class PoseFile {
   PoseFile& operator=(const PoseFile&) = delete;
 
   /// `t_ns` is the time of validity on the clock of the file.
-  void add(const odom_pose& pose, std::int64_t t_ns);
+  void add(const daemon::TickRecord& record, std::int64_t t_ns);
   /// Returns when `out` has them all.
   void finish();
 
  private:
   struct Row {
-    odom_pose pose;
+    daemon::TickRecord record;
     std::int64_t t_ns;
   };
   void hand_over();

@@ -58,7 +58,7 @@ std::string utc_now() {
 
 std::string pose_header() {
   std::ostringstream text;
-  write_pose_header(text);
+  write_record_header(text);
   return text.str();
 }
 
@@ -155,7 +155,7 @@ void RecordingFolder::take(const daemon::TickMark& mark, std::span<const can::Fr
   if (first) return;
   ++counts_.ticks;
   if (mark.record.initialised)
-    append_pose_row(poses_.text(), mark.record.pose, mark.record.pose.time_ns + clock_offset_ns_);
+    append_record_row(poses_.text(), mark.record, mark.record.pose.time_ns + clock_offset_ns_);
 }
 
 void RecordingFolder::append_row(const daemon::TickMark& mark) {

@@ -26,7 +26,7 @@ std::string_view field(std::string_view row, std::size_t index) {
 RecordingVerifier::RecordingVerifier(const std::filesystem::path& folder)
     : file_(folder / recorded_poses), poses_(open_input(file_)) {
   std::ostringstream expected;
-  write_pose_header(expected);
+  write_record_header(expected);
   if (!std::getline(poses_, header_) || header_ + '\n' != expected.str()) {
     throw std::invalid_argument(
         file_.string() + ": begins with other columns than this odom writes; use the odom of then");
@@ -55,7 +55,7 @@ std::optional<std::string> RecordingVerifier::differing_column(const daemon::Tic
   if (!std::getline(poses_, recorded) || poses_.eof()) return std::nullopt;
   ++rows_;
   std::string replayed;
-  append_pose_row(replayed, record.pose, live.time_ns);
+  append_record_row(replayed, record, live.time_ns);
   replayed.pop_back();
   if (replayed == recorded) return std::nullopt;
   std::size_t column = 0;

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,10 +14,10 @@
 #include "tools/camera_csv.hpp"
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
-#include "tools/innovation_statistics.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/pose_file.hpp"
 #include "tools/replay_doubts.hpp"
+#include "tools/replay_json.hpp"
 #include "tools/replay_recording.hpp"
 #include "tools/virtual_drive.hpp"
 
@@ -48,21 +47,10 @@ daemon::Config configuration(const Options& options) {
   return config;
 }
 
-void report(const Options& options, const ReplaySummary& summary,
-            const InnovationStatistics& innovations, double seconds) {
+void report(const Options& options, const ReplaySummary& summary, double seconds) {
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
-    const nlohmann::ordered_json json{
-        {"frames", summary.frames},
-        {"camera_poses", summary.cameras},
-        {"ticks", summary.ticks},
-        {"poses", summary.poses},
-        {"drive_s", drive},
-        {"replay_s", seconds},
-        {"last_mode", mode_name(summary.last_mode)},
-        {"innovations", innovations.json()},
-    };
-    std::cerr << json.dump() << '\n';
+    std::cerr << replay_json(summary, seconds).dump() << '\n';
     return;
   }
   std::cerr << fmt::format(
@@ -108,12 +96,9 @@ void run(const Options& options) {
 
   const auto start = std::chrono::steady_clock::now();
   PoseFile poses(out);
-  InnovationStatistics innovations;
-  const ReplaySummary summary = play(
-      *pipeline, config.realtime.period_ns, log, camera, [&](const daemon::TickRecord& record) {
-        innovations.add(estimator::judgements(pipeline->state().filter));
-        poses.add(record.pose, record.pose.time_ns);
-      });
+  const ReplaySummary summary =
+      play(*pipeline, config.realtime.period_ns, log, camera,
+           [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); });
   poses.finish();
   if (file) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
@@ -121,7 +106,7 @@ void run(const Options& options) {
   for (const auto& some :
        {warnings, camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
     for (const std::string& warning : some) std::cerr << "odom replay: " << warning << '\n';
-  report(options, summary, innovations, seconds.count());
+  report(options, summary, seconds.count());
 }
 
 }  // namespace

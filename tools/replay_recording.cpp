@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 
@@ -13,6 +12,7 @@
 #include "tools/pose_file.hpp"
 #include "tools/recording.hpp"
 #include "tools/recording_verifier.hpp"
+#include "tools/replay_json.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -22,16 +22,8 @@ void report(const RecordingOptions& options, const RecordingReplay& replayed, do
   const ReplaySummary& summary = replayed.summary;
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
-    nlohmann::ordered_json json{
-        {"frames", summary.frames},
-        {"camera_poses", summary.cameras},
-        {"ticks", summary.ticks},
-        {"poses", summary.poses},
-        {"drive_s", drive},
-        {"replay_s", seconds},
-        {"last_mode", mode_name(summary.last_mode)},
-        {"from_state", replayed.inexact.empty()},
-    };
+    nlohmann::ordered_json json = replay_json(summary, seconds);
+    json["from_state"] = replayed.inexact.empty();
     if (verifier) json["bit_identical"] = replayed.inexact.empty() && !verifier->difference();
     std::cerr << json.dump() << '\n';
     return;
@@ -61,7 +53,7 @@ void replay_recording(const RecordingOptions& options) {
   const RecordingReplay replayed =
       replay(recording, [&](const daemon::TickRecord& record, const RecordedTick& live) {
         if (verifier) verifier->take(record, live);
-        if (poses && record.initialised) poses->add(record.pose, live.time_ns);
+        if (poses && record.initialised) poses->add(record, live.time_ns);
       });
   if (poses) poses->finish();
   if (file) file->finish();

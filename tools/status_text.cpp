@@ -179,6 +179,8 @@ std::string messages(const Json& now) {
 
 std::string sources(const Json& now, const Rates& rates) {
   Table table{{"source", "state", "age", "1/s", "fused", "not fused", "last"}, {}, {0, 1, 5, 6}};
+  const bool tested = is_tested(member(now, "sources"));
+  if (tested) table.header.insert(table.header.end(), {"innovation", "NIS", "in 95 %"});
   for (const auto& source : member(now, "sources")) {
     const Json& configured = member(source, "configured");
     if (configured.is_null() || !configured.get<bool>()) continue;
@@ -199,7 +201,23 @@ std::string sources(const Json& now, const Rates& rates) {
     table.rows.push_back({word(member(source, "name")), fine ? "fine" : "overdue",
                           duration(member(source, "age_s")), rates.of(sum(verdicts), then),
                           count(member(verdicts, "fused")), refused.empty() ? "0" : refused, last});
+    if (!tested) continue;
+    std::string innovation;
+    for (const auto& component : member(source, "innovation"))
+      innovation += (innovation.empty() ? "" : " ") + number(component, 4);
+    auto& row = table.rows.back();
+    row.push_back(innovation.empty() ? "-" : innovation);
+    row.push_back(nis_by_expectation(member(source, "innovations")));
+    row.push_back(percent_inside(member(source, "innovations")));
   }
+  return table.rows.empty() ? std::string{} : '\n' + table.text();
+}
+
+// What the filter has learnt, where its model learns.
+std::string calibrations(const Json& now) {
+  Table table{{"calibration", "value", "", "learnt"}, {}, {0, 2, 3}};
+  for (const auto& [name, value, sigma, unit, valid] : calibrations_of(now))
+    table.rows.push_back({name, value, "± " + sigma + unit, valid ? "yes" : "not yet"});
   return table.rows.empty() ? std::string{} : '\n' + table.text();
 }
 
@@ -229,7 +247,7 @@ std::string status_as_text(const Json& now, const std::optional<Json>& before) {
   return head(now) + mode(now) + pose(member(now, "pose")) + '\n' +
          beat(member(now, "beat"), rates) + realtime(member(now, "realtime")) + buses(now, rates) +
          bus_remarks(now) + controllers(now) + messages(now) + sources(now, rates) +
-         camera(member(now, "camera")) + clock(member(now, "clock"));
+         calibrations(now) + camera(member(now, "camera")) + clock(member(now, "clock"));
 }
 
 }  // namespace odomd::tools

@@ -1,5 +1,8 @@
 #include "tools/status_values.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include <fmt/format.h>
 
 #include "tools/text.hpp"
@@ -60,6 +63,44 @@ std::uint64_t sum(const Json& counts) {
   std::uint64_t total = 0;
   for (const auto& value : counts) total += value.get<std::uint64_t>();
   return total;
+}
+
+bool is_tested(const Json& sources) {
+  return std::any_of(sources.begin(), sources.end(), [](const Json& source) {
+    return !member(member(source, "innovations"), "mean_nis").is_null();
+  });
+}
+
+std::string nis_by_expectation(const Json& innovations) {
+  const Json& dimension = member(innovations, "dimension");
+  if (dimension.is_null() || dimension.get<int>() == 0) return "-";
+  return number(member(innovations, "mean_nis"), 2, 1.0 / dimension.get<double>());
+}
+
+std::string percent_inside(const Json& innovations) {
+  return number(member(innovations, "inside_95"), 1, 100.0);
+}
+
+std::vector<Calibration> calibrations_of(const Json& now) {
+  struct Shown {
+    std::string_view name;
+    std::string_view unit;
+    double factor;
+  };
+  constexpr std::array with_unit{
+      Shown{"gyro_bias", " deg/s", degrees}, Shown{"accel_bias_x", " m/s2", 1.0},
+      Shown{"accel_bias_y", " m/s2", 1.0}, Shown{"steering_offset", " deg", degrees}};
+  std::vector<Calibration> all;
+  for (const auto& told : member(now, "calibrations")) {
+    if (member(told, "sigma").is_null()) continue;
+    const std::string name = word(member(told, "name"));
+    const auto* const found = std::ranges::find(with_unit, name, &Shown::name);
+    const Shown shown = found != with_unit.end() ? *found : Shown{name, "", 1.0};
+    all.push_back({name, number(member(told, "value"), 4, shown.factor),
+                   number(member(told, "sigma"), 4, shown.factor), std::string{shown.unit},
+                   is_true(member(told, "valid"))});
+  }
+  return all;
 }
 
 Rates::Rates(const Json& now, const std::optional<Json>& before) {

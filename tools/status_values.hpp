@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace odomd::tools {
 
@@ -36,6 +37,25 @@ inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 
 /// Of an object of counts, all together.
 [[nodiscard]] std::uint64_t sum(const Json& counts);
+
+/// Whether any of the sources tells of its innovations; else the model tests none.
+[[nodiscard]] bool is_tested(const Json& sources);
+
+/// Of a source's `innovations`: the mean of νᵀS⁻¹ν over what it should be, "1.02"; and how many
+/// lie inside χ²₉₅, "95.1".
+[[nodiscard]] std::string nis_by_expectation(const Json& innovations);
+[[nodiscard]] std::string percent_inside(const Json& innovations);
+
+/// What the filter has learnt of a sensor or the car, in the units that people think in.
+struct Calibration {
+  std::string name;
+  std::string value;
+  std::string sigma;
+  std::string unit;  ///< with a blank before it; of a scale empty
+  bool valid = false;
+};
+/// Of the status document. Those that the model does not estimate are left out.
+[[nodiscard]] std::vector<Calibration> calibrations_of(const Json& now);
 
 /// Rates over the time between two documents of one daemon, else since its start.
 class Rates {

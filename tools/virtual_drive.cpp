@@ -5,6 +5,11 @@
 
 namespace odomd::tools {
 
+void ReplaySummary::take_innovations(const daemon::Pipeline& pipeline) {
+  for (std::size_t source = 0; source < innovations.size(); ++source)
+    innovations[source] = pipeline.statistics().sources[source].innovations;
+}
+
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
                      const PoseSink& sink) {
@@ -46,6 +51,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     ++summary.poses;
     sink(record);
   }
+  summary.take_innovations(pipeline);
   return summary;
 }
 

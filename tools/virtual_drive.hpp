@@ -2,6 +2,7 @@
 // as the machine goes. The same inputs give the same bits.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -33,6 +34,10 @@ struct ReplaySummary {
   std::optional<std::int64_t> fault_ns;  ///< first tick in the mode fault
   std::uint64_t faulty = 0;              ///< ticks in it
   std::uint32_t fault_conditions = 0;    ///< ODOM_COND_ bits of the first
+
+  /// By source.
+  std::array<daemon::InnovationStatistics, estimator::source_count> innovations;
+  void take_innovations(const daemon::Pipeline& pipeline);
 };
 
 /// The longest pause in a log that is played through; a longer one is a log of two drives.

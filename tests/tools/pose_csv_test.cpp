@@ -48,6 +48,28 @@ TEST(PoseCsv, BeginsWithTheColumnsOfTheContract) {
   EXPECT_EQ(row.back(), '\n');
 }
 
+TEST(PoseCsv, ShowsTheCalibrationsOfAWholeRecordBehindItsPose) {
+  daemon::TickRecord record{.pose = some_pose()};
+  record.details.gyro_bias = 0.01;
+  record.details.wheel_scale = 0.98;
+  record.details.stiffness_scale = 1.25;
+  std::ostringstream plain;
+  std::ostringstream whole;
+  write_pose_header(plain);
+  write_record_header(whole);
+  std::string columns = plain.str();
+  columns.back() = ',';
+  EXPECT_EQ(whole.str(), columns +
+                             "gyro_bias,gyro_scale,accel_bias_x,accel_bias_y,wheel_scale,"
+                             "steering_offset,stiffness_scale\n");
+  std::string pose;
+  append_pose_row(pose, record.pose, 5);
+  pose.back() = ',';
+  std::string row;
+  append_record_row(row, record, 5);
+  EXPECT_EQ(row, pose + "0.01,0,0,0,0.98,0,1.25\n");
+}
+
 TEST(PoseCsv, ReadsBackToTheSameBits) {
   const Scratch scratch;
   std::ostringstream text;
@@ -72,16 +94,18 @@ TEST(PoseCsv, ReadsBackToTheSameBits) {
 
 TEST(PoseFile, WritesAllRowsInTheirOrder) {
   std::ostringstream expected;
-  write_pose_header(expected);
+  write_record_header(expected);
   std::ostringstream out;
   PoseFile file(out);
-  odom_pose pose = some_pose();
+  daemon::TickRecord record{.pose = some_pose()};
+  odom_pose& pose = record.pose;
   for (pose.tick = 1; pose.tick <= 10'000; ++pose.tick) {  // several batches
     pose.x = 0.1 * static_cast<double>(pose.tick);
     const auto t_ns = static_cast<std::int64_t>(pose.tick) * 5'000'000;
-    file.add(pose, t_ns);
+    record.details.gyro_bias = 0.001 * pose.x;
+    file.add(record, t_ns);
     std::string row;
-    append_pose_row(row, pose, t_ns);
+    append_record_row(row, record, t_ns);
     expected << row;
   }
   file.finish();
@@ -90,7 +114,7 @@ TEST(PoseFile, WritesAllRowsInTheirOrder) {
 
 TEST(PoseFile, OfNothingIsItsHeader) {
   std::ostringstream expected;
-  write_pose_header(expected);
+  write_record_header(expected);
   std::ostringstream out;
   PoseFile(out).finish();
   EXPECT_EQ(out.str(), expected.str());

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include <fmt/format.h>
 
 #include <regex>
@@ -118,6 +120,28 @@ TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
   const Outcome outcome = replay("(1.000000) can0 102#00\n", " --camera " + camera.string());
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.err, HasSubstr("no pose: it begins with the first wheel speed"));
+}
+
+TEST(ReplayCommand, TellsHowSamplesLayToWhatTheFullFilterExpected) {
+  const Scratch scratch;
+  const std::string drive = scratch.path("drive").string();
+  ASSERT_EQ(run_shell("odom sim --duration 8 --out " + drive).status, 0);
+  const auto innovations = [&](const std::string& model) {
+    const Outcome outcome = run_shell("odom replay --json --config " + drive + "/car.toml --can " +
+                                      drive + "/drive.log --camera " + drive +
+                                      "/camera.csv --out " + drive + "/pose.csv --model " + model);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.err)["innovations"];
+  };
+  const auto full = innovations("full");
+  EXPECT_GT(full["yaw_rate"]["count"], 1500);
+  EXPECT_EQ(full["yaw_rate"]["dimension"], 1);
+  EXPECT_GT(full["yaw_rate"]["mean_nis"], 0.0);
+  EXPECT_GT(full["camera"]["count"], 200);
+  EXPECT_EQ(full["camera"]["dimension"], 3);
+  EXPECT_GT(full["wheel_rear_left"]["inside_95"], 0.5);
+  EXPECT_FALSE(full.contains("steering"));
+  EXPECT_TRUE(innovations("paper").empty());
 }
 
 }  // namespace

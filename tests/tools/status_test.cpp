@@ -81,6 +81,10 @@ json document(double uptime, std::uint64_t ticks) {
                  {"healthy", false},
                  {"age_s", nullptr},
                  {"last_verdict", "gated"},
+                 {"test_ratio", 1.3},
+                 {"innovation", {-0.0215}},
+                 {"innovations",
+                  {{"count", ticks}, {"dimension", 1}, {"mean_nis", 1.06}, {"inside_95", 0.943}}},
                  {"verdicts", {{"fused", ticks}, {"gated", 7}}}},
                 {{"name", "motor"}, {"configured", false}}}}};
 }
@@ -96,6 +100,29 @@ TEST(StatusText, ShowsModeConditionsPoseAndSources) {
   EXPECT_THAT(text, HasSubstr("overdue"));
   EXPECT_THAT(text, HasSubstr("7 gated"));
   EXPECT_THAT(text, Not(HasSubstr("motor")));
+}
+
+TEST(StatusText, ShowsInnovationsWhereTheModelTestsItsSamples) {
+  json now = document(10.0, 2000);
+  EXPECT_THAT(status_as_text(now, {}),
+              MatchesRegex("(.|\n)* innovation +NIS +in 95 %\n"
+                           "yaw_rate(.|\n)*test ratio 1.30\\) +-0.0215 +1.06 +94.3\n(.|\n)*"));
+  now["sources"][0]["innovations"] = {
+      {"count", 0}, {"dimension", 0}, {"mean_nis", nullptr}, {"inside_95", nullptr}};
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("NIS")));
+}
+
+TEST(StatusText, ShowsWhatAModelHasLearnt) {
+  json now = document(10.0, 2000);
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("calibration")));
+  now["calibrations"] = {
+      {{"name", "gyro_bias"}, {"value", 0.01}, {"sigma", 0.001}, {"valid", true}},
+      {{"name", "wheel_scale"}, {"value", 0.985}, {"sigma", 0.03}, {"valid", false}},
+      {{"name", "gyro_scale"}, {"value", 1.0}, {"sigma", nullptr}, {"valid", false}}};
+  const std::string text = status_as_text(now, {});
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\ngyro_bias +0.5730  ± 0.0573 deg/s +yes\n(.|\n)*"));
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\nwheel_scale +0.9850  ± 0.0300 +not yet\n(.|\n)*"));
+  EXPECT_THAT(text, Not(HasSubstr("gyro_scale")));
 }
 
 TEST(StatusText, ShowsTheControllersOfThoseBusesThatHaveOne) {

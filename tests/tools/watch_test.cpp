@@ -179,6 +179,21 @@ TEST(Watch, DrawsADaemonOnAnOrdinaryTerminal) {
 )");
 }
 
+TEST(Watch, ShowsInnovationsWhereThereIsRoomAndWhatWasLearnt) {
+  State state = driving();
+  (*state.status)["sources"][0]["innovations"] = {
+      {"count", 100}, {"dimension", 1}, {"mean_nis", 1.06}, {"inside_95", 0.943}};
+  (*state.status)["calibrations"] = {
+      {{"name", "gyro_bias"}, {"value", 0.01}, {"sigma", 0.001}, {"valid", true}},
+      {{"name", "wheel_scale"}, {"value", 0.985}, {"sigma", 0.03}, {"valid", false}}};
+  const std::string roomy = screen_of(state, {.columns = 100, .rows = 60});
+  EXPECT_THAT(roomy, HasSubstr("last         NIS  in 95 %  not fused\n"));
+  EXPECT_THAT(roomy, HasSubstr("fused       1.06     94.3\n"));
+  EXPECT_THAT(roomy, HasSubstr("gyro_bias    0.5730  ± 0.0573 deg/s  learnt\n"));
+  EXPECT_THAT(roomy, HasSubstr("wheel_scale  0.9850  ± 0.0300        not yet\n"));
+  EXPECT_THAT(screen_of(state, {.columns = 80, .rows = 60}), Not(HasSubstr("NIS")));
+}
+
 TEST(Watch, DrawsTheSameInAscii) {
   EXPECT_EQ(screen_of(driving(), {.columns = 90, .rows = 40, .glyphs = Glyphs::ascii}), R"(
  odomd 0.1.0  model paper  /etc/odomd/car.toml                        pid 4242  up 16.0 s

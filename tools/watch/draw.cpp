@@ -24,6 +24,7 @@ Lines from_status(const State& state, const Page& page) {
   if (!state.status) return {};
   try {
     Lines lines = source_section(state, page);
+    append(lines, calibration_section(state, page));
     append(lines, camera_section(state, page));
     append(lines, bus_section(state, page));
     append(lines, message_section(state, page));

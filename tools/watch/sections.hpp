@@ -20,6 +20,7 @@ namespace odomd::watch {
 // Of the status document (status_sections.cpp); these throw a nlohmann::json::exception where it is
 // not understood.
 [[nodiscard]] Lines source_section(const State& state, const Page& page);
+[[nodiscard]] Lines calibration_section(const State& state, const Page& page);
 [[nodiscard]] Lines camera_section(const State& state, const Page& page);
 [[nodiscard]] Lines message_section(const State& state, const Page& page);
 [[nodiscard]] Lines bus_section(const State& state, const Page& page);

@@ -15,6 +15,9 @@ using tools::Json;
 using tools::member;
 using tools::word;
 
+// Narrower, and the innovations would push out what was not fused.
+constexpr std::size_t with_innovations = 96;
+
 // A table of styled cells that line up; the columns in `right` are flush right.
 struct Table {
   std::vector<std::vector<Span>> rows;
@@ -106,7 +109,15 @@ Line controller_line(const Json& controller) {
 
 Lines source_section(const State& state, const Page& page) {
   const tools::Rates rates{*state.status, state.before};
-  Table table{{header({"source", "state", "1/s", "age", "fused", "last", "not fused"})}, {2, 3, 4}};
+  Table table{{header({"source", "state", "1/s", "age", "fused", "last"})}, {2, 3, 4}};
+  const bool tested =
+      page.columns >= with_innovations && tools::is_tested(member(*state.status, "sources"));
+  if (tested) {
+    table.rows[0].push_back({"NIS", Style::dim});
+    table.rows[0].push_back({"in 95 %", Style::dim});
+    table.right.insert(table.right.end(), {6, 7});
+  }
+  table.rows[0].push_back({"not fused", Style::dim});
   for (const auto& source : member(*state.status, "sources")) {
     if (!is_true(member(source, "configured"))) continue;
     const Json& verdicts = member(source, "verdicts");
@@ -129,11 +140,27 @@ Lines source_section(const State& state, const Page& page) {
                           {count(member(verdicts, "fused")), unused ? Style::dim : Style::plain},
                           {unused ? "unused by the model" : last, unused ? Style::dim
                                                                   : fine ? Style::plain
-                                                                         : Style::warning},
-                          {refused, Style::warning}});
+                                                                         : Style::warning}});
+    auto& row = table.rows.back();
+    if (tested) {
+      row.push_back({tools::nis_by_expectation(member(source, "innovations"))});
+      row.push_back({tools::percent_inside(member(source, "innovations"))});
+    }
+    row.push_back({refused, Style::warning});
   }
   if (table.rows.size() == 1) return {};
   return under(title("sources", "", page), table);
+}
+
+Lines calibration_section(const State& state, const Page& page) {
+  Table table{{}, {1}};
+  for (const auto& [name, value, sigma, unit, valid] : tools::calibrations_of(*state.status))
+    table.rows.push_back({{name},
+                          {value, Style::strong},
+                          {std::string{glyph(page, "± ", "+- ")} + sigma + unit},
+                          {valid ? "learnt" : "not yet", valid ? Style::good : Style::dim}});
+  if (table.rows.empty()) return {};
+  return under(title("calibration", "", page), table);
 }
 
 Lines camera_section(const State& state, const Page& page) {

@@ -1,0 +1,30 @@
+#include "tools/replay_json.hpp"
+
+#include "tools/pose_csv.hpp"
+
+namespace odomd::tools {
+
+nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds) {
+  auto innovations = nlohmann::ordered_json::object();
+  for (std::size_t source = 0; source < summary.innovations.size(); ++source) {
+    const daemon::InnovationStatistics& told = summary.innovations[source];
+    if (told.count() == 0) continue;
+    innovations[std::string{estimator::source_names[source]}] = {
+        {"count", told.count()},         {"gated", told.gated()},
+        {"dimension", told.dimension()}, {"mean_nis", told.mean_nis()},
+        {"inside_95", told.inside_95()},
+    };
+  }
+  return {
+      {"frames", summary.frames},
+      {"camera_poses", summary.cameras},
+      {"ticks", summary.ticks},
+      {"poses", summary.poses},
+      {"drive_s", static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9},
+      {"replay_s", seconds},
+      {"last_mode", mode_name(summary.last_mode)},
+      {"innovations", std::move(innovations)},
+  };
+}
+
+}  // namespace odomd::tools
