@@ -92,6 +92,25 @@ LogConfig read_log(TableReader table) {
   return log;
 }
 
+/// Of the noise of the full model what a team would turn; docs/model.md tells which for what.
+void read_full_noise(TableReader& table, estimator::full::Noise& noise,
+                     estimator::full::WheelNoise& wheels) {
+  const std::pair<std::string_view, double*> walks[] = {
+      {"gyro_bias_walk", &noise.gyro_bias},
+      {"gyro_scale_walk", &noise.gyro_scale},
+      {"accel_bias_walk", &noise.accel_bias},
+      {"wheel_scale_walk", &noise.wheel_scale},
+      {"steering_offset_walk", &noise.steering_offset},
+      {"stiffness_scale_walk", &noise.stiffness_scale},
+  };
+  for (const auto& [key, value] : walks)
+    table.read(key, *value, {0.0, 1.0, false, "above 0, at most 1"});
+  table.read("tyre_force_error", noise.front_force, {0.0, 100.0, false, "above 0, at most 100"});
+  table.read("yaw_moment_error", noise.yaw_moment, {0.0, 1e3, false, "above 0, at most 1000"});
+  table.read("wheel_radius_error", wheels.radius, {0.0, 0.5, true, "0 to 0.5"});
+  table.read("wheel_slip", wheels.driven_slip, {0.0, 1.0, true, "0 to 1"});
+}
+
 void read_filter(TableReader table, Config& config) {
   if (table.has("model")) {
     std::string name;
@@ -102,7 +121,10 @@ void read_filter(TableReader table, Config& config) {
       table.fail("model", error.what());
     }
   }
-  table.read("window", config.window_s, {0.0, 10.0, false, "between 0 and 10 (s)"});
+  table.read("window", config.window_s,
+             {shortest_window_s, longest_window_s, true, "0.2 to 1 (s)"});
+  table.read("camera_gate", config.camera_gate, {1.0, 1e6, true, "1 to 1e6"});
+  read_full_noise(table, config.full_noise, config.wheel_noise);
   table.read("paper_q", config.paper_noise.Q, positive);
   table.read("paper_r", config.paper_noise.R, positive);
   table.finish();
@@ -138,6 +160,7 @@ Config load_config(const std::filesystem::path& file) {
   if (auto table = root.table("camera", "[camera]")) config.camera = read_camera(*table);
   if (auto table = root.table("imu", "[imu]")) {
     table->read("position", config.imu_position, any_number);
+    table->read("yaw", config.imu_yaw, {-3.15, 3.15, true, "-3.15 to 3.15 (rad)"});
     table->finish();
   }
   if (auto table = root.table("initial", "[initial]")) read_initial(*table, config);

@@ -75,6 +75,10 @@ struct LogConfig {
   std::string level = "info";
 };
 
+/// Between which [filter] window may be chosen.
+inline constexpr double shortest_window_s = 0.2;
+inline constexpr double longest_window_s = 1.0;
+
 struct Config {
   std::filesystem::path file;  ///< where it was read from
   std::string text;            ///< what stood there
@@ -82,9 +86,13 @@ struct Config {
   CanConfig can;
   CameraConfig camera;
   std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
+  double imu_yaw = 0.0;                  ///< of the accelerometer's x axis in the body frame [rad]
   std::optional<estimator::Pose2> initial_pose;
-  estimator::Model model = estimator::Model::paper;
+  estimator::Model model = estimator::Model::full;
   double window_s = 0.25;  ///< history for late samples
+  double camera_gate = estimator::FilterSettings{}.camera_gate;
+  estimator::full::Noise full_noise;
+  estimator::full::WheelNoise wheel_noise;
   estimator::PaperNoise paper_noise;
   RealtimeConfig realtime;
   ShmConfig shm;

@@ -6,39 +6,13 @@
 #include "can_protocol/decoder.hpp"
 #include "can_protocol/nearest_name.hpp"
 #include "can_protocol/open_source.hpp"
-#include "daemon/config.hpp"
+#include "daemon/config_sections.hpp"
 
 namespace odomd::daemon {
 namespace {
 
-using estimator::Source;
-
 constexpr std::int64_t default_timeout_ns = 100'000'000;
 constexpr std::int64_t cycles_until_overdue = 3;
-
-bool is_mapped(const Config& config, Source source) {
-  return config.can.signals[static_cast<std::size_t>(source)].configured;
-}
-
-/// What a model cannot do without, and what it does without it.
-void check_roles(const Config& config, std::vector<std::string>& warnings) {
-  constexpr Source speeds[] = {Source::wheel_front_left, Source::wheel_front_right,
-                               Source::wheel_rear_left,  Source::wheel_rear_right,
-                               Source::wheel_rear,       Source::motor};
-  if (std::ranges::none_of(speeds, [&](Source source) { return is_mapped(config, source); }))
-    throw ConfigError(fmt::format(
-        "{}: [can.signals]: no speed is mapped; map wheel_rear, the four wheels or motor",
-        config.file.string()));
-  const auto warn = [&](Source source, std::string_view without) {
-    if (!is_mapped(config, source))
-      warnings.push_back(
-          fmt::format("{}: [can.signals]: {} is not mapped: {}", config.file.string(),
-                      estimator::source_names[static_cast<std::size_t>(source)], without));
-  };
-  warn(Source::steering, "the car is taken to steer straight ahead");
-  if (config.model == estimator::Model::paper)
-    warn(Source::yaw_rate, "the filter takes it to measure 0");
-}
 
 /// A value that is taken from one bus alone never comes when that bus is not listened to. What
 /// buses a log has is seen when it is read.
@@ -75,7 +49,7 @@ std::vector<can::Database> load_databases(Config& config, std::vector<std::strin
     for (const auto& warning : databases.back().warnings)
       warnings.push_back(can::describe(databases.back(), warning));
   }
-  check_roles(config, warnings);
+  check_model(config, warnings);
   check_buses(config);
 
   const auto buses = expected_buses(config);
@@ -89,23 +63,11 @@ std::vector<can::Database> load_databases(Config& config, std::vector<std::strin
         if (auto& signal = config.can.signals[channel]; signal.timeout_ns == 0)
           signal.timeout_ns = timeout_ns;
     }
+    check_rates(config, decoder.messages(), warnings);
   } catch (const std::invalid_argument& error) {
     throw ConfigError(fmt::format("{}: {}", config.file.string(), error.what()));
   }
   return databases;
-}
-
-estimator::FilterSettings filter_settings(const Config& config) {
-  estimator::FilterSettings settings;
-  settings.vehicle = config.vehicle;
-  settings.period_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
-  settings.paper = config.paper_noise;
-  settings.imu_position = config.imu_position;
-  settings.window_s = config.window_s;
-  for (std::size_t i = 0; i < estimator::source_count; ++i)
-    settings.sigma[i] = config.can.signals[i].sigma;
-  settings.camera_max_latency_s = config.camera.max_latency_s;
-  return settings;
 }
 
 }  // namespace odomd::daemon

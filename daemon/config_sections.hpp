@@ -1,7 +1,8 @@
-// The sections of the configuration file, each read by a function of its own. Private to
-// load_config().
+// The sections of the configuration file, each read by a function of its own, and what the model
+// asks of them. Private to load_config() and load_databases().
 #pragma once
 
+#include "can_protocol/decoder.hpp"
 #include "daemon/config.hpp"
 #include "daemon/config_toml.hpp"
 
@@ -10,5 +11,11 @@ namespace odomd::daemon {
 [[nodiscard]] CanConfig read_can(TableReader table);
 [[nodiscard]] can::E2eBinding read_protection(const std::string& message, TableReader table);
 void read_signal(const std::string& role, TableReader table, CanConfig& can);
+
+/// Roles, mounting and window against the model. Throws ConfigError.
+void check_model(const Config& config, std::vector<std::string>& warnings);
+/// Whether the filter's window holds all that comes at the messages' cycle times.
+void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
+                 std::vector<std::string>& warnings);
 
 }  // namespace odomd::daemon

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daemon/camera_pose.hpp"
+#include "daemon/imu_mounting.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -37,6 +38,7 @@ Pipeline::Pipeline(const Config& config, std::span<const can::Database> database
                    std::span<const std::string> bus_names, bool camera_expected)
     : decoder_(databases, config.can.bindings, config.can.protections, bus_names),
       camera_lever_arm_(config.camera.lever_arm),
+      imu_yaw_(config.imu_yaw),
       state_{.filter = initial_filter(config, camera_expected)} {
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SignalSettings& signal = config.can.signals[source];
@@ -73,8 +75,9 @@ void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
   take_samples({samples_.data(), result.count}, timed, stamp, now_ns);
 }
 
-void Pipeline::take_samples(std::span<const can::Sample> samples, const can::Frame& frame,
+void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& frame,
                             can::StampVerdict stamp, std::int64_t now_ns) noexcept {
+  if (imu_yaw_ != 0.0) turn_accelerations(samples, imu_yaw_);
   for (const can::Sample& sample : samples) {
     // A stamp that stands still or runs backwards is a clock's fault; such a sample has no time.
     if (stamp == can::StampVerdict::repeated || stamp == can::StampVerdict::backwards) {

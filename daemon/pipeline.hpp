@@ -101,7 +101,7 @@ class Pipeline {
   [[nodiscard]] const can::Decoder& decoder() const noexcept { return decoder_; }
 
  private:
-  void take_samples(std::span<const can::Sample> samples, const can::Frame& frame,
+  void take_samples(std::span<can::Sample> samples, const can::Frame& frame,
                     can::StampVerdict stamp, std::int64_t now_ns) noexcept;
   void judge_camera(estimator::Verdict verdict) noexcept;
   void count(std::size_t source, estimator::Verdict verdict) noexcept;
@@ -110,6 +110,7 @@ class Pipeline {
 
   can::Decoder decoder_;
   std::array<double, 3> camera_lever_arm_;
+  double imu_yaw_;
   std::array<double, estimator::source_count> sigma_{};
   std::array<can::Sample, can::max_samples_per_frame> samples_;  ///< of the frame at hand
   PipelineState state_;

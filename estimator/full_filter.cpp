@@ -105,6 +105,7 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
       camera_latency_ns_(std::llround(settings.camera_max_latency_s * ns_per_second)),
       modes_(settings.camera_timeout_s) {
   context_.model = {settings.vehicle, settings.imu_position, settings.full};
+  context_.wheels = settings.wheels;
   context_.camera = {settings.camera_gate, settings.initialise_from_camera};
   context_.period_s = settings.period_s;
   for (std::size_t i = 0; i < source_count; ++i) {

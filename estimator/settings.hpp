@@ -6,6 +6,7 @@
 
 #include "estimator/estimate.hpp"
 #include "estimator/full/model.hpp"
+#include "estimator/full/wheel_speed.hpp"
 #include "estimator/measurement.hpp"
 #include "estimator/vehicle.hpp"
 
@@ -33,6 +34,7 @@ struct FilterSettings {
   double period_s = 0.005;
   PaperNoise paper;
   full::Noise full;
+  full::WheelNoise wheels;
   std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
   double window_s = 0.25;                ///< so late a sample may be
 

@@ -88,6 +88,8 @@ sed -n '/^ .*pose .*odometry/p; /path length/p; /end error \[/p; /position rms \
 echo
 sed -n '/^beat/,/^real time/p' "$out/status.txt"
 sed -n '/^camera  /s/^camera .*: /camera      /p' "$out/status.txt"
+echo
+sed -n '/^calibration /,/^$/p' "$out/status.txt"
 # Cycles that the beat missed stand in its own count above, taken up to half a second before the end;
 # the client's would be another number for the same thing.
 echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //; s/[0-9]* missed by the daemon, //')"

@@ -83,6 +83,7 @@ TEST_F(DatabasesTest, TimeOutsAreThreeCycleTimesOrATenthOfASecond) {
 TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
   Config config = load(wheel);
   std::vector<std::string> warnings;
+  config.model = estimator::Model::paper;
   static_cast<void>(load_databases(config, warnings));
   EXPECT_THAT(warnings, Contains(HasSubstr("steering is not mapped")));
   EXPECT_THAT(warnings,
@@ -92,6 +93,73 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
   warnings.clear();
   static_cast<void>(load_databases(config, warnings));
   EXPECT_THAT(warnings, testing::Not(Contains(HasSubstr("yaw_rate"))));
+
+  config.model = estimator::Model::full;
+  warnings.clear();
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, Contains(HasSubstr("yaw_rate is not mapped: the car's turning is left to "
+                                           "steering and wheels")));
+}
+
+TEST_F(DatabasesTest, RefusesALatencyThatTheWindowOfTheFullModelDoesNotReach) {
+  const std::string late =
+      "wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", latency = 0.3 }\n";
+  EXPECT_THAT(
+      error_of(late),
+      testing::EndsWith("car.toml: [can.signals] wheel_rear latency: 0.3 s is beyond "
+                        "[filter] window, 0.25 s: samples so old would never be fused; make "
+                        "window at least 0.3, or mend the latency"));
+  EXPECT_EQ(error_of(late + "[filter]\nwindow = 0.3\n"), "");
+  EXPECT_EQ(error_of(late + "[filter]\nmodel = \"kinematic\"\n"), "");
+}
+
+TEST_F(DatabasesTest, RefusesACameraThatTheWindowOfTheFullModelDoesNotReach) {
+  EXPECT_THAT(error_of(std::string(wheel) + "[camera]\nmax_latency = 0.4\n"),
+              testing::EndsWith("car.toml: [camera] max_latency: 0.4 s is beyond [filter] window, "
+                                "0.25 s: poses so old would never be fused; make window at least "
+                                "0.4, or lower max_latency"));
+  EXPECT_THAT(error_of(std::string(wheel) + "[camera]\nmax_latency = 2\n"),
+              testing::EndsWith("would never be fused; lower max_latency"));
+  EXPECT_EQ(error_of(std::string(wheel) + "[camera]\nmax_latency = 0.25\n"), "");
+}
+
+TEST_F(DatabasesTest, WarnsWhereMoreSamplesComeThanTheWindowHolds) {
+  std::string many = database;
+  many.replace(many.rfind(" 10;"), 4, " 1; ");
+  std::ofstream(directory_ / "car.dbc") << many;
+  const std::string both = std::string(wheel) +
+                           "wheel_rear_right = { message = \"WHEEL\", signal = \"RR\", unit = "
+                           "\"m/s\" }\n[filter]\nwindow = ";
+  std::vector<std::string> warnings;
+  Config config = load(both + "1.0\n");
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, Contains(HasSubstr("2000 samples come in 1 s")));
+  warnings.clear();
+  config = load(both + "0.5\n");
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, testing::Not(Contains(HasSubstr("samples come"))));
+}
+
+TEST_F(DatabasesTest, TurnsBothAxesOfAnAccelerometerOrNone) {
+  std::ofstream(directory_ / "car.dbc", std::ios::app)
+      << "BO_ 259 IMU: 4 CAR\n SG_ AX : 0|16@1- (0.001,0) [0|0] \"m/s2\" CAR\n"
+         " SG_ AY : 16|16@1- (0.001,0) [0|0] \"m/s2\" CAR\n"
+         "BO_ 260 OTHER: 2 CAR\n SG_ AY : 0|16@1- (0.001,0) [0|0] \"m/s2\" CAR\n";
+  const auto axis = [](const std::string& role, const std::string& message,
+                       const std::string& signal, const std::string& more = "") {
+    return role + " = { message = \"" + message + "\", signal = \"" + signal +
+           "\", unit = \"m/s2\"" + more + " }\n";
+  };
+  const std::string along = wheel + axis("accel_x", "IMU", "AX");
+  const std::string turned = "[imu]\nyaw = 1.57\n";
+  EXPECT_EQ(error_of(along + axis("accel_y", "IMU", "AY") + turned), "");
+  EXPECT_EQ(error_of(wheel + turned), "");
+  EXPECT_THAT(error_of(along + turned), HasSubstr("[imu] yaw: accel_x and accel_y are turned "
+                                                  "together: map accel_y too"));
+  EXPECT_THAT(error_of(along + axis("accel_y", "OTHER", "AY") + turned),
+              HasSubstr("take both from one message"));
+  EXPECT_THAT(error_of(along + axis("accel_y", "IMU", "AY", ", latency = 0.01") + turned),
+              HasSubstr("give both the same latency"));
 }
 
 TEST_F(DatabasesTest, RefusesACarWithoutAnySpeed) {

@@ -113,6 +113,7 @@ max_latency = 0.3
 
 [imu]
 position = [0.05, -0.01]
+yaw = -0.2
 
 [initial]
 pose = [1, 2.0, 0.5]
@@ -120,6 +121,17 @@ pose = [1, 2.0, 0.5]
 [filter]
 model = "kinematic"
 window = 0.3
+camera_gate = 11.3
+gyro_bias_walk = 1e-5
+gyro_scale_walk = 2e-5
+accel_bias_walk = 3e-5
+wheel_scale_walk = 4e-5
+steering_offset_walk = 5e-5
+stiffness_scale_walk = 6e-5
+tyre_force_error = 2
+yaw_moment_error = 7
+wheel_radius_error = 0
+wheel_slip = 0.01
 paper_q = [0.1, 0.02, 0.03]
 paper_r = [0.2, 0.3]
 
@@ -199,11 +211,23 @@ level = "debug"
   EXPECT_THAT(config.camera.lever_arm, ElementsAre(0.1, 0.0, 0.5));
   EXPECT_EQ(config.camera.max_latency_s, 0.3);
   EXPECT_THAT(config.imu_position, ElementsAre(0.05, -0.01));
+  EXPECT_EQ(config.imu_yaw, -0.2);
   ASSERT_TRUE(config.initial_pose.has_value());
   EXPECT_EQ(config.initial_pose->x, 1.0);
   EXPECT_EQ(config.initial_pose->yaw, 0.5);
   EXPECT_EQ(config.model, estimator::Model::kinematic);
   EXPECT_EQ(config.window_s, 0.3);
+  EXPECT_EQ(config.camera_gate, 11.3);
+  EXPECT_EQ(config.full_noise.gyro_bias, 1e-5);
+  EXPECT_EQ(config.full_noise.gyro_scale, 2e-5);
+  EXPECT_EQ(config.full_noise.accel_bias, 3e-5);
+  EXPECT_EQ(config.full_noise.wheel_scale, 4e-5);
+  EXPECT_EQ(config.full_noise.steering_offset, 5e-5);
+  EXPECT_EQ(config.full_noise.stiffness_scale, 6e-5);
+  EXPECT_EQ(config.full_noise.front_force, 2.0);
+  EXPECT_EQ(config.full_noise.yaw_moment, 7.0);
+  EXPECT_EQ(config.wheel_noise.radius, 0.0);
+  EXPECT_EQ(config.wheel_noise.driven_slip, 0.01);
   EXPECT_THAT(config.paper_noise.Q, ElementsAre(0.1, 0.02, 0.03));
   EXPECT_THAT(config.paper_noise.R, ElementsAre(0.2, 0.3));
   EXPECT_EQ(config.realtime.period_ns, 10'000'000);
@@ -223,7 +247,7 @@ TEST_F(ConfigTest, TakesDefaultsWhereTheFileIsSilent) {
   EXPECT_THAT(config.can.sources, IsEmpty());
   EXPECT_FALSE(config.camera.configured);
   EXPECT_FALSE(config.initial_pose.has_value());
-  EXPECT_EQ(config.model, estimator::Model::paper);
+  EXPECT_EQ(config.model, estimator::Model::full);
   EXPECT_EQ(config.realtime.period_ns, 5'000'000);
   EXPECT_EQ(config.shm.name, "/odomd");
   EXPECT_GT(config.can.signals[static_cast<std::size_t>(Source::wheel_rear)].sigma, 0.0);
@@ -493,6 +517,16 @@ const Mistake mistakes[] = {
      "car.toml:3: [filter] paper_q: must be a list of 3 numbers"},
     {"NegativeNoise", also("[filter]\npaper_r = [1, -2]\n"),
      "car.toml:3: [filter] paper_r: -2 is not possible; it must be greater than 0"},
+    {"WindowTooShort", also("[filter]\nwindow = 0.1\n"),
+     "car.toml:3: [filter] window: 0.1 is not possible; it must be 0.2 to 1 (s)"},
+    {"WindowTooLong", also("[filter]\nwindow = 1.5\n"),
+     "car.toml:3: [filter] window: 1.5 is not possible; it must be 0.2 to 1 (s)"},
+    {"CameraGateThatLetsNothingIn", also("[filter]\ncamera_gate = 0\n"),
+     "car.toml:3: [filter] camera_gate: 0 is not possible; it must be 1 to 1e6"},
+    {"WalkThatStandsStill", also("[filter]\ngyro_bias_walk = 0\n"),
+     "car.toml:3: [filter] gyro_bias_walk: 0 is not possible; it must be above 0, at most 1"},
+    {"MountingInDegrees", also("[imu]\nyaw = 90\n"),
+     "car.toml:3: [imu] yaw: 90 is not possible; it must be -3.15 to 3.15 (rad)"},
     {"NoPose", also("[initial]\n"), "car.toml:2: [initial] pose: is missing"},
     {"ShortPose", also("[initial]\npose = [0, 0]\n"),
      "car.toml:3: [initial] pose: must be a list of 3 numbers"},

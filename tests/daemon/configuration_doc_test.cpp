@@ -158,6 +158,18 @@ TEST_F(ConfigurationPage, ItsExampleHasTheDefaults) {
   EXPECT_EQ(shown.imu_position, taken.imu_position);
   EXPECT_EQ(shown.model, taken.model);
   EXPECT_EQ(shown.window_s, taken.window_s);
+  EXPECT_EQ(shown.camera_gate, taken.camera_gate);
+  EXPECT_EQ(shown.full_noise.gyro_bias, taken.full_noise.gyro_bias);
+  EXPECT_EQ(shown.full_noise.gyro_scale, taken.full_noise.gyro_scale);
+  EXPECT_EQ(shown.full_noise.accel_bias, taken.full_noise.accel_bias);
+  EXPECT_EQ(shown.full_noise.wheel_scale, taken.full_noise.wheel_scale);
+  EXPECT_EQ(shown.full_noise.steering_offset, taken.full_noise.steering_offset);
+  EXPECT_EQ(shown.full_noise.stiffness_scale, taken.full_noise.stiffness_scale);
+  EXPECT_EQ(shown.full_noise.front_force, taken.full_noise.front_force);
+  EXPECT_EQ(shown.full_noise.yaw_moment, taken.full_noise.yaw_moment);
+  EXPECT_EQ(shown.wheel_noise.radius, taken.wheel_noise.radius);
+  EXPECT_EQ(shown.wheel_noise.driven_slip, taken.wheel_noise.driven_slip);
+  EXPECT_EQ(shown.imu_yaw, taken.imu_yaw);
   EXPECT_EQ(shown.paper_noise.Q, taken.paper_noise.Q);
   EXPECT_EQ(shown.paper_noise.R, taken.paper_noise.R);
   EXPECT_EQ(shown.realtime.period_ns, taken.realtime.period_ns);

@@ -87,7 +87,7 @@ TEST_F(OdomdTest, PublishesAPoseEveryPeriodAndCountsEveryCycle) {
   odom_info info{};
   ASSERT_EQ(odom_get_info(client.get(), &info, sizeof info), ODOM_OK);
   EXPECT_EQ(info.period_ns, 5'000'000);
-  EXPECT_STREQ(info.model, "paper");
+  EXPECT_STREQ(info.model, "full");
   EXPECT_EQ(info.first_tick_ns % info.period_ns, 0);
   EXPECT_NE(info.log_offset_ns, 0);
 
@@ -215,7 +215,7 @@ TEST_F(OdomdTest, TellsItsStatus) {
     return !status.is_null() && status["can"][0]["received"].get<int>() >= 150;
   })) << status.dump(1);
 
-  EXPECT_EQ(status["model"], "paper");
+  EXPECT_EQ(status["model"], "full");
   EXPECT_EQ(status["pid"], odomd.pid());
   EXPECT_EQ(status["instance"].get<std::string>().size(), 16U);
   EXPECT_EQ(status["shm"], desk_.segment());

@@ -1,20 +1,23 @@
 # Plays a log on buses into odomd and holds what comes out against the log's replay. Sourced, with
 # guest.sh, by the tests that do so.
 
+# What jitter explains is known of a filter that holds the newest value of each signal: the paper's.
+model=paper
+
 # play_drive NAME LOG CONFIG BUS...: the log names the buses on which it is played.
 play_drive() {
   local name=$1 log=$2 config=$3
   shift 3
   local frames bus arguments=() logger recorder
   frames=$(wc -l <"$log")
-  odom replay --config "$config" --can "$log" --out replay.csv >/dev/null
+  odom replay --config "$config" --model $model --can "$log" --out replay.csv >/dev/null
 
   add_vcan "$@"
   for bus; do arguments+=(--can "$bus"); done
   candump -L any >received.log &
   logger=$!
   await 5 grep -q any /proc/net/can/rcvlist_all
-  start_daemon "$config" "${arguments[@]}" || not_ok "$name: start" "$(cat odomd.log)"
+  start_daemon "$config" --model $model "${arguments[@]}" || not_ok "$name: start" "$(cat odomd.log)"
   odom pose --shm /lab --wait 10 --follow --csv --clock realtime --until-stale --out poses.csv 2>follow.log &
   recorder=$!
   check "$name: real time is granted" "$(status .realtime -c)" \

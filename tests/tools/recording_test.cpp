@@ -235,7 +235,7 @@ TEST_P(RecordingTest, ReplaysToTheBitsFromAnywhereInADrive) {
     std::filesystem::remove_all(folder);
   }
 }
-INSTANTIATE_TEST_SUITE_P(Models, RecordingTest, ::testing::Values("paper", "kinematic"));
+INSTANTIATE_TEST_SUITE_P(Models, RecordingTest, ::testing::Values("full", "paper", "kinematic"));
 
 TEST_F(RecordingTest, TheFilesAreThoseOfAPlainReplay) {
   const auto folder = record(137);

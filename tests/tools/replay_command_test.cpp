@@ -99,7 +99,7 @@ TEST_F(OdomReplay, SaysSinceWhenThePoseIsFaulty) {
     log += fmt::format("(1.{:02}0000) can0 101#{}\n", i, i < 50 ? "95E803" : "FA18FC");
   scratch_.write("car.toml", std::regex_replace(contents(scratch_.path("car.toml")),
                                                 std::regex("WHEEL = .*"), ""));
-  const Outcome outcome = replay(log);
+  const Outcome outcome = replay(log, " --model paper");
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.err, HasSubstr("the mode is fault from t = 1.5"));
   EXPECT_THAT(outcome.err, HasSubstr("model_fault: the model left its domain and stopped"));

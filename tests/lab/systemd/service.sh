@@ -37,7 +37,7 @@ check "goes on after that" "$(journal)" await 20 status ".beat.ticks > $ticks + 
 
 journalctl -o cat --no-pager -u $unit >journal.log
 sed 's/^/   /' journal.log | head -n 12
-check "the journal says what it does" "$(head -n 5 journal.log)" grep -q "model paper, $bus into $run/pose" journal.log
+check "the journal says what it does" "$(head -n 5 journal.log)" grep -q "model full, $bus into $run/pose" journal.log
 check "in plain lines" "$(grep -nP '[^\x20-\x7E\t]' journal.log | head -n 3)" \
   test -z "$(grep -P '[^[:print:]]' journal.log)"
 
