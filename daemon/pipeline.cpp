@@ -39,7 +39,8 @@ Pipeline::Pipeline(const Config& config, std::span<const can::Database> database
     : decoder_(databases, config.can.bindings, config.can.protections, bus_names),
       camera_lever_arm_(config.camera.lever_arm),
       imu_yaw_(config.imu_yaw),
-      state_{.filter = initial_filter(config, camera_expected)} {
+      state_{.filter = initial_filter(config, camera_expected),
+             .monitor = {config.vehicle, filter_settings(config).sigma}} {
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SignalSettings& signal = config.can.signals[source];
     sigma_[source] = signal.sigma;
@@ -85,12 +86,13 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
             stamp == can::StampVerdict::repeated ? Verdict::duplicate : Verdict::too_old);
       continue;
     }
-    const std::optional<Verdict> verdict =
-        add(state_.filter, estimator::Measurement{.source = static_cast<Source>(sample.channel),
-                                                  .time_ns = sample.time_ns,
-                                                  .value = sample.value,
-                                                  .sigma = sigma_[sample.channel],
-                                                  .arrival_ns = now_ns});
+    const estimator::Measurement measurement{.source = static_cast<Source>(sample.channel),
+                                             .time_ns = sample.time_ns,
+                                             .value = sample.value,
+                                             .sigma = sigma_[sample.channel],
+                                             .arrival_ns = now_ns};
+    state_.monitor.take(measurement);
+    const std::optional<Verdict> verdict = add(state_.filter, measurement);
     if (verdict) count(sample.channel, *verdict);
     if (verdict == Verdict::non_finite) continue;
     state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
@@ -102,11 +104,13 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
 void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   state_.record.details.camera_messages += 1;
   if (!is_usable(reference)) {
+    state_.monitor.take_unusable_pose();
     count(camera, Verdict::non_finite);
     return;
   }
-  const std::optional<Verdict> verdict =
-      add(state_.filter, to_centre_of_gravity(reference, camera_lever_arm_));
+  const estimator::CameraPose pose = to_centre_of_gravity(reference, camera_lever_arm_);
+  state_.monitor.take(pose);
+  const std::optional<Verdict> verdict = add(state_.filter, pose);
   if (verdict) judge_camera(*verdict);
   if (verdict == Verdict::non_finite) return;
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
@@ -125,6 +129,7 @@ void Pipeline::judge_camera(Verdict verdict) noexcept {
 void Pipeline::take_malformed_camera_message() noexcept {
   state_.record.details.camera_messages += 1;
   statistics_.camera_malformed.add();
+  state_.monitor.take_unusable_pose();
 }
 
 void Pipeline::count(std::size_t source, Verdict verdict) noexcept {
@@ -138,9 +143,25 @@ void Pipeline::resume(const odom_pose& pose, const odom_details& details,
   estimator::resume(state_.filter, to_estimate(pose, details), static_cast<double>(gap_ns) * 1e-9);
 }
 
+estimator::SourceFlag Pipeline::flag_of(std::size_t source, std::int64_t tick_ns) const noexcept {
+  using estimator::SourceFlag;
+  if (state_.watch.failing(source)) return SourceFlag::failed_protection;
+  if (state_.watch.overdue(source, tick_ns, state_.start_ns)) return SourceFlag::timed_out;
+  return state_.monitor.flag(static_cast<Source>(source));
+}
+
 std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
                                    std::int64_t tick_ns) const noexcept {
   std::uint32_t bits = state_.outside_conditions;
+  using estimator::SourceFlag;
+  for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    const SourceFlag flag = state_.monitor.flag(static_cast<Source>(source));
+    if (flag == SourceFlag::slipping) {
+      bits |= ODOM_COND_WHEEL_SLIP;
+    } else if (flag != SourceFlag::ok) {
+      bits |= ODOM_COND_SENSOR_FAULT;
+    }
+  }
   for (std::size_t source = 0; source < camera; ++source) {
     if (state_.watch.overdue(source, tick_ns, state_.start_ns)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
     if (state_.watch.failing(source)) bits |= ODOM_COND_PROTECTION;
@@ -171,6 +192,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   if (estimate.recoveries != state_.recoveries) state_.recovered_ns = tick_ns;
   state_.recoveries = estimate.recoveries;
 
+  state_.monitor.step(tick_ns);
   fill_record(estimate, state_.record);
   odom_pose& pose = state_.record.pose;
   pose.tick = number;
@@ -180,7 +202,10 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   pose.health = 0;
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     state_.record.details.source_age_ns[source] = state_.watch.age_ns(source, tick_ns);
-    if (state_.watch.healthy(source, tick_ns)) pose.health |= 1U << source;
+    const estimator::SourceFlag flag = flag_of(source, tick_ns);
+    statistics_.sources[source].flag.set(static_cast<std::uint64_t>(flag));
+    if (state_.watch.healthy(source, tick_ns) && flag == estimator::SourceFlag::ok)
+      pose.health |= 1U << source;
   }
   return state_.record;
 }

@@ -22,6 +22,7 @@
 #include "daemon/record.hpp"
 #include "daemon/source_watch.hpp"
 #include "estimator/filter.hpp"
+#include "estimator/source_monitor.hpp"
 
 namespace odomd::daemon {
 
@@ -30,6 +31,7 @@ struct SourceStatistics {
   std::array<Counter, estimator::verdict_count> verdicts;
   Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
   Counter last_verdict;     ///< an estimator::Verdict
+  Counter flag;             ///< an estimator::SourceFlag, at the last tick
   Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
   Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
   InnovationStatistics innovations;  ///< of models that test each sample
@@ -48,6 +50,7 @@ struct PipelineState {
   can::StampGuard stamp_guard;
   estimator::Filter filter;
   SourceWatch watch;
+  estimator::SourceMonitor monitor;
   TickRecord record;
   std::uint32_t outside_conditions = 0;
   bool camera_rejected = false;   ///< the last usable camera pose was gated or out of time
@@ -105,6 +108,8 @@ class Pipeline {
                     can::StampVerdict stamp, std::int64_t now_ns) noexcept;
   void judge_camera(estimator::Verdict verdict) noexcept;
   void count(std::size_t source, estimator::Verdict verdict) noexcept;
+  [[nodiscard]] estimator::SourceFlag flag_of(std::size_t source,
+                                              std::int64_t tick_ns) const noexcept;
   [[nodiscard]] std::uint32_t conditions(const estimator::Estimate& estimate,
                                          std::int64_t tick_ns) const noexcept;
 

@@ -14,6 +14,22 @@ can::SignalBinding binding_of(const Config& config, std::size_t source) {
   return {};
 }
 
+std::string complaint(estimator::SourceFlag flag) {
+  using estimator::SourceFlag;
+  switch (flag) {
+    case SourceFlag::out_of_range:
+      return " is out of range: no car does that; look at its scale and wiring";
+    case SourceFlag::non_finite:
+      return " is no number";
+    case SourceFlag::frozen:
+      return " is frozen: it repeats one value while the car moves on";
+    case SourceFlag::drifting:
+      return " contradicts the other sensors: look at its scale, offset and mounting";
+    default:
+      return " fails its protection: look at the status";
+  }
+}
+
 }  // namespace
 
 SourceReporter::SourceReporter(const Running& running)
@@ -92,7 +108,11 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     if (!running_.config.can.signals[i].configured) continue;
     Signal& signal = signals_[i];
-    const bool healthy = (published.pose.health >> i & 1U) != 0;
+    const auto flag =
+        static_cast<estimator::SourceFlag>(running_.pipeline.statistics().sources[i].flag.get());
+    // Wheels slip and grip again all the time; the status says so.
+    const bool healthy =
+        (published.pose.health >> i & 1U) != 0 || flag == estimator::SourceFlag::slipping;
     const auto label = [&] {
       return fmt::format("{} ({})", estimator::source_names[i],
                          binding_of(running_.config, i).message);
@@ -107,7 +127,7 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
       journal.warn(overdue ? fmt::format("{} is overdue: the last one is {:.3f} s old", label(),
                                          static_cast<double>(unheard_ns) * 1e-9)
-                           : label() + " fails its protection: look at the status");
+                           : label() + complaint(flag));
       signal = Signal::unhealthy;
     } else if (signal == Signal::waited_for && now_ns - running_.started_ns > patience_ns) {
       journal.warn(label() + " was never received: is it on the bus, and is the database right?");

@@ -20,10 +20,10 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr double ns_per_us = 1e3;
 
-constexpr std::array<std::string_view, 13> conditions_by_bit{
+constexpr std::array<std::string_view, 15> conditions_by_bit{
     "not_realtime", "restarted",    "bus_down",      "signal_timeout", "protection",
     "frames_lost",  "carried_over", "clock_stepped", "suspended",      "camera_rejected",
-    "model_fault",  "non_finite",   "input_ended"};
+    "model_fault",  "non_finite",   "input_ended",   "sensor_fault",   "wheel_slip"};
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
@@ -265,6 +265,8 @@ void write_sources(JsonWriter& json, const Running& running, const PublishedPose
     json.member("name", estimator::source_names[i]);
     json.member("configured", by_camera ? config.camera.configured : settings.configured);
     json.member("healthy", published.valid && (published.pose.health >> i & 1U) != 0);
+    json.member("flag", estimator::source_flag_names[std::min<std::size_t>(
+                            source.flag.get(), estimator::source_flag_names.size() - 1)]);
     age_member(json, "age_s", source.last_time_ns, now_ns);
     json.member("timeout_s", settings.configured ? seconds(settings.timeout_ns) : NAN);
     json.member("sigma", settings.configured ? settings.sigma : NAN);

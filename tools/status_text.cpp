@@ -196,9 +196,7 @@ std::string sources(const Json& now, const Rates& rates) {
     if (!member(source, "test_ratio").is_null()) {
       last += " (test ratio " + number(member(source, "test_ratio"), 2) + ")";
     }
-    const Json& healthy = member(source, "healthy");
-    const bool fine = !healthy.is_null() && healthy.get<bool>();
-    table.rows.push_back({word(member(source, "name")), fine ? "fine" : "overdue",
+    table.rows.push_back({word(member(source, "name")), source_state(source),
                           duration(member(source, "age_s")), rates.of(sum(verdicts), then),
                           count(member(verdicts, "fused")), refused.empty() ? "0" : refused, last});
     if (!tested) continue;

@@ -55,6 +55,14 @@ std::string duration(const Json& value) {
   return std::to_string(minutes / 60) + " h " + (rest.size() < 2 ? "0" : "") + rest + " min";
 }
 
+std::string source_state(const Json& source) {
+  if (is_true(member(source, "healthy"))) return "fine";
+  std::string flag = word(member(source, "flag"));
+  if (flag == "-" || flag == "ok" || flag == "timed_out") return "overdue";
+  std::ranges::replace(flag, '_', ' ');
+  return flag;
+}
+
 std::string hexadecimal(const Json& value) {
   return value.is_null() ? "-" : fmt::format("0x{:X}", value.get<std::uint64_t>());
 }

@@ -33,6 +33,9 @@ inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
 /// Seconds as precise as it matters: "12.3 ms", "4.5 s", "2 h 03 min"; "never" for null.
 [[nodiscard]] std::string duration(const Json& value);
 
+/// Of a source of the status: "fine", or what is wrong with it: "overdue", "frozen", ...
+[[nodiscard]] std::string source_state(const Json& source);
+
 [[nodiscard]] std::string hexadecimal(const Json& value);
 
 /// Of an object of counts, all together.

@@ -66,6 +66,8 @@ class Conditions(enum.IntFlag):
     MODEL_FAULT = 1 << 10  #: the model left its domain and stopped
     NON_FINITE = 1 << 11  #: a non-finite state was reset, never published
     INPUT_ENDED = 1 << 12  #: the log or the pipe has ended
+    SENSOR_FAULT = 1 << 13  #: a sensor's values cannot be true; see `Pose.health`
+    WHEEL_SLIP = 1 << 14  #: a wheel turns otherwise than the car moves
 
 
 class Source(enum.IntEnum):

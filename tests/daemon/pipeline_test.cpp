@@ -282,5 +282,43 @@ TEST(Pipeline, SaysThatTheCameraIsRejectedWhileItsClockIsAhead) {
   EXPECT_EQ(p->tick(3, start + 15 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
 }
 
+TEST(Pipeline, FlagsASourceThatContradictsTheOthers) {
+  const auto p = pipeline(config());
+  const TickRecord* record = nullptr;
+  const auto drive = [&](std::int64_t from, std::int64_t to, std::int16_t speed) {
+    for (std::int64_t k = from; k < to; ++k) {
+      const std::int64_t now = start + k * 5 * ms;
+      // A gyro's noise.
+      p->take(frame(256, now, static_cast<std::int16_t>(k % 3), static_cast<std::uint8_t>(k % 16)),
+              now);
+      p->take(frame(257, now, speed), now);
+      record = &p->tick(static_cast<std::uint64_t>(k), now);
+    }
+  };
+  drive(0, 200, 1500);
+  EXPECT_EQ(record->pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
+  EXPECT_NE(record->pose.health >> wheel & 1U, 0U);
+
+  // No signal of 16 bits is beyond physics here; a camera that stands still is beyond belief.
+  for (std::int64_t k = 200; k < 400; ++k) {
+    const std::int64_t now = start + k * 5 * ms;
+    p->take(frame(257, now, 1500), now);
+    p->take(estimator::CameraPose{.capture_ns = now - 30 * ms,
+                                  .arrival_ns = now,
+                                  .x = 1.0,
+                                  .sigma_x = 0.01,
+                                  .sigma_y = 0.01,
+                                  .sigma_yaw = 0.01});
+    record = &p->tick(static_cast<std::uint64_t>(k), now);
+  }
+  EXPECT_NE(record->pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
+  EXPECT_EQ(record->pose.health >> camera & 1U, 0U);
+  EXPECT_EQ(record->pose.mode, static_cast<std::uint32_t>(ODOM_DEGRADED));
+  EXPECT_EQ(p->statistics().sources[camera].flag.get(),
+            static_cast<std::uint64_t>(estimator::SourceFlag::frozen));
+  EXPECT_EQ(p->statistics().sources[gyro].flag.get(),
+            static_cast<std::uint64_t>(estimator::SourceFlag::timed_out));
+}
+
 }  // namespace
 }  // namespace odomd::daemon

@@ -40,7 +40,7 @@ TEST(ConditionNames, NameEveryBit) {
   EXPECT_TRUE(condition_names(0).empty());
   EXPECT_THAT(condition_names(ODOM_COND_NOT_REALTIME | ODOM_COND_INPUT_ENDED),
               ElementsAre("not_realtime", "input_ended"));
-  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 13U);
+  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 15U);
 }
 
 TEST(ModeNames, CoverWhatNoDaemonPublishes) {

@@ -125,6 +125,14 @@ TEST(StatusText, ShowsWhatAModelHasLearnt) {
   EXPECT_THAT(text, Not(HasSubstr("gyro_scale")));
 }
 
+TEST(StatusText, SaysWhatIsWrongWithASource) {
+  json document_of_frozen = document(10.0, 2000);
+  document_of_frozen["sources"][0]["flag"] = "frozen";
+  EXPECT_THAT(status_as_text(document_of_frozen, {}), HasSubstr("yaw_rate  frozen "));
+  document_of_frozen["sources"][0]["flag"] = "failed_protection";
+  EXPECT_THAT(status_as_text(document_of_frozen, {}), HasSubstr("yaw_rate  failed protection "));
+}
+
 TEST(StatusText, ShowsTheControllersOfThoseBusesThatHaveOne) {
   const std::string text = status_as_text(document(10.0, 2000), {});
   EXPECT_THAT(text, MatchesRegex("(.|\n)*\ncan0  +error-passive, fd  +130  +-  +500000  +0.875  "
@@ -158,7 +166,7 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
     EXPECT_EQ(bits & condition.bit, 0U);
     bits |= condition.bit;
   }
-  EXPECT_EQ(bits, 2U * ODOM_COND_INPUT_ENDED - 1U);
+  EXPECT_EQ(bits, 2U * ODOM_COND_WHEEL_SLIP - 1U);
 }
 
 // Answers `times` connections with a document, as the daemon does.

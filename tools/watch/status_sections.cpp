@@ -134,7 +134,7 @@ Lines source_section(const State& state, const Page& page) {
     const bool unused =
         number_of(member(verdicts, "source_off")) > 0 && number_of(member(verdicts, "fused")) == 0;
     table.rows.push_back({{word(member(source, "name"))},
-                          {healthy ? "fine" : "overdue", healthy ? Style::good : Style::bad},
+                          {tools::source_state(source), healthy ? Style::good : Style::bad},
                           {rates.of(tools::sum(verdicts), then)},
                           {duration(member(source, "age_s"))},
                           {count(member(verdicts, "fused")), unused ? Style::dim : Style::plain},

@@ -43,7 +43,9 @@ enum {
   ODOM_COND_CAMERA_REJECTED = 1u << 9, /**< the last camera pose was refused */
   ODOM_COND_MODEL_FAULT = 1u << 10,    /**< the model left its domain and stopped */
   ODOM_COND_NON_FINITE = 1u << 11,     /**< a non-finite state was reset, never published */
-  ODOM_COND_INPUT_ENDED = 1u << 12     /**< the log or the pipe has ended */
+  ODOM_COND_INPUT_ENDED = 1u << 12,    /**< the log or the pipe has ended */
+  ODOM_COND_SENSOR_FAULT = 1u << 13,   /**< a sensor's values cannot be true (see health) */
+  ODOM_COND_WHEEL_SLIP = 1u << 14      /**< a wheel turns otherwise than the car moves */
 };
 
 /** Index of a source in health, source_age_ns and the status. Append-only. */

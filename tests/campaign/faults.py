@@ -1,0 +1,146 @@
+#!/usr/bin/env python3
+"""Whether the source flags tell what fails, and nothing else: every scenario of odom sim, many seeds.
+
+Each drive is taken once as it is (no flag may be raised, but for slipping wheels on ice), and once for
+every sensor and way to fail, from a random time on: the flag of that source must be raised within 0.5 s of
+when the fault shows (within 3 periods where the values are no numbers or out of range), and no other
+source's before it. Standard output is a table in Markdown. Exit status 1 where a flag is missed, late or
+false, or the work failed; 2 on wrong usage.
+"""
+
+import argparse
+import collections
+import concurrent.futures
+import datetime
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+SCENARIOS = ("lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road")
+SLIPPERY = ("patch",)  # where wheels do slip
+IMMEDIATE = ("non_finite", "out_of_range")
+PERIOD = {"camera": 0.035}  # s, of the slower sources
+DEFAULT_PERIOD = 0.01
+LIMIT = 0.5  # s
+STEP = 0.005  # s, of the ticks: what is shown within one is told at its end
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of a scenario; default: 20")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
+                        help="drives at a time; default: one a processor")
+    parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
+    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release", metavar="DIR",
+                        help="the build; default: build/release")
+    parser.add_argument("--verbose", action="store_true", help="name every fault that was missed or late")
+    given = parser.parse_args()
+    if given.seeds < 1 or given.jobs < 1:
+        parser.error("--seeds and --jobs: 1 or more")
+    return given
+
+
+def run(*command):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else str(command[0]))
+    return done.stdout
+
+
+def measure(build, scenario, seed):
+    """What source_faults says of a drive: the lines, the first of the drive as it is. With a camera in
+    every second drive."""
+    with tempfile.TemporaryDirectory(prefix="faults-") as scratch:
+        folder = pathlib.Path(scratch) / "drive"
+        run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
+        camera = folder / "camera.csv" if seed % 2 else "-"
+        lines = run(build / "bin/source_faults", folder / "car.toml", folder / "drive.log", camera, seed)
+        return scenario, seed, [json.loads(line) for line in lines.splitlines()]
+
+
+def raised(flags):
+    return [flag for flag in flags if flag[2] != "ok"]
+
+
+def judge(fault, known):
+    """Delay of the flag in s, None where it is missed; and the flags of others that came before it.
+    `known` are the flags of the drive as it is, which count for nothing."""
+    own = [t for t, source, _ in raised(fault["flags"]) if source == fault["source"] and t >= fault["begin"]]
+    until = own[0] if own else float("inf")
+    others = [flag for flag in raised(fault["flags"])
+              if flag[1] != fault["source"] and flag[0] < until and flag[0] >= fault["begin"] and flag not in known]
+    if fault["shown"] is None:
+        return None, others if not own else []
+    return (max(0.0, own[0] - fault["shown"]) if own else None), others
+
+
+def main():
+    given = arguments()
+    scenarios = given.scenario or SCENARIOS
+    results = []
+    with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
+        started = [pool.submit(measure, given.bin, scenario, seed)
+                   for scenario in scenarios for seed in range(1, given.seeds + 1)]
+        for done, one in enumerate(started, start=1):
+            results.append(one.result())
+            if sys.stderr.isatty():
+                print(f"\r{done} of {len(started)} drives ", end="", file=sys.stderr, flush=True)
+
+    good = True
+    print(f"Source flags, {datetime.date.today()}: {given.seeds} drives of each of "
+          f"{len(scenarios)} scenarios, every second one with a camera.\n")
+    print("| drives as they are | drives | false flags | wheels flagged as slipping |")
+    print("|---|--:|--:|--:|")
+    for scenario in scenarios:
+        drives = [(seed, raised(lines[0]["flags"])) for name, seed, lines in results if name == scenario]
+        slips = [flag for _, flags in drives for flag in flags if flag[2] == "slipping"]
+        false = [(seed, flag) for seed, flags in drives for flag in flags
+                 if flag[2] != "slipping" or scenario not in SLIPPERY]
+        for seed, flag in false:
+            print(f"{scenario}, seed {seed}: {flag[1]} {flag[2]} at {flag[0]:.2f} s", file=sys.stderr)
+        good = good and not false
+        print(f"| {scenario} | {len(drives)} | {len(false)} | {len(slips)} |")
+
+    rows = collections.defaultdict(lambda: {"shown": 0, "delays": [], "missed": 0, "late": 0, "others": 0, "hidden": 0})
+    for scenario, seed, lines in results:
+        for fault in lines[1:]:
+            delay, others = judge(fault, lines[0]["flags"])
+            row = rows[fault["source"], fault["kind"]]
+            row["others"] += bool(others)
+            told = f"{scenario}, seed {seed}: {fault['source']} {fault['kind']} at {fault['begin']:.2f} s"
+            if others and given.verbose:
+                print(f"{told}: {others[0][1]} {others[0][2]} at {others[0][0]:.2f} s", file=sys.stderr)
+            if fault["shown"] is None:
+                row["hidden"] += 1
+                continue
+            row["shown"] += 1
+            limit = 3 * PERIOD.get(fault["source"], DEFAULT_PERIOD) if fault["kind"] in IMMEDIATE else LIMIT
+            if delay is None:
+                row["missed"] += 1
+            else:
+                row["delays"].append(delay)
+                row["late"] += delay > limit + STEP
+            if given.verbose and (delay is None or delay > limit + STEP):
+                print(f"{told}, shown at {fault['shown']:.2f} s: "
+                      f"{'missed' if delay is None else f'after {delay:.2f} s'}", file=sys.stderr)
+    print("\n| source | fails by | faults that show | median [s] | latest [s] | late | missed | others blamed |")
+    print("|---|---|--:|--:|--:|--:|--:|--:|")
+    for (source, kind), row in rows.items():
+        delays = row["delays"] or [float("nan")]
+        good = good and not row["late"] and not row["missed"] and not row["others"]
+        print(f"| {source} | {kind} | {row['shown']} of {row['shown'] + row['hidden']} | {statistics.median(delays):.3f} | "
+              f"{max(delays):.3f} | {row['late']} | {row['missed']} | {row['others']} |")
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except (RuntimeError, OSError) as error:
+        print(f"faults: {error}", file=sys.stderr)
+        sys.exit(1)

@@ -1,0 +1,114 @@
+// Source flags on whole drives: recorded ones and simulated ones raise none; sensors that fail do.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <string>
+#include <vector>
+
+#include "tests/tools/monitored_drive.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using estimator::Source;
+using estimator::SourceFlag;
+
+std::string described(const MonitoredDrive& drive, const FlagChange& change) {
+  return std::string{estimator::source_names[static_cast<std::size_t>(change.source)]} + ' ' +
+         std::string{estimator::source_flag_names[static_cast<std::size_t>(change.flag)]} + " at " +
+         std::to_string(static_cast<double>(change.tick_ns - drive.events.front().tick_ns) * 1e-9);
+}
+
+MonitoredDrive simulated(const std::string& options) {
+  const Scratch scratch;
+  const Outcome outcome = run_shell("odom sim " + options + " --out " + scratch.path("d").string());
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return load_drive(daemon::load_config(scratch.path("d/car.toml")), scratch.path("d/drive.log"),
+                    scratch.path("d/camera.csv"));
+}
+
+TEST(SourceFlags, RaiseNoAlarmOnSimulatedDrives) {
+  for (const char* const scenario :
+       {"lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road"}) {
+    const MonitoredDrive drive = simulated(std::string{"--scenario "} + scenario + " --laps 1");
+    for (const FlagChange& change : monitored(drive)) {
+      // On ice wheels do slip.
+      if (std::string_view{scenario} == "patch" &&
+          (change.flag == SourceFlag::slipping || change.flag == SourceFlag::ok))
+        continue;
+      ADD_FAILURE() << scenario << ": " << described(drive, change);
+    }
+  }
+}
+
+TEST(SourceFlags, TellWhatFails) {
+  const MonitoredDrive drive = simulated("--scenario lap --seed 3 --laps 2");
+  const std::int64_t begin_ns =
+      drive.events.front().tick_ns + std::int64_t{12'000'000'000};  // on the move
+  int shown = 0;
+  for (FaultCase one : fault_cases(drive)) {
+    one.fault.begin_ns = begin_ns;
+    const MonitoredDrive failed = with_fault(drive, one.fault);
+    const auto shown_ns = shown_at(drive, failed, one);
+    if (!shown_ns) continue;
+    ++shown;
+    const std::string what =
+        std::string{estimator::source_names[static_cast<std::size_t>(one.fault.source)]} + ' ' +
+        std::string{name_of(one.fault.kind)};
+    const auto told = monitored(failed);
+    ASSERT_FALSE(told.empty()) << what;
+    EXPECT_EQ(told.front().source, one.fault.source)
+        << what << ": " << described(drive, told.front());
+    EXPECT_GE(told.front().tick_ns, begin_ns) << what;
+    const bool immediate = one.visible == 0.0;
+    const std::int64_t period_ns = one.fault.source == Source::camera ? 35'000'000 : 10'000'000;
+    EXPECT_LE(told.front().tick_ns - *shown_ns, immediate ? 3 * period_ns : 505'000'000) << what;
+  }
+  EXPECT_GE(shown, 18);
+}
+
+constexpr std::size_t recorded_drives = 12;
+
+TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
+  const char* const data = std::getenv("ODOMD_DRIVES");
+  if (data == nullptr) {
+    std::cout << "not run: " << recorded_drives << '\n';
+    return;
+  }
+  std::size_t drives = 0;
+  for (const auto& config_file : fs::directory_iterator(fs::path(ODOMD_TEST_DATA) / "drives")) {
+    for (const auto& folder : fs::directory_iterator(data)) {
+      const std::string name = folder.path().filename().string();
+      if (!name.starts_with(config_file.path().stem().string())) continue;
+      ++drives;
+      for (const bool with_camera : {false, true}) {
+        const fs::path camera = folder.path() / "camera.csv";
+        if (with_camera && !fs::exists(camera)) continue;
+        daemon::Config config = daemon::load_config(config_file.path());
+        config.can.dbc = {folder.path() / "car.dbc"};
+        const MonitoredDrive drive =
+            load_drive(config, folder.path() / "drive.log", with_camera ? camera : fs::path{});
+        bool slipped = false;
+        for (const FlagChange& change : monitored(drive)) {
+          const bool slips = change.flag == SourceFlag::slipping;
+          slipped = slipped || slips;
+          if (name == "dart_drift1" && slips) continue;  // at five times the car's speed
+          // Its motion capture loses the car for seconds, while it drives on.
+          if (name == "dart_track_v1" && change.source == Source::camera) continue;
+          if (change.flag == SourceFlag::ok) continue;
+          ADD_FAILURE() << name << (with_camera ? ", with camera: " : ": ")
+                        << described(drive, change);
+        }
+        EXPECT_EQ(slipped, name == "dart_drift1") << name;
+      }
+    }
+  }
+  EXPECT_EQ(drives, recorded_drives);
+}
+
+}  // namespace
+}  // namespace odomd::tools
