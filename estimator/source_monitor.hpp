@@ -111,8 +111,9 @@ class SourceMonitor {
   }
   [[nodiscard]] bool alive(Source source) const noexcept;
   [[nodiscard]] bool repeats(Source source) const noexcept;
-  void bad_sample(Signal& signal, SourceFlag kind, std::int64_t time_ns) noexcept;
-  void heard(Signal& signal, std::int64_t taken_ns, std::int64_t heard_ns, bool same) noexcept;
+  static void bad_sample(Signal& signal, SourceFlag kind, std::int64_t time_ns) noexcept;
+  static void heard(Signal& signal, std::int64_t taken_ns, std::int64_t heard_ns,
+                    bool same) noexcept;
   void look() noexcept;
   void compare_wheels(std::size_t rows) noexcept;
   void compare_turns(std::size_t rows, std::size_t camera_rows) noexcept;

@@ -12,12 +12,8 @@
 
 #include "tests/tools/monitored_drive.hpp"
 
+namespace odomd::tools {
 namespace {
-
-using namespace odomd;
-using namespace odomd::tools;
-using estimator::Source;
-using estimator::SourceFlag;
 
 double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
@@ -28,18 +24,16 @@ void tell(const std::string& head, const MonitoredDrive& drive,
   const std::int64_t start_ns = drive.events.front().tick_ns;
   std::string flags;
   for (const FlagChange& change : told)
-    flags += fmt::format("{}[{:.3f}, \"{}\", \"{}\"]", flags.empty() ? "" : ", ",
+    flags += fmt::format(R"({}[{:.3f}, "{}", "{}"])", flags.empty() ? "" : ", ",
                          seconds(change.tick_ns - start_ns),
                          estimator::source_names[static_cast<std::size_t>(change.source)],
                          estimator::source_flag_names[static_cast<std::size_t>(change.flag)]);
   fmt::print("{{{}\"flags\": [{}]}}\n", head, flags);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) try {
+int run(int argc, char** argv) {
   if (argc != 5) {
-    std::fputs("usage: source_faults CONFIG LOG CAMERA|- SEED\n", stderr);
+    fmt::print(stderr, "usage: source_faults CONFIG LOG CAMERA|- SEED\n");
     return 2;
   }
   const MonitoredDrive drive =
@@ -58,13 +52,22 @@ int main(int argc, char** argv) try {
     const std::optional<std::int64_t> shown_ns = shown_at(drive, failed, one);
     const std::string shown =
         shown_ns ? fmt::format("{:.3f}", seconds(*shown_ns - start_ns)) : "null";
-    tell(fmt::format("\"source\": \"{}\", \"kind\": \"{}\", \"begin\": {:.3f}, \"shown\": {}, ",
+    tell(fmt::format(R"("source": "{}", "kind": "{}", "begin": {:.3f}, "shown": {}, )",
                      estimator::source_names[static_cast<std::size_t>(fault.source)],
                      name_of(fault.kind), seconds(fault.begin_ns - start_ns), shown),
          failed, monitored(failed));
   }
   return 0;
-} catch (const std::exception& error) {
-  std::fprintf(stderr, "source_faults: %s\n", error.what());
-  return 1;
+}
+
+}  // namespace
+}  // namespace odomd::tools
+
+int main(int argc, char** argv) {
+  try {
+    return odomd::tools::run(argc, argv);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "source_faults: {}\n", error.what());
+    return 1;
+  }
 }

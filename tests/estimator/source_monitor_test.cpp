@@ -98,7 +98,7 @@ class Drive {
   std::array<std::optional<double>, source_count> raised_s_{};
 };
 
-Failure failing(Source which, std::function<double(double t, double value)> how) {
+Failure failing(Source which, const std::function<double(double t, double value)>& how) {
   return [which, how](Source source, double t, double value) {
     return source == which ? how(t, value) : value;
   };

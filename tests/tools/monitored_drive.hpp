@@ -53,7 +53,7 @@ inline MonitoredDrive load_drive(daemon::Config config, const std::filesystem::p
   const std::vector<std::string> logs{log_file};
   can::MergedLog log(logs, buses);
   std::vector<can::Frame> frames;
-  while (const auto frame = log.next()) frames.push_back(*frame);
+  while (const can::Frame* const frame = log.next()) frames.push_back(*frame);
   can::Decoder decoder(databases, config.can.bindings, config.can.protections, buses.all());
 
   const std::int64_t first_ns = first_tick_ns(frames.front().time_ns, drive.period_ns);
