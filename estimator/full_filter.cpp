@@ -28,6 +28,8 @@ constexpr double smallest_sigma = 1e-6;
 // No car and no sensor gets here; numbers that do would overflow somewhere.
 constexpr double largest_position = 1e9;
 constexpr double largest_state = 1e4;
+constexpr double fastest = 300.0;       // [m/s]
+constexpr double fastest_turn = 100.0;  // [rad/s]
 
 /// What nothing is known beyond: half a turn, a kilometre, 100 m/s.
 constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2, 1e2, 1e2, 35.0, 1e2, 1e2,
@@ -88,7 +90,8 @@ void limit(full::Matrix& P) noexcept {
 bool sound(const State& state) noexcept {
   return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
          state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
-         state.covariance.allFinite() &&
+         state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&
+         std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.covariance.allFinite() &&
          Eigen::LLT<full::Matrix>(state.covariance).info() == Eigen::Success;
 }
 

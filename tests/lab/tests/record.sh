@@ -79,7 +79,7 @@ verify "the middle of a drive, the recorder killed" middle
 
 # A disk that is full: said so, and kept what there was room for.
 mkdir disk
-mount -t tmpfs -o size=400k tmpfs disk
+mount -t tmpfs -o size=1400k tmpfs disk
 timeout 60 odom record --socket "$PWD/record.sock" --out disk/full 2>full.txt
 check "a full disk ends the recording with status 1" "status $?: $(cat full.txt)" \
   grep -q 'the disk is full; what was recorded until now is kept' full.txt

@@ -59,21 +59,22 @@ flood_mapped() {
 }
 
 # The car stands: its pose stays where it is, within three sigmas that still say something.
-check_stands() { # NAME
+check_stands() { # NAME LARGEST-SIGMA-OF-X
   check "$1: the pose stays within its three sigmas" "$(jq -c .pose before.json) became $(jq -c .pose after.json)" \
-    jq -e --slurpfile before before.json '.pose as $p | $before[0].pose as $b |
+    jq -e --slurpfile before before.json --argjson largest "$2" '.pose as $p | $before[0].pose as $b |
       ($p.x - $b.x | fabs) <= 3 * $p.sigma_x and ($p.y - $b.y | fabs) <= 3 * $p.sigma_y and
       ($p.yaw - $b.yaw | fabs) <= 3 * $p.sigma_yaw and
-      $p.sigma_x < 0.3 and $p.sigma_y < 0.3 and $p.sigma_yaw < 0.3' after.json
+      ($p.x - $b.x | fabs) < 0.3 and $p.sigma_x < $largest and $p.sigma_y < 0.3 and $p.sigma_yaw < 0.3' after.json
 }
 
 flood_mapped "protected" stand/car.toml stand/drive.log
-check_stands "protected"
+check_stands "protected" 0.3
 
 # The same flood with hardly a true frame before it.
 head -n 12 stand/drive.log >few.log
 flood_mapped "alone" stand/car.toml few.log
-check_stands "alone"
+# Nothing tells how fast it goes: it may have set off, and the pose says so.
+check_stands "alone" 50
 
 # Without protection nothing tells a random speed from a true one: then the verdicts are all there is.
 sed '/^\[can\.e2e\]/,/^$/d' stand/car.toml >stand/unprotected.toml
