@@ -14,7 +14,7 @@
 # the programs under test in $ODOMD_BIN_DIR; what it leaves in $LAB_SHARED outlives the machine when
 # LAB_KEEP is set.
 #
-# Environment: LAB_TIMEOUT=SECONDS for each machine (default 300), LAB_KEEP=DIRECTORY keeps the
+# Environment: LAB_TIMEOUT=SECONDS for each machine (default 600), LAB_KEEP=DIRECTORY keeps the
 # shared files there, ODOMD_BIN_DIR (default build/release/bin).
 # A machine that does not start, panics, hangs or is too slow is a failed run: exit status 125; of
 # tests, it is one failure more.
@@ -24,7 +24,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 tree=$(cd "$here/../.." && pwd)
 cache=$tree/build/lab
 bin_dir=${ODOMD_BIN_DIR:-$tree/build/release/bin}
-time_limit=${LAB_TIMEOUT:-300}
+time_limit=${LAB_TIMEOUT:-600}
 lab_failed=125
 
 usage() {
