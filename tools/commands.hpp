@@ -12,6 +12,7 @@ namespace odomd::tools {
 void describe(CLI::App& odom);
 
 void add_help(CLI::App& odom);
+void add_identify(CLI::App& odom);
 void add_record(CLI::App& odom);
 void add_replay(CLI::App& odom);
 void add_evaluate(CLI::App& odom);

@@ -1,0 +1,74 @@
+#include "tools/identify/signal_log.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr std::string_view dbc = R"(VERSION ""
+BO_ 257 WHEEL: 2 Car
+ SG_ Speed : 0|16@1- (0.001,0) [0|0] "m/s" X
+BO_ 258 IMU: 4 Car
+ SG_ AccX : 0|16@1- (0.001,0) [0|0] "m/s2" X
+ SG_ AccY : 16|16@1- (0.001,0) [0|0] "m/s2" X
+)";
+
+constexpr std::string_view car = R"([can]
+source = "drive.log"
+dbc = "car.dbc"
+[can.signals]
+wheel_rear = { message = "WHEEL", signal = "Speed", unit = "m/s", latency = 0.01, scale = 2.0 }
+accel_x = { message = "IMU", signal = "AccX", unit = "m/s2" }
+accel_y = { message = "IMU", signal = "AccY", unit = "m/s2" }
+[imu]
+yaw = 1.5707963267948966
+)";
+
+SignalLog read(const Scratch& scratch, const std::string& log) {
+  scratch.write("car.dbc", std::string{dbc});
+  const auto config = daemon::load_config(scratch.write("car.toml", std::string{car}));
+  const std::vector<std::string> logs{scratch.write("drive.log", log)};
+  return read_signals(config, logs);
+}
+
+TEST(SignalLog, HoldsEachSignalInSiAtTheTimeItWasTaken) {
+  const Scratch scratch;
+  const SignalLog log = read(scratch,
+                             "(100.000000) can0 101#E803\n"
+                             "(100.005000) can0 102#D0070000\n"
+                             "(100.020000) can0 101#18FC\n");
+  EXPECT_THAT(log.of(Source::wheel_rear).t_ns, ElementsAre(99'990'000'000, 100'010'000'000));
+  EXPECT_THAT(log.of(Source::wheel_rear).value, ElementsAre(2.0, -2.0));
+  // A quarter turn of the sensor: what it calls x is the car's y.
+  EXPECT_THAT(log.of(Source::accel_x).value, ElementsAre(testing::DoubleNear(0.0, 1e-12)));
+  EXPECT_THAT(log.of(Source::accel_y).value, ElementsAre(2.0));
+  EXPECT_TRUE(log.of(Source::yaw_rate).empty());
+  EXPECT_EQ(log.first_ns, 100'000'000'000);
+  EXPECT_EQ(log.last_ns, 100'020'000'000);
+  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("left out"))));
+}
+
+TEST(SignalLog, LeavesOutSamplesWithoutATimeOfTheirOwnAndSaysHowMany) {
+  const Scratch scratch;
+  const SignalLog log = read(scratch,
+                             "(100.000000) can0 101#E803\n"
+                             "(100.000000) can0 101#E903\n"
+                             "(100.010000) can0 101#EA03\n");
+  EXPECT_THAT(log.of(Source::wheel_rear).value, ElementsAre(2.0, 2.004));
+  EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("1 sample without a time of its own")));
+}
+
+TEST(SignalLog, ALogThatIsNoLogIsRefused) {
+  const Scratch scratch;
+  EXPECT_THROW((void)read(scratch, "hello\n"), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace odomd::tools

@@ -1,0 +1,90 @@
+#include "tools/identify/delivery.hpp"
+
+#include <cmath>
+#include <iostream>
+
+#include "tools/dbc_commands.hpp"
+#include "tools/identify/config_patch.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+/// So that the uncertainty shows two digits: 0.0123 gives 4 decimals.
+int decimals_for(double uncertainty) {
+  if (!(uncertainty > 0.0) || !std::isfinite(uncertainty)) return 6;
+  const double digits = 1.0 - std::floor(std::log10(uncertainty));
+  return static_cast<int>(std::fmin(std::fmax(digits, 0.0), 9.0));
+}
+
+std::string in_per_cent(const Finding& finding) {
+  if (finding.value == 0.0) return "";
+  return fixed(200.0 * finding.sigma / std::fabs(finding.value), 2) + " %";
+}
+
+std::vector<ConfigValue> config_values(const Findings& findings) {
+  std::vector<ConfigValue> values;
+  for (const Finding& finding : findings.values) {
+    if (finding.key.empty() || finding.determined == Determined::no) continue;
+    const double uncertainty = 2.0 * finding.sigma;
+    std::string note = "odom identify " + findings.method + ": +- " +
+                       fixed(uncertainty, decimals_for(uncertainty));
+    if (!finding.unit.empty()) note += " " + finding.unit;
+    if (!findings.origin.empty()) note += ", " + findings.origin;
+    values.push_back({finding.key, finding.value, std::move(note)});
+  }
+  return values;
+}
+
+}  // namespace
+
+void add_delivery(CLI::App& method, Delivery& delivery) {
+  method.add_flag("--json", delivery.json, "One JSON object instead of a table");
+  method
+      .add_option("--write", delivery.write,
+                  "Configuration to put the numbers into, with a note where each came from")
+      ->type_name("TOML");
+}
+
+std::string as_text(const Findings& findings) {
+  Table table{.header = {"", "value", "+- 2 sigma", "unit", "", "key", ""},
+              .rows = {},
+              .flush_left = {0, 3, 5, 6}};
+  for (const Finding& finding : findings.values) {
+    const bool known = finding.determined == Determined::yes;
+    const double uncertainty = 2.0 * finding.sigma;
+    const int decimals = decimals_for(uncertainty);
+    table.rows.push_back({finding.name, known ? fixed(finding.value, decimals) : "not determined",
+                          known ? fixed(uncertainty, decimals) : "", finding.unit,
+                          known ? in_per_cent(finding) : "", finding.key, finding.remark});
+  }
+  return table.text();
+}
+
+nlohmann::ordered_json as_json(const Findings& findings) {
+  nlohmann::ordered_json json;
+  json["method"] = findings.method;
+  json["origin"] = findings.origin;
+  for (const Finding& finding : findings.values) {
+    nlohmann::ordered_json value{{"name", finding.name},
+                                 {"key", finding.key},
+                                 {"determined", finding.determined == Determined::yes},
+                                 {"value", finding.value},
+                                 {"sigma", finding.sigma},
+                                 {"unit", finding.unit},
+                                 {"remark", finding.remark}};
+    json["values"].push_back(std::move(value));
+  }
+  json["warnings"] = findings.warnings;
+  if (!findings.details.is_null()) json["details"] = findings.details;
+  return json;
+}
+
+void deliver(const Findings& findings, const Delivery& delivery) {
+  for (const std::string& warning : findings.warnings)
+    std::cerr << "odom identify " << findings.method << ": warning: " << warning << '\n';
+  if (!delivery.write.empty()) patch_config(delivery.write, config_values(findings));
+  std::cout << (delivery.json ? json_text(as_json(findings)) + "\n" : as_text(findings));
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,41 @@
+// What an identification found: values with their standard uncertainty, each for one key of the
+// configuration or for the reader alone.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace odomd::tools {
+
+/// Whether the experiment could tell the value at all.
+enum class Determined : std::uint8_t { yes, no };
+
+struct Finding {
+  std::string name;    ///< in words: "cornering stiffness, front"
+  std::string key;     ///< where it belongs: "vehicle.mass", "camera.lever_arm[0]"; empty: nowhere
+  double value = 0.0;  ///< SI
+  double sigma = 0.0;  ///< standard uncertainty (one sigma), in the value's unit
+  std::string unit;    ///< "kg", "N/rad", "s"; empty: a pure number
+  Determined determined = Determined::yes;  ///< no: shown with the reason, never written
+  std::string remark;  ///< what limits it, or why it is not determined; may be empty
+};
+
+/// All that one run of a method says.
+struct Findings {
+  std::string method;  ///< "mass", "stiffness": the subcommand
+  std::string origin;  ///< for the note beside each written number: "scale, 4 wheels"
+  std::vector<Finding> values;
+  std::vector<std::string> warnings;  ///< one line each, to standard error
+  nlohmann::ordered_json details;     ///< further figures of the method for --json; may be null
+};
+
+/// A measured input: its value and standard uncertainty, in one unit.
+struct Measured {
+  double value = 0.0;
+  double sigma = 0.0;
+};
+
+}  // namespace odomd::tools

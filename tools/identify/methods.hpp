@@ -1,0 +1,10 @@
+// The methods of odom identify: each file adds its own subcommand.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace odomd::tools {
+
+// In the order of an afternoon: on the scale, on the cords, standing, on the circle, on a lap.
+
+}  // namespace odomd::tools
