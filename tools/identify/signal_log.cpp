@@ -54,8 +54,8 @@ SignalLog read_signals(daemon::Config config, std::span<const std::string> logs)
   for (const std::string& warning : log.warnings()) result.warnings.push_back(warning);
   if (left_out > 0) {
     result.warnings.push_back(
-fmt::format("{}: {} without a time of {} own, or not finite, left out", logs.front(),
-                    counted(left_out, "sample"), left_out == 1 ? "its" : "their");
+        fmt::format("{}: {} without a time of {} own, or not finite, left out", logs.front(),
+                    counted(left_out, "sample"), left_out == 1 ? "its" : "their"));
   }
   return result;
 }
