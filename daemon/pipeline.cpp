@@ -177,7 +177,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   if (state_.start_ns == 0) state_.start_ns = tick_ns;
 
   const estimator::Estimate estimate = step(state_.filter, tick_ns);
-  for (const estimator::Judgement& judgement : judgements(state_.filter)) {
+  for (const estimator::Judgement& judgement : judgements()) {
     const auto source = static_cast<std::size_t>(judgement.source);
     statistics_.sources[source].innovations.take(judgement);
     if (source == camera) {

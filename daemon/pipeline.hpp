@@ -100,6 +100,12 @@ class Pipeline {
   void restore(const PipelineState& state,
                std::span<const can::ProtectionState> protections) noexcept;
 
+  /// How the last tick judged the samples that it took in, of models that test each at its own
+  /// time. Valid until the next call.
+  [[nodiscard]] std::span<const estimator::Judgement> judgements() const noexcept {
+    return estimator::judgements(state_.filter);
+  }
+
   [[nodiscard]] const PipelineStatistics& statistics() const noexcept { return statistics_; }
   [[nodiscard]] const can::Decoder& decoder() const noexcept { return decoder_; }
 

@@ -278,7 +278,8 @@ void FullFilter::keep() noexcept {
 void FullFilter::refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
   for (const Sample& sample : samples) {
     if (!sample.judged && judgement_count_ < judgements_.size()) {
-      judgements_[judgement_count_++] = {.source = sample.source, .verdict = verdict};
+      judgements_[judgement_count_++] = {
+          .source = sample.source, .verdict = verdict, .time_ns = sample.time_ns};
     }
   }
 }
@@ -325,7 +326,8 @@ void FullFilter::replay_to(std::int64_t tick_ns) noexcept {
       const Judgement judgement = full::take(context_, now_, sample);
       if (!sample.judged && judgement_count_ < judgements_.size()) {
         sample.judged = true;
-        judgements_[judgement_count_++] = judgement;
+        judgements_[judgement_count_] = judgement;
+        judgements_[judgement_count_++].time_ns = sample.time_ns;
       }
       samples = samples.subspan(1);
     }

@@ -82,6 +82,8 @@ struct Judgement {
   std::array<double, 3> innovation{};  ///< ν, in the source's units
   double squared_ratio = 0.0;          ///< νᵀS⁻¹ν
   double test_ratio = 0.0;             ///< the same over its gate
+  std::int64_t time_ns = 0;            ///< when the sample was taken
+  std::array<double, 3> variance{};    ///< diagonal of S, in the source's units squared
 };
 
 }  // namespace odomd::estimator

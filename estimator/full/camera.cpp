@@ -117,6 +117,7 @@ Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample
                      P(1, 1) + sample.sigma[1] * sample.sigma[1],
                      P(1, 2),
                      P(2, 2) + sample.sigma[2] * sample.sigma[2]};
+  judgement.variance = {S[0], S[3], S[5]};
   judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
   state.camera_test_ratio = judgement.test_ratio;

@@ -81,6 +81,7 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
   Innovation nu = innovation(state, prediction, sample.value[0]);
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
   judgement.innovation[0] = nu.value;
+  judgement.variance[0] = nu.variance;
   judgement.squared_ratio = nu.squared_ratio();
   judgement.test_ratio = judgement.squared_ratio / context.signal_gate;
 
