@@ -269,7 +269,7 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
     if (record->initialised) ++summary.poses;
     sink(*record, drive.tick());
   }
-  summary.take_innovations(*pipeline);
+  summary.take_statistics(*pipeline);
   result.warnings.insert(result.warnings.end(), drive.warnings().begin(), drive.warnings().end());
   return result;
 }

@@ -5,14 +5,18 @@
 
 namespace odomd::tools {
 
-void ReplaySummary::take_innovations(const daemon::Pipeline& pipeline) {
-  for (std::size_t source = 0; source < innovations.size(); ++source)
-    innovations[source] = pipeline.statistics().sources[source].innovations;
+void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
+  for (std::size_t source = 0; source < innovations.size(); ++source) {
+    const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
+    innovations[source] = told.innovations;
+    for (std::size_t verdict = 0; verdict < verdicts[source].size(); ++verdict)
+      verdicts[source][verdict] = told.verdicts[verdict].get();
+  }
 }
 
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
-                     const PoseSink& sink) {
+                     const PoseSink& sink, const JudgementSink& judged) {
   const can::Frame* frame = next_frame();
   if (frame == nullptr)
     throw std::invalid_argument("the log holds no frame: record one with candump -L");
@@ -39,6 +43,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     }
 
     const daemon::TickRecord& record = pipeline.tick(tick, tick_ns);
+    if (judged) judged(pipeline.judgements());
     ++summary.ticks;
     summary.last_tick_ns = tick_ns;
     summary.last_mode = record.pose.mode;
@@ -51,7 +56,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     ++summary.poses;
     sink(record);
   }
-  summary.take_innovations(pipeline);
+  summary.take_statistics(pipeline);
   return summary;
 }
 

@@ -35,9 +35,11 @@ struct ReplaySummary {
   std::uint64_t faulty = 0;              ///< ticks in it
   std::uint32_t fault_conditions = 0;    ///< ODOM_COND_ bits of the first
 
-  /// By source.
+  // By source.
   std::array<daemon::InnovationStatistics, estimator::source_count> innovations;
-  void take_innovations(const daemon::Pipeline& pipeline);
+  std::array<std::array<std::uint64_t, estimator::verdict_count>, estimator::source_count>
+      verdicts{};
+  void take_statistics(const daemon::Pipeline& pipeline);
 };
 
 /// The longest pause in a log that is played through; a longer one is a log of two drives.
@@ -56,13 +58,16 @@ class PauseError : public std::invalid_argument {
 /// The next frame, until the next call; nullptr at the end.
 using NextFrame = std::function<const can::Frame*()>;
 using PoseSink = std::function<void(const daemon::TickRecord&)>;
+/// How a tick judged its samples; theirs until the sink returns.
+using JudgementSink = std::function<void(std::span<const estimator::Judgement>)>;
 
 /// Tick k takes in the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by
 /// arrival). The last tick is the first one that has taken in every frame. `sink` is handed every
-/// record from initialisation on. Throws std::invalid_argument for a log that holds no frame,
-/// PauseError at the frame behind a pause longer than longest_pause_ns.
+/// record from initialisation on, `judged` the judgements of every tick. Throws
+/// std::invalid_argument for a log that holds no frame, PauseError at the frame behind a pause
+/// longer than longest_pause_ns.
 ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
-                     const PoseSink& sink);
+                     const PoseSink& sink, const JudgementSink& judged = {});
 
 }  // namespace odomd::tools

@@ -1,0 +1,75 @@
+#include "tools/drive_evaluation.hpp"
+
+#include <memory>
+#include <span>
+#include <stdexcept>
+
+#include "daemon/pipeline.hpp"
+#include "tools/replay_doubts.hpp"
+
+namespace odomd::tools {
+namespace {
+
+TrajectoryPoint point_of(const odom_pose& pose, Frame frame) {
+  TrajectoryPoint point;
+  point.t_ns = pose.time_ns;
+  point.pose = frame == Frame::odom ? estimator::Pose2{pose.odom_x, pose.odom_y, pose.odom_yaw}
+                                    : estimator::Pose2{pose.x, pose.y, pose.yaw};
+  point.motion = {pose.vx, pose.vy, pose.yaw_rate};
+  for (std::size_t i = 0; i < point.covariance.size(); ++i) {
+    point.covariance[i] = pose.covariance[i];
+  }
+  return point;
+}
+
+}  // namespace
+
+ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Frame frame,
+                           Judgements judgements) try {
+  ReplayedDrive result;
+  result.poses.name = drive.name;
+  result.poses.has_motion = true;
+  result.poses.has_covariance = frame == Frame::map;
+
+  const auto pipeline = std::make_unique<daemon::Pipeline>(config, drive.databases, drive.buses,
+                                                           !drive.cameras.empty());
+  JudgementSink keep;
+  if (judgements == Judgements::keep) {
+    keep = [&result](std::span<const estimator::Judgement> some) {
+      result.judgements.insert(result.judgements.end(), some.begin(), some.end());
+    };
+  }
+  auto next = drive.frames.begin();
+  result.summary = replay(
+      *pipeline, config.realtime.period_ns,
+      [&]() -> const can::Frame* { return next == drive.frames.end() ? nullptr : &*next++; },
+      drive.cameras,
+      [&](const daemon::TickRecord& record) {
+        result.poses.points.push_back(point_of(record.pose, frame));
+        result.last = record;
+      },
+      keep);
+  result.doubts = replay_doubts(pipeline->decoder(), result.summary);
+  if (result.poses.points.empty()) {
+    throw std::invalid_argument("no pose came about: " + (result.doubts.empty()
+                                                              ? std::string{"no wheel speed"}
+                                                              : result.doubts.front()));
+  }
+  return result;
+} catch (const std::invalid_argument& error) {
+  throw std::invalid_argument(drive.folder.string() + ": " + error.what());
+}
+
+Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
+                          const Measure& measure) {
+  if (!drive.reference) {
+    throw std::invalid_argument(drive.folder.string() +
+                                ": has no truth.csv to be held against; name one by --reference");
+  }
+  const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
+  return evaluate(measure.lever_arm ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
+                                    : *drive.reference,
+                  replayed.poses, measure.align);
+}
+
+}  // namespace odomd::tools
