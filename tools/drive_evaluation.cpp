@@ -51,9 +51,7 @@ ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Fra
       keep);
   result.doubts = replay_doubts(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    throw std::invalid_argument("no pose came about: " + (result.doubts.empty()
-                                                              ? std::string{"no wheel speed"}
-                                                              : result.doubts.front()));
+    throw std::invalid_argument(result.doubts.back());  // which says what a pose needs
   }
   return result;
 } catch (const std::invalid_argument& error) {

@@ -132,7 +132,7 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 123#00\n";
   const Drive silent = read_drive({.folder = folder, .config = {}, .reference = {}});
   EXPECT_THAT(message_of([&] { (void)replay_drive(silent, silent.config); }),
-              StartsWith(folder.string() + ": no pose came about: message 'WHEELS_FRONT"));
+              StartsWith(folder.string() + ": no pose: it begins with the first wheel speed"));
 }
 
 }  // namespace
