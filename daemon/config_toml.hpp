@@ -1,6 +1,6 @@
 // Reading a TOML table with manners: every value is checked for type and range where it is taken
 // out, and the keys that were asked for are the keys that exist, so that a misspelt one is found.
-// Private to the configuration: nothing else sees toml++.
+// Private to the configuration and to what patches it: nothing else sees toml++.
 #pragma once
 
 #include <toml++/toml.h>

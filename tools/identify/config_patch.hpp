@@ -12,18 +12,22 @@ namespace odomd::tools {
 struct ConfigValue {
   std::string key;
   double value = 0.0;
-  std::string note;  ///< the comment beside it: "odom identify mass, 2 sigma 0.004 kg"
+  /// The comment at the end of its line: "odom identify mass: +- 0.004 kg, scale". It begins with
+  /// "odom ", by which the next one is put in its place; everything else in comments stays. Where
+  /// the line has several numbers, the note says which it is about: "(sigma: odom ...)".
+  std::string note;
 };
 
 /// The text with the numbers in it: a value that is there is replaced where the parser says that
 /// it stands, one that is missing is added to its table (also to an inline one), a missing table
-/// at the end. Throws std::invalid_argument, naming file, line and key, where the text is no TOML
-/// or a key holds something else than a number.
+/// at the end. Written in the shortest form that reads back to the same bits. Throws
+/// std::invalid_argument, naming file, line and key, where the text is no TOML or a key holds
+/// something else than a number.
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 
 /// Patches a file as a whole or not at all; the result must load as a configuration, or nothing is
-/// written and the reason is thrown.
+/// written and the reason is thrown. Mode and owner stay, and a link stays a link.
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values);
 
 }  // namespace odomd::tools

@@ -1,5 +1,7 @@
 #include "tools/identify/delivery.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <iostream>
 
@@ -17,6 +19,16 @@ int decimals_for(double uncertainty) {
   return static_cast<int>(std::fmin(std::fmax(digits, 0.0), 9.0));
 }
 
+/// To two digits of its uncertainty: more would only look exact.
+double rounded(double value, double sigma) {
+  if (!(sigma > 0.0) || !std::isfinite(sigma) || !std::isfinite(value)) return value;
+  const int decimals = static_cast<int>(1.0 - std::floor(std::log10(sigma)));
+  if (decimals > 15) return value;
+  if (decimals >= 0) return std::stod(fmt::format("{:.{}f}", value, decimals));
+  const double step = std::pow(10.0, -decimals);
+  return std::round(value / step) * step;
+}
+
 std::string in_per_cent(const Finding& finding) {
   if (finding.value == 0.0) return "";
   return fixed(200.0 * finding.sigma / std::fabs(finding.value), 2) + " %";
@@ -31,7 +43,7 @@ std::vector<ConfigValue> config_values(const Findings& findings) {
                        fixed(uncertainty, decimals_for(uncertainty));
     if (!finding.unit.empty()) note += " " + finding.unit;
     if (!findings.origin.empty()) note += ", " + findings.origin;
-    values.push_back({finding.key, finding.value, std::move(note)});
+    values.push_back({finding.key, rounded(finding.value, finding.sigma), std::move(note)});
   }
   return values;
 }

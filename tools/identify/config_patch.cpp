@@ -1,0 +1,419 @@
+#include "tools/identify/config_patch.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <stdexcept>
+#include <system_error>
+#include <vector>
+
+#include "can_protocol/file_descriptor.hpp"
+#include "daemon/config.hpp"
+#include "daemon/config_toml.hpp"
+#include "tools/csv.hpp"
+#include "tools/identify/toml_lines.hpp"
+
+namespace odomd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// "can.signals.yaw_rate.sigma", "camera.lever_arm[2]", "can.e2e.\"a.b\".max": names, and at the
+/// end perhaps an element of a list.
+struct Path {
+  std::vector<std::string> names;
+  std::optional<std::size_t> element;
+};
+
+Path parse_path(const std::string& key) {
+  const auto no_key = [&] { throw std::invalid_argument(tools::quoted(key) + " is no key"); };
+  Path path;
+  std::size_t at = 0;
+  while (true) {
+    std::string name;
+    if (at < key.size() && key[at] == '"') {
+      const std::size_t closing = key.find('"', at + 1);
+      if (closing == std::string::npos) no_key();
+      name = key.substr(at + 1, closing - at - 1);
+      at = closing + 1;
+    } else {
+      const std::size_t end = std::min(key.find_first_of(".[", at), key.size());
+      name = key.substr(at, end - at);
+      at = end;
+    }
+    if (name.empty()) no_key();
+    path.names.push_back(std::move(name));
+    if (at == key.size() || key[at] != '.') break;
+    ++at;
+  }
+  if (at < key.size()) {
+    const char* const end = key.data() + key.size();
+    std::size_t index = 0;
+    const auto [after, error] = std::from_chars(key.data() + at + 1, end, index);
+    if (key[at] != '[' || error != std::errc{} || after + 1 != end || *after != ']') no_key();
+    path.element = index;
+  }
+  return path;
+}
+
+/// "[vehicle] mass", as the configuration's own errors have it.
+std::string shown(const Path& path) {
+  std::string table;
+  for (std::size_t i = 0; i + 1 < path.names.size(); ++i)
+    table += (i == 0 ? "" : ".") + toml_key(path.names[i]);
+  std::string text = table.empty() ? "" : "[" + table + "] ";
+  text += toml_key(path.names.back());
+  if (path.element) text += fmt::format("[{}]", *path.element);
+  return text;
+}
+
+/// Shortest form that reads back to the same bits, and a fraction by its looks.
+std::string number_text(double value) {
+  std::string text;
+  append_number(text, value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+/// A list that is not there is written whole; how many numbers the configuration wants in it.
+std::optional<std::size_t> length_of_list(const std::string& name) {
+  if (name == "lever_arm" || name == "pose") return 3;
+  if (name == "position") return 2;
+  return std::nullopt;
+}
+
+std::string list_text(std::size_t length, std::size_t element, const std::string& number) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < length; ++i)
+    text += (i == 0 ? "" : ", ") + (i == element ? number : std::string("0.0"));
+  return text + "]";
+}
+
+/// How a table came to be, which decides how something is added to it.
+enum class Origin : std::uint8_t { root, header, inline_table, dotted_keys, implied };
+
+class Patch {
+ public:
+  Patch(std::string& text, const fs::path& file, const ConfigValue& value)
+      : text_(text),
+        file_(file),
+        value_(value),
+        path_(parse_path(value.key)),
+        root_(daemon::parse_toml(text, file)),
+        lines_(toml_lines(text)) {
+    if (!std::isfinite(value.value))
+      throw std::invalid_argument(
+          fmt::format("{}: {}: {} cannot be written", file.string(), shown(path_), value.value));
+  }
+
+  void apply() {
+    const toml::node* const node = find();
+    if (node == nullptr)
+      add();
+    else
+      replace(path_.element ? element_of(*node) : *node);
+    verify();
+  }
+
+ private:
+  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
+    throw std::invalid_argument(
+        fmt::format("{}:{}: {}: {}", file_.string(), node.source().begin.line, shown(path_), what));
+  }
+
+  [[nodiscard]] std::size_t offset(const toml::source_position& place) const {
+    return toml_offset(text_, lines_, place.line, place.column);
+  }
+
+  /// Fills tables_ with the tables on the way, as far as there are any.
+  const toml::node* find() {
+    const toml::node* node = &root_;
+    for (const std::string& name : path_.names) {
+      const toml::table* const table = node->as_table();
+      if (table == nullptr) fail(*node, "stands within what is no table");
+      tables_.push_back(table);
+      node = table->get(name);
+      if (node == nullptr) return nullptr;
+    }
+    return node;
+  }
+
+  [[nodiscard]] const toml::node& element_of(const toml::node& node) const {
+    const toml::array* const list = node.as_array();
+    if (list == nullptr) fail(node, "must be a list of numbers");
+    if (*path_.element >= list->size())
+      fail(node, fmt::format("the list has {} elements only", list->size()));
+    return *list->get(*path_.element);
+  }
+
+  void replace(const toml::node& node) {
+    if (!node.is_number()) fail(node, "is not a number; write one there");
+    const std::size_t begin = offset(node.source().begin);
+    const std::size_t end = offset(node.source().end);
+    const std::string number = number_text(value_.value);
+    const TomlLine line = lines_[toml_line_of(lines_, begin)];
+    // The comments of neighbouring lines often stand in one column: keep it.
+    if (line.has_comment() && line.comment > end) {
+      std::size_t blanks = line.comment;
+      while (text_[blanks - 1] == ' ') --blanks;
+      const std::size_t now = line.comment - blanks;
+      const std::size_t width = now + (end - begin);
+      if (now > 1)
+        text_.replace(blanks, now, std::max(width, number.size() + 2) - number.size(), ' ');
+    }
+    text_.replace(begin, end - begin, number);
+    set_toml_note(text_, begin, label(), value_.note);
+  }
+
+  /// Which of the numbers of a line a note is about: nothing where the line has but one.
+  [[nodiscard]] std::string label() const {
+    std::string text;
+    for (std::size_t i = 0; i < path_.names.size(); ++i)
+      if (!text.empty() || (i < tables_.size() && origin_of(*tables_[i]) == Origin::inline_table))
+        text += (text.empty() ? "" : ".") + toml_key(path_.names[i]);
+    if (path_.element) text += fmt::format("[{}]", *path_.element);
+    return text;
+  }
+
+  [[nodiscard]] Origin origin_of(const toml::table& table) const {
+    if (&table == &root_) return Origin::root;
+    if (table.is_inline()) return Origin::inline_table;
+    const toml::source_position begin = table.source().begin;
+    if (text_[offset(begin)] != '[') return Origin::dotted_keys;
+    // [a.b] makes a as well, which then seems to stand where b stands.
+    for (const auto& [key, child] : table)
+      if (child.source().begin == begin) return Origin::implied;
+    return Origin::header;
+  }
+
+  void add() {
+    std::string value = number_text(value_.value);
+    if (path_.element) {
+      const auto length = length_of_list(path_.names.back());
+      if (!length || *path_.element >= *length)
+        throw std::invalid_argument(fmt::format("{}: {}: there is no such list; write it whole",
+                                                file_.string(), shown(path_)));
+      value = list_text(*length, *path_.element, value);
+    }
+    // The table that text can be added to: dotted keys belong to the one in which they stand.
+    std::size_t depth = tables_.size() - 1;
+    const bool dotted = origin_of(*tables_[depth]) == Origin::dotted_keys;
+    while (origin_of(*tables_[depth]) == Origin::dotted_keys) --depth;
+    const toml::table& table = *tables_[depth];
+    std::string key;
+    for (std::size_t i = depth; i < path_.names.size(); ++i)
+      key += (i == depth ? "" : ".") + toml_key(path_.names[i]);
+    const std::string entry = key + " = " + value;
+
+    const Origin origin = origin_of(table);
+    if (origin == Origin::inline_table)
+      add_in_braces(table, entry);
+    else if ((origin == Origin::root || origin == Origin::header) &&
+             (dotted || depth + 1 == path_.names.size()))
+      add_line(table, entry);
+    else
+      add_table(toml_key(path_.names.back()) + " = " + value);
+  }
+
+  void add_in_braces(const toml::table& table, const std::string& entry) {
+    const std::size_t brace = offset(table.source().end) - 1;
+    std::size_t at = brace;
+    while (text_[at - 1] == ' ' || text_[at - 1] == '\t') --at;
+    if (table.empty())
+      text_.replace(at, brace - at, " " + entry + " ");
+    else
+      text_.insert(at, ", " + entry);
+    set_toml_note(text_, at, label(), value_.note);
+  }
+
+  struct Entry {
+    std::size_t begin = 0;
+    std::size_t end = 0;  ///< 0: there is none
+  };
+
+  /// The last of the entries that stand below a table's own header.
+  [[nodiscard]] Entry last_entry(const toml::table& table) const {
+    Entry last;
+    for (const auto& [key, node] : table) {
+      Entry entry{offset(node.source().begin), offset(node.source().end)};
+      const TomlLine& line = lines_[toml_line_of(lines_, entry.begin)];
+      const bool a_header =
+          text_.find_first_not_of(" \t", line.begin) == entry.begin && text_[entry.begin] == '[';
+      if (a_header) continue;
+      if (node.is_table() && !node.as_table()->is_inline()) entry = last_entry(*node.as_table());
+      if (entry.end > last.end) last = entry;
+    }
+    return last;
+  }
+
+  [[nodiscard]] std::string line_break() const {
+    const std::size_t at = text_.find('\n');
+    return at != std::string::npos && at > 0 && text_[at - 1] == '\r' ? "\r\n" : "\n";
+  }
+
+  void add_line(const toml::table& table, const std::string& entry) {
+    const Entry last = last_entry(table);
+    if (last.end == 0 && &table == &root_) {
+      const std::size_t at = lines_.front().begin;
+      text_.insert(at, entry + line_break());
+      set_toml_note(text_, at, label(), value_.note);
+      return;
+    }
+    const std::size_t begin = last.end != 0 ? last.begin : offset(table.source().begin);
+    const std::size_t end = last.end != 0 ? last.end : offset(table.source().end);
+    const TomlLine& above = lines_[toml_line_of(lines_, end)];
+    const std::size_t indented = lines_[toml_line_of(lines_, begin)].begin;
+    const std::string indent =
+        text_.substr(indented, text_.find_first_not_of(" \t", indented) - indented);
+    const std::string added = line_break() + indent + entry;
+    const std::size_t at = above.end;
+    text_.insert(at, added);
+    set_toml_note(text_, at + added.size(), label(), value_.note);
+  }
+
+  void add_table(const std::string& entry) {
+    const std::string eol = line_break();
+    std::string added;
+    if (!text_.empty() && text_.back() != '\n') added += eol;
+    if (!text_.empty()) added += eol;
+    added += "[";
+    for (std::size_t i = 0; i + 1 < path_.names.size(); ++i)
+      added += (i == 0 ? "" : ".") + toml_key(path_.names[i]);
+    added += "]" + eol + entry;
+    text_ += added;
+    const std::size_t at = text_.size();
+    text_ += eol;
+    set_toml_note(text_, at, path_.element ? fmt::format("[{}]", *path_.element) : "", value_.note);
+  }
+
+  /// Whatever the text looked like: it must now say what it said before, but for the one number.
+  void verify() {
+    toml::table* table = &root_;
+    for (std::size_t i = 0; i + 1 < path_.names.size(); ++i) {
+      table->emplace<toml::table>(path_.names[i]);
+      table = (*table)[path_.names[i]].as_table();
+    }
+    const std::string& name = path_.names.back();
+    if (!path_.element) {
+      table->insert_or_assign(name, value_.value);
+    } else if (toml::array* const list = (*table)[name].as_array()) {
+      list->replace(list->cbegin() + static_cast<std::ptrdiff_t>(*path_.element), value_.value);
+    } else {
+      toml::array whole;
+      for (std::size_t i = 0; i < *length_of_list(name); ++i)
+        whole.push_back(i == *path_.element ? value_.value : 0.0);
+      table->insert_or_assign(name, std::move(whole));
+    }
+    bool same = false;
+    try {
+      same = toml::parse(text_) == root_;
+    } catch (const toml::parse_error&) {  // then it is not
+    }
+    if (!same)
+      throw std::invalid_argument(
+          fmt::format("{}: {}: cannot be put into a text like this; write {} there by hand",
+                      file_.string(), shown(path_), number_text(value_.value)));
+  }
+
+  std::string& text_;
+  const fs::path& file_;
+  const ConfigValue& value_;
+  Path path_;
+  toml::table root_;
+  std::vector<TomlLine> lines_;
+  std::vector<const toml::table*> tables_;  // from the root down, those that are there
+};
+
+/// A file beside another that is gone unless it took that one's place.
+class Beside {
+ public:
+  explicit Beside(const fs::path& place)
+      : name_((place.parent_path() / ("." + place.filename().string() + ".XXXXXX")).string()) {
+    file_ = can::FileDescriptor(::mkostemp(name_.data(), O_CLOEXEC));
+    if (file_.get() < 0) fail(place, errno);
+  }
+  ~Beside() {
+    if (!name_.empty()) ::unlink(name_.c_str());
+  }
+  Beside(const Beside&) = delete;
+  Beside& operator=(const Beside&) = delete;
+
+  [[nodiscard]] const std::string& name() const { return name_; }
+
+  void write(const std::string& text, const fs::path& place) {
+    std::size_t done = 0;
+    while (done < text.size()) {
+      const ssize_t count = ::write(file_.get(), text.data() + done, text.size() - done);
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0) fail(place, errno);
+      done += static_cast<std::size_t>(count);
+    }
+    struct stat status {};
+    if (::stat(place.c_str(), &status) != 0) fail(place, errno);
+    // Another's file may not become ours; where it cannot be given back it is at least readable
+    // to whom it was.
+    if (::fchown(file_.get(), status.st_uid, status.st_gid) != 0 && errno != EPERM)
+      fail(place, errno);
+    if (::fchmod(file_.get(), status.st_mode & 07777U) != 0 || ::fsync(file_.get()) != 0)
+      fail(place, errno);
+  }
+
+  void take_the_place_of(const fs::path& place) {
+    if (::rename(name_.c_str(), place.c_str()) != 0) fail(place, errno);
+    name_.clear();
+  }
+
+ private:
+  [[noreturn]] static void fail(const fs::path& place, int error) {
+    throw std::runtime_error(
+        fmt::format("{}: cannot be written: {}", place.string(), std::strerror(error)));
+  }
+
+  std::string name_;
+  can::FileDescriptor file_;
+};
+
+/// The reason why a text does not load, as if it stood in `file`.
+void check_that_it_loads(const std::string& copy, const fs::path& file) {
+  try {
+    (void)daemon::load_config(copy);
+  } catch (const std::invalid_argument& error) {
+    std::string what = error.what();
+    for (std::size_t at = what.find(copy); at != std::string::npos; at = what.find(copy))
+      what.replace(at, copy.size(), file.string());
+    throw std::invalid_argument(what + " (nothing was written)");
+  }
+}
+
+}  // namespace
+
+std::string patched(const std::string& text, const std::filesystem::path& file,
+                    std::span<const ConfigValue> values) {
+  std::string result = text;
+  for (const ConfigValue& value : values) Patch(result, file, value).apply();
+  return result;
+}
+
+void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values) {
+  const std::string before = daemon::read_toml_file(file);
+  std::error_code error;
+  if (!fs::is_regular_file(file, error))
+    throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
+  const std::string after = patched(before, file, values);
+  const fs::path place = fs::canonical(file);  // a link stays one
+  Beside copy(place);
+  copy.write(after, place);
+  check_that_it_loads(copy.name(), file);
+  if (after != before) copy.take_the_place_of(place);
+}
+
+}  // namespace odomd::tools

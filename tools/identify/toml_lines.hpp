@@ -1,0 +1,40 @@
+// Where things stand in the text of a TOML file: what the parser does not keep, comments above all.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace odomd::tools {
+
+/// A line of the text, by offsets into it.
+struct TomlLine {
+  std::size_t begin = 0;
+  std::size_t end = 0;                                ///< before the line break
+  std::size_t comment = std::string_view::npos;       ///< of its '#', where it has a comment
+  enum class Ends { plainly, inside_a_text } ends{};  ///< inside: of a text of several lines
+
+  [[nodiscard]] bool has_comment() const { return comment != std::string_view::npos; }
+};
+
+/// Never empty. The text must be TOML; a byte order mark belongs to no line.
+[[nodiscard]] std::vector<TomlLine> toml_lines(std::string_view text);
+
+/// The offset of a place as the parser tells it: line and character, both from 1.
+[[nodiscard]] std::size_t toml_offset(std::string_view text, const std::vector<TomlLine>& lines,
+                                      std::size_t line, std::size_t column);
+
+/// The index of the line that an offset lies in.
+[[nodiscard]] std::size_t toml_line_of(const std::vector<TomlLine>& lines, std::size_t offset);
+
+/// Puts a note into the comment at the end of the line of an offset, as "(note)" or
+/// "(label: note)", in the place of an earlier note of odom with that label; an empty note takes
+/// the earlier one away. Everything else in the comment stays.
+void set_toml_note(std::string& text, std::size_t offset, const std::string& label,
+                   const std::string& note);
+
+/// A key as it stands in a file: in quotes where it must be.
+[[nodiscard]] std::string toml_key(std::string_view key);
+
+}  // namespace odomd::tools
