@@ -4,7 +4,7 @@ namespace odomd::tools {
 
 void describe(CLI::App& odom) {
   odom.name("odom");
-  odom.description("Odometry by hand: watch, record, replay, simulate and evaluate.");
+  odom.description("Odometry by hand: watch, record, replay, simulate, evaluate and identify.");
   odom.set_version_flag("--version", "odom " ODOMD_VERSION, "Print the version and exit");
   odom.set_help_flag("-h,--help", "Print this help and exit");
   odom.require_subcommand(1);
@@ -19,6 +19,7 @@ void describe(CLI::App& odom) {
   add_dbc(odom);
   add_evaluate(odom);
   add_help(odom);
+  add_identify(odom);
   add_pose(odom);
   add_record(odom);
   add_replay(odom);

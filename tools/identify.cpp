@@ -10,8 +10,12 @@ void add_identify(CLI::App& odom) {
       "Measure the car's parameters, each with its uncertainty, into the configuration");
   identify->require_subcommand(1);
   identify->footer(
-      "Each method explains its experiment: odom identify mass --help. An afternoon's guide is "
-      "docs/identify.md.");
+      "Each method explains its experiment: what to do, what to measure and how exactly. With\n"
+      "--write the numbers go into the configuration where they stand, each with a note where it\n"
+      "came from; comments stay.\n"
+      "\n"
+      "Examples:\n"
+      "  odom help identify mass");
 }
 
 }  // namespace odomd::tools
