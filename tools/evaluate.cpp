@@ -1,4 +1,5 @@
 // odom evaluate: how good estimates are against a reference.
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <iostream>
@@ -16,7 +17,7 @@
 #include "tools/commands.hpp"
 #include "tools/csv.hpp"
 #include "tools/evaluation.hpp"
-#include "tools/evaluation_picture.hpp"
+#include "tools/evaluation_map.hpp"
 #include "tools/evaluation_report.hpp"
 #include "tools/text.hpp"
 
@@ -129,8 +130,9 @@ void run_evaluate(const Options& options) {
       for (const auto& text : log.warnings) warn(text);
       camera = std::move(log.poses);
     }
-    write_picture(options.picture, evaluation_picture(reference, estimates, report.evaluations,
-                                                      camera, options.title));
+    chart::write_picture(options.picture,
+                         std::array{draw(evaluation_map(reference, estimates, report.evaluations,
+                                                        camera, options.title))});
   }
   std::cout << (options.json ? as_json(report) : as_text(report));
 }

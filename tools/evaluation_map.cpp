@@ -1,4 +1,4 @@
-#include "tools/evaluation_picture.hpp"
+#include "tools/evaluation_map.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,9 @@
 namespace odomd::tools {
 namespace {
 
-std::vector<PicturePoint> points_between(const Trajectory& trajectory, std::int64_t first_ns,
+std::vector<chart::Point> points_between(const Trajectory& trajectory, std::int64_t first_ns,
                                          std::int64_t last_ns) {
-  std::vector<PicturePoint> points;
+  std::vector<chart::Point> points;
   for (const TrajectoryPoint& point : trajectory.points) {
     if (point.t_ns >= first_ns && point.t_ns <= last_ns) {
       points.push_back({point.pose.x, point.pose.y});
@@ -32,10 +32,9 @@ std::string note_of(const Evaluation& e) {
 
 }  // namespace
 
-Picture evaluation_picture(const Trajectory& reference, std::span<const Trajectory> estimates,
-                           std::span<const Evaluation> evaluations,
-                           std::span<const estimator::CameraPose> camera,
-                           const std::string& title) {
+chart::Map evaluation_map(const Trajectory& reference, std::span<const Trajectory> estimates,
+                          std::span<const Evaluation> evaluations,
+                          std::span<const estimator::CameraPose> camera, const std::string& title) {
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
   double path = 0.0;
@@ -48,29 +47,29 @@ Picture evaluation_picture(const Trajectory& reference, std::span<const Trajecto
   }
   const auto names = short_names(files);
 
-  Picture picture;
-  picture.title = title;
-  picture.reference.label = "reference";
-  picture.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
-  picture.reference.points = points_between(reference, first_ns, last_ns);
+  chart::Map map;
+  map.title = title;
+  map.reference.label = "reference";
+  map.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
+  map.reference.points = points_between(reference, first_ns, last_ns);
   for (std::size_t i = 0; i < estimates.size(); ++i) {
     const Evaluation& e = evaluations[i];
     const Trajectory moved = aligned(estimates[i], e.alignment);
-    PictureTrace trace{names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}};
+    chart::Trace trace{names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}};
     if (moved.has_covariance) {
       const TrajectoryPoint end = *at(moved, e.last_ns);
       const auto& P = end.covariance;
-      trace.end_ellipse = PictureEllipse{{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}};
+      trace.end_ellipse = chart::Ellipse{{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}};
     }
-    picture.estimates.push_back(std::move(trace));
+    map.estimates.push_back(std::move(trace));
   }
   for (const auto& pose : camera) {
     if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns) {
-      picture.dots.push_back({pose.x, pose.y});
+      map.dots.push_back({pose.x, pose.y});
     }
   }
-  picture.dots_label = "camera";
-  return picture;
+  map.dots_label = "camera";
+  return map;
 }
 
 }  // namespace odomd::tools

@@ -1,20 +1,22 @@
-#include "tools/picture_layout.hpp"
+#include "tools/chart/map_layout.hpp"
 
 #include <cmath>
 #include <stdexcept>
 
-namespace odomd::tools {
+#include "tools/chart/style.hpp"
 
-std::span<const PicturePoint> main_points(const Picture& picture) {
-  if (!picture.reference.points.empty()) return picture.reference.points;
-  return picture.estimates.at(0).points;
+namespace odomd::tools::chart {
+
+std::span<const Point> main_points(const Map& map) {
+  if (!map.reference.points.empty()) return map.reference.points;
+  return map.estimates.at(0).points;
 }
 
-Box view_of(const Picture& picture) {
+Box view_of(const Map& map) {
   constexpr double smallest = 0.2;  // m
   constexpr double farthest = 1e9;  // m
   constexpr double margin = 0.06;   // of the size
-  const auto points = main_points(picture);
+  const auto points = main_points(map);
   Box view{points[0].x, points[0].x, points[0].y, points[0].y};
   for (const auto& p : points) view.take(p);
   if (!Box{-farthest, farthest, -farthest, farthest}.holds({view.left, view.bottom}) ||
@@ -23,7 +25,7 @@ Box view_of(const Picture& picture) {
   }
   const double size = std::max({view.wide(), view.high(), smallest});
   const Box reach = view.grown(0.5 * size);
-  for (const auto& trace : picture.estimates) {
+  for (const auto& trace : map.estimates) {
     for (const auto& p : trace.points) {
       view.take(
           {std::clamp(p.x, reach.left, reach.right), std::clamp(p.y, reach.bottom, reach.top)});
@@ -33,13 +35,13 @@ Box view_of(const Picture& picture) {
 }
 
 Layout layout_of(const Box& view, double top) {
-  constexpr double label_left = 76.0;       // room for the labels of the y axis
+  constexpr double label_left = 80.0;       // room for the labels of the y axis
   constexpr double tallest = 1.3 * canvas;  // a tall track may be a third higher than wide
   constexpr double flattest = 0.3;          // a flat one is given some air
   Layout layout;
   layout.view = view;
   layout.left = border + label_left;
-  layout.right = canvas - border;
+  layout.right = canvas - border - 12.0;
   layout.top = top;
   const double width = layout.right - layout.left;
   layout.scale = std::min(width / view.wide(), tallest / view.high());
@@ -54,13 +56,4 @@ Layout layout_of(const Box& view, double top) {
   return layout;
 }
 
-double round_step(double length, double count) {
-  const double raw = length / count;
-  const double power = std::pow(10.0, std::floor(std::log10(raw)));
-  for (const double factor : {1.0, 2.0, 5.0}) {
-    if (raw <= factor * power) return factor * power;
-  }
-  return 10.0 * power;
-}
-
-}  // namespace odomd::tools
+}  // namespace odomd::tools::chart

@@ -1,4 +1,4 @@
-#include "tools/svg.hpp"
+#include "tools/chart/svg.hpp"
 
 #include <fmt/format.h>
 
@@ -17,6 +17,10 @@ std::string escaped(const std::string& text) {
       out += "&amp;";
     } else if (c == '<') {
       out += "&lt;";
+    } else if (c == '>') {
+      out += "&gt;";
+    } else if (c == '"') {
+      out += "&quot;";
     } else if (static_cast<unsigned char>(c) < ' ') {
       out += ' ';
     } else {
@@ -46,6 +50,12 @@ std::string words(double x, double y, double size, const std::string& attributes
   return fmt::format(R"(<text x="{}" y="{}" font-size="{}" {}>{}</text>)"
                      "\n",
                      px(x), px(y), px(size), attributes, content);
+}
+
+std::string clipped(double x, double y, double wide, double high, const std::string& content) {
+  return fmt::format(R"(<svg x="{0}" y="{1}" width="{2}" height="{3}" viewBox="{0} {1} {2} {3}">)"
+                     "\n{4}</svg>\n",
+                     px(x), px(y), px(wide), px(high), content);
 }
 
 }  // namespace odomd::tools::svg

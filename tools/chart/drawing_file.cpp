@@ -10,10 +10,10 @@
 #include <string>
 #include <system_error>
 
+#include "tools/chart/drawing.hpp"
 #include "tools/files.hpp"
-#include "tools/picture.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::chart {
 namespace {
 
 void write_svg(const std::filesystem::path& file, const std::string& svg) {
@@ -68,19 +68,23 @@ void convert(const std::filesystem::path& svg, const std::filesystem::path& png)
 
 }  // namespace
 
-void write_picture(const std::filesystem::path& file, const Picture& picture) {
-  const auto ending = file.extension();
-  if (ending == ".svg") {
-    write_svg(file, draw(picture));
-  } else if (ending == ".png") {
-    auto probe = open_output(file);  // say what is wrong with the name before a child does
-    close_output(probe, file);
-    const TemporaryFile svg;
-    write_svg(svg.path, draw(picture));
-    convert(svg.path, file);
-  } else {
+void check_picture_name(const std::filesystem::path& file) {
+  if (file.extension() != ".svg" && file.extension() != ".png") {
     throw std::invalid_argument(file.string() + ": pictures end in .svg or .png; rename it");
   }
 }
 
-}  // namespace odomd::tools
+void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings) {
+  check_picture_name(file);
+  if (file.extension() == ".svg") {
+    write_svg(file, as_svg(drawings));
+    return;
+  }
+  auto probe = open_output(file);  // say what is wrong with the name before a child does
+  close_output(probe, file);
+  const TemporaryFile svg;
+  write_svg(svg.path, as_svg(drawings));
+  convert(svg.path, file);
+}
+
+}  // namespace odomd::tools::chart

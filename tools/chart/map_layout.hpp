@@ -4,13 +4,10 @@
 #include <algorithm>
 #include <span>
 
-#include "tools/picture.hpp"
+#include "tools/chart/axis.hpp"
+#include "tools/chart/map.hpp"
 
-namespace odomd::tools {
-
-/// The picture is as wide as this, in user units, whatever it is shown at.
-inline constexpr double canvas = 1200.0;
-inline constexpr double border = 36.0;
+namespace odomd::tools::chart {
 
 /// A region in metres, y upwards.
 struct Box {
@@ -19,7 +16,7 @@ struct Box {
   double bottom = 0.0;
   double top = 0.0;
 
-  void take(const PicturePoint& p) {
+  void take(const Point& p) {
     left = std::min(left, p.x);
     right = std::max(right, p.x);
     bottom = std::min(bottom, p.y);
@@ -27,7 +24,7 @@ struct Box {
   }
   [[nodiscard]] double wide() const { return right - left; }
   [[nodiscard]] double high() const { return top - bottom; }
-  [[nodiscard]] bool holds(const PicturePoint& p) const {
+  [[nodiscard]] bool holds(const Point& p) const {
     return p.x >= left && p.x <= right && p.y >= bottom && p.y <= top;
   }
   [[nodiscard]] Box grown(double by) const {
@@ -41,21 +38,18 @@ struct Layout {
   double scale = 1.0;                                       ///< user units per metre
   double left = 0.0, right = 0.0, top = 0.0, bottom = 0.0;  ///< the frame, user units, y downwards
 
-  [[nodiscard]] double x(double metres) const { return left + (metres - view.left) * scale; }
-  [[nodiscard]] double y(double metres) const { return top + (view.top - metres) * scale; }
+  [[nodiscard]] Scale x() const { return {{view.left, view.right}, Scaling::linear, left, right}; }
+  [[nodiscard]] Scale y() const { return {{view.bottom, view.top}, Scaling::linear, bottom, top}; }
 };
 
 /// The trajectory that the picture is about: the reference, else the first estimate.
-[[nodiscard]] std::span<const PicturePoint> main_points(const Picture& picture);
+[[nodiscard]] std::span<const Point> main_points(const Map& map);
 
 /// What is to be shown: the main trajectory with room around it, and the others as far as they stay
 /// within half its size of it. Throws std::invalid_argument beyond a million kilometres.
-[[nodiscard]] Box view_of(const Picture& picture);
+[[nodiscard]] Box view_of(const Map& map);
 
 /// Fits a view into the width of the canvas, below `top`.
 [[nodiscard]] Layout layout_of(const Box& view, double top);
 
-/// 1, 2 or 5 times a power of ten, for about `count` steps over `length`.
-[[nodiscard]] double round_step(double length, double count);
-
-}  // namespace odomd::tools
+}  // namespace odomd::tools::chart

@@ -8,7 +8,7 @@ namespace odomd::tools::svg {
 /// A coordinate: one decimal.
 [[nodiscard]] std::string px(double value);
 
-/// Text as it may stand between tags.
+/// Text as it may stand between tags and in an attribute.
 [[nodiscard]] std::string escaped(const std::string& text);
 
 /// A stroked path; `data` is what SVG calls "d".
@@ -20,5 +20,9 @@ namespace odomd::tools::svg {
 /// `content` is escaped already and may hold tspans.
 [[nodiscard]] std::string words(double x, double y, double size, const std::string& attributes,
                                 const std::string& content);
+
+/// `content` cut at the edges of a rectangle, in coordinates of the whole.
+[[nodiscard]] std::string clipped(double x, double y, double wide, double high,
+                                  const std::string& content);
 
 }  // namespace odomd::tools::svg

@@ -1,0 +1,86 @@
+#include "tools/chart/decimate.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace odomd::tools::chart {
+namespace {
+
+const Scale x{{0.0, 100.0}, Scaling::linear, 0.0, 1000.0};
+
+std::vector<Point> wave(std::size_t count) {
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double at = 100.0 * static_cast<double>(i) / static_cast<double>(count - 1);
+    points.push_back({at, std::sin(0.3 * at)});
+  }
+  return points;
+}
+
+TEST(Decimated, KeepsSpikesOfASingleSample) {
+  std::vector<Point> points = wave(120'000);
+  points[31'111].y = 17.0;
+  points[31'113].y = -19.0;
+  points[119'999].y = 5.0;
+  const auto thin = decimated(points, x, 480);
+  EXPECT_LE(thin.size(), 4U * 480U);
+  const auto at = [&thin](double y) {
+    return std::any_of(thin.begin(), thin.end(), [y](const Point& p) { return p.y == y; });
+  };
+  EXPECT_TRUE(at(17.0));
+  EXPECT_TRUE(at(-19.0));
+  EXPECT_TRUE(at(5.0));
+}
+
+TEST(Decimated, KeepsTheEndsAndTheOrder) {
+  const std::vector<Point> points = wave(50'000);
+  const auto thin = decimated(points, x, 100);
+  EXPECT_EQ(thin.front().x, points.front().x);
+  EXPECT_EQ(thin.back().x, points.back().x);
+  for (std::size_t i = 1; i < thin.size(); ++i) EXPECT_GT(thin[i].x, thin[i - 1].x);
+}
+
+TEST(Decimated, LeavesAShortCurveAsItIs) {
+  const std::vector<Point> points = wave(50);
+  const auto thin = decimated(points, x, 480);
+  ASSERT_EQ(thin.size(), points.size());
+  for (std::size_t i = 0; i < thin.size(); ++i) EXPECT_EQ(thin[i].y, points[i].y);
+}
+
+TEST(Decimated, KeepsAGapAsOne) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Point> points{{0, 1}, {1, nan}, {2, nan}, {3, 2}, {4, 3}};
+  const auto thin = decimated(points, x, 480);
+  ASSERT_EQ(thin.size(), 4U);
+  EXPECT_TRUE(std::isnan(thin[1].y));
+  EXPECT_EQ(thin[2].y, 2.0);
+}
+
+TEST(Decimated, LeavesOutWhatIsFarOutsideButNotTheNeighbours) {
+  const std::vector<Point> points{{-9, 1}, {-5, 2}, {50, 3}, {110, 4}, {120, 5}};
+  const auto thin = decimated(points, x, 480);
+  ASSERT_EQ(thin.size(), 3U);
+  EXPECT_EQ(thin[0].y, 2.0);
+  EXPECT_EQ(thin[2].y, 4.0);
+}
+
+TEST(Decimated, OfABandIsNoNarrowerThanTheBand) {
+  std::vector<BandPoint> band;
+  for (int i = 0; i <= 10'000; ++i) band.push_back({0.01 * i, -1.0, 1.0});
+  band[777] = {7.77, -8.0, 2.0};
+  band[778] = {7.78, -1.0, 9.0};
+  const auto thin = decimated(band, x, 100);
+  EXPECT_LE(thin.size(), 100U);
+  double low = 0.0, high = 0.0;
+  for (const auto& p : thin) {
+    low = std::min(low, p.low);
+    high = std::max(high, p.high);
+  }
+  EXPECT_EQ(low, -8.0);
+  EXPECT_EQ(high, 9.0);
+}
+
+}  // namespace
+}  // namespace odomd::tools::chart

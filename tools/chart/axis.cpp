@@ -1,0 +1,96 @@
+#include "tools/chart/axis.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "tools/text.hpp"
+
+namespace odomd::tools::chart {
+namespace {
+
+// Of a logarithmic axis: as fine as leaves no more than `count` of them.
+std::vector<Tick> decades(const Range& range, double count) {
+  static constexpr std::array fine{1.0, 2.0, 5.0};
+  const int first = static_cast<int>(std::floor(std::log10(range.low)));
+  const int last = static_cast<int>(std::ceil(std::log10(range.high)));
+  std::vector<Tick> result;
+  const auto take = [&](std::span<const double> factors, int every) {
+    result.clear();
+    for (int power = first; power <= last; power += every) {
+      for (const double factor : factors) {
+        const double value = factor * std::pow(10.0, power);
+        if (value >= range.low * (1.0 - 1e-9) && value <= range.high * (1.0 + 1e-9)) {
+          result.push_back({value, fmt::format("{:g}", value)});
+        }
+      }
+    }
+    return static_cast<double>(result.size()) <= count;
+  };
+  if (take(fine, 1)) return result;
+  for (int every = 1; !take(std::span(fine).first(1), every); ++every) continue;
+  return result;
+}
+
+}  // namespace
+
+double Scale::operator()(double value) const {
+  constexpr double farthest =
+      50.0;  // lengths of the axis: runaways stay numbers any renderer takes
+  double share = 0.0;
+  if (scaling == Scaling::logarithmic) {
+    share = std::log(std::max(value, 1e-300) / range.low) / std::log(range.high / range.low);
+  } else {
+    share = (value - range.low) / range.width();
+  }
+  return from + std::clamp(share, -farthest, farthest) * (to - from);
+}
+
+std::vector<Tick> ticks(const Range& range, Scaling scaling, double count) {
+  if (scaling == Scaling::logarithmic) return decades(range, count);
+  const double step = round_step(range.width(), count);
+  const int decimals = decimals_for(step);
+  std::vector<Tick> result;
+  const double slack = 1e-9 * range.width();
+  for (auto i = std::ceil((range.low - slack) / step); i * step <= range.high + slack; ++i) {
+    result.push_back({i * step, number(i * step, decimals)});
+  }
+  return result;
+}
+
+double round_step(double length, double count) {
+  const double raw = length / count;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (raw <= factor * power) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+Range with_room(Range range, Scaling scaling) {
+  constexpr double room = 0.05;
+  if (scaling == Scaling::logarithmic) {
+    range.low = std::max(range.low, 1e-12);
+    range.high = std::max(range.high, range.low);
+    const double factor = std::max(std::pow(range.high / range.low, room), 1.1);
+    return {range.low / factor, range.high * factor};
+  }
+  const double least = std::max(1e-9, 1e-9 * std::max(std::abs(range.low), std::abs(range.high)));
+  const double margin = range.width() > least ? room * range.width() : std::max(0.5, least);
+  return {range.low - margin, range.high + margin};
+}
+
+int decimals_for(double step) {
+  return std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
+}
+
+std::string number(double value, int decimals) {
+  std::string text = fixed(value, decimals);
+  if (text.starts_with('-')) text.replace(0, 1, "\u2212");
+  return text;
+}
+
+}  // namespace odomd::tools::chart

@@ -1,0 +1,250 @@
+#include "tools/chart/chart.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tools/chart/legend.hpp"
+#include "tools/chart/style.hpp"
+#include "tools/chart/svg.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools::chart {
+namespace {
+
+using svg::px;
+
+constexpr std::size_t columns = 480;  // of a thinned-out curve
+
+// The smallest and the largest of what is finite (and, of a logarithmic axis, positive).
+class Extent {
+ public:
+  explicit Extent(Scaling scaling) : scaling_(scaling) {}
+  void take(double value) {
+    if (!std::isfinite(value)) return;
+    if (scaling_ == Scaling::logarithmic && !(value > 0.0)) return;
+    range_.low = std::min(range_.low, value);
+    range_.high = std::max(range_.high, value);
+  }
+  [[nodiscard]] bool empty() const { return range_.low > range_.high; }
+  [[nodiscard]] Range range() const {
+    if (!empty()) return range_;
+    return scaling_ == Scaling::logarithmic ? Range{0.1, 1.0} : Range{0.0, 1.0};
+  }
+
+ private:
+  Scaling scaling_;
+  Range range_{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+};
+
+Range x_range(const Chart& chart) {
+  if (chart.x.range) return *chart.x.range;
+  Extent extent(chart.x.scaling);
+  for (const auto& series : chart.series)
+    for (const auto& p : series.points) extent.take(p.x);
+  for (const auto& band : chart.bands)
+    for (const auto& p : band.points) extent.take(p.x);
+  for (const auto& bar : chart.bars) {
+    extent.take(bar.low);
+    extent.take(bar.high);
+  }
+  const Range range = extent.range();
+  return range.width() > 0.0 ? range : with_room(range, chart.x.scaling);
+}
+
+Range y_range(const Chart& chart) {
+  if (chart.y.range) return *chart.y.range;
+  constexpr double near = 1.2;  // heights of the curves that a band may add on either side
+  Extent extent(chart.y.scaling);
+  for (const auto& series : chart.series)
+    for (const auto& p : series.points) extent.take(p.y);
+  for (const auto& bar : chart.bars) extent.take(bar.height);
+  for (const auto& level : chart.levels) extent.take(level.y);
+  if (!chart.bars.empty() && chart.y.scaling == Scaling::linear) extent.take(0.0);
+  const bool alone = extent.empty();
+  const Range curves = extent.range();
+  const double reach = near * std::max(curves.width(), 1e-12);
+  for (const auto& band : chart.bands) {
+    for (const auto& p : band.points) {
+      extent.take(alone ? p.low : std::max(p.low, curves.low - reach));
+      extent.take(alone ? p.high : std::min(p.high, curves.high + reach));
+    }
+  }
+  Range range = with_room(extent.range(), chart.y.scaling);
+  if (!chart.bars.empty() && chart.y.scaling == Scaling::linear) range.low = 0.0;
+  return range;
+}
+
+std::string path_of(const std::vector<Point>& points, const Scale& x, const Scale& y) {
+  std::string data;
+  bool pen_down = false;
+  for (const Point& p : points) {
+    if (!std::isfinite(p.x) || !std::isfinite(p.y)) {
+      pen_down = false;
+      continue;
+    }
+    data += fmt::format("{}{} {}", pen_down ? 'L' : 'M', px(x(p.x)), px(y(p.y)));
+    pen_down = true;
+  }
+  return data;
+}
+
+// Round line ends of lines that go nowhere: many dots as one path.
+std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scale& y,
+                    const std::string& colour, double size) {
+  std::string data;
+  for (const Point& p : points) {
+    if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
+    data += fmt::format("M{} {}h0", px(x(p.x)), px(y(p.y)));
+  }
+  return svg::line(data, colour, size);
+}
+
+std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
+  const std::vector<Point> points = decimated(series.points, x, columns);
+  std::string out;
+  if (series.mark != Mark::dots) out += svg::line(path_of(points, x, y), series.colour, 3.0);
+  if (series.mark == Mark::dots) out += dots_of(points, x, y, series.colour, 4.5);
+  if (series.mark == Mark::line_and_dots) out += dots_of(points, x, y, series.colour, 12.0);
+  return out;
+}
+
+std::string draw_band(const Band& band, const Scale& x, const Scale& y) {
+  const std::vector<BandPoint> points = decimated(band.points, x, columns);
+  if (points.empty()) return {};
+  std::string data;
+  for (const auto& p : points) {
+    data += fmt::format("{}{} {}", data.empty() ? 'M' : 'L', px(x(p.x)), px(y(p.high)));
+  }
+  for (auto p = points.rbegin(); p != points.rend(); ++p) {
+    data += fmt::format("L{} {}", px(x(p->x)), px(y(p->low)));
+  }
+  return fmt::format(
+      R"(<path d="{}Z" fill="{}" fill-opacity="0.18" stroke="{}" stroke-opacity="0.45" stroke-width="1.5"/>)"
+      "\n",
+      data, band.colour, band.colour);
+}
+
+std::string draw_bars(const std::vector<Bar>& bars, const Scale& x, const Scale& y) {
+  std::string data;
+  for (const Bar& bar : bars) {
+    if (!(bar.height > 0.0)) continue;
+    data += fmt::format("M{} {}V{}H{}V{}Z", px(x(bar.low)), px(y.from), px(y(bar.height)),
+                        px(x(bar.high)), px(y.from));
+  }
+  return fmt::format(R"(<path d="{}" fill="{}" stroke="#FFFFFF" stroke-width="1.5"/>)"
+                     "\n",
+                     data, colour_of(0));
+}
+
+std::vector<LegendEntry> entries_of(const Chart& chart) {
+  std::vector<LegendEntry> entries;
+  for (const auto& series : chart.series) {
+    if (series.label.empty()) continue;
+    entries.push_back(
+        {series.mark == Mark::dots ? dot_mark(series.colour) : line_mark(series.colour, 5.0),
+         series.label, series.note});
+  }
+  for (const auto& band : chart.bands) {
+    if (!band.label.empty()) entries.push_back({area_mark(band.colour), band.label, ""});
+  }
+  for (const auto& level : chart.levels) {
+    if (level.label.empty()) continue;
+    entries.push_back({fmt::format(R"(<path d="M2 0H40" stroke="{}" stroke-width="3" )"
+                                   R"(stroke-dasharray="9 7"/>)"
+                                   "\n",
+                                   faint_ink),
+                       level.label, ""});
+  }
+  return entries;
+}
+
+// The grid, and the numbers along both axes.
+std::string grid(const std::vector<Tick>& x_ticks, const std::vector<Tick>& y_ticks, const Scale& x,
+                 const Scale& y) {
+  std::string lines;
+  std::string labels;
+  for (const Tick& tick : x_ticks) {
+    const double at = x(tick.value);
+    lines += fmt::format("M{} {}V{}", px(at), px(y.to), px(y.from));
+    labels +=
+        svg::words(at, y.from + tick_size + 8.0, tick_size, R"(text-anchor="middle")", tick.label);
+  }
+  for (const Tick& tick : y_ticks) {
+    const double at = y(tick.value);
+    lines += fmt::format("M{} {}H{}", px(x.from), px(at), px(x.to));
+    labels += svg::words(x.from - 12.0, at + 0.35 * tick_size, tick_size, R"(text-anchor="end")",
+                         tick.label);
+  }
+  return svg::line(lines, grid_colour, 1.5) +
+         fmt::format("<g fill=\"{}\">\n{}</g>\n", faint_ink, labels);
+}
+
+std::string levels_of(const Chart& chart, const Scale& x, const Scale& y) {
+  std::string data;
+  for (const Level& level : chart.levels) {
+    data += fmt::format("M{} {}H{}", px(x.from), px(y(level.y)), px(x.to));
+  }
+  if (data.empty()) return {};
+  return fmt::format(R"(<path d="{}" stroke="{}" stroke-width="2.5" stroke-dasharray="9 7"/>)"
+                     "\n",
+                     data, faint_ink);
+}
+
+std::size_t widest(const std::vector<Tick>& some) {
+  std::size_t letters = 1;
+  for (const Tick& tick : some) letters = std::max(letters, width(tick.label));
+  return letters;
+}
+
+}  // namespace
+
+Drawing draw(const Chart& chart) {
+  double top = border;
+  std::string words;
+  if (!chart.title.empty()) {
+    words +=
+        svg::words(border, top + title_size, title_size,
+                   fmt::format(R"(font-weight="bold" fill="{}")", ink), svg::escaped(chart.title));
+    top += title_size + 18.0;
+  }
+  const Legend key = legend(entries_of(chart), top);
+  top = key.bottom + (key.svg.empty() ? 0.0 : 4.0);
+  words += svg::words(border, top + text_size, tick_size, fmt::format(R"(fill="{}")", faint_ink),
+                      svg::escaped(chart.y.label));
+  top += text_size + 18.0;
+
+  const double bottom = top + chart.height;
+  const Range ys = y_range(chart);
+  const auto y_ticks = ticks(ys, chart.y.scaling, 6.0);
+  const double left = border + letter_width * tick_size * static_cast<double>(widest(y_ticks)) + 16;
+  const Scale x{x_range(chart), chart.x.scaling, left, canvas - border - 12.0};
+  const Scale y{ys, chart.y.scaling, bottom, top};
+  auto x_ticks = ticks(x.range, chart.x.scaling, 8.0);
+  // Long numbers need more room than so many of them leave.
+  const double needed = letter_width * tick_size * static_cast<double>(widest(x_ticks)) + 24.0;
+  x_ticks = ticks(x.range, chart.x.scaling, std::clamp((x.to - x.from) / needed, 2.0, 10.0));
+
+  const std::string frame = fmt::format(R"(x="{}" y="{}" width="{}" height="{}")", px(left),
+                                        px(top), px(x.to - left), px(chart.height));
+  std::string inside = levels_of(chart, x, y);
+  for (const Band& band : chart.bands) inside += draw_band(band, x, y);
+  if (!chart.bars.empty()) inside += draw_bars(chart.bars, x, y);
+  for (const Series& series : chart.series) inside += draw_series(series, x, y);
+
+  Drawing drawing;
+  drawing.name = chart.title.empty() ? chart.y.label + " over " + chart.x.label : chart.title;
+  drawing.svg = words + key.svg + grid(x_ticks, y_ticks, x, y) +
+                svg::clipped(left, top, x.to - left, chart.height, inside) +
+                fmt::format("<rect {} fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", frame,
+                            frame_colour) +
+                svg::words(0.5 * (left + x.to), bottom + 2.0 * tick_size + 22.0, tick_size,
+                           fmt::format(R"(text-anchor="middle" fill="{}")", faint_ink),
+                           svg::escaped(chart.x.label));
+  drawing.height = bottom + 2.0 * tick_size + 22.0 + border;
+  return drawing;
+}
+
+}  // namespace odomd::tools::chart

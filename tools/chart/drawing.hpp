@@ -1,0 +1,27 @@
+// A drawn picture, and what becomes of it: one SVG document of one or several below each other, in
+// a page or in a file.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+namespace odomd::tools::chart {
+
+struct Drawing {
+  std::string name;  ///< in a few words, for those who cannot see it
+  std::string svg;   ///< elements in user units, canvas wide, from y = 0 down
+  double height = 0.0;
+};
+
+/// One `<svg>` element, a drawing below the other, on white.
+[[nodiscard]] std::string as_svg(std::span<const Drawing> drawings);
+
+/// Writes .svg, or .png by the program rsvg-convert. Throws std::invalid_argument for another
+/// ending or a file that cannot be written, std::runtime_error when the conversion fails.
+void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings);
+
+/// Throws std::invalid_argument where write_picture() would for the name's ending.
+void check_picture_name(const std::filesystem::path& file);
+
+}  // namespace odomd::tools::chart

@@ -1,0 +1,206 @@
+#include "tools/chart/map.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "tools/chart/axis.hpp"
+#include "tools/chart/legend.hpp"
+#include "tools/chart/map_layout.hpp"
+#include "tools/chart/style.hpp"
+#include "tools/chart/svg.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools::chart {
+namespace {
+
+using svg::px;
+
+// Many laps over each other need finer lines to be told apart.
+double fineness(std::span<const Point> points, double scale) {
+  constexpr double many_laps = 9000.0;  // user units
+  double length = 0.0;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    length += scale * std::hypot(points[i].x - points[i - 1].x, points[i].y - points[i - 1].y);
+  }
+  return length > many_laps ? 0.6 : 1.0;
+}
+
+// A polyline without the points that nobody could tell from a straight line (Reumann and Witkam
+// 1974: whatever lies in a narrow strip along the way that was begun).
+std::string path_data(std::span<const Point> points, const Layout& layout) {
+  constexpr double finest = 1.0;  // user units: of a way, and half of it of the strip
+  const Scale x = layout.x();
+  const Scale y = layout.y();
+  std::string data;
+  const auto go_to = [&data](const Point& p) {
+    data += fmt::format("{}{} {}", data.empty() ? 'M' : 'L', px(p.x), px(p.y));
+  };
+  Point from;    // the last that stands
+  Point before;  // the newest in the strip
+  Point along;   // its direction; none yet: (0, 0)
+  for (const Point& point : points) {
+    const Point p{x(point.x), y(point.y)};
+    const Point way{p.x - from.x, p.y - from.y};
+    if (data.empty()) {
+      go_to(p);
+      from = p;
+    } else if (along.x == 0.0 && along.y == 0.0) {
+      const double length = std::hypot(way.x, way.y);
+      if (length < finest) continue;
+      along = {way.x / length, way.y / length};
+    } else {
+      const double aside = std::abs(along.x * way.y - along.y * way.x);
+      const double ahead =
+          along.x * (p.x - before.x) + along.y * (p.y - before.y);  // turning back ends a way
+      if (aside > 0.5 * finest || ahead < -0.5 * finest) {
+        go_to(before);
+        from = before;
+        along = {};
+      }
+    }
+    before = p;
+  }
+  go_to(before);
+  return data;
+}
+
+std::string grid(const Layout& layout) {
+  const Box& view = layout.view;
+  // One step for both axes: squares.
+  const double step = round_step(std::max(view.wide(), view.high()), 8.0);
+  std::string lines;
+  std::string labels;
+  const auto each = [step](double from, double to, const auto& draw_one) {
+    auto some = ticks({from, to}, Scaling::linear, (to - from) / step * (1.0 + 1e-9));
+    if (!some.empty()) some.back().label += " m";
+    for (const Tick& tick : some) draw_one(tick);
+  };
+  each(view.left, view.right, [&](const Tick& tick) {
+    const double x = layout.x()(tick.value);
+    lines += fmt::format("M{} {}V{}", px(x), px(layout.top), px(layout.bottom));
+    labels += svg::words(x, layout.bottom + tick_size + 8.0, tick_size, R"(text-anchor="middle")",
+                         tick.label);
+  });
+  each(view.bottom, view.top, [&](const Tick& tick) {
+    const double y = layout.y()(tick.value);
+    lines += fmt::format("M{} {}H{}", px(layout.left), px(y), px(layout.right));
+    labels += svg::words(layout.left - 12.0, y + 0.35 * tick_size, tick_size,
+                         R"(text-anchor="end")", tick.label);
+  });
+  return svg::line(lines, grid_colour, 1.5) +
+         fmt::format("<g fill=\"{}\">\n{}</g>\n", faint_ink, labels);
+}
+
+std::string ellipse(const Ellipse& region, const Layout& layout, const std::string& colour) {
+  // Axes of the covariance: λ = (a + c)/2 ± √(((a − c)/2)² + b²), turned by ½ atan2(2b, a − c).
+  const auto [a, b, c] = region.covariance;
+  const double mean = 0.5 * (a + c);
+  const double difference = std::hypot(0.5 * (a - c), b);
+  const double major = 3.0 * std::sqrt(std::max(0.0, mean + difference)) * layout.scale;
+  const double minor = 3.0 * std::sqrt(std::max(0.0, mean - difference)) * layout.scale;
+  constexpr double largest = 0.4 * canvas;  // beyond, it would fill the picture
+  if (!(major > 1.0) || major > largest) return {};
+  const double turn = -0.5 * std::atan2(2.0 * b, a - c) * 180.0 / std::numbers::pi;
+  return fmt::format(
+      R"svg(<ellipse rx="{}" ry="{}" transform="translate({} {}) rotate({})" fill="{}" )svg"
+      R"svg(fill-opacity="0.10" stroke="{}" stroke-width="2" stroke-dasharray="7 6"/>
+)svg",
+      px(major), px(minor), px(layout.x()(region.centre.x)), px(layout.y()(region.centre.y)),
+      px(turn), colour, colour);
+}
+
+std::string dots(std::span<const Point> points, const Layout& layout) {
+  // Thinned out, so that they stay dots and what lies below stays visible.
+  constexpr double least_apart = 11.0;
+  std::string out;
+  Point before{-canvas, -canvas};
+  for (const auto& p : points) {
+    const Point at{layout.x()(p.x), layout.y()(p.y)};
+    const bool crowded = std::hypot(at.x - before.x, at.y - before.y) < least_apart;
+    if (!layout.view.holds(p) || crowded) continue;
+    out += fmt::format("<circle cx=\"{}\" cy=\"{}\" r=\"3.6\"/>\n", px(at.x), px(at.y));
+    before = at;
+  }
+  return fmt::format("<g fill=\"{}\" fill-opacity=\"0.8\">\n{}</g>\n", dot_colour, out);
+}
+
+bool leaves(const Trace& trace, const Box& view) {
+  return !std::all_of(trace.points.begin(), trace.points.end(),
+                      [&view](const auto& p) { return view.holds(p); });
+}
+
+std::vector<LegendEntry> legend_entries(const Map& map, const Box& view) {
+  std::vector<LegendEntry> entries;
+  if (!map.reference.points.empty()) {
+    entries.push_back({line_mark(reference_colour, 9.0), map.reference.label, map.reference.note});
+  }
+  for (std::size_t i = 0; i < map.estimates.size(); ++i) {
+    const auto& trace = map.estimates[i];
+    entries.push_back({line_mark(colour_of(i), 5.0), trace.label,
+                       trace.note + (leaves(trace, view) ? " · leaves the picture" : "")});
+  }
+  if (!map.dots.empty()) {
+    entries.push_back({dot_mark(dot_colour), map.dots_label, ""});
+  }
+  return entries;
+}
+
+// Lines first, the marks of all over them: ends filled, the start hollow.
+std::string traces(const Map& map, const Layout& layout) {
+  const double fine = fineness(main_points(map), layout.scale);
+  const auto mark = [&layout](const Point& at, double radius, const std::string& fill,
+                              const std::string& stroke, double stroke_width) {
+    return svg::disc(layout.x()(at.x), layout.y()(at.y), radius, fill, stroke, stroke_width);
+  };
+  std::string lines;
+  std::string marks;
+  if (!map.reference.points.empty()) {
+    lines += svg::line(path_data(map.reference.points, layout), reference_colour, 9.0 * fine);
+    marks += mark(map.reference.points.back(), 13.0, faint_ink, "#FFFFFF", 3.0);
+  }
+  if (!map.dots.empty()) lines += dots(map.dots, layout);
+  for (std::size_t i = 0; i < map.estimates.size(); ++i) {
+    const auto& trace = map.estimates[i];
+    if (trace.points.empty()) continue;
+    if (trace.end_ellipse) lines += ellipse(*trace.end_ellipse, layout, colour_of(i));
+    lines += svg::line(path_data(trace.points, layout), colour_of(i), 3.5 * fine);
+    marks += mark(trace.points.back(), 9.0, colour_of(i), "#FFFFFF", 2.5);
+  }
+  marks += mark(main_points(map).front(), 12.0, "#FFFFFF", ink, 4.0);
+  return lines + marks;
+}
+
+}  // namespace
+
+Drawing draw(const Map& map) {
+  constexpr double label_below = tick_size + 20.0;  // room for the labels of the x axis
+  const Box view = view_of(map);
+  double top = border;
+  std::string title;
+  if (!map.title.empty()) {
+    title =
+        svg::words(border, top + title_size, title_size,
+                   fmt::format(R"(font-weight="bold" fill="{}")", ink), svg::escaped(map.title));
+    top += title_size + 18.0;
+  }
+  const Legend words = legend(legend_entries(map, view), top);
+  const Layout layout = layout_of(view, words.bottom + 16.0);
+  const double wide = layout.right - layout.left;
+  const double high = layout.bottom - layout.top;
+  Drawing drawing;
+  drawing.name = map.title.empty() ? "trajectories" : map.title;
+  drawing.svg = title + words.svg + grid(layout) +
+                svg::clipped(layout.left, layout.top, wide, high, traces(map, layout)) +
+                fmt::format(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="none" stroke="{}" )"
+                            R"(stroke-width="2"/>)"
+                            "\n",
+                            px(layout.left), px(layout.top), px(wide), px(high), frame_colour);
+  drawing.height = layout.bottom + label_below + 0.5 * border;
+  return drawing;
+}
+
+}  // namespace odomd::tools::chart

@@ -1,0 +1,36 @@
+// How every picture looks: sizes in user units of a canvas that is 1000 wide, so that text is
+// legible from the width of a phone to print; colours that colour-blind eyes and grey print tell
+// apart (Okabe and Ito's).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+
+namespace odomd::tools::chart {
+
+inline constexpr double canvas = 1000.0;
+inline constexpr double border = 24.0;
+inline constexpr double title_size = 34.0;
+inline constexpr double text_size = 29.0;
+inline constexpr double tick_size = 27.0;
+
+/// Mean width of a letter over its size; generous, fonts differ.
+inline constexpr double letter_width = 0.57;
+
+inline constexpr std::array<const char*, 6> colours{"#0072B2", "#D55E00", "#009E73",
+                                                    "#CC79A7", "#56B4E9", "#8A6D00"};
+inline constexpr const char* reference_colour = "#A9AFB7";
+inline constexpr const char* dot_colour = "#E8A100";
+inline constexpr const char* refused_colour = "#C2185B";
+inline constexpr const char* ink = "#1F2933";
+inline constexpr const char* faint_ink = "#5F6B7A";
+inline constexpr const char* grid_colour = "#E6E9ED";
+inline constexpr const char* frame_colour = "#CBD2D9";
+
+/// Of the i-th of the things that are compared.
+[[nodiscard]] inline std::string colour_of(std::size_t i) {
+  return colours[i % colours.size()];
+}
+
+}  // namespace odomd::tools::chart
