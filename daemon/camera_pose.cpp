@@ -4,12 +4,6 @@
 
 namespace odomd::daemon {
 
-bool is_usable(const estimator::CameraPose& pose) noexcept {
-  const auto is_sigma = [](double sigma) { return std::isfinite(sigma) && sigma > 0.0; };
-  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw) &&
-         is_sigma(pose.sigma_x) && is_sigma(pose.sigma_y) && is_sigma(pose.sigma_yaw);
-}
-
 estimator::CameraPose to_centre_of_gravity(const estimator::CameraPose& reference,
                                            const std::array<double, 3>& lever_arm) noexcept {
   const auto& [arm_x, arm_y, arm_yaw] = lever_arm;

@@ -8,10 +8,6 @@
 
 namespace odomd::daemon {
 
-/// Whether its numbers are those of a pose: finite, the standard deviations positive. Asked before
-/// the pose is moved, which would make a positive number of a negative one.
-[[nodiscard]] bool is_usable(const estimator::CameraPose& pose) noexcept;
-
 /// Moves a pose of the reference point to the centre of gravity. `lever_arm` is the reference
 /// point's pose in the body frame (x, y [m], yaw [rad]). The uncertainty of the yaw swings the arm.
 [[nodiscard]] estimator::CameraPose to_centre_of_gravity(

@@ -6,6 +6,7 @@
 
 #include "daemon/camera_pose.hpp"
 #include "daemon/imu_mounting.hpp"
+#include "estimator/admission.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -103,7 +104,8 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
 
 void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   state_.record.details.camera_messages += 1;
-  if (!is_usable(reference)) {
+  // Asked before it is moved, which would make a positive number of a negative sigma.
+  if (!estimator::is_usable(reference)) {
     state_.monitor.take_unusable_pose();
     count(camera, Verdict::non_finite);
     return;

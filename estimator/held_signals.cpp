@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/physical_limits.hpp"
+#include "estimator/admission.hpp"
 
 namespace odomd::estimator {
 
@@ -15,20 +15,14 @@ HeldSignals::HeldSignals(const std::array<double, source_count>& sigma) noexcept
 }
 
 Verdict HeldSignals::take(const Measurement& sample, std::int64_t latest_ns) noexcept {
-  const auto index = static_cast<std::size_t>(sample.source);
-  if (index >= source_count || sample.source == Source::camera) {
-    return Verdict::source_off;
-  }
-  Held& held = held_[index];
-  if (!std::isfinite(sample.value) || !std::isfinite(sample.sigma) || sample.sigma < 0.0) {
-    return Verdict::non_finite;
+  if (const std::optional<Verdict> refused = refusal(sample)) {
+    return *refused;
   }
   if (sample.time_ns > latest_ns) {
     return Verdict::future;
   }
-  if (std::abs(sample.value) > physical_limit[index]) {
-    return Verdict::gated;
-  }
+  const std::size_t index = index_of(sample.source);
+  Held& held = held_[index];
   if (held.seen && sample.time_ns == held.time_ns) {
     return Verdict::duplicate;
   }

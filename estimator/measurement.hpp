@@ -34,6 +34,15 @@ inline constexpr std::array<std::string_view, source_count> source_names{
     "wheel_rear_right", "wheel_rear",        "motor",
     "steering",         "direction",         "camera"};
 
+[[nodiscard]] constexpr std::size_t index_of(Source source) noexcept {
+  return static_cast<std::size_t>(source);
+}
+
+/// Whatever turns with the car's speed: four wheels, the rear axle, the motor.
+[[nodiscard]] constexpr bool is_wheel(Source source) noexcept {
+  return source >= Source::wheel_front_left && source <= Source::motor;
+}
+
 struct Measurement {
   Source source = Source::yaw_rate;
   std::int64_t time_ns = 0;  ///< when it was taken, not when it arrived

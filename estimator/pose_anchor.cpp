@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "estimator/admission.hpp"
 #include "estimator/time.hpp"
 
 namespace odomd::estimator {
@@ -11,11 +12,6 @@ namespace {
 
 // A kilometre says that nothing is known; so does half a turn.
 constexpr std::array<double, 3> largest_variance{1e6, 1e6, std::numbers::pi* std::numbers::pi};
-// A camera that claims to be better than this would leave a covariance without digits.
-constexpr double smallest_sigma = 1e-6;
-constexpr double largest_sigma = 1e3;
-// Farther off [m], a double resolves a step no longer.
-constexpr double largest_coordinate = 1e8;
 // Rounding takes the last digits of a strongly correlated P; this keeps it positive definite, and
 // makes it 1.7 % larger in a day.
 constexpr double inflation = 1.0 + 1e-9;
@@ -49,15 +45,9 @@ Symmetric3 propagated(const Symmetric3& p, const Pose2& from, const Pose2& to, d
   return limited(next, largest_variance);
 }
 
-bool has_usable_numbers(const CameraPose& camera) noexcept {
-  const auto is_sigma = [](double sigma) { return std::isfinite(sigma) && sigma > 0.0; };
-  return std::isfinite(camera.x) && std::isfinite(camera.y) && std::isfinite(camera.yaw) &&
-         is_sigma(camera.sigma_x) && is_sigma(camera.sigma_y) && is_sigma(camera.sigma_yaw);
-}
-
 Symmetric3 covariance_of(const CameraPose& camera) noexcept {
   const auto variance = [](double sigma) {
-    const double bounded = std::clamp(sigma, smallest_sigma, largest_sigma);
+    const double bounded = std::clamp(sigma, smallest_sigma, largest_camera_sigma);
     return bounded * bounded;
   };
   return limited(
@@ -130,7 +120,7 @@ void PoseAnchor::extend(std::int64_t time_ns, const Pose2& odom, const Symmetric
 
 Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
                          std::int64_t now_ns) noexcept {
-  if (!has_usable_numbers(camera)) {
+  if (!is_usable(camera)) {
     return Verdict::non_finite;
   }
   if (camera.capture_ns > latest_ns) {

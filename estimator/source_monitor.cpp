@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/admission.hpp"
 #include "estimator/monitor/sources.hpp"
-#include "estimator/physical_limits.hpp"
 #include "estimator/settings.hpp"
 #include "estimator/time.hpp"
 
 namespace odomd::estimator {
 namespace {
 
-using monitor::index_of;
 using monitor::Interval;
 using monitor::look_every_ns;
 
@@ -68,18 +67,16 @@ void SourceMonitor::heard(Signal& signal, std::int64_t taken_ns, std::int64_t he
 }
 
 void SourceMonitor::take(const Measurement& sample) noexcept {
-  const std::size_t index = index_of(sample.source);
-  if (index >= source_count || sample.source == Source::camera) {
+  const std::optional<Verdict> refused = refusal(sample);
+  if (refused == Verdict::source_off) {
     return;
   }
-  Signal& signal = signals_[index];
+  Signal& signal = signals_[index_of(sample.source)];
   const std::int64_t heard_ns = sample.arrival_ns != 0 ? sample.arrival_ns : sample.time_ns;
-  if (!std::isfinite(sample.value) || !std::isfinite(sample.sigma) || sample.sigma < 0.0) {
-    bad_sample(signal, SourceFlag::non_finite, heard_ns);
-    return;
-  }
-  if (std::abs(sample.value) > physical_limit[index]) {
-    bad_sample(signal, SourceFlag::out_of_range, heard_ns);
+  if (refused) {
+    bad_sample(signal,
+               refused == Verdict::gated ? SourceFlag::out_of_range : SourceFlag::non_finite,
+               heard_ns);
     return;
   }
   if (signal.seen && sample.time_ns <= signal.taken_ns) {
@@ -87,18 +84,15 @@ void SourceMonitor::take(const Measurement& sample) noexcept {
   }
   heard(signal, sample.time_ns, heard_ns, sample.value == signal.value);
   signal.value = sample.value;
-  const bool tells_sign = sample.source == Source::direction ||
-                          (index >= index_of(Source::wheel_front_left) &&
-                           index <= index_of(Source::motor) && sample.value < 0.0);
+  const bool tells_sign =
+      sample.source == Source::direction || (is_wheel(sample.source) && sample.value < 0.0);
   reversed_seen_ = reversed_seen_ || tells_sign;
 }
 
 void SourceMonitor::take(const CameraPose& camera) noexcept {
   Signal& signal = this->signal(Source::camera);
   const std::int64_t heard_ns = camera.arrival_ns != 0 ? camera.arrival_ns : camera.capture_ns;
-  const double sum =
-      camera.x + camera.y + camera.yaw + camera.sigma_x + camera.sigma_y + camera.sigma_yaw;
-  if (!std::isfinite(sum)) {
+  if (!is_usable(camera)) {
     take_unusable_pose();
     return;
   }
@@ -185,7 +179,6 @@ void SourceMonitor::settle() noexcept {
   for (std::size_t i = 0; i < source_count; ++i) {
     Signal& s = signals_[i];
     const SourceFlag evidence = evidence_[i];
-    const bool is_wheel = i >= index_of(Source::wheel_front_left) && i <= index_of(Source::motor);
     const bool still_frozen = s.flag == SourceFlag::frozen && s.same >= repeats_samples;
     if (evidence == SourceFlag::ok) {
       s.suspected = SourceFlag::ok;
@@ -209,7 +202,8 @@ void SourceMonitor::settle() noexcept {
         s.evidence_ns = now_ns_;
       }
     }
-    if (is_wheel && (s.flag != SourceFlag::ok || evidence != SourceFlag::ok)) {
+    if (is_wheel(static_cast<Source>(i)) &&
+        (s.flag != SourceFlag::ok || evidence != SourceFlag::ok)) {
       wheels_slip_ = true;
     }
   }

@@ -19,7 +19,7 @@ namespace odomd::estimator {
 
 enum class SourceFlag : std::uint8_t {
   ok,
-  out_of_range,  ///< beyond what any car does (physical_limits.hpp), twice in a row
+  out_of_range,  ///< beyond what any car does (admission.hpp), twice in a row
   non_finite,    ///< NaN, infinity or an impossible sigma, twice in a row
   frozen,        ///< the same bits again and again, while the car has moved on
   drifting,      ///< two other sources or more, that agree, contradict it

@@ -6,21 +6,13 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/predecessor.hpp"
 #include "estimator/tick_filter.hpp"
 #include "estimator/time.hpp"
 
 namespace odomd::estimator {
 
 inline constexpr std::int64_t most_ticks_made_up = 200;
-
-/// What an unobserved time adds to the covariance of the odometry pose: the car may have braked,
-/// sped up or steered, σ = ½ a t², with a = 2 m/s² and 5 rad/s².
-[[nodiscard]] inline Symmetric3 gap_noise(double gap_s) noexcept {
-  const double half_square = 0.5 * gap_s * gap_s;
-  const double position = 2.0 * half_square;
-  const double yaw = 5.0 * half_square;
-  return diagonal(position * position, position * position, yaw * yaw);
-}
 
 /// Δt² G V Gᵀ: what errors of the velocity, white from tick to tick, add in one step.
 [[nodiscard]] inline Symmetric3 step_noise(const Symmetric3& velocity_covariance, double yaw,
@@ -47,19 +39,12 @@ void TickFilter<M>::set_initial_pose(const Pose2& pose) noexcept {
 
 template <Motion M>
 bool TickFilter<M>::resume(const Estimate& predecessor, double gap_s) noexcept {
-  const BodyVelocity velocity{predecessor.v_x, predecessor.v_y, predecessor.yaw_rate};
-  const Symmetric3& P = predecessor.covariance;
-  const bool usable = predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
-                      std::isfinite(gap_s) && is_finite(predecessor.map) &&
-                      is_finite(predecessor.odom) && is_finite(velocity) && is_finite(P) &&
-                      is_positive_definite(P);
-  if (!usable) {
+  if (!may_resume(predecessor, gap_s)) {
     return false;
   }
-  // A predecessor that kept the velocity's covariance to itself leaves what a filter begins with.
-  const Symmetric3& given = predecessor.velocity_covariance;
-  const bool has_covariance = is_finite(given) && is_positive_definite(given);
-  const Symmetric3 V = has_covariance ? given : diagonal(1.0, 1.0, 1.0);
+  const BodyVelocity velocity = velocity_of(predecessor);
+  const Symmetric3& P = predecessor.covariance;
+  const Symmetric3 V = velocity_covariance_of(predecessor);
   // The car has most likely gone on as it went.
   const Pose2 map = moved(predecessor.map, velocity, gap_s);
   const Pose2 odom = moved(predecessor.odom, velocity, gap_s);

@@ -15,8 +15,8 @@
 #include <fmt/format.h>
 
 #include "can_protocol/candump.hpp"
-#include "daemon/camera_pose.hpp"
 #include "daemon/recording_wire.hpp"
+#include "estimator/admission.hpp"
 #include "tools/csv.hpp"
 #include "tools/pose_csv.hpp"
 
@@ -135,7 +135,7 @@ void RecordingFolder::take(const daemon::TickMark& mark, std::span<const can::Fr
 
   std::string& rows = cameras_.text();
   for (const estimator::CameraPose& camera : cameras) {
-    if (!daemon::is_usable(camera)) {
+    if (!estimator::is_usable(camera)) {
       ++counts_.unusable_cameras;
       continue;
     }

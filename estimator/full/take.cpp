@@ -24,14 +24,6 @@ constexpr double longest_unheard_s = 0.2;
 // By how much a wheel's speed may be wrong after the camera has shown the filter to be.
 constexpr double doubted_share = 0.5;
 
-constexpr std::size_t index_of(Source source) noexcept {
-  return static_cast<std::size_t>(source);
-}
-
-constexpr bool is_wheel(Source source) noexcept {
-  return source >= Source::wheel_front_left && source <= Source::motor;
-}
-
 void hold(HeldInput& held, const Sample& sample) noexcept {
   const double interval_s =
       held.seen ? std::min(seconds_between(held.time_ns, sample.time_ns), longest_unheard_s) : 0.0;
@@ -63,6 +55,7 @@ struct Patience {
 
 /// So fast the tyres would pull ψ̇ back to where the model wants it [s].
 constexpr double yaw_settling_s = 0.05;
+
 Patience patience_with(Source source) noexcept {
   switch (source) {
     case Source::yaw_rate:

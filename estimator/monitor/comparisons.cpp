@@ -15,7 +15,6 @@ namespace {
 using monitor::camera_span_s;
 using monitor::Contradictions;
 using monitor::gap;
-using monitor::index_of;
 using monitor::Interval;
 using monitor::wheel_count;
 using monitor::wheel_source;

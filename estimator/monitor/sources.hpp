@@ -8,11 +8,7 @@
 
 namespace odomd::estimator::monitor {
 
-[[nodiscard]] constexpr std::size_t index_of(Source source) noexcept {
-  return static_cast<std::size_t>(source);
-}
-
-/// Everything that turns with the car's speed: four wheels, the rear axle, the motor.
+/// Of the sources for which is_wheel() holds.
 inline constexpr std::size_t wheel_count = 6;
 [[nodiscard]] constexpr Source wheel_source(std::size_t wheel) noexcept {
   return static_cast<Source>(index_of(Source::wheel_front_left) + wheel);

@@ -1,0 +1,65 @@
+#include "estimator/admission.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace odomd::estimator {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+TEST(Refusal, LooksAtEverySignalUpToItsLimit) {
+  for (std::size_t i = 0; i < source_count; ++i) {
+    const auto source = static_cast<Source>(i);
+    if (source == Source::camera) {
+      continue;
+    }
+    for (const double sign : {-1.0, 1.0}) {
+      EXPECT_EQ(refusal({source, 1, sign * physical_limit[i], 0.1}), std::nullopt) << i;
+      EXPECT_EQ(refusal({source, 1, sign * 1.001 * physical_limit[i], 0.1}), Verdict::gated) << i;
+    }
+  }
+}
+
+TEST(Refusal, OfWhatIsNoNumber) {
+  for (const double value : {nan, infinity, -infinity}) {
+    EXPECT_EQ(refusal({Source::yaw_rate, 1, value, 0.1}), Verdict::non_finite);
+    EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, value}), Verdict::non_finite);
+  }
+  EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, -0.1}), Verdict::non_finite);
+  // The configured one counts.
+  EXPECT_EQ(refusal({Source::yaw_rate, 1, 0.0, 0.0}), std::nullopt);
+}
+
+TEST(Refusal, OfWhatIsNoSignal) {
+  EXPECT_EQ(refusal({Source::camera, 1, 0.0, 0.1}), Verdict::source_off);
+  EXPECT_EQ(refusal({Source::count, 1, 0.0, 0.1}), Verdict::source_off);
+  EXPECT_EQ(refusal({static_cast<Source>(255), 1, nan, 0.1}), Verdict::source_off);
+}
+
+TEST(IsUsable, AsksEveryNumberOfACameraPose) {
+  const CameraPose pose{1, 2, 0.5, -0.5, 3.0, 0.01, 0.02, 0.03};
+  EXPECT_TRUE(is_usable(pose));
+  for (double CameraPose::*const number :
+       {&CameraPose::x, &CameraPose::y, &CameraPose::yaw, &CameraPose::sigma_x,
+        &CameraPose::sigma_y, &CameraPose::sigma_yaw}) {
+    for (const double value : {nan, infinity, -infinity}) {
+      CameraPose broken = pose;
+      broken.*number = value;
+      EXPECT_FALSE(is_usable(broken));
+    }
+  }
+  for (double CameraPose::*const sigma :
+       {&CameraPose::sigma_x, &CameraPose::sigma_y, &CameraPose::sigma_yaw}) {
+    for (const double value : {0.0, -0.01}) {
+      CameraPose broken = pose;
+      broken.*sigma = value;
+      EXPECT_FALSE(is_usable(broken));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator
