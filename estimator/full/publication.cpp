@@ -129,10 +129,17 @@ State resumed(const Estimate& predecessor, double gap_s, const Vector& prior_sig
   state.mean.segment<3>(at::x) << map.x, map.y, map.yaw;
   state.mean.segment<3>(at::v_x) << velocity.v_x, velocity.v_y, velocity.yaw_rate;
 
-  const Symmetric3 P = displaced(predecessor.covariance, map.x - predecessor.map.x,
-                                 map.y - predecessor.map.y);
+  // P ← F P Fᵀ + τ² G V Gᵀ and what the gap adds: an error of the velocity lasts as long as the
+  // gap.
+  const Symmetric3 V = velocity_covariance_of(predecessor);
+  const double c = std::cos(predecessor.map.yaw);
+  const double s = std::sin(predecessor.map.yaw);
+  const Symmetric3 P =
+      sum(displaced(predecessor.covariance, map.x - predecessor.map.x, map.y - predecessor.map.y),
+          scaled(rotated(V, c, s), gap_s * gap_s));
   state.covariance.diagonal() = prior_sigma.array().square();
   state.covariance.topLeftCorner<3, 3>() = unpacked(sum(P, gap_noise(gap_s)));
+  state.covariance.block<3, 3>(at::v_x, at::v_x) = unpacked(sum(V, velocity_gap_noise(gap_s)));
 
   const Calibration& known = predecessor.calibration;
   for (std::size_t i = 0; i < calibration_count; ++i) {
@@ -144,6 +151,7 @@ State resumed(const Estimate& predecessor, double gap_s, const Vector& prior_sig
       state.covariance(index, index) = sigma * sigma;
     }
   }
+  state.fused_ns[index_of(Source::camera)] = predecessor.camera_ns;
   state.located = true;
   state.moving = true;
   return state;

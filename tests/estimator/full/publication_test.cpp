@@ -1,0 +1,125 @@
+// What of the state is published, and what a successor makes of it.
+#include "estimator/full/publication.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "estimator/predecessor.hpp"
+#include "estimator/symmetric3.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+Vector prior() {
+  return prior_sigma({});
+}
+
+Estimate predecessor() {
+  Estimate e;
+  e.initialised = true;
+  e.map = {3.0, -1.0, 0.4};
+  e.v_x = 2.0;
+  e.v_y = -0.1;
+  e.yaw_rate = 0.5;
+  e.covariance = diagonal(1e-4, 4e-4, 1e-5);
+  e.velocity_covariance = {1e-3, 2e-4, 1e-5, 4e-3, -3e-5, 9e-4};
+  e.camera_ns = 123;
+  return e;
+}
+
+Symmetric3 packed(const Matrix& P, Eigen::Index first) {
+  return {P(first, first),         P(first, first + 1),     P(first, first + 2),
+          P(first + 1, first + 1), P(first + 1, first + 2), P(first + 2, first + 2)};
+}
+
+TEST(Resumed, KeepsWhatIsKnownOfTheVelocity) {
+  const State at_once = resumed(predecessor(), 0.0, prior());
+  EXPECT_EQ(packed(at_once.covariance, at::v_x), predecessor().velocity_covariance);
+  // The car may have braked or steered since.
+  const State later = resumed(predecessor(), 0.5, prior());
+  const Symmetric3 grown = packed(later.covariance, at::v_x);
+  EXPECT_NEAR(grown[0], 1e-3 + 1.0, 1e-12);
+  EXPECT_NEAR(grown[3], 4e-3 + 1.0, 1e-12);
+  EXPECT_NEAR(grown[5], 9e-4 + 6.25, 1e-12);
+  EXPECT_EQ(grown[1], 2e-4);
+}
+
+TEST(Resumed, BeginsAnewWhereTheVelocitysCovarianceIsNone) {
+  for (const Symmetric3& given : {Symmetric3{}, diagonal(1.0, -1.0, 1.0),
+                                  diagonal(std::nan(""), 1.0, 1.0), Symmetric3{1, 2, 0, 1, 0, 1}}) {
+    Estimate e = predecessor();
+    e.velocity_covariance = given;
+    const State state = resumed(e, 0.0, prior());
+    EXPECT_EQ(packed(state.covariance, at::v_x), diagonal(1.0, 1.0, 1.0));
+  }
+}
+
+TEST(Resumed, ThePoseIsAsUncertainAsTheVelocityHasMadeItInTheGap) {
+  Estimate sure = predecessor();
+  sure.velocity_covariance = diagonal(1e-12, 1e-12, 1e-12);
+  Estimate doubtful = predecessor();
+  doubtful.velocity_covariance = diagonal(0.09, 0.01, 0.04);
+  const double gap_s = 0.5;
+  const Matrix P = resumed(sure, gap_s, prior()).covariance;
+  const Matrix Q = resumed(doubtful, gap_s, prior()).covariance;
+  // τ² V, along the car and across
+  const double c = std::cos(0.4);
+  const double s = std::sin(0.4);
+  EXPECT_NEAR(Q(0, 0) - P(0, 0), gap_s * gap_s * (c * c * 0.09 + s * s * 0.01), 1e-9);
+  EXPECT_NEAR(Q(0, 1) - P(0, 1), gap_s * gap_s * c * s * (0.09 - 0.01), 1e-9);
+  EXPECT_NEAR(Q(2, 2) - P(2, 2), gap_s * gap_s * 0.04, 1e-9);
+}
+
+TEST(Resumed, RemembersWhenTheCameraWasLastFused) {
+  const State state = resumed(predecessor(), 0.5, prior());
+  EXPECT_EQ(publication({}, state, prior()).camera_ns, 123);
+}
+
+TEST(Publication, ASuccessorsFirstIsItsPredecessorsLast) {
+  const Estimate before = predecessor();
+  const Estimate after = publication({}, resumed(before, 0.0, prior()), prior());
+  EXPECT_TRUE(after.initialised);
+  EXPECT_EQ(after.map.x, before.map.x);
+  EXPECT_EQ(after.map.yaw, before.map.yaw);
+  EXPECT_EQ(after.v_y, before.v_y);
+  EXPECT_EQ(after.covariance, before.covariance);
+  EXPECT_EQ(after.velocity_covariance, before.velocity_covariance);
+}
+
+TEST(Publication, ThePeriodHardlyMattersToTheTimeDerivatives) {
+  State state;
+  state.located = state.moving = true;
+  state.mean[at::v_x] = 2.0;
+  state.mean[at::yaw_rate] = 0.4;
+  state.steering = {true, 0, 0.2, 0.01, 0.005};
+  state.accel_x = {true, 0, 0.7, 0.1, 0.005};
+  const auto rates_at = [&](double period_s) {
+    Context context;
+    context.period_s = period_s;
+    return publication(context, state, prior());
+  };
+  const Estimate usual = rates_at(0.005);
+  EXPECT_GT(usual.yaw_accel, 5.0);
+  for (const double period_s : {0.001, 0.0025, 0.01}) {
+    const Estimate other = rates_at(period_s);
+    EXPECT_NEAR(other.v_x_dot, usual.v_x_dot, 0.05) << period_s;
+    EXPECT_NEAR(other.v_y_dot, usual.v_y_dot, 0.5) << period_s;
+    EXPECT_NEAR(other.yaw_accel, usual.yaw_accel, 0.1 * usual.yaw_accel) << period_s;
+  }
+  // Longer than the look-ahead itself.
+  EXPECT_GT(rates_at(0.1).yaw_accel, 1.0);
+}
+
+TEST(Publication, StandingNothingChanges) {
+  State state;
+  state.located = state.moving = state.rest.standing = true;
+  state.accel_x = {true, 0, 0.7, 0.1, 0.005};
+  const Estimate e = publication({}, state, prior());
+  EXPECT_EQ(e.v_x_dot, 0.0);
+  EXPECT_EQ(e.v_y_dot, 0.0);
+  EXPECT_EQ(e.yaw_accel, 0.0);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full
