@@ -1,0 +1,274 @@
+// What is said of a configuration that means nothing. Every error is checked by its whole text: it
+// is what the user has to go by.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "config_files.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+// Files that are no configuration
+// ------------------------------------------------------------------
+
+TEST_F(ConfigTest, RefusesAFileThatIsNotThere) {
+  EXPECT_EQ(error(), "car.toml: cannot be read: No such file or directory");
+}
+
+TEST_F(ConfigTest, RefusesADirectory) {
+  std::filesystem::create_directory(file_);
+  EXPECT_EQ(error(), "car.toml: is a directory, not a configuration");
+}
+
+TEST_F(ConfigTest, RefusesWhatIsNotToml) {
+  EXPECT_THAT(error_of("[vehicle]\nmass = = 3\n"), testing::StartsWith("car.toml:2: not TOML: "));
+  EXPECT_THAT(error_of("a = \"\xff\xfe\"\n"), testing::StartsWith("car.toml:1: not TOML: "));
+  EXPECT_THAT(error_of("[vehicle\nx"), testing::StartsWith("car.toml:1: not TOML: "));
+  EXPECT_THAT(error_of("a = 1\na = 2\n"), testing::StartsWith("car.toml:2: not TOML: "));
+  EXPECT_THAT(error_of(std::string(5000, '[')), testing::StartsWith("car.toml:1: not TOML: "));
+}
+
+TEST_F(ConfigTest, RefusesNulBytes) {
+  EXPECT_EQ(error_of(std::string("[vehicle]\nmass\0 = 3\n", 20)),
+            "car.toml:2: holds a NUL byte; the file is damaged or not a text");
+}
+
+TEST_F(ConfigTest, RefusesAnEmptyFile) {
+  EXPECT_EQ(error_of(""),
+            "car.toml:1: can: is missing; say in [can] which database and signals to use");
+}
+
+TEST_F(ConfigTest, RefusesAHugeFile) {
+  EXPECT_EQ(error_of(std::string((1 << 20) + 1, '\n')),
+            "car.toml: is larger than 1 MiB; is this the configuration?");
+}
+
+// Every other error, one line each
+// -----------------------------------------------------------------
+
+struct Mistake {
+  const char* name;
+  std::string text;
+  const char* error;
+};
+
+class ConfigMistake : public ConfigTest, public testing::WithParamInterface<Mistake> {};
+
+TEST_P(ConfigMistake, IsNamedWithItsLineAndMend) {
+  EXPECT_EQ(error_of(GetParam().text), GetParam().error);
+}
+
+std::string vehicle(const std::string& line) {
+  return std::string("[vehicle]\n") + line + small_bus;
+}
+std::string can(const std::string& lines) {
+  return "[can]\ndbc = \"car.dbc\"\n" + lines;
+}
+std::string signal(const std::string& role, const std::string& rest) {
+  return can("[can.signals]\n" + role + R"( = { message = "M")" + rest + " }\n");
+}
+std::string e2e(const std::string& rest) {
+  return can("[can.e2e]\nM = { " + rest + " }\n");
+}
+std::string also(const std::string& lines) {
+  return "# 1\n" + lines + small_bus;
+}
+
+const Mistake mistakes[] = {
+    {"UnknownTable", also("[vehicel]\n"),
+     R"(car.toml:2: vehicel: unknown key; did you mean "vehicle"?)"},
+    {"UnknownKey", vehicle("mas = 3"),
+     R"(car.toml:2: [vehicle] mas: unknown key; did you mean "mass"?)"},
+    {"UnknownKeyNearNothing", also("[initial]\npose = [0, 0, 0]\nqqqqqqqqq = 1\n"),
+     R"(car.toml:4: [initial] qqqqqqqqq: unknown key; did you mean "pose"?)"},
+    {"NotATable", "vehicle = 3\n", "car.toml:1: vehicle: is a number; it must be a table"},
+    {"NegativeMass", vehicle("mass = -1"),
+     "car.toml:2: [vehicle] mass: -1 is not possible; it must be greater than 0"},
+    {"ZeroMass", vehicle("mass = 0"),
+     "car.toml:2: [vehicle] mass: 0 is not possible; it must be greater than 0"},
+    {"NanMass", vehicle("mass = nan"),
+     "car.toml:2: [vehicle] mass: nan is not possible; it must be greater than 0"},
+    {"InfiniteMass", vehicle("mass = inf"),
+     "car.toml:2: [vehicle] mass: inf is not possible; it must be greater than 0"},
+    {"TextForANumber", vehicle(R"(mass = "3")"),
+     "car.toml:2: [vehicle] mass: is a text; it must be a number"},
+    {"BooleanForANumber", vehicle("mass = true"),
+     "car.toml:2: [vehicle] mass: is true or false; it must be a number"},
+    {"HalfACar", vehicle("mass = 3"),
+     "car.toml:1: [vehicle] front_axle: is missing; a car is described whole or not at all"},
+
+    {"NoDatabase", "[can]\nsource = \"can0\"\n",
+     "car.toml:1: [can] dbc: is missing; name the car's database"},
+    {"MisspeltDatabase", "[can]\ndbcs = \"car.dbc\"\n",
+     R"(car.toml:2: [can] dbcs: unknown key; did you mean "dbc"?)"},
+    {"MisspeltSignals", can("[can.signalz]\n"),
+     R"(car.toml:3: [can] signalz: unknown key; did you mean "signals"?)"},
+    {"MisspeltCan", "[cam]\n", R"(car.toml:1: cam: unknown key; did you mean "can"?)"},
+    {"NoSignals", can(""),
+     "car.toml:1: [can] signals: is missing; say in [can.signals] where each role comes from"},
+    {"EmptySignals", can("[can.signals]\n"),
+     "car.toml:3: [can.signals]: is empty; map at least a wheel speed"},
+    {"EmptySource", can("source = \"\"\n"), "car.toml:3: [can] source: holds an empty name"},
+    {"NoSourceInList", can("source = []\n"), "car.toml:3: [can] source: is an empty list"},
+    {"NumberAsSource", can("source = [1]\n"),
+     "car.toml:3: [can] source: is a number; it must be a text in quotes"},
+    {"TooManySources",
+     can("source = [\"1\", \"2\", \"3\", \"4\", \"5\", \"6\", \"7\", \"8\", \"9\"]\n"),
+     "car.toml:3: [can] source: names 9 buses; 8 is the most"},
+    {"UnknownTimestamps", can("timestamps = \"hardwear\"\n"),
+     R"(car.toml:3: [can] timestamps: "hardwear" is not known; did you mean "hardware"?)"},
+    {"TinyReceiveBuffer", can("receive_buffer = 10\n"),
+     "car.toml:3: [can] receive_buffer: 10 is not possible; it must be 4096 to 1073741824"},
+    {"FractionForAWhole", can("receive_buffer = 5000.5\n"),
+     "car.toml:3: [can] receive_buffer: is a fraction; it must be a whole number"},
+
+    {"UnknownRole", signal("yaw_rat", R"(, signal = "S", unit = "rad/s")"),
+     R"(car.toml:4: [can.signals] yaw_rat: unknown role; did you mean "yaw_rate"?)"},
+    {"CameraIsNoSignal", signal("camera", R"(, signal = "S", unit = "rad/s")"),
+     "car.toml:4: [can.signals] camera: a camera does not speak on the bus; it has its own table, "
+     "[camera]"},
+    {"NoMessage", can("[can.signals]\nyaw_rate = { signal = \"S\" }\n"),
+     "car.toml:4: [can.signals] yaw_rate message: is missing"},
+    {"NoSignal", signal("yaw_rate", R"(, unit = "rad/s")"),
+     R"(car.toml:4: [can.signals] yaw_rate: names no signal; add signal = "...")"},
+    {"SignalAndSum", signal("yaw_rate", R"(, signal = "S", sum = ["A", "B"])"),
+     "car.toml:4: [can.signals] yaw_rate: has both `signal` and `sum`; keep one"},
+    {"NoUnit", signal("yaw_rate", R"(, signal = "S")"),
+     R"(car.toml:4: [can.signals] yaw_rate unit: is missing; it is one of "rad/s", "deg/s")"},
+    {"UnknownUnit", signal("yaw_rate", R"(, signal = "S", unit = "rad/")"),
+     R"(car.toml:4: [can.signals] yaw_rate unit: "rad/" is not known; did you mean "rad"?)"},
+    {"UnitOfAnotherRole", signal("yaw_rate", R"(, signal = "S", unit = "m/s")"),
+     R"(car.toml:4: [can.signals] yaw_rate unit: "m/s" does not fit this role; it is one of )"
+     R"("rad/s", "deg/s")"},
+    {"RpmWithoutRadius", signal("motor", R"(, signal = "S", unit = "rpm")"),
+     R"(car.toml:4: [can.signals] motor unit: "rpm" needs `radius`, the rolling radius of the )"
+     "wheel "
+     "in metres"},
+    {"NegativeRadius", signal("motor", R"(, signal = "S", unit = "rpm", radius = -1)"),
+     "car.toml:4: [can.signals] motor radius: -1 is not possible; it must be between 0 and 10 (m)"},
+    {"RadiusWithoutRpm", signal("motor", R"(, signal = "S", unit = "m/s", radius = 1)"),
+     R"(car.toml:4: [can.signals] motor radius: goes with unit = "rpm" alone)"},
+    {"PureNumberWithoutScale", signal("steering", R"(, signal = "S", unit = "1")"),
+     R"(car.toml:4: [can.signals] steering unit: "1" needs `scale`, which turns the number into )"
+     "the "
+     "role's SI quantity"},
+    {"ScaleOfZero", signal("motor", R"(, signal = "S", unit = "m/s", scale = 0)"),
+     "car.toml:4: [can.signals] motor scale: 0 is not possible: the value would vanish"},
+    {"SigmaOfZero", signal("motor", R"(, signal = "S", unit = "m/s", sigma = 0)"),
+     "car.toml:4: [can.signals] motor sigma: 0 is not possible; it must be greater than 0"},
+    {"NegativeLatency", signal("motor", R"(, signal = "S", unit = "m/s", latency = -0.1)"),
+     "car.toml:4: [can.signals] motor latency: -0.1 is not possible; it must be between 0 and 1 "
+     "(s)"},
+    {"TimeoutOfZero", signal("motor", R"(, signal = "S", unit = "m/s", timeout = 0)"),
+     "car.toml:4: [can.signals] motor timeout: 0 is not possible; it must be between 0 and 60 (s)"},
+    {"UnknownSignalKey", signal("motor", R"(, signal = "S", unit = "m/s", scal = 2)"),
+     R"(car.toml:4: [can.signals] motor scal: unknown key; did you mean "scale"?)"},
+    {"ValidWhenWithoutSignal",
+     signal("motor", R"(, signal = "S", unit = "m/s", valid_when = { equals = 0 })"),
+     "car.toml:4: [can.signals] motor valid_when signal: is missing"},
+    {"ValidWhenIsNoTable", signal("motor", R"(, signal = "S", unit = "m/s", valid_when = 1)"),
+     "car.toml:4: [can.signals] motor valid_when: is a number; it must be a table"},
+    {"ForwardOfASpeed", signal("motor", R"(, signal = "S", unit = "m/s", forward = 1)"),
+     "car.toml:4: [can.signals] motor forward: belongs to the role direction"},
+    {"DirectionWithoutReverse", signal("direction", R"(, signal = "S", forward = 1)"),
+     "car.toml:4: [can.signals] direction reverse: is missing"},
+    {"DirectionWithoutADifference",
+     signal("direction", R"(, signal = "S", forward = 1, reverse = 1)"),
+     "car.toml:4: [can.signals] direction reverse: is the same value as forward"},
+    {"DirectionWithUnit",
+     signal("direction", R"(, signal = "S", forward = 1, reverse = 2, unit = "m/s")"),
+     "car.toml:4: [can.signals] direction unit: does not apply to a direction"},
+    {"DirectionAsSum", signal("direction", R"(, sum = ["A", "B"], forward = 1, reverse = 2)"),
+     "car.toml:4: [can.signals] direction sum: a direction is one signal"},
+    {"SignalIsNoTable", can("[can.signals]\nmotor = \"N\"\n"),
+     "car.toml:4: [can.signals] motor: is a text; it must be a table"},
+
+    {"NoProfile", e2e(R"(crc = "C")"),
+     "car.toml:4: [can.e2e] M profile: is missing; it is one of none, P01, P02, P11, P22, COUNTER, "
+     "SAE_J1850"},
+    {"MisspeltProfile", e2e(R"(profil = "P01")"),
+     R"(car.toml:4: [can.e2e] M profil: unknown key; did you mean "profile"?)"},
+    {"UnknownProfile", e2e(R"(profile = "P07")"),
+     R"(car.toml:4: [can.e2e] M profile: "P07" is not known; did you mean "P01"?)"},
+    {"NoDataId", e2e(R"(profile = "P01", crc = "C", counter = "B")"),
+     "car.toml:4: [can.e2e] M data_id: is missing"},
+    {"DataIdTooLarge", e2e(R"(profile = "P01", data_id = 65536, crc = "C", counter = "B")"),
+     "car.toml:4: [can.e2e] M data_id: 65536 is not possible; it must be 0 to 65535"},
+    {"NoCrc", e2e(R"(profile = "P01", data_id = 1, counter = "B")"),
+     "car.toml:4: [can.e2e] M crc: is missing"},
+    {"NoCounter", e2e(R"(profile = "COUNTER")"), "car.toml:4: [can.e2e] M counter: is missing"},
+    {"ShortDataIdList", e2e(R"(profile = "P02", data_id_list = [1], crc = "C", counter = "B")"),
+     "car.toml:4: [can.e2e] M data_id_list: must be a list of 16 whole numbers"},
+    {"UnknownDataIdMode",
+     e2e(R"(profile = "P01", data_id = 1, crc = "C", counter = "B", )"
+         R"(data_id_mode = "BOT")"),
+     R"(car.toml:4: [can.e2e] M data_id_mode: "BOT" is not known; did you mean "BOTH"?)"},
+    {"DataIdOfAnotherProfile", e2e(R"(profile = "COUNTER", counter = "B", data_id = 1)"),
+     "car.toml:4: [can.e2e] M data_id: belongs to P01 and P11, not to COUNTER; leave it out, or "
+     "mend the profile"},
+    {"CrcOfAnotherProfile", e2e(R"(profile = "COUNTER", counter = "B", crc = "C")"),
+     "car.toml:4: [can.e2e] M crc: belongs to the profiles with a CRC, not to COUNTER; leave it "
+     "out, or mend the profile"},
+    {"DataIdListOfAnotherProfile",
+     e2e(R"(profile = "P01", data_id = 1, crc = "C", counter = "B", data_id_list = [1])"),
+     "car.toml:4: [can.e2e] M data_id_list: belongs to P02 and P22, not to P01; leave it out, or "
+     "mend the profile"},
+    {"StepOfACounterThatIsNotThere",
+     e2e(R"(profile = "SAE_J1850", crc = "C", max_delta_counter = 2)"),
+     "car.toml:4: [can.e2e] M max_delta_counter: belongs to messages with a `counter`, not to "
+     "SAE_J1850; leave it out, or mend the profile"},
+
+    {"UnknownModel", also("[filter]\nmodel = \"particle\"\n"),
+     R"(car.toml:3: [filter] model: "particle" is not a model of this version; there are: kinematic, )"
+     "kinematic_printed, paper, full"},
+    {"ShortNoise", also("[filter]\npaper_q = [1, 2]\n"),
+     "car.toml:3: [filter] paper_q: must be a list of 3 numbers"},
+    {"NegativeNoise", also("[filter]\npaper_r = [1, -2]\n"),
+     "car.toml:3: [filter] paper_r: -2 is not possible; it must be greater than 0"},
+    {"WindowTooShort", also("[filter]\nwindow = 0.1\n"),
+     "car.toml:3: [filter] window: 0.1 is not possible; it must be 0.2 to 1 (s)"},
+    {"WindowTooLong", also("[filter]\nwindow = 1.5\n"),
+     "car.toml:3: [filter] window: 1.5 is not possible; it must be 0.2 to 1 (s)"},
+    {"CameraGateThatLetsNothingIn", also("[filter]\ncamera_gate = 0\n"),
+     "car.toml:3: [filter] camera_gate: 0 is not possible; it must be 1 to 1e6"},
+    {"WalkThatStandsStill", also("[filter]\ngyro_bias_walk = 0\n"),
+     "car.toml:3: [filter] gyro_bias_walk: 0 is not possible; it must be above 0, at most 1"},
+    {"MountingInDegrees", also("[imu]\nyaw = 90\n"),
+     "car.toml:3: [imu] yaw: 90 is not possible; it must be -3.15 to 3.15 (rad)"},
+    {"NoPose", also("[initial]\n"), "car.toml:2: [initial] pose: is missing"},
+    {"ShortPose", also("[initial]\npose = [0, 0]\n"),
+     "car.toml:3: [initial] pose: must be a list of 3 numbers"},
+    {"TextInPose", also("[initial]\npose = [0, 0, \"north\"]\n"),
+     "car.toml:3: [initial] pose: is a text; it must be a number"},
+    {"PeriodOfZero", also("[realtime]\nperiod = 0\n"),
+     "car.toml:3: [realtime] period: 0 is not possible; it must be 0.001 to 0.1 (s)"},
+    {"NegativePeriod", also("[realtime]\nperiod = -0.005\n"),
+     "car.toml:3: [realtime] period: -0.005 is not possible; it must be 0.001 to 0.1 (s)"},
+    {"PriorityTooHigh", also("[realtime]\npriority = 100\n"),
+     "car.toml:3: [realtime] priority: 100 is not possible; it must be 2 to 99"},
+    {"CpuTooLow", also("[realtime]\ncpu = -2\n"),
+     "car.toml:3: [realtime] cpu: -2 is not possible; it must be -1 to 1023"},
+    {"ShmNameWithoutSlash", also("[shm]\nname = \"odomd\"\n"),
+     R"(car.toml:3: [shm] name: must begin with a slash: "/odomd", or a path)"},
+    {"ModeThatIsNone", also("[shm]\nmode = \"rw\"\n"),
+     "car.toml:3: [shm] mode: is not a file mode; write it as 0o660"},
+    {"ModeThatLetsOthersWrite", also("[shm]\nmode = 0o660\n"),
+     "car.toml:3: [shm] mode: must be 0o600, 0o640 or 0o644: clients refuse what others may write"},
+    {"CameraLatency", also("[camera]\nmax_latency = 0\n"),
+     "car.toml:3: [camera] max_latency: 0 is not possible; it must be between 0 and 10 (s)"},
+    {"EmptySocket", also("[camera]\nsocket = \"\"\n"),
+     "car.toml:3: [camera] socket: is empty; it must name a file"},
+    {"UnknownLevel", also("[log]\nlevel = \"warning\"\n"),
+     R"(car.toml:3: [log] level: "warning" is not known; did you mean "warn"?)"},
+    {"ControlCharacter", also("[shm]\nname = \"/a\\nb\"\n"),
+     "car.toml:3: [shm] name: holds a control character"},
+};
+
+INSTANTIATE_TEST_SUITE_P(All, ConfigMistake, testing::ValuesIn(mistakes),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+}  // namespace
+}  // namespace odomd::daemon
