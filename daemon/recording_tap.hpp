@@ -83,7 +83,7 @@ class RecordingTap {
     std::uint32_t conditions = 0;
   };
   /// Ends the tick that made `record`; `pipeline` is as it left it. Where a recording begins this
-  /// copies its state, some 400 kB: 10 to 60 us.
+  /// copies its state, some 400 kB.
   void tick_done(const TickRecord& record, const Around& around, const Pipeline& pipeline) noexcept;
 
   // Housekeeping's
