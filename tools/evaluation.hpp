@@ -9,47 +9,46 @@
 
 #include "estimator/estimate.hpp"
 #include "tools/alignment.hpp"
+#include "tools/horizon.hpp"
+#include "tools/spread.hpp"
 #include "tools/trajectory.hpp"
 
 namespace odomd::tools {
 
-/// Over how long the relative displacement is judged: seven ticks of 5 ms.
-inline constexpr std::int64_t short_horizon_ns = 35'000'000;
-
-/// Of magnitudes.
-struct Spread {
-  double mean = 0.0;
-  double rms = 0.0;
-  double max = 0.0;
-};
-
-struct ShortTerm {
-  Spread displacement;  ///< of the relative displacement in the body frame [m]
-  Spread yaw;           ///< of the relative turn [rad]
-  std::size_t samples = 0;
+/// What an estimate is held against.
+enum class Against : std::uint8_t {
+  reference,
+  closed_loop,  ///< its own start: see closed_loop.hpp
 };
 
 struct Consistency {
-  double nees = 0.0;  ///< mean of eᵀP⁻¹e over (x, y, yaw); 3 where the sigmas are honest
+  double nees = 0.0;       ///< mean of eᵀP⁻¹e over (x, y, yaw); 3 where the sigmas are honest
+  double inside_95 = 0.0;  ///< share below χ²₉₅
   std::size_t samples = 0;
 };
 
 struct Evaluation {
-  std::string name;  ///< of the pose file
+  std::string name;  ///< of the pose file, or of the model
+  Against against = Against::reference;
   std::int64_t first_ns = 0;
   std::int64_t last_ns = 0;
   std::size_t samples = 0;
   double path_length = 0.0;           ///< of the reference between first and last [m]
+  double farthest = 0.0;              ///< from the start, of a closed loop [m]
   std::size_t reference_jumps = 0;    ///< steps of it that no car makes: over 100 m/s
   std::int64_t reference_gap_ns = 0;  ///< the longest that was interpolated across
   estimator::Pose2 alignment;         ///< of the estimate to the reference
 
-  double end_error = 0.0;                  ///< [m]
-  std::optional<double> end_cm_per_m;      ///< over the path; nothing where there is no path
+  // Of a closed loop, what is above and:
+  double end_error = 0.0;              ///< [m]
+  std::optional<double> end_cm_per_m;  ///< over the path; nothing where there is no path
+  double heading_end = 0.0;            ///< accumulated, estimate - reference [rad]
+
+  // Against a reference alone:
   Spread position;                         ///< [m]
-  double heading_end = 0.0;                ///< accumulated, estimate - reference [rad]
   Spread heading;                          ///< [rad]
-  std::optional<ShortTerm> short_term;     ///< nothing where the span is shorter than the horizon
+  std::vector<HorizonError> horizons;      ///< as far as the span reaches
+  std::optional<HorizonError> short_term;  ///< the one of 35 ms
   std::optional<Consistency> consistency;  ///< where the estimate has sigmas
   std::optional<Motion> velocity_rms;      ///< where both have velocities: rms of each difference
 };

@@ -171,12 +171,14 @@ std::string as_text(const EvaluationReport& report) {
       return fixed(metric(*e.short_term), 3);
     });
   };
-  short_row("35 ms error mean [mm]", [](const ShortTerm& s) { return 1e3 * s.displacement.mean; });
-  short_row("35 ms error rms [mm]", [](const ShortTerm& s) { return 1e3 * s.displacement.rms; });
-  short_row("35 ms error max [mm]", [](const ShortTerm& s) { return 1e3 * s.displacement.max; });
-  short_row("35 ms yaw error mean [deg]", [](const ShortTerm& s) { return degrees(s.yaw.mean); });
-  short_row("35 ms yaw error rms [deg]", [](const ShortTerm& s) { return degrees(s.yaw.rms); });
-  short_row("35 ms yaw error max [deg]", [](const ShortTerm& s) { return degrees(s.yaw.max); });
+  short_row("35 ms error mean [mm]",
+            [](const HorizonError& s) { return 1e3 * s.displacement.mean; });
+  short_row("35 ms error rms [mm]", [](const HorizonError& s) { return 1e3 * s.displacement.rms; });
+  short_row("35 ms error max [mm]", [](const HorizonError& s) { return 1e3 * s.displacement.max; });
+  short_row("35 ms yaw error mean [deg]",
+            [](const HorizonError& s) { return degrees(s.yaw.mean); });
+  short_row("35 ms yaw error rms [deg]", [](const HorizonError& s) { return degrees(s.yaw.rms); });
+  short_row("35 ms yaw error max [deg]", [](const HorizonError& s) { return degrees(s.yaw.max); });
   row("NEES mean (honest: 3)", [](const Evaluation& e) -> std::optional<std::string> {
     if (!e.consistency) return std::nullopt;
     return fixed(e.consistency->nees, 3);

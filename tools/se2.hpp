@@ -15,6 +15,10 @@ namespace odomd::tools {
   return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, a.yaw + b.yaw};
 }
 
+[[nodiscard]] inline double distance(const estimator::Pose2& a, const estimator::Pose2& b) {
+  return std::hypot(b.x - a.x, b.y - a.y);
+}
+
 /// a⁻¹: compose(inverse(a), a) is the identity.
 [[nodiscard]] inline estimator::Pose2 inverse(const estimator::Pose2& a) {
   const double c = std::cos(a.yaw);

@@ -49,7 +49,7 @@ double unwrapped(double angle, double before) {
   return before + std::remainder(angle - before, 2.0 * std::numbers::pi);
 }
 
-double between(double a, double b, double share) {
+double mix(double a, double b, double share) {
   return a + share * (b - a);
 }
 
@@ -104,6 +104,21 @@ Trajectory read_trajectory(const std::filesystem::path& file, Frame frame) {
   return trajectory;
 }
 
+TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b, std::int64_t t_ns) {
+  // Differences of times fit a double to the nanosecond; the times themselves need not.
+  const double share = static_cast<double>(t_ns - a.t_ns) / static_cast<double>(b.t_ns - a.t_ns);
+  TrajectoryPoint point;
+  point.t_ns = t_ns;
+  point.pose = {mix(a.pose.x, b.pose.x, share), mix(a.pose.y, b.pose.y, share),
+                mix(a.pose.yaw, b.pose.yaw, share)};
+  point.motion = {mix(a.motion.vx, b.motion.vx, share), mix(a.motion.vy, b.motion.vy, share),
+                  mix(a.motion.yaw_rate, b.motion.yaw_rate, share)};
+  for (std::size_t i = 0; i < point.covariance.size(); ++i) {
+    point.covariance[i] = mix(a.covariance[i], b.covariance[i], share);
+  }
+  return point;
+}
+
 std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns) {
   const auto& points = trajectory.points;
   const auto after =
@@ -112,21 +127,7 @@ std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_n
   if (after == points.end()) return std::nullopt;
   if (after->t_ns == t_ns) return *after;
   if (after == points.begin()) return std::nullopt;
-  const TrajectoryPoint& a = *(after - 1);
-  const TrajectoryPoint& b = *after;
-  // Differences of times fit a double to the nanosecond; the times themselves need not.
-  const double share = static_cast<double>(t_ns - a.t_ns) / static_cast<double>(b.t_ns - a.t_ns);
-  TrajectoryPoint point;
-  point.t_ns = t_ns;
-  point.pose = {between(a.pose.x, b.pose.x, share), between(a.pose.y, b.pose.y, share),
-                between(a.pose.yaw, b.pose.yaw, share)};
-  point.motion = {between(a.motion.vx, b.motion.vx, share),
-                  between(a.motion.vy, b.motion.vy, share),
-                  between(a.motion.yaw_rate, b.motion.yaw_rate, share)};
-  for (std::size_t i = 0; i < point.covariance.size(); ++i) {
-    point.covariance[i] = between(a.covariance[i], b.covariance[i], share);
-  }
-  return point;
+  return between(*(after - 1), *after, t_ns);
 }
 
 Trajectory cut_to(Trajectory trajectory, std::int64_t from_ns, std::int64_t to_ns) {

@@ -49,6 +49,10 @@ enum class Frame : std::uint8_t {
 /// velocities and covariance likewise). Nothing outside the span: there is no extrapolation.
 [[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns);
 
+/// The point at a time between those of `a` and `b`.
+[[nodiscard]] TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b,
+                                      std::int64_t t_ns);
+
 /// The rows between two times, both included. Throws std::invalid_argument where there is none.
 [[nodiscard]] Trajectory cut_to(Trajectory trajectory, std::int64_t from_ns, std::int64_t to_ns);
 

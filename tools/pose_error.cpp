@@ -1,0 +1,67 @@
+#include "tools/pose_error.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "estimator/symmetric3.hpp"
+#include "tools/se2.hpp"
+
+namespace odomd::tools {
+namespace {
+
+std::optional<double> nees(const estimator::PoseCovariance& P, const estimator::Pose2& error) {
+  Eigen::Matrix3d full;
+  full << P[0], P[1], P[2],  //
+      P[1], P[3], P[4],      //
+      P[2], P[4], P[5];
+  const Eigen::LLT<Eigen::Matrix3d> factor{full};
+  if (factor.info() != Eigen::Success) return std::nullopt;  // not positive definite
+  const Eigen::Vector3d whitened =
+      factor.matrixL().solve(Eigen::Vector3d{error.x, error.y, error.yaw});
+  if (!whitened.allFinite()) return std::nullopt;
+  return whitened.squaredNorm();
+}
+
+}  // namespace
+
+std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator::Pose2& alignment,
+                                   bool has_covariance) {
+  const double first =
+      alignment.yaw + pairs.front().estimate.pose.yaw - pairs.front().reference.pose.yaw;
+  const double whole_turns = first - std::remainder(first, 2.0 * std::numbers::pi);
+  const double c = std::cos(alignment.yaw);
+  const double s = std::sin(alignment.yaw);
+  std::vector<PoseError> errors;
+  errors.reserve(pairs.size());
+  for (const Pair& pair : pairs) {
+    const estimator::Pose2 pose = compose(alignment, pair.estimate.pose);
+    const estimator::Pose2& truth = pair.reference.pose;
+    PoseError e;
+    e.t_ns = pair.estimate.t_ns;
+    e.error = {pose.x - truth.x, pose.y - truth.y, pose.yaw - truth.yaw - whole_turns};
+    e.heading = truth.yaw;
+    if (has_covariance) {
+      e.covariance = estimator::rotated(pair.estimate.covariance, c, s);  // the map is turned
+      e.nees = nees(e.covariance, e.error);
+    }
+    errors.push_back(e);
+  }
+  return errors;
+}
+
+DrivenError driven(const PoseError& error) {
+  const double c = std::cos(error.heading);
+  const double s = std::sin(error.heading);
+  const estimator::Symmetric3 P = estimator::rotated(error.covariance, c, -s);
+  const auto sigma = [](double variance) { return std::sqrt(std::max(variance, 0.0)); };
+  return {.along = c * error.error.x + s * error.error.y,
+          .cross = -s * error.error.x + c * error.error.y,
+          .yaw = error.error.yaw,
+          .sigma_along = sigma(P[0]),
+          .sigma_cross = sigma(P[3]),
+          .sigma_yaw = sigma(P[5])};
+}
+
+}  // namespace odomd::tools
