@@ -15,7 +15,10 @@ void add_identify(CLI::App& odom) {
       "came from; comments stay.\n"
       "\n"
       "Examples:\n"
-      "  odom help identify mass");
+      "  odom help identify mass\n"
+      "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
+  add_mass(*identify);
+  add_cog(*identify);
 }
 
 }  // namespace odomd::tools

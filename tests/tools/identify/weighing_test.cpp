@@ -1,0 +1,148 @@
+#include "tools/identify/weighing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/quantity.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Quantity, IsReadWithItsUnit) {
+  EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x").value, 2.985);
+  EXPECT_DOUBLE_EQ(parse_quantity(" 2985 g ", Dimension::mass, "--x").value, 2.985);
+  EXPECT_EQ(parse_quantity("29.3N", Dimension::mass, "--x").unit, Unit::newton);
+  EXPECT_DOUBLE_EQ(parse_positive("26cm", Dimension::length, "--x"), 0.26);
+  EXPECT_DOUBLE_EQ(parse_positive("180deg", Dimension::angle, "--x"), 3.14159265358979323846);
+  EXPECT_DOUBLE_EQ(parse_not_negative("0.1%", Dimension::pure, "--x"), 0.001);
+}
+
+TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
+  const auto refusal = [](const char* text, Dimension dimension) {
+    return message_of([&] { (void)parse_positive(text, dimension, "--front"); });
+  };
+  EXPECT_EQ(refusal("3mm", Dimension::mass), "--front: \"3mm\": the unit must be kg, g or N");
+  EXPECT_EQ(refusal("3N", Dimension::mass), "--front: \"3N\": give it in kg or g");
+  for (const char* text : {"", "kg", "nan", "inf", "1,5", "1e999"})
+    EXPECT_THAT(refusal(text, Dimension::mass), HasSubstr("--front: ")) << text;
+  EXPECT_THAT(refusal("0", Dimension::mass), HasSubstr("must be greater than 0"));
+  EXPECT_THAT(refusal("-1", Dimension::mass), HasSubstr("must be greater than 0"));
+}
+
+constexpr Scale scale{.resolution = 0.0, .sigma = 0.002, .accuracy = 0.001};
+
+TEST(Weighing, RepeatingTakesTheScatterDownButNotTheGainNorTheRounding) {
+  const std::vector<Weighing> four(4, {Load::total, 2.0});
+  const auto mass = mass_of(wheel_loads(four, scale), scale);
+  ASSERT_TRUE(mass);
+  EXPECT_DOUBLE_EQ(mass->value, 2.0);
+  EXPECT_NEAR(mass->sigma, std::hypot(0.001, 0.002), 1e-12);
+  const Scale digits{.resolution = 0.012};
+  EXPECT_NEAR(mass_of(wheel_loads(four, digits), digits)->sigma, 0.012 / std::sqrt(12.0), 1e-6);
+}
+
+TEST(Weighing, AddsUpWhateverPartsTellTheWhole) {
+  const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
+  const auto mass = mass_of(wheel_loads(axles, scale), scale);
+  EXPECT_NEAR(mass->value, 3.0, 1e-12);
+  EXPECT_NEAR(mass->sigma, std::hypot(0.002 * std::sqrt(2.0), 0.003), 1e-12);
+  const std::vector<Weighing> wheels{{Load::front_left, 0.5},
+                                     {Load::front_right, 0.6},
+                                     {Load::rear_left, 0.7},
+                                     {Load::rear_right, 0.8}};
+  EXPECT_NEAR(mass_of(wheel_loads(wheels, scale), scale)->value, 2.6, 1e-12);
+  const std::vector<Weighing> part{{Load::front, 1.0}, {Load::left, 2.0}};
+  EXPECT_FALSE(mass_of(wheel_loads(part, scale), scale));
+}
+
+TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreTold) {
+  const std::vector<Weighing> weighings{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.1}};
+  const WheelLoads loads = wheel_loads(weighings, scale);
+  ASSERT_TRUE(contradiction(loads));
+  EXPECT_THAT(*contradiction(loads), HasSubstr("contradict each other 28.9 times"));
+  EXPECT_GT(mass_of(loads, scale)->sigma, 0.04);
+  const std::vector<Weighing> fitting{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.003}};
+  EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
+}
+
+TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
+  const std::vector<Weighing> weighings{
+      {Load::front, 1.0}, {Load::rear, 2.0}, {Load::left, 1.6}, {Load::right, 1.4}};
+  const Dimensions tape{
+      .wheelbase = {0.3, 0.0}, .track_width = Measured{0.15, 0.0}, .height = {0.05, 0.0}};
+  const CentreOfGravity centre = centre_of_gravity(wheel_loads(weighings, scale), tape);
+  EXPECT_NEAR(centre.front_axle->value, 0.2, 1e-12);
+  EXPECT_NEAR(centre.rear_axle->value, 0.1, 1e-12);
+  EXPECT_NEAR(centre.lateral->value, 0.15 * (1.6 / 3.0 - 0.5), 1e-12);
+  EXPECT_NEAR(centre.correlation, -1.0, 1e-12);
+  // l F_h / (F_v + F_h): l sigma sqrt(F_v² + F_h²) / m² without the third and fourth weighing.
+  const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
+  EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, scale), tape).front_axle->sigma,
+              0.3 * 0.002 * std::sqrt(5.0) / 9.0, 1e-12);
+}
+
+TEST(Weighing, AllowsForTapeAndSlope) {
+  const Scale exact{.sigma = 1e-9};
+  const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
+  const CentreOfGravity tape =
+      centre_of_gravity(wheel_loads(axles, exact), {.wheelbase = {0.3, 0.003}});
+  EXPECT_NEAR(tape.front_axle->sigma, 0.002, 1e-9);
+  EXPECT_NEAR(tape.rear_axle->sigma, 0.001, 1e-9);
+  EXPECT_NEAR(tape.correlation, 1.0, 1e-6);
+  const CentreOfGravity slope =
+      centre_of_gravity(wheel_loads(axles, exact),
+                        {.wheelbase = {0.3, 0.0}, .height = {0.05, 0.0}, .level_sigma = 0.01});
+  EXPECT_NEAR(slope.rear_axle->sigma, 0.0005, 1e-6);
+}
+
+TEST(Weighing, WithoutWhatItNeedsIsRefused) {
+  const std::vector<Weighing> one{{Load::total, 1.0}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(one, {}); }), HasSubstr("--scale-resolution"));
+  EXPECT_THAT(message_of([&] { (void)wheel_loads({}, scale); }), HasSubstr("no load is given"));
+  const std::vector<Weighing> none{{Load::rear_left, 0.0}};
+  EXPECT_EQ(message_of([&] { (void)wheel_loads(none, scale); }),
+            "--rear-left: 0 kg is not possible; it must be greater than 0");
+}
+
+TEST(IdentifyMass, ReportsAndWrites) {
+  const Scratch scratch;
+  scratch.write("car.toml",
+                "[vehicle] # mine\nmass = 2.985  # kg\nfront_axle = 0.175\nrear_axle = 0.085\n"
+                "yaw_inertia = 0.028\ncornering_stiffness_front = 20\n"
+                "cornering_stiffness_rear = 60\ntrack_width = 0.16\n[can]\nsource = \"can0\"\n"
+                "dbc = \"a.dbc\"\n[can.signals]\nwheel_rear = { message = \"W\", signal = \"S\", "
+                "unit = \"m/s\" }\n");
+  const std::string car = scratch.path("car.toml").string();
+  const Outcome mass = run_shell(
+      "odom identify mass --total 3021g --total 3.02 --scale-resolution 1g --scale-sigma 1g "
+      "--write " +
+      car);
+  EXPECT_EQ(mass.status, 0) << mass.err;
+  EXPECT_THAT(mass.out, HasSubstr("3.0205"));
+  EXPECT_THAT(contents(scratch.path("car.toml")),
+              HasSubstr("mass = 3.0205  # kg (odom identify mass: +- 0.0062 kg, scale, 2 "
+                        "weighings)\n"));
+  const Outcome cog = run_shell(
+      "odom identify cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 270mm "
+      "--json --write " +
+      car);
+  EXPECT_EQ(cog.status, 0) << cog.err;
+  EXPECT_THAT(cog.err, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m"));
+  EXPECT_THAT(cog.out, HasSubstr("\"vehicle.rear_axle\""));
+  EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
+}
+
+TEST(IdentifyMass, SaysWhatIsMissing) {
+  const Outcome half = run_shell("odom identify mass --front 1 --scale-resolution 1g");
+  EXPECT_EQ(half.status, 2);
+  EXPECT_THAT(half.err, HasSubstr("do not add up to the whole car"));
+  const Outcome nothing = run_shell("odom identify cog --total 3 --scale-sigma 1g --wheelbase 1");
+  EXPECT_EQ(nothing.status, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("do not tell how the weight is shared out"));
+}
+
+}  // namespace
+}  // namespace odomd::tools

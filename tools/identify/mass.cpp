@@ -1,0 +1,55 @@
+// odom identify mass: on a scale, as a whole or by parts.
+#include <memory>
+
+#include "tools/identify/delivery.hpp"
+#include "tools/identify/methods.hpp"
+#include "tools/identify/scale_options.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  ScaleOptions scale;
+  Delivery delivery;
+};
+
+void identify_mass(const Options& options) {
+  const Weighings weighings = weighings_of(options.scale);
+  const WheelLoads loads = wheel_loads(weighings.weighings, weighings.scale);
+  const auto mass = mass_of(loads, weighings.scale);
+  if (!mass)
+    throw std::invalid_argument(
+        "the loads do not add up to the whole car; give --total, --front and --rear, or all "
+        "wheels");
+  Findings findings{.method = "mass", .origin = weighings.origin};
+  findings.values.push_back({.name = "mass",
+                             .key = "vehicle.mass",
+                             .value = mass->value,
+                             .sigma = mass->sigma,
+                             .unit = "kg"});
+  if (const auto line = contradiction(loads)) findings.warnings.push_back(*line);
+  deliver(findings, options.delivery);
+}
+
+}  // namespace
+
+void add_mass(CLI::App& identify) {
+  const auto options = std::make_shared<Options>();
+  CLI::App& method = *identify.add_subcommand("mass", "The car's mass, on a scale");
+  method.footer(
+      "Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three\n"
+      "times, lifting it off in between. A scale that is too small takes one axle at a time, the\n"
+      "other one on a block as high as the scale: give --front and --rear, or all four wheels.\n"
+      "0.5 % is plenty. The uncertainty is made of the scatter and the last digit of the scale,\n"
+      "and of its gain, which repeating does not improve: weigh a litre of water to know it.\n"
+      "\n"
+      "Examples:\n"
+      "  odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g\n"
+      "  odom identify mass --front 9.6N --rear 19.7N --scale-sigma 0.05N --gravity 9.8077\n"
+      "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
+  add_scale_options(method, options->scale);
+  add_delivery(method, options->delivery);
+  method.callback([options] { identify_mass(*options); });
+}
+
+}  // namespace odomd::tools

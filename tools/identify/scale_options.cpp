@@ -1,0 +1,115 @@
+#include "tools/identify/scale_options.hpp"
+
+#include <cmath>
+
+#include "tools/identify/quantity.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr std::string_view meaning(Load load) {
+  switch (load) {
+    case Load::total:
+      return "The whole car on the scale";
+    case Load::front:
+      return "Load of the front axle, the rear one level beside the scale";
+    case Load::rear:
+      return "Load of the rear axle";
+    case Load::left:
+      return "Load of the left wheels";
+    case Load::right:
+      return "Load of the right wheels";
+    case Load::front_left:
+      return "Load of the front left wheel, the others level";
+    case Load::front_right:
+      return "Load of the front right wheel";
+    case Load::rear_left:
+      return "Load of the rear left wheel";
+    case Load::rear_right:
+      return "Load of the rear right wheel";
+    case Load::count:
+      break;
+  }
+  return "";
+}
+
+}  // namespace
+
+void add_gravity_option(CLI::App& method, std::string& gravity) {
+  method
+      .add_option("--gravity", gravity,
+                  "Local gravity [m/s2], good to 0.001; default: 9.806 +- 0.015, anywhere on Earth")
+      ->type_name("G");
+}
+
+Measured gravity_of(const std::string& gravity) {
+  // Between equator (9.780) and poles (9.832).
+  if (gravity.empty()) return {9.806, 0.015};
+  const double value = parse_positive(gravity, Dimension::pure, "--gravity");
+  if (value < 9.7 || value > 9.9)
+    throw std::invalid_argument("--gravity: " + gravity + " is not on Earth; 9.76 to 9.84 is");
+  return {value, 0.001};
+}
+
+void add_scale_options(CLI::App& method, ScaleOptions& options) {
+  for (std::size_t i = 0; i < options.loads.size(); ++i) {
+    const auto load = static_cast<Load>(i);
+    method
+        .add_option(
+            "--" + std::string(option_of(load)), options.loads[i],
+            std::string(meaning(load)) +
+                (load == Load::total ? "; kg, or 2985g, or 29.3N; repeat each weighing" : ""))
+        ->type_name("LOAD")
+        ->allow_extra_args(false);
+  }
+  method
+      .add_option("--scale-resolution", options.resolution,
+                  "The last digit that the scale shows [kg], or 1g")
+      ->type_name("LOAD");
+  method
+      .add_option("--scale-sigma", options.sigma,
+                  "Standard deviation of weighings of one load [kg], or 2g; default: 0")
+      ->type_name("LOAD");
+  method
+      .add_option("--scale-accuracy", options.accuracy,
+                  "Standard uncertainty of its gain: 0.001, or 0.1%; default: 0.1%")
+      ->type_name("X");
+  add_gravity_option(method, options.gravity);
+}
+
+Weighings weighings_of(const ScaleOptions& options) {
+  Weighings result;
+  const Measured gravity = gravity_of(options.gravity);
+  bool newtons = false;
+  const auto kilograms = [&](const std::string& text, const std::string& option) {
+    const Quantity quantity = parse_quantity(text, Dimension::mass, option);
+    if (quantity.unit == Unit::si) return quantity.value;
+    newtons = true;
+    return quantity.value / gravity.value;
+  };
+  for (std::size_t i = 0; i < options.loads.size(); ++i) {
+    const auto load = static_cast<Load>(i);
+    for (const std::string& text : options.loads[i])
+      result.weighings.push_back({load, kilograms(text, "--" + std::string(option_of(load)))});
+  }
+  const auto not_negative = [&](const std::string& text, const std::string& option) {
+    const double value = kilograms(text, option);
+    if (value < 0.0)
+      throw std::invalid_argument(option + ": " + text + " is not possible; it must be 0 or more");
+    return value;
+  };
+  if (!options.resolution.empty())
+    result.scale.resolution = not_negative(options.resolution, "--scale-resolution");
+  if (!options.sigma.empty()) result.scale.sigma = not_negative(options.sigma, "--scale-sigma");
+  result.scale.accuracy =
+      options.accuracy.empty()
+          ? 1e-3
+          : parse_not_negative(options.accuracy, Dimension::pure, "--scale-accuracy");
+  if (newtons)  // a weight is a mass only as well as gravity is known
+    result.scale.accuracy = std::hypot(result.scale.accuracy, gravity.sigma / gravity.value);
+  result.origin = "scale, " + counted(result.weighings.size(), "weighing");
+  return result;
+}
+
+}  // namespace odomd::tools

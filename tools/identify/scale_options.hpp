@@ -1,0 +1,36 @@
+// The options of what is found on a scale: loads, what the scale is worth, gravity.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tools/identify/weighing.hpp"
+
+namespace odomd::tools {
+
+struct ScaleOptions {
+  std::array<std::vector<std::string>, static_cast<std::size_t>(Load::count)> loads;
+  std::string resolution;
+  std::string sigma;
+  std::string accuracy;
+  std::string gravity;
+};
+
+void add_scale_options(CLI::App& method, ScaleOptions& options);
+
+struct Weighings {
+  std::vector<Weighing> weighings;
+  Scale scale;
+  std::string origin;  ///< "scale, 6 weighings"
+};
+
+/// Throws std::invalid_argument for numbers that cannot be.
+[[nodiscard]] Weighings weighings_of(const ScaleOptions& options);
+
+/// --gravity: local, or the mean of the Earth's with the spread of it.
+void add_gravity_option(CLI::App& method, std::string& gravity);
+[[nodiscard]] Measured gravity_of(const std::string& gravity);
+
+}  // namespace odomd::tools

@@ -1,0 +1,156 @@
+#include "tools/identify/weighing.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/SVD>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace odomd::tools {
+namespace {
+
+struct LoadInfo {
+  std::string_view option;
+  std::array<double, 4> wheels;  ///< front left, front right, rear left, rear right
+};
+
+constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_table{{
+    {"total", {1, 1, 1, 1}},
+    {"front", {1, 1, 0, 0}},
+    {"rear", {0, 0, 1, 1}},
+    {"left", {1, 0, 1, 0}},
+    {"right", {0, 1, 0, 1}},
+    {"front-left", {1, 0, 0, 0}},
+    {"front-right", {0, 1, 0, 0}},
+    {"rear-left", {0, 0, 1, 0}},
+    {"rear-right", {0, 0, 0, 1}},
+}};
+
+const LoadInfo& info_of(Load load) {
+  return loads_table[static_cast<std::size_t>(load)];
+}
+
+Eigen::Vector4d wheels_of(Load load) {
+  return Eigen::Vector4d(info_of(load).wheels.data());
+}
+
+}  // namespace
+
+std::string_view option_of(Load load) {
+  return info_of(load).option;
+}
+
+bool WheelLoads::tells(const Eigen::Vector4d& sum) const {
+  return (told * sum - sum).norm() < 1e-9;
+}
+
+WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
+  if (weighings.empty())
+    throw std::invalid_argument("no load is given; weigh the car, and give --total, --front, ...");
+  if (!(scale.sigma > 0.0) && !(scale.resolution > 0.0))
+    throw std::invalid_argument(
+        "how good is the scale? Give --scale-resolution, its last digit, or --scale-sigma");
+  const auto n = static_cast<Eigen::Index>(weighings.size());
+  Eigen::MatrixXd design(n, 4);
+  Eigen::VectorXd shown(n);
+  // The scale rounds a load alike each time; the scatter is of each weighing alone.
+  const double rounding = scale.resolution * scale.resolution / 12.0;
+  Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Weighing& weighing = weighings[static_cast<std::size_t>(i)];
+    if (!(weighing.mass > 0.0))
+      throw std::invalid_argument(
+          fmt::format("--{}: {} kg is not possible; it must be greater "
+                      "than 0",
+                      option_of(weighing.load), weighing.mass));
+    design.row(i) = wheels_of(weighing.load);
+    shown(i) = weighing.mass;
+    for (Eigen::Index j = 0; j < n; ++j)
+      if (weighings[static_cast<std::size_t>(j)].load == weighing.load) variance(i, j) = rounding;
+    // Where nothing but the rounding is known, weighings that repeat must not be singular.
+    variance(i, i) += std::max(scale.sigma * scale.sigma, 1e-4 * rounding);
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(variance);
+  const Eigen::MatrixXd whitened = factor.matrixL().solve(design);
+  const Eigen::VectorXd target = factor.matrixL().solve(shown);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(whitened, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& singular = svd.singularValues();
+
+  WheelLoads loads;
+  int rank = 0;
+  for (Eigen::Index k = 0; k < singular.size(); ++k) {
+    if (singular(k) < 1e-9 * singular(0)) continue;
+    ++rank;
+    const Eigen::Vector4d direction = svd.matrixV().col(k);
+    loads.load += direction * (svd.matrixU().col(k).dot(target) / singular(k));
+    loads.covariance += direction * direction.transpose() / (singular(k) * singular(k));
+    loads.told += direction * direction.transpose();
+  }
+  loads.chi_square = (target - whitened * loads.load).squaredNorm();
+  loads.excess = static_cast<int>(n) - rank;
+  if (loads.excess > 0 && loads.chi_square > loads.excess)
+    loads.covariance *= loads.chi_square / loads.excess;
+  return loads;
+}
+
+std::optional<std::string> contradiction(const WheelLoads& loads) {
+  if (loads.excess <= 0) return std::nullopt;
+  // Wilson and Hilferty (1931): the cube root of chi² is nearly normal.
+  const double k = 2.0 / (9.0 * loads.excess);
+  const double z = (std::cbrt(loads.chi_square / loads.excess) - (1.0 - k)) / std::sqrt(k);
+  if (z < 2.326) return std::nullopt;
+  return fmt::format(
+      "the loads contradict each other {:.1f} times more than the scale explains: did the car "
+      "stand level, touch nothing, and carry the same each time? The uncertainty is larger for it",
+      std::sqrt(loads.chi_square / loads.excess));
+}
+
+std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
+  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
+  if (!loads.tells(all)) return std::nullopt;
+  const double mass = all.dot(loads.load);
+  const double variance = all.dot(loads.covariance * all);
+  return Measured{mass, std::hypot(std::sqrt(variance), scale.accuracy * mass)};
+}
+
+std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
+  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
+  if (!loads.tells(all) || !loads.tells(wheels)) return std::nullopt;
+  // s = p/m: ds = (dp - s dm)/m; the gain of the scale cancels.
+  const double mass = all.dot(loads.load);
+  const double share = wheels.dot(loads.load) / mass;
+  const Eigen::Vector4d gradient = (wheels - share * all) / mass;
+  return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
+}
+
+CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dimensions) {
+  CentreOfGravity centre;
+  // On a slope θ the weight acts h tan θ away from where it acts on the level.
+  const double slope = std::hypot(dimensions.height.value, dimensions.height.sigma) *
+                       std::tan(dimensions.level_sigma);
+  if (const auto front = share_of(loads, wheels_of(Load::front))) {
+    const double base = dimensions.wheelbase.value;
+    const double moved = std::hypot(base * front->sigma, slope);
+    const double share_h = front->value;  // l_h / l
+    const double share_v = 1.0 - share_h;
+    const double tape = dimensions.wheelbase.sigma;
+    centre.rear_axle = {share_h * base, std::hypot(share_h * tape, moved)};
+    centre.front_axle = {share_v * base, std::hypot(share_v * tape, moved)};
+    // The tape moves both alike, the loads one against the other.
+    const double sigmas = centre.rear_axle->sigma * centre.front_axle->sigma;
+    if (sigmas > 0.0)
+      centre.correlation = (share_h * share_v * tape * tape - moved * moved) / sigmas;
+  }
+  if (!dimensions.track_width) return centre;
+  if (const auto left = share_of(loads, wheels_of(Load::left))) {
+    const double width = dimensions.track_width->value;
+    const double part = left->value - 0.5;
+    centre.lateral = {part * width,
+                      std::hypot(part * dimensions.track_width->sigma, width * left->sigma, slope)};
+  }
+  return centre;
+}
+
+}  // namespace odomd::tools
