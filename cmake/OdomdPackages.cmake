@@ -8,6 +8,9 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_COMPONENTS_ALL daemon library development tools python)
+if(ODOMD_HAS_DDS)
+  list(APPEND CPACK_COMPONENTS_ALL bridge)
+endif()
 set(CPACK_STRIP_FILES ON)
 # The unit and the configuration are filled with the paths at which they will lie.
 set(CPACK_SET_DESTDIR ON)
@@ -63,6 +66,17 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-odom)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, libodom0 (>= ${PROJECT_VERSION})")
+
+set(CPACK_COMPONENT_BRIDGE_DESCRIPTION "ROS 2 topics from the odomd odometry daemon
+Publishes the car's pose as the ROS 2 topics /odom and /tf, by Cyclone DDS and
+without ROS. This package has the program, and a systemd service for it.")
+set(CPACK_DEBIAN_BRIDGE_PACKAGE_NAME odom-bridge)
+set(CPACK_DEBIAN_BRIDGE_PACKAGE_SECTION net)
+set(CPACK_DEBIAN_BRIDGE_PACKAGE_DEPENDS odomd)
+set(CPACK_DEBIAN_BRIDGE_PACKAGE_RECOMMENDS odom-tools)
+set(CPACK_DEBIAN_BRIDGE_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_BRIDGE_PACKAGE_CONTROL_EXTRA
+  ${debian}/bridge/postinst ${debian}/bridge/prerm ${debian}/bridge/postrm)
 
 # Every package tells its terms and its changes.
 set(changes ${PROJECT_BINARY_DIR}/changelog.gz)

@@ -15,6 +15,7 @@ void describe(CLI::App& odom) {
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom help camera send            what a command takes, with examples\n"
       "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
+  add_bridge(odom);
   add_camera(odom);
   add_dbc(odom);
   add_evaluate(odom);

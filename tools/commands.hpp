@@ -11,6 +11,7 @@ namespace odomd::tools {
 /// The whole command line of odom: every subcommand below.
 void describe(CLI::App& odom);
 
+void add_bridge(CLI::App& odom);
 void add_help(CLI::App& odom);
 void add_identify(CLI::App& odom);
 void add_record(CLI::App& odom);

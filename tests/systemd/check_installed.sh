@@ -48,6 +48,19 @@ systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$wor
   fail "$(cat "$work/security")"
 tail -n 1 "$work/security"
 
+# The bridge, where it was built.
+if [ -x "$build/bin/odom-bridge" ]; then
+  cmake --install "$build" --prefix "$work/opt" --component bridge >"$work/log"
+  bridge=$work/opt/lib/systemd/system/odomd-bridge@.service
+  grep -q "^ExecStart=$work/opt/bin/odom-bridge --ros --shm %t/odomd/%i/pose " "$bridge" ||
+    fail "the bridge's unit names other paths"
+  systemd-analyze verify --man=no "$bridge" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
+    fail "systemd-analyze verify: $(cat "$work/verify")"
+  systemd-analyze security --offline=true --threshold=20 --no-pager "$bridge" >"$work/security" 2>&1 ||
+    fail "$(cat "$work/security")"
+  tail -n 1 "$work/security"
+fi
+
 # The user and the groups, made in the directory.
 mkdir -p "$root/etc"
 systemd-sysusers --root="$root" "$root/usr/lib/sysusers.d/odomd.conf" >"$work/log" 2>&1 ||

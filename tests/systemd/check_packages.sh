@@ -31,6 +31,17 @@ has libodom0 usr/lib/libodom.so.0 usr/share/doc/libodom0/copyright
 has libodom-dev usr/include/odom/odom.h usr/lib/libodom.so usr/lib/pkgconfig/odom.pc
 has odom-tools usr/bin/odom
 has python3-odom usr/lib/python3/dist-packages/odom/__init__.py
+if [ -x "$build/bin/odom-bridge" ]; then
+  has odom-bridge usr/bin/odom-bridge usr/lib/systemd/system/odomd-bridge@.service
+  depends odom-bridge libddsc0debian
+  depends odom-bridge odomd
+  for script in postinst prerm postrm; do
+    dpkg-deb -I "$(package odom-bridge)" "$script" | sh -n || fail "odom-bridge: $script: no shell script"
+  done
+fi
+for name in odomd odom-tools libodom0; do
+  if dpkg-deb -f "$(package $name)" Depends | grep -q ddsc; then fail "$name depends on DDS"; fi
+done
 depends odomd libsystemd0
 depends odomd systemd
 depends libodom-dev libodom0

@@ -1,0 +1,132 @@
+// A running odom bridge for tests, and a daemon's segment that ticks when it is told to.
+#pragma once
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "shm_api/writer.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+
+inline std::int64_t now_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+/// Tries `condition` until it holds; false after a minute of trying.
+[[nodiscard]] inline bool eventually(const std::function<bool()>& condition) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes{1};
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+  }
+  return true;
+}
+
+/// CLOCK_REALTIME - CLOCK_MONOTONIC, as the segments here say.
+inline constexpr std::int64_t realtime_offset_ns = 1'700'000'000'123'456'789;
+
+/// A daemon with a period of a second: fresh for four seconds after a tick, so that no test depends
+/// on its own pace.
+class SlowDaemon {
+ public:
+  explicit SlowDaemon(const std::string& segment, std::int64_t period_ns = 1'000'000'000)
+      : period_ns_(period_ns) {
+    odom_info info{};
+    info.period_ns = period_ns;
+    info.realtime_offset_ns = realtime_offset_ns;
+    info.first_tick_ns = first_ns_;
+    writer_ = std::make_unique<shm::Writer>(
+        shm::SegmentSettings{.name = segment, .slots = 64, .group = {}}, info);
+    writer_->set_first_tick(first_ns_);
+    writer_->set_realtime_offset(realtime_offset_ns);
+    pose.mode = ODOM_TRACKING;
+  }
+
+  /// Publishes `pose` and `details` as the next tick.
+  void tick() {
+    ++pose.tick;
+    pose.time_ns = time_of(pose.tick);
+    writer_->publish(pose, details);
+    writer_->set_heartbeat(now_ns());
+    writer_->wake_clients();
+  }
+
+  [[nodiscard]] std::int64_t time_of(std::uint64_t tick) const {
+    return first_ns_ + static_cast<std::int64_t>(tick) * period_ns_;
+  }
+
+  odom_pose pose{};
+  odom_details details{};
+
+ private:
+  std::int64_t period_ns_;
+  std::int64_t first_ns_ = now_ns();
+  std::unique_ptr<shm::Writer> writer_;
+};
+
+/// A program of ours as a process; its output goes to files.
+class Child {
+ public:
+  Child(const Scratch& scratch, const std::string& program, std::vector<std::string> arguments)
+      : out_(scratch.path("child.out")), err_(scratch.path("child.err")) {
+    const std::string path = std::string(ODOMD_BIN_DIR) + "/" + program;
+    arguments.insert(arguments.begin(), path);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t files{};
+    ::posix_spawn_file_actions_init(&files);
+    constexpr int write_anew = O_WRONLY | O_CREAT | O_TRUNC;
+    ::posix_spawn_file_actions_addopen(&files, 1, out_.c_str(), write_anew, 0600);
+    ::posix_spawn_file_actions_addopen(&files, 2, err_.c_str(), write_anew, 0600);
+    const int error = ::posix_spawn(&pid_, path.c_str(), &files, nullptr, argv.data(), environ);
+    ::posix_spawn_file_actions_destroy(&files);
+    if (error != 0) throw std::runtime_error(path + ": " + std::strerror(error));
+  }
+  ~Child() {
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  /// Ends it by TERM, and waits for that.
+  Outcome terminate() {
+    ::kill(pid_, SIGTERM);
+    return wait();
+  }
+  Outcome wait() {
+    int raw = 0;
+    Outcome outcome;
+    if (eventually([&] { return ::waitpid(pid_, &raw, WNOHANG) == pid_; })) {
+      pid_ = -1;
+      outcome.status = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+    }
+    outcome.out = contents(out_);
+    outcome.err = contents(err_);
+    return outcome;
+  }
+  [[nodiscard]] std::string errors() const { return contents(err_); }
+
+ private:
+  std::filesystem::path out_;
+  std::filesystem::path err_;
+  pid_t pid_ = -1;
+};
+
+}  // namespace odomd::tools

@@ -1,0 +1,148 @@
+#include "tools/bridge/bridge.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "tools/attach.hpp"
+#include "tools/interrupt.hpp"
+#include "tools/tick_follower.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using std::chrono::steady_clock;
+
+class Bridge {
+ public:
+  Bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks)
+      : options_(options), sinks_(sinks) {}
+
+  void run() {
+    if (auto client = wait_for_daemon()) follow(std::move(*client));
+    say_what_was_sent();
+  }
+
+ private:
+  [[nodiscard]] double elapsed() const {
+    return std::chrono::duration<double>(steady_clock::now() - start_).count();
+  }
+  [[nodiscard]] bool time_is_up() const {
+    return options_.duration_s > 0.0 && elapsed() >= options_.duration_s;
+  }
+
+  // Nothing: told to end before one came.
+  std::optional<odom::Client> wait_for_daemon() {
+    const char* const name = options_.shm.empty() ? nullptr : options_.shm.c_str();
+    for (bool told = false; !interrupt_.requested(); told = true) {
+      auto opened = odom::Client::open(name);
+      if (opened.has_value()) return std::move(opened.value);
+      // What is not a matter of time, or took too long: in the words of everybody who attaches.
+      if (opened.status != ODOM_NO_SEGMENT || time_is_up()) return attach(options_.shm, 0.0);
+      if (!told)
+        std::cerr << "odom bridge: waiting for the daemon: " << segment_asked_for(options_.shm)
+                  << ": " << opened.message() << '\n';
+      std::this_thread::sleep_for(std::chrono::milliseconds{50});
+    }
+    return std::nullopt;
+  }
+
+  void follow(odom::Client client) {
+    constexpr std::chrono::milliseconds patience{100};
+    TickFollower follower{std::move(client)};
+    bool silent = false;
+    while (!interrupt_.requested() && !time_is_up()) {
+      const auto status =
+          follower.follow(patience, [&](const odom_pose& pose) { take(follower.client(), pose); });
+      counts_ = follower.counts();
+      if (status == ODOM_OK) {
+        silent = false;
+      } else if (status == ODOM_STALE) {
+        if (!silent) std::cerr << "odom bridge: the daemon fell silent; waiting for it\n";
+        silent = true;
+      } else if (status != ODOM_TIMEOUT && status != ODOM_NO_POSE && status != ODOM_BUSY) {
+        throw std::runtime_error(odom_strstatus(status));
+      }
+    }
+  }
+
+  // The first tick of every n, whichever of them was missed.
+  void take(odom::Client& client, const odom_pose& pose) {
+    if (pose.mode == ODOM_INITIALISING) {
+      ++initialising_;
+      return;
+    }
+    const auto info = client.info();
+    if (!info.has_value()) return;
+    const double ticks = 1e9 / (options_.rate_hz * static_cast<double>(info->period_ns));
+    const auto n =
+        static_cast<std::uint64_t>(std::clamp(std::llround(ticks), 1LL, 1'000'000'000LL));
+    const std::uint64_t turn = pose.tick / n;
+    if (turn == last_turn_ && info->instance_id == instance_) return;
+    last_turn_ = turn;
+    instance_ = info->instance_id;
+
+    const auto newest = client.latest_details();
+    if (newest.has_value()) sample_.details = newest->details;
+    const auto realtime = client.to_clock(ODOM_CLOCK_REALTIME, pose.time_ns);
+    if (!realtime.has_value()) return;
+    sample_.pose = pose;
+    sample_.realtime_ns = *realtime;
+    for (const auto& sink : sinks_) sink->send(sample_);
+  }
+
+  void say_what_was_sent() const {
+    if (options_.json) {
+      nlohmann::ordered_json json{
+          {"duration", elapsed()},         {"ticks", counts_.ticks},
+          {"initialising", initialising_}, {"unpublished", counts_.unpublished},
+          {"fetched", counts_.fetched},    {"lost", counts_.lost},
+          {"restarts", counts_.restarts},  {"sinks", nlohmann::ordered_json::array()}};
+      for (const auto& sink : sinks_)
+        json["sinks"].push_back({{"name", sink->name()},
+                                 {"sent", sink->counts().sent},
+                                 {"dropped", sink->counts().dropped},
+                                 {"withheld", sink->counts().withheld}});
+      std::cout << json.dump() << '\n';
+      return;
+    }
+    std::string text = fmt::format(
+        "{} ticks in {:.1f} s, {} initialising; {} missed by the daemon, {} fetched from the "
+        "history, {} lost, {} restarts",
+        counts_.ticks, elapsed(), initialising_, counts_.unpublished, counts_.fetched, counts_.lost,
+        counts_.restarts);
+    for (const auto& sink : sinks_) {
+      const Sink::Counts& counts = sink->counts();
+      text += fmt::format("; {}: {} sent, {} dropped, {} withheld (fault)", sink->name(),
+                          counts.sent, counts.dropped, counts.withheld);
+    }
+    std::cerr << "odom bridge: " << text << '\n';
+  }
+
+  const BridgeOptions& options_;
+  const std::vector<std::unique_ptr<Sink>>& sinks_;
+  Interrupt interrupt_;
+  steady_clock::time_point start_ = steady_clock::now();
+  FollowCounts counts_;
+  std::uint64_t initialising_ = 0;
+  std::uint64_t last_turn_ = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t instance_ = 0;
+  BridgeSample sample_;
+};
+
+}  // namespace
+
+void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks) {
+  Bridge(options, sinks).run();
+}
+
+}  // namespace odomd::tools

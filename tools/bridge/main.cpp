@@ -1,0 +1,39 @@
+// odom-bridge: odom bridge where ROS 2 topics are wanted. A program of its own, so that odom itself
+// needs no DDS, and a car that has no use for it does not install it.
+#include <csignal>
+#include <memory>
+#include <vector>
+
+#include "tools/bridge/bridge.hpp"
+#include "tools/bridge/dds_sink.hpp"
+#include "tools/bridge/options.hpp"
+#include "tools/bridge/udp_sink.hpp"
+#include "tools/command_line.hpp"
+#include "tools/interrupt.hpp"
+
+namespace {
+
+using namespace odomd::tools;
+
+void bridge(const BridgeOptions& options) {
+  // Before DDS starts threads of its own: the signals are for ours.
+  const Interrupt held_back;
+  std::vector<std::unique_ptr<Sink>> sinks;
+  if (options.wants_ros()) sinks.push_back(open_dds(options));
+  if (!options.udp.empty()) sinks.push_back(open_udp(options.udp));
+  run_bridge(options, sinks);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
+  CLI::App command;
+  command.name("odom bridge");
+  command.set_help_flag("-h,--help", "Print this help and exit");
+  command.set_version_flag("--version", "odom-bridge " ODOMD_VERSION, "Print the version and exit");
+  BridgeOptions options;
+  describe_bridge(command, options);
+  command.callback([&options] { bridge(options); });
+  return run(command, argc, argv);
+}

@@ -1,0 +1,120 @@
+#include "tools/bridge/options.hpp"
+
+#include <charconv>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "tools/bridge/udp_sink.hpp"
+#include "tools/choice.hpp"
+#include "tools/csv.hpp"
+
+namespace odomd::tools {
+namespace {
+
+const Choices<PoseFrame>& frames() {
+  static const Choices<PoseFrame> names{{"odom", PoseFrame::odom}, {"map", PoseFrame::map}};
+  return names;
+}
+
+const Choices<Transforms>& transforms() {
+  static const Choices<Transforms> names{
+      {"all", Transforms::all}, {"odom", Transforms::odom}, {"none", Transforms::none}};
+  return names;
+}
+
+std::string shortest(double value) {
+  std::string text;
+  append_number(text, value);
+  return text;
+}
+
+}  // namespace
+
+void describe_bridge(CLI::App& command, BridgeOptions& options) {
+  command.description("Publish the pose for other programs: ROS 2 topics, JSON over UDP");
+  command.add_flag("--ros", options.ros,
+                   "ROS 2 topics /odom and /tf by DDS; default where nothing else is named");
+  command
+      .add_option("--udp", options.udp,
+                  "JSON to this address, for PlotJuggler; without one: 127.0.0.1:9870")
+      ->expected(0, 1)
+      ->default_str(plotjuggler_address)
+      ->type_name("HOST:PORT");
+  command
+      .add_option("--shm", options.shm,
+                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
+                  "service's, /run/odomd/can0/pose")
+      ->type_name("NAME");
+  command
+      .add_option("--rate", options.rate_hz,
+                  "So many poses a second, every tick at the most [Hz]; default: 50")
+      ->check(CLI::PositiveNumber)
+      ->type_name("HZ");
+  command.add_option("--domain", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0")
+      ->type_name("N");
+  add_choice(command, "--frame", options.frame, frames(),
+             "In which frame /odom gives the pose; default: odom");
+  add_choice(command, "--tf", options.transforms, transforms(),
+             "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
+  command.add_option("--frame-map", options.names.map, "Name of the map's frame; default: map")
+      ->type_name("NAME");
+  command
+      .add_option("--frame-odom", options.names.odom, "Name of the odometry frame; default: odom")
+      ->type_name("NAME");
+  command
+      .add_option("--frame-base", options.names.base,
+                  "Name of the car's frame, at its centre of gravity; default: base_link")
+      ->type_name("NAME");
+  command.add_option("--duration", options.duration_s, "End after so long [s]")
+      ->check(CLI::PositiveNumber)
+      ->type_name("S");
+  command.add_flag("--json", options.json, "What was sent as JSON, on standard output");
+  command.footer(
+      "Examples:\n"
+      "  odom bridge\n"
+      "  odom bridge --domain 7 --rate 100 --frame-base cog\n"
+      "  odom bridge --udp\n"
+      "  odom bridge --ros --udp 192.168.1.20:9870\n"
+      "It waits for the daemon, and goes on with its successor. INT and TERM end it, with a "
+      "summary\n"
+      "on standard error. docs/bridge.md tells what is in the topics.");
+}
+
+std::vector<std::string> arguments_of(const BridgeOptions& options) {
+  std::vector<std::string> arguments{"--ros", "--rate", shortest(options.rate_hz)};
+  const auto add = [&arguments](const char* name, const std::string& value) {
+    if (value.empty()) return;
+    arguments.emplace_back(name);
+    arguments.push_back(value);
+  };
+  add("--udp", options.udp);
+  add("--shm", options.shm);
+  add("--domain", options.domain);
+  for (const auto& [name, frame] : frames())
+    if (frame == options.frame) add("--frame", name);
+  for (const auto& [name, wanted] : transforms())
+    if (wanted == options.transforms) add("--tf", name);
+  add("--frame-map", options.names.map);
+  add("--frame-odom", options.names.odom);
+  add("--frame-base", options.names.base);
+  if (options.duration_s > 0.0) add("--duration", shortest(options.duration_s));
+  if (options.json) arguments.emplace_back("--json");
+  return arguments;
+}
+
+std::uint32_t domain_of(const BridgeOptions& options) {
+  constexpr std::uint32_t largest = 232;  // its ports would not fit into 16 bits
+  const char* const environment = std::getenv("ROS_DOMAIN_ID");
+  const bool named = !options.domain.empty();
+  const std::string text = named ? options.domain : environment != nullptr ? environment : "";
+  if (text.empty()) return 0;
+  std::uint32_t domain = 0;
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, domain);
+  if (error != std::errc{} || stopped != end || domain > largest)
+    throw std::invalid_argument((named ? "--domain " : "$ROS_DOMAIN_ID ") + tools::quoted(text) +
+                                ": not a domain; a number from 0 to 232");
+  return domain;
+}
+
+}  // namespace odomd::tools

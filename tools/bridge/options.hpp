@@ -1,0 +1,51 @@
+// The command line of odom bridge: one for `odom`, which can send UDP by itself, and one for the
+// program odom-bridge, which knows DDS as well.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/bridge/odometry.hpp"
+
+namespace odomd::tools {
+
+/// Names of the frames of REP 105.
+struct FrameNames {
+  std::string map = "map";
+  std::string odom = "odom";
+  std::string base = "base_link";
+};
+
+/// What goes to /tf. One publisher a transform: who has another one for it takes less.
+enum class Transforms : std::uint8_t { all, odom, none };
+
+struct BridgeOptions {
+  std::string shm;
+  double rate_hz = 50.0;
+  double duration_s = 0.0;  ///< 0: without end
+  bool ros = false;         ///< asked for by name
+  std::string udp;          ///< empty: not asked for
+  std::string domain;       ///< empty: $ROS_DOMAIN_ID, else 0
+  PoseFrame frame = PoseFrame::odom;
+  Transforms transforms = Transforms::all;
+  FrameNames names;
+  bool json = false;
+
+  /// Topics are what a bridge is for, where nothing else is named.
+  [[nodiscard]] bool wants_ros() const { return ros || udp.empty(); }
+};
+
+/// Adds the options, the description and the examples.
+void describe_bridge(CLI::App& command, BridgeOptions& options);
+
+/// The same options, as arguments.
+[[nodiscard]] std::vector<std::string> arguments_of(const BridgeOptions& options);
+
+/// The DDS domain that is asked for. Throws std::invalid_argument where that is no number from 0 to
+/// 232.
+[[nodiscard]] std::uint32_t domain_of(const BridgeOptions& options);
+
+}  // namespace odomd::tools

@@ -1,0 +1,45 @@
+// The numbers of a pose under the names by which plotting tools show them: one table for everything
+// that hands poses to such a tool, so that live and recorded ones carry the same names.
+#pragma once
+
+#include <odom/types.h>
+
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace odomd::tools {
+
+/// One number. SI units.
+struct PoseField {
+  std::string_view path;    ///< "map/x"; fields of one group stand together
+  std::string_view column;  ///< in a pose file (pose_csv.hpp); empty: it is not in there
+  double (*value)(const odom_pose& pose, const odom_details& details);
+};
+
+/// All of them.
+[[nodiscard]] std::span<const PoseField> pose_fields();
+
+/// The field `mode`, an odom_mode, in a pose file is a name.
+inline constexpr std::string_view mode_path = "mode";
+
+/// A JSON object of numbers and texts whose names may be paths of two parts; members of one group
+/// are to be added one after the other. A number that is not finite becomes null.
+class NestedJson {
+ public:
+  explicit NestedJson(std::string& out);  ///< appends to it
+
+  void number(std::string_view path, double value);
+  void text(std::string_view path, std::string_view value);
+  void raw(std::string_view path, std::string_view json);  ///< a value that is JSON already
+  void end();
+
+ private:
+  void name(std::string_view path);
+
+  std::string& out_;
+  std::string group_;
+  bool first_ = true;
+};
+
+}  // namespace odomd::tools
