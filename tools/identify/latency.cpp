@@ -1,0 +1,209 @@
+// odom identify latency: how late each source is.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tools/camera_csv.hpp"
+#include "tools/identify/delivery.hpp"
+#include "tools/identify/latency_estimate.hpp"
+#include "tools/identify/methods.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+struct Options {
+  std::string config;
+  std::vector<std::string> can;
+  std::vector<std::string> dbc;
+  std::string camera;
+  Delivery delivery;
+};
+
+// Accelerations that come in the gyro's message were taken with it, unless they contradict.
+bool as_old_as_gyro(const daemon::Config& config, const SourceOffset& found) {
+  if (found.source != Source::accel_x && found.source != Source::accel_y) return false;
+  std::string gyro, other;
+  for (const can::SignalBinding& binding : config.can.bindings) {
+    if (binding.channel == static_cast<std::uint8_t>(Source::yaw_rate)) gyro = binding.message;
+    if (binding.channel == static_cast<std::uint8_t>(found.source)) other = binding.message;
+  }
+  return gyro == other && (!found.doubt.empty() || std::fabs(found.offset) <= 3.0 * found.sigma);
+}
+
+constexpr double known_below = 0.01;  // of a standard uncertainty [s], else it was not told
+
+double configured_latency(const daemon::Config& config, Source source) {
+  for (const can::SignalBinding& binding : config.can.bindings)
+    if (binding.channel == static_cast<std::uint8_t>(source))
+      return 1e-9 * static_cast<double>(binding.latency_ns);
+  return 0.0;
+}
+
+Finding finding_of(const std::string& name, double measured, double sigma, std::string doubt) {
+  Finding finding{.name = name, .value = measured, .sigma = sigma, .unit = "s"};
+  if (doubt.empty() && !(sigma < known_below))
+    doubt =
+        "too little happens in the drive to tell it better than 20 ms; drive with more turns "
+        "and changes of speed";
+  if (!doubt.empty()) {
+    finding.determined = Determined::no;
+    finding.remark = std::move(doubt);
+  }
+  return finding;
+}
+
+// The configuration takes ages only: what is early, or by chance below zero, becomes 0.
+void into_configuration(Finding& finding, const std::string& key) {
+  if (finding.determined == Determined::no) return;
+  finding.key = key;
+  if (finding.value >= 0.0) return;
+  const std::string measured = fixed(1e3 * finding.value, 1) + " ms";
+  if (!finding.remark.empty()) finding.remark += "; ";
+  finding.remark += finding.value > -2.0 * finding.sigma
+                        ? "measured " + measured + ", and no value is early"
+                        : "measured " + measured + ": is the camera late?";
+  finding.value = 0.0;
+}
+
+Findings findings_of(const Options& options) {
+  daemon::Config config = daemon::load_config(options.config);
+  if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
+  const SignalLog log = read_signals(config, options.can);
+  CameraLog camera;
+  if (!options.camera.empty()) camera = read_camera_log(options.camera);
+  const LatencyEstimate estimate = estimate_latencies(config, log, camera.poses);
+
+  Findings findings{
+      .method = "latency", .origin = "", .values = {}, .warnings = log.warnings, .details = {}};
+  findings.origin =
+      fixed(1e-9 * static_cast<double>(log.last_ns - log.first_ns), 0) + " s of drive";
+  for (const std::string& warning : camera.warnings) findings.warnings.push_back(warning);
+  for (const std::string& warning : estimate.warnings) findings.warnings.push_back(warning);
+
+  // With a camera its stamps are the clock; without, the gyro's configured latency is believed.
+  double gyro_offset = 0.0, gyro_sigma = 0.0;
+  bool clock_of_camera = false;
+  for (const SourceOffset& found : estimate.offsets) {
+    if (found.source != Source::camera) continue;
+    Finding gyro = finding_of("latency of yaw_rate",
+                              configured_latency(config, Source::yaw_rate) - found.offset,
+                              found.sigma, found.doubt);
+    gyro.remark = gyro.determined == Determined::yes ? "against the camera's stamps" : gyro.remark;
+    findings.details["measured"]["yaw_rate"] = gyro.value;
+    clock_of_camera = gyro.determined == Determined::yes;
+    if (clock_of_camera) {
+      gyro_offset = -found.offset;
+      gyro_sigma = found.sigma;
+    }
+    into_configuration(gyro, "can.signals.yaw_rate.latency");
+    findings.values.push_back(std::move(gyro));
+  }
+  if (options.camera.empty() || !clock_of_camera)
+    findings.warnings.push_back("the gyro's configured latency, " +
+                                fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
+                                " ms, is taken for true: all others are relative to it" +
+                                (options.camera.empty() ? "; with --camera it is measured" : ""));
+
+  for (const SourceOffset& found : estimate.offsets) {
+    if (found.source == Source::camera) continue;
+    const std::string role{estimator::source_names[static_cast<std::size_t>(found.source)]};
+    Finding finding = finding_of(
+        "latency of " + role, configured_latency(config, found.source) + found.offset + gyro_offset,
+        std::hypot(found.sigma, gyro_sigma), found.doubt);
+    findings.details["measured"][role] = finding.value;
+    findings.details["explained"][role] = found.explained;
+    const double apart =
+        configured_latency(config, found.source) - configured_latency(config, Source::yaw_rate);
+    SourceOffset together = found;
+    together.offset += apart;
+    if (clock_of_camera && as_old_as_gyro(config, together)) {
+      const std::string measured = found.doubt.empty()
+                                       ? "; measured " + fixed(1e3 * finding.value, 1) + " +- " +
+                                             fixed(2e3 * finding.sigma, 1) + " ms"
+                                       : "";
+      finding =
+          finding_of("latency of " + role,
+                     configured_latency(config, Source::yaw_rate) + gyro_offset, gyro_sigma, "");
+      finding.remark = "as the gyro, with which it comes" + measured;
+      into_configuration(finding, "can.signals." + role + ".latency");
+      findings.values.push_back(std::move(finding));
+      continue;
+    }
+    if (finding.determined == Determined::yes) finding.remark = "against " + found.against;
+    into_configuration(finding, "can.signals." + role + ".latency");
+    findings.values.push_back(std::move(finding));
+  }
+  if (estimate.steering) {
+    const SteeringResponse& s = *estimate.steering;
+    const double late = configured_latency(config, Source::steering) + gyro_offset;
+    const auto sigma = [&](const Measured& m) { return std::hypot(m.sigma, gyro_sigma); };
+    Finding all = finding_of("lag of the wheels behind steering, in all", s.in_all.value - late,
+                             sigma(s.in_all), s.doubt);
+    if (all.determined == Determined::yes) all.remark = "dead time and time constant together";
+    findings.values.push_back(all);
+    Finding dead =
+        finding_of("... of this dead time", s.dead_time.value - late, sigma(s.dead_time), s.doubt);
+    findings.values.push_back(dead);
+    findings.values.push_back(
+        finding_of("... and time constant", s.time_constant.value, s.time_constant.sigma, s.doubt));
+    findings.details["measured"]["steering_lag"] = all.value;
+    findings.details["measured"]["steering_dead_time"] = dead.value;
+    findings.details["explained"]["steering"] = s.explained;
+    // A sensor of where the wheels are may be late itself: then they move before it says so.
+    if (all.determined == Determined::yes && all.value < -2.0 * all.sigma) {
+      Finding late_sensor = finding_of("latency of steering", -all.value, all.sigma, "");
+      late_sensor.remark = "the car turns before it";
+      late_sensor.key = "can.signals.steering.latency";
+      findings.values.push_back(std::move(late_sensor));
+    }
+  }
+  return findings;
+}
+
+}  // namespace
+
+void add_latency(CLI::App& identify) {
+  auto options = std::make_shared<Options>();
+  CLI::App* latency = identify.add_subcommand(
+      "latency", "How late each source is against the gyro or the camera, and the steering's lag");
+  latency->add_option("--config", options->config, "Configuration of the car")
+      ->type_name("TOML")
+      ->required();
+  latency->add_option("--can", options->can, "Log of the drive, candump -L; repeatable")
+      ->type_name("LOG")
+      ->required();
+  latency
+      ->add_option("--dbc", options->dbc, "Databases in place of the configuration's; repeatable")
+      ->type_name("FILE");
+  latency->add_option("--camera", options->camera, "Camera poses of the same drive")
+      ->type_name("CSV");
+  add_delivery(*latency, options->delivery);
+  latency->footer(
+      "Drive for a minute, briskly: turns to both sides that come quickly, a slalom, and short\n"
+      "hard accelerations and braking, at different speeds. What is smooth has no time.\n"
+      "\n"
+      "Each source is laid over another and moved until they agree:\n"
+      "  camera       its yaw over the turn that the gyro adds up\n"
+      "  wheels       the difference of left and right over the gyro; one alone: its way over the\n"
+      "               camera's\n"
+      "  accel_x      over the wheels' acceleration\n"
+      "  accel_y      over speed times yaw rate\n"
+      "  steering     the yaw rate that a car with these tyres would have, over the gyro: dead "
+      "time\n"
+      "               and time constant of what lies between the signal and the wheels\n"
+      "With a camera its capture stamps are the clock, and the gyro's own latency is found too.\n"
+      "Without, the gyro's configured latency is believed. What is found adds to what the\n"
+      "configuration has: run it again after --write, and all offsets are small.\n"
+      "\n"
+      "  odom identify latency --config car.toml --can drive.log --camera camera.csv\n"
+      "  odom identify latency --config car.toml --can drive.log --write car.toml");
+  latency->callback([options] { deliver(findings_of(*options), options->delivery); });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,142 @@
+// The car as `odom identify` fits it to a drive: a single-track model in continuous time with what
+// the filters' model leaves out, because a parameter that is fitted by a model without these takes
+// on their part: tyres that saturate, that take a way to build up their force, and that are loaded
+// by speeding up and braking.
+//
+// Templates over the scalar: doubles, and Ceres's jets.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace odomd::tools::single_track {
+
+inline constexpr double gravity = 9.80665;
+
+/// Where things lie in the state.
+enum : std::size_t { pos_x, pos_y, yaw, v_x, v_y, yaw_rate, steer, slip_front, slip_rear, states };
+
+template <class T>
+using State = std::array<T, states>;
+
+template <class T>
+struct Car {
+  T mass, front_axle, rear_axle, inertia;
+  T stiffness_front, stiffness_rear;  ///< at zero slip under static load [N/rad]
+  T bend_front, bend_rear;            ///< b below: 0 is linear
+  T relaxation;                       ///< σ, way on which a tyre builds up its force [m]
+  T load_arm;  ///< p·h: height of the centre of gravity by how stiffness goes with load [m]
+  T lag;       ///< time constant of the steering [s]
+  double floor_speed = 0.1;  ///< below it slip builds up as if at it [m/s]
+};
+
+/// What the tyres push sideways, in their own direction [N].
+template <class T>
+struct Forces {
+  T front, rear;
+};
+
+// Static axle loads F_zv = m g l_h / l, F_zh = m g l_v / l; what speeding up moves to the rear
+// changes the stiffnesses by -p a_x h / (g l_h) and +p a_x h / (g l_v). With s = C α / F_z and the
+// driving force's own share s_x of the load,
+//   F = C α / √(1 + b (s² + s_x²))
+template <class T>
+[[nodiscard]] Forces<T> forces(const Car<T>& car, const State<T>& x, const T& accel_x) {
+  using std::sqrt;
+  const T wheelbase = car.front_axle + car.rear_axle;
+  const T load_front = car.mass * gravity * car.rear_axle / wheelbase;
+  const T load_rear = car.mass * gravity * car.front_axle / wheelbase;
+  const T shift = car.load_arm * accel_x / gravity;
+  const T linear_front = car.stiffness_front * (T(1.0) - shift / car.rear_axle) * x[slip_front];
+  const T linear_rear = car.stiffness_rear * (T(1.0) + shift / car.front_axle) * x[slip_rear];
+  const T s_front = linear_front / load_front;
+  const T s_rear = linear_rear / load_rear;
+  const T driven = car.mass * accel_x / load_rear;
+  return {linear_front / sqrt(T(1.0) + car.bend_front * s_front * s_front),
+          linear_rear / sqrt(T(1.0) + car.bend_rear * (s_rear * s_rear + driven * driven))};
+}
+
+/// Specific force along y at the centre of gravity.
+template <class T>
+[[nodiscard]] T accel_y(const Car<T>& car, const State<T>& x, const T& accel_x) {
+  using std::cos;
+  const Forces<T> f = forces(car, x, accel_x);
+  return (f.front * cos(x[steer]) + f.rear) / car.mass;
+}
+
+template <class T>
+[[nodiscard]] T yaw_accel(const Car<T>& car, const State<T>& x, const T& accel_x) {
+  using std::cos;
+  const Forces<T> f = forces(car, x, accel_x);
+  return (car.front_axle * f.front * cos(x[steer]) - car.rear_axle * f.rear) / car.inertia;
+}
+
+// v_x moves by what it is told to, dv_x/dt; the steering by its lag towards `command`:
+//   δ̇ = (δ_c - δ) / τ
+//   slip:  α̇ = (-V_sy - V_t α) / σ,   V_sy = v'_y cos δ - v_x sin δ,  v'_y = v_y + l_v ψ̇
+//   v̇_y = a_y - v_x ψ̇,  ψ̈ = (l_v F_v cos δ - l_h F_h) / J_z
+// The steering is left to step(), which knows its solution.
+template <class T>
+[[nodiscard]] State<T> rate_of(const Car<T>& car, const State<T>& x, const T& v_x_rate) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  const T c = cos(x[steer]), s = sin(x[steer]);
+  const T accel_x = v_x_rate - x[v_y] * x[yaw_rate];
+  const Forces<T> f = forces(car, x, accel_x);
+  const T side = x[v_y] + car.front_axle * x[yaw_rate];
+  const T along = x[v_x] * c + side * s;
+  const double least = car.floor_speed * car.floor_speed;
+  const T rolling_front = sqrt(along * along + least);
+  const T rolling_rear = sqrt(x[v_x] * x[v_x] + least);
+  const T cy = cos(x[yaw]), sy = sin(x[yaw]);
+  State<T> d;
+  d[pos_x] = x[v_x] * cy - x[v_y] * sy;
+  d[pos_y] = x[v_x] * sy + x[v_y] * cy;
+  d[yaw] = x[yaw_rate];
+  d[v_x] = v_x_rate;
+  d[v_y] = (f.front * c + f.rear) / car.mass - x[v_x] * x[yaw_rate];
+  d[yaw_rate] = (car.front_axle * f.front * c - car.rear_axle * f.rear) / car.inertia;
+  d[steer] = T(0.0);
+  d[slip_front] = (x[v_x] * s - side * c - rolling_front * x[slip_front]) / car.relaxation;
+  d[slip_rear] =
+      (car.rear_axle * x[yaw_rate] - x[v_y] - rolling_rear * x[slip_rear]) / car.relaxation;
+  return d;
+}
+
+/// One step of Runge and Kutta (fourth order); the steering in closed form, δ_c held.
+template <class T>
+[[nodiscard]] State<T> step(const Car<T>& car, const State<T>& x, const T& command,
+                            const T& accel_begin, const T& accel_end, double dt) {
+  using std::exp;
+  const T half_decay = exp(T(-0.5 * dt) / car.lag);
+  const T steer_half = command + (x[steer] - command) * half_decay;
+  const T steer_end = command + (steer_half - command) * half_decay;
+  const T accel_half = T(0.5) * (accel_begin + accel_end);
+  const auto moved = [&x](const State<T>& k, double h, const T& steering) {
+    State<T> result;
+    for (std::size_t i = 0; i < states; ++i) result[i] = x[i] + h * k[i];
+    result[steer] = steering;
+    return result;
+  };
+  const State<T> k1 = rate_of(car, x, accel_begin);
+  const State<T> k2 = rate_of(car, moved(k1, 0.5 * dt, steer_half), accel_half);
+  const State<T> k3 = rate_of(car, moved(k2, 0.5 * dt, steer_half), accel_half);
+  const State<T> k4 = rate_of(car, moved(k3, dt, steer_end), accel_end);
+  State<T> result;
+  for (std::size_t i = 0; i < states; ++i)
+    result[i] = x[i] + (dt / 6.0) * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
+  result[steer] = steer_end;
+  return result;
+}
+
+/// The slowest speed at which a step of `dt` resolves how fast the tyres settle, with room.
+[[nodiscard]] inline double floor_speed(double mass, double l_v, double l_h, double inertia,
+                                        double c_v, double c_h, double dt) {
+  const double fastest =
+      std::fmax((c_v + c_h) / mass, (l_v * l_v * c_v + l_h * l_h * c_h) / inertia);
+  return 0.7 * dt * fastest;
+}
+
+}  // namespace odomd::tools::single_track

@@ -1,0 +1,140 @@
+#include "tools/identify/steering_response.hpp"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "tools/identify/response_fit.hpp"
+#include "tools/identify/single_track.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using Eigen::VectorXd;
+
+// Time constant, stiffnesses, inertia, relaxation, bends and steering scale by their logarithms.
+enum : Eigen::Index {
+  dead,
+  lag,
+  front,
+  rear,
+  inertia,
+  relaxation,
+  bend_front,
+  bend_rear,
+  steering_scale,
+  steering_offset,
+  gyro_bias,
+  count
+};
+
+// The time constant by its logarithm, to 30 ms; the tyres' bend to 0.7.
+constexpr double usual_lag = 0.03, usual_bend = 0.7;
+constexpr std::array<double, count> doubt{1.0, 1.0, 0.15, 0.15, 0.1, 0.5, 0.5, 0.5, 0.05, 0.1, 0.1};
+constexpr double step_s = 5e-3;
+// What tyres do beyond this model, as standard uncertainties [s]: how dead time, time constant and
+// tyres share the lag is hardly to be told from the yaw rate; their sum is.
+constexpr double unmodelled_share = 0.012;
+constexpr double unmodelled_sum = 2.5e-3;
+
+struct Drive {
+  const estimator::Vehicle& car;
+  const Resampled& steering;
+  const Resampled& speed;
+  std::vector<double> t;
+  std::vector<double> yaw_rate;
+};
+
+VectorXd predicted(const Drive& drive, const VectorXd& p) {
+  namespace model = single_track;
+  const estimator::Vehicle& v = drive.car;
+  model::Car<double> car{.mass = v.mass,
+                         .front_axle = v.front_axle,
+                         .rear_axle = v.rear_axle,
+                         .inertia = v.yaw_inertia * std::exp(p[inertia]),
+                         .stiffness_front = v.cornering_stiffness_front * std::exp(p[front]),
+                         .stiffness_rear = v.cornering_stiffness_rear * std::exp(p[rear]),
+                         .bend_front = usual_bend * std::exp(p[bend_front]),
+                         .bend_rear = usual_bend * std::exp(p[bend_rear]),
+                         .relaxation = 0.17 * v.wheelbase() * std::exp(p[relaxation]),
+                         .load_arm = 0.14 * v.wheelbase(),
+                         .lag = usual_lag * std::exp(p[lag])};
+  car.floor_speed = model::floor_speed(v.mass, v.front_axle, v.rear_axle, car.inertia,
+                                       car.stiffness_front, car.stiffness_rear, step_s);
+  const auto command = [&](double t) {
+    return std::exp(p[steering_scale]) * drive.steering.at(t - p[dead]) - p[steering_offset];
+  };
+  model::State<double> x{};
+  double t = drive.speed.begin;
+  x[model::steer] = command(t);
+  double before = x[model::yaw_rate];
+  VectorXd result(static_cast<Eigen::Index>(drive.t.size()));
+  const double end = drive.speed.end();
+  std::size_t next = 0;
+  while (next < drive.t.size()) {
+    if (t >= end) {
+      result[static_cast<Eigen::Index>(next++)] = x[model::yaw_rate] + p[gyro_bias];
+      continue;
+    }
+    x[model::v_x] = drive.speed.at(t);
+    const double accel = (drive.speed.at(t + step_s) - x[model::v_x]) / step_s;
+    before = x[model::yaw_rate];
+    x = model::step(car, x, command(t + 0.5 * step_s), accel, accel, step_s);
+    for (; next < drive.t.size() && drive.t[next] <= t + step_s; ++next) {
+      const double part = std::clamp((drive.t[next] - t) / step_s, 0.0, 1.0);
+      result[static_cast<Eigen::Index>(next)] =
+          before + part * (x[model::yaw_rate] - before) + p[gyro_bias];
+    }
+    t += step_s;
+  }
+  return result;
+}
+
+}  // namespace
+
+SteeringResponse steering_response(const estimator::Vehicle& car, const Resampled& steering,
+                                   const Resampled& speed, const Series& gyro,
+                                   std::int64_t origin_ns) {
+  SteeringResponse result;
+  Drive drive{car, steering, speed, {}, {}};
+  const std::size_t every = std::max<std::size_t>(1, gyro.size() / 12000);
+  for (std::size_t i = 0; i < gyro.size(); i += every) {
+    drive.t.push_back(1e-9 * static_cast<double>(gyro.t_ns[i] - origin_ns));
+    drive.yaw_rate.push_back(gyro.value[i]);
+  }
+  if (drive.t.size() < 50) {
+    result.doubt = "too few samples";
+    return result;
+  }
+  ResponseFit problem;
+  problem.t = drive.t;
+  problem.z = Eigen::Map<const VectorXd>(drive.yaw_rate.data(),
+                                         static_cast<Eigen::Index>(drive.yaw_rate.size()));
+  if (!(std::sqrt((problem.z.array() - problem.z.mean()).square().mean()) > 0.02)) {
+    result.doubt = "the car does not turn";
+    return result;
+  }
+  problem.predicted = [&drive](const VectorXd& p) { return predicted(drive, p); };
+  problem.expected = VectorXd::Zero(count);
+  problem.doubt = Eigen::Map<const VectorXd>(doubt.data(), count);
+  std::vector<double> trials;
+  for (double trial = -0.3; trial <= 0.6; trial += 0.02) trials.push_back(trial);
+  problem.start = problem.expected;
+  problem.start[dead] = best_of(problem, dead, trials);
+  const FittedResponse found = fit(problem);
+  const double tau = usual_lag * std::exp(found.parameters[lag]);  // and dτ = τ dp
+  const auto& covariance = found.covariance;
+  const double of_dead = covariance(dead, dead), of_tau = tau * tau * covariance(lag, lag);
+  const double of_all = std::max(of_dead + of_tau + 2.0 * tau * covariance(dead, lag), 0.0);
+  result.dead_time = {found.parameters[dead], std::hypot(std::sqrt(of_dead), unmodelled_share)};
+  result.time_constant = {tau, std::hypot(std::sqrt(of_tau), unmodelled_share)};
+  result.in_all = {found.parameters[dead] + tau, std::hypot(std::sqrt(of_all), unmodelled_sum)};
+  result.explained = found.explained;
+  if (result.explained < 0.5)
+    result.doubt = "the yaw rate does not follow the steering: sign, scale, mapping?";
+  return result;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,28 @@
+// How the car turns upon its steering: the dead time and the time constant between the steering
+// signal and the front wheels, from how the gyro follows.
+#pragma once
+
+#include <string>
+
+#include "estimator/vehicle.hpp"
+#include "tools/identify/finding.hpp"
+#include "tools/identify/resampled.hpp"
+
+namespace odomd::tools {
+
+struct SteeringResponse {
+  Measured dead_time;  ///< from the steering's stamps to the gyro's [s]; negative: a late sensor
+  Measured time_constant;  ///< of the actuator [s]
+  Measured in_all;         ///< their sum, which is known better than either
+  double explained = 0.0;  ///< share of the variance of the yaw rate
+  std::string doubt;       ///< why they mean nothing; empty: they do
+};
+
+/// The single-track model is driven over the whole log by steering and speed; dead time, time
+/// constant, the steering's scale and offset, the gyro's bias, and (within what is known of them)
+/// stiffnesses, inertia and relaxation are fitted to the gyro. `speed` and `yaw_rate` on one clock.
+[[nodiscard]] SteeringResponse steering_response(const estimator::Vehicle& car,
+                                                 const Resampled& steering, const Resampled& speed,
+                                                 const Series& gyro, std::int64_t origin_ns);
+
+}  // namespace odomd::tools
