@@ -19,6 +19,7 @@ void describe(CLI::App& odom) {
   add_camera(odom);
   add_dbc(odom);
   add_evaluate(odom);
+  add_export(odom);
   add_help(odom);
   add_identify(odom);
   add_pose(odom);

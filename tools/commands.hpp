@@ -12,6 +12,7 @@ namespace odomd::tools {
 void describe(CLI::App& odom);
 
 void add_bridge(CLI::App& odom);
+void add_export(CLI::App& odom);
 void add_help(CLI::App& odom);
 void add_identify(CLI::App& odom);
 void add_record(CLI::App& odom);

@@ -45,10 +45,12 @@ Covariance3 turned(const Covariance3& P, double angle) {
 
 }  // namespace
 
-estimator::Pose2 correction_of(const odom_pose& pose) {
-  const estimator::Pose2 map{pose.x, pose.y, pose.yaw};
-  const estimator::Pose2 odom{pose.odom_x, pose.odom_y, pose.odom_yaw};
+estimator::Pose2 correction_between(const estimator::Pose2& map, const estimator::Pose2& odom) {
   return compose(map, inverse(odom));
+}
+
+estimator::Pose2 correction_of(const odom_pose& pose) {
+  return correction_between({pose.x, pose.y, pose.yaw}, {pose.odom_x, pose.odom_y, pose.odom_yaw});
 }
 
 PlanarQuaternion quaternion_of(double yaw) {

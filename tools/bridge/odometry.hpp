@@ -33,6 +33,8 @@ struct Odometry {
 /// The odometry frame's place in the map: what a jump of the map pose changes. Composed with the
 /// pose in the odometry frame it is the pose in the map.
 [[nodiscard]] estimator::Pose2 correction_of(const odom_pose& pose);
+[[nodiscard]] estimator::Pose2 correction_between(const estimator::Pose2& map,
+                                                  const estimator::Pose2& odom);
 
 /// Rotation about z.
 struct PlanarQuaternion {

@@ -1,0 +1,65 @@
+// All that can be exported of a drive: poses, camera, truth and signals, each as it was or is made
+// by a replay.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estimator/measurement.hpp"
+#include "tools/camera_csv.hpp"
+#include "tools/pose_fields.hpp"
+#include "tools/trajectory.hpp"
+
+namespace odomd::tools {
+
+/// What to export, by file; what is empty is not there.
+struct ExportSources {
+  std::filesystem::path recording;  ///< a folder of odom record: configuration, frames
+  std::filesystem::path pose;
+  std::filesystem::path config;
+  std::vector<std::string> logs;
+  std::vector<std::string> databases;  ///< instead of the configuration's
+  std::filesystem::path camera;
+  std::filesystem::path truth;
+};
+
+/// What is known of `source`: a pose file, a folder that odom record made, or one with a drive
+/// (drive.log, car.toml, camera.csv, truth.csv, pose.csv: those of them that are there). Throws
+/// std::invalid_argument where it is none.
+[[nodiscard]] ExportSources sources_in(const std::filesystem::path& source);
+
+/// Rows of a pose file: times that never fall, and the fields that it has.
+struct PoseTable {
+  std::vector<const PoseField*> fields;
+  std::vector<std::int64_t> times_ns;
+  std::vector<double> values;  ///< by rows
+
+  [[nodiscard]] std::span<const double> row(std::size_t i) const {
+    return std::span(values).subspan(i * fields.size(), fields.size());
+  }
+};
+
+struct SignalSample {
+  std::int64_t frame_ns = 0;  ///< stamp of the frame
+  std::int64_t time_ns = 0;   ///< when it was measured
+  estimator::Source source = estimator::Source::yaw_rate;
+  double value = 0.0;  ///< SI
+};
+
+struct DriveData {
+  PoseTable poses;
+  std::vector<estimator::CameraPose> camera;  ///< in order of arrival
+  std::vector<TrajectoryPoint> truth;
+  bool truth_has_motion = false;
+  std::vector<SignalSample> signals;
+  std::vector<std::string> warnings;
+};
+
+/// Reads it all. Where there are frames and a configuration, but no poses, the drive is replayed.
+/// Throws std::invalid_argument for files that cannot be used.
+[[nodiscard]] DriveData read_drive(const ExportSources& sources);
+
+}  // namespace odomd::tools

@@ -1,0 +1,24 @@
+// A drive in the files of plotting tools: MCAP for Foxglove, CSV for PlotJuggler.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+
+#include "tools/export/drive_data.hpp"
+#include "tools/export/mcap_writer.hpp"
+
+namespace odomd::tools {
+
+/// From which time on: as the files have it, or from the first thing that is exported.
+enum class ExportTime : std::uint8_t { absolute, relative };
+
+/// The topics that docs/bridge.md lists, in JSON, in the order of time. Throws
+/// std::invalid_argument for a drive of which there is nothing, and for times before 0.
+McapStatistics write_mcap(const DriveData& data, ExportTime time, McapCompression compression,
+                          std::ostream& out);
+
+/// The poses: `time` in seconds, then the fields by their paths. Throws std::invalid_argument where
+/// there is no pose.
+void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out);
+
+}  // namespace odomd::tools

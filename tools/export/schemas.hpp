@@ -1,0 +1,23 @@
+// The schemas of the messages in an MCAP file, as JSON schema. Foxglove knows its own by their
+// names (https://docs.foxglove.dev/docs/sdk/schemas): that a 3D panel shows them needs both, name
+// and shape.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "tools/pose_fields.hpp"
+
+namespace odomd::tools {
+
+[[nodiscard]] std::string pose_in_frame_schema();     ///< foxglove.PoseInFrame
+[[nodiscard]] std::string frame_transforms_schema();  ///< foxglove.FrameTransforms
+
+/// odomd.Pose: a timestamp, the fields by their paths, mode_name where there is a mode.
+[[nodiscard]] std::string pose_schema(std::span<const PoseField* const> fields);
+
+/// A timestamp, and numbers by their names.
+[[nodiscard]] std::string numbers_schema(const std::string& title,
+                                         std::span<const std::string_view> names);
+
+}  // namespace odomd::tools
