@@ -18,6 +18,39 @@ void add_walks(const Noise& noise, double dt, Matrix& P) noexcept {
   P(at::stiffness_scale, at::stiffness_scale) += squared(noise.stiffness_scale) * dt;
 }
 
+/// The first eight columns of A Fᵀ, each a sum of those columns of A that F couples.
+template <int Rows>
+Eigen::Matrix<double, Rows, 8> changed_columns(const Eigen::Matrix<double, Rows, at::size>& A,
+                                               const Step& F) noexcept {
+  Eigen::Matrix<double, Rows, 8> AF;
+  const auto& by = F.velocity_by;
+  const auto of = [&A](at::Index state) { return A.col(state); };
+  // v' by (v_x, v_y, ψ̇, e, e_M, b_ax, δ_0, κ)
+  AF.col(at::v_x) = of(at::v_x) + by(0, 1) * of(at::v_y) + by(0, 2) * of(at::yaw_rate) +
+                    by(0, 5) * of(at::accel_bias_x);
+  AF.col(at::v_y) = by(1, 0) * of(at::v_x) + by(1, 1) * of(at::v_y) + by(1, 2) * of(at::yaw_rate) +
+                    by(1, 3) * of(at::front_force) + by(1, 6) * of(at::steering_offset) +
+                    by(1, 7) * of(at::stiffness_scale);
+  AF.col(at::yaw_rate) = by(2, 0) * of(at::v_x) + by(2, 1) * of(at::v_y) +
+                         by(2, 2) * of(at::yaw_rate) + by(2, 3) * of(at::front_force) +
+                         by(2, 4) * of(at::yaw_moment) + by(2, 6) * of(at::steering_offset) +
+                         by(2, 7) * of(at::stiffness_scale);
+  AF.col(at::front_force) = F.decay * of(at::front_force);
+  AF.col(at::yaw_moment) = F.moment_decay * of(at::yaw_moment);
+
+  // The pose by the mean velocity, ½ (v + v'), and by the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
+  const double half = 0.5 * F.dt;
+  using Column = Eigen::Matrix<double, Rows, 1>;
+  const Column along = half * (of(at::v_x) + AF.col(at::v_x));
+  const Column across = half * (of(at::v_y) + AF.col(at::v_y));
+  const Column turn = half * (of(at::yaw_rate) + AF.col(at::yaw_rate));
+  const Column middle = of(at::yaw) + 0.5 * turn;
+  AF.col(at::x) = of(at::x) + F.c * along - F.s * across - F.dy * middle;
+  AF.col(at::y) = of(at::y) + F.s * along + F.c * across + F.dx * middle;
+  AF.col(at::yaw) = of(at::yaw) + turn;
+  return AF;
+}
+
 }  // namespace
 
 VelocityStep velocity_linearised(const CarModel& model, const Input& input, const Vector& state,
@@ -96,24 +129,18 @@ Step step_linearised(const CarModel& model, const Input& input, const Vector& st
   step.moment_decay = model.noise.yaw_moment_s / (model.noise.yaw_moment_s + dt);
   step.mean[at::yaw_moment] *= step.moment_decay;
 
-  // By way of the mean velocity: M = (∂v + ∂v')/2
-  Eigen::Matrix<double, 3, 8> mean_by = 0.5 * velocity.by;
-  mean_by.leftCols<3>() += 0.5 * Eigen::Matrix3d::Identity();
   const double middle = 0.5 * (pose[2] + after[2]);
-  const double c = dt * std::cos(middle);
-  const double s = dt * std::sin(middle);
-  const double dx = after[0] - pose[0];
-  const double dy = after[1] - pose[1];
-  const double half = 0.5 * dt;
-  // ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
-  step.jacobian.col(0) << -dy, dx, 1.0, 0.0, 0.0, 0.0;
-  step.jacobian.block<1, 8>(0, 1) =
-      c * mean_by.row(0) - s * mean_by.row(1) - (dy * half) * mean_by.row(2);
-  step.jacobian.block<1, 8>(1, 1) =
-      s * mean_by.row(0) + c * mean_by.row(1) + (dx * half) * mean_by.row(2);
-  step.jacobian.block<1, 8>(2, 1) = dt * mean_by.row(2);
-  step.jacobian.block<3, 8>(3, 1) = velocity.by;
+  step.velocity_by = velocity.by;
+  step.dt = dt;
+  step.dx = after[0] - pose[0];
+  step.dy = after[1] - pose[1];
+  step.c = std::cos(middle);
+  step.s = std::sin(middle);
   return step;
+}
+
+Eigen::Matrix<double, at::size, 8> times_transposed(const Matrix& P, const Step& F) noexcept {
+  return changed_columns(P, F);
 }
 
 void propagate(const CarModel& model, const Input& input, double dt, Vector& mean,
@@ -121,21 +148,13 @@ void propagate(const CarModel& model, const Input& input, double dt, Vector& mea
   const Step step = step_linearised(model, input, mean, dt);
   mean = step.mean;
 
-  // P ← F P Fᵀ + Q, with F = identity but for its first eight rows
-  Eigen::Matrix<double, 8, at::size> FP;
-  FP.topRows<6>() = step.jacobian.lazyProduct(P.middleRows<9>(at::yaw));
-  FP.topRows<2>() += P.topRows<2>();
-  FP.row(at::front_force) = step.decay * P.row(at::front_force);
-  FP.row(at::yaw_moment) = step.moment_decay * P.row(at::yaw_moment);
-
-  Eigen::Matrix<double, 8, 8> block;
-  block.leftCols<6>() = FP.middleCols<9>(at::yaw).lazyProduct(step.jacobian.transpose());
-  block.leftCols<2>() += FP.leftCols<2>();
-  block.col(at::front_force) = step.decay * FP.col(at::front_force);
-  block.col(at::yaw_moment) = step.moment_decay * FP.col(at::yaw_moment);
-  P.topLeftCorner<8, 8>() = 0.5 * (block + block.transpose());
+  // P ← F P Fᵀ + Q, with F = identity but for its first eight rows: P Fᵀ, then (P Fᵀ)ᵀ Fᵀ
+  const Eigen::Matrix<double, at::size, 8> PF = times_transposed(P, step);
+  const Eigen::Matrix<double, 8, at::size> FP = PF.transpose();
+  const Eigen::Matrix<double, 8, 8> FPF = changed_columns(FP, step);
+  P.topLeftCorner<8, 8>() = FPF.selfadjointView<Eigen::Lower>();
+  P.bottomLeftCorner<7, 8>() = PF.bottomRows<7>();
   P.topRightCorner<8, 7>() = FP.rightCols<7>();
-  P.bottomLeftCorner<7, 8>() = FP.rightCols<7>().transpose();
 
   const Noise& noise = model.noise;
   P(at::x, at::x) += squared(noise.position) * dt;

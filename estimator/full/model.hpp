@@ -121,17 +121,25 @@ template <typename T>
           pose[2] + dt * mean[2]};
 }
 
-/// F of a step: rows x ... yaw_rate, by the states yaw ... stiffness_scale; beyond that x and y are
-/// carried over, front_force and yaw_moment decay, and what varies slowly stays.
-using StepJacobian = Eigen::Matrix<double, 6, 9>;
+/// A step and its F, in what F is made of: the identity but for its first eight rows, and these by
+/// the velocity's (`velocity_by`), by the way (dx, dy) that a change of yaw swings, and by decays.
 struct Step {
   Vector mean;
-  StepJacobian jacobian;
+  Eigen::Matrix<double, 3, 8> velocity_by;  ///< ∂v'/∂(v_x ... stiffness_scale)
+  double dt = 0.0;
+  double dx = 0.0;  ///< of the pose
+  double dy = 0.0;
+  double c = 1.0;  ///< cos ψ_m, sin ψ_m
+  double s = 0.0;
   double decay = 1.0;         ///< of front_force
   double moment_decay = 1.0;  ///< of yaw_moment
 };
 [[nodiscard]] Step step_linearised(const CarModel& model, const Input& input, const Vector& state,
                                    double dt) noexcept;
+
+/// The first eight columns of P Fᵀ, x ... yaw_moment; the others are those of P.
+[[nodiscard]] Eigen::Matrix<double, at::size, 8> times_transposed(const Matrix& P,
+                                                                  const Step& F) noexcept;
 
 /// Mean and covariance P after `dt` > 0 on the move.
 void propagate(const CarModel& model, const Input& input, double dt, Vector& mean,

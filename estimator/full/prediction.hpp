@@ -62,9 +62,9 @@ struct Innovation {
 /// a = P Hᵀ and b = a - S K / 2 it is P - K bᵀ - b Kᵀ, symmetric to the bit.
 inline void correct(State& state, const Innovation& nu, const Vector& gain) noexcept {
   const Vector b = nu.covariance_with_state - (0.5 * nu.variance) * gain;
-  Matrix both = gain * b.transpose();
-  both.noalias() += b * gain.transpose();
-  state.covariance -= both;
+  for (Eigen::Index j = 0; j < at::size; ++j) {
+    state.covariance.col(j) -= gain * b[j] + b * gain[j];
+  }
   state.mean += gain * nu.value;
 }
 

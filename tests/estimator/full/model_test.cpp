@@ -74,9 +74,14 @@ TEST(FullModel, StepJacobianIsThatOfAutomaticDifferentiation) {
     const Step step = step_linearised(model, input, x, dt);
     Eigen::Matrix<double, 6, 10> expected;
     expected << jacobian<10, 3>(moved), jacobian<10, 3>(after);
-    EXPECT_LT((step.jacobian - expected.rightCols<9>()).cwiseAbs().maxCoeff(),
+    const Eigen::Matrix<double, 6, 15> F =
+        times_transposed(Matrix::Identity(), step).leftCols<6>().transpose();
+    EXPECT_LT((F.middleCols<9>(at::yaw) - expected.rightCols<9>()).cwiseAbs().maxCoeff(),
               1e-11 * (1.0 + expected.cwiseAbs().maxCoeff()));
     EXPECT_EQ(expected(0, 0), 1.0);
+    EXPECT_EQ((F.topLeftCorner<2, 2>()), Eigen::Matrix2d::Identity());
+    EXPECT_TRUE((F.bottomLeftCorner<4, 2>().isZero(0.0)));
+    EXPECT_TRUE(F.rightCols<4>().isZero(0.0));
     EXPECT_LT((step.mean.head<3>() - (estimator::testing::values<10, 3>(moved))).norm(), 1e-12);
     EXPECT_LT((step.mean.segment<3>(at::v_x) - (estimator::testing::values<10, 3>(after))).norm(),
               1e-12);
@@ -107,10 +112,9 @@ TEST(FullModel, CovarianceIsThatOfTheWholeJacobian) {
   for (const auto& [x, input] : grid()) {
     const Step step = step_linearised(model, input, x, dt);
     Matrix F = Matrix::Identity();
-    F.block<6, 9>(0, at::yaw) = step.jacobian;
-    F(at::x, at::x) = F(at::y, at::y) = 1.0;
-    F(at::front_force, at::front_force) = step.decay;
-    F(at::yaw_moment, at::yaw_moment) = step.moment_decay;
+    F.topRows<8>() = times_transposed(Matrix::Identity(), step).transpose();
+    EXPECT_EQ(F.row(at::front_force), step.decay * Matrix::Identity().row(at::front_force));
+    EXPECT_EQ(F.row(at::yaw_moment), step.moment_decay * Matrix::Identity().row(at::yaw_moment));
     Vector mean = x;
     Matrix propagated = P;
     propagate(model, input, dt, mean, propagated);

@@ -1,0 +1,117 @@
+#include "estimator/full/bounds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "states.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+using testing::grid_of_states;
+using testing::some_covariance;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+State some_state() {
+  State state = grid_of_states().front();
+  state.covariance = some_covariance();
+  return state;
+}
+
+TEST(Sound, IsWhatACarMayBe) {
+  for (State state : grid_of_states()) {
+    state.covariance = some_covariance();
+    EXPECT_TRUE(sound(state));
+  }
+}
+
+TEST(Sound, IsNoStateWithANumberThatIsNone) {
+  for (const double value : {nan, infinity, -infinity}) {
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      State state = some_state();
+      state.mean[i] = value;
+      EXPECT_FALSE(sound(state)) << value << ' ' << i;
+    }
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        State state = some_state();
+        state.covariance(i, j) = state.covariance(j, i) = value;
+        EXPECT_FALSE(sound(state)) << value << ' ' << i << ' ' << j;
+      }
+    }
+  }
+}
+
+TEST(Sound, IsNoStateBeyondWhatACarDoes) {
+  for (const auto& [index, value] : {std::pair{at::x, 2e9},
+                                     {at::y, -2e9},
+                                     {at::v_x, 301.0},
+                                     {at::yaw_rate, -101.0},
+                                     {at::front_force, 2e4},
+                                     {at::wheel_scale, 2e4}}) {
+    State state = some_state();
+    state.mean[index] = value;
+    EXPECT_FALSE(sound(state)) << index;
+  }
+}
+
+TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  int indefinite = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    // One eigenvalue about zero, the others from 1e-6 to 1.
+    Matrix root;
+    for (Eigen::Index i = 0; i < root.size(); ++i) {
+      root(i) = normal(random);
+    }
+    const Matrix basis =
+        Eigen::SelfAdjointEigenSolver<Matrix>(root + root.transpose()).eigenvectors();
+    Vector values;
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      values[i] = std::pow(10.0, -0.4 * static_cast<double>(i));
+    }
+    values[trial % at::size] = 1e-9 * normal(random);
+    const Matrix product = basis * values.asDiagonal() * basis.transpose();
+    State state = some_state();
+    state.covariance = 0.5 * (product + product.transpose());
+    const double smallest =
+        Eigen::SelfAdjointEigenSolver<Matrix>(state.covariance, Eigen::EigenvaluesOnly)
+            .eigenvalues()
+            .minCoeff();
+    indefinite += smallest < 0.0 ? 1 : 0;
+    EXPECT_EQ(sound(state), smallest > 0.0) << smallest;
+  }
+  EXPECT_GT(indefinite, 50);
+}
+
+TEST(Limit, BringsVariancesDownAndLeavesCorrelations) {
+  Matrix P = some_covariance(1e9);
+  const Vector before = P.diagonal();
+  const double correlation = P(0, 4) / std::sqrt(P(0, 0) * P(4, 4));
+  limit(P);
+  EXPECT_LE(P(at::x, at::x), 1e6 * (1.0 + 1e-8));
+  EXPECT_LE(P(at::yaw, at::yaw), 10.24 * (1.0 + 1e-8));
+  EXPECT_LT(P(at::v_y, at::v_y), before[at::v_y]);
+  EXPECT_NEAR(P(0, 4) / std::sqrt(P(0, 0) * P(4, 4)), correlation, 1e-8);
+  EXPECT_TRUE(testing::is_covariance(P));
+}
+
+TEST(Limit, HardlyTouchesWhatIsBelow) {
+  Matrix P = some_covariance();
+  const Matrix before = P;
+  limit(P);
+  EXPECT_LT((P - before).cwiseAbs().maxCoeff(), 2e-9 * before.cwiseAbs().maxCoeff());
+  EXPECT_TRUE((P.diagonal().array() > before.diagonal().array()).all());
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full
