@@ -1,25 +1,27 @@
-// odom evaluate: how good estimates are against a reference.
+// odom evaluate: how good estimates are, of pose files or of whole drives.
 #include <array>
 #include <cmath>
-#include <cstdint>
+#include <fstream>
 #include <iostream>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "tools/camera_csv.hpp"
+#include "tools/chart/drawing.hpp"
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
-#include "tools/csv.hpp"
-#include "tools/evaluation.hpp"
+#include "tools/evaluated_drive.hpp"
 #include "tools/evaluation_map.hpp"
-#include "tools/evaluation_report.hpp"
-#include "tools/text.hpp"
+#include "tools/evaluation_summary.hpp"
+#include "tools/files.hpp"
+#include "tools/report/page.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -27,166 +29,236 @@ namespace {
 struct Options {
   std::string reference;
   std::vector<std::string> poses;
-  Align align = Align::first;
-  Frame frame = Frame::map;
-  std::string from;
-  std::string to;
+  std::vector<std::string> drives;
+  std::vector<std::string> models;
+  std::string config;
+  bool dead_reckoning = false;
+  bool closed_loop = false;
+  std::optional<Align> align;
+  Judging judging;
   std::vector<double> lever_arm;
-  bool fit_lever_arm = false;
+  std::string beat;
   bool json = false;
+  std::string html;
   std::string picture;
   std::string title;
   std::string camera;
 };
 
-void warn(const std::string& text) {
-  std::cerr << "odom evaluate: warning: " << text << '\n';
-}
-
-void warn_of_doubts(const std::vector<Evaluation>& evaluations) {
-  constexpr std::int64_t long_gap_ns = 200'000'000;
-  const Evaluation& first = evaluations.front();
-  for (const Evaluation& e : evaluations) {
-    if (e.reference_gap_ns > long_gap_ns) {
-      warn(e.name + ": the reference has a gap of " +
-           fixed(static_cast<double>(e.reference_gap_ns) * 1e-9, 2) +
-           " s, bridged by a straight line");
-    }
-    if (e.reference_jumps > 0) {
-      warn(e.name + ": the reference jumps " + std::to_string(e.reference_jumps) +
-           " times faster than any car (100 m/s); path length, maxima and 35 ms errors hold these "
-           "jumps");
-    }
-    if (e.first_ns != first.first_ns || e.last_ns != first.last_ns) {
-      warn(e.name + ": its common time differs from that of " + first.name +
-           "; their numbers compare with care");
-    }
-  }
-}
-
-// "1760000015.5" is a time of the files, "+15.5" one after the first row of the reference.
-std::optional<std::int64_t> time_of(const std::string& option, const std::string& text,
-                                    std::int64_t first_ns) {
-  if (text.empty()) return std::nullopt;
-  const bool relative = text.front() == '+';
-  const auto seconds = parse_seconds(std::string_view{text}.substr(relative ? 1 : 0));
-  std::int64_t time_ns = seconds.value_or(0);
-  if (!seconds || (relative && __builtin_add_overflow(first_ns, *seconds, &time_ns))) {
-    throw std::invalid_argument(option + ": " + tools::quoted(text) +
-                                " is not a time in seconds, such as 1760000015.5 (of the files) "
-                                "or +15.5 (after the reference's first row)");
-  }
-  return time_ns;
-}
-
-Trajectory read_estimate(const std::string& file, const Options& options,
-                         const Trajectory& reference) {
-  Trajectory estimate = read_trajectory(file, options.frame);
-  const std::int64_t first_ns = reference.points.front().t_ns;
-  const auto from = time_of("--from", options.from, first_ns);
-  const auto to = time_of("--to", options.to, first_ns);
-  if (!from && !to) return estimate;
-  using Limits = std::numeric_limits<std::int64_t>;
-  return cut_to(std::move(estimate), from.value_or(Limits::min()), to.value_or(Limits::max()));
-}
-
-void run_evaluate(const Options& options) {
-  Trajectory reference = read_trajectory(options.reference);
-  std::vector<Trajectory> estimates;
-  for (const auto& file : options.poses)
-    estimates.push_back(read_estimate(file, options, reference));
-  for (const auto& text : reference.warnings) warn(text);
-  for (const auto& estimate : estimates) {
-    for (const auto& text : estimate.warnings) warn(text);
-  }
-
-  EvaluationReport report;
-  report.reference = options.reference;
-  report.align = options.align;
-  report.frame = options.frame;
+Judging judging_of(const Options& options) {
+  Judging judging = options.judging;
+  judging.beat = options.beat;
+  if (options.closed_loop) judging.against = Against::closed_loop;
+  if (!options.html.empty()) judging.judgements = Judgements::keep;
   if (!options.lever_arm.empty()) {
     for (const double value : options.lever_arm) {
       if (!std::isfinite(value)) {
         throw std::invalid_argument("--lever-arm: must be three finite numbers x,y,yaw");
       }
     }
-    report.lever_arm = {options.lever_arm[0], options.lever_arm[1], options.lever_arm[2]};
-  } else if (options.fit_lever_arm) {
-    const LeverArmFit fit = fit_lever_arm(reference, estimates);
-    report.lever_arm = fit.lever_arm;
-    report.fitted_windows = fit.windows;
+    judging.lever_arm = {options.lever_arm[0], options.lever_arm[1], options.lever_arm[2]};
   }
-  if (report.lever_arm) reference = at_centre_of_gravity(reference, *report.lever_arm);
+  return judging;
+}
 
-  for (const auto& estimate : estimates) {
-    report.evaluations.push_back(evaluate(reference, estimate, options.align));
-  }
-  warn_of_doubts(report.evaluations);
+std::vector<estimator::Model> models_of(const Options& options) {
+  using estimator::Model;
+  if (options.models.empty()) return {Model::kinematic, Model::paper, Model::full};
+  std::vector<Model> models;
+  for (const std::string& name : options.models) models.push_back(daemon::parse_model(name));
+  return models;
+}
 
-  if (!options.picture.empty()) {
-    std::vector<estimator::CameraPose> camera;
+std::vector<EvaluatedDrive> evaluated(const Options& options) {
+  const Judging judging = judging_of(options);
+  std::vector<EvaluatedDrive> drives;
+  if (!options.poses.empty()) {
+    drives.push_back(evaluate_files(options.reference, options.poses, judging));
     if (!options.camera.empty()) {
       CameraLog log = read_camera_log(options.camera);
-      for (const auto& text : log.warnings) warn(text);
-      camera = std::move(log.poses);
+      drives.front().cameras = std::move(log.poses);
+      for (const auto& text : log.warnings) drives.front().warnings.push_back(text);
     }
-    chart::write_picture(options.picture,
-                         std::array{draw(evaluation_map(reference, estimates, report.evaluations,
-                                                        camera, options.title))});
   }
-  std::cout << (options.json ? as_json(report) : as_text(report));
+  for (const std::string& folder : options.drives) {
+    drives.push_back(
+        evaluate_folder({.folder = folder,
+                         .config = options.config,
+                         .reference = options.reference,
+                         .camera = options.dead_reckoning ? CameraUse::leave_out : CameraUse::take},
+                        models_of(options), judging));
+  }
+  return drives;
+}
+
+// What is shown of one drive alone; of the samples those of the last model, which is the best.
+std::string details_of(const EvaluatedDrive& drive) {
+  return as_text(drive.report) + "\nsamples of " + drive.estimates.back().name + "\n\n" +
+         source_table(drive.replays.back().summary).text();
+}
+
+// As it was called, for the report to say.
+std::string command_line() {
+  std::ifstream file{"/proc/self/cmdline", std::ios::binary};
+  std::string text;
+  for (std::string word; std::getline(file, word, '\0');) {
+    if (text.empty()) word = "odom";
+    const bool plain = word.find_first_of(" '\"\\$&|;<>()*?\n") == std::string::npos;
+    text += (text.empty() ? "" : " ") + (plain && !word.empty() ? word : '\'' + word + '\'');
+  }
+  return text;
+}
+
+void run_evaluate(const Options& options) {
+  const std::vector<EvaluatedDrive> drives = evaluated(options);
+  for (const EvaluatedDrive& drive : drives) {
+    for (const std::string& text : drive.warnings) {
+      std::cerr << "odom evaluate: warning: " << text << '\n';
+    }
+  }
+  if (!options.picture.empty()) {
+    chart::write_picture(options.picture,
+                         std::array{draw(evaluation_map(drives.front(), options.title))});
+  }
+  if (!options.html.empty()) {
+    WholeFile file(options.html);
+    file.stream() << report::page(
+        drives, {.title = options.title, .version = ODOMD_VERSION, .command = command_line()});
+    file.finish();
+  }
+  if (options.json) {
+    std::cout << text_of(options.drives.empty() ? json_of(drives.front().report)
+                                                : summary_json(drives));
+  } else if (options.drives.empty()) {
+    std::cout << as_text(drives.front().report);
+  } else {
+    if (drives.size() == 1) std::cout << details_of(drives.front()) << '\n';
+    std::cout << summary_table(drives).text();
+  }
+}
+
+// What the options demand of each other, as CLI11 would say it.
+void check(const Options& options) {
+  if (options.poses.empty() && options.drives.empty()) {
+    throw CLI::RequiredError("--pose or --drive");
+  }
+  if (!options.poses.empty() && options.reference.empty() && !options.closed_loop) {
+    throw CLI::RequiredError("--reference (or --closed-loop)");
+  }
+  if (options.drives.size() > 1 && !options.reference.empty()) {
+    throw std::invalid_argument("--reference: is of one drive; put truth.csv into each folder");
+  }
+  if (options.drives.size() > 1 && !options.picture.empty()) {
+    throw std::invalid_argument("--picture: is of one drive; --html has the pictures of all");
+  }
+  if (options.drives.size() > 1 && !options.beat.empty()) {
+    throw std::invalid_argument("--beat: is of one drive; put beat.csv into each folder");
+  }
+}
+
+void add_inputs(CLI::App& command, Options& options) {
+  auto* reference = command
+                        .add_option("--reference", options.reference,
+                                    "The truth, with the columns t,x,y,yaw; of a drive instead of "
+                                    "its truth.csv")
+                        ->type_name("CSV");
+  auto* pose = command
+                   .add_option("--pose", options.poses,
+                               "Poses, as odom replay writes them; several times: side by side")
+                   ->expected(1)
+                   ->take_all()
+                   ->type_name("CSV");
+  auto* drive = command
+                    .add_option("--drive", options.drives,
+                                "Folder with drive.log, car.toml, truth.csv and camera.csv, to be "
+                                "replayed; several times: one after the other")
+                    ->expected(1)
+                    ->take_all()
+                    ->type_name("DIR")
+                    ->excludes(pose);
+  command
+      .add_option("--model", options.models,
+                  "Model to replay it through; several times; default: kinematic, paper, full")
+      ->expected(1)
+      ->take_all()
+      ->type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
+      ->needs(drive);
+  command
+      .add_option("--config", options.config,
+                  "Configuration instead of the folder's car.toml; the folder's car.dbc stays")
+      ->type_name("FILE")
+      ->needs(drive);
+  command
+      .add_flag("--dead-reckoning", options.dead_reckoning,
+                "Leave the folder's camera.csv out: odometry alone")
+      ->needs(drive);
+  command
+      .add_flag("--closed-loop", options.closed_loop,
+                "Without a reference: the drive ends where it began")
+      ->excludes(reference);
+}
+
+void add_judging(CLI::App& command, Options& options) {
+  add_choice<std::optional<Align>>(
+      command, "--align", options.align,
+      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+      "Alignment at the first common time, by least squares, or none; default: none "
+      "of a drive with camera poses, else first");
+  add_choice<Frame>(command, "--frame", options.judging.frame,
+                    {{"map", Frame::map}, {"odom", Frame::odom}},
+                    "Which pose: the map's or the jump-free odometry frame's; default: map");
+  command
+      .add_option("--from", options.judging.from,
+                  "Judge only what is not before this time [s]; +T: after the reference's first "
+                  "row")
+      ->type_name("T|+T");
+  command.add_option("--to", options.judging.to, "... and not after this one")->type_name("T|+T");
+  auto* lever_arm =
+      command
+          .add_option("--lever-arm", options.lever_arm,
+                      "Where the reference's point sits in the body frame [m, m, rad]")
+          ->delimiter(',')
+          ->expected(3)
+          ->type_name("X,Y,YAW");
+  command
+      .add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
+                "Fit one such lever arm to all estimates of a drive")
+      ->excludes(lever_arm);
+  command
+      .add_option("--baseline", options.judging.baseline,
+                  "Estimate that the others are compared with; default: kinematic, else the first")
+      ->type_name("ESTIMATE");
+}
+
+void add_outputs(CLI::App& command, Options& options) {
+  command.add_flag("--json", options.json, "One JSON object, SI units");
+  auto* html = command
+                   .add_option("--html", options.html,
+                               "Write a report with pictures: one file, nothing else needed")
+                   ->type_name("FILE");
+  command
+      .add_option("--beat", options.beat,
+                  "Beat of a recording, beat.csv, for the report; of a drive instead of its own")
+      ->type_name("CSV")
+      ->needs(html);
+  command
+      .add_option("--picture", options.picture, "Draw the trajectories into a file, .svg or .png")
+      ->type_name("FILE");
+  command.add_option("--title", options.title, "Title of report and picture")->type_name("TEXT");
+  command.add_option("--camera", options.camera, "Camera log to draw as dots")
+      ->type_name("CSV")
+      ->excludes("--drive");
 }
 
 }  // namespace
 
 void add_evaluate(CLI::App& odom) {
-  auto* command = odom.add_subcommand("evaluate", "Compare poses with a reference trajectory");
+  auto* command = odom.add_subcommand(
+      "evaluate", "Hold poses against a reference, or whole drives through several models");
   auto options = std::make_shared<Options>();
-  command->add_option("--reference", options->reference, "The truth, with the columns t,x,y,yaw")
-      ->required()
-      ->type_name("CSV");
-  command
-      ->add_option("--pose", options->poses,
-                   "Poses, as odom replay writes them; several times: side by side")
-      ->required()
-      ->expected(1)
-      ->take_all()
-      ->type_name("CSV");
-  add_choice<Align>(
-      *command, "--align", options->align,
-      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
-      "Alignment at the first common time, by least squares, or none; default: first");
-  add_choice<Frame>(*command, "--frame", options->frame,
-                    {{"map", Frame::map}, {"odom", Frame::odom}},
-                    "Which pose: the map's or the jump-free odometry frame's; default: map");
-  command
-      ->add_option("--from", options->from,
-                   "Judge only what is not before this time [s]; +T: after the reference's first "
-                   "row")
-      ->type_name("T|+T");
-  command->add_option("--to", options->to, "... and not after this one")->type_name("T|+T");
-  auto* lever_arm =
-      command
-          ->add_option("--lever-arm", options->lever_arm,
-                       "Where the reference's point sits in the body frame [m, m, rad]")
-          ->delimiter(',')
-          ->expected(3)
-          ->type_name("X,Y,YAW");
-  command
-      ->add_flag("--fit-lever-arm", options->fit_lever_arm,
-                 "Fit one such lever arm to all pose files")
-      ->excludes(lever_arm);
-  command->add_flag("--json", options->json, "One JSON object, SI units");
-  auto* picture = command
-                      ->add_option("--picture", options->picture,
-                                   "Draw the trajectories into a file, .svg or .png")
-                      ->type_name("FILE");
-  command->add_option("--title", options->title, "Title of the picture")
-      ->type_name("TEXT")
-      ->needs(picture);
-  command->add_option("--camera", options->camera, "Camera log to draw as dots")
-      ->type_name("CSV")
-      ->needs(picture);
+  add_inputs(*command, *options);
+  add_judging(*command, *options);
+  add_outputs(*command, *options);
   command->footer(
       "Examples:\n"
       "  odom evaluate --reference truth.csv --pose pose.csv\n"
@@ -194,9 +266,16 @@ void add_evaluate(CLI::App& odom) {
       "  odom evaluate --reference truth.csv --pose pose.csv --align fit --picture lap.svg\n"
       "  odom evaluate --reference mocap.csv --pose pose.csv --fit-lever-arm\n"
       "  odom evaluate --reference truth.csv --pose pose.csv --from +15 --to +25 --frame odom\n"
+      "  odom evaluate --drive lap --dead-reckoning --html lap.html\n"
+      "  odom evaluate --drive monday --drive tuesday --model kinematic --model full\n"
+      "  odom evaluate --drive drive-20261121-140300 --closed-loop\n"
       "Only times that both cover count; the reference is interpolated, never extrapolated.\n"
-      "With several pose files the others are compared with the first.");
-  command->callback([options] { run_evaluate(*options); });
+      "A drive is replayed as odom replay does it, and its models are judged as pose files are.");
+  command->callback([options] {
+    check(*options);
+    options->judging.align = options->align;
+    run_evaluate(*options);
+  });
 }
 
 }  // namespace odomd::tools

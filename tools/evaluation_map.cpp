@@ -32,30 +32,30 @@ std::string note_of(const Evaluation& e) {
 
 }  // namespace
 
-chart::Map evaluation_map(const Trajectory& reference, std::span<const Trajectory> estimates,
-                          std::span<const Evaluation> evaluations,
-                          std::span<const estimator::CameraPose> camera, const std::string& title) {
+chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title) {
   std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
   double path = 0.0;
-  std::vector<std::string> files;
-  for (const Evaluation& e : evaluations) {
+  for (const Evaluation& e : drive.report.evaluations) {
     first_ns = std::min(first_ns, e.first_ns);
     last_ns = std::max(last_ns, e.last_ns);
     path = std::max(path, e.path_length);
-    files.push_back(e.name);
   }
-  const auto names = short_names(files);
+  const auto names = names_of(drive);
+  const auto colours = colours_of(drive);
 
   chart::Map map;
   map.title = title;
-  map.reference.label = "reference";
-  map.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
-  map.reference.points = points_between(reference, first_ns, last_ns);
-  for (std::size_t i = 0; i < estimates.size(); ++i) {
-    const Evaluation& e = evaluations[i];
-    const Trajectory moved = aligned(estimates[i], e.alignment);
-    chart::Trace trace{names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}};
+  if (drive.reference) {
+    map.reference.label = "reference";
+    map.reference.note = fixed(path, path < 1000.0 ? 1 : 0) + " m";
+    map.reference.points = points_between(*drive.reference, first_ns, last_ns);
+  }
+  for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
+    const Evaluation& e = drive.report.evaluations[i];
+    const Trajectory moved = aligned(drive.estimates[i], e.alignment);
+    chart::Trace trace{
+        names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}, colours[i]};
     if (moved.has_covariance) {
       const TrajectoryPoint end = *at(moved, e.last_ns);
       const auto& P = end.covariance;
@@ -63,7 +63,7 @@ chart::Map evaluation_map(const Trajectory& reference, std::span<const Trajector
     }
     map.estimates.push_back(std::move(trace));
   }
-  for (const auto& pose : camera) {
+  for (const auto& pose : drive.cameras) {
     if (pose.capture_ns >= first_ns && pose.capture_ns <= last_ns) {
       map.dots.push_back({pose.x, pose.y});
     }

@@ -29,27 +29,26 @@ Json better(double value, double baseline) {
   return percent ? Json(*percent) : Json(nullptr);
 }
 
-Json json_of(const Evaluation& e, const Evaluation* baseline) {
-  Json json{{"pose", e.name},
-            {"samples", e.samples},
-            {"t_first", static_cast<double>(e.first_ns) / 1e9},
-            {"t_last", static_cast<double>(e.last_ns) / 1e9},
-            {"duration", static_cast<double>(e.last_ns - e.first_ns) / 1e9},
-            {"path_length", e.path_length},
-            {"alignment", {e.alignment.x, e.alignment.y, e.alignment.yaw}},
-            {"end_error", e.end_error},
-            {"end_error_cm_per_m", e.end_cm_per_m ? Json(*e.end_cm_per_m) : Json(nullptr)},
-            {"position", spread(e.position)},
-            {"heading", {{"end", e.heading_end}, {"rms", e.heading.rms}, {"max", e.heading.max}}}};
-  if (e.short_term) {
-    json["error_35ms"] = {{"position", spread(e.short_term->displacement)},
-                          {"yaw", spread(e.short_term->yaw)},
-                          {"samples", e.short_term->samples}};
-  } else {
-    json["error_35ms"] = nullptr;
+Json short_term(const HorizonError& e) {
+  return {{"position", spread(e.displacement)}, {"yaw", spread(e.yaw)}, {"samples", e.samples}};
+}
+
+void add_reference_figures(const Evaluation& e, Json& json) {
+  json["alignment"] = {e.alignment.x, e.alignment.y, e.alignment.yaw};
+  json["position"] = spread(e.position);
+  json["heading"]["rms"] = e.heading.rms;
+  json["heading"]["max"] = e.heading.max;
+  json["error_35ms"] = e.short_term ? short_term(*e.short_term) : Json(nullptr);
+  json["horizons"] = Json::array();
+  for (const HorizonError& error : e.horizons) {
+    Json one{{"horizon", static_cast<double>(error.horizon_ns) / 1e9}};
+    one.update(short_term(error));
+    json["horizons"].push_back(std::move(one));
   }
   if (e.consistency) {
-    json["nees"] = {{"mean", e.consistency->nees}, {"samples", e.consistency->samples}};
+    json["nees"] = {{"mean", e.consistency->nees},
+                    {"inside_95", e.consistency->inside_95},
+                    {"samples", e.consistency->samples}};
   } else {
     json["nees"] = nullptr;
   }
@@ -58,18 +57,32 @@ Json json_of(const Evaluation& e, const Evaluation* baseline) {
                             {"vy", e.velocity_rms->vy},
                             {"yaw_rate", e.velocity_rms->yaw_rate}};
   }
-  if (baseline != nullptr) {
-    json["improvement_percent"] = {
-        {"against", baseline->name},
-        {"end_error", better(e.end_error, baseline->end_error)},
-        {"position_rms", better(e.position.rms, baseline->position.rms)},
-        {"heading_end", better(std::abs(e.heading_end), std::abs(baseline->heading_end))},
-        {"heading_rms", better(e.heading.rms, baseline->heading.rms)},
-        {"error_35ms_mean",
-         e.short_term && baseline->short_term
-             ? better(e.short_term->displacement.mean, baseline->short_term->displacement.mean)
-             : Json(nullptr)}};
+}
+
+Json json_of(const Evaluation& e, const Evaluation* baseline) {
+  Json json{{"pose", e.name},
+            {"samples", e.samples},
+            {"t_first", static_cast<double>(e.first_ns) / 1e9},
+            {"t_last", static_cast<double>(e.last_ns) / 1e9},
+            {"duration", static_cast<double>(e.last_ns - e.first_ns) / 1e9},
+            {"path_length", e.path_length},
+            {"end_error", e.end_error},
+            {"end_error_cm_per_m", e.end_cm_per_m ? Json(*e.end_cm_per_m) : Json(nullptr)},
+            {"heading", {{"end", e.heading_end}}}};
+  if (e.against == Against::reference) add_reference_figures(e, json);
+  if (baseline == nullptr) return json;
+  Json percent{{"against", baseline->name},
+               {"end_error", better(e.end_error, baseline->end_error)},
+               {"heading_end", better(std::abs(e.heading_end), std::abs(baseline->heading_end))}};
+  if (e.against == Against::reference) {
+    percent["position_rms"] = better(e.position.rms, baseline->position.rms);
+    percent["heading_rms"] = better(e.heading.rms, baseline->heading.rms);
+    percent["error_35ms_mean"] =
+        e.short_term && baseline->short_term
+            ? better(e.short_term->displacement.mean, baseline->short_term->displacement.mean)
+            : Json(nullptr);
   }
+  json["improvement_percent"] = std::move(percent);
   return json;
 }
 
@@ -87,6 +100,18 @@ std::string align_name(Align align) {
   return "none";
 }
 
+std::string align_in_words(Align align) {
+  switch (align) {
+    case Align::first:
+      return "first (position and heading agree at the first common time)";
+    case Align::fit:
+      return "fit (least squares over all common positions)";
+    case Align::none:
+      break;
+  }
+  return "none (as they are)";
+}
+
 std::vector<std::string> short_names(const std::vector<std::string>& files) {
   std::vector<std::string> names;
   names.reserve(files.size());
@@ -102,31 +127,10 @@ std::optional<double> improvement(double value, double baseline) {
   return 100.0 * (1.0 - value / baseline);
 }
 
-std::string as_text(const EvaluationReport& report) {
+std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report) {
   const auto& evaluations = report.evaluations;
-  const Evaluation& baseline = evaluations.front();
-
-  std::string text = "reference  " + report.reference + "\n";
-  text += "alignment  " + align_name(report.align);
-  text += report.align == Align::first ? " (position and heading agree at the first common time)\n"
-          : report.align == Align::fit ? " (least squares over all common positions)\n"
-                                       : " (as they are)\n";
-  if (report.frame == Frame::odom) text += "frame      odom (the jump-free pose)\n";
-  if (report.lever_arm) {
-    text += "lever arm  " + fixed(report.lever_arm->x, 4) + " m, " + fixed(report.lever_arm->y, 4) +
-            " m, " + fixed(degrees(report.lever_arm->yaw), 2) + " deg of the reference point";
-    text += report.fitted_windows > 0 ? ", fitted to " + std::to_string(report.fitted_windows) +
-                                            " displacements over a second\n"
-                                      : ", as given\n";
-  }
-  text += '\n';
-
-  std::vector<std::string> files;
-  files.reserve(evaluations.size());
-  for (const auto& e : evaluations) files.push_back(e.name);
-  Table table{{""}, {}, {0}};
-  for (const auto& name : short_names(files)) table.header.push_back(name);
-
+  const Evaluation& baseline = evaluations.at(report.baseline);
+  std::vector<std::vector<std::string>> all;
   const auto row = [&](const std::string& label, const Cell& cell) {
     std::vector<std::string> cells{label};
     bool any = false;
@@ -135,7 +139,7 @@ std::string as_text(const EvaluationReport& report) {
       any = any || value.has_value();
       cells.push_back(value.value_or("-"));
     }
-    if (any) table.rows.push_back(std::move(cells));
+    if (any) all.push_back(std::move(cells));
   };
   const auto against = [&](const std::string& label, const auto& metric) {
     if (evaluations.size() < 2) return;
@@ -157,14 +161,22 @@ std::string as_text(const EvaluationReport& report) {
     if (!e.end_cm_per_m) return std::nullopt;
     return fixed(*e.end_cm_per_m, 3);
   });
-  row("position rms [m]", [](const Evaluation& e) { return fixed(e.position.rms, 4); });
-  row("position max [m]", [](const Evaluation& e) { return fixed(e.position.max, 4); });
+  const auto reference_row = [&](const std::string& label, const auto& metric, int decimals) {
+    row(label, [&](const Evaluation& e) -> std::optional<std::string> {
+      if (e.against == Against::closed_loop) return std::nullopt;
+      return fixed(metric(e), decimals);
+    });
+  };
+  reference_row(
+      "position rms [m]", [](const Evaluation& e) { return e.position.rms; }, 4);
+  reference_row(
+      "position max [m]", [](const Evaluation& e) { return e.position.max; }, 4);
   row("heading error at the end [deg]",
       [](const Evaluation& e) { return fixed(degrees(e.heading_end), 3); });
-  row("heading error rms [deg]",
-      [](const Evaluation& e) { return fixed(degrees(e.heading.rms), 3); });
-  row("heading error max [deg]",
-      [](const Evaluation& e) { return fixed(degrees(e.heading.max), 3); });
+  reference_row(
+      "heading error rms [deg]", [](const Evaluation& e) { return degrees(e.heading.rms); }, 3);
+  reference_row(
+      "heading error max [deg]", [](const Evaluation& e) { return degrees(e.heading.max); }, 3);
   const auto short_row = [&](const std::string& label, const auto& metric) {
     row(label, [&](const Evaluation& e) -> std::optional<std::string> {
       if (!e.short_term) return std::nullopt;
@@ -179,6 +191,14 @@ std::string as_text(const EvaluationReport& report) {
             [](const HorizonError& s) { return degrees(s.yaw.mean); });
   short_row("35 ms yaw error rms [deg]", [](const HorizonError& s) { return degrees(s.yaw.rms); });
   short_row("35 ms yaw error max [deg]", [](const HorizonError& s) { return degrees(s.yaw.max); });
+  for (const std::int64_t horizon_ns : {5'000'000LL, 100'000'000LL, 1'000'000'000LL}) {
+    row(fixed(static_cast<double>(horizon_ns) * 1e-6, 0) + " ms error mean [mm]",
+        [&](const Evaluation& e) -> std::optional<std::string> {
+          const auto at = std::ranges::find(e.horizons, horizon_ns, &HorizonError::horizon_ns);
+          if (at == e.horizons.end()) return std::nullopt;
+          return fixed(1e3 * at->displacement.mean, 3);
+        });
+  }
   row("NEES mean (honest: 3)", [](const Evaluation& e) -> std::optional<std::string> {
     if (!e.consistency) return std::nullopt;
     return fixed(e.consistency->nees, 3);
@@ -197,11 +217,44 @@ std::string as_text(const EvaluationReport& report) {
   against("heading end better by [%]", [](const Evaluation& e) { return std::abs(e.heading_end); });
   against("35 ms error mean better by [%]",
           [](const Evaluation& e) { return e.short_term ? e.short_term->displacement.mean : 0.0; });
+  return all;
+}
+
+std::string as_text(const EvaluationReport& report) {
+  const bool closed_loop = report.evaluations.front().against == Against::closed_loop;
+  std::string text;
+  if (closed_loop) {
+    text = "reference  none: a closed loop, which ends where it began\n";
+  } else {
+    text = "reference  " + report.reference + "\nalignment  " + align_in_words(report.align) + '\n';
+  }
+  if (report.frame == Frame::odom) text += "frame      odom (the jump-free pose)\n";
+  if (report.lever_arm) {
+    text += "lever arm  " + fixed(report.lever_arm->x, 4) + " m, " + fixed(report.lever_arm->y, 4) +
+            " m, " + fixed(degrees(report.lever_arm->yaw), 2) + " deg of the reference point";
+    text += report.fitted_windows > 0 ? ", fitted to " + std::to_string(report.fitted_windows) +
+                                            " displacements over a second\n"
+                                      : ", as given\n";
+  }
+  text += '\n';
+
+  std::vector<std::string> files;
+  files.reserve(report.evaluations.size());
+  for (const auto& e : report.evaluations) files.push_back(e.name);
+  Table table{{""}, {}, {0}};
+  for (const auto& name : short_names(files)) table.header.push_back(name);
+  table.rows = report_rows(report);
   return text + table.text();
 }
 
-std::string as_json(const EvaluationReport& report) {
-  Json json{{"reference", report.reference}, {"align", align_name(report.align)}};
+Json json_of(const EvaluationReport& report) {
+  Json json;
+  if (report.evaluations.front().against == Against::closed_loop) {
+    json["closed_loop"] = true;
+  } else {
+    json["reference"] = report.reference;
+    json["align"] = align_name(report.align);
+  }
   json["frame"] = report.frame == Frame::odom ? "odom" : "map";
   if (report.lever_arm) {
     json["lever_arm"] = {{"x", report.lever_arm->x},
@@ -211,10 +264,14 @@ std::string as_json(const EvaluationReport& report) {
   }
   json["estimates"] = Json::array();
   for (const auto& evaluation : report.evaluations) {
-    const Evaluation& baseline = report.evaluations.front();
+    const Evaluation& baseline = report.evaluations.at(report.baseline);
     json["estimates"].push_back(
         json_of(evaluation, &evaluation == &baseline ? nullptr : &baseline));
   }
+  return json;
+}
+
+std::string text_of(const Json& json) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 

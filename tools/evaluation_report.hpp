@@ -1,7 +1,8 @@
 // Evaluations side by side, for people and for programs.
 #pragma once
 
-#include <filesystem>
+#include <cstddef>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,10 +17,12 @@ struct EvaluationReport {
   Frame frame = Frame::map;                   ///< of the estimates
   std::optional<estimator::Pose2> lever_arm;  ///< that the reference was moved by
   std::size_t fitted_windows = 0;             ///< where the lever arm was fitted
-  std::vector<Evaluation> evaluations;        ///< at least one; the first is compared against
+  std::vector<Evaluation> evaluations;        ///< at least one
+  std::size_t baseline = 0;                   ///< the one that the others are compared with
 };
 
-[[nodiscard]] std::string align_name(Align align);
+[[nodiscard]] std::string align_name(Align align);      ///< "first"
+[[nodiscard]] std::string align_in_words(Align align);  ///< "first (position and ...)"
 
 /// A short name for each file: its stem, or the whole path where stems are alike.
 [[nodiscard]] std::vector<std::string> short_names(const std::vector<std::string>& files);
@@ -27,10 +30,16 @@ struct EvaluationReport {
 /// By how much `value` is better than `baseline`, in percent; nothing where the baseline is 0.
 [[nodiscard]] std::optional<double> improvement(double value, double baseline);
 
-/// A table, a column a pose file.
+/// What there is to say: a label and a cell an estimate.
+[[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);
+
+/// A table, a column a pose file, and what it is of.
 [[nodiscard]] std::string as_text(const EvaluationReport& report);
 
-/// One JSON object with its newline: SI units, radians.
-[[nodiscard]] std::string as_json(const EvaluationReport& report);
+/// SI units, radians.
+[[nodiscard]] nlohmann::ordered_json json_of(const EvaluationReport& report);
+
+/// With its newline; whatever is not UTF-8 replaced.
+[[nodiscard]] std::string text_of(const nlohmann::ordered_json& json);
 
 }  // namespace odomd::tools

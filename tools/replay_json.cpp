@@ -4,7 +4,7 @@
 
 namespace odomd::tools {
 
-nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds) {
+nlohmann::ordered_json innovations_json(const ReplaySummary& summary) {
   auto innovations = nlohmann::ordered_json::object();
   for (std::size_t source = 0; source < summary.innovations.size(); ++source) {
     const daemon::InnovationStatistics& told = summary.innovations[source];
@@ -15,6 +15,25 @@ nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds)
         {"inside_95", told.inside_95()},
     };
   }
+  return innovations;
+}
+
+nlohmann::ordered_json verdicts_json(const ReplaySummary& summary) {
+  auto sources = nlohmann::ordered_json::object();
+  for (std::size_t source = 0; source < summary.verdicts.size(); ++source) {
+    auto verdicts = nlohmann::ordered_json::object();
+    for (std::size_t verdict = 0; verdict < estimator::verdict_count; ++verdict) {
+      const std::uint64_t count = summary.verdicts[source][verdict];
+      if (count > 0) verdicts[std::string{estimator::verdict_names[verdict]}] = count;
+    }
+    if (!verdicts.empty()) {
+      sources[std::string{estimator::source_names[source]}] = std::move(verdicts);
+    }
+  }
+  return sources;
+}
+
+nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds) {
   return {
       {"frames", summary.frames},
       {"camera_poses", summary.cameras},
@@ -23,7 +42,8 @@ nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds)
       {"drive_s", static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9},
       {"replay_s", seconds},
       {"last_mode", mode_name(summary.last_mode)},
-      {"innovations", std::move(innovations)},
+      {"verdicts", verdicts_json(summary)},
+      {"innovations", innovations_json(summary)},
   };
 }
 

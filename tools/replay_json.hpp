@@ -7,8 +7,13 @@
 
 namespace odomd::tools {
 
-/// Counts, times, and by source how its samples lay to what the filter expected of them.
-/// `seconds`: how long the replay took.
+/// Counts, times, and by source how its samples were judged. `seconds`: how long the replay took.
 [[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds);
+
+/// By source, how its samples lay to what the filter expected of them; those that were tested.
+[[nodiscard]] nlohmann::ordered_json innovations_json(const ReplaySummary& summary);
+
+/// By source, how many samples had which verdict; those that came.
+[[nodiscard]] nlohmann::ordered_json verdicts_json(const ReplaySummary& summary);
 
 }  // namespace odomd::tools

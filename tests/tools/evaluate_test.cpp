@@ -102,7 +102,9 @@ TEST_F(Evaluate, KeepsADriveWhoseLastLineIsCutOff) {
 
 TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
   EXPECT_EQ(run("").status, 2);
-  EXPECT_THAT(run("").err, HasSubstr("--reference is required; see odom evaluate --help"));
+  EXPECT_THAT(run("").err, HasSubstr("--pose or --drive is required; see odom evaluate --help"));
+  EXPECT_THAT(run("--pose " + good_).err,
+              HasSubstr("--reference (or --closed-loop) is required; see odom evaluate --help"));
   const Outcome missing = run("--reference /nonexistent.csv --pose " + good_);
   EXPECT_EQ(missing.status, 2);
   EXPECT_EQ(missing.err,

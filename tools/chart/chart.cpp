@@ -54,9 +54,18 @@ Range x_range(const Chart& chart) {
   return range.width() > 0.0 ? range : with_room(range, chart.x.scaling);
 }
 
+// The value that a share of all lies below.
+double quantile(std::vector<double> values, double share) {
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
 Range y_range(const Chart& chart) {
   if (chart.y.range) return *chart.y.range;
-  constexpr double near = 1.2;  // heights of the curves that a band may add on either side
+  constexpr double near = 8.0;    // heights of the curves that a band may add on either side
+  constexpr double usual = 0.97;  // a band is that wide at most for such a share of the time
   Extent extent(chart.y.scaling);
   for (const auto& series : chart.series)
     for (const auto& p : series.points) extent.take(p.y);
@@ -67,10 +76,17 @@ Range y_range(const Chart& chart) {
   const Range curves = extent.range();
   const double reach = near * std::max(curves.width(), 1e-12);
   for (const auto& band : chart.bands) {
+    std::vector<double> low;
+    std::vector<double> high;
     for (const auto& p : band.points) {
-      extent.take(alone ? p.low : std::max(p.low, curves.low - reach));
-      extent.take(alone ? p.high : std::min(p.high, curves.high + reach));
+      if (std::isfinite(p.low)) low.push_back(p.low);
+      if (std::isfinite(p.high)) high.push_back(p.high);
     }
+    if (low.empty() || high.empty()) continue;
+    const double bottom = quantile(std::move(low), 1.0 - usual);
+    const double top = quantile(std::move(high), usual);
+    extent.take(alone ? bottom : std::max(bottom, curves.low - reach));
+    extent.take(alone ? top : std::min(top, curves.high + reach));
   }
   Range range = with_room(extent.range(), chart.y.scaling);
   if (!chart.bars.empty() && chart.y.scaling == Scaling::linear) range.low = 0.0;

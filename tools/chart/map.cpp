@@ -133,6 +133,11 @@ bool leaves(const Trace& trace, const Box& view) {
                       [&view](const auto& p) { return view.holds(p); });
 }
 
+std::string colour_of(const Map& map, std::size_t estimate) {
+  const std::string& own = map.estimates[estimate].colour;
+  return own.empty() ? chart::colour_of(estimate) : own;
+}
+
 std::vector<LegendEntry> legend_entries(const Map& map, const Box& view) {
   std::vector<LegendEntry> entries;
   if (!map.reference.points.empty()) {
@@ -140,7 +145,7 @@ std::vector<LegendEntry> legend_entries(const Map& map, const Box& view) {
   }
   for (std::size_t i = 0; i < map.estimates.size(); ++i) {
     const auto& trace = map.estimates[i];
-    entries.push_back({line_mark(colour_of(i), 5.0), trace.label,
+    entries.push_back({line_mark(colour_of(map, i), 5.0), trace.label,
                        trace.note + (leaves(trace, view) ? " · leaves the picture" : "")});
   }
   if (!map.dots.empty()) {
@@ -166,9 +171,9 @@ std::string traces(const Map& map, const Layout& layout) {
   for (std::size_t i = 0; i < map.estimates.size(); ++i) {
     const auto& trace = map.estimates[i];
     if (trace.points.empty()) continue;
-    if (trace.end_ellipse) lines += ellipse(*trace.end_ellipse, layout, colour_of(i));
-    lines += svg::line(path_data(trace.points, layout), colour_of(i), 3.5 * fine);
-    marks += mark(trace.points.back(), 9.0, colour_of(i), "#FFFFFF", 2.5);
+    if (trace.end_ellipse) lines += ellipse(*trace.end_ellipse, layout, colour_of(map, i));
+    lines += svg::line(path_data(trace.points, layout), colour_of(map, i), 3.5 * fine);
+    marks += mark(trace.points.back(), 9.0, colour_of(map, i), "#FFFFFF", 2.5);
   }
   marks += mark(main_points(map).front(), 12.0, "#FFFFFF", ink, 4.0);
   return lines + marks;

@@ -21,7 +21,8 @@ struct Trace {
   std::string label;  ///< in the legend
   std::string note;   ///< beside it, lighter: "1.23 cm/m"
   std::vector<Point> points;
-  std::optional<Ellipse> end_ellipse;  ///< 3σ at the end
+  std::optional<Ellipse> end_ellipse = {};  ///< 3σ at the end
+  std::string colour = {};                  ///< empty: by its place; the reference has its own
 };
 
 struct Map {

@@ -1,0 +1,196 @@
+#include "tools/evaluated_drive.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "tools/chart/style.hpp"
+#include "tools/closed_loop.hpp"
+#include "tools/csv.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+// "1760000015.5" is a time of the files, "+15.5" one after their first row.
+std::optional<std::int64_t> time_of(const std::string& option, const std::string& text,
+                                    std::int64_t first_ns) {
+  if (text.empty()) return std::nullopt;
+  const bool relative = text.front() == '+';
+  const auto seconds = parse_seconds(std::string_view{text}.substr(relative ? 1 : 0));
+  std::int64_t time_ns = seconds.value_or(0);
+  if (!seconds || (relative && __builtin_add_overflow(first_ns, *seconds, &time_ns))) {
+    throw std::invalid_argument(option + ": " + tools::quoted(text) +
+                                " is not a time in seconds, such as 1760000015.5 (of the files) "
+                                "or +15.5 (after the reference's first row)");
+  }
+  return time_ns;
+}
+
+Trajectory part_of(Trajectory estimate, const Judging& judging, std::int64_t first_ns) {
+  const auto from = time_of("--from", judging.from, first_ns);
+  const auto to = time_of("--to", judging.to, first_ns);
+  if (!from && !to) return estimate;
+  using Limits = std::numeric_limits<std::int64_t>;
+  return cut_to(std::move(estimate), from.value_or(Limits::min()), to.value_or(Limits::max()));
+}
+
+void warn_of_doubts(EvaluatedDrive& drive) {
+  constexpr std::int64_t long_gap_ns = 200'000'000;
+  const Evaluation& first = drive.report.evaluations.front();
+  for (const Evaluation& e : drive.report.evaluations) {
+    if (e.reference_gap_ns > long_gap_ns) {
+      drive.warnings.push_back(e.name + ": the reference has a gap of " +
+                               fixed(static_cast<double>(e.reference_gap_ns) * 1e-9, 2) +
+                               " s, bridged by a straight line");
+    }
+    if (e.reference_jumps > 0) {
+      drive.warnings.push_back(
+          e.name + ": the reference jumps " + std::to_string(e.reference_jumps) +
+          " times faster than any car (100 m/s); path length, maxima and 35 ms errors hold these "
+          "jumps");
+    }
+    if (e.first_ns != first.first_ns || e.last_ns != first.last_ns) {
+      drive.warnings.push_back(e.name + ": its common time differs from that of " + first.name +
+                               "; their numbers compare with care");
+    }
+  }
+}
+
+std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
+  const std::vector<std::string> names = names_of(drive);
+  const auto found = std::ranges::find(names, name.empty() ? "kinematic" : name);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  if (name.empty()) return 0;
+  std::string all;
+  for (const std::string& each : names) all += (all.empty() ? "" : ", ") + each;
+  throw std::invalid_argument("--baseline: no estimate " + tools::quoted(name) +
+                              "; there are: " + all);
+}
+
+// With the estimates and the reference (as its file has it) in place: everything else.
+void judge(EvaluatedDrive& drive, const Judging& judging) {
+  EvaluationReport& report = drive.report;
+  report.frame = judging.frame;
+  report.align = judging.align.value_or(
+      drive.replays.empty() || drive.cameras.empty() ? Align::first : Align::none);
+  const std::int64_t first_ns =
+      (judging.against == Against::reference ? drive.reference.value() : drive.estimates.front())
+          .points.front()
+          .t_ns;
+  for (Trajectory& estimate : drive.estimates) {
+    estimate = part_of(std::move(estimate), judging, first_ns);
+  }
+  report.baseline = baseline_of(drive, judging.baseline);
+  if (judging.against == Against::closed_loop) {
+    for (const Trajectory& estimate : drive.estimates) {
+      report.evaluations.push_back(evaluate_closed_loop(estimate));
+    }
+    const std::string doubt = check_that_it_closes(drive.name, report.evaluations);
+    if (!doubt.empty()) drive.warnings.push_back(doubt);
+    return;
+  }
+  report.reference = drive.reference->name;
+  if (judging.lever_arm) {
+    report.lever_arm = judging.lever_arm;
+  } else if (judging.fit_lever_arm) {
+    const LeverArmFit fit = fit_lever_arm(*drive.reference, drive.estimates);
+    report.lever_arm = fit.lever_arm;
+    report.fitted_windows = fit.windows;
+  }
+  if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
+  for (const Trajectory& estimate : drive.estimates) {
+    report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
+  }
+  warn_of_doubts(drive);
+}
+
+}  // namespace
+
+std::vector<std::string> names_of(const EvaluatedDrive& drive) {
+  std::vector<std::string> files;
+  for (const Trajectory& estimate : drive.estimates) files.push_back(estimate.name);
+  return short_names(files);
+}
+
+std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
+  // kinematic, kinematic_printed, paper, full
+  static constexpr std::array<std::size_t, estimator::model_names.size()> of_model{0, 4, 1, 2};
+  const std::vector<std::string> names = names_of(drive);
+  std::vector<std::string> colours;
+  bool models = true;
+  for (const std::string& name : names) {
+    const auto model = std::ranges::find(estimator::model_names, name);
+    models = models && model != estimator::model_names.end();
+    if (!models) break;
+    const auto index = static_cast<std::size_t>(model - estimator::model_names.begin());
+    colours.push_back(chart::colour_of(of_model[index]));
+  }
+  if (models) return colours;
+  colours.clear();
+  for (std::size_t i = 0; i < names.size(); ++i) colours.push_back(chart::colour_of(i));
+  return colours;
+}
+
+EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<std::string>& poses,
+                              const Judging& judging) {
+  EvaluatedDrive drive;
+  if (!reference.empty()) {
+    drive.reference = read_trajectory(reference);
+    append(drive.warnings, drive.reference->warnings);
+  }
+  for (const std::string& file : poses) {
+    drive.estimates.push_back(read_trajectory(file, judging.frame));
+    append(drive.warnings, drive.estimates.back().warnings);
+  }
+  drive.name = std::filesystem::path{reference.empty() ? poses.front() : reference}.stem().string();
+  if (!judging.beat.empty()) drive.beat = read_beat_log(judging.beat);
+  judge(drive, judging);
+  return drive;
+}
+
+EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estimator::Model>& models,
+                               const Judging& judging) {
+  Drive read = read_drive(files);
+  EvaluatedDrive drive;
+  drive.name = read.name;
+  drive.cameras = read.cameras;
+  drive.config = read.config;
+  append(drive.warnings, read.config.warnings);
+  append(drive.warnings, read.warnings);
+  if (judging.against == Against::reference) {
+    if (!read.reference) {
+      throw std::invalid_argument(read.folder.string() +
+                                  ": has no truth.csv; name a --reference, or give --closed-loop "
+                                  "where the drive ends where it began");
+    }
+    drive.reference = std::move(read.reference);
+  }
+  const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
+  if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);
+
+  for (const estimator::Model model : models) {
+    daemon::Config config = read.config;
+    config.model = model;
+    ReplayedDrive replayed = replay_drive(read, config, judging.frame, judging.judgements);
+    drive.estimates.push_back(std::exchange(replayed.poses, {}));
+    drive.estimates.back().name = daemon::name_of(model);
+    for (const std::string& doubt : replayed.doubts) {
+      if (std::ranges::find(drive.warnings, doubt) == drive.warnings.end()) {
+        drive.warnings.push_back(doubt);
+      }
+    }
+    drive.replays.push_back(std::move(replayed));
+  }
+  judge(drive, judging);
+  return drive;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,266 @@
+#include "tools/report/figures.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "tools/alignment.hpp"
+#include "tools/chart/chart.hpp"
+#include "tools/chart/style.hpp"
+#include "tools/evaluation_map.hpp"
+#include "tools/innovation_chart.hpp"
+#include "tools/pose_error.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools::report {
+namespace {
+
+using chart::Chart;
+using chart::Point;
+using chart::Series;
+
+constexpr double degrees = 180.0 / std::numbers::pi;
+
+// Metres for people: millimetres where all of it is small.
+struct Unit {
+  const char* name;
+  double factor;
+};
+Unit unit_for(double largest_m) {
+  return largest_m < 0.2 ? Unit{"mm", 1e3} : Unit{"m", 1.0};
+}
+
+double seconds(const EvaluatedDrive& drive, std::int64_t t_ns) {
+  return static_cast<double>(t_ns - drive.report.evaluations.front().first_ns) * 1e-9;
+}
+
+Chart over_time(const std::string& y_label) {
+  Chart chart;
+  chart.x.label = "time [s]";
+  chart.y.label = y_label;
+  return chart;
+}
+
+Figure horizon(const EvaluatedDrive& drive) {
+  const auto names = names_of(drive);
+  const auto colours = colours_of(drive);
+  Chart chart;
+  chart.height = 560.0;
+  chart.x = {"horizon [ms]", chart::Scaling::logarithmic, chart::Range{4.5, 1100.0}};
+  chart.y = {"mean error of the predicted displacement [mm]", chart::Scaling::logarithmic, {}};
+  for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
+    Series series{names[i], "", colours[i], {}, chart::Mark::line_and_dots};
+    for (const HorizonError& e : drive.report.evaluations[i].horizons) {
+      series.points.push_back(
+          {static_cast<double>(e.horizon_ns) * 1e-6, std::max(1e3 * e.displacement.mean, 1e-4)});
+    }
+    if (const auto& at = drive.report.evaluations[i].short_term) {
+      series.note = fixed(1e3 * at->displacement.mean, 2) + " mm at 35 ms";
+    }
+    chart.series.push_back(std::move(series));
+  }
+  return {draw(chart),
+          "Error against horizon: how far the displacement over the next 5 ms to 1 s, in the body "
+          "frame, is off. Both axes are logarithmic."};
+}
+
+using Errors = std::vector<std::vector<PoseError>>;  // by estimate
+
+Figure position_errors(const EvaluatedDrive& drive, const Errors& errors) {
+  const auto names = names_of(drive);
+  const auto colours = colours_of(drive);
+  double largest = 0.0;
+  for (const Evaluation& e : drive.report.evaluations) largest = std::max(largest, e.position.max);
+  const Unit unit = unit_for(largest);
+  Chart chart = over_time(std::string{"position error ["} + unit.name + "]");
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    Series series{names[i], "", colours[i], {}};
+    for (const PoseError& e : errors[i]) {
+      series.points.push_back(
+          {seconds(drive, e.t_ns), std::hypot(e.error.x, e.error.y) * unit.factor});
+    }
+    series.note = "rms " + fixed(drive.report.evaluations[i].position.rms * unit.factor, 2);
+    chart.series.push_back(std::move(series));
+  }
+  return {draw(chart), "Distance of each estimate from the reference."};
+}
+
+Figure heading_errors(const EvaluatedDrive& drive, const Errors& errors) {
+  const auto names = names_of(drive);
+  const auto colours = colours_of(drive);
+  Chart chart = over_time("heading error [deg]");
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    Series series{names[i], "", colours[i], {}};
+    for (const PoseError& e : errors[i]) {
+      series.points.push_back({seconds(drive, e.t_ns), e.error.yaw * degrees});
+    }
+    series.note = "end " + fixed(drive.report.evaluations[i].heading_end * degrees, 2);
+    chart.series.push_back(std::move(series));
+  }
+  return {draw(chart), "Accumulated heading error of each estimate."};
+}
+
+// One of the focus's errors with what its covariance says of it.
+struct Component {
+  const char* name;
+  double DrivenError::*value;
+  double DrivenError::*sigma;
+};
+
+Figure with_band(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
+                 std::size_t estimate, const Component& component) {
+  const bool angle = component.value == &DrivenError::yaw;
+  double largest = 0.0;
+  std::size_t inside = 0;
+  std::vector<DrivenError> all;
+  all.reserve(errors.size());
+  for (const PoseError& e : errors) {
+    all.push_back(driven(e));
+    const double value = std::abs(all.back().*component.value);
+    largest = std::max(largest, value);
+    if (value <= 3.0 * all.back().*component.sigma) ++inside;
+  }
+  const Unit unit = angle ? Unit{"deg", degrees} : unit_for(largest);
+  Chart chart = over_time(std::string{component.name} + " [" + unit.name + "]");
+  const std::string colour = colours_of(drive)[estimate];
+  Series series{names_of(drive)[estimate], "", colour, {}};
+  chart::Band band{"±3σ", colour, {}};
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const double t = seconds(drive, errors[i].t_ns);
+    const double reach = 3.0 * all[i].*component.sigma * unit.factor;
+    series.points.push_back({t, all[i].*component.value * unit.factor});
+    band.points.push_back({t, -reach, reach});
+  }
+  if (drive.estimates[estimate].has_covariance) {
+    const double share = static_cast<double>(inside) / static_cast<double>(errors.size());
+    series.note = fixed(100.0 * share, 1) + " % inside 3σ";
+    chart.bands = {std::move(band)};
+  }
+  chart.series = {std::move(series)};
+  return {draw(chart), ""};
+}
+
+Figure nees(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
+            std::size_t estimate) {
+  Chart chart = over_time("NEES of (x, y, yaw)");
+  chart.y.scaling = chart::Scaling::logarithmic;
+  chart.levels = {{3.0, "3, expected"}, {chi_squared_95_of_3, ""}};
+  Series series{names_of(drive)[estimate], "", colours_of(drive)[estimate], {}};
+  double largest = 10.0;
+  for (const PoseError& e : errors) {
+    if (!e.nees) continue;
+    series.points.push_back({seconds(drive, e.t_ns), std::max(*e.nees, 1e-3)});
+    largest = std::max(largest, *e.nees);
+  }
+  const Consistency& told = *drive.report.evaluations[estimate].consistency;
+  series.note =
+      "mean " + fixed(told.nees, 2) + " · " + fixed(100.0 * told.inside_95, 1) + " % below χ²₉₅";
+  chart.y.range = chart::Range{0.01, 1.5 * largest};
+  chart.series = {std::move(series)};
+  return {draw(chart),
+          "Squared error over the filter's own covariance. The upper line is χ²₉₅ of three degrees "
+          "of freedom: an honest filter is below it for 95 % of the time."};
+}
+
+Chart histogram_of(const BeatBuckets& buckets, const std::string& what) {
+  Chart chart;
+  chart.title = what;
+  chart.height = 400.0;
+  chart.x = {"time [us]", chart::Scaling::logarithmic, {}};
+  chart.y = {"ticks", chart::Scaling::logarithmic, {}};
+  double most = 1.0;
+  for (std::size_t i = 0; i < buckets.size(); ++i) {
+    if (buckets[i] == 0) continue;
+    const BucketEdges edges = edges_of(i);
+    const auto height = static_cast<double>(buckets[i]);
+    chart.bars.push_back({edges.low_us, edges.high_us, height});
+    most = std::max(most, height);
+  }
+  chart.y.range = chart::Range{0.6, 2.0 * most};
+  return chart;
+}
+
+std::string percentiles(const BeatBuckets& buckets, std::int64_t max_ns) {
+  return "Median " + fixed(percentile_us(buckets, 0.5, max_ns), 0) + " us, 99 % within " +
+         fixed(percentile_us(buckets, 0.99, max_ns), 0) + " us, largest " +
+         fixed(static_cast<double>(max_ns) * 1e-3, 0) + " us.";
+}
+
+}  // namespace
+
+std::size_t focus_of(const EvaluatedDrive& drive) {
+  for (std::size_t i = drive.replays.size(); i-- > 0;) {
+    if (!drive.replays[i].judgements.empty()) return i;
+  }
+  for (std::size_t i = drive.estimates.size(); i-- > 0;) {
+    if (drive.estimates[i].has_covariance) return i;
+  }
+  return drive.estimates.size() - 1;
+}
+
+Figure trajectories(const EvaluatedDrive& drive) {
+  std::string caption =
+      drive.reference ? "Reference and estimates over each other" : "The estimates over each other";
+  caption +=
+      ": start hollow, ends filled, end error per metre and heading in the legend; the dashed "
+      "ellipse is the filter's own 3σ at the end.";
+  return {draw(evaluation_map(drive, "")), caption};
+}
+
+std::vector<Figure> errors(const EvaluatedDrive& drive) {
+  if (!drive.reference) return {};
+  Errors all;
+  for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
+    all.push_back(pose_errors(common_times(*drive.reference, drive.estimates[i]),
+                              drive.report.evaluations[i].alignment,
+                              drive.estimates[i].has_covariance));
+  }
+  std::vector<Figure> figures{horizon(drive), position_errors(drive, all),
+                              heading_errors(drive, all)};
+  static constexpr std::array<Component, 3> components{{
+      {"error along", &DrivenError::along, &DrivenError::sigma_along},
+      {"error across", &DrivenError::cross, &DrivenError::sigma_cross},
+      {"heading error", &DrivenError::yaw, &DrivenError::sigma_yaw},
+  }};
+  const std::size_t focus = focus_of(drive);
+  for (const Component& component : components) {
+    figures.push_back(with_band(drive, all[focus], focus, component));
+  }
+  figures[3].caption = "Ahead of the reference (positive) or behind it.";
+  figures[4].caption = "To the left of the reference (positive) or to the right.";
+  figures[5].caption = "Heading with the filter's own three standard deviations.";
+  if (drive.report.evaluations[focus].consistency) {
+    figures.push_back(nees(drive, all[focus], focus));
+  }
+  return figures;
+}
+
+std::vector<Figure> innovations(const EvaluatedDrive& drive) {
+  const std::size_t focus = focus_of(drive);
+  if (focus >= drive.replays.size()) return {};
+  const ReplayedDrive& replayed = drive.replays[focus];
+  std::vector<Figure> figures;
+  for (const Chart& chart :
+       innovation_charts(replayed.judgements, drive.report.evaluations.front().first_ns)) {
+    figures.push_back({draw(chart), ""});
+  }
+  return figures;
+}
+
+std::vector<Figure> beat(const BeatHistogram& beat) {
+  std::vector<Figure> figures{
+      {draw(histogram_of(beat.wakeup, "Wake-up latency")),
+       percentiles(beat.wakeup, beat.max_wakeup_ns) + " " + counted(beat.ticks, "tick") + ", " +
+           std::to_string(beat.missed) +
+           " missed. Both axes are logarithmic, so that one late tick is seen."}};
+  const bool measured =
+      std::ranges::any_of(beat.execution, [](std::uint64_t count) { return count > 0; });
+  if (measured) {
+    figures.push_back({draw(histogram_of(beat.execution, "Work in a tick")),
+                       percentiles(beat.execution, beat.max_execution_ns)});
+  }
+  return figures;
+}
+
+}  // namespace odomd::tools::report

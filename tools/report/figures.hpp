@@ -1,0 +1,36 @@
+// The charts of an evaluated drive.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tools/beat_histogram.hpp"
+#include "tools/chart/drawing.hpp"
+#include "tools/evaluated_drive.hpp"
+
+namespace odomd::tools::report {
+
+struct Figure {
+  chart::Drawing drawing;
+  std::string caption;  ///< what is to be seen, in one or two sentences
+};
+
+/// The estimate that the closer look is taken at: the last whose samples were tested, else the last
+/// with a covariance, else the last.
+[[nodiscard]] std::size_t focus_of(const EvaluatedDrive& drive);
+
+[[nodiscard]] Figure trajectories(const EvaluatedDrive& drive);
+
+/// Against a reference; of a closed loop none: error against horizon, position and heading error of
+/// all estimates over time; along, cross and heading error of the focus with three sigmas, and its
+/// NEES.
+[[nodiscard]] std::vector<Figure> errors(const EvaluatedDrive& drive);
+
+/// Of the focus, a figure a source (of the camera three) whose samples were tested.
+[[nodiscard]] std::vector<Figure> innovations(const EvaluatedDrive& drive);
+
+/// Wake-up latency, and execution time where it was measured.
+[[nodiscard]] std::vector<Figure> beat(const BeatHistogram& beat);
+
+}  // namespace odomd::tools::report

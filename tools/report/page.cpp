@@ -1,0 +1,244 @@
+#include "tools/report/page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include "tools/chart/svg.hpp"
+#include "tools/evaluation_summary.hpp"
+#include "tools/report/figures.hpp"
+#include "tools/text.hpp"
+
+namespace odomd::tools::report {
+namespace {
+
+using svg::escaped;
+
+// Two pictures beside each other where there is room, one on a phone; small ones three; tables
+// scroll by themselves where they must.
+constexpr const char* style = R"css(
+:root { color-scheme: light; }
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 1.2rem 1rem 3rem; max-width: 80rem; background: #f6f7f9; color: #1f2933;
+  font: 16px/1.5 "DejaVu Sans", Verdana, system-ui, sans-serif; }
+h1 { font-size: 1.7rem; line-height: 1.2; margin: .4rem 0 .6rem; overflow-wrap: anywhere; }
+h2 { font-size: 1.3rem; margin: 2.4rem 0 .4rem; padding-top: .8rem; border-top: 2px solid #cbd2d9; overflow-wrap: anywhere; }
+h3 { font-size: 1.05rem; margin: 1.6rem 0 .5rem; }
+p { margin: .4rem 0 .8rem; max-width: 52rem; }
+.faint, figcaption { color: #5f6b7a; font-size: .88rem; }
+.scroll { overflow-x: auto; margin: .6rem 0 1rem; }
+table { border-collapse: collapse; background: #fff; font-size: .92rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .35rem .7rem; text-align: right; border-bottom: 1px solid #e6e9ed; vertical-align: bottom; }
+th { font-weight: 600; border-bottom: 2px solid #cbd2d9; }
+td.words, th.words { text-align: left; }
+td.words { min-width: 5.5rem; }
+tr.first td { border-top: 2px solid #e6e9ed; }
+.figures { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fill, minmax(min(100%, 26rem), 1fr)); align-items: start; }
+.figures.small { grid-template-columns: repeat(auto-fill, minmax(min(100%, 22rem), 1fr)); }
+figure { margin: 0; padding: .5rem; background: #fff; border: 1px solid #e0e4e9; border-radius: 8px; break-inside: avoid; }
+figure svg { display: block; width: 100%; height: auto; }
+figcaption { padding: .1rem .5rem .4rem; }
+.warning { border-left: 4px solid #d55e00; padding: .2rem .8rem; background: #fff; max-width: none; }
+details { margin: .8rem 0; }
+summary { cursor: pointer; }
+pre, code { font: .82rem/1.45 "DejaVu Sans Mono", Consolas, monospace; }
+code { overflow-wrap: anywhere; }
+pre { background: #fff; border: 1px solid #e0e4e9; border-radius: 8px; padding: .7rem; overflow-x: auto; }
+@media (max-width: 40rem) {
+  body { padding: .6rem .5rem 2rem; font-size: 15px; }
+  table { font-size: .8rem; }
+  th, td { padding: .3rem .4rem; }
+  figure { padding: .2rem; }
+}
+@media print {
+  @page { margin: 14mm; }
+  body { background: #fff; max-width: none; padding: 0; font-size: 9.5pt; }
+  h2 { border-top: none; }
+  section + section { break-before: page; }
+  h2, h3 { break-after: avoid; }
+  .figures { grid-template-columns: 1fr 1fr; gap: 4mm; }
+  .figures.small { grid-template-columns: 1fr 1fr 1fr; }
+  th, td { padding: .15rem .5rem; }
+  .scroll, pre { overflow: visible; }
+  pre { white-space: pre-wrap; }
+  figure { border: none; padding: 0; }
+}
+)css";
+
+std::string html_of(const Table& table) {
+  const auto is_words = [&table](std::size_t column) {
+    return std::ranges::find(table.flush_left, column) != table.flush_left.end();
+  };
+  const auto row_of = [&](const std::vector<std::string>& cells, const char* tag,
+                          const char* row_class) {
+    std::string row = fmt::format("<tr{}>", row_class);
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      std::string words = escaped(cells[i]);
+      if (words.starts_with('-') && words.size() > 1) words.replace(0, 1, "\u2212");
+      row += fmt::format("<{0}{1}>{2}</{0}>", tag, is_words(i) ? " class=\"words\"" : "", words);
+    }
+    return row + "</tr>\n";
+  };
+  std::string out = "<div class=\"scroll\"><table>\n<thead>" + row_of(table.header, "th", "") +
+                    "</thead>\n<tbody>\n";
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    // A line between two drives.
+    const bool begins =
+        i > 0 && is_words(0) && is_words(1) && table.rows[i][0] != table.rows[i - 1][0];
+    out += row_of(table.rows[i], "td", begins ? " class=\"first\"" : "");
+  }
+  return out + "</tbody></table></div>\n";
+}
+
+std::string html_of(const std::vector<Figure>& figures, const char* kind = "") {
+  std::string out = fmt::format("<div class=\"figures{}\">\n", kind);
+  for (const Figure& figure : figures) {
+    out += "<figure>\n" + chart::as_svg(std::array{figure.drawing});
+    if (!figure.caption.empty()) {
+      out += "<figcaption>" + escaped(figure.caption) + "</figcaption>\n";
+    }
+    out += "</figure>\n";
+  }
+  return out + "</div>\n";
+}
+
+std::string paragraph(const std::string& text, const char* kind) {
+  return fmt::format("<p class=\"{}\">{}</p>\n", kind, escaped(text));
+}
+
+// What was driven, and how it is judged.
+std::string facts(const EvaluatedDrive& drive) {
+  const Evaluation& e = drive.report.evaluations.front();
+  std::string text = fixed(static_cast<double>(e.last_ns - e.first_ns) * 1e-9, 1) + " s, " +
+                     fixed(e.path_length, 1) + " m. ";
+  if (e.against == Against::closed_loop) {
+    text += "Closed loop: held against its own start.";
+  } else {
+    text += "Reference " + drive.report.reference + "; alignment " +
+            align_in_words(drive.report.align) + ".";
+  }
+  if (drive.report.frame == Frame::odom) text += " The jump-free pose.";
+  if (!drive.replays.empty()) {
+    const ReplaySummary& summary = drive.replays.front().summary;
+    text += " " + std::to_string(summary.frames) + " CAN frames, " +
+            (summary.cameras > 0 ? std::to_string(summary.cameras) + " camera poses."
+                                 : "no camera: dead reckoning.");
+  }
+  return paragraph(text, "faint");
+}
+
+Table details_table(const EvaluatedDrive& drive) {
+  Table table{{""}, {}, {0}};
+  for (const std::string& name : names_of(drive)) table.header.push_back(name);
+  for (const auto& row : report_rows(drive.report)) table.rows.push_back(row);
+  return table;
+}
+
+// What the filter has learnt of sensors and car by the end.
+std::optional<Table> calibration_table(const EvaluatedDrive& drive) {
+  const std::size_t focus = focus_of(drive);
+  if (focus >= drive.replays.size()) return std::nullopt;
+  const odom_details& details = drive.replays[focus].last.details;
+  static constexpr std::array<const char*, daemon::calibrations.size()> units{
+      " [rad/s]", "", " [m/s²]", " [m/s²]", "", " [rad]", ""};
+  Table table{{"learnt", "value", "3σ", ""}, {}, {0, 3}};
+  for (std::size_t i = 0; i < daemon::calibrations.size(); ++i) {
+    const double sigma = details.calibration_sigma[i];
+    if (!(sigma > 0.0)) continue;
+    const bool valid = (details.calibration_valid >> i & 1U) != 0;
+    table.rows.push_back({std::string{daemon::calibrations[i].name} + units[i],
+                          fixed(details.*daemon::calibrations[i].value, 4), fixed(3.0 * sigma, 4),
+                          valid ? "" : "not seen well enough"});
+  }
+  if (table.rows.empty()) return std::nullopt;
+  return table;
+}
+
+std::string samples(const EvaluatedDrive& drive) {
+  const std::size_t focus = focus_of(drive);
+  if (focus >= drive.replays.size()) return {};
+  std::string out = "<h3>Samples, as " + escaped(drive.estimates[focus].name) +
+                    " took them</h3>\n" + html_of(source_table(drive.replays[focus].summary));
+  const std::vector<Figure> figures = innovations(drive);
+  if (!figures.empty()) {
+    out += paragraph(
+        "Innovations: how far each sample lay from what the filter expected at the sample's own "
+        "time, and three standard deviations of that. Where dots are dense, the outermost of each "
+        "column are drawn. NIS is the mean of their squares over S; honest is 1.",
+        "faint");
+    out += html_of(figures, " small");
+  }
+  if (const auto learnt = calibration_table(drive)) out += html_of(*learnt);
+  return out;
+}
+
+// Text that keeps its lines.
+std::string escaped_lines(const std::string& text) {
+  std::string out;
+  std::size_t at = 0;
+  while (at < text.size()) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    out += escaped(text.substr(at, end - at)) + '\n';
+    at = end + 1;
+  }
+  return out;
+}
+
+std::string configuration(const EvaluatedDrive& drive) {
+  if (!drive.config) return {};
+  return fmt::format("<details><summary>Configuration: {}</summary>\n<pre>{}</pre></details>\n",
+                     escaped(drive.config->file.string()), escaped_lines(drive.config->text));
+}
+
+std::string section(const EvaluatedDrive& drive) {
+  std::string out = "<h2>" + escaped(drive.name) + "</h2>\n" + facts(drive);
+  for (const std::string& warning : drive.warnings) out += paragraph(warning, "warning");
+  std::vector<Figure> figures{trajectories(drive)};
+  for (Figure& figure : errors(drive)) figures.push_back(std::move(figure));
+  out += html_of(figures);
+  out += "<h3>All figures</h3>\n" + html_of(details_table(drive));
+  out += samples(drive);
+  if (drive.beat) {
+    out += "<h3>Beat</h3>\n" + html_of(beat(*drive.beat), " small");
+  }
+  return out + configuration(drive);
+}
+
+std::string title_of(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
+  if (!info.title.empty()) return info.title;
+  std::string names;
+  for (const EvaluatedDrive& drive : drives) names += (names.empty() ? "" : ", ") + drive.name;
+  return "Odometry of " + names;
+}
+
+}  // namespace
+
+std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
+  const std::string title = escaped(title_of(drives, info));
+  std::string body =
+      "<h1>" + title + "</h1>\n" + html_of(summary_table(drives)) +
+      paragraph(
+          "End: distance of the last pose from the truth, over the path. Heading: "
+          "accumulated, at the end. 35 ms: mean error of the displacement over seven "
+          "ticks of 5 ms, in the body frame. NEES: squared error over the filter's "
+          "own covariance; honest is 3.",
+          "faint");
+  for (const EvaluatedDrive& drive : drives) {
+    body += "<section>\n" + section(drive) + "</section>\n";
+  }
+  body += fmt::format(
+      "<h2>How this was made</h2>\n<p class=\"faint\">odom {}</p>\n<p><code>{}</code></p>\n",
+      escaped(info.version), escaped(info.command));
+  return fmt::format(
+      "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\">\n<head>\n"
+      "<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+      "<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n{}</body>\n</html>\n",
+      title, style, body);
+}
+
+}  // namespace odomd::tools::report
