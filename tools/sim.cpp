@@ -18,6 +18,7 @@
 #include "tools/sim/live.hpp"
 #include "tools/sim/progress.hpp"
 #include "tools/sim/simulation.hpp"
+#include "tools/sim_experiments.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -295,7 +296,10 @@ void add_sim(CLI::App& odom) {
       ->group(errors);
   add_parameter_options(command, *arguments);
 
-  command.callback([arguments] { simulate(*arguments); });
+  add_sim_experiments(command);
+  command.callback([arguments, &command] {
+    if (command.get_subcommands().empty()) simulate(*arguments);
+  });
 }
 
 }  // namespace odomd::tools
