@@ -134,13 +134,30 @@ std::optional<Fitted> fit(const Record& record, Section section, const Bifilar& 
         damping *= 10.0;
       }
     }
-    if (better && gain > 1e-9) continue;
+    if (better && gain > 1e-7) continue;
     if (!x.allFinite()) return std::nullopt;
     const double variance = residuals.squaredNorm() / static_cast<double>(n - unknown_count);
     const Information covariance = information.ldlt().solve(Information::Identity()) * variance;
     return Fitted{x, residuals, std::exp(x[log_period]) * std::sqrt(covariance(0, 0))};
   }
   return std::nullopt;
+}
+
+/// A few swings first, and then twice as many: a period that is wrong by one swing in the whole
+/// record would be found as well as the right one.
+std::optional<Fitted> fit_by_and_by(const Record& record, Section section, const Bifilar& pendulum,
+                                    Unknowns guess) {
+  double span = 4.0 * std::exp(guess[log_period]);
+  while (true) {
+    const double until = record.t[section.begin] + span;
+    const auto past = std::ranges::lower_bound(record.t, until);
+    const Section part{section.begin,
+                       std::min(section.end, static_cast<std::size_t>(past - record.t.begin()))};
+    const auto fitted = fit(record, part, pendulum, guess);
+    if (!fitted || part.end == section.end) return fitted;
+    guess = fitted->x;
+    span *= 2.0;
+  }
 }
 
 /// Between two crossings of the mean.
@@ -233,7 +250,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   guess[rate] = *largest - mean;
   guess[bias] = mean;
   guess[viscous] = 2.0 * std::log(peak / std::max(halves[last - 1].peak, 1e-3 * peak)) / seconds;
-  const auto whole = fit(record, section, pendulum, guess);
+  const auto whole = fit_by_and_by(record, section, pendulum, guess);
   const double residual =
       whole ? std::sqrt(whole->residuals.squaredNorm() / static_cast<double>(section.size()))
             : peak;
