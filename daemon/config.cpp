@@ -141,9 +141,13 @@ void read_initial(TableReader table, Config& config) {
 }  // namespace
 
 Config load_config(const std::filesystem::path& file) {
+  return parse_config(read_toml_file(file), file);
+}
+
+Config parse_config(std::string text, const std::filesystem::path& file) {
   Config config;
   config.file = file;
-  config.text = read_toml_file(file);
+  config.text = std::move(text);
   const toml::table parsed = parse_toml(config.text, file);
   TableReader root(parsed, "", file);
 

@@ -105,6 +105,8 @@ struct Config {
 /// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
 /// key and the mend. Does not open the databases.
 [[nodiscard]] Config load_config(const std::filesystem::path& file);
+/// The same of a text; `file` is what errors call it, and what its paths are relative to.
+[[nodiscard]] Config parse_config(std::string text, const std::filesystem::path& file);
 
 /// Where recorders connect: [record] socket, or record.sock beside the status socket.
 [[nodiscard]] std::filesystem::path record_socket(const Config& config);

@@ -22,12 +22,12 @@ void describe(CLI::App& odom) {
   add_export(odom);
   add_help(odom);
   add_identify(odom);
-  add_plot(odom);
   add_pose(odom);
   add_record(odom);
   add_replay(odom);
   add_sim(odom);
   add_status(odom);
+  add_tune(odom);
   add_watch(odom);
 }
 

@@ -18,11 +18,11 @@ void add_identify(CLI::App& odom);
 void add_record(CLI::App& odom);
 void add_replay(CLI::App& odom);
 void add_evaluate(CLI::App& odom);
-void add_plot(CLI::App& odom);
 void add_status(CLI::App& odom);
 void add_pose(CLI::App& odom);
 void add_camera(CLI::App& odom);
 void add_sim(CLI::App& odom);
+void add_tune(CLI::App& odom);
 void add_watch(CLI::App& odom);
 void add_dbc(CLI::App& odom);
 

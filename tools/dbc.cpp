@@ -10,17 +10,6 @@
 
 namespace odomd::tools {
 
-std::string json_text(const nlohmann::ordered_json& value, int indent) {
-  return value.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
-std::string shortest(double value) {
-  std::string text = json_text(value);
-  if (text.ends_with(".0")) text.resize(text.size() - 2);
-  if (text == "null") return fmt::format("{}", value);  // JSON has no word for inf and nan
-  return text;
-}
-
 std::string hexadecimal(std::uint32_t id, can::IdFormat format) {
   return format == can::IdFormat::extended ? fmt::format("{:08X}", id) : fmt::format("{:03X}", id);
 }

@@ -1,12 +1,12 @@
-// What the subcommands of odom dbc do, and the number and identifier forms that they share.
+// What the subcommands of odom dbc do, and the forms that they share.
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "can_protocol/frame.hpp"
+#include "tools/json_text.hpp"
 
 namespace odomd::tools {
 
@@ -21,12 +21,6 @@ void show_dbc(const std::string& file, OutputForm form);
 /// identifier decodes it. Throws std::invalid_argument for unusable files.
 void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
                 Frames frames);
-
-/// JSON text; bytes that are no UTF-8 are replaced. `indent` -1: on one line.
-[[nodiscard]] std::string json_text(const nlohmann::ordered_json& value, int indent = -1);
-
-/// Shortest decimal form that reads back the same, for people: 5, not 5.0.
-[[nodiscard]] std::string shortest(double value);
 
 /// As candump prints it: 3 digits, or 8 of an extended one.
 [[nodiscard]] std::string hexadecimal(std::uint32_t id, can::IdFormat format);

@@ -26,7 +26,6 @@ struct Series {
   std::string colour;
   std::vector<Point> points;  ///< x must not decrease; what is not finite is a gap
   Mark mark = Mark::line;
-  double stroke = 3.0;
 };
 
 struct Band {

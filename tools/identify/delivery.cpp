@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "tools/dbc_commands.hpp"
+#include "tools/json_text.hpp"
 #include "tools/identify/config_patch.hpp"
 #include "tools/text.hpp"
 

@@ -1,0 +1,140 @@
+// odom tune as it is called, on drives whose best setting is known: a gyro that over-reads by 5 %
+// wants the scale 1/1.05.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/config_patch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class Tune : public testing::Test {
+ protected:
+  /// A short lap; `over_reads` is the gyro's scale error.
+  std::string drive(const std::string& name, const std::string& over_reads, int seed) {
+    const std::string folder = scratch_.path(name);
+    const Outcome sim = run_shell(
+        "odom sim --ideal --duration 8 --standstill 0.2 --fix gyro_scale_error=" + over_reads +
+        " --seed " + std::to_string(seed) + " --out " + folder);
+    EXPECT_EQ(sim.status, 0) << sim.err;
+    return folder;
+  }
+
+  const Scratch scratch_;
+  const std::string gyro_ = "--set can.signals.yaw_rate.scale=0.9:1.1 ";
+  const std::string how_ = "--no-camera --model paper --goal heading ";
+};
+
+TEST_F(Tune, FindsTheScaleOfAGyroThatOverReadsAndWritesIt) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string other = drive("other", "0.05", 2);
+  const std::string config = one + "/car.toml";
+  const Outcome tuned = run_shell("odom tune --drive " + one + " --held-out " + other + " " +
+                                  gyro_ + how_ + "--json --write " + config);
+  ASSERT_EQ(tuned.status, 0) << tuned.err;
+  const json result = json::parse(tuned.out);
+  EXPECT_NEAR(result["keys"][0]["after"].get<double>(), 1.0 / 1.05, 0.01);
+  EXPECT_TRUE(result["better"].get<bool>());
+  EXPECT_LT(result["relative_error"].get<double>(), 0.2);
+  EXPECT_LT(result["held_out_relative_error"].get<double>(), 0.2);
+  EXPECT_THAT(contents(config), HasSubstr("odom tune: "));
+  EXPECT_THAT(contents(config), HasSubstr("% better on 1 drive"));
+
+  // What was written does as well: nothing is left to find.
+  const Outcome again = run_shell("odom tune --drive " + one + " " + gyro_ + how_);
+  ASSERT_EQ(again.status, 0) << again.err;
+  EXPECT_THAT(again.out, HasSubstr("Nothing better was found."));
+}
+
+TEST_F(Tune, PutsBackWhatHarmsTheDrivesHeldOutAndWritesNothing) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string other = drive("other", "-0.05", 2);
+  const std::string config = one + "/car.toml";
+  const std::string before = contents(config);
+  const Outcome tuned = run_shell("odom tune --drive " + one + " --held-out " + other + " " +
+                                  gyro_ + how_ + "--write " + config);
+  ASSERT_EQ(tuned.status, 0) << tuned.err;
+  EXPECT_THAT(tuned.out, HasSubstr("over-fitted: put back"));
+  EXPECT_THAT(tuned.out, HasSubstr("keep the configuration as it is"));
+  EXPECT_THAT(tuned.err, HasSubstr("is left as it was"));
+  EXPECT_EQ(contents(config), before);
+}
+
+TEST_F(Tune, TheSameWhateverTheThreadsAndHoweverOftenItWasStopped) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string state = scratch_.path("tune.state");
+  const std::string command = "odom tune --drive " + one + " " + gyro_ +
+                              "--set vehicle.rear_axle=0.06:0.12 " + how_ + "--json ";
+  const Outcome at_once = run_shell(command + "--jobs 1");
+  ASSERT_EQ(at_once.status, 0) << at_once.err;
+  EXPECT_EQ(run_shell(command + "--jobs 3").out, at_once.out);
+
+  ASSERT_EQ(run_shell(command + "--trials 12 --state " + state).status, 0);
+  const std::string whole = contents(state);
+  scratch_.write("tune.state", whole.substr(0, whole.size() - 20));  // as a power cut leaves it
+  EXPECT_EQ(run_shell(command + "--state " + state).out, at_once.out);
+}
+
+TEST_F(Tune, AnInterruptLeavesAStateToGoOnFrom) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string state = scratch_.path("tune.state");
+  const Outcome stopped =
+      run_shell("odom tune --drive " + one + " --set can.signals.yaw_rate.scale=0.9:1.1:1000 " +
+                how_ + "--jobs 2 --state " + state + " & pid=$!; until [ $(wc -l <" + state +
+                ") -gt 3 ]; do sleep 0.05; done; kill -INT $pid; wait $pid");
+  EXPECT_EQ(stopped.status, 1);
+  EXPECT_THAT(stopped.err, HasSubstr("the same command goes on from here by " + state));
+  const std::string text = contents(state);
+  EXPECT_EQ(text.back(), '\n');
+}
+
+TEST_F(Tune, SweepsEveryCombination) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string table = scratch_.path("sweep.csv");
+  const Outcome swept = run_shell("odom tune --drive " + one +
+                                  " --set can.signals.yaw_rate.scale=0.9,0.95,1 "
+                                  "--set vehicle.rear_axle=0.08:0.1:2 " +
+                                  how_ + "--json --out " + table);
+  ASSERT_EQ(swept.status, 0) << swept.err;
+  const json result = json::parse(swept.out);
+  EXPECT_EQ(result["trials"].size(), 6U);
+  EXPECT_EQ(result["keys"][0]["after"].get<double>(), 0.95);
+  EXPECT_THAT(contents(table),
+              testing::StartsWith("can.signals.yaw_rate.scale,vehicle.rear_axle,relative_error\n"));
+}
+
+TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
+  const std::string one = drive("one", "0", 1);
+  const auto refused = [&](const std::string& arguments) {
+    const Outcome outcome = run_shell("odom tune " + arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    return outcome.err;
+  };
+  EXPECT_THAT(refused("--drive " + one + " --set filter.wheel_slipp=0.01:1"),
+              HasSubstr("wheel_slip"));  // the nearest name
+  EXPECT_THAT(refused("--drive " + one + " --set can.dbc=0.01:1"), HasSubstr("is no number"));
+  EXPECT_THAT(refused("--drive " + one +
+                      " --set filter.wheel_slip=0.01"
+                      " --set filter.window=0.2:0.4"),
+              HasSubstr("all the one or all the other"));
+  EXPECT_THAT(refused("--drive " + one + " --held-out " + one + " --set filter.window=0.2:0.4"),
+              HasSubstr("is tuned on as well"));
+  EXPECT_THAT(refused("--drive " + scratch_.path("none").string() + " --set filter.window=0.2:0.4"),
+              HasSubstr("is no folder"));
+  EXPECT_THAT(refused("--drive " + one + " --goal speed --set filter.window=0.2:0.4"),
+              HasSubstr("is none of position"));
+  ASSERT_EQ(run_shell("rm " + one + "/truth.csv").status, 0);
+  EXPECT_THAT(refused("--drive " + one + " --set filter.window=0.2:0.4"),
+              HasSubstr("has no truth.csv"));
+}
+
+}  // namespace
+}  // namespace odomd::tools

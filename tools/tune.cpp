@@ -1,0 +1,239 @@
+// odom tune: better settings, found by replaying drives on all cores.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tools/choice.hpp"
+#include "tools/commands.hpp"
+#include "tools/files.hpp"
+#include "tools/identify/config_patch.hpp"
+#include "tools/interrupt.hpp"
+#include "tools/text.hpp"
+#include "tools/tune/tune_report.hpp"
+#include "tools/tune/tuning.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::vector<std::string> drives;
+  std::vector<std::string> held_out;
+  std::string config;
+  std::vector<std::string> set;
+  std::vector<std::string> goals{"position", "heading", "prediction"};
+  std::string model;
+  Align align = Align::first;
+  std::vector<double> lever_arm;
+  bool no_camera = false;
+  std::size_t trials = SearchSettings{}.trials;
+  std::size_t jobs = 0;
+  std::string state;
+  std::string out;
+  std::string write;
+  bool json = false;
+};
+
+std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Options& options) {
+  std::vector<Drive> drives;
+  for (const std::string& folder : folders) {
+    drives.push_back(
+        read_drive({.folder = folder,
+                    .config = options.config,
+                    .reference = {},
+                    .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take}));
+    for (const std::string& warning : drives.back().warnings)
+      std::cerr << "odom tune: warning: " << folder << ": " << warning << '\n';
+  }
+  return drives;
+}
+
+Goal goal_named(const std::string& name) {
+  const auto found = std::ranges::find(goal_names, name);
+  if (found == goal_names.end())
+    throw std::invalid_argument("--goal: \"" + name +
+                                "\" is none of position, heading, prediction, second, end, nees");
+  return static_cast<Goal>(found - goal_names.begin());
+}
+
+TuneJob job_of(const Options& options) {
+  TuneJob job;
+  for (const std::string& text : options.set) {
+    Parameter parameter = parse_parameter(text);
+    for (const Parameter& other : job.parameters)
+      if (other.key == parameter.key)
+        throw std::invalid_argument("--set: " + parameter.key + " is named twice");
+    job.parameters.push_back(std::move(parameter));
+  }
+  for (const std::string& name : options.goals) job.goals.push_back(goal_named(name));
+  for (const std::string& drive : options.held_out)
+    if (std::ranges::find(options.drives, drive) != options.drives.end())
+      throw std::invalid_argument("--held-out " + drive +
+                                  ": is tuned on as well; it is one or the "
+                                  "other");
+  if (!options.model.empty()) job.model = daemon::parse_model(options.model);
+  job.measure.align = options.align;
+  if (!options.lever_arm.empty())
+    job.measure.lever_arm = {options.lever_arm[0], options.lever_arm[1], options.lever_arm[2]};
+  job.threads = options.jobs != 0 ? options.jobs
+                                  : std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
+  job.search.trials = options.trials;
+  job.state = options.state;
+  job.drives = read_drives(options.drives, options);
+  job.held_out = read_drives(options.held_out, options);
+  return job;
+}
+
+/// One line that is kept up to date on a terminal, a line every ten seconds elsewhere.
+class Progress {
+ public:
+  void show(const TuneProgress& progress) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_) return;
+    next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
+    const std::string text = fmt::format("{}, {} of {} replays of this round, best {:.1f} % better",
+                                         counted(progress.trials, "trial"), progress.done,
+                                         progress.all, 100.0 * (1.0 - progress.best));
+    if (terminal_) {
+      std::cerr << '\r' << text << "\x1b[K" << std::flush;
+      shown_ = true;
+    } else {
+      std::cerr << "odom tune: " + text + "\n" << std::flush;
+    }
+  }
+  void end() const {
+    if (shown_) std::cerr << '\n';
+  }
+
+ private:
+  bool terminal_ = ::isatty(STDERR_FILENO) != 0;
+  bool shown_ = false;
+  std::chrono::steady_clock::time_point next_ =
+      std::chrono::steady_clock::now() + std::chrono::seconds(terminal_ ? 0 : 10);
+};
+
+void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
+  if (!result.is_better()) {
+    std::cerr << "odom tune: " << options.write << " is left as it was\n";
+    return;
+  }
+  std::vector<ConfigValue> values;
+  for (const TunedKey& key : result.keys)
+    if (key.fate == Fate::taken) values.push_back({key.key, key.after, note_of(job, result)});
+  patch_config(options.write, values);
+}
+
+void run_tune(const Options& options) {
+  const TuneJob job = job_of(options);
+  Interrupt interrupt;
+  Progress progress;
+  TuneResult result;
+  try {
+    result = tune(job, [&](const TuneProgress& now) {
+      progress.show(now);
+      return interrupt.requested() ? GoOn::no : GoOn::yes;
+    });
+  } catch (const Stopped&) {
+    progress.end();
+    throw std::runtime_error(
+        options.state.empty() ? "stopped; with --state FILE the next run would go on from here"
+                              : "stopped; the same command goes on from here by " + options.state);
+  }
+  progress.end();
+  if (!options.out.empty()) {
+    WholeFile file(options.out);
+    file.stream() << trials_csv(job, result);
+    file.finish();
+  }
+  std::cout << (options.json ? as_json(job, result) : as_text(job, result));
+  if (!options.write.empty()) write_config(options, job, result);
+}
+
+}  // namespace
+
+void add_tune(CLI::App& odom) {
+  auto* command = odom.add_subcommand(
+      "tune", "Search settings that lessen the errors of drives, and tell what was over-fitted");
+  const auto options = std::make_shared<Options>();
+  command
+      ->add_option("--drive", options->drives,
+                   "Drive to tune on: a folder with drive.log, car.toml, truth.csv and perhaps "
+                   "camera.csv; several times")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("DIR");
+  command
+      ->add_option("--held-out", options->held_out,
+                   "Drive to judge by: the search never sees it; several times")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("DIR");
+  command
+      ->add_option("--set", options->set,
+                   "Number to turn: KEY=FROM:TO is searched, KEY=FROM:TO:N and KEY=A,B,C are "
+                   "swept in all combinations; several times")
+      ->required()
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("KEY=RANGE");
+  command->add_option("--config", options->config, "Configuration instead of each drive's car.toml")
+      ->type_name("TOML");
+  command
+      ->add_option("--goal", options->goals,
+                   "What to lessen, of position, heading, prediction (35 ms), second (1 s), end "
+                   "(cm/m), nees; default: position,heading,prediction")
+      ->delimiter(',')
+      ->type_name("NAMES");
+  command->add_option("--model", options->model, "Model instead of the configuration's")
+      ->type_name("MODEL");
+  add_choice(*command, "--align", options->align,
+             Choices<Align>{{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+             "How poses are brought to the reference, as in odom evaluate; default: first");
+  command
+      ->add_option("--lever-arm", options->lever_arm,
+                   "Pose of the reference's point in the body frame: x,y,yaw")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,YAW");
+  command->add_flag("--no-camera", options->no_camera, "Leave camera.csv out: dead reckoning");
+  command->add_option("--trials", options->trials, "At most so many in a search; default: 400")
+      ->check(CLI::Range(1, 1'000'000))
+      ->type_name("N");
+  command->add_option("--jobs", options->jobs, "Replays at once; default: one a core")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  command
+      ->add_option("--state", options->state,
+                   "Keeps what was tried; a run that was stopped goes on from it")
+      ->type_name("FILE");
+  command->add_option("--out", options->out, "Every trial: keys and relative error")
+      ->type_name("CSV");
+  command
+      ->add_option("--write", options->write,
+                   "Configuration to put the tuned numbers into, where they are better, also on "
+                   "the drives held out")
+      ->type_name("TOML");
+  command->add_flag("--json", options->json, "One JSON object instead of tables");
+  command->footer(
+      "The error is the geometric mean, over drives and goals, of each error to what it is with "
+      "the\n"
+      "configuration as it is. Ranges above zero are searched in proportion. A key that helps the\n"
+      "drives tuned on and harms those held out is over-fitted, and put back.\n"
+      "Examples:\n"
+      "  odom tune --drive lap1 --drive lap2 --held-out lap3 --set filter.tyre_force_error=0.2:5\n"
+      "    --set can.signals.yaw_rate.sigma=0.002:0.05 --state tune.state --write car.toml\n"
+      "  odom tune --drive lap1 --set filter.wheel_slip=0.005:0.08:9 --out sweep.csv\n"
+      "  odom tune --drive lap1 --no-camera --goal end,heading --set "
+      "vehicle.yaw_inertia=0.02:0.04");
+  command->callback([options] { run_tune(*options); });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,52 @@
+#include "tools/tune/score.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace odomd::tools {
+namespace {
+
+constexpr double untold = std::numeric_limits<double>::quiet_NaN();
+constexpr double honest_nees = 3.0;  // of x, y and yaw
+constexpr std::int64_t second_ns = 1'000'000'000;
+
+/// Below this an error is none: a ratio of two of them says nothing.
+constexpr double least_error = 1e-9;
+
+}  // namespace
+
+Score score_of(const Evaluation& evaluation) {
+  Score score;
+  score.fill(untold);
+  const auto set = [&](Goal goal, double value) { score[static_cast<std::size_t>(goal)] = value; };
+  set(Goal::position, evaluation.position.rms);
+  set(Goal::heading, evaluation.heading.rms);
+  if (evaluation.short_term) set(Goal::prediction, evaluation.short_term->displacement.mean);
+  for (const HorizonError& error : evaluation.horizons)
+    if (error.horizon_ns == second_ns) set(Goal::second, error.displacement.mean);
+  if (evaluation.end_cm_per_m) set(Goal::end, *evaluation.end_cm_per_m);
+  if (evaluation.consistency && evaluation.consistency->nees > 0.0)
+    set(Goal::nees, std::exp(std::fabs(std::log(evaluation.consistency->nees / honest_nees))));
+  return score;
+}
+
+double relative_error(std::span<const Score> tried, std::span<const Score> before,
+                      std::span<const Goal> goals) {
+  double logarithms = 0.0;
+  std::size_t count = 0;
+  for (std::size_t drive = 0; drive < before.size(); ++drive) {
+    for (const Goal goal : goals) {
+      const auto index = static_cast<std::size_t>(goal);
+      if (std::isnan(before[drive][index])) continue;
+      const double now = tried[drive][index];
+      if (!std::isfinite(now)) return std::numeric_limits<double>::infinity();
+      logarithms +=
+          std::log(std::max(now, least_error) / std::max(before[drive][index], least_error));
+      ++count;
+    }
+  }
+  return count == 0 ? 1.0 : std::exp(logarithms / static_cast<double>(count));
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,135 @@
+#include "tools/tune/trials.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "tools/identify/config_patch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr std::chrono::milliseconds look_after{100};
+
+/// What the threads share. One replay is a task: a drive of a trial.
+struct Work {
+  std::size_t tasks = 0;
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> stop{false};
+
+  std::mutex mutex;  // of all below
+  std::condition_variable changed;
+  std::vector<TrialOutcome> outcomes;
+  std::vector<std::size_t> left;  // drives of each trial that are not done
+  std::vector<std::size_t> done;  // trials whose last drive is, in the order of their ends
+  std::size_t replays = 0;
+  std::size_t running = 0;
+  std::exception_ptr failure;
+};
+
+bool is_as_configured(const Values& values) {
+  return std::ranges::none_of(values, [](const auto& value) { return value.has_value(); });
+}
+
+struct Replayed {
+  Score score{};
+  std::string impossible;
+};
+
+Replayed replay_with(const TrialSettings& settings, const Drive& drive, const Values& values) {
+  Replayed result;
+  try {
+    const daemon::Config config = config_with(settings, drive, values);
+    result.score = score_of(evaluate_drive(drive, config, settings.measure));
+  } catch (const std::invalid_argument& error) {
+    if (is_as_configured(values)) throw;
+    result.impossible = error.what();
+  }
+  return result;
+}
+
+void work_off(const TrialSettings& settings, std::span<const Values> trials, Work& work) {
+  const std::size_t drives = settings.drives.size();
+  while (!work.stop) {
+    const std::size_t task = work.next++;
+    if (task >= work.tasks) break;
+    const std::size_t trial = task / drives;
+    const std::size_t drive = task % drives;
+    try {
+      Replayed replayed = replay_with(settings, settings.drives[drive], trials[trial]);
+      const std::scoped_lock lock(work.mutex);
+      TrialOutcome& outcome = work.outcomes[trial];
+      outcome.scores[drive] = replayed.score;
+      if (!replayed.impossible.empty()) outcome.impossible = std::move(replayed.impossible);
+      ++work.replays;
+      if (--work.left[trial] == 0) {
+        if (!outcome.impossible.empty()) outcome.scores.clear();
+        work.done.push_back(trial);
+      }
+    } catch (...) {
+      const std::scoped_lock lock(work.mutex);
+      if (!work.failure) work.failure = std::current_exception();
+      work.stop = true;
+    }
+    work.changed.notify_one();
+  }
+  const std::scoped_lock lock(work.mutex);
+  --work.running;
+  work.changed.notify_one();
+}
+
+}  // namespace
+
+daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
+                           const Values& values) {
+  std::vector<ConfigValue> patch;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (values[i]) patch.push_back({settings.parameters[i].key, *values[i], ""});
+  const daemon::Config& own = drive.config;
+  daemon::Config config = daemon::parse_config(patched(own.text, own.file, patch), own.file);
+  config.can.sources = own.can.sources;
+  config.can.dbc = own.can.dbc;
+  std::vector<std::string> warnings;  // were given when the drive was read
+  (void)daemon::load_databases(config, warnings);
+  if (settings.model) config.model = *settings.model;
+  return config;
+}
+
+std::vector<TrialOutcome> run_trials(
+    const TrialSettings& settings, std::span<const Values> trials, const Watch& watch,
+    const std::function<void(std::size_t trial, const TrialOutcome&)>& finished) {
+  Work work;
+  work.tasks = trials.size() * settings.drives.size();
+  work.outcomes.assign(trials.size(),
+                       {.scores = std::vector<Score>(settings.drives.size()), .impossible = ""});
+  work.left.assign(trials.size(), settings.drives.size());
+  work.running = std::min(std::max<std::size_t>(settings.threads, 1), work.tasks);
+
+  std::vector<std::jthread> threads;
+  for (std::size_t i = 0, count = work.running; i < count; ++i)
+    threads.emplace_back([&] { work_off(settings, trials, work); });
+
+  std::size_t told = 0;
+  bool stopped = false;
+  std::unique_lock lock(work.mutex);
+  while (work.running > 0 || told < work.done.size()) {
+    if (told == work.done.size()) work.changed.wait_for(lock, look_after);
+    for (; told < work.done.size(); ++told)
+      finished(work.done[told], work.outcomes[work.done[told]]);
+    if (watch(work.replays, work.tasks) == GoOn::no) {
+      stopped = true;
+      work.stop = true;
+    }
+  }
+  lock.unlock();
+  threads.clear();
+  if (work.failure) std::rethrow_exception(work.failure);
+  if (stopped) throw Stopped("stopped");
+  return std::move(work.outcomes);
+}
+
+}  // namespace odomd::tools

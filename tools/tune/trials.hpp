@@ -1,0 +1,57 @@
+// Settings tried on drives, on all cores.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "estimator/model.hpp"
+#include "tools/drive.hpp"
+#include "tools/drive_evaluation.hpp"
+#include "tools/tune/parameter.hpp"
+#include "tools/tune/score.hpp"
+
+namespace odomd::tools {
+
+/// A value a parameter; nothing: as the configuration has it.
+using Values = std::vector<std::optional<double>>;
+
+struct TrialOutcome {
+  std::vector<Score> scores;  ///< by drive; empty where it is impossible
+  std::string impossible;     ///< why, as the configuration's error has it
+};
+
+/// The user has asked to stop.
+class Stopped : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct TrialSettings {
+  std::span<const Drive> drives;
+  std::span<const Parameter> parameters;
+  std::optional<estimator::Model> model;  ///< nothing: the configuration's
+  Measure measure;
+  std::size_t threads = 1;
+};
+
+/// Told from the calling thread while trials run: replays done of all; returns whether to stop.
+enum class GoOn : std::uint8_t { yes, no };
+using Watch = std::function<GoOn(std::size_t done, std::size_t all)>;
+
+/// The outcome of each trial, whatever the number of threads. Settings that the configuration
+/// refuses are impossible; whatever else fails is thrown. `finished` is told of each trial as soon
+/// as its last drive is done. Throws Stopped.
+[[nodiscard]] std::vector<TrialOutcome> run_trials(
+    const TrialSettings& settings, std::span<const Values> trials, const Watch& watch,
+    const std::function<void(std::size_t trial, const TrialOutcome&)>& finished);
+
+/// The drive's configuration with these values in it. Throws std::invalid_argument.
+[[nodiscard]] daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
+                                         const Values& values);
+
+}  // namespace odomd::tools

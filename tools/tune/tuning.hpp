@@ -1,0 +1,86 @@
+// Better settings, found on some drives and held against others.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/tune/search.hpp"
+#include "tools/tune/trials.hpp"
+
+namespace odomd::tools {
+
+struct TuneJob {
+  std::vector<Drive> drives;    ///< to tune on; at least one
+  std::vector<Drive> held_out;  ///< to judge by, never searched on
+  std::vector<Parameter> parameters;
+  std::vector<Goal> goals;
+  std::optional<estimator::Model> model;
+  Measure measure;
+  std::size_t threads = 1;
+  SearchSettings search;
+  std::filesystem::path state;  ///< empty: none
+};
+
+/// What became of a key.
+enum class Fate : std::uint8_t {
+  taken,        ///< its value is the tuned one
+  over_fitted,  ///< harms the drives held out: put back
+  idle,         ///< changes nothing: left as it was
+};
+
+struct TunedKey {
+  std::string key;
+  std::optional<double> before;  ///< in the first drive's configuration; nothing: its default
+  double after = 0.0;            ///< as found, whatever its fate
+  bool at_end_of_range = false;
+  Fate fate = Fate::taken;
+  // Relative errors with this key alone put back, over those of all tuned: above 1, it helps.
+  double without = 1.0;
+  std::optional<double> without_held_out;
+};
+
+struct DriveScores {
+  std::string drive;
+  Score before{};
+  Score after{};
+};
+
+struct Trial {
+  Values values;
+  double relative_error = 1.0;
+};
+
+struct TuneResult {
+  std::vector<TunedKey> keys;
+  double relative_error = 1.0;           ///< of what is taken, on the drives tuned on
+  std::optional<double> held_out_error;  ///< and on the others
+  std::vector<DriveScores> drives;
+  std::vector<DriveScores> held_out;
+  std::vector<Trial> trials;   ///< all, in the order of the search
+  std::size_t impossible = 0;  ///< of them, refused by the configuration
+  std::string why_impossible;  ///< the last of these
+  std::size_t from_state = 0;  ///< read from the state, not tried again
+
+  /// Whether to take the settings: better on the drives tuned on, and not worse on those held out.
+  [[nodiscard]] bool is_better() const;
+};
+
+/// Told now and then: replays done of those of this round, trials so far, the least relative error.
+struct TuneProgress {
+  std::size_t done = 0;
+  std::size_t all = 0;
+  std::size_t trials = 0;
+  double best = 1.0;
+};
+using TuneWatch = std::function<GoOn(const TuneProgress&)>;
+
+/// Searches ranges by compass_search, or tries every combination of values. The same job has the
+/// same result, whatever the number of threads and however often it was stopped and gone on with.
+/// Throws std::invalid_argument for a job that cannot be done, Stopped.
+[[nodiscard]] TuneResult tune(const TuneJob& job, const TuneWatch& watch);
+
+}  // namespace odomd::tools
