@@ -38,7 +38,7 @@ warnings=$(grep -E ': (warning|error): ' "$log" | sort -u | wc -l)
 echo "$(date -u +%F) clang-tidy: ${#checked[@]} files, $warnings warnings; $((SECONDS - begin)) s"
 [ $# = 0 ] || exit "$status"
 
-mapfile -t modules < <(git ls-files 'python/odom/*.py' 'examples/*.py' 'tests/python/*.py' 'tests/examples/*.py')
-MYPYPATH=python:tests/python:tests/examples mypy --strict --cache-dir build/tidy/mypy "${modules[@]}" || status=1
+mapfile -t modules < <(git ls-files 'python/odom/*.py' 'examples/*.py' 'tests/python/*.py' 'tests/examples/*.py' 'tests/tools/export/*.py')
+MYPYPATH=python:tests/python:tests/examples:tests/tools/export mypy --strict --cache-dir build/tidy/mypy "${modules[@]}" || status=1
 echo "$(date -u +%F) mypy --strict: ${#modules[@]} files"
 exit "$status"

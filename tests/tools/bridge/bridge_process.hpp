@@ -2,12 +2,12 @@
 #pragma once
 
 #include <fcntl.h>
-#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -27,14 +27,20 @@ inline std::int64_t now_ns() {
 }
 
 /// Tries `condition` until it holds; false after a minute of trying.
-[[nodiscard]] inline bool eventually(const std::function<bool()>& condition) {
+[[nodiscard]] inline bool eventually(const std::function<bool()>& condition,
+                                     std::chrono::milliseconds pause = std::chrono::milliseconds{
+                                         5}) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes{1};
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    std::this_thread::sleep_for(pause);
   }
   return true;
 }
+
+/// Between ticks that nobody has answered yet: what a bridge that was held up sends at once is to
+/// fit into a socket's buffer.
+inline constexpr std::chrono::milliseconds between_ticks{25};
 
 /// CLOCK_REALTIME - CLOCK_MONOTONIC, as the segments here say.
 inline constexpr std::int64_t realtime_offset_ns = 1'700'000'000'123'456'789;
@@ -50,7 +56,7 @@ class SlowDaemon {
     info.realtime_offset_ns = realtime_offset_ns;
     info.first_tick_ns = first_ns_;
     writer_ = std::make_unique<shm::Writer>(
-        shm::SegmentSettings{.name = segment, .slots = 64, .group = {}}, info);
+        shm::SegmentSettings{.name = segment, .slots = 4096, .group = {}}, info);
     writer_->set_first_tick(first_ns_);
     writer_->set_realtime_offset(realtime_offset_ns);
     pose.mode = ODOM_TRACKING;
@@ -86,6 +92,7 @@ class Child {
     const std::string path = std::string(ODOMD_BIN_DIR) + "/" + program;
     arguments.insert(arguments.begin(), path);
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     posix_spawn_file_actions_t files{};

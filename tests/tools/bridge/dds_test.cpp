@@ -2,7 +2,6 @@
 // against the definitions of the messages.
 #include <dds/dds.h>
 #include <dds/ddsi/ddsi_serdata.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -16,8 +15,6 @@
 
 namespace odomd::tools {
 namespace {
-
-using ::testing::HasSubstr;
 
 // Nothing but the loopback, which need not know multicast; and nobody else's domain, whoever runs
 // these tests at the same time.
@@ -124,13 +121,15 @@ class DdsBridge : public ::testing::Test {
   }
 
   // Ticks until a sample has come.
-  Cdr tick_until(SlowDaemon& daemon, dds_entity_t reader) {
+  static Cdr tick_until(SlowDaemon& daemon, dds_entity_t reader) {
     std::optional<Cdr> cdr;
-    EXPECT_TRUE(eventually([&] {
-      daemon.tick();
-      cdr = take(reader);
-      return cdr.has_value();
-    }));
+    EXPECT_TRUE(eventually(
+        [&] {
+          daemon.tick();
+          cdr = take(reader);
+          return cdr.has_value();
+        },
+        between_ticks));
     return cdr.value_or(Cdr(std::vector<unsigned char>(4096)));
   }
 

@@ -242,7 +242,8 @@ class File:
 
     def _take_message(self, record: Record) -> Message:
         fields = Fields(record.content)
-        message = Message(*(fields.integer(n) for n in (2, 4, 8, 8)), fields.content[fields.at :])
+        channel, sequence, logged, published = (fields.integer(n) for n in (2, 4, 8, 8))
+        message = Message(channel, sequence, logged, published, fields.content[fields.at :])
         check(message.channel_id in self.channels, "a message before its channel")
         self.messages.append(message)
         return message

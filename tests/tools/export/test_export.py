@@ -65,6 +65,7 @@ def stamp(seconds: str) -> int:
 class Export(unittest.TestCase):
     directory: support.Directory
     drive: Path
+    pose: Path
 
     @classmethod
     def setUpClass(cls) -> None:
