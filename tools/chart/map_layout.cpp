@@ -3,7 +3,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tools/chart/axis.hpp"
 #include "tools/chart/style.hpp"
+#include "tools/text.hpp"
 
 namespace odomd::tools::chart {
 
@@ -35,12 +37,17 @@ Box view_of(const Map& map) {
 }
 
 Layout layout_of(const Box& view, double top) {
-  constexpr double label_left = 80.0;       // room for the labels of the y axis
   constexpr double tallest = 1.3 * canvas;  // a tall track may be a third higher than wide
   constexpr double flattest = 0.3;          // a flat one is given some air
+  // Room for the labels of the y axis, their unit, and a sign.
+  const double step = round_step(std::max(view.wide(), view.high()), 8.0);
+  const auto letters = [step](double value) {
+    return width(number(value, decimals_for(step))) + 2;
+  };
+  const auto longest = static_cast<double>(std::max(letters(view.bottom), letters(view.top)));
   Layout layout;
   layout.view = view;
-  layout.left = border + label_left;
+  layout.left = border + std::max(60.0, letter_width * tick_size * longest);
   layout.right = canvas - border - 12.0;
   layout.top = top;
   const double width = layout.right - layout.left;

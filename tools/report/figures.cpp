@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "tools/alignment.hpp"
@@ -239,10 +240,15 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
 std::vector<Figure> innovations(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   if (focus >= drive.replays.size()) return {};
-  const ReplayedDrive& replayed = drive.replays[focus];
+  const Evaluation& judged = drive.report.evaluations[focus];
+  std::vector<estimator::Judgement> judgements;  // of the part that is judged
+  std::ranges::copy_if(drive.replays[focus].judgements, std::back_inserter(judgements),
+                       [&judged](const estimator::Judgement& one) {
+                         return one.time_ns >= judged.first_ns && one.time_ns <= judged.last_ns;
+                       });
   std::vector<Figure> figures;
   for (const Chart& chart :
-       innovation_charts(replayed.judgements, drive.report.evaluations.front().first_ns)) {
+       innovation_charts(judgements, drive.report.evaluations.front().first_ns)) {
     figures.push_back({draw(chart), ""});
   }
   return figures;
