@@ -22,6 +22,7 @@ void describe(CLI::App& odom) {
   add_export(odom);
   add_help(odom);
   add_identify(odom);
+  add_plot(odom);
   add_pose(odom);
   add_record(odom);
   add_replay(odom);

@@ -18,6 +18,7 @@ void add_identify(CLI::App& odom);
 void add_record(CLI::App& odom);
 void add_replay(CLI::App& odom);
 void add_evaluate(CLI::App& odom);
+void add_plot(CLI::App& odom);
 void add_status(CLI::App& odom);
 void add_pose(CLI::App& odom);
 void add_camera(CLI::App& odom);

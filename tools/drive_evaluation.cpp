@@ -5,25 +5,10 @@
 #include <stdexcept>
 
 #include "daemon/pipeline.hpp"
+#include "tools/pose_point.hpp"
 #include "tools/replay_doubts.hpp"
 
 namespace odomd::tools {
-namespace {
-
-TrajectoryPoint point_of(const odom_pose& pose, Frame frame) {
-  TrajectoryPoint point;
-  point.t_ns = pose.time_ns;
-  point.pose = frame == Frame::odom ? estimator::Pose2{pose.odom_x, pose.odom_y, pose.odom_yaw}
-                                    : estimator::Pose2{pose.x, pose.y, pose.yaw};
-  point.motion = {pose.vx, pose.vy, pose.yaw_rate};
-  for (std::size_t i = 0; i < point.covariance.size(); ++i) {
-    point.covariance[i] = pose.covariance[i];
-  }
-  return point;
-}
-
-}  // namespace
-
 ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Frame frame,
                            Judgements judgements) try {
   ReplayedDrive result;

@@ -19,6 +19,8 @@ void add_identify(CLI::App& odom) {
       "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
   add_mass(*identify);
   add_cog(*identify);
+  add_inertia(*identify);
+  add_stiffness(*identify);
   add_latency(*identify);
 }
 

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "tools/camera_csv.hpp"
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
+#include "tools/innovation_file.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/pose_file.hpp"
 #include "tools/replay_doubts.hpp"
@@ -32,6 +34,7 @@ struct Options {
   std::string model;
   std::string initial;
   std::string out;
+  std::string innovations;
   std::string recording;
   bool verify = false;
   bool json = false;
@@ -62,12 +65,36 @@ void report(const Options& options, const ReplaySummary& summary, double seconds
 }
 
 ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::MergedLog& log,
-                   const CameraLog& camera, const PoseSink& sink) try {
+                   const CameraLog& camera, const PoseSink& sink, const JudgementSink& judged) try {
   return replay(
-      pipeline, period_ns, [&log] { return log.next(); }, camera.poses, sink);
+      pipeline, period_ns, [&log] { return log.next(); }, camera.poses, sink, judged);
 } catch (const PauseError& error) {
   throw PauseError(log.position() + error.what());
 }
+
+// The file of the innovations, where one is asked for.
+class InnovationFile {
+ public:
+  explicit InnovationFile(const std::string& file) {
+    if (file.empty()) return;
+    write_innovation_header(file_.emplace(file).stream());
+  }
+  [[nodiscard]] JudgementSink sink() {
+    if (!file_) return {};
+    return [this](std::span<const estimator::Judgement> judgements) {
+      text_.clear();
+      for (const estimator::Judgement& one : judgements) append_innovation_row(text_, one);
+      file_->stream() << text_;
+    };
+  }
+  void finish() {
+    if (file_) file_->finish();
+  }
+
+ private:
+  std::optional<WholeFile> file_;
+  std::string text_;
+};
 
 void run(const Options& options) {
   daemon::Config config = configuration(options);
@@ -93,13 +120,16 @@ void run(const Options& options) {
   std::optional<WholeFile> file;
   if (options.out != "-") file.emplace(options.out);
   std::ostream& out = file ? file->stream() : std::cout;
+  InnovationFile innovations(options.innovations);
 
   const auto start = std::chrono::steady_clock::now();
   PoseFile poses(out);
-  const ReplaySummary summary =
-      play(*pipeline, config.realtime.period_ns, log, camera,
-           [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); });
+  const ReplaySummary summary = play(
+      *pipeline, config.realtime.period_ns, log, camera,
+      [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); },
+      innovations.sink());
   poses.finish();
+  innovations.finish();
   if (file) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
@@ -133,6 +163,10 @@ void add_replay(CLI::App& odom) {
       ->add_option("--initial", options->initial,
                    "Pose to start from [m, m, rad]; instead of [initial] pose")
       ->type_name("X,Y,YAW");
+  replay
+      ->add_option("--innovations", options->innovations,
+                   "Write how every sample lay to what the full filter expected")
+      ->type_name("CSV");
   const auto given = replay->get_options();
   auto* recording = replay
                         ->add_option("--recording", options->recording,

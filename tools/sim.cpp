@@ -18,6 +18,7 @@
 #include "tools/sim/live.hpp"
 #include "tools/sim/progress.hpp"
 #include "tools/sim/simulation.hpp"
+#include "tools/sim_experiments.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -38,6 +39,7 @@ struct Arguments {
   bool live = false;
   bool force = false;
   bool config_only = false;
+  bool markers = false;
   bool json = false;
   bool progress = false;
 };
@@ -114,6 +116,8 @@ void simulate(const Arguments& arguments) {
     throw std::invalid_argument("--can is for --live; without it the frames go to DIR/drive.log");
   if (!arguments.live && !arguments.config_only && !arguments.camera_socket.empty())
     throw std::invalid_argument("--camera-socket is for --live and --config-only");
+  if (arguments.markers && arguments.out.empty())
+    throw std::invalid_argument("--markers: the film goes to a folder; add --out DIR");
   if (!arguments.live && arguments.out.empty())
     throw std::invalid_argument("nowhere to go: give --out DIR, or --live; see odom sim --help");
   if (arguments.live && can == "-" && arguments.json)
@@ -132,8 +136,8 @@ void simulate(const Arguments& arguments) {
         arguments.out, plan,
         {.can = can.empty() ? "drive.log" : can, .camera_socket = arguments.camera_socket});
     if (arguments.config_only) return;
-    writer.emplace(arguments.out, arguments.live && can != "-" ? can : sim::log_interface,
-                   decimals);
+    writer.emplace(arguments.out, arguments.live && can != "-" ? can : sim::log_interface, decimals,
+                   arguments.markers ? sim::FilmMarkers::write : sim::FilmMarkers::leave_out);
   }
 
   sim::Simulation drive(plan);
@@ -217,6 +221,7 @@ void add_sim(CLI::App& odom) {
       "  odom sim --scenario slalom --speed 2 --seed 7 --camera-outliers 0.01 --out drive\n"
       "  odom sim --ideal --gyro-scale-error 0.03 --out drive\n"
       "  odom sim --fix gyro_bias=0.01 --camera-dropout 20:2 --camera-dropout 40:5 --out drive\n"
+      "  odom sim --scenario circles --markers --out circles\n"
       "  odom sim --live --can can0 --camera-socket /run/odomd/camera.sock --out drive\n"
       "  odom sim --config-only --out drive\n"
       "  odom sim --live --out drive --force | odomd --config drive/car.toml --can -");
@@ -247,6 +252,11 @@ void add_sim(CLI::App& odom) {
       ->group(output);
   command
       .add_flag("--force", arguments->force, "Replace the drive in a directory that is not empty")
+      ->group(output);
+  command
+      .add_flag("--markers", arguments->markers,
+                "Also write markers.csv: two markers on the car, filmed from above, in pixels (for "
+                "odom identify stiffness)")
       ->group(output);
   command
       .add_flag("--config-only", arguments->config_only,
@@ -295,7 +305,10 @@ void add_sim(CLI::App& odom) {
       ->group(errors);
   add_parameter_options(command, *arguments);
 
-  command.callback([arguments] { simulate(*arguments); });
+  add_sim_experiments(command);
+  command.callback([arguments, &command] {
+    if (command.get_subcommands().empty()) simulate(*arguments);
+  });
 }
 
 }  // namespace odomd::tools

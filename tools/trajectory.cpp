@@ -57,14 +57,18 @@ double mix(double a, double b, double share) {
 
 Trajectory read_trajectory(const std::filesystem::path& file, Frame frame) {
   auto input = open_input(file);
+  return read_trajectory(input, file.string(), frame);
+}
+
+Trajectory read_trajectory(std::istream& input, const std::string& name, Frame frame) {
   const std::string prefix = frame == Frame::odom ? "odom_" : "";
   CsvReader reader{input,
-                   file.string(),
+                   name,
                    {"t", prefix + "x", prefix + "y", prefix + "yaw"},
                    {"vx", "vy", "yaw_rate", "sigma_x", "sigma_y", "sigma_yaw", "cov_xy", "cov_xyaw",
                     "cov_yyaw"}};
   Trajectory trajectory;
-  trajectory.name = file.string();
+  trajectory.name = name;
   trajectory.has_motion = reader.has(vx) && reader.has(vy) && reader.has(yaw_rate);
   trajectory.has_covariance =
       frame == Frame::map && reader.has(sigma_x) && reader.has(sigma_y) && reader.has(sigma_yaw);
@@ -93,7 +97,7 @@ Trajectory read_trajectory(const std::filesystem::path& file, Frame frame) {
     trajectory.points.push_back(point);
   }
   if (trajectory.points.empty()) {
-    throw std::invalid_argument(file.string() + ": has no rows; nothing can be said about it");
+    throw std::invalid_argument(name + ": has no rows; nothing can be said about it");
   }
   trajectory.warnings = reader.warnings();
   if (repeated > 0) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <iosfwd>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,10 @@ enum class Frame : std::uint8_t {
 /// column, a field that is no finite number, times that run backwards, no row at all. A repeated
 /// time is a warning, and its first row counts.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file,
+                                         Frame frame = Frame::map);
+
+/// The same of a stream; messages call it `name`.
+[[nodiscard]] Trajectory read_trajectory(std::istream& input, const std::string& name,
                                          Frame frame = Frame::map);
 
 /// The point at a time: linear between neighbours (yaw is unwrapped, so this is the shorter way;

@@ -72,7 +72,8 @@ class DdsSink : public Sink {
   }
 
  private:
-  dds_entity_t writer(const dds_topic_descriptor_t& type, const char* name, std::int32_t depth) {
+  [[nodiscard]] dds_entity_t writer(const dds_topic_descriptor_t& type, const char* name,
+                                    std::int32_t depth) const {
     const WriterQos wanted(depth);
     const dds_entity_t topic =
         made(dds_create_topic(participant_, &type, name, wanted.qos, nullptr), name);

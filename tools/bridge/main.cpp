@@ -11,9 +11,8 @@
 #include "tools/command_line.hpp"
 #include "tools/interrupt.hpp"
 
+namespace odomd::tools {
 namespace {
-
-using namespace odomd::tools;
 
 void bridge(const BridgeOptions& options) {
   // Before DDS starts threads of its own: the signals are for ours.
@@ -25,6 +24,7 @@ void bridge(const BridgeOptions& options) {
 }
 
 }  // namespace
+}  // namespace odomd::tools
 
 int main(int argc, char** argv) {
   static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
@@ -32,8 +32,8 @@ int main(int argc, char** argv) {
   command.name("odom bridge");
   command.set_help_flag("-h,--help", "Print this help and exit");
   command.set_version_flag("--version", "odom-bridge " ODOMD_VERSION, "Print the version and exit");
-  BridgeOptions options;
-  describe_bridge(command, options);
-  command.callback([&options] { bridge(options); });
-  return run(command, argc, argv);
+  odomd::tools::BridgeOptions options;
+  odomd::tools::describe_bridge(command, options);
+  command.callback([&options] { odomd::tools::bridge(options); });
+  return odomd::tools::run(command, argc, argv);
 }

@@ -121,7 +121,8 @@ std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scal
 std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
   const std::vector<Point> points = decimated(series.points, x, columns);
   std::string out;
-  if (series.mark != Mark::dots) out += svg::line(path_of(points, x, y), series.colour, 3.0);
+  if (series.mark != Mark::dots)
+    out += svg::line(path_of(points, x, y), series.colour, series.stroke);
   if (series.mark == Mark::dots) out += dots_of(points, x, y, series.colour, 4.5);
   if (series.mark == Mark::line_and_dots) out += dots_of(points, x, y, series.colour, 12.0);
   return out;
@@ -159,9 +160,9 @@ std::vector<LegendEntry> entries_of(const Chart& chart) {
   std::vector<LegendEntry> entries;
   for (const auto& series : chart.series) {
     if (series.label.empty()) continue;
-    entries.push_back(
-        {series.mark == Mark::dots ? dot_mark(series.colour) : line_mark(series.colour, 5.0),
-         series.label, series.note});
+    entries.push_back({series.mark == Mark::dots ? dot_mark(series.colour)
+                                                 : line_mark(series.colour, series.stroke + 2.0),
+                       series.label, series.note});
   }
   for (const auto& band : chart.bands) {
     if (!band.label.empty()) entries.push_back({area_mark(band.colour), band.label, ""});

@@ -26,6 +26,7 @@ struct Series {
   std::string colour;
   std::vector<Point> points;  ///< x must not decrease; what is not finite is a gap
   Mark mark = Mark::line;
+  double stroke = 3.0;
 };
 
 struct Band {

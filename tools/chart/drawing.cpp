@@ -7,6 +7,13 @@
 
 namespace odomd::tools::chart {
 
+Drawing heading(const std::string& text) {
+  return {text,
+          svg::words(border, border + 40.0, 40.0,
+                     fmt::format(R"(font-weight="bold" fill="{}")", ink), svg::escaped(text)),
+          border + 48.0};
+}
+
 std::string as_svg(std::span<const Drawing> drawings) {
   std::string inside;
   std::string name;

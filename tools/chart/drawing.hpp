@@ -14,6 +14,9 @@ struct Drawing {
   double height = 0.0;
 };
 
+/// A title, to stand above others.
+[[nodiscard]] Drawing heading(const std::string& text);
+
 /// One `<svg>` element, a drawing below the other, on white.
 [[nodiscard]] std::string as_svg(std::span<const Drawing> drawings);
 

@@ -27,7 +27,7 @@ void add(std::vector<std::string>& all, const std::vector<std::string>& more) {
 
 double number_of_mode(const CsvReader& reader, std::size_t column) {
   const auto& names = estimator::mode_names;
-  const auto found = std::ranges::find(names, reader.text(column));
+  const auto* const found = std::ranges::find(names, reader.text(column));
   if (found == names.end()) reader.fail(column, quoted(reader.text(column)) + " is not a mode");
   return static_cast<double>(found - names.begin());
 }

@@ -1,4 +1,6 @@
 // What of a drive becomes which topic.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,7 +10,6 @@
 #include <string>
 
 #include "tools/bridge/odometry.hpp"
-#include "tools/csv.hpp"
 #include "tools/export/formats.hpp"
 #include "tools/export/schemas.hpp"
 #include "tools/pose_csv.hpp"
@@ -30,33 +31,23 @@ constexpr std::array<std::string_view, 1> signal_numbers{"value"};
 
 std::string time_json(std::int64_t time_ns) {
   constexpr std::int64_t second = 1'000'000'000;
-  return "{\"sec\":" + std::to_string(time_ns / second) +
-         ",\"nsec\":" + std::to_string(time_ns % second) + '}';
+  return fmt::format(R"({{"sec":{},"nsec":{}}})", time_ns / second, time_ns % second);
 }
 
 std::string position_json(const Pose2& pose) {
-  std::string text = "{\"x\":";
-  append_number(text, pose.x);
-  text += ",\"y\":";
-  append_number(text, pose.y);
-  return text + ",\"z\":0}";
+  return fmt::format(R"({{"x":{},"y":{},"z":0}})", pose.x, pose.y);
 }
 
 std::string rotation_json(double yaw) {
   const PlanarQuaternion q = quaternion_of(yaw);
-  std::string text = "{\"x\":0,\"y\":0,\"z\":";
-  append_number(text, q.z);
-  text += ",\"w\":";
-  append_number(text, q.w);
-  return text + '}';
+  return fmt::format(R"({{"x":0,"y":0,"z":{},"w":{}}})", q.z, q.w);
 }
 
 std::string transform_json(const std::string& time, std::string_view parent, std::string_view child,
                            const Pose2& pose) {
-  return "{\"timestamp\":" + time + ",\"parent_frame_id\":\"" + std::string(parent) +
-         "\",\"child_frame_id\":\"" + std::string(child) +
-         "\",\"translation\":" + position_json(pose) + ",\"rotation\":" + rotation_json(pose.yaw) +
-         '}';
+  return fmt::format(
+      R"({{"timestamp":{},"parent_frame_id":"{}","child_frame_id":"{}","translation":{},"rotation":{}}})",
+      time, parent, child, position_json(pose), rotation_json(pose.yaw));
 }
 
 /// What stands in the file at a time.
@@ -167,10 +158,11 @@ class Topics {
 
   void write_pose_in_frame(McapWriter::Id channel, std::int64_t logged_ns, const std::string& time,
                            const Pose2& pose) {
-    writer_.write(channel, logged_ns,
-                  "{\"timestamp\":" + time + ",\"frame_id\":\"" + std::string(map_frame) +
-                      "\",\"pose\":{\"position\":" + position_json(pose) +
-                      ",\"orientation\":" + rotation_json(pose.yaw) + "}}");
+    writer_.write(
+        channel, logged_ns,
+        fmt::format(
+            R"({{"timestamp":{},"frame_id":"{}","pose":{{"position":{},"orientation":{}}}}})", time,
+            map_frame, position_json(pose), rotation_json(pose.yaw)));
   }
 
   void write_pose(std::int64_t t_ns, std::span<const double> row) {
@@ -185,7 +177,7 @@ class Topics {
     } else {
       transforms = transform_json(time, map_frame, base_frame, map);
     }
-    writer_.write(tf_, t_ns, "{\"transforms\":[" + transforms + "]}");
+    writer_.write(tf_, t_ns, fmt::format(R"({{"transforms":[{}]}})", transforms));
 
     std::string text;
     NestedJson json(text);

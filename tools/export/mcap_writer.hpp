@@ -33,8 +33,8 @@ class McapWriter {
   [[nodiscard]] Id add_schema(std::string_view name, std::string_view text);
   [[nodiscard]] Id add_channel(std::string_view topic, Id schema,
                                const std::map<std::string, std::string>& metadata = {});
-  /// `time_ns` is not negative.
-  void write(Id channel, std::int64_t time_ns, std::string_view json);
+  /// A message on the channel. `time_ns` is not negative.
+  void write(Id id, std::int64_t time_ns, std::string_view json);
   /// Ends the file. Whether all of it could be written, `out` knows.
   McapStatistics finish();
 

@@ -33,9 +33,9 @@ Dimensions dimensions_of(const Options& options) {
         parse_positive(options.track_width, Dimension::length, "--track-width"),
         parse_not_negative(options.track_width_sigma, Dimension::length, "--track-width-sigma")};
   // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
-  dimensions.height.value = options.height.empty()
-                                ? 0.25 * dimensions.wheelbase.value
-                                : parse_not_negative(options.height, Dimension::length, "--height");
+  dimensions.height = options.height.empty()
+                          ? 0.25 * dimensions.wheelbase.value
+                          : parse_not_negative(options.height, Dimension::length, "--height");
   dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
   if (dimensions.level_sigma > 0.2)
     throw std::invalid_argument("--level: so askew the loads say nothing; level the car");
@@ -55,9 +55,13 @@ void check_wheelbase(const std::string& file, const Measured& wheelbase, Finding
 }
 
 void identify_cog(const Options& options) {
-  const Weighings weighings = weighings_of(options.scale);
+  Weighings weighings = weighings_of(options.scale);
   const Dimensions dimensions = dimensions_of(options);
-  const WheelLoads loads = wheel_loads(weighings.weighings, weighings.scale);
+  WheelLoads loads = wheel_loads(weighings.weighings, weighings.scale);
+  if (const auto mass = mass_of(loads, weighings.scale)) {
+    weighings.scale = with_slopes(weighings.scale, mass->value, dimensions);
+    loads = wheel_loads(weighings.weighings, weighings.scale);
+  }
   const CentreOfGravity centre = centre_of_gravity(loads, dimensions);
   if (!centre.front_axle && !centre.lateral)
     throw std::invalid_argument(

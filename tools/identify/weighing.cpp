@@ -57,6 +57,22 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   Eigen::VectorXd shown(n);
   // The scale rounds a load alike each time; the scatter is of each weighing alone.
   const double rounding = scale.resolution * scale.resolution / 12.0;
+  const auto once_a_load = [&](Load load) {
+    const double axle = scale.axle_shift * scale.axle_shift;
+    const double side = scale.side_shift * scale.side_shift;
+    switch (load) {
+      case Load::total:
+        return rounding;
+      case Load::front:
+      case Load::rear:
+        return rounding + axle;
+      case Load::left:
+      case Load::right:
+        return rounding + side;
+      default:
+        return rounding + 0.25 * (axle + side);
+    }
+  };
   Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Weighing& weighing = weighings[static_cast<std::size_t>(i)];
@@ -68,7 +84,8 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
     design.row(i) = wheels_of(weighing.load);
     shown(i) = weighing.mass;
     for (Eigen::Index j = 0; j < n; ++j)
-      if (weighings[static_cast<std::size_t>(j)].load == weighing.load) variance(i, j) = rounding;
+      if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
+        variance(i, j) = once_a_load(weighing.load);
     // Where nothing but the rounding is known, weighings that repeat must not be singular.
     variance(i, i) += std::max(scale.sigma * scale.sigma, 1e-4 * rounding);
   }
@@ -125,14 +142,18 @@ std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d&
   return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
 }
 
+Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions) {
+  const double moment = mass * dimensions.height * std::tan(dimensions.level_sigma);
+  scale.axle_shift = moment / dimensions.wheelbase.value;
+  if (dimensions.track_width) scale.side_shift = moment / dimensions.track_width->value;
+  return scale;
+}
+
 CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dimensions) {
   CentreOfGravity centre;
-  // On a slope θ the weight acts h tan θ away from where it acts on the level.
-  const double slope = std::hypot(dimensions.height.value, dimensions.height.sigma) *
-                       std::tan(dimensions.level_sigma);
   if (const auto front = share_of(loads, wheels_of(Load::front))) {
     const double base = dimensions.wheelbase.value;
-    const double moved = std::hypot(base * front->sigma, slope);
+    const double moved = base * front->sigma;
     const double share_h = front->value;  // l_h / l
     const double share_v = 1.0 - share_h;
     const double tape = dimensions.wheelbase.sigma;
@@ -148,7 +169,7 @@ CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dim
     const double width = dimensions.track_width->value;
     const double part = left->value - 0.5;
     centre.lateral = {part * width,
-                      std::hypot(part * dimensions.track_width->sigma, width * left->sigma, slope)};
+                      std::hypot(part * dimensions.track_width->sigma, width * left->sigma)};
   }
   return centre;
 }

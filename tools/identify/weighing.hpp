@@ -37,6 +37,9 @@ struct Scale {
   double resolution = 0.0;  ///< the last digit [kg]; the same each time that a load is weighed
   double sigma = 0.0;       ///< by how much weighings of one load scatter [kg]
   double accuracy = 0.0;    ///< standard uncertainty of its gain, common to all weighings
+  // What a car that does not stand level puts onto the other wheels [kg]; once each load.
+  double axle_shift = 0.0;
+  double side_shift = 0.0;
 };
 
 /// The loads of the four wheels by generalised least squares: x = (front left, front right, rear
@@ -70,9 +73,13 @@ struct WheelLoads {
 struct Dimensions {
   Measured wheelbase;                   ///< [m]
   std::optional<Measured> track_width;  ///< [m]
-  Measured height;                      ///< of the centre of gravity, roughly [m]
+  double height = 0.0;                  ///< of the centre of gravity, roughly [m]
   double level_sigma = 0.0;             ///< how level the car stood, standard uncertainty [rad]
 };
+
+/// The scale with the shifts that a car of this mass [kg] may have had: on a slope θ its weight
+/// acts h tan θ away from where it acts on the level.
+[[nodiscard]] Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions);
 
 struct CentreOfGravity {
   std::optional<Measured> front_axle;  ///< l_v [m]

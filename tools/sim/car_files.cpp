@@ -142,6 +142,9 @@ nlohmann::ordered_json describe(const RunPlan& plan) {
   result["route_length"] = plan.length;
   result["start_pose"] = {plan.start.x, plan.start.y, plan.start.heading};
   result["start_time_ns"] = plan.options.start_ns;
+  const MarkerPlaces markers = configured_markers(plan.scenario.car);
+  result["markers"] = {{"front", {markers.front.x, markers.front.y}},
+                       {"rear", {markers.rear.x, markers.rear.y}}};
   result["errors"] = plan.options.errors == ErrorModel::ideal ? "ideal" : "realistic";
   result["sizes"] = values(plan.sizes);
   result["truth"] = values(plan.truth);

@@ -9,6 +9,7 @@
 
 #include "tools/csv.hpp"
 #include "tools/files.hpp"
+#include "tools/text.hpp"
 
 namespace odomd::sim {
 namespace {
@@ -57,7 +58,7 @@ void write_car_files(const std::filesystem::path& folder, const RunPlan& plan,
 }
 
 DriveWriter::DriveWriter(const std::filesystem::path& folder, std::string interface,
-                         can::StampDecimals decimals)
+                         can::StampDecimals decimals, FilmMarkers film)
     : folder_(folder),
       interface_(std::move(interface)),
       decimals_(decimals),
@@ -66,6 +67,9 @@ DriveWriter::DriveWriter(const std::filesystem::path& folder, std::string interf
       truth_(tools::open_output(folder / "truth.csv")) {
   camera_ << "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
   truth_ << "t,x,y,yaw,vx,vy,yaw_rate\n";
+  if (film == FilmMarkers::leave_out) return;
+  film_ = tools::open_output(folder / "markers.csv");
+  film_ << "t,x_front,y_front,x_rear,y_rear\n";
 }
 
 void DriveWriter::write(const Happenings& happenings) {
@@ -94,7 +98,21 @@ void DriveWriter::write(const Happenings& happenings) {
     text_ += '\n';
   }
   truth_ << text_;
-  if (!log_ || !camera_ || !truth_)
+
+  text_.clear();
+  for (const FilmFrame& frame : happenings.film) {
+    text_ += tools::fixed(frame.t_s, 6);
+    for (const auto& marker : frame.markers) {
+      if (!marker) {
+        text_ += ",,";
+        continue;
+      }
+      for (const double value : *marker) append_decimal(text_, value, 3);
+    }
+    text_ += '\n';
+  }
+  if (film_.is_open()) film_ << text_;
+  if (!film_ || !log_ || !camera_ || !truth_)
     throw std::runtime_error(folder_.string() + ": cannot be written to; is the disk full?");
 }
 
@@ -102,6 +120,7 @@ void DriveWriter::close() {
   tools::close_output(log_, folder_ / "drive.log");
   tools::close_output(camera_, folder_ / "camera.csv");
   tools::close_output(truth_, folder_ / "truth.csv");
+  if (film_.is_open()) tools::close_output(film_, folder_ / "markers.csv");
 }
 
 }  // namespace odomd::sim

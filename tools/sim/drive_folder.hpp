@@ -1,5 +1,5 @@
 // The folder that a simulated drive is written to: drive.log, camera.csv, truth.csv, car.toml,
-// car.dbc, plant.json.
+// car.dbc, plant.json, and where asked for the film's markers.csv.
 #pragma once
 
 #include <filesystem>
@@ -22,11 +22,14 @@ void make_drive_folder(const std::filesystem::path& folder, Existing existing);
 void write_car_files(const std::filesystem::path& folder, const RunPlan& plan,
                      const Wiring& wiring);
 
-/// drive.log, camera.csv and truth.csv. Failing to write throws std::runtime_error.
+enum class FilmMarkers : std::uint8_t { leave_out, write };
+
+/// drive.log, camera.csv and truth.csv, and markers.csv where asked for. Failing to write throws
+/// std::runtime_error.
 class DriveWriter {
  public:
   DriveWriter(const std::filesystem::path& folder, std::string interface,
-              can::StampDecimals decimals);
+              can::StampDecimals decimals, FilmMarkers film = FilmMarkers::leave_out);
 
   void write(const Happenings& happenings);
 
@@ -37,7 +40,7 @@ class DriveWriter {
   std::filesystem::path folder_;
   std::string interface_;
   can::StampDecimals decimals_;
-  std::ofstream log_, camera_, truth_;
+  std::ofstream log_, camera_, truth_, film_;
   std::string text_;
 };
 

@@ -65,6 +65,16 @@ enum class Parameter : std::uint8_t {
   camera_x,
   camera_y,
   camera_yaw,
+  // film from above
+  film_rate,
+  film_pixel,
+  film_noise,
+  film_begin,
+  film_clock_error,
+  marker_error_front_x,
+  marker_error_front_y,
+  marker_error_rear_x,
+  marker_error_rear_y,
   count
 };
 inline constexpr std::size_t parameter_count = static_cast<std::size_t>(Parameter::count);

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "tools/sim/circles.hpp"
+
 namespace odomd::sim {
 namespace {
 
@@ -147,6 +149,8 @@ constexpr std::array scenarios{
              CarKind::scale_car, 1.5, 4.0, 3, brisk, lap},
     Scenario{"circle", "steady turns to the left, 1.2 m radius", CarKind::scale_car, 1.0, 3.0, 5,
              brisk, circle},
+    Scenario{"circles", "steady circles left and right, slow to fast: odom identify stiffness",
+             CarKind::scale_car, 2.0, 3.0, 2, brisk, circles},
     Scenario{"slalom", "weaving through cones, out and back", CarKind::scale_car, 1.5, 3.0, 2,
              brisk, slalom},
     Scenario{"stop-and-go", "laps with stops after 0.6 to 4 m, no two alike", CarKind::scale_car,

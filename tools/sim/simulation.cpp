@@ -102,7 +102,8 @@ Simulation::Simulation(const RunPlan& plan)
       driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill),
       bus_(plan.truth, configured_wheel_radius(plan.scenario.car), plan.options.seed,
            plan.options.stamp_step_ns),
-      camera_(plan.truth, plan.options.dropouts, plan.options.seed, plan.options.stamp_step_ns) {}
+      camera_(plan.truth, plan.options.dropouts, plan.options.seed, plan.options.stamp_step_ns),
+      film_(plan.scenario.car, plan.truth, plan.options.seed) {}
 
 RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
   RunState state = RunState::running;
@@ -125,6 +126,7 @@ RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
     now_ns_ += plant_step_ns;
     bus_.advance(from_ns, before, now_ns_, plant_.output(), frames_);
     camera_.advance(from_ns, before, now_ns_, plant_.output(), camera_poses_);
+    film_.advance(from_ns, before, now_ns_, plant_.output(), happenings.film);
     if (now_ns_ % truth_period_ns == 0)
       happenings.truth.push_back(truth_row(start_ns_ + now_ns_, plant_.output()));
   }

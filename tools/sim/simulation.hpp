@@ -11,6 +11,7 @@
 #include "tools/sim/camera.hpp"
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/driver.hpp"
+#include "tools/sim/film.hpp"
 #include "tools/sim/parameters.hpp"
 #include "tools/sim/plant.hpp"
 #include "tools/sim/scenario.hpp"
@@ -64,11 +65,13 @@ struct Happenings {
   std::vector<can::Frame> frames;
   std::vector<estimator::CameraPose> camera;
   std::vector<TruthRow> truth;
+  std::vector<FilmFrame> film;
 
   void clear() {
     frames.clear();
     camera.clear();
     truth.clear();
+    film.clear();
   }
 };
 
@@ -103,6 +106,7 @@ class Simulation {
   Driver driver_;
   CarBus bus_;
   Camera camera_;
+  Film film_;
   PlantInput input_;
   std::vector<can::Frame> frames_;                   // sent, not yet received
   std::vector<estimator::CameraPose> camera_poses_;  // taken, not yet arrived

@@ -72,7 +72,7 @@ class Export(unittest.TestCase):
         cls.directory = support.Directory()
         cls.addClassCleanup(cls.directory.remove)
         cls.drive = cls.directory.path / "drive"
-        odom("sim", "--duration", "4", "--standstill", "0.5", "--out", cls.drive)
+        odom("sim", "--duration", "2.5", "--standstill", "0.5", "--out", cls.drive)
         cls.pose = cls.directory.path / "pose.csv"
         files = ["--can", cls.drive / "drive.log", "--camera", cls.drive / "camera.csv"]
         odom("replay", "--config", cls.drive / "car.toml", *files, "--out", cls.pose)

@@ -72,7 +72,7 @@ TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
   const std::vector<Weighing> weighings{
       {Load::front, 1.0}, {Load::rear, 2.0}, {Load::left, 1.6}, {Load::right, 1.4}};
   const Dimensions tape{
-      .wheelbase = {0.3, 0.0}, .track_width = Measured{0.15, 0.0}, .height = {0.05, 0.0}};
+      .wheelbase = {0.3, 0.0}, .track_width = Measured{0.15, 0.0}, .height = 0.05};
   const CentreOfGravity centre = centre_of_gravity(wheel_loads(weighings, scale), tape);
   EXPECT_NEAR(centre.front_axle->value, 0.2, 1e-12);
   EXPECT_NEAR(centre.rear_axle->value, 0.1, 1e-12);
@@ -92,10 +92,12 @@ TEST(Weighing, AllowsForTapeAndSlope) {
   EXPECT_NEAR(tape.front_axle->sigma, 0.002, 1e-9);
   EXPECT_NEAR(tape.rear_axle->sigma, 0.001, 1e-9);
   EXPECT_NEAR(tape.correlation, 1.0, 1e-6);
-  const CentreOfGravity slope =
-      centre_of_gravity(wheel_loads(axles, exact),
-                        {.wheelbase = {0.3, 0.0}, .height = {0.05, 0.0}, .level_sigma = 0.01});
-  EXPECT_NEAR(slope.rear_axle->sigma, 0.0005, 1e-6);
+  // Each axle is weighed on a slope of its own: l_h = l F_v / (F_v + F_h).
+  const Dimensions level{.wheelbase = {0.3, 0.0}, .height = 0.05, .level_sigma = 0.01};
+  const Scale sloping = with_slopes(exact, 3.0, level);
+  EXPECT_NEAR(sloping.axle_shift, 0.005, 1e-6);
+  EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, sloping), level).rear_axle->sigma,
+              0.3 * 0.005 * std::sqrt(5.0) / 9.0, 1e-6);
 }
 
 TEST(Weighing, WithoutWhatItNeedsIsRefused) {

@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""Whether odom identify tells the truth, and how exactly, on simulated cars that are not its model.
+
+Each method measures a car a seed, whose true values are known. The true value must lie within the stated
+2 sigma for 35 to 40 of 40 seeds (and in that proportion of others), and 2 sigma must be small enough where
+there is a bar. Standard output is a table in Markdown. Exit status 1 where a bar is missed or the work
+failed, 2 on wrong usage.
+"""
+
+import argparse
+import datetime
+import importlib
+import os
+import pathlib
+import pkgutil
+import sys
+import tempfile
+import time
+
+import identify
+from identify import rows
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+ORDER = ["mass", "cog", "inertia", "noise", "track", "stiffness", "latency", "fit"]
+METHODS = sorted((module.name for module in pkgutil.iter_modules(identify.__path__)
+                  if module.name != "rows" and hasattr(
+                      importlib.import_module(f"identify.{module.name}"), "run")),
+                 key=lambda name: (ORDER.index(name) if name in ORDER else len(ORDER), name))
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", action="append", choices=METHODS, metavar="METHOD",
+                        help=f"this method; several times: these. One of {', '.join(METHODS)}")
+    parser.add_argument("--seeds", type=int, default=40, metavar="N", help="cars; default: 40")
+    parser.add_argument("--first", type=int, default=1, metavar="N", help="the first seed; default: 1")
+    parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
+                        help="keep the experiments here; default: they are removed")
+    parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
+                        help="the program; default: that of the release build")
+    given = parser.parse_args()
+    if given.seeds < 1 or given.first < 0:
+        parser.error("--seeds: 1 or more; --first: 0 or more")
+    if not os.access(given.odom, os.X_OK):
+        parser.error(f"{given.odom} is missing: cmake --preset release && cmake --build --preset release")
+    return given
+
+
+def line(row):
+    bar = f"{row.bar:g} {row.unit}" if row.bar is not None else ""
+    left_out = f", {row.undetermined} not determined" if row.undetermined else ""
+    return (f"| {row.what} | {row.inside} of {row.of}{left_out} | {row.stated:.2g} {row.unit} | {bar} "
+            f"| {row.error:.2g} {row.unit} | {'met' if row.met else '**missed**'} |")
+
+
+def main():
+    given = arguments()
+    seeds = range(given.first, given.first + given.seeds)
+    met = True
+    print(f"{datetime.date.today()}, seeds {seeds[0]} to {seeds[-1]}\n")
+    print("| value | true value within 2 sigma | largest 2 sigma | its bar | rms error | |")
+    print("|---|--:|--:|--:|--:|---|")
+    for method in given.only or METHODS:
+        begun = time.monotonic()
+        with tempfile.TemporaryDirectory(prefix="identify-") as scratch:
+            work = (given.work or pathlib.Path(scratch)) / method
+            work.mkdir(parents=True, exist_ok=True)
+            try:
+                for row in importlib.import_module(f"identify.{method}").run(seeds, work, given.odom):
+                    met = met and row.met
+                    print(line(row), flush=True)
+            except rows.Failed as error:
+                met = False
+                print(f"identify.py: {method}: {error}", file=sys.stderr)
+        print(f"identify.py: {method}: {time.monotonic() - begun:.0f} s", file=sys.stderr)
+    return 0 if met else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

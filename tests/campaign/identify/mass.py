@@ -1,0 +1,26 @@
+"""odom identify mass, on a kitchen scale whose gain is not exact."""
+
+import json
+
+from .rows import command, each, findings, judge, options, sample
+
+
+def weigh(odom, folder, seed):
+    """A simulated weighing: what was measured, and the truth."""
+    command(odom, "sim", "weighing", "--force", "--seed", seed, "--out", folder)
+    measured = json.loads((folder / "measured.json").read_text())
+    truth = json.loads((folder / "plant.json").read_text())["experiment"]
+    return measured, truth
+
+
+def scale(measured):
+    return options(**{"scale_" + name: value for name, value in measured["scale"].items()})
+
+
+def run(seeds, work, odom):
+    def one(seed):
+        measured, truth = weigh(odom, work / str(seed), seed)
+        whole, _ = findings(odom, "mass", *scale(measured), *options(total=measured["loads"]["total"]))
+        return sample(truth["mass"], whole["mass"])
+
+    return [judge("mass", each(seeds, one))]

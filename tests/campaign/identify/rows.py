@@ -1,0 +1,95 @@
+"""What the methods share: running odom over seeds, and a row of the table."""
+
+import concurrent.futures
+import dataclasses
+import json
+import math
+import os
+import statistics
+import subprocess
+
+
+class Failed(Exception):
+    """A program did not do its work; the text says which and why."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Sample:
+    """One seed: what it really is, and what was said."""
+    truth: float
+    value: float
+    sigma: float
+
+    @property
+    def inside(self):
+        return abs(self.value - self.truth) <= 2 * self.sigma
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    what: str
+    inside: int
+    of: int
+    undetermined: int
+    stated: float  # the largest 2 sigma that was stated, in unit
+    error: float   # rms of what was said to what is, in unit
+    unit: str      # "%" of the value, or the value's own times scale
+    bar: float | None
+
+    @property
+    def met(self):
+        enough = self.of > 0 and self.inside >= math.ceil(0.875 * self.of)
+        return enough and self.undetermined == 0 and (self.bar is None or self.stated <= self.bar)
+
+
+def judge(what, samples, unit="%", scale=1.0, bar=None):
+    """A row of samples; None stands for a seed whose value the method found not determined."""
+    known = [sample for sample in samples if sample is not None]
+
+    def shown(amount, sample):
+        return 100 * amount / abs(sample.truth) if unit == "%" else amount * scale
+
+    stated = [shown(2 * sample.sigma, sample) for sample in known]
+    errors = [shown(sample.value - sample.truth, sample) for sample in known]
+    return Row(what=what, inside=sum(sample.inside for sample in known), of=len(known),
+               undetermined=len(samples) - len(known), stated=max(stated, default=math.nan),
+               error=math.sqrt(statistics.fmean(error ** 2 for error in errors)) if errors else math.nan,
+               unit=unit, bar=bar)
+
+
+def command(odom, *arguments):
+    """Standard output of odom; Failed where it has not done its work."""
+    line = [str(odom), *map(str, arguments)]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise Failed(f"{' '.join(line)}: exit status {done.returncode}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def findings(odom, method, *arguments):
+    """The values of odom identify METHOD by their names, and the whole of its JSON."""
+    said = json.loads(command(odom, "identify", method, "--json", *arguments))
+    return {value["name"]: value for value in said["values"]}, said
+
+
+def sample(truth, finding):
+    """A finding held against the truth; None where the method found it not determined."""
+    if finding is None or not finding["determined"]:
+        return None
+    return Sample(truth, finding["value"], finding["sigma"])
+
+
+def each(seeds, work):
+    """The results of work(seed) in the order of the seeds, on all processors."""
+    with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        return list(pool.map(work, seeds))
+
+
+def options(**given):
+    """{"scale_sigma": 0.1} as --scale-sigma 0.1; of a list once each, of None nothing."""
+    line = []
+    for name, value in given.items():
+        for one in value if isinstance(value, list) else [value]:
+            if one is not None:
+                line += ["--" + name.replace("_", "-"), one]
+    return line

@@ -1,0 +1,52 @@
+"""odom identify stiffness, of circles filmed from above: odom sim --scenario circles --markers.
+
+What a person would know is what the method is told: mass to 5 g, axles to 0.5 mm, the markers' places to
+1 mm (drawn by the simulator); the film lies somewhere in the log, with half a pixel of noise. The truth is
+the slope of the plant's tyres at zero slip under static load.
+"""
+
+import json
+import random
+import re
+
+from .rows import command, each, findings, judge, sample
+
+BAR = 5.0  # per cent
+SIGMA_MASS, SIGMA_AXLE, SIGMA_MARKER = 0.005, 0.0005, 0.001
+CONFIGURED = {"front": 20.0, "rear": 60.0}
+
+
+def prepare(seed, folder, odom):
+    """Drives and films, writes what was measured into car.toml, and returns truth and options."""
+    command(odom, "sim", "--scenario", "circles", "--markers", "--force", "--seed", seed, "--out", folder)
+    plant = json.loads((folder / "plant.json").read_text())
+    chance = random.Random(seed)
+    measured = {"mass": 2.985 * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
+                "front_axle": 0.175 + chance.gauss(0.0, SIGMA_AXLE),
+                "rear_axle": 0.085 + chance.gauss(0.0, SIGMA_AXLE)}
+    config = folder / "car.toml"
+    text = config.read_text()
+    for key, value in measured.items():
+        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.5f}", text)
+    config.write_text(text)
+    options = ["--config", config, "--sigma-mass", SIGMA_MASS, "--sigma-axle", SIGMA_AXLE,
+               "--sigma-marker", SIGMA_MARKER]
+    options += [f"--{end}={x},{y}" for end, (x, y) in plant["markers"].items()]
+    truth = {axle: value * (1.0 + plant["truth"][f"stiffness_error_{axle}"])
+             for axle, value in CONFIGURED.items()}
+    return truth, options
+
+
+def run(seeds, work, odom):
+    def one(seed):
+        folder = work / str(seed)
+        truth, options = prepare(seed, folder, odom)
+        found, _ = findings(odom, "stiffness", *options, "--y-down",
+                            "--run", f"{folder}/markers.csv,{folder}/drive.log")
+        for big in ("drive.log", "truth.csv", "camera.csv"):
+            (folder / big).unlink()
+        return [sample(truth[axle], found[f"cornering stiffness, {axle}"]) for axle in CONFIGURED]
+
+    front, rear = zip(*each(seeds, one))
+    return [judge("cornering stiffness, front", list(front), bar=BAR),
+            judge("cornering stiffness, rear", list(rear), bar=BAR)]

@@ -1,0 +1,149 @@
+// What is made of a film before any tyre: motion, alignment with the log, steady circles.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/identify/synthetic_film.hpp"
+#include "tools/identify/circle_runs.hpp"
+#include "tools/identify/film_alignment.hpp"
+#include "tools/identify/film_motion.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+const MarkerPlaces places{Plane{0.18, 0.01}, Plane{-0.12, -0.02}};
+constexpr FilmScale metres{.from = FilmScale::From::given, .metres_per_unit = 1.0};
+
+// A left circle, a pause, a faster right circle.
+SyntheticDrive two_circles() {
+  return {.speed =
+              [](double t) {
+                return 1.0 * SyntheticDrive::eased(t, 1.0, 13.0) +
+                       1.5 * SyntheticDrive::eased(t, 15.0, 25.0);
+              },
+          .yaw_rate =
+              [](double t) {
+                return 0.8 * SyntheticDrive::eased(t, 1.0, 13.0) -
+                       1.2 * SyntheticDrive::eased(t, 15.0, 25.0);
+              },
+          .drift = 0.05};
+}
+
+template <class Function>
+std::string refusal(Function&& function) {
+  try {
+    function();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(FilmMotion, FindsTheCentreOfGravityBetweenTheMarkers) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 0.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  EXPECT_NEAR(std::abs(motion.frames.front().centre), 0.0, 1e-9);
+  EXPECT_NEAR(motion.frames.front().heading, 0.4, 1e-9);
+  const auto local = local_motion(motion, 6'000'000'000, 500'000'000);
+  ASSERT_TRUE(local);
+  EXPECT_NEAR(std::abs(local->velocity), 1.0, 1e-4);
+  EXPECT_NEAR(local->yaw_rate, 0.8, 1e-4);
+  EXPECT_NEAR(local->drift(), 0.05, 1e-4);
+}
+
+TEST(FilmMotion, TakesTheScaleFromTheMarkersAndTurnsOverWhatIsUpsideDown) {
+  SyntheticFilm film = make_film(two_circles(), places, 10.0, 0.0, 0.0025);
+  for (MarkerFrame& frame : film.track.frames) {
+    frame.front = std::conj(frame.front);
+    frame.rear = std::conj(frame.rear);
+  }
+  const FilmMotion motion = film_motion(film.track, places, {.axes = ImageAxes::y_down});
+  EXPECT_NEAR(motion.metres_per_unit, 0.0025, 1e-9);
+  const auto local = local_motion(motion, 6'000'000'000, 500'000'000);
+  ASSERT_TRUE(local);
+  EXPECT_NEAR(local->yaw_rate, 0.8, 1e-4);
+  EXPECT_NEAR(local->drift(), 0.05, 1e-4);
+}
+
+TEST(FilmMotion, LeavesOutFramesInWhichAnotherThingWasTracked) {
+  SyntheticFilm film = make_film(two_circles(), places, 10.0, 0.0);
+  film.track.frames[100].front += Plane{0.2, 0.0};
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  EXPECT_EQ(motion.frames.size(), film.track.frames.size() - 1);
+  EXPECT_THAT(motion.warnings, Contains(HasSubstr("1 frame left out")));
+}
+
+TEST(FilmMotion, AScaleThatContradictsTheMarkersIsRefused) {
+  const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
+  EXPECT_THAT(refusal([&] {
+                (void)film_motion(film.track, places,
+                                  {.from = FilmScale::From::given, .metres_per_unit = 0.003});
+              }),
+              HasSubstr("mend the scale"));
+}
+
+TEST(FilmAlignment, FindsTheShiftBetweenFilmAndLog) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 100.2345);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  const FilmAlignment found = align_film("film.csv", motion, film.gyro);
+  EXPECT_NEAR(1e-9 * static_cast<double>(found.offset_ns), 100.2345, 0.005);
+  EXPECT_LT(found.sigma_s, 0.01);
+  EXPECT_GT(found.agreement, 0.99);
+  EXPECT_THAT(found.warnings, testing::IsEmpty());
+}
+
+TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 3.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  Series mirrored = film.gyro;
+  for (double& value : mirrored.value) value = -value;
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, mirrored); }),
+              HasSubstr("--y-down"));
+  Series other = film.gyro;
+  for (std::size_t k = 0; k < other.size(); ++k)
+    other.value[k] = 0.6 * std::sin(4e-9 * static_cast<double>(other.t_ns[k]));
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, other); }),
+              HasSubstr("do not overlap"));
+  // Played at half its speed.
+  FilmMotion slow = motion;
+  for (BodyFrame& frame : slow.frames) frame.t_ns *= 2;
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", slow, film.gyro); }), HasSubstr("--fps"));
+  EXPECT_THAT(
+      refusal([&] { (void)check_alignment("film.csv", motion, film.gyro, 60'000'000'000); }),
+      HasSubstr("do not overlap"));
+}
+
+TEST(CircleRuns, FindsTheSteadyPartsAndMeasuresThem) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  SignalLog log;
+  log.signals[static_cast<std::size_t>(estimator::Source::yaw_rate)] = film.gyro;
+  Series& steering = log.signals[static_cast<std::size_t>(estimator::Source::steering)];
+  steering = film.gyro;
+  for (double& value : steering.value) value *= 0.25;
+  std::vector<std::string> warnings;
+  const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
+  ASSERT_THAT(runs, SizeIs(2));
+  EXPECT_NEAR(runs[0].speed, 1.0, 1e-3);
+  EXPECT_NEAR(runs[0].yaw_rate, 0.8, 1e-3);
+  EXPECT_NEAR(runs[0].drift.value, 0.05, 1e-3);
+  EXPECT_NEAR(runs[0].steering.value, 0.2, 1e-3);
+  EXPECT_NEAR(runs[0].radius(), 1.25, 5e-3);
+  EXPECT_NEAR(runs[1].yaw_rate, -1.2, 2e-3);
+  EXPECT_NEAR(runs[1].lateral_accel, -1.8 * std::cos(0.05), 5e-3);
+  EXPECT_THAT(warnings, testing::IsEmpty());
+}
+
+TEST(CircleRuns, AStraightOrAWobbleIsNoCircle) {
+  const SyntheticDrive wobble{
+      .speed = [](double t) { return 1.5 * SyntheticDrive::eased(t, 1.0, 20.0); },
+      .yaw_rate = [](double t) { return 1.2 * std::sin(2.0 * t); }};
+  const SyntheticFilm film = make_film(wobble, places, 20.0, 0.0);
+  EXPECT_THAT(steady_stretches(film_motion(film.track, places, metres)), testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace odomd::tools

@@ -1,0 +1,102 @@
+// odom identify stiffness on a simulated afternoon, and what it says of one gone wrong.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using testing::AllOf;
+using testing::EndsWith;
+using testing::HasSubstr;
+
+// One drive for all of them.
+const std::string& afternoon() {
+  static const Scratch scratch;
+  static const std::string folder = [] {
+    const std::string made = scratch.path("circles").string();
+    const Outcome outcome = run_shell(
+        "odom sim --scenario circles --markers --seed 3 --fix mass_error=0 --out " + made);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return made;
+  }();
+  return folder;
+}
+
+Outcome identify(const std::string& options) {
+  return run_shell("cd " + afternoon() + " && odom identify stiffness --config car.toml " +
+                   options);
+}
+
+const std::string places = "--front 0.18,0 --rear -0.12,0 ";
+const std::string film = "--y-down --run markers.csv,drive.log ";
+
+std::string contents(const std::string& file) {
+  std::ifstream stream(afternoon() + "/" + file);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+void write(const std::string& file, const std::string& text) {
+  std::ofstream(afternoon() + "/" + file) << text;
+}
+
+TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
+  std::filesystem::copy_file(afternoon() + "/car.toml", afternoon() + "/mine.toml");
+  const Outcome outcome = identify(places + film + "--json --plot tyres.svg --write mine.toml");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const auto json = nlohmann::json::parse(outcome.out);
+  const auto truth = nlohmann::json::parse(contents("plant.json"))["truth"];
+  const double front = 20.0 * (1.0 + truth["stiffness_error_front"].get<double>());
+  const double rear = 60.0 * (1.0 + truth["stiffness_error_rear"].get<double>());
+  EXPECT_NEAR(json["values"][0]["value"], front, 2.0 * json["values"][0]["sigma"].get<double>());
+  EXPECT_NEAR(json["values"][1]["value"], rear, 2.0 * json["values"][1]["sigma"].get<double>());
+  EXPECT_LT(json["values"][0]["sigma"].get<double>(), 0.025 * front);
+  EXPECT_LT(json["values"][1]["sigma"].get<double>(), 0.025 * rear);
+  EXPECT_EQ(json["details"]["circles"].size(), 12U);
+  EXPECT_THAT(contents("mine.toml"), HasSubstr("odom identify stiffness"));
+  EXPECT_THAT(contents("tyres.svg"), HasSubstr("</svg>"));
+}
+
+TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
+  const auto expect = [](const std::string& options, const std::string& reason) {
+    const Outcome outcome = identify(options);
+    EXPECT_EQ(outcome.status, 2) << options << ": " << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr(reason), EndsWith("\n")));
+    EXPECT_EQ(outcome.err.rfind("odom identify stiffness: ", 0), 0U) << outcome.err;
+  };
+  expect(places + "--run markers.csv,drive.log", "--y-down");
+  expect("--front -0.12,0 --rear 0.18,0 " + film, "markers are swapped");
+  expect("--front 0.18 --rear -0.12,0 " + film, "--front");
+  expect(places + "--y-down --run markers.csv", "neither MARKERS,LOG");
+  expect(places + "--y-down --run nothing.csv,drive.log", "no such file");
+  expect(places + film + "--metres-per-pixel 0.005", "mend the scale");
+  expect(places + film + "--time-offset 500", "do not overlap");
+  expect(places + film + "--plot tyres.jpg", ".svg");
+
+  std::string text = contents("car.toml");
+  text.erase(text.find("[vehicle]"), text.find("[can]") - text.find("[vehicle]"));
+  write("no_car.toml", text);
+  const Outcome no_car = run_shell(
+      "cd " + afternoon() + " && odom identify stiffness --config no_car.toml " + places + film);
+  EXPECT_EQ(no_car.status, 2);
+  EXPECT_THAT(no_car.err, HasSubstr("[vehicle] mass is missing"));
+
+  // Only the slowest circles, and markers that nobody has measured.
+  std::string slow;
+  std::istringstream lines(contents("markers.csv"));
+  for (std::string line; std::getline(lines, line) && line.rfind("55.", 0) != 0;)
+    slow += line + '\n';
+  write("slow.csv", slow);
+  expect(places + "--y-down --sigma-marker 0.02 --run slow.csv,drive.log", "too slow");
+}
+
+}  // namespace
+}  // namespace odomd::tools

@@ -1,0 +1,58 @@
+// The bifilar pendulum: a body that hangs by two cords and turns about the vertical.
+//
+// Turned by θ it has risen by z(θ) = h(0) - h(θ), h² = L² - a² - b² + 2 p cos θ, with the cords'
+// fixings 2a apart above and 2b below, and p = a b for a body that hangs midway. It swings by
+//
+//   (J + m z'²) θ" + m z' z" θ'² + m g z' + c θ' + d |θ'| θ' = 0,   z' = p sin θ / h.
+//
+// For small swings T = 2π sqrt(J h(0) / (m g p)), which for a = b = D/2 is the formula that the
+// paper prints with π in the place of π²: J = m g D² T² / (16 π² L).
+#pragma once
+
+#include <cmath>
+
+namespace odomd::tools {
+
+struct Bifilar {
+  double spacing_above = 0.0;  ///< between the cords' fixings [m]
+  double spacing_below = 0.0;  ///< ... at the body
+  double cord = 0.0;           ///< length of a cord, L [m]
+  double offset = 0.0;         ///< of the centre of gravity from the midst of the cords [m]
+
+  /// p: off the midst by e, the cords carry b ± e each: p = a b (1 - (e/b)²).
+  [[nodiscard]] double product() const {
+    const double off = 2.0 * offset / spacing_below;
+    return 0.25 * spacing_above * spacing_below * (1.0 - off * off);
+  }
+  /// h(0): how high the fixings above are over those below.
+  [[nodiscard]] double height() const {
+    const double apart = 0.5 * (spacing_above - spacing_below);
+    return std::sqrt(cord * cord - apart * apart);
+  }
+  /// h(θ); not a number where the cords do not reach.
+  [[nodiscard]] double height(double angle) const {
+    const double sine = std::sin(0.5 * angle);
+    const double straight = height();
+    return std::sqrt(straight * straight - 4.0 * product() * sine * sine);
+  }
+};
+
+/// Throws std::invalid_argument, naming the option, for what cannot hang.
+void check(const Bifilar& pendulum);
+
+/// J of a body of a mass that swings with this period, of swings so small that it does not depend
+/// on them.
+[[nodiscard]] double inertia_of(const Bifilar& pendulum, double mass, double gravity,
+                                double period);
+[[nodiscard]] double small_period(const Bifilar& pendulum, double mass, double gravity,
+                                  double inertia);
+
+/// The period of undamped swings from -amplitude to +amplitude [rad], by quadrature of the energy.
+[[nodiscard]] double period_at(const Bifilar& pendulum, double mass, double gravity, double inertia,
+                               double amplitude);
+
+/// How much longer it is than that of small swings: T(amplitude)/T(0). For a body of this radius of
+/// gyration, J/m [m²].
+[[nodiscard]] double lengthening(const Bifilar& pendulum, double inertia_by_mass, double amplitude);
+
+}  // namespace odomd::tools

@@ -1,0 +1,28 @@
+// How every sample was judged, as a file: a row a sample, in the order in which the ticks took them
+// in.
+//
+//   t         when the sample was taken [s], the log's clock
+//   source    yaw_rate, ..., camera
+//   verdict   fused, gated, ...
+//   degrees   of freedom of the test: 1, of the camera 3; 0: an input, or never taken in: not
+//   tested nu_1..3   the innovation, in the source's units (camera: x, y [m], yaw [rad]) sigma_1..3
+//   what the filter expected of it: the root of the diagonal of S nis       νᵀS⁻¹ν
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estimator/measurement.hpp"
+
+namespace odomd::tools {
+
+void write_innovation_header(std::ostream& out);
+void append_innovation_row(std::string& out, const estimator::Judgement& judgement);
+
+/// Throws std::invalid_argument with file, line and column where it is not usable.
+[[nodiscard]] std::vector<estimator::Judgement> read_innovations(const std::filesystem::path& file);
+
+}  // namespace odomd::tools

@@ -1,0 +1,203 @@
+#include "tools/sim/experiments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <vector>
+
+#include "tools/files.hpp"
+#include "tools/sim/can_output.hpp"
+#include "tools/sim/car_bus.hpp"
+#include "tools/sim/car_files.hpp"
+#include "tools/sim/swing.hpp"
+#include "tools/sim/vehicle.hpp"
+
+namespace odomd::sim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using std::numbers::pi;
+
+/// What a person measures: the truth with an error of this size, rounded as it is read off.
+Json measured(double truth, double sigma, double step, RandomStream& stream) {
+  const double read = truth + sigma * stream.normal();
+  const double value = step > 0.0 ? std::round(read / step) * step : read;
+  return {{"value", value}, {"sigma", std::hypot(sigma, step / std::sqrt(12.0))}};
+}
+
+void write_json(const std::filesystem::path& file, const Json& json) {
+  std::ofstream output = tools::open_output(file);
+  output << json.dump(2) << '\n';
+  tools::close_output(output, file);
+}
+
+RunPlan plan_of(const ExperimentOptions& options) {
+  RunOptions run;
+  run.seed = options.seed;
+  return make_plan(run);
+}
+
+Json plant_of(const RunPlan& plan, const char* experiment) {
+  Json plant = describe(plan);
+  plant["scenario"] = experiment;
+  for (const char* key : {"speed", "laps", "standstill", "route_length", "start_pose"})
+    plant.erase(key);
+  return plant;
+}
+
+/// Times of 20 swings to and fro, thrice in succession, of one who stops at passages through the
+/// middle in one direction.
+Json stop_watch(const std::vector<double>& passages, double sigma, RandomStream& stream) {
+  constexpr std::size_t swings = 20, timings = 3;
+  Json times = Json::array();
+  for (std::size_t i = 0; i < timings; ++i) {
+    const std::size_t from = 1 + i * swings;
+    if (from + swings >= passages.size()) break;
+    const double time = passages[from + swings] - passages[from] +
+                        sigma / std::sqrt(2.0) * (stream.normal() - stream.normal());
+    times.push_back(std::round(100.0 * time) / 100.0);
+  }
+  return {{"swings", swings}, {"times", times}, {"sigma", sigma}};
+}
+
+}  // namespace
+
+nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
+  if (!(options.duration >= 20.0 && options.duration <= 3600.0))
+    throw std::invalid_argument("--duration: a swing takes 20 to 3600 s");
+  const RunPlan plan = plan_of(options);
+  RandomStream draw(options.seed, "the swing");
+  SwingParameters rig;
+  rig.mass = plan.car.mass;
+  rig.inertia = {0.3 * plan.car.yaw_inertia, 0.9 * plan.car.yaw_inertia, plan.car.yaw_inertia};
+  rig.gravity = 9.806 + 0.01 * draw.normal();
+  rig.spacing_above = draw.uniform(0.18, 0.26);
+  rig.spacing_below = rig.spacing_above + 0.002 * draw.normal();
+  rig.cord = draw.uniform(0.8, 1.5);
+  rig.stretch = draw.uniform(0.5e-3, 2e-3);
+  rig.offset_along = 0.003 * draw.normal();
+  rig.height_of_fixings = draw.uniform(0.03, 0.06);
+  // Level by eye: it hangs so that its centre of gravity is below the cords.
+  rig.offset_across = rig.height_of_fixings * 1.5 * pi / 180.0 * draw.normal();
+  // 1 to 3 % less a swing, a part of it growing with the speed.
+  const double omega = std::sqrt(rig.mass * rig.gravity * rig.spacing_above * rig.spacing_above /
+                                 (4.0 * rig.cord * plan.car.yaw_inertia));
+  rig.viscous = draw.uniform(0.003, 0.008) * omega * plan.car.yaw_inertia / pi;
+  rig.quadratic = draw.uniform(0.0, 0.01) * plan.car.yaw_inertia;
+  rig.sway_drag = 0.03 * rig.mass;
+  rig.amplitude = draw.uniform(10.0, 20.0) * pi / 180.0;
+  rig.push = 0.01 * draw.normal();
+
+  make_drive_folder(options.folder, options.existing);
+  write_car_files(options.folder, plan, {});
+  DriveWriter writer(options.folder, log_interface, can::StampDecimals::six);
+  CarBus bus(plan.truth, configured_wheel_radius(plan.scenario.car), options.seed,
+             plan.options.stamp_step_ns);
+
+  constexpr std::int64_t held_ns = 2'000'000'000;
+  const std::int64_t end_ns = held_ns + std::llround(1e9 * options.duration);
+  SwingRig car(rig);
+  Happenings happenings;
+  std::vector<double> passages;  // upwards through the middle
+  std::vector<double> turns;     // how far it was turned, at most, before each
+  double widest = 0.0;
+  for (std::int64_t now = 0; now < end_ns; now += plant_step_ns) {
+    const PlantOutput before = car.output();
+    if (now % truth_period_ns == 0)
+      happenings.truth.push_back({plan.options.start_ns + now, before.x, before.y, before.yaw,
+                                  before.v_x, before.v_y, before.yaw_rate});
+    if (now >= held_ns) car.step(1e-9 * static_cast<double>(plant_step_ns));
+    const PlantOutput& after = car.output();
+    bus.advance(now, before, now + plant_step_ns, after, happenings.frames);
+    widest = std::max(widest, std::fabs(after.yaw));
+    if (before.yaw < 0.0 && after.yaw >= 0.0) {
+      passages.push_back(1e-9 * static_cast<double>(now + plant_step_ns));
+      turns.push_back(widest);
+      widest = 0.0;
+    }
+  }
+  std::ranges::stable_sort(happenings.frames, {}, &can::Frame::time_ns);
+  for (can::Frame& frame : happenings.frames) frame.time_ns += plan.options.start_ns;
+  writer.write(happenings);
+  writer.close();
+
+  Json plant = plant_of(plan, "swing");
+  plant["experiment"] = {{"mass", rig.mass},
+                         {"yaw_inertia", plan.car.yaw_inertia},
+                         {"gravity", rig.gravity},
+                         {"spacing_above", rig.spacing_above},
+                         {"spacing_below", rig.spacing_below},
+                         {"cord", rig.cord},
+                         {"offset_along", rig.offset_along},
+                         {"offset_across", rig.offset_across},
+                         {"amplitude", rig.amplitude}};
+  write_json(options.folder / "plant.json", plant);
+
+  RandomStream hand(options.seed, "who measures the swing");
+  Json result;
+  result["mass"] = measured(rig.mass, 0.001 * rig.mass, 0.001, hand);
+  result["spacing_above"] = measured(rig.spacing_above, 4e-4, 5e-4, hand);
+  result["spacing_below"] = measured(rig.spacing_below, 4e-4, 5e-4, hand);
+  result["cord"] = measured(rig.cord, 1.5e-3, 1e-3, hand);
+  result["offset_sigma"] = 0.003;
+  result["amplitude"] = rig.amplitude * (1.0 + 0.1 * hand.normal());
+  result["stop_watch"] = stop_watch(passages, 0.12, hand);
+  const double last = turns.at(std::min<std::size_t>(61, turns.size() - 1));
+  result["amplitude_end"] =
+      std::min(last * (1.0 + 0.1 * hand.normal()), result["amplitude"].get<double>());
+  write_json(options.folder / "measured.json", result);
+  return result;
+}
+
+nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
+  const RunPlan plan = plan_of(options);
+  RandomStream draw(options.seed, "the weighing");
+  const double mass = plan.car.mass;
+  const double wheelbase = plan.car.front_axle + plan.car.rear_axle + 1e-3 * draw.normal();
+  const double track = plan.car.track_width;
+  const double front_axle = plan.car.front_axle + 4e-3 * draw.normal();
+  const double lateral = 2e-3 * draw.normal();
+  const double height = draw.uniform(0.2, 0.3) * wheelbase;
+  const double gain = 1.0 + 1e-3 * draw.normal();
+  const double level = 0.25 * pi / 180.0;
+
+  make_drive_folder(options.folder, options.existing);
+  write_car_files(options.folder, plan, {});
+  Json plant = plant_of(plan, "weighing");
+  plant["experiment"] = {{"mass", mass},
+                         {"wheelbase", wheelbase},
+                         {"front_axle", front_axle},
+                         {"rear_axle", wheelbase - front_axle},
+                         {"track_width", track},
+                         {"lateral", lateral},
+                         {"height", height},
+                         {"scale_gain", gain}};
+  write_json(options.folder / "plant.json", plant);
+
+  RandomStream hand(options.seed, "who weighs");
+  Json loads;
+  // On a slope the load line through the centre of gravity is off by height × slope.
+  const auto weigh = [&](const char* name, double share_on_the_level, double base) {
+    const double load =
+        mass *
+        (share_on_the_level + (base > 0.0 ? height * std::tan(level * hand.normal()) / base : 0.0));
+    for (int i = 0; i < 3; ++i)
+      loads[name].push_back(std::round(1e3 * (gain * load + 1.5e-3 * hand.normal())) / 1e3);
+  };
+  weigh("total", 1.0, 0.0);
+  weigh("front", 1.0 - front_axle / wheelbase, wheelbase);
+  weigh("rear", front_axle / wheelbase, wheelbase);
+  weigh("left", 0.5 + lateral / track, track);
+  weigh("right", 0.5 - lateral / track, track);
+  Json result;
+  result["loads"] = loads;
+  result["scale"] = {{"resolution", 1e-3}, {"sigma", 1.5e-3}, {"accuracy", 1e-3}};
+  result["level"] = level;
+  result["wheelbase"] = measured(wheelbase, 5e-4, 5e-4, hand);
+  result["track_width"] = measured(track, 5e-4, 5e-4, hand);
+  write_json(options.folder / "measured.json", result);
+  return result;
+}
+
+}  // namespace odomd::sim
