@@ -11,6 +11,9 @@ set(CPACK_COMPONENTS_ALL daemon library development tools python)
 if(ODOMD_HAS_DDS)
   list(APPEND CPACK_COMPONENTS_ALL bridge)
 endif()
+if(ODOMD_HAS_OPENCV)
+  list(APPEND CPACK_COMPONENTS_ALL track)
+endif()
 set(CPACK_STRIP_FILES ON)
 # The unit and the configuration are filled with the paths at which they will lie.
 set(CPACK_SET_DESTDIR ON)
@@ -77,6 +80,13 @@ set(CPACK_DEBIAN_BRIDGE_PACKAGE_RECOMMENDS odom-tools)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_BRIDGE_PACKAGE_CONTROL_EXTRA
   ${debian}/bridge/postinst ${debian}/bridge/prerm ${debian}/bridge/postrm)
+
+set(CPACK_COMPONENT_TRACK_DESCRIPTION "markers in films for the odomd odometry daemon
+Finds two markers on a car through a film from above, by OpenCV, from which odom
+identify stiffness measures the tyres.")
+set(CPACK_DEBIAN_TRACK_PACKAGE_NAME odom-track)
+set(CPACK_DEBIAN_TRACK_PACKAGE_SECTION utils)
+set(CPACK_DEBIAN_TRACK_PACKAGE_DEPENDS odom-tools)
 
 # Every package tells its terms and its changes.
 set(changes ${PROJECT_BINARY_DIR}/changelog.gz)

@@ -39,8 +39,13 @@ if [ -x "$build/bin/odom-bridge" ]; then
     dpkg-deb -I "$(package odom-bridge)" "$script" | sh -n || fail "odom-bridge: $script: no shell script"
   done
 fi
+if [ -x "$build/bin/odom-track" ]; then
+  has odom-track usr/bin/odom-track
+  depends odom-track libopencv
+  depends odom-track odom-tools
+fi
 for name in odomd odom-tools libodom0; do
-  if dpkg-deb -f "$(package $name)" Depends | grep -q ddsc; then fail "$name depends on DDS"; fi
+  if dpkg-deb -f "$(package $name)" Depends | grep -qE "ddsc|opencv"; then fail "$name depends on DDS or OpenCV"; fi
 done
 depends odomd libsystemd0
 depends odomd systemd

@@ -1,0 +1,57 @@
+// Films of what is known: a camera with a lens, markers on a moving car and on the ground, noise.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+namespace odomd::tools {
+
+/// A camera above the ground, z up; distortion as OpenCV has it (k1, k2, p1, p2, k3).
+struct FilmCamera {
+  cv::Size picture{640, 480};
+  double focal = 520.0;  ///< [px]
+  std::vector<double> distortion{-0.18, 0.05, 0.001, -0.0005, 0.0};
+  cv::Vec3d place{0.0, 0.0, 2.5};
+  double tilt = 0.0;     ///< from straight down, about the picture's horizontal [rad]
+  double heading = 0.0;  ///< of the picture's upward direction over the ground [rad]
+
+  [[nodiscard]] cv::Matx33d matrix() const;
+  /// Where the camera sees a point of the world.
+  [[nodiscard]] cv::Point2d pixel(const cv::Vec3d& point) const;
+};
+
+/// A flat picture lying at a height: its middle, its turn, its size.
+struct FlatPicture {
+  cv::Mat image;      ///< BGR
+  double side = 0.1;  ///< of its width [m]
+  double x = 0.0, y = 0.0, yaw = 0.0, height = 0.0;
+};
+
+/// The ArUco marker of 4x4_50 with a white rim; `side` is that of the whole picture.
+[[nodiscard]] cv::Mat aruco_picture(int identifier);
+/// The part of its side that is the marker itself.
+inline constexpr double aruco_part = 0.75;
+/// A disc of a colour (BGR) on grey.
+[[nodiscard]] cv::Mat spot_picture(const cv::Scalar& colour);
+
+/// Pictures of scenes from one camera.
+class FilmRenderer {
+ public:
+  FilmRenderer(FilmCamera camera, double noise, std::uint64_t seed);
+
+  [[nodiscard]] cv::Mat render(const std::vector<FlatPicture>& scene);
+
+ private:
+  /// Where on a plane z = height a pixel looks, for all pixels and a rim of half a pixel.
+  [[nodiscard]] const cv::Mat& ground_map(double height);
+  void paint(cv::Mat& frame, const FlatPicture& flat);
+
+  FilmCamera camera_;
+  cv::RNG random_;
+  std::vector<cv::Mat> noise_;
+  std::vector<std::pair<double, cv::Mat>> maps_;
+};
+
+}  // namespace odomd::tools

@@ -1,0 +1,58 @@
+// odom-track: odom identify track. A program of its own, so that odom itself needs no OpenCV, and
+// who has no film does not install it.
+#include <algorithm>
+#include <csignal>
+#include <iostream>
+#include <opencv2/core/utils/logger.hpp>
+
+#include <fmt/format.h>
+
+#include "tools/command_line.hpp"
+#include "tools/files.hpp"
+#include "tools/track/options.hpp"
+#include "tools/track/track_film.hpp"
+
+namespace odomd::tools {
+namespace {
+
+void say(const std::string& line) {
+  std::cerr << "odom identify track: " << line << '\n';
+}
+
+void track(const TrackOptions& options) {
+  check(options);
+  if (!options.calibrate.empty()) {
+    for (const std::string& note : calibrate_lens(options)) say(note);
+    return;
+  }
+  TrackSummary summary;
+  if (options.out.empty()) {
+    summary = track_film(options, std::cout);
+  } else {
+    WholeFile file(options.out);
+    summary = track_film(options, file.stream());
+    file.finish();
+  }
+  for (const std::string& note : summary.notes) say(note);
+  say(fmt::format("{} frames; front marker in {}, rear marker in {}; longest gap {} frames",
+                  summary.frames, summary.front, summary.rear, summary.longest_gap));
+  if (10 * std::min(summary.front, summary.rear) < 9 * summary.frames)
+    say("warning: a marker is lost in more than a tenth of the frames: larger markers, more light, "
+        "a shorter exposure");
+}
+
+}  // namespace
+}  // namespace odomd::tools
+
+int main(int argc, char** argv) {
+  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  CLI::App command;
+  command.name("odom identify track");
+  command.set_help_flag("-h,--help", "Print this help and exit");
+  command.set_version_flag("--version", "odom-track " ODOMD_VERSION, "Print the version and exit");
+  odomd::tools::TrackOptions options;
+  odomd::tools::describe_track(command, options);
+  command.callback([&options] { odomd::tools::track(options); });
+  return odomd::tools::run(command, argc, argv);
+}

@@ -1,0 +1,24 @@
+#include "tools/track/progress.hpp"
+
+#include <unistd.h>
+
+#include <iostream>
+
+#include <fmt/format.h>
+
+namespace odomd::tools {
+
+FrameProgress::FrameProgress(bool always) : shown_(always || ::isatty(STDERR_FILENO) != 0) {}
+
+FrameProgress::~FrameProgress() {
+  if (drawn_) std::cerr << '\n';
+}
+
+void FrameProgress::update(std::int64_t frame, std::int64_t total, std::int64_t found) {
+  if (!shown_ || (frame % 25 != 0 && frame != total)) return;
+  drawn_ = true;
+  const std::string of = total > 0 ? fmt::format(" of {}", total) : "";
+  std::cerr << fmt::format("\rframe {}{}, both markers in {}   ", frame, of, found) << std::flush;
+}
+
+}  // namespace odomd::tools
