@@ -20,6 +20,7 @@ void add_identify(CLI::App& odom) {
   add_mass(*identify);
   add_cog(*identify);
   add_inertia(*identify);
+  add_noise(*identify);
   add_track(*identify);
   add_stiffness(*identify);
   add_latency(*identify);

@@ -9,6 +9,7 @@ namespace odomd::tools {
 void add_mass(CLI::App& identify);
 void add_cog(CLI::App& identify);
 void add_inertia(CLI::App& identify);
+void add_noise(CLI::App& identify);
 void add_track(CLI::App& identify);
 void add_stiffness(CLI::App& identify);
 void add_latency(CLI::App& identify);

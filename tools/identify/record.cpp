@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "tools/csv.hpp"
@@ -30,7 +32,7 @@ void add_record_options(CLI::App& method, RecordOptions& options, const std::str
       ->type_name("SRC")
       ->allow_extra_args(false)
       ->group(group);
-  method.add_option("--csv", options.csv, "Instead of a log: columns t [s] and yaw_rate [rad/s]")
+  method.add_option("--csv", options.csv, "Instead of a log: columns t [s], yaw_rate [rad/s]")
       ->type_name("CSV")
       ->group(group);
   method
@@ -50,58 +52,90 @@ std::string name_of(const RecordOptions& options) {
   return options.csv.empty() ? options.logs.front() : options.csv;
 }
 
-Series read_csv_series(const std::string& file, const std::string& column,
-                       std::vector<std::string>& warnings) {
+namespace {
+
+SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>& columns) {
+  std::vector<std::string> required{"t"}, optional;
+  for (const estimator::Source source : columns) {
+    const std::string name(estimator::source_names[static_cast<std::size_t>(source)]);
+    (columns.size() == 1 ? required : optional).push_back(name);
+  }
   std::ifstream input = open_input(file);
-  CsvReader rows(input, file, {"t", column});
-  Series series;
+  CsvReader rows(input, file, required, optional);
+  SignalLog log;
+  std::optional<std::int64_t> before;
   while (rows.next()) {
     const std::int64_t time = rows.time_ns(0);
-    if (!series.empty() && time <= series.t_ns.back())
-      rows.fail(0, time == series.t_ns.back()
-                       ? "the time of the row before again; each sample needs its own"
-                       : "earlier than the row before; sort the rows by time");
-    series.t_ns.push_back(time);
-    series.value.push_back(rows.number(1));
+    if (before && time <= *before)
+      rows.fail(0, time == *before ? "the time of the row before again; each sample needs its own"
+                                   : "earlier than the row before; sort the rows by time");
+    before = time;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (!rows.has(1 + i)) continue;
+      Series& series = log.signals[static_cast<std::size_t>(columns[i])];
+      series.t_ns.push_back(time);
+      series.value.push_back(rows.number(1 + i));
+    }
   }
-  for (const std::string& warning : rows.warnings()) warnings.push_back(warning);
-  if (series.empty()) throw std::invalid_argument(file + ": holds no row below its header");
-  return series;
+  log.warnings = rows.warnings();
+  if (!before) throw std::invalid_argument(file + ": holds no row below its header");
+  if (std::ranges::all_of(log.signals, &Series::empty)) {
+    std::string names;
+    for (const std::string& name : optional) names += (names.empty() ? "" : ", ") + name;
+    throw std::invalid_argument(file + ": has none of the columns " + names);
+  }
+  return log;
 }
 
-Series read_yaw_rate(const RecordOptions& options, std::vector<std::string>& warnings) {
+/// Of all signals alike, from the first sample of any on.
+void cut(SignalLog& log, const RecordOptions& options) {
+  if (options.from.empty() && options.to.empty()) return;
+  std::int64_t begin = std::numeric_limits<std::int64_t>::max(), end = 0;
+  for (const Series& series : log.signals) {
+    if (series.empty()) continue;
+    begin = std::min(begin, series.t_ns.front());
+    end = std::max(end, series.t_ns.back());
+  }
+  const std::int64_t from = limit(options.from, "--from", 0);
+  const std::int64_t to = limit(options.to, "--to", std::numeric_limits<std::int64_t>::max());
+  for (Series& series : log.signals) {
+    Series kept;
+    for (std::size_t i = 0; i < series.size(); ++i) {
+      const std::int64_t since = series.t_ns[i] - begin;
+      if (since < from || since > to) continue;
+      kept.t_ns.push_back(series.t_ns[i]);
+      kept.value.push_back(series.value[i]);
+    }
+    series = kept;
+  }
+  if (std::ranges::all_of(log.signals, &Series::empty))
+    throw std::invalid_argument(
+        fmt::format("--from, --to: nothing of the record is in between; it is {:.1f} s long",
+                    1e-9 * static_cast<double>(end - begin)));
+}
+
+}  // namespace
+
+SignalLog read_record(const RecordOptions& options, const std::vector<estimator::Source>& columns) {
   if (!options.csv.empty() && !options.logs.empty())
     throw std::invalid_argument("--csv and --can: give one of them");
   if (!options.logs.empty() && options.config.empty())
     throw std::invalid_argument("--can needs --config, which tells the signals in the log");
-  Series series;
-  if (!options.csv.empty()) {
-    series = read_csv_series(options.csv, "yaw_rate", warnings);
-  } else {
-    SignalLog log = read_signals(daemon::load_config(options.config), options.logs);
-    for (const std::string& warning : log.warnings) warnings.push_back(warning);
-    series = log.of(estimator::Source::yaw_rate);
-    if (series.empty())
-      throw std::invalid_argument(
-          fmt::format("{}: no yaw_rate in it by {}; map yaw_rate in [can.signals], or log the IMU",
-                      options.logs.front(), options.config));
-  }
-  const std::int64_t begin = series.t_ns.front();
-  const std::int64_t longest = std::numeric_limits<std::int64_t>::max() - begin;
-  const std::int64_t from = limit(options.from, "--from", 0);
-  const std::int64_t to = limit(options.to, "--to", longest);
-  Series cut;
-  for (std::size_t i = 0; i < series.size(); ++i) {
-    const std::int64_t since = series.t_ns[i] - begin;
-    if (since < from || since > to) continue;
-    cut.t_ns.push_back(series.t_ns[i]);
-    cut.value.push_back(series.value[i]);
-  }
-  if (cut.empty())
+  SignalLog log = options.csv.empty()
+                      ? read_signals(daemon::load_config(options.config), options.logs)
+                      : read_csv(options.csv, columns);
+  cut(log, options);
+  return log;
+}
+
+Series read_yaw_rate(const RecordOptions& options, std::vector<std::string>& warnings) {
+  const SignalLog log = read_record(options, {estimator::Source::yaw_rate});
+  warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+  if (log.of(estimator::Source::yaw_rate).empty())
     throw std::invalid_argument(
-        fmt::format("--from, --to: nothing of the record is in between; it is {:.1f} s long",
-                    1e-9 * static_cast<double>(series.t_ns.back() - begin)));
-  return cut;
+        fmt::format("{}: no yaw_rate in it by {}; map yaw_rate in [can.signals], or log the IMU",
+                    name_of(options), options.config));
+  return log.of(estimator::Source::yaw_rate);
 }
 
 }  // namespace odomd::tools

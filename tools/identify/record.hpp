@@ -22,12 +22,13 @@ void add_record_options(CLI::App& method, RecordOptions& options, const std::str
 [[nodiscard]] bool is_given(const RecordOptions& options);
 [[nodiscard]] std::string name_of(const RecordOptions& options);
 
-/// The yaw rate between --from and --to. Throws std::invalid_argument for what cannot be used.
+/// The signals between --from and --to; of a CSV those of `columns` that it has, at least one.
+/// Throws std::invalid_argument for what cannot be used.
+[[nodiscard]] SignalLog read_record(const RecordOptions& options,
+                                    const std::vector<estimator::Source>& columns);
+
+/// The yaw rate of a record.
 [[nodiscard]] Series read_yaw_rate(const RecordOptions& options,
                                    std::vector<std::string>& warnings);
-
-/// Reads t [s] and one column of a CSV; the times must rise.
-[[nodiscard]] Series read_csv_series(const std::string& file, const std::string& column,
-                                     std::vector<std::string>& warnings);
 
 }  // namespace odomd::tools

@@ -1,0 +1,182 @@
+#include "tools/identify/standing_noise.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace odomd::tools {
+namespace {
+
+/// A Kalman filter of the bias in units of the white noise's variance r: with λ = K²/r the bias
+/// grows by λ dt between samples, and the innovations' variances are r s.
+struct Filtered {
+  double log_sum = 0.0;   ///< Σ ln s
+  double squares = 0.0;   ///< Σ ν²/s
+  double bias = 0.0;      ///< after the last sample
+  double variance = 0.0;  ///< ... over r
+};
+
+enum class Direction { forwards, backwards };
+
+Filtered filter(const Series& series, double lambda, Direction direction) {
+  const std::size_t n = series.size();
+  const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
+  Filtered f;
+  f.bias = series.value[at(0)];
+  f.variance = 1.0;
+  for (std::size_t i = 1; i < n; ++i) {
+    const double dt =
+        1e-9 * std::fabs(static_cast<double>(series.t_ns[at(i)] - series.t_ns[at(i - 1)]));
+    f.variance += lambda * dt;
+    const double s = f.variance + 1.0;
+    const double innovation = series.value[at(i)] - f.bias;
+    f.log_sum += std::log(s);
+    f.squares += innovation * innovation / s;
+    f.bias += f.variance / s * innovation;
+    f.variance /= s;
+  }
+  return f;
+}
+
+/// The likelihood of λ with the best r for it: r = Σ ν²/s / n.
+class Likelihood {
+ public:
+  explicit Likelihood(const Series& series)
+      : series_(series), n_(static_cast<double>(series.size() - 1)) {}
+
+  [[nodiscard]] double operator()(double lambda) const {
+    const Filtered f = filter(series_, lambda, Direction::forwards);
+    return -0.5 * (n_ * std::log(f.squares / n_) + f.log_sum);
+  }
+  [[nodiscard]] double variance(double lambda) const {
+    return filter(series_, lambda, Direction::forwards).squares / n_;
+  }
+  [[nodiscard]] double samples() const { return n_; }
+
+ private:
+  const Series& series_;
+  double n_;
+};
+
+/// The highest of a function of one hill between two points, by golden section.
+template <typename Function>
+double highest(Function&& function, double low, double high) {
+  constexpr double golden = 0.6180339887498949;
+  double a = high - golden * (high - low), b = low + golden * (high - low);
+  double at_a = function(a), at_b = function(b);
+  while (high - low > 1e-3) {
+    if (at_a < at_b) {
+      low = a;
+      a = b;
+      at_a = at_b;
+      b = low + golden * (high - low);
+      at_b = function(b);
+    } else {
+      high = b;
+      b = a;
+      at_b = at_a;
+      a = high - golden * (high - low);
+      at_a = function(a);
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+/// Where a falling function goes below a value.
+template <typename Function>
+double falls_to(Function&& function, double value, double from, double to) {
+  for (int i = 0; i < 30; ++i) {
+    const double middle = 0.5 * (from + to);
+    (function(middle) > value ? from : to) = middle;
+  }
+  return 0.5 * (from + to);
+}
+
+int count_outliers(const Series& series, double lambda, double variance) {
+  double bias = series.value.front(), p = 1.0;
+  int outliers = 0;
+  for (std::size_t i = 1; i < series.size(); ++i) {
+    p += lambda * 1e-9 * static_cast<double>(series.t_ns[i] - series.t_ns[i - 1]);
+    const double s = p + 1.0;
+    const double innovation = series.value[i] - bias;
+    if (innovation * innovation > 36.0 * s * variance) ++outliers;
+    bias += p / s * innovation;
+    p /= s;
+  }
+  return outliers;
+}
+
+}  // namespace
+
+StandingNoise standing_noise(const Series& series, const std::string& name) {
+  if (series.size() < 200)
+    throw std::invalid_argument(fmt::format(
+        "{}: {} samples are too few to tell noise; log a minute at least, ten for the bias's walk",
+        name, series.size()));
+  const auto [low, high] = std::ranges::minmax(series.value);
+  if (low == high)
+    throw std::invalid_argument(fmt::format(
+        "{}: always {}: a sensor that is switched off, or one whose resolution hides its noise",
+        name, low));
+  const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
+  const Likelihood likelihood(series);
+  const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
+  // A walk that in the whole record makes a thousandth of the white noise of a sample, up to one
+  // that outruns it from sample to sample.
+  const double least = std::log(1e-6 / duration);
+  const double most = std::log(likelihood.samples() / duration);
+  double best = least, best_value = of_log(least);
+  constexpr int steps = 40;
+  const double step = (most - least) / steps;
+  for (int i = 1; i <= steps; ++i) {
+    const double value = of_log(least + step * i);
+    if (value <= best_value) continue;
+    best = least + step * i;
+    best_value = value;
+  }
+  best = highest(of_log, std::max(best - step, least), std::min(best + step, most));
+  best_value = of_log(best);
+  const double none = likelihood(0.0);
+
+  StandingNoise noise;
+  noise.sample_period = duration / likelihood.samples();
+  const double lambda = best_value > none ? std::exp(best) : 0.0;
+  const double variance = likelihood.variance(lambda);
+  // ln L falls by 1/2 at one standard deviation; of ln r it is n/2 curved, of ln λ as it comes.
+  constexpr double width = 0.2;
+  const double curvature =
+      (2.0 * best_value - of_log(best + width) - of_log(best - width)) / (width * width);
+  const double log_lambda_sigma = curvature > 0.0 ? 1.0 / std::sqrt(curvature) : 1e9;
+  const double d_log_variance = (std::log(likelihood.variance(std::exp(best + width))) -
+                                 std::log(likelihood.variance(std::exp(best - width)))) /
+                                (2.0 * width);
+  const bool told = best_value - none > 4.0 && log_lambda_sigma < 1.0 && best < most - step;
+  const double log_variance_sigma = std::hypot(std::sqrt(2.0 / likelihood.samples()),
+                                               told ? d_log_variance * log_lambda_sigma : 0.0);
+  noise.sigma = {std::sqrt(variance), 0.5 * log_variance_sigma * std::sqrt(variance)};
+  const double root = std::sqrt(noise.sample_period);
+  noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
+  // K² = λ r
+  if (told) {
+    const double walk = std::sqrt(lambda * variance);
+    const double log_sigma = 0.5 * std::hypot((1.0 + d_log_variance) * log_lambda_sigma,
+                                              std::sqrt(2.0 / likelihood.samples()));
+    noise.walk = Measured{walk, log_sigma * walk};
+  }
+  const double reached = std::max(best_value, none) - 1.92;
+  const double limit = falls_to(of_log, reached, lambda > 0.0 ? best : least, most);
+  noise.walk_below = std::sqrt(std::exp(limit) * likelihood.variance(std::exp(limit)));
+  // Of a walk that the record does not tell what it might be still makes the bias uncertain.
+  const double for_bias = told ? lambda : std::exp(limit);
+  const Filtered begin = filter(series, for_bias, Direction::backwards);
+  const Filtered end = filter(series, for_bias, Direction::forwards);
+  noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
+  noise.bias_at_end = {end.bias, std::sqrt(end.variance * variance)};
+  noise.outliers = count_outliers(series, for_bias, variance);
+  return noise;
+}
+
+}  // namespace odomd::tools
