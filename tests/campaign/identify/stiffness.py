@@ -16,9 +16,8 @@ SIGMA_MASS, SIGMA_AXLE, SIGMA_MARKER = 0.005, 0.0005, 0.001
 CONFIGURED = {"front": 20.0, "rear": 60.0}
 
 
-def prepare(seed, folder, odom):
-    """Drives and films, writes what was measured into car.toml, and returns truth and options."""
-    command(odom, "sim", "--scenario", "circles", "--markers", "--force", "--seed", seed, "--out", folder)
+def measure(seed, folder):
+    """Writes what was measured into car.toml; the truth, and what the method is told besides."""
     plant = json.loads((folder / "plant.json").read_text())
     chance = random.Random(seed)
     measured = {"mass": 2.985 * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
@@ -40,7 +39,9 @@ def prepare(seed, folder, odom):
 def run(seeds, work, odom):
     def one(seed):
         folder = work / str(seed)
-        truth, options = prepare(seed, folder, odom)
+        command(odom, "sim", "--scenario", "circles", "--markers", "--force", "--seed", seed,
+                "--out", folder)
+        truth, options = measure(seed, folder)
         found, _ = findings(odom, "stiffness", *options, "--y-down",
                             "--run", f"{folder}/markers.csv,{folder}/drive.log")
         for big in ("drive.log", "truth.csv", "camera.csv"):
