@@ -107,7 +107,7 @@ does "follows it" as_newcomer "odom pose --follow --duration 1"
 says "reads it in Python" 'Pose' as_newcomer "python3 -c 'import odom; print(odom.Client().latest())'"
 says "real time is granted, as the page promises" 'SCHED_FIFO 45, memory locked, cpu_dma_latency held' odom status
 says "sends no camera pose" 'no such socket|not allowed' as_newcomer "odom camera send --pose 1.20,0.35,1.57"
-says "the journal has what it says" 'model paper, can0 into /run/odomd/can0/pose' journal
+says "the journal has what it says" 'model full, can0 into /run/odomd/can0/pose' journal
 says "the exposure is the page's" "$(sed -n 's/.*rates its exposure at \([0-9.]*\)$/level.*: \1 /p' "$tree/docs/operations.md")" \
   systemd-analyze security --no-pager $unit
 while read -r path user group mode; do
@@ -172,7 +172,7 @@ does "what ran, runs" goes_on
 before=$(main_pid)
 does "a younger package" dpkg -i "$packages"/younger/odomd_*.deb
 does "what ran goes on" goes_on
-says "from the last pose" "going on from the predecessor's pose" journal -n 20
+says "from the last pose" "going on from the predecessor's pose" journal -n 200
 [ "$(main_pid)" != "$before" ] && ok "as another process again" || not_ok "as another process again" "pid $before"
 says "my configuration is kept again" '^# mine$' tail -n 1 /etc/odomd/can0.toml
 
