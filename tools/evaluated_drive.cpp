@@ -44,8 +44,18 @@ Trajectory part_of(Trajectory estimate, const Judging& judging, std::int64_t fir
 
 void warn_of_doubts(EvaluatedDrive& drive) {
   constexpr std::int64_t long_gap_ns = 200'000'000;
+  constexpr double least_covered = 0.9;
   const Evaluation& first = drive.report.evaluations.front();
-  for (const Evaluation& e : drive.report.evaluations) {
+  for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
+    const Evaluation& e = drive.report.evaluations[i];
+    const auto& points = drive.estimates[i].points;
+    const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
+    const double whole_s = seconds(points.back().t_ns - points.front().t_ns);
+    const double covered_s = seconds(e.last_ns - e.first_ns);
+    if (covered_s < least_covered * whole_s) {
+      drive.warnings.push_back(e.name + ": the reference covers " + fixed(covered_s, 1) + " s of " +
+                               fixed(whole_s, 1) + " s; the rest is not judged");
+    }
     if (e.reference_gap_ns > long_gap_ns) {
       drive.warnings.push_back(e.name + ": the reference has a gap of " +
                                fixed(static_cast<double>(e.reference_gap_ns) * 1e-9, 2) +

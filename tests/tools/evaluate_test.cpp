@@ -100,6 +100,14 @@ TEST_F(Evaluate, KeepsADriveWhoseLastLineIsCutOff) {
   EXPECT_THAT(outcome.err, HasSubstr("warning: " + cut + ":802: the last line is cut off"));
 }
 
+TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
+  const auto early = scratch_.write("early.csv", csv_of(wavy_drive(0.0, 2.0, 0.01))).string();
+  const Outcome outcome = run("--reference " + early + " --pose " + good_);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err, "odom evaluate: warning: " + good_ +
+                             ": the reference covers 2.0 s of 4.0 s; the rest is not judged\n");
+}
+
 TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
   EXPECT_EQ(run("").status, 2);
   EXPECT_THAT(run("").err, HasSubstr("--pose or --drive is required; see odom evaluate --help"));
