@@ -34,7 +34,8 @@ FilmReader::FilmReader(const TrackOptions& options)
     times_name_ = options.frame_times;
     times_ns_ = read_times(times_name_);
   }
-  if (!capture_.open(name_))
+  // Not every backend that OpenCV has: some go on to look for cameras on USB.
+  if (!capture_.open(name_, cv::CAP_FFMPEG) && !capture_.open(name_, cv::CAP_OPENCV_MJPEG))
     throw std::invalid_argument(name_ +
                                 ": is no film that can be read; make it an MP4 or AVI: "
                                 "ffmpeg -i FILM film.mp4");
