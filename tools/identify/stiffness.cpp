@@ -199,7 +199,7 @@ void warn_of_what_is_missing(std::span<const CircleRun> circles,
   const auto [slow, fast] = std::ranges::minmax_element(
       circles, {}, [](const CircleRun& r) { return std::abs(r.lateral_accel); });
   if (std::abs(slow->lateral_accel) > 0.5 * std::abs(fast->lateral_accel))
-    warnings.push_back(
+    warnings.emplace_back(
         "all circles are about as fast: slow ones (a quarter of the lateral acceleration) would "
         "tell the steering's scale and the markers' places from slip");
 }
