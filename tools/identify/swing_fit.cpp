@@ -153,7 +153,7 @@ std::optional<Fitted> fit_by_and_by(const Record& record, Section section, const
     const auto past = std::ranges::lower_bound(record.t, until);
     const Section part{section.begin,
                        std::min(section.end, static_cast<std::size_t>(past - record.t.begin()))};
-    const auto fitted = fit(record, part, pendulum, guess);
+    auto fitted = fit(record, part, pendulum, guess);
     if (!fitted || part.end == section.end) return fitted;
     guess = fitted->x;
     span *= 2.0;
