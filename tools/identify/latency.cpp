@@ -200,7 +200,7 @@ void add_latency(CLI::App& identify) {
       "With a camera its capture stamps are the clock, and the gyro's own latency is found too.\n"
       "Without, the gyro's configured latency is believed. What is found adds to what the\n"
       "configuration has: run it again after --write, and all offsets are small.\n"
-      "\n"
+      "Examples:\n"
       "  odom identify latency --config car.toml --can drive.log --camera camera.csv\n"
       "  odom identify latency --config car.toml --can drive.log --write car.toml");
   latency->callback([options] { deliver(findings_of(*options), options->delivery); });
