@@ -1,10 +1,12 @@
-// What no filter looks at, whatever its state: samples that are not numbers, or that no car makes.
+// What no filter looks at, whatever its state: samples and poses that are not numbers, or that no
+// car makes.
 #pragma once
 
 #include <array>
 #include <cmath>
 #include <optional>
 
+#include "estimator/estimate.hpp"
 #include "estimator/measurement.hpp"
 
 namespace odomd::estimator {
@@ -23,6 +25,12 @@ inline constexpr std::array<double, source_count> physical_limit{
 
 /// Farther off [m], a double resolves a step no longer.
 inline constexpr double largest_coordinate = 1e8;
+
+/// Whether a pose to start from is possible: finite, and not that far off.
+[[nodiscard]] inline bool is_possible(const Pose2& pose) noexcept {
+  return std::isfinite(pose.yaw) && std::abs(pose.x) <= largest_coordinate &&
+         std::abs(pose.y) <= largest_coordinate;
+}
 
 /// A sample that claims to be better than this would leave a covariance without digits.
 inline constexpr double smallest_sigma = 1e-6;

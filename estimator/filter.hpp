@@ -41,7 +41,8 @@ static_assert(FilterLike<KinematicFilter> && FilterLike<PaperFilter> && FilterLi
 [[nodiscard]] Filter make_filter(Model model, const FilterSettings& settings);
 
 /// Sets the pose that the estimate starts from. Before this (or the first camera pose, where
-/// `settings.initialise_from_camera`) step() returns estimates that are not initialised.
+/// `settings.initialise_from_camera`) step() returns estimates that are not initialised. A pose
+/// that is not finite, or farther off than 10⁸ m, is none.
 void set_initial_pose(Filter& filter, const Pose2& pose) noexcept;
 
 /// Goes on from a predecessor's estimate that is `gap_s` old: its poses moved on at its velocity,

@@ -45,7 +45,7 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
 }
 
 void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
-  if (!is_finite(pose)) {
+  if (!is_possible(pose)) {
     return;
   }
   const Pose2 before = now_.pose();
@@ -260,8 +260,8 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   fresh.located = now_.located;
   fresh.moving = now_.moving;
   fresh.resets = now_.resets;
+  fresh.mean.segment<3>(at::x) << last_.map.x, last_.map.y, last_.map.yaw;
   if (last_.initialised) {
-    fresh.mean.segment<3>(at::x) << last_.map.x, last_.map.y, last_.map.yaw;
     fresh.mean.segment<3>(at::v_x) << last_.v_x, last_.v_y, last_.yaw_rate;
   }
   fresh.covariance.diagonal() = initial_sigma_.array().square();
@@ -274,7 +274,14 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   if (!may_resume(predecessor, gap_s)) {
     return false;
   }
+  const std::int64_t time_ns = now_.time_ns;
   now_ = full::resumed(predecessor, gap_s, initial_sigma_);
+  now_.time_ns = time_ns;
+  seen_resets_ = now_.resets;
+  if (last_tick_ns_) {
+    kept_count_ = 0;
+    keep();
+  }
   odom_ = moved(predecessor.odom, velocity_of(predecessor), gap_s);
   reset_count_ = predecessor.reset_count + 1;
   last_jump_ = {};

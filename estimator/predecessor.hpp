@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "estimator/admission.hpp"
 #include "estimator/estimate.hpp"
 #include "estimator/pose.hpp"
 #include "estimator/symmetric3.hpp"
@@ -33,7 +34,7 @@ namespace odomd::estimator {
 /// model, finite, a positive definite covariance of the pose.
 [[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
   return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
-         std::isfinite(gap_s) && is_finite(predecessor.map) && is_finite(predecessor.odom) &&
+         std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&
          is_finite(velocity_of(predecessor)) && is_finite(predecessor.covariance) &&
          is_positive_definite(predecessor.covariance);
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/admission.hpp"
 #include "estimator/predecessor.hpp"
 #include "estimator/tick_filter.hpp"
 #include "estimator/time.hpp"
@@ -32,7 +33,7 @@ TickFilter<M>::TickFilter(M motion, const FilterSettings& settings) noexcept
 
 template <Motion M>
 void TickFilter<M>::set_initial_pose(const Pose2& pose) noexcept {
-  if (is_finite(pose)) {
+  if (is_possible(pose)) {
     anchor_.set_pose(pose);
   }
 }

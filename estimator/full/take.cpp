@@ -56,12 +56,13 @@ struct Patience {
 /// So fast the tyres would pull ψ̇ back to where the model wants it [s].
 constexpr double yaw_settling_s = 0.05;
 
-Patience patience_with(Source source) noexcept {
+/// Of a car that stands nothing moves: there, it is the sensor's bias that has changed.
+Patience patience_with(Source source, bool standing) noexcept {
   switch (source) {
     case Source::yaw_rate:
-      return {0.05, at::yaw_rate};
+      return {0.05, standing ? at::gyro_bias : at::yaw_rate};
     case Source::accel_y:
-      return {0.2, at::front_force};
+      return {0.2, standing ? at::accel_bias_y : at::front_force};
     case Source::accel_x:
       return {0.2, at::accel_bias_x};
     default:
@@ -83,7 +84,7 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
     if (rejected_since_ns == 0) {
       rejected_since_ns = sample.time_ns;
     }
-    const Patience patience = patience_with(sample.source);
+    const Patience patience = patience_with(sample.source, state.rest.standing);
     const std::int64_t trusted_ns =
         std::max(rejected_since_ns, last_fused_ns(state, sample.source));
     if (seconds_between(trusted_ns, sample.time_ns) < patience.seconds) {
@@ -184,7 +185,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     case Source::yaw_rate:
       rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
       return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]),
-                   {.yaw_rate = true, .gyro_bias = state.rest.standing});
+                   {.yaw_rate = !state.rest.standing, .gyro_bias = state.rest.standing});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:

@@ -39,6 +39,20 @@ TEST(Refusal, OfWhatIsNoSignal) {
   EXPECT_EQ(refusal({static_cast<Source>(255), 1, nan, 0.1}), Verdict::source_off);
 }
 
+TEST(IsPossible, IsAPoseThatDoublesResolve) {
+  EXPECT_TRUE(is_possible(Pose2{}));
+  EXPECT_TRUE(is_possible(Pose2{1e8, -1e8, 1e3}));
+  for (double Pose2::*const number : {&Pose2::x, &Pose2::y, &Pose2::yaw}) {
+    for (const double value : {nan, infinity, -infinity}) {
+      Pose2 pose;
+      pose.*number = value;
+      EXPECT_FALSE(is_possible(pose));
+    }
+  }
+  EXPECT_FALSE(is_possible(Pose2{1.1e8, 0.0, 0.0}));
+  EXPECT_FALSE(is_possible(Pose2{0.0, -1.1e8, 0.0}));
+}
+
 TEST(IsUsable, AsksEveryNumberOfACameraPose) {
   const CameraPose pose{1, 2, 0.5, -0.5, 3.0, 0.01, 0.02, 0.03};
   EXPECT_TRUE(is_usable(pose));

@@ -269,6 +269,20 @@ TEST(FullFilter, ResumesWithWhatItsPredecessorHasLearnt) {
   EXPECT_EQ(resumed.valid, (std::uint64_t{1} << calibration_count) - 1);
 }
 
+TEST(FullFilter, ResumesInTheMiddleOfADriveAsWellAsAtItsBegin) {
+  FullFilter before = started();
+  const Estimate predecessor = run(before, drive_on_a_circle(500 * millisecond), 100).back();
+  FullFilter filter = started();
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  (void)run(filter, arrivals, 100);
+  ASSERT_TRUE(filter.resume(predecessor, 0.0));
+  const Estimate e = filter.step(start_ns + 101 * period_ns);
+  EXPECT_NEAR(e.map.x, predecessor.map.x, 0.02);
+  EXPECT_NEAR(e.map.y, predecessor.map.y, 0.02);
+  EXPECT_EQ(e.reset_count, predecessor.reset_count + 1);
+  EXPECT_LT(std::sqrt(e.covariance[0]), 0.05);
+}
+
 TEST(FullFilter, ResumesWithoutCalibrationsThatMeanNothing) {
   FullFilter before = started();
   Estimate predecessor = run(before, drive_on_a_circle(500 * millisecond), 100).back();

@@ -164,6 +164,27 @@ TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
   EXPECT_NEAR(car.state.mean[at::yaw_rate], 3.0, 0.5);
 }
 
+TEST(Take, AGyroThatInsistsOnACarThatStandsHasAnotherBias) {
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  car.drive(0.5, with(straight_at(0.0), Source::yaw_rate, 0.06));
+  EXPECT_GT(car.gated[Source::yaw_rate], 5);
+  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::gyro_bias], 0.06, 0.003);
+  EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
+}
+
+TEST(Take, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  const double force = car.state.covariance(at::front_force, at::front_force);
+  car.drive(1.0, with(straight_at(0.0), Source::accel_y, 1.0));
+  EXPECT_GT(car.gated[Source::accel_y], 20);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_y], 1.0, 0.05);
+  EXPECT_EQ(car.state.covariance(at::front_force, at::front_force), force);
+}
+
 TEST(Take, OneSpikeOfTheGyroIsLeftOut) {
   Car car;
   car.drive(2.0, straight_at(1.0));
