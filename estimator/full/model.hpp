@@ -24,8 +24,8 @@ struct Noise {
   double yaw = 2e-4;               ///< [rad/√s]
   double front_force = 1.0;        ///< standard deviation of e [m/s²] ...
   double front_force_s = 2.0;      ///< ... and its correlation time [s]
-  double yaw_moment = 10.0;        ///< standard deviation of e_M [rad/s²] ...
-  double yaw_moment_s = 1.0;       ///< ... and its correlation time [s]
+  double yaw_moment = 7.0;         ///< standard deviation of e_M [rad/s²] ...
+  double yaw_moment_s = 0.3;       ///< ... and its correlation time [s]
   double front_force_alone = 6.0;  ///< the same without steering [m/s²]
 
   double gyro_bias = 6e-5;  ///< walks, in the state's unit per √s
