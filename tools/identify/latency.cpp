@@ -25,15 +25,18 @@ struct Options {
   Delivery delivery;
 };
 
-// Accelerations that come in the gyro's message were taken with it, unless they contradict.
-bool as_old_as_gyro(const daemon::Config& config, const SourceOffset& found) {
-  if (found.source != Source::accel_x && found.source != Source::accel_y) return false;
+bool is_acceleration(Source source) {
+  return source == Source::accel_x || source == Source::accel_y;
+}
+
+// What comes in the gyro's message was taken with it.
+bool as_old_as_gyro(const daemon::Config& config, Source source) {
   std::string gyro, other;
   for (const can::SignalBinding& binding : config.can.bindings) {
     if (binding.channel == static_cast<std::uint8_t>(Source::yaw_rate)) gyro = binding.message;
-    if (binding.channel == static_cast<std::uint8_t>(found.source)) other = binding.message;
+    if (binding.channel == static_cast<std::uint8_t>(source)) other = binding.message;
   }
-  return gyro == other && (!found.doubt.empty() || std::fabs(found.offset) <= 3.0 * found.sigma);
+  return gyro == other;
 }
 
 constexpr double known_below = 0.01;  // of a standard uncertainty [s], else it was not told
@@ -118,20 +121,20 @@ Findings findings_of(const Options& options) {
         std::hypot(found.sigma, gyro_sigma), found.doubt);
     findings.details["measured"][role] = finding.value;
     findings.details["explained"][role] = found.explained;
-    const double apart =
-        configured_latency(config, found.source) - configured_latency(config, Source::yaw_rate);
-    SourceOffset together = found;
-    together.offset += apart;
-    if (clock_of_camera && as_old_as_gyro(config, together)) {
-      const std::string measured = found.doubt.empty()
-                                       ? "; measured " + fixed(1e3 * finding.value, 1) + " +- " +
-                                             fixed(2e3 * finding.sigma, 1) + " ms"
-                                       : "";
-      finding =
-          finding_of("latency of " + role,
-                     configured_latency(config, Source::yaw_rate) + gyro_offset, gyro_sigma, "");
-      finding.remark = "as the gyro, with which it comes" + measured;
-      into_configuration(finding, "can.signals." + role + ".latency");
+    // Tyres and slopes are in an acceleration too, and move it by tens of milliseconds.
+    if (is_acceleration(found.source)) {
+      const std::string measured = "measured " + fixed(1e3 * finding.value, 0) +
+                                   " ms, which the tyres' drag and slip move by tens";
+      const bool with_gyro = clock_of_camera && as_old_as_gyro(config, found.source);
+      finding = with_gyro
+                    ? finding_of("latency of " + role,
+                                 configured_latency(config, Source::yaw_rate) + gyro_offset,
+                                 gyro_sigma, "")
+                    : finding_of("latency of " + role, finding.value, finding.sigma, measured);
+      if (with_gyro) {
+        finding.remark = "as the gyro, with which it comes";
+        into_configuration(finding, "can.signals." + role + ".latency");
+      }
       findings.values.push_back(std::move(finding));
       continue;
     }
@@ -192,8 +195,9 @@ void add_latency(CLI::App& identify) {
       "  camera       its yaw over the turn that the gyro adds up\n"
       "  wheels       the difference of left and right over the gyro; one alone: its way over the\n"
       "               camera's\n"
-      "  accel_x      over the wheels' acceleration\n"
-      "  accel_y      over speed times yaw rate\n"
+      "  accel_x      as the gyro where it comes in its message; else shown only, over the\n"
+      "               wheels' acceleration\n"
+      "  accel_y      likewise, over speed times yaw rate\n"
       "  steering     the yaw rate that a car with these tyres would have, over the gyro: dead "
       "time\n"
       "               and time constant of what lies between the signal and the wheels\n"
