@@ -23,13 +23,16 @@ SwingRig::SwingRig(const SwingParameters& parameters) : p_(parameters) {
     below_[i] = {-p_.offset_across, 0.5 * side * p_.spacing_below - p_.offset_along,
                  p_.height_of_fixings};
   }
-  // Where it hangs, by energy: settle with much drag, then turn it.
+  // Where it hangs: settled with much drag, where it is not plumb below the midst. Then turned.
   state_.attitude = {1.0, 0.0, 0.0, 0.0};
-  state_.position = {p_.offset_across, p_.offset_along, -p_.cord - p_.height_of_fixings};
+  const double apart = 0.5 * (p_.spacing_above - p_.spacing_below);
+  state_.position = {p_.offset_across, p_.offset_along,
+                     -std::sqrt(p_.cord * p_.cord - apart * apart) - p_.height_of_fixings};
   const SwingParameters swinging = p_;
   p_.sway_drag = 4.0 * p_.mass;
   p_.viscous = 10.0 * p_.inertia.z();
-  for (int i = 0; i < 40'000; ++i) {
+  const bool plumb = p_.offset_across == 0.0 && p_.offset_along == 0.0;
+  for (int i = 0; i < (plumb ? 0 : 10'000); ++i) {
     step(5e-4);
     state_.spin *= 0.999;
   }

@@ -37,15 +37,15 @@ double period_of_rig(const sim::SwingParameters& rig) {
   sim::SwingRig car(rig);
   double first = 0.0, last = 0.0;
   int passages = 0;
-  for (int i = 0; passages < 11; ++i) {
+  for (int i = 0; passages < 4; ++i) {
     const double before = car.output().yaw;
-    car.step(5e-4);
+    car.step(1e-3);
     const double after = car.output().yaw;
     if (!(before < 0.0 && after >= 0.0)) continue;
-    last = 5e-4 * (i + before / (before - after));
+    last = 1e-3 * (i + before / (before - after));
     if (passages++ == 0) first = last;
   }
-  return (last - first) / 10.0;
+  return (last - first) / 3.0;
 }
 
 sim::SwingParameters ideal_rig() {
@@ -99,7 +99,7 @@ Series record_of(const sim::SwingParameters& rig, double seconds, double noise, 
   for (int i = 0; i < static_cast<int>(seconds * 100.0); ++i) {
     series.t_ns.push_back(1'000'000'000 + 10'000'000LL * i);
     series.value.push_back(car.output().yaw_rate + bias + noise * random.normal());
-    for (int k = 0; k < 20; ++k) car.step(5e-4);
+    for (int k = 0; k < 10; ++k) car.step(1e-3);
   }
   return series;
 }
@@ -109,7 +109,7 @@ TEST(SwingFit, FindsThePeriodOfSmallSwingsFromWideDampedNoisyOnes) {
   rig.amplitude = 0.35;
   rig.viscous = 0.01 * inertia;
   rig.quadratic = 0.01 * inertia;
-  const SwingFit fit = fit_swing(record_of(rig, 60.0, 0.005, 0.02), reference, "swing.log");
+  const SwingFit fit = fit_swing(record_of(rig, 34.0, 0.005, 0.02), reference, "swing.log");
   const double truth = small_period(reference, mass, gravity, inertia);
   EXPECT_NEAR(fit.period / truth, 1.0, 3e-4);
   EXPECT_LT(fit.period_sigma, 3e-4 * truth);
@@ -199,7 +199,7 @@ TEST(IdentifyInertia, ByStopWatchTakesThePlatformOff) {
 TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
   const Scratch scratch;
   const std::string folder = scratch.path("swing").string();
-  ASSERT_EQ(run_shell("odom sim swing --duration 40 --seed 5 --out " + folder).status, 0);
+  ASSERT_EQ(run_shell("odom sim swing --duration 20 --seed 5 --out " + folder).status, 0);
   const auto truth = nlohmann::json::parse(contents(folder + "/plant.json"))["experiment"];
   const Outcome outcome = run_shell(
       "odom identify inertia --json --config " + folder + "/car.toml --can " + folder +
