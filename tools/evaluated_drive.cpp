@@ -137,7 +137,7 @@ std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
   std::vector<std::string> colours;
   bool models = true;
   for (const std::string& name : names) {
-    const auto model = std::ranges::find(estimator::model_names, name);
+    const auto* const model = std::ranges::find(estimator::model_names, name);
     models = models && model != estimator::model_names.end();
     if (!models) break;
     const auto index = static_cast<std::size_t>(model - estimator::model_names.begin());

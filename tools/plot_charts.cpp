@@ -200,15 +200,15 @@ const char* columns_for(Quantity quantity) {
     case Quantity::speed:
     case Quantity::lateral_speed:
     case Quantity::yaw_rate:
-      return "columns \"vx\", \"vy\", \"yaw_rate\"";
+      return R"(columns "vx", "vy", "yaw_rate")";
     case Quantity::steering:
-      return "column \"steering\"";
+      return R"(column "steering")";
     case Quantity::acceleration:
-      return "columns \"accel_x\", \"accel_y\"";
+      return R"(columns "accel_x", "accel_y")";
     case Quantity::sigma:
-      return "columns \"sigma_x\", \"sigma_y\", \"sigma_yaw\" of the map's pose";
+      return R"(columns "sigma_x", "sigma_y", "sigma_yaw" of the map's pose)";
     case Quantity::calibrations:
-      return "calibrations (column \"gyro_bias\", ...)";
+      return R"(calibrations (column "gyro_bias", ...))";
     default:
       return "rows";
   }

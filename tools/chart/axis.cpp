@@ -55,8 +55,11 @@ std::vector<Tick> ticks(const Range& range, Scaling scaling, double count) {
   const int decimals = decimals_for(step);
   std::vector<Tick> result;
   const double slack = 1e-9 * range.width();
-  for (auto i = std::ceil((range.low - slack) / step); i * step <= range.high + slack; ++i) {
-    result.push_back({i * step, number(i * step, decimals)});
+  const double first = std::ceil((range.low - slack) / step);
+  const auto steps = static_cast<int>(std::floor((range.high + slack) / step) - first);
+  for (int i = 0; i <= steps; ++i) {
+    const double value = (first + i) * step;
+    result.push_back({value, number(value, decimals)});
   }
   return result;
 }

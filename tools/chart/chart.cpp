@@ -129,15 +129,14 @@ std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
 }
 
 std::string draw_band(const Band& band, const Scale& x, const Scale& y) {
-  const std::vector<BandPoint> points = decimated(band.points, x, columns);
+  std::vector<BandPoint> points = decimated(band.points, x, columns);
   if (points.empty()) return {};
   std::string data;
   for (const auto& p : points) {
     data += fmt::format("{}{} {}", data.empty() ? 'M' : 'L', px(x(p.x)), px(y(p.high)));
   }
-  for (auto p = points.rbegin(); p != points.rend(); ++p) {
-    data += fmt::format("L{} {}", px(x(p->x)), px(y(p->low)));
-  }
+  std::ranges::reverse(points);
+  for (const auto& p : points) data += fmt::format("L{} {}", px(x(p.x)), px(y(p.low)));
   return fmt::format(
       R"(<path d="{}Z" fill="{}" fill-opacity="0.18" stroke="{}" stroke-opacity="0.45" stroke-width="1.5"/>)"
       "\n",

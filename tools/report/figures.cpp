@@ -19,7 +19,6 @@ namespace odomd::tools::report {
 namespace {
 
 using chart::Chart;
-using chart::Point;
 using chart::Series;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
