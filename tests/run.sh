@@ -1,6 +1,7 @@
 #!/bin/bash
-# The whole test suite, nothing skipped: formatting, release build and unit tests, the same under
-# AddressSanitizer and UBSan, and the lab (a virtual machine with a real CAN bus and PREEMPT_RT).
+# The whole test suite, nothing skipped: formatting, release build and unit tests, those of the daemon
+# and libodom under AddressSanitizer and UBSan too (tests/campaign/asan.sh has the rest), and the lab
+# (a virtual machine with a real CAN bus and PREEMPT_RT).
 #
 #   bash tests/run.sh
 #
@@ -75,8 +76,9 @@ formatting() {
     xargs -0 -r -n 20 -P "$jobs" clang-format --dry-run -Werror
 }
 
+# build PRESET [OPTION...]
 build() {
-  cmake --preset "$1" -DODOMD_TESTS=ON >"$logs/configure-$1.log" 2>&1 || {
+  cmake --preset "$1" -DODOMD_TESTS=ON "${@:2}" >"$logs/configure-$1.log" 2>&1 || {
     cat "$logs/configure-$1.log"
     return 1
   }
@@ -140,7 +142,7 @@ if part "build (release)" build release; then
   unit_tests release
   start_lab
 fi
-part "build (asan)" build asan
+part "build (asan)" build asan -DODOMD_TOOLS=OFF
 asan_built=$?
 [ -z "$lab_job" ] || finish_lab
 [ "$asan_built" != 0 ] || unit_tests asan
