@@ -12,7 +12,7 @@ Interrupt::Interrupt() {
 }
 
 Interrupt::~Interrupt() {
-  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  if (!requested_) pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
 bool Interrupt::requested() {

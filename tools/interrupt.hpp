@@ -5,7 +5,8 @@
 
 namespace odomd::tools {
 
-/// Holds INT and TERM back while it lives; threads that start meanwhile inherit this. One thread.
+/// Holds INT and TERM back while it lives, and from the first one on: timeout(1) sends two, and the
+/// second must not cut the end short. Threads that start meanwhile inherit this. One thread.
 class Interrupt {
  public:
   Interrupt();

@@ -138,6 +138,15 @@ TEST(SimCommand, ASignalEndsItWithWholeFiles) {
   EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
 }
 
+TEST(SimCommand, ASecondSignalDoesNotCutTheEndShort) {
+  const Scratch scratch;
+  const Outcome outcome = run_shell("odom sim --live --out " + scratch.path("drive").string() +
+                                    " >/dev/null & pid=$!; sleep 0.5; kill -INT $pid; kill -TERM "
+                                    "$pid; kill -TERM $pid; wait $pid");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
+}
+
 TEST(SimCommand, SendsCameraPosesToTheSocket) {
   const Scratch scratch;
   const std::string path = scratch.path("camera.sock").string();

@@ -24,7 +24,8 @@ std::int64_t clock_ns(clockid_t clock) {
 }
 
 // While it lives, a closed pipe is an error of write(), and SIGINT and SIGTERM wait to be asked
-// for.
+// for. Once one has come they stay held back: timeout(1) sends two, and the second must not cut the
+// end short.
 class SignalScope {
  public:
   SignalScope() {
@@ -39,7 +40,7 @@ class SignalScope {
   SignalScope(const SignalScope&) = delete;
   SignalScope& operator=(const SignalScope&) = delete;
   ~SignalScope() {
-    ::pthread_sigmask(SIG_SETMASK, &old_mask_, nullptr);
+    if (!stopped_) ::pthread_sigmask(SIG_SETMASK, &old_mask_, nullptr);
     ::sigaction(SIGPIPE, &old_pipe_, nullptr);
   }
 
@@ -50,7 +51,8 @@ class SignalScope {
     while (true) {
       const std::int64_t left = std::max<std::int64_t>(0, monotonic_ns - clock_ns(CLOCK_MONOTONIC));
       const timespec timeout{left / second_ns, left % second_ns};
-      if (::sigtimedwait(&stop_, nullptr, &timeout) > 0) return Woken::stop;
+      stopped_ = ::sigtimedwait(&stop_, nullptr, &timeout) > 0;
+      if (stopped_) return Woken::stop;
       if (left == 0 || clock_ns(CLOCK_MONOTONIC) >= monotonic_ns) return Woken::time_is_up;
     }
   }
@@ -59,6 +61,7 @@ class SignalScope {
   sigset_t stop_{};
   sigset_t old_mask_{};
   struct sigaction old_pipe_ {};
+  bool stopped_ = false;
 };
 
 // The daemon's camera socket, opened as soon as it is there.
