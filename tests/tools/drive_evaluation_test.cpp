@@ -21,8 +21,9 @@ class DriveEvaluation : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     scratch_ = new Scratch;
-    const Outcome outcome = run_shell("odom sim --scenario lap --duration 6 --seed 3 --out " +
-                                      scratch_->path("lap").string());
+    const Outcome outcome =
+        run_shell("odom sim --scenario lap --duration 4 --standstill 0.5 --seed 3 --out " +
+                  scratch_->path("lap").string());
     ASSERT_EQ(outcome.status, 0) << outcome.err;
   }
   static void TearDownTestSuite() {
@@ -75,7 +76,7 @@ TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
         << estimator::source_names[source];
   }
   constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
-  EXPECT_GT(tested[camera], 100U);
+  EXPECT_GT(tested[camera], 80U);
   EXPECT_EQ(
       replayed.summary.verdicts[camera][static_cast<std::size_t>(estimator::Verdict::fused)] +
           replayed.summary.innovations[camera].gated(),
@@ -92,10 +93,10 @@ TEST_F(DriveEvaluation, IsTheSameInAnyThread) {
     return evaluate_drive(drive, config).end_error;
   };
   std::vector<std::future<double>> parallel;
-  for (const double stiffness : {15.0, 20.0, 25.0, 30.0}) {
+  for (const double stiffness : {15.0, 20.0}) {
     parallel.push_back(std::async(std::launch::async, end_error, stiffness));
   }
-  for (const double stiffness : {15.0, 20.0, 25.0, 30.0}) {
+  for (const double stiffness : {15.0, 20.0}) {
     EXPECT_EQ(parallel[static_cast<std::size_t>(stiffness / 5.0) - 3].get(), end_error(stiffness));
   }
 }
@@ -107,7 +108,7 @@ TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
       read_drive({.folder = lap(), .config = config, .reference = lap() / "truth.csv"});
   EXPECT_EQ(drive.config.model, estimator::Model::kinematic);
   EXPECT_EQ(drive.config.can.dbc.front(), std::filesystem::absolute(lap() / "car.dbc"));
-  EXPECT_GT(evaluate_drive(drive, drive.config).samples, 1000U);
+  EXPECT_GT(evaluate_drive(drive, drive.config).samples, 500U);
 }
 
 TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
