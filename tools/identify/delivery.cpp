@@ -5,8 +5,8 @@
 #include <cmath>
 #include <iostream>
 
-#include "tools/json_text.hpp"
 #include "tools/identify/config_patch.hpp"
+#include "tools/json_text.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
