@@ -49,9 +49,9 @@ BodyVelocity mean_rate_ahead(const Context& context, const State& state) noexcep
   const Input input = input_of(state);
   const Eigen::Vector3d now = state.mean.segment<3>(at::v_x);
   Eigen::Matrix<double, 8, 1> ahead = state.mean.segment<8>(at::v_x);
-  const double steps = std::max(1.0, std::round(look_ahead_s / context.period_s));
-  const double dt = look_ahead_s / steps;
-  for (double done = 0.0; done < steps; done += 1.0) {
+  const long steps = std::max(1L, std::lround(look_ahead_s / context.period_s));
+  const double dt = look_ahead_s / static_cast<double>(steps);
+  for (long done = 0; done < steps; ++done) {
     ahead.head<3>() = next_velocity<double>(context.model, input, ahead, dt);
   }
   return {(ahead[0] - now[0]) / look_ahead_s, (ahead[1] - now[1]) / look_ahead_s,

@@ -18,7 +18,6 @@
 namespace odomd::tools {
 namespace {
 
-using estimator::CameraPose;
 using estimator::Estimate;
 using estimator::FullFilter;
 using estimator::Judgement;
