@@ -14,6 +14,9 @@ endif()
 if(ODOMD_HAS_OPENCV)
   list(APPEND CPACK_COMPONENTS_ALL track)
 endif()
+if(ODOMD_HAS_CERES)
+  list(APPEND CPACK_COMPONENTS_ALL fit)
+endif()
 set(CPACK_STRIP_FILES ON)
 # The unit and the configuration are filled with the paths at which they will lie.
 set(CPACK_SET_DESTDIR ON)
@@ -87,6 +90,13 @@ identify stiffness measures the tyres.")
 set(CPACK_DEBIAN_TRACK_PACKAGE_NAME odom-track)
 set(CPACK_DEBIAN_TRACK_PACKAGE_SECTION utils)
 set(CPACK_DEBIAN_TRACK_PACKAGE_DEPENDS odom-tools)
+
+set(CPACK_COMPONENT_FIT_DESCRIPTION "parameter fit for the odomd odometry daemon
+Finds a car's parameters from a drive with the poses of a camera, by Ceres: odom
+identify fit.")
+set(CPACK_DEBIAN_FIT_PACKAGE_NAME odom-fit)
+set(CPACK_DEBIAN_FIT_PACKAGE_SECTION utils)
+set(CPACK_DEBIAN_FIT_PACKAGE_DEPENDS odom-tools)
 
 # Every package tells its terms and its changes.
 set(changes ${PROJECT_BINARY_DIR}/changelog.gz)

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Installs the Debian packages that odomd needs: dependencies.sh build | test | campaign | bench | aarch64
 #
-#   build     what compiles and installs the programs, but for odom-track (libopencv-dev)
+#   build     what compiles and installs the programs, but for odom-track (libopencv-dev) and
+#             odom-fit (libceres-dev)
 #   test      build, and what the test command needs (GoogleTest, can-utils, the lab's machine)
 #   campaign  test, and what the longer work needs (clang, clang-tidy)
 #   bench     build, and what the benchmarks need and are compared with (cyclictest, iceoryx)
@@ -13,7 +14,7 @@ set -eu
 build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusplus-dev libcli11-dev
   libsystemd-dev libsocketcan-dev file dpkg-dev nlohmann-json3-dev librsvg2-bin
   libzstd-dev cyclonedds-dev cyclonedds-tools'
-test="$build libopencv-dev libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd udev
+test="$build libopencv-dev libceres-dev libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd udev
   jq strace python3 qemu-system-x86 busybox-static cpio kmod xz-utils util-linux mandoc"
 campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus"
 bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"

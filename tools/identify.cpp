@@ -24,6 +24,7 @@ void add_identify(CLI::App& odom) {
   add_track(*identify);
   add_stiffness(*identify);
   add_latency(*identify);
+  add_fit(*identify);
 }
 
 }  // namespace odomd::tools

@@ -44,8 +44,13 @@ if [ -x "$build/bin/odom-track" ]; then
   depends odom-track libopencv
   depends odom-track odom-tools
 fi
+if [ -x "$build/bin/odom-fit" ]; then
+  has odom-fit usr/bin/odom-fit
+  depends odom-fit libceres
+  depends odom-fit odom-tools
+fi
 for name in odomd odom-tools libodom0; do
-  if dpkg-deb -f "$(package $name)" Depends | grep -qE "ddsc|opencv"; then fail "$name depends on DDS or OpenCV"; fi
+  if dpkg-deb -f "$(package $name)" Depends | grep -qE "ddsc|opencv|ceres"; then fail "$name depends on DDS, OpenCV or Ceres"; fi
 done
 depends odomd libsystemd0
 depends odomd systemd

@@ -13,5 +13,6 @@ void add_noise(CLI::App& identify);
 void add_track(CLI::App& identify);
 void add_stiffness(CLI::App& identify);
 void add_latency(CLI::App& identify);
+void add_fit(CLI::App& identify);
 
 }  // namespace odomd::tools

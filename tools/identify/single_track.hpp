@@ -28,6 +28,8 @@ struct Car {
   T relaxation;                       ///< σ, way on which a tyre builds up its force [m]
   T load_arm;  ///< p·h: height of the centre of gravity by how stiffness goes with load [m]
   T lag;       ///< time constant of the steering [s]
+  double rolling = 0.015;    ///< resistance of the wheels, by their load
+  double track = 0.16;       ///< [m]
   double floor_speed = 0.1;  ///< below it slip builds up as if at it [m/s]
 };
 
@@ -57,25 +59,39 @@ template <class T>
           linear_rear / sqrt(T(1.0) + car.bend_rear * (s_rear * s_rear + driven * driven))};
 }
 
-/// Specific force along y at the centre of gravity.
+/// What they do to the car: the force to the left and the moment about the vertical axis.
 template <class T>
-[[nodiscard]] T accel_y(const Car<T>& car, const State<T>& x, const T& accel_x) {
-  using std::cos;
-  const Forces<T> f = forces(car, x, accel_x);
-  return (f.front * cos(x[steer]) + f.rear) / car.mass;
-}
+struct Push {
+  T side, moment;
+};
 
+// Steered wheels roll against their resistance, and pull the car out of the turn by its part
+// across. They share their force unevenly: the outer one, more loaded by x = p h l a_y / (g t l_h),
+// takes more, and by Ackermann's geometry the inner one is steered by t δ² / l more. What they pull
+// back with, F sin δ, then turns the car, at half the track width:
+//   M = (t/2) sin δ (C_v t δ² / (2 l) - x F_v)
 template <class T>
-[[nodiscard]] T yaw_accel(const Car<T>& car, const State<T>& x, const T& accel_x) {
+[[nodiscard]] Push<T> push(const Car<T>& car, const State<T>& x, const T& accel_x) {
   using std::cos;
+  using std::sin;
+  using std::sqrt;
   const Forces<T> f = forces(car, x, accel_x);
-  return (car.front_axle * f.front * cos(x[steer]) - car.rear_axle * f.rear) / car.inertia;
+  const T wheelbase = car.front_axle + car.rear_axle;
+  const T s = sin(x[steer]), c = cos(x[steer]);
+  const T forward = x[v_x] / sqrt(x[v_x] * x[v_x] + car.floor_speed * car.floor_speed);
+  const T drag = car.rolling * car.mass * gravity * car.rear_axle / wheelbase * forward;
+  const T front = f.front * c - drag * s;
+  const T outer = car.load_arm * wheelbase * (f.front + f.rear) /
+                  (car.mass * gravity * car.track * car.rear_axle);
+  const T inner = car.stiffness_front * car.track * s * s / (2.0 * wheelbase);
+  return {front + f.rear, car.front_axle * front - car.rear_axle * f.rear +
+                              0.5 * car.track * s * (inner - outer * f.front)};
 }
 
 // v_x moves by what it is told to, dv_x/dt; the steering by its lag towards `command`:
 //   δ̇ = (δ_c - δ) / τ
 //   slip:  α̇ = (-V_sy - V_t α) / σ,   V_sy = v'_y cos δ - v_x sin δ,  v'_y = v_y + l_v ψ̇
-//   v̇_y = a_y - v_x ψ̇,  ψ̈ = (l_v F_v cos δ - l_h F_h) / J_z
+//   v̇_y = F_y / m - v_x ψ̇,  ψ̈ = M_z / J_z
 // The steering is left to step(), which knows its solution.
 template <class T>
 [[nodiscard]] State<T> rate_of(const Car<T>& car, const State<T>& x, const T& v_x_rate) {
@@ -84,7 +100,7 @@ template <class T>
   using std::sqrt;
   const T c = cos(x[steer]), s = sin(x[steer]);
   const T accel_x = v_x_rate - x[v_y] * x[yaw_rate];
-  const Forces<T> f = forces(car, x, accel_x);
+  const Push<T> all = push(car, x, accel_x);
   const T side = x[v_y] + car.front_axle * x[yaw_rate];
   const T along = x[v_x] * c + side * s;
   const double least = car.floor_speed * car.floor_speed;
@@ -96,8 +112,8 @@ template <class T>
   d[pos_y] = x[v_x] * sy + x[v_y] * cy;
   d[yaw] = x[yaw_rate];
   d[v_x] = v_x_rate;
-  d[v_y] = (f.front * c + f.rear) / car.mass - x[v_x] * x[yaw_rate];
-  d[yaw_rate] = (car.front_axle * f.front * c - car.rear_axle * f.rear) / car.inertia;
+  d[v_y] = all.side / car.mass - x[v_x] * x[yaw_rate];
+  d[yaw_rate] = all.moment / car.inertia;
   d[steer] = T(0.0);
   d[slip_front] = (x[v_x] * s - side * c - rolling_front * x[slip_front]) / car.relaxation;
   d[slip_rear] =

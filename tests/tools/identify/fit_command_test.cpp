@@ -1,0 +1,71 @@
+// odom identify fit from the command line: a simulated drive into its configuration, and what it
+// says of drives that do not do.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+std::string in(const Scratch& scratch, const std::string& command) {
+  return "cd " + scratch.path("").string() + " && " + command;
+}
+
+void expect_refused(const Outcome& outcome, const std::string& says) {
+  EXPECT_EQ(outcome.status, 2) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr(says));
+  EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+}
+
+class FitCommand : public testing::Test {
+ protected:
+  FitCommand() {
+    const Outcome drive = run_shell(in(scratch_, "odom sim --duration 16 --out lap"));
+    if (drive.status != 0) throw std::runtime_error(drive.err);
+  }
+  [[nodiscard]] Outcome run(const std::string& command) const {
+    return run_shell(in(scratch_, command));
+  }
+  Scratch scratch_;
+};
+
+TEST_F(FitCommand, WritesWhatTheDriveTellsAndLeavesTheRest) {
+  std::string most = "odom identify fit --config lap/car.toml --drive lap --write lap/car.toml";
+  for (const char* name :
+       {"stiffness_front", "stiffness_rear", "relaxation_length", "bend_front", "bend_rear",
+        "load_arm", "track_width", "steering_scale", "steering_dead_time", "steering_lag",
+        "accel_scale", "accel_latency", "imu_x", "imu_y", "imu_yaw", "wheel_slip", "camera_yaw"})
+    most += std::string(" --fix ") + name;
+  const Outcome outcome = run(most);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("pass 1 of"));
+  EXPECT_THAT(outcome.out, HasSubstr("gyro bias"));
+  const std::string written = contents(scratch_.path("lap/car.toml"));
+  EXPECT_THAT(written, HasSubstr("odom identify fit:"));
+  EXPECT_THAT(written, HasSubstr("cornering_stiffness_front = 20.0\n"));  // was fixed
+  EXPECT_EQ(run("odom replay --config lap/car.toml --can lap/drive.log --out pose.csv").status, 0);
+}
+
+TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
+  const std::string fit = "odom identify fit --quiet --config lap/car.toml ";
+  expect_refused(run(fit + "--drive nowhere"), "nowhere/drive.log");
+  expect_refused(run(fit + "--drive lap --to 9.9"), "ten seconds");
+  expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
+  scratch_.write("c.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y\n1,1,0,0,0,1,1\n");
+  expect_refused(run(fit + "--can lap/drive.log --camera c.csv"), "sigma_yaw");
+  scratch_.write("t.csv", "t,x,y,yaw\n1760000001,0,0,0\n1760000002,nan,0,0\n");
+  expect_refused(run(fit + "--can lap/drive.log --reference t.csv"), "t.csv");
+  scratch_.write("t.csv", "t,x,y,yaw\n1760000002,0,0,0\n1760000001,0,0,0\n");
+  expect_refused(run(fit + "--can lap/drive.log --reference t.csv"), "t.csv");
+  ASSERT_EQ(run("sed -i /^steering/d lap/car.toml").status, 0);
+  expect_refused(run(fit + "--drive lap"), "steering");
+}
+
+}  // namespace
+}  // namespace odomd::tools

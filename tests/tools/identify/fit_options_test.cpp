@@ -1,0 +1,71 @@
+// What odom identify fit makes of its command line before it hands over to odom-fit.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/fit_options.hpp"
+#include "tools/identify/fit_parameters.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using fitting::parse_prior;
+using testing::HasSubstr;
+
+std::string refusal(std::vector<std::string> arguments) {
+  CLI::App command;
+  FitOptions options;
+  describe_fit(command, options);
+  arguments.insert(arguments.begin(), "--config=car.toml");
+  std::ranges::reverse(arguments);  // as CLI11 takes them
+  command.parse(arguments);
+  try {
+    check(options);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(FitOptions, WhatDoesNotHangTogetherIsRefused) {
+  EXPECT_EQ(refusal({"--drive=lap"}), "taken");
+  EXPECT_EQ(refusal({"--can=a.log", "--camera=c.csv", "--from=5", "--to=15"}), "taken");
+  EXPECT_THAT(refusal({}), HasSubstr("--drive DIR"));
+  EXPECT_THAT(refusal({"--can=a.log"}), HasSubstr("--camera or --reference"));
+  EXPECT_THAT(refusal({"--can=a.log", "--camera=c.csv", "--reference=t.csv"}),
+              HasSubstr("one of them"));
+  EXPECT_THAT(refusal({"--camera=c.csv"}), HasSubstr("--can"));
+  EXPECT_THAT(refusal({"--drive=lap", "--from=-1"}), HasSubstr("--from"));
+  EXPECT_THAT(refusal({"--drive=lap", "--from=5", "--to=6"}), HasSubstr("ten seconds"));
+  EXPECT_THAT(refusal({"--drive=lap", "--reference-sigma", "0.01", "0"}),
+              HasSubstr("--reference-sigma"));
+  EXPECT_THAT(refusal({"--drive=lap", "--fix=giro_bias"}), HasSubstr("gyro_bias"));
+  EXPECT_THAT(refusal({"--drive=lap", "--plot=rest.jpg"}), HasSubstr(".svg"));
+}
+
+TEST(FitOptions, APriorIsANameAndASigma) {
+  EXPECT_EQ(parse_prior("yaw_inertia=0.02").parameter, fitting::yaw_inertia);
+  EXPECT_EQ(parse_prior("yaw_inertia=0.02").sigma, 0.02);
+  EXPECT_FALSE(parse_prior("mass=0.002").parameter.has_value());
+  for (const std::string wrong :
+       {"mass", "mass=", "mass=0", "mass=-1", "mass=inf", "mass=1x", "", "=1", "mas=1"}) {
+    EXPECT_THROW(static_cast<void>(parse_prior(wrong)), std::invalid_argument) << wrong;
+  }
+}
+
+TEST(FitOptions, WithoutItsProgramTheCommandSaysWhatToInstall) {
+  const Scratch scratch;
+  std::filesystem::copy_file(ODOMD_BIN_DIR "/odom", scratch.path("odom"));
+  const Outcome outcome =
+      run_shell(scratch.path("odom").string() + " identify fit --config car.toml --drive lap");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("libceres-dev"));
+  EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1);
+}
+
+}  // namespace
+}  // namespace odomd::tools

@@ -1,0 +1,150 @@
+// The fit on a short simulated drive, and what it says where it cannot.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/identify/fit_drive.hpp"
+#include "tools/identify/fit_findings.hpp"
+#include "tools/identify/fit_parameters.hpp"
+#include "tools/identify/fit_solver.hpp"
+#include "tools/identify/single_track.hpp"
+
+namespace odomd::tools::fitting {
+namespace {
+
+using estimator::Source;
+using testing::HasSubstr;
+namespace st = single_track;
+
+daemon::Config car() {
+  daemon::Config config;
+  config.file = "car.toml";
+  for (const Source source : {Source::yaw_rate, Source::wheel_rear, Source::steering}) {
+    auto& settings = config.can.signals[static_cast<std::size_t>(source)];
+    settings.configured = true;
+    settings.sigma = 0.005;
+    can::SignalBinding binding;
+    binding.channel = static_cast<std::uint16_t>(source);
+    binding.role = std::string(estimator::source_names[static_cast<std::size_t>(source)]);
+    config.can.bindings.push_back(binding);
+  }
+  return config;
+}
+
+struct Recorded {
+  SignalLog log;
+  std::vector<estimator::CameraPose> poses;
+};
+
+// What a car whose gyro reads 3 % too much, and wheels 2 %, would have recorded in twelve seconds.
+Recorded recorded(const daemon::Config& config) {
+  const Numbers<double> usual = nominal_values(config);
+  const estimator::Vehicle& v = config.vehicle;
+  st::Car<double> model{.mass = v.mass,
+                        .front_axle = v.front_axle,
+                        .rear_axle = v.rear_axle,
+                        .inertia = v.yaw_inertia,
+                        .stiffness_front = v.cornering_stiffness_front,
+                        .stiffness_rear = v.cornering_stiffness_rear,
+                        .bend_front = usual[bend_front],
+                        .bend_rear = usual[bend_rear],
+                        .relaxation = usual[relaxation_length],
+                        .load_arm = usual[load_arm],
+                        .lag = usual[steering_lag]};
+  model.floor_speed = 0.05;
+  constexpr std::int64_t start = 1'760'000'000'000'000'000;
+  Recorded result;
+  result.log.first_ns = start;
+  const auto put = [&](Source source, std::int64_t t_ns, double value) {
+    Series& series = result.log.signals[static_cast<std::size_t>(source)];
+    series.t_ns.push_back(t_ns);
+    series.value.push_back(value);
+  };
+  st::State<double> x{};
+  x[st::v_x] = 1.0;
+  for (int k = 0; k < 12000; ++k) {
+    const double t = 1e-3 * k;
+    const std::int64_t t_ns = start + std::int64_t{1'000'000} * k;
+    const double command = 0.2 * std::sin(2.0 * t) + 0.1 * std::sin(4.7 * t);
+    const double accel = 0.6 * std::cos(0.9 * t);
+    if (k % 10 == 0) {
+      put(Source::yaw_rate, t_ns, 1.03 * x[st::yaw_rate] + 0.01);
+      put(Source::wheel_rear, t_ns, 1.02 * x[st::v_x]);
+      put(Source::steering, t_ns, command + 0.004);
+    }
+    if (k % 35 == 0) {
+      estimator::CameraPose pose;
+      pose.capture_ns = pose.arrival_ns = t_ns;
+      pose.x = x[st::pos_x];
+      pose.y = x[st::pos_y];
+      pose.yaw = x[st::yaw];
+      pose.sigma_x = pose.sigma_y = 0.005;
+      pose.sigma_yaw = 0.005;
+      result.poses.push_back(pose);
+    }
+    x = st::step(model, x, command, accel, accel, 1e-3);
+  }
+  result.log.last_ns = start + 12'000'000'000;
+  return result;
+}
+
+TEST(Fit, RefusesADriveWithoutPosesOrWithPosesOfAnotherTime) {
+  const daemon::Config config = car();
+  Recorded drive = recorded(config);
+  try {
+    (void)prepare("lap", config, drive.log, {});
+    FAIL() << "a drive without poses was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("lap: 0 poses"));
+  }
+  for (estimator::CameraPose& pose : drive.poses) pose.capture_ns += 3'600'000'000'000;
+  try {
+    (void)prepare("lap", config, drive.log, drive.poses);
+    FAIL() << "poses of another time were taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("overlap for 0.0 s"));
+  }
+}
+
+TEST(Fit, AParameterThatIsNoneIsToldTheNearest) {
+  EXPECT_EQ(parameter_named("gyro_bias").parameter, gyro_bias);
+  try {
+    (void)parameter_named("giro_bias");
+    FAIL() << "a wrong name was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("gyro_bias"));
+  }
+}
+
+TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
+  const daemon::Config config = car();
+  const Recorded drive = recorded(config);
+  const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
+  Settings settings;
+  for (const Parameter k : {gyro_scale, gyro_bias, wheel_scale_rear, steering_offset})
+    settings.free[k] = true;
+  settings.doubt = usual_doubts(config);
+  settings.passes = 2;
+  settings.iterations = 8;
+  const Result result = solve(config, drives, settings);
+  EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 3e-3);
+  EXPECT_NEAR(result.p[gyro_bias], 0.01, 2e-3);
+  EXPECT_NEAR(result.p[steering_offset], 0.004, 1e-3);
+  // A driven wheel's slip is fixed as usual, and not in what the drive was made by.
+  EXPECT_NEAR(std::exp(result.p[wheel_scale_rear]), 1.02, 0.02);
+  EXPECT_GT(result.sigma[gyro_scale], 0.0);
+  EXPECT_LT(result.sigma[gyro_scale], 0.02);
+  EXPECT_EQ(result.sigma[stiffness_front], 0.0);
+
+  const Findings findings = findings_of(config, drives, settings, result, 0.01);
+  ASSERT_FALSE(findings.values.empty());
+  const auto scale =
+      std::ranges::find(findings.values, "can.signals.yaw_rate.scale", &Finding::key);
+  ASSERT_NE(scale, findings.values.end());
+  EXPECT_NEAR(scale->value, 1.0 / 1.03, 3e-3);
+}
+
+}  // namespace
+}  // namespace odomd::tools::fitting

@@ -1,0 +1,51 @@
+// A drive as the fit takes it: samples and poses in seconds, ready to be laid over a model.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "daemon/config.hpp"
+#include "estimator/measurement.hpp"
+#include "tools/identify/resampled.hpp"
+#include "tools/identify/signal_log.hpp"
+
+namespace odomd::tools::fitting {
+
+struct Sample {
+  double t = 0.0;  ///< its stamp less its configured latency [s]
+  double value = 0.0;
+  estimator::Source source = estimator::Source::yaw_rate;
+  double sigma = 0.0;
+};
+
+struct PoseSample {
+  double t = 0.0;
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the camera's point; yaw unwrapped
+  double sigma_x = 0.0, sigma_y = 0.0, sigma_yaw = 0.0;
+};
+
+struct Drive {
+  std::string name;
+  double begin = 0.0, end = 0.0;  ///< where poses and speed are known [s]
+  std::vector<Sample> samples;    ///< in the order of time
+  std::vector<PoseSample> poses;  ///< in the order of time
+  Resampled steering;             ///< as it is measured
+  Resampled speed, yaw_rate;      ///< roughly, to begin with
+};
+
+/// Samples closer than this are averaged [s].
+inline constexpr double least_spacing = 0.019;
+
+/// What of the log is taken, after its first frame [s].
+struct Part {
+  double from = 0.0;
+  double to = 1e9;
+};
+
+/// Poses are of the camera or of a reference. Throws std::invalid_argument, naming the drive, where
+/// signals or poses are missing, or do not overlap for ten seconds at least.
+[[nodiscard]] Drive prepare(std::string name, const daemon::Config& config, const SignalLog& log,
+                            std::span<const estimator::CameraPose> poses, const Part& part = {});
+
+}  // namespace odomd::tools::fitting

@@ -1,0 +1,239 @@
+#include "tools/identify/fit_findings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "tools/text.hpp"
+
+namespace odomd::tools::fitting {
+namespace {
+
+using estimator::Source;
+
+/// Told by the drive and not by the prior: below this share of the prior's uncertainty.
+constexpr double told_below = 0.5;
+
+/// What the model leaves out, as standard uncertainties of p, set by the errors of six simulated
+/// drives with stops (seeds 1 to 6), not tried on others:
+/// tyres that share load and slip, geometry of two steered wheels, wheels that follow by inertia.
+Numbers<double> unmodelled(double wheelbase) {
+  Numbers<double> sigma{};
+  sigma[stiffness_front] = 0.025;
+  sigma[stiffness_rear] = 0.04;
+  sigma[yaw_inertia] = 0.03;
+  sigma[track_width] = 0.004;
+  sigma[steering_offset] = 1e-4;
+  sigma[steering_scale] = 0.02;
+  sigma[steering_dead_time] = 6e-3;
+  sigma[steering_lag] = 0.15;
+  sigma[gyro_bias] = 2e-4;
+  sigma[gyro_scale] = 3e-4;
+  sigma[gyro_latency] = 1.8e-3;
+  sigma[accel_bias_x] = sigma[accel_bias_y] = 6e-3;
+  sigma[accel_latency] = 1.8e-3;
+  sigma[imu_x] = 0.025 * wheelbase;
+  sigma[imu_y] = 5e-3 * wheelbase;
+  sigma[imu_yaw] = 5e-4;
+  for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) sigma[k] = 1e-3;
+  sigma[wheel_latency_front] = sigma[wheel_latency_rear] = 1.8e-3;
+  sigma[camera_x] = 0.02 * wheelbase;
+  sigma[camera_y] = 2e-3 * wheelbase;
+  return sigma;
+}
+
+const can::SignalBinding* binding_of(const daemon::Config& config, Source source) {
+  for (const can::SignalBinding& binding : config.can.bindings)
+    if (binding.channel == static_cast<std::uint16_t>(source)) return &binding;
+  return nullptr;
+}
+
+struct Builder {
+  const daemon::Config& config;
+  const Settings& settings;
+  const Result& result;
+  Numbers<double> nominal;
+  Numbers<double> sigma;  // with what the model leaves out
+  Findings& findings;
+
+  [[nodiscard]] std::string why_not(Parameter k) const {
+    if (!settings.free[k]) return "fixed";
+    if (sigma[k] < told_below * settings.doubt[k]) return "";
+    std::string reason = "the drive tells little more than was known (2 sigma " +
+                         fixed(2.0 * sigma[k], 4) + ", before " +
+                         fixed(2.0 * settings.doubt[k], 4) + ")";
+    double strongest = 0.0;
+    std::size_t partner = k;
+    for (std::size_t j = 0; j < parameters; ++j) {
+      if (j == k || !settings.free[j]) continue;
+      const auto a = static_cast<Eigen::Index>(k), b = static_cast<Eigen::Index>(j);
+      const double r =
+          result.covariance(a, b) / std::sqrt(result.covariance(a, a) * result.covariance(b, b));
+      if (std::fabs(r) > std::fabs(strongest)) {
+        strongest = r;
+        partner = j;
+      }
+    }
+    if (std::fabs(strongest) > 0.7)
+      reason += "; goes with " + std::string(parameter_table()[partner].name) + " (" +
+                fixed(strongest, 2) + ")";
+    return reason;
+  }
+
+  void add(Parameter k, std::string name, std::string key, double value, double value_sigma,
+           std::string remark = "") {
+    if (!settings.free[k]) return;
+    Finding finding{.name = std::move(name),
+                    .key = std::move(key),
+                    .value = value,
+                    .sigma = value_sigma,
+                    .unit = std::string(parameter_table()[k].unit),
+                    .remark = std::move(remark)};
+    if (std::string reason = why_not(k); !reason.empty()) {
+      finding.determined = Determined::no;
+      finding.remark = std::move(reason);
+    }
+    findings.values.push_back(std::move(finding));
+  }
+
+  [[nodiscard]] std::string meaning(Parameter k) const {
+    return std::string(parameter_table()[k].meaning);
+  }
+
+  // A value that stands in the configuration as it is.
+  void add_value(Parameter k, const std::string& key) {
+    const ParameterInfo& info = parameter_table()[k];
+    const double value = value_of(info, nominal[k], result.p[k]);
+    add(k, meaning(k), key, value, info.kind == Kind::factor ? value * sigma[k] : sigma[k]);
+  }
+
+  // measured = e^s true + b, so true = (measured - b) / e^s, on top of the role's own.
+  void add_scale_and_offset(Source source, Parameter scale, Parameter offset) {
+    const can::SignalBinding* binding = binding_of(config, source);
+    if (binding == nullptr) return;
+    const std::string role = "can.signals." + binding->role;
+    const double factor = std::exp(-result.p[scale]);
+    add(scale, meaning(scale), role + ".scale", binding->scale * factor,
+        std::fabs(binding->scale) * factor * sigma[scale]);
+    add(offset, meaning(offset), role + ".offset", (binding->offset - result.p[offset]) * factor,
+        sigma[offset] * factor);
+  }
+
+  // Ages only: what is early becomes 0.
+  void add_latency(Parameter k, Source source) {
+    const can::SignalBinding* binding = binding_of(config, source);
+    if (binding == nullptr) return;
+    const double measured = 1e-9 * static_cast<double>(binding->latency_ns) + result.p[k];
+    std::string remark;
+    if (measured < 0.0)
+      remark = "measured " + fixed(1e3 * measured, 1) + " ms" +
+               (measured < -2.0 * sigma[k] ? ": are the poses' stamps late?" : "");
+    add(k, "latency of " + binding->role, "can.signals." + binding->role + ".latency",
+        std::max(0.0, measured), sigma[k], std::move(remark));
+  }
+};
+
+void add_accelerometers(Builder& b) {
+  const can::SignalBinding* x = binding_of(b.config, Source::accel_x);
+  const can::SignalBinding* y = binding_of(b.config, Source::accel_y);
+  b.add_latency(accel_latency, Source::accel_x);
+  b.add_latency(accel_latency, Source::accel_y);
+  // Offsets are the sensor's own, before it is turned by [imu] yaw: o = -R(-yaw) b
+  const double c = std::cos(b.config.imu_yaw), s = std::sin(b.config.imu_yaw);
+  const double bx = b.result.p[accel_bias_x], by = b.result.p[accel_bias_y];
+  if (x != nullptr)
+    b.add(accel_bias_x, b.meaning(accel_bias_x), "can.signals.accel_x.offset",
+          x->offset - (c * bx + s * by), b.sigma[accel_bias_x]);
+  if (y != nullptr)
+    b.add(accel_bias_y, b.meaning(accel_bias_y), "can.signals.accel_y.offset",
+          y->offset - (c * by - s * bx), b.sigma[accel_bias_y]);
+  b.add_value(imu_x, "imu.position[0]");
+  b.add_value(imu_y, "imu.position[1]");
+  // The configuration turns both axes together: of one message, of one age.
+  const bool together =
+      x != nullptr && y != nullptr && x->message == y->message && x->latency_ns == y->latency_ns;
+  b.add_value(imu_yaw, together ? "imu.yaw" : "");
+}
+
+void add_wheels(Builder& b) {
+  constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
+      {Source::wheel_front_left, wheel_scale_front_left},
+      {Source::wheel_front_right, wheel_scale_front_right},
+      {Source::wheel_rear_left, wheel_scale_rear_left},
+      {Source::wheel_rear_right, wheel_scale_rear_right},
+      {Source::wheel_rear, wheel_scale_rear},
+      {Source::motor, wheel_scale_motor},
+  }};
+  for (const auto& [source, scale] : wheels) {
+    const can::SignalBinding* binding = binding_of(b.config, source);
+    if (binding == nullptr) continue;
+    const double factor = std::exp(-b.result.p[scale]);
+    b.add(scale, b.meaning(scale), "can.signals." + binding->role + ".scale",
+          binding->scale * factor, std::fabs(binding->scale) * factor * b.sigma[scale]);
+  }
+  for (const auto& [source, scale] : wheels) {
+    const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
+    b.add_latency(front ? wheel_latency_front : wheel_latency_rear, source);
+  }
+}
+
+nlohmann::ordered_json details_of(const Settings& settings, const Result& result,
+                                  const Numbers<double>& nominal, const Numbers<double>& sigma) {
+  nlohmann::ordered_json json;
+  for (const ParameterInfo& info : parameter_table()) {
+    const Parameter k = info.parameter;
+    if (!settings.free[k]) continue;
+    json["parameters"][std::string(info.name)] = {
+        {"value", value_of(info, nominal[k], result.p[k])},
+        {"relative_to_configured", result.p[k]},
+        {"sigma", sigma[k]},
+        {"sigma_if_independent", result.naive[k]},
+        {"sigma_before", settings.doubt[k]},
+        {"determined", sigma[k] < told_below * settings.doubt[k]}};
+  }
+  for (const SourceFit& source : result.sources)
+    if (source.count > 0)
+      json["residuals"][source.name] = {
+          {"samples", source.count}, {"stated_sigma", source.stated}, {"sigma", source.found}};
+  json["iterations"] = result.iterations;
+  return json;
+}
+
+}  // namespace
+
+Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
+                     const Settings& settings, const Result& result, double mass_doubt) {
+  Findings findings{.method = "fit", .origin = "", .values = {}, .warnings = {}, .details = {}};
+  double seconds = 0.0;
+  for (const Drive& drive : drives) seconds += drive.end - drive.begin;
+  findings.origin = fixed(seconds, 0) + " s of drive";
+
+  Numbers<double> sigma = result.sigma;
+  const Numbers<double> beyond = unmodelled(config.vehicle.wheelbase());
+  for (std::size_t k = 0; k < parameters; ++k)
+    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], beyond[k]);
+  for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})
+    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], mass_doubt);
+
+  const Numbers<double> nominal = nominal_values(config);
+  Builder b{config, settings, result, nominal, sigma, findings};
+  b.add_value(stiffness_front, "vehicle.cornering_stiffness_front");
+  b.add_value(stiffness_rear, "vehicle.cornering_stiffness_rear");
+  b.add_value(yaw_inertia, "vehicle.yaw_inertia");
+  b.add_value(track_width, "vehicle.track_width");
+  b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
+  b.add_value(steering_dead_time, "");
+  b.add_value(steering_lag, "");
+  b.add_scale_and_offset(Source::yaw_rate, gyro_scale, gyro_bias);
+  b.add_latency(gyro_latency, Source::yaw_rate);
+  if (settings.free[accel_latency]) add_accelerometers(b);
+  add_wheels(b);
+  b.add_value(camera_x, "camera.lever_arm[0]");
+  b.add_value(camera_y, "camera.lever_arm[1]");
+  b.add_value(camera_yaw, "camera.lever_arm[2]");
+  findings.details = details_of(settings, result, nominal, sigma);
+  return findings;
+}
+
+}  // namespace odomd::tools::fitting

@@ -1,0 +1,171 @@
+// odom-fit: odom identify fit. A program of its own, so that odom itself needs no Ceres.
+#include <algorithm>
+#include <csignal>
+#include <iostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/camera_csv.hpp"
+#include "tools/command_line.hpp"
+#include "tools/identify/delivery.hpp"
+#include "tools/identify/fit_findings.hpp"
+#include "tools/identify/fit_options.hpp"
+#include "tools/identify/fit_solver.hpp"
+#include "tools/trajectory.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+using namespace fitting;
+
+bool mapped(const daemon::Config& config, Source source) {
+  return config.can.signals[static_cast<std::size_t>(source)].configured;
+}
+
+// What the mapped signals can show at all.
+std::array<bool, parameters> free_by_default(const daemon::Config& config) {
+  std::array<bool, parameters> free{};
+  free.fill(true);
+  constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
+      {Source::wheel_front_left, wheel_scale_front_left},
+      {Source::wheel_front_right, wheel_scale_front_right},
+      {Source::wheel_rear_left, wheel_scale_rear_left},
+      {Source::wheel_rear_right, wheel_scale_rear_right},
+      {Source::wheel_rear, wheel_scale_rear},
+      {Source::motor, wheel_scale_motor},
+  }};
+  for (const auto& [source, scale] : wheels) free[scale] = mapped(config, source);
+  const bool front = free[wheel_scale_front_left] || free[wheel_scale_front_right];
+  const bool sides = front || free[wheel_scale_rear_left] || free[wheel_scale_rear_right];
+  const bool rear = free[wheel_scale_rear_left] || free[wheel_scale_rear_right] ||
+                    free[wheel_scale_rear] || free[wheel_scale_motor];
+  free[wheel_latency_front] = front;
+  free[wheel_latency_rear] = free[wheel_slip] = rear;
+  free[track_width] = sides;
+  if (!mapped(config, Source::accel_x) && !mapped(config, Source::accel_y))
+    for (const Parameter k :
+         {accel_bias_x, accel_bias_y, accel_scale, accel_latency, imu_x, imu_y, imu_yaw})
+      free[k] = false;
+  if (!mapped(config, Source::accel_x)) free[accel_bias_x] = false;
+  if (!mapped(config, Source::accel_y)) free[accel_bias_y] = false;
+  return free;
+}
+
+struct Priors {
+  Settings settings;
+  double mass = 0.01;
+};
+
+Priors priors_of(const daemon::Config& config, const FitOptions& options) {
+  Priors result;
+  result.settings.free = free_by_default(config);
+  result.settings.doubt = usual_doubts(config);
+  for (const std::string& name : options.freed)
+    result.settings.free[parameter_named(name).parameter] = true;
+  for (const std::string& name : options.fixed)
+    result.settings.free[parameter_named(name).parameter] = false;
+  for (const std::string& text : options.priors) {
+    const Prior prior = parse_prior(text);
+    if (prior.parameter) {
+      result.settings.doubt[*prior.parameter] = prior.sigma;
+    } else {
+      result.mass = prior.sigma;
+    }
+  }
+  result.settings.window = options.window;
+  result.settings.threads = options.threads;
+  if (!options.quiet)
+    result.settings.progress = [](const std::string& line) {
+      std::cerr << "odom identify fit: " << line << '\n';
+    };
+  return result;
+}
+
+std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
+                                                      const std::vector<double>& sigma) {
+  std::vector<estimator::CameraPose> poses;
+  for (const TrajectoryPoint& point : read_trajectory(file).points) {
+    estimator::CameraPose pose;
+    pose.capture_ns = pose.arrival_ns = point.t_ns;
+    pose.x = point.pose.x;
+    pose.y = point.pose.y;
+    pose.yaw = point.pose.yaw;
+    pose.sigma_x = pose.sigma_y = sigma[0];
+    pose.sigma_yaw = sigma[1];
+    // More than fifty poses a second weigh more than they tell.
+    if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < 19'000'000) continue;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+struct Files {
+  std::string name;
+  std::vector<std::string> logs;
+  std::string camera;
+  std::string reference;
+};
+
+std::vector<Files> files_of(const FitOptions& options) {
+  std::vector<Files> result;
+  for (const std::string& folder : options.drives) {
+    const std::filesystem::path place(folder);
+    Files files{
+        .name = folder, .logs = {(place / "drive.log").string()}, .camera = "", .reference = ""};
+    if (options.use_reference) {
+      files.reference = (place / "truth.csv").string();
+    } else {
+      files.camera = (place / "camera.csv").string();
+    }
+    result.push_back(std::move(files));
+  }
+  if (!options.can.empty())
+    result.push_back({options.can.front(), options.can, options.camera, options.reference});
+  return result;
+}
+
+void fit(const FitOptions& options) {
+  check(options);
+  daemon::Config config = daemon::load_config(options.config);
+  if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
+  const Priors priors = priors_of(config, options);
+
+  std::vector<std::string> warnings;
+  std::vector<fitting::Drive> drives;
+  for (const Files& files : files_of(options)) {
+    const SignalLog log = read_signals(config, files.logs);
+    warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+    std::vector<estimator::CameraPose> poses;
+    if (!files.camera.empty()) {
+      CameraLog camera = read_camera_log(files.camera);
+      warnings.insert(warnings.end(), camera.warnings.begin(), camera.warnings.end());
+      poses = std::move(camera.poses);
+    } else {
+      poses = poses_of_reference(files.reference, options.reference_sigma);
+    }
+    drives.push_back(prepare(files.name, config, log, poses,
+                             {options.from, options.to > 0.0 ? options.to : 1e9}));
+  }
+  const Result result = solve(config, drives, priors.settings);
+  Findings findings = findings_of(config, drives, priors.settings, result, priors.mass);
+  findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
+  if (!options.plot.empty()) plot_residuals(options.plot, drives, result);
+  deliver(findings, options.delivery);
+}
+
+}  // namespace
+}  // namespace odomd::tools
+
+int main(int argc, char** argv) {
+  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
+  CLI::App command;
+  command.name("odom identify fit");
+  command.set_help_flag("-h,--help", "Print this help and exit");
+  command.set_version_flag("--version", "odom-fit " ODOMD_VERSION, "Print the version and exit");
+  odomd::tools::FitOptions options;
+  odomd::tools::describe_fit(command, options);
+  command.callback([&options] { odomd::tools::fit(options); });
+  return odomd::tools::run(command, argc, argv);
+}

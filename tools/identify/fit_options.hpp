@@ -1,0 +1,40 @@
+// The command line of odom identify fit: one for `odom`, which tells and checks it, and one for the
+// program odom-fit, which alone is linked with Ceres.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/identify/delivery.hpp"
+
+namespace odomd::tools {
+
+struct FitOptions {
+  std::string config;
+  std::vector<std::string> drives;  ///< folders
+  std::vector<std::string> can;
+  std::vector<std::string> dbc;
+  std::string camera;
+  std::string reference;
+  bool use_reference = false;
+  std::vector<double> reference_sigma{0.005, 0.005};
+  std::vector<std::string> fixed;
+  std::vector<std::string> freed;
+  std::vector<std::string> priors;
+  double from = 0.0;
+  double to = 0.0;
+  double window = 0.5;
+  int threads = 1;
+  std::string plot;
+  bool quiet = false;
+  Delivery delivery;
+};
+
+/// Adds the options, the description and the examples.
+void describe_fit(CLI::App& command, FitOptions& options);
+
+/// What hangs together. Throws std::invalid_argument.
+void check(const FitOptions& options);
+
+}  // namespace odomd::tools

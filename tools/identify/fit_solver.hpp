@@ -1,0 +1,63 @@
+// Everything at once: the parameters that make a single-track car, driven by the measured steering,
+// feel and go what sensors and poses say it did, by nonlinear least squares.
+//
+// Multiple shooting: the drive is cut into windows; in each the model runs from a state that is
+// free, and its end has to meet the next one's beginning within what the model is believed. The
+// acceleration along x is a free function, linear between knots; v_x is its integral.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/identify/fit_drive.hpp"
+#include "tools/identify/fit_parameters.hpp"
+
+namespace odomd::tools::fitting {
+
+struct Settings {
+  std::array<bool, parameters> free{};
+  Numbers<double> doubt{};  ///< standard deviations of p beforehand
+  Numbers<double> start{};  ///< p to begin with
+  double window = 0.5;      ///< [s]
+  int passes = 4;           ///< between them noises are taken from the residuals, outliers lose
+  int iterations = 15;      ///< of each pass, at most
+  int threads = 1;
+  double cluster = 4.0;  ///< residuals further apart are independent [s]
+  std::function<void(const std::string&)> progress;  ///< a line now and then
+};
+
+/// How well a source fits at the end.
+struct SourceFit {
+  std::string name;
+  std::size_t count = 0;
+  double stated = 0.0;  ///< what was said of its noise
+  double found = 0.0;   ///< what the residuals have, robustly
+};
+
+struct ResidualPoint {
+  std::size_t drive = 0;
+  double t = 0.0;
+  std::size_t kind = 0;  ///< index into Result::sources
+  double residual = 0.0;
+};
+
+struct Result {
+  Numbers<double> p{};
+  Numbers<double> sigma{};         ///< standard uncertainties of p; 0 of what was fixed
+  Numbers<double> naive{};         ///< the same, if all residuals were independent
+  Eigen::MatrixXd covariance;      ///< of all p, fixed ones 0
+  std::vector<SourceFit> sources;  ///< by estimator::Source; the camera's: x and y, then yaw
+  std::vector<ResidualPoint> residuals;
+  int iterations = 0;
+  double cost = 0.0;
+};
+
+/// Throws std::runtime_error where the solver does not come to an end.
+[[nodiscard]] Result solve(const daemon::Config& config, std::span<const Drive> drives,
+                           const Settings& settings);
+
+}  // namespace odomd::tools::fitting

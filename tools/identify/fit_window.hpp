@@ -1,0 +1,289 @@
+// One window of the fit: the model run over it, and what the sensors would have said.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tools/identify/fit_drive.hpp"
+#include "tools/identify/fit_parameters.hpp"
+#include "tools/identify/single_track.hpp"
+
+namespace odomd::tools::fitting {
+
+/// A state of the model and the acceleration along x, dv_x/dt, at the same instant.
+inline constexpr std::size_t node_size = single_track::states + 1;
+template <class T>
+using Node = std::array<T, node_size>;
+
+/// What is known of the car before, and how it is stepped.
+struct Setup {
+  const daemon::Config* config = nullptr;
+  Numbers<double> nominal{};
+  double step = 5e-3;   ///< of integration [s]
+  double knot = 50e-3;  ///< between two knots of the acceleration [s]
+  double window = 0.5;  ///< [s], a whole number of knots
+  double floor_speed = 0.1;
+  double wheelbase = 0.26;
+  std::array<double, estimator::source_count> noise{};  ///< of each source; 0: as its samples say
+  double noise_position = 0.0, noise_yaw = 0.0;         ///< of poses; 0: as they say
+
+  [[nodiscard]] std::size_t knots() const {
+    return static_cast<std::size_t>(std::lround(window / knot));
+  }
+};
+
+struct Window {
+  const Drive* drive = nullptr;
+  double begin = 0.0;
+  std::vector<Sample> samples;
+  std::vector<PoseSample> poses;
+};
+
+inline double number(double value) {
+  return value;
+}
+template <class T>
+double number(const T& value) {
+  return value.a;
+}
+
+/// Of a signal at a time that may be a jet.
+template <class T>
+T at(const Resampled& signal, const T& t) {
+  constexpr double h = 5e-3;
+  const double here = number(t);
+  const double slope = (signal.at(here + h) - signal.at(here - h)) / (2.0 * h);
+  return T(signal.at(here)) + slope * (t - here);
+}
+
+template <class T>
+single_track::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
+  using std::exp;
+  const estimator::Vehicle& v = setup.config->vehicle;
+  const Numbers<double>& n = setup.nominal;
+  single_track::Car<T> car;
+  car.mass = T(v.mass);
+  car.front_axle = T(v.front_axle);
+  car.rear_axle = T(v.rear_axle);
+  car.inertia = n[yaw_inertia] * exp(p[yaw_inertia]);
+  car.stiffness_front = n[stiffness_front] * exp(p[stiffness_front]);
+  car.stiffness_rear = n[stiffness_rear] * exp(p[stiffness_rear]);
+  car.bend_front = n[bend_front] * exp(p[bend_front]);
+  car.bend_rear = n[bend_rear] * exp(p[bend_rear]);
+  car.relaxation = n[relaxation_length] * exp(p[relaxation_length]);
+  car.load_arm = n[load_arm] * exp(p[load_arm]);
+  car.lag = n[steering_lag] * exp(p[steering_lag]);
+  car.track = v.track_width;
+  car.floor_speed = setup.floor_speed;
+  return car;
+}
+
+/// The model's states on the grid of a window, one a step, and dv_x/dt there.
+template <class T>
+struct Run {
+  std::vector<single_track::State<T>> states;
+  std::vector<T> accel;
+};
+
+template <class T>
+Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const Node<T>& node,
+           const std::vector<T>& knots) {
+  using std::exp;
+  Run<T> result;
+  const auto steps = static_cast<std::size_t>(std::lround(setup.window / setup.step));
+  const single_track::Car<T> car = car_of(setup, p);
+  const T gain = exp(-p[steering_scale]);
+  const auto accel_at = [&](std::size_t k) {
+    const double place = static_cast<double>(k) * setup.step / setup.knot;
+    const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
+    return T(knots[i] + (place - static_cast<double>(i)) * (knots[i + 1] - knots[i]));
+  };
+  single_track::State<T> x;
+  std::copy_n(node.begin(), single_track::states, x.begin());
+  result.states.reserve(steps + 1);
+  result.accel.reserve(steps + 1);
+  result.states.push_back(x);
+  result.accel.push_back(accel_at(0));
+  for (std::size_t k = 0; k < steps; ++k) {
+    const double middle = window.begin + (static_cast<double>(k) + 0.5) * setup.step;
+    const T command =
+        gain * (at(window.drive->steering, T(middle - p[steering_dead_time])) - p[steering_offset]);
+    const T next = accel_at(k + 1);
+    x = single_track::step(car, x, command, result.accel.back(), next, setup.step);
+    result.states.push_back(x);
+    result.accel.push_back(next);
+  }
+  return result;
+}
+
+/// The states between two of the grid, and a little beyond its ends.
+template <class T>
+struct Instant {
+  single_track::State<T> x;
+  T accel;
+};
+
+template <class T>
+Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, const T& t) {
+  const double place = (number(t) - window.begin) / setup.step;
+  const std::size_t count = run.states.size();
+  const auto i =
+      static_cast<std::size_t>(std::clamp(std::floor(place), 0.0, static_cast<double>(count - 2)));
+  const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 2, count - 1);
+  // Hermite's cubic with the slopes of the neighbours (Catmull and Rom), and its slope in u:
+  // smooth, so that what is fitted by its time has a smooth cost.
+  const double u = std::clamp(place - static_cast<double>(i), -1.0, 2.0), u2 = u * u, u3 = u2 * u;
+  const double h00 = 2 * u3 - 3 * u2 + 1, h10 = u3 - 2 * u2 + u, h01 = 3 * u2 - 2 * u3,
+               h11 = u3 - u2;
+  const double d00 = 6 * u2 - 6 * u, d10 = 3 * u2 - 4 * u + 1, d01 = -d00, d11 = 3 * u2 - 2 * u;
+  const double left = i > 0 ? 0.5 : 1.0, right = i + 2 < count ? 0.5 : 1.0;
+  // On x_{i-1}, x_i, x_{i+1}, x_{i+2}; at the ends the slope is that of the last piece.
+  const std::array<double, 4> w{-left * h10, h00, h01, right * h11};
+  const std::array<double, 4> dw{-left * d10, d00, d01, right * d11};
+  const T moved = t / setup.step - number(t) / setup.step;
+  const auto mix = [&](const T& a, const T& b, const T& c, const T& d) {
+    const T value = w[0] * a + w[1] * b + w[2] * c + w[3] * d + left * h10 * c - right * h11 * b;
+    const double slope = dw[0] * number(a) + dw[1] * number(b) + dw[2] * number(c) +
+                         dw[3] * number(d) + left * d10 * number(c) - right * d11 * number(b);
+    return T(value + slope * moved);
+  };
+  Instant<T> result;
+  for (std::size_t k = 0; k < single_track::states; ++k)
+    result.x[k] =
+        mix(run.states[before][k], run.states[i][k], run.states[i + 1][k], run.states[after][k]);
+  result.accel = mix(run.accel[before], run.accel[i], run.accel[i + 1], run.accel[after]);
+  return result;
+}
+
+/// How much later than it says a sample is dated.
+template <class T>
+T latency_of(estimator::Source source, const Numbers<T>& p) {
+  using estimator::Source;
+  switch (source) {
+    case Source::yaw_rate:
+      return p[gyro_latency];
+    case Source::accel_x:
+    case Source::accel_y:
+      return p[accel_latency];
+    case Source::wheel_front_left:
+    case Source::wheel_front_right:
+      return p[wheel_latency_front];
+    default:
+      return p[wheel_latency_rear];
+  }
+}
+
+/// The specific force at the IMU, in its axes as configured.
+template <class T>
+std::array<T, 2> felt(const Setup& setup, const single_track::Car<T>& car, const Instant<T>& now,
+                      const Numbers<T>& p) {
+  using std::cos;
+  using std::exp;
+  using std::sin;
+  namespace st = single_track;
+  const T accel_x = now.accel - now.x[st::v_y] * now.x[st::yaw_rate];
+  const st::Push<T> push = st::push(car, now.x, accel_x);
+  const T accel_y = push.side / car.mass;
+  const T turn = push.moment / car.inertia;
+  const T r2 = now.x[st::yaw_rate] * now.x[st::yaw_rate];
+  const T px = setup.nominal[imu_x] + p[imu_x], py = setup.nominal[imu_y] + p[imu_y];
+  const T ax = accel_x - turn * py - r2 * px;
+  const T ay = accel_y + turn * px - r2 * py;
+  const T c = cos(p[imu_yaw]), s = sin(p[imu_yaw]);
+  const T scale = exp(p[accel_scale]);
+  return {scale * (c * ax + s * ay) + p[accel_bias_x], scale * (c * ay - s * ax) + p[accel_bias_y]};
+}
+
+/// The speed of a wheel, or of the axle's middle, along itself.
+template <class T>
+T rolled(const Setup& setup, const single_track::Car<T>& car, estimator::Source source,
+         const Instant<T>& now, const Numbers<T>& p) {
+  using estimator::Source;
+  using std::atan;
+  using std::cos;
+  using std::exp;
+  using std::sin;
+  using std::tan;
+  namespace st = single_track;
+  const T half = 0.5 * setup.nominal[track_width] * exp(p[track_width]);
+  const T& r = now.x[st::yaw_rate];
+  const T forward = now.x[st::v_x];
+  if (source == Source::wheel_front_left || source == Source::wheel_front_right) {
+    const bool left = source == Source::wheel_front_left;
+    const T out = left ? half : T(-half);
+    const T along = forward - out * r;
+    const T side = now.x[st::v_y] + car.front_axle * r;
+    // Ackermann: both front wheels point across the same centre, tan δ_i = l tan δ / (l - y_i tan
+    // δ)
+    const T wheelbase = car.front_axle + car.rear_axle;
+    const T slope = tan(now.x[st::steer]);
+    const T steer = atan(wheelbase * slope / (wheelbase - out * slope));
+    const T speed = along * cos(steer) + side * sin(steer);
+    return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed;
+  }
+  // What drives the car is what it gains and what the front tyres drag: κ = p m / C_h (a_x + ...)
+  const T accel_x = now.accel - now.x[st::v_y] * r;
+  const st::Forces<T> f = st::forces(car, now.x, accel_x);
+  const T drive =
+      accel_x + f.front * sin(now.x[st::steer]) / car.mass + T(car.rolling * single_track::gravity);
+  const T slip = (usual_slip + p[wheel_slip]) * car.mass / setup.nominal[stiffness_rear] * drive;
+  // Both wheels get the same torque; the inner one carries less, and slips more.
+  const T moved = car.load_arm * (car.front_axle + car.rear_axle) * forward * r /
+                  (single_track::gravity * 2.0 * half * car.front_axle);
+  T speed = forward;
+  T share(1.0);
+  std::size_t scale = source == Source::motor ? wheel_scale_motor : wheel_scale_rear;
+  if (source == Source::wheel_rear_left) {
+    speed = forward - half * r;
+    share = T(1.0) + moved;
+    scale = wheel_scale_rear_left;
+  } else if (source == Source::wheel_rear_right) {
+    speed = forward + half * r;
+    share = T(1.0) - moved;
+    scale = wheel_scale_rear_right;
+  }
+  return exp(p[scale]) * speed * (T(1.0) + share * slip);
+}
+
+/// What a source would have said.
+template <class T>
+T expected(const Setup& setup, const single_track::Car<T>& car, const Sample& sample,
+           const Instant<T>& now, const Numbers<T>& p) {
+  using estimator::Source;
+  using std::exp;
+  switch (sample.source) {
+    case Source::yaw_rate:
+      return exp(p[gyro_scale]) * now.x[single_track::yaw_rate] + p[gyro_bias];
+    case Source::accel_x:
+      return felt(setup, car, now, p)[0];
+    case Source::accel_y:
+      return felt(setup, car, now, p)[1];
+    default:
+      return rolled(setup, car, sample.source, now, p);
+  }
+}
+
+template <class T>
+std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const Numbers<T>& p) {
+  using std::cos;
+  using std::sin;
+  namespace st = single_track;
+  const T x = setup.nominal[camera_x] + p[camera_x], y = setup.nominal[camera_y] + p[camera_y];
+  const T c = cos(now.x[st::yaw]), s = sin(now.x[st::yaw]);
+  return {now.x[st::pos_x] + c * x - s * y, now.x[st::pos_y] + s * x + c * y,
+          now.x[st::yaw] + setup.nominal[camera_yaw] + p[camera_yaw]};
+}
+
+/// Standard deviations of how far a window's end may miss the next one's beginning.
+[[nodiscard]] inline std::array<double, single_track::states> believed(const Setup& setup) {
+  const double size = setup.wheelbase;
+  const double pace = std::sqrt(0.26 / size);  // a small car does everything faster
+  return {0.004 * size, 0.004 * size, 1e-3 * pace, 4e-3,       0.03 * pace,
+          0.04 * pace,  3e-3 * pace,  0.01 * pace, 0.01 * pace};
+}
+
+/// The acceleration's change from knot to knot, as a standard deviation [m/s²].
+inline constexpr double knot_change = 0.7;
+
+}  // namespace odomd::tools::fitting
