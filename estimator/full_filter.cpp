@@ -24,6 +24,10 @@ BodyVelocity velocity_of(const State& state) noexcept {
   return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
 }
 
+BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) noexcept {
+  return {0.5 * (a.v_x + b.v_x), 0.5 * (a.v_y + b.v_y), 0.5 * (a.yaw_rate + b.yaw_rate)};
+}
+
 }  // namespace
 
 FullFilter::FullFilter(const FilterSettings& settings) noexcept
@@ -127,34 +131,26 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
 
 Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   judgement_count_ = 0;
-  const bool first = !last_tick_ns_;
-  if (first) {
+  if (!last_tick_ns_) {
     begin(tick_ns);
   } else if (ns_between(*last_tick_ns_, tick_ns) < period_ns_ / 2) {
     return last_;
   }
   const bool located_before = now_.located;
-  const BodyVelocity before = velocity_of(now_);
 
   // 1. Back to where the oldest of the new samples belongs, and from there to now.
+  const BodyVelocity published = velocity_of(now_);
   go_back_to(oldest_news_ns_);
   oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
-  replay_to(tick_ns);
+  replay_to(tick_ns, published);
   if (!full::sound(now_)) {
     recover(tick_ns);
   }
 
-  // 2. The odometry frame: what was published, integrated.
-  const double dt = seconds_between(*last_tick_ns_, tick_ns);
-  const BodyVelocity after = velocity_of(now_);
+  // 2. The odometry frame begins where the map's does.
   if (now_.located && !located_before) {
     odom_ = now_.pose();
     reset_count_ = 1;
-  } else if (now_.moving && !first) {
-    odom_ = moved(odom_,
-                  {0.5 * (before.v_x + after.v_x), 0.5 * (before.v_y + after.v_y),
-                   0.5 * (before.yaw_rate + after.yaw_rate)},
-                  dt);
   }
   // A jump that a replay takes back is one more jump.
   if (now_.resets != seen_resets_) {
@@ -213,8 +209,9 @@ void FullFilter::go_back_to(std::int64_t time_ns) noexcept {
   now_ = kept(0);
 }
 
-/// Takes the samples after now_ up to `tick_ns`, on the grid of the ticks.
-void FullFilter::replay_to(std::int64_t tick_ns) noexcept {
+/// Takes the samples after now_ up to `tick_ns`, on the grid of the ticks. The odometry frame is the
+/// integral of the velocities as they were published: from the last tick on, where `velocity` was.
+void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
   std::span<Sample> samples = window_.after(now_.time_ns);
   const std::int64_t behind = ns_between(now_.time_ns, tick_ns);
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
@@ -224,8 +221,12 @@ void FullFilter::replay_to(std::int64_t tick_ns) noexcept {
     const std::int64_t awake_ns = ns_after(tick_ns, -ticks * period_ns_);
     const double gap_s = seconds_between(now_.time_ns, awake_ns);
     last_tick_ns_ = now_.time_ns = awake_ns;
-    const Symmetric3 noise = gap_noise(gap_s);
-    now_.covariance.diagonal().head<3>() += Eigen::Vector3d(noise[0], noise[3], noise[5]);
+    const Symmetric3 way = gap_noise(gap_s);
+    const Symmetric3 change = velocity_gap_noise(gap_s);
+    now_.covariance.diagonal().head<3>() += Eigen::Vector3d(way[0], way[3], way[5]);
+    now_.covariance.diagonal().segment<3>(at::v_x) +=
+        Eigen::Vector3d(change[0], change[3], change[5]);
+    now_.rest = {};
     full::limit(now_.covariance);
     kept_count_ = 0;
     keep();
@@ -246,6 +247,12 @@ void FullFilter::replay_to(std::int64_t tick_ns) noexcept {
     }
     full::advance(context_, now_, grid_ns);
     full::limit(now_.covariance);
+    if (now_.moving && grid_ns > *last_tick_ns_) {
+      const BodyVelocity next = velocity_of(now_);
+      odom_ = moved(odom_, mean(velocity, next), seconds_between(*last_tick_ns_, grid_ns));
+      velocity = next;
+      last_tick_ns_ = grid_ns;
+    }
     if ((grid_ns / period_ns_) % stride_ == 0 || kept_count_ == 0) {
       keep();
     }

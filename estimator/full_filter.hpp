@@ -23,6 +23,7 @@
 #include "estimator/full/take.hpp"
 #include "estimator/measurement.hpp"
 #include "estimator/mode_monitor.hpp"
+#include "estimator/pose.hpp"
 #include "estimator/settings.hpp"
 
 namespace odomd::estimator {
@@ -52,7 +53,7 @@ class FullFilter {
   void begin(std::int64_t tick_ns) noexcept;
   void refuse(std::span<const full::Sample> samples, Verdict verdict) noexcept;
   void go_back_to(std::int64_t time_ns) noexcept;
-  void replay_to(std::int64_t tick_ns) noexcept;
+  void replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept;
   void keep() noexcept;
   void recover(std::int64_t tick_ns) noexcept;
   [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;

@@ -168,6 +168,39 @@ TEST(FullFilter, SkippedTicksLeaveTheSameBitsOnceTheirSamplesAreThere) {
   expect_same_state(last, expected);
 }
 
+TEST(FullFilter, TheOdometryFrameOfSkippedTicksIsThatOfEveryTick) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
+  FullFilter every = started();
+  FullFilter some = started();
+  (void)run(every, arrivals, 120);
+  (void)run(some, arrivals, 120);
+  // Nothing is heard any more, and the tyres take the car out of its circle.
+  Estimate expected;
+  for (std::int64_t tick = 121; tick <= 240; ++tick) {
+    expected = every.step(start_ns + tick * period_ns);
+  }
+  expect_same_frames(some.step(start_ns + 240 * period_ns), expected);
+}
+
+TEST(FullFilter, AfterASleepTheVelocityIsAsUncertainAsThePose) {
+  constexpr std::int64_t second = 1'000 * millisecond;
+  FullFilter filter = started();
+  const Estimate before = run(filter, drive_on_a_circle(1 * second), 200).back();
+  const Estimate after = filter.step(start_ns + 60 * second);
+  EXPECT_GT(after.velocity_covariance[0], 1e3);
+  // The way of a minute is unknown; it was not driven at the last speed either.
+  EXPECT_GT(after.covariance[0], 1e5);
+  EXPECT_LT(std::hypot(after.odom.x - before.odom.x, after.odom.y - before.odom.y), 3.0);
+  // The car has been put down elsewhere, and stands.
+  Estimate last;
+  for (std::int64_t tick = 1; tick <= 20; ++tick) {
+    const std::int64_t now = start_ns + 60 * second + tick * period_ns;
+    (void)filter.add(Measurement{Source::wheel_rear, now - millisecond, 0.0, 0.01});
+    last = filter.step(now);
+  }
+  EXPECT_NEAR(last.v_x, 0.0, 0.01);
+}
+
 TEST(FullFilter, BitsDoNotDependOnTheEpoch) {
   // Decades later, on the grid of the ticks.
   constexpr std::int64_t later_ns = 1'760'000'000'000'000'000;
