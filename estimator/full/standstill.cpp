@@ -14,8 +14,12 @@ namespace {
 constexpr double slowest_turning = 0.01;  // [m/s]
 constexpr double surely_turning = 0.03;   // [m/s]
 
-// How far a resting gyro swings: this, and six times its noise.
+// How far a resting gyro swings: this, and six times its noise. A bias drifts with the warmth, so
+// what it read is slowly forgotten.
 constexpr double quiet_swing = 0.02;  // [rad/s]
+constexpr double forgotten = 0.001;   // of the swing, per sample
+// More than that is a turn, however steady.
+constexpr double largest_gyro_bias = 0.5;  // [rad/s]
 
 /// What is known of the velocity of a car that stands, and of one that has just set off.
 constexpr double held_sigma = 1e-4;
@@ -50,9 +54,10 @@ void stand(State& state) noexcept {
   state.mean.segment<5>(at::v_x).setZero();  // v_x, v_y, yaw_rate, front_force, yaw_moment
 }
 
-void set_off(const CarModel& model, State& state) noexcept {
+/// The wheels may have been turning for a while below the slowest speed that they resolve.
+void set_off(const CarModel& model, State& state, double speed) noexcept {
   state.rest = {};
-  set_variance(state, at::v_x, departing_speed);
+  set_variance(state, at::v_x, std::max(departing_speed, std::abs(speed)));
   set_variance(state, at::v_y, departing_side);
   set_variance(state, at::yaw_rate, departing_yaw_rate);
   set_variance(state, at::front_force, model.noise.front_force);
@@ -61,12 +66,16 @@ void set_off(const CarModel& model, State& state) noexcept {
 
 }  // namespace
 
+bool turns(double speed, double sigma) noexcept {
+  return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
+}
+
 void rest_by_wheel(const CarModel& model, State& state, std::int64_t time_ns, double speed,
                    double sigma) noexcept {
   Rest& rest = state.rest;
-  if (std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning)) {
+  if (turns(speed, sigma)) {
     if (rest.standing) {
-      set_off(model, state);
+      set_off(model, state, speed);
     }
     rest.resting = false;
   } else if (!rest.resting) {
@@ -82,16 +91,18 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
   if (!rest.resting) {
     return;
   }
-  rest.lowest_gyro = std::min(rest.lowest_gyro, yaw_rate);
-  rest.highest_gyro = std::max(rest.highest_gyro, yaw_rate);
+  const bool first = rest.highest_gyro < rest.lowest_gyro;
+  const auto after = [&](double extreme) {
+    return first ? yaw_rate : extreme + forgotten * (yaw_rate - extreme);
+  };
+  rest.lowest_gyro = std::min(yaw_rate, after(rest.lowest_gyro));
+  rest.highest_gyro = std::max(yaw_rate, after(rest.highest_gyro));
   const double swing = quiet_swing + 6.0 * sigma;
-  const bool turned = rest.standing ? std::abs(yaw_rate - state.mean[at::gyro_bias]) > swing
-                                    : rest.highest_gyro - rest.lowest_gyro > swing;
-  if (!turned) {
+  if (rest.highest_gyro - rest.lowest_gyro <= swing && std::abs(yaw_rate) <= largest_gyro_bias) {
     return;
   }
   if (rest.standing) {
-    set_off(model, state);
+    set_off(model, state, 0.0);
   }
   begin_rest(rest, time_ns);
 }

@@ -10,6 +10,9 @@ namespace odomd::estimator::full {
 /// So long no wheel turns before the car is taken to stand [s].
 inline constexpr double standing_after_s = 0.3;
 
+/// Whether a wheel that reads `speed`, its noise `sigma`, turns.
+[[nodiscard]] bool turns(double speed, double sigma) noexcept;
+
 /// A wheel's sample at `time_ns`, its noise `sigma`. Begins or ends a rest.
 void rest_by_wheel(const CarModel& model, State& state, std::int64_t time_ns, double speed,
                    double sigma) noexcept;

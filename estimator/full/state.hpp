@@ -59,6 +59,20 @@ struct Rest {
   double highest_gyro = 0.0;
 };
 
+/// What a source said last, believed or not.
+struct Reading {
+  int agreeing = 0;  ///< how many in a row, with this one, can be of one motion; 0: never heard
+  std::int64_t time_ns = 0;
+  double value = 0.0;
+};
+
+/// The samples of a source that were rejected one after the other and do not contradict each other.
+struct Rejection {
+  int count = 0;  ///< 0: the newest was fused
+  std::int64_t since_ns = 0;
+  double speed = 0.0;  ///< v_x when it began [m/s]
+};
+
 /// The last of the camera poses that were rejected, and how many before it say the same.
 struct CameraContender {
   int agreeing = 0;
@@ -82,8 +96,9 @@ struct State {
   HeldInput accel_y;
   HeldInput direction;
 
-  std::array<std::int64_t, source_count> fused_ns{};           ///< newest fused sample; 0: none
-  std::array<std::int64_t, source_count> rejected_since_ns{};  ///< 0: the newest was not rejected
+  std::array<Reading, source_count> heard{};
+  std::array<std::int64_t, source_count> fused_ns{};  ///< newest fused sample; 0: none
+  std::array<Rejection, source_count> rejected{};
 
   CameraContender contender;
   std::int64_t wheels_doubted_until_ns = 0;  ///< for a while after a reset

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/full/accel_y.hpp"
+#include "estimator/full/plausibility.hpp"
 #include "estimator/full/prediction.hpp"
 #include "estimator/full/standstill.hpp"
 #include "estimator/full/yaw_rate.hpp"
@@ -20,6 +21,9 @@ constexpr double gyro_lifetime_s = 0.35;
 
 // So long at most a correction of the velocity reaches back into the pose.
 constexpr double longest_unheard_s = 0.2;
+
+// A car that slides on locked wheels slows down at least so much, and its accelerometer feels it.
+constexpr double slide_slows = 1.0;  // [m/s²]
 
 // By how much a wheel's speed may be wrong after the camera has shown the filter to be.
 constexpr double doubted_share = 0.5;
@@ -70,6 +74,23 @@ Patience patience_with(Source source, bool standing) noexcept {
   }
 }
 
+/// Whether wheels that have read zero for as long as they were rejected are locked.
+bool slides(const State& state, const Sample& sample) noexcept {
+  const Rejection& rejection = state.rejected[index_of(sample.source)];
+  const double elapsed_s = seconds_between(rejection.since_ns, sample.time_ns);
+  return is_wheel(sample.source) && !turns(sample.value[0], sample.sigma[0]) &&
+         std::abs(rejection.speed) - std::abs(state.mean[at::v_x]) >= slide_slows * elapsed_s;
+}
+
+/// What is not tested: an input that is held, and what there is nothing to test against.
+Judgement held(Source source) noexcept {
+  return {.source = source, .verdict = Verdict::fused, .degrees = 0};
+}
+Judgement gated(Source source) noexcept {
+  return {.source = source, .verdict = Verdict::gated, .degrees = 0};
+}
+
+/// By the gate, and by how long it has kept the source out.
 Judgement judge(const Context& context, State& state, const Sample& sample,
                 const Prediction& prediction, Teaches teaches) noexcept {
   Innovation nu = innovation(state, prediction, sample.value[0]);
@@ -79,18 +100,19 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
   judgement.squared_ratio = nu.squared_ratio();
   judgement.test_ratio = judgement.squared_ratio / context.signal_gate;
 
-  std::int64_t& rejected_since_ns = state.rejected_since_ns[index_of(sample.source)];
+  Rejection& rejection = state.rejected[index_of(sample.source)];
   if (!(judgement.squared_ratio <= context.signal_gate)) {
-    if (rejected_since_ns == 0) {
-      rejected_since_ns = sample.time_ns;
-    }
+    judgement.verdict = Verdict::gated;
+    count_rejected(state, sample);
     const Patience patience = patience_with(sample.source, state.rest.standing);
-    const std::int64_t trusted_ns =
-        std::max(rejected_since_ns, last_fused_ns(state, sample.source));
-    if (seconds_between(trusted_ns, sample.time_ns) < patience.seconds) {
-      judgement.verdict = Verdict::gated;
+    if (!insists(state, sample, last_fused_ns(state, sample.source), patience.seconds)) {
       return judgement;
     }
+    if (slides(state, sample)) {
+      rejection = {};
+      return judgement;
+    }
+    judgement.verdict = Verdict::fused;
     state.covariance(patience.doubted, patience.doubted) += nu.value * nu.value;
     if (patience.doubted == at::yaw_rate) {
       // What turns the car is not what the model says, or ψ̇ would not stay.
@@ -99,7 +121,7 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
     }
     nu = innovation(state, prediction, sample.value[0]);
   }
-  rejected_since_ns = 0;
+  rejection = {};
   std::int64_t& fused_ns = state.fused_ns[index_of(sample.source)];
   const double unheard_s =
       fused_ns == 0 ? 0.0 : std::min(seconds_between(fused_ns, sample.time_ns), longest_unheard_s);
@@ -108,35 +130,52 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
   return judgement;
 }
 
-Judgement take_wheel(const Context& context, State& state, Sample sample) noexcept {
-  // Speeds of sensors that know no sign take that of the direction.
-  if (state.direction.seen && state.direction.value < 0.0) {
-    sample.value[0] = -std::abs(sample.value[0]);
-  }
+Judgement take_wheel(const Context& context, State& state, const Sample& sample,
+                     bool vouched) noexcept {
+  const double speed = sample.value[0];
+  const double sigma = sample.sigma[0];
   if (!state.moving) {
+    if (!vouched) {
+      return held(sample.source);
+    }
     // The motion is followed from here on, at this speed.
     state.moving = true;
-    state.mean[at::v_x] = sample.value[0];
+    state.mean[at::v_x] = speed;
   }
-  rest_by_wheel(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
+  if (state.rest.standing) {
+    if (!vouched && turns(speed, sigma)) {
+      return gated(sample.source);
+    }
+    rest_by_wheel(context.model, state, sample.time_ns, speed, sigma);
+  }
   if (state.rest.standing) {
     state.fused_ns[index_of(sample.source)] = sample.time_ns;
-    return {.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
+    return held(sample.source);
   }
   const bool gyro = gyro_alive(state);
-  Prediction z = predict_wheel_speed(context.model, context.wheels, state, sample.source,
-                                     sample.sigma[0], gyro);
+  Prediction z = predict_wheel_speed(context.model, context.wheels, input_of(state), state,
+                                     sample.source, sigma, gyro);
   if (sample.time_ns < state.wheels_doubted_until_ns) {
-    const double doubt = doubted_share * sample.value[0];
+    const double doubt = doubted_share * speed;
     z.variance += doubt * doubt;
   }
-  return judge(context, state, sample, z, {.yaw_rate = !gyro});
+  const Judgement judgement = judge(context, state, sample, z, {.yaw_rate = !gyro});
+  if (judgement.verdict == Verdict::fused) {
+    rest_by_wheel(context.model, state, sample.time_ns, speed, sigma);
+  } else {
+    state.rest.resting = false;
+  }
+  return judgement;
 }
 
-Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
+Judgement take_accel_x(const Context& context, State& state, const Sample& sample,
+                       bool vouched) noexcept {
+  if (!vouched && state.accel_x.seen) {
+    return gated(sample.source);
+  }
   hold(state.accel_x, sample);
   if (!state.rest.standing) {
-    return {.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
+    return held(sample.source);
   }
   // Standing, it says its bias.
   Prediction z;
@@ -144,6 +183,33 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   z.variance = sample.sigma[0] * sample.sigma[0];
   z.depends_on(at::accel_bias_x, 1.0);
   return judge(context, state, sample, z, {});
+}
+
+/// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
+/// tell: it takes two others that agree with it.
+Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
+  const int vouching = vouchers(state, sample);
+  const std::int64_t fused_ns = last_fused_ns(state, sample.source);
+  if (vouching < 2 && fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s) {
+    return gated(sample.source);
+  }
+  const bool vouched = vouching > 0;
+  switch (sample.source) {
+    case Source::yaw_rate:
+      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
+      return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+                   {.yaw_rate = !state.rest.standing, .gyro_bias = state.rest.standing});
+    case Source::accel_x:
+      return take_accel_x(context, state, sample, vouched);
+    case Source::accel_y:
+      hold(state.accel_y, sample);
+      return judge(
+          context, state, sample,
+          predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
+          {.yaw_rate = !gyro_alive(state)});
+    default:
+      return take_wheel(context, state, sample, vouched);
+  }
 }
 
 }  // namespace
@@ -180,35 +246,28 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 }
 
 Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
-  Judgement held{.source = sample.source, .verdict = Verdict::fused, .degrees = 0};
   switch (sample.source) {
-    case Source::yaw_rate:
-      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
-      return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]),
-                   {.yaw_rate = !state.rest.standing, .gyro_bias = state.rest.standing});
-    case Source::accel_x:
-      return take_accel_x(context, state, sample);
-    case Source::accel_y:
-      hold(state.accel_y, sample);
-      return judge(
-          context, state, sample,
-          predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
-          {.yaw_rate = !gyro_alive(state)});
-    case Source::steering:
-      hold(state.steering, sample);
-      return held;
-    case Source::direction:
-      hold(state.direction, sample);
-      return held;
     case Source::camera:
       return take_camera(context.camera, state, sample);
+    case Source::steering:
+      hold(state.steering, sample);
+      return held(sample.source);
+    case Source::direction:
+      hold(state.direction, sample);
+      return held(sample.source);
     case Source::count:
-      break;
+      return {.source = sample.source, .verdict = Verdict::source_off, .degrees = 0};
     default:
-      return take_wheel(context, state, sample);
+      break;
   }
-  held.verdict = Verdict::source_off;
-  return held;
+  Sample reading = sample;
+  if (is_wheel(sample.source) && state.direction.seen && state.direction.value < 0.0) {
+    // Speeds of sensors that know no sign take that of the direction.
+    reading.value[0] = -std::abs(sample.value[0]);
+  }
+  const Judgement judgement = take_signal(context, state, reading);
+  note_heard(state, reading);
+  return judgement;
 }
 
 }  // namespace odomd::estimator::full

@@ -1,6 +1,29 @@
 #include "estimator/full/wheel_speed.hpp"
 
+#include <algorithm>
+
 namespace odomd::estimator::full {
+namespace {
+
+// Where nobody tells: no front wheel turns further, and below this speed [m/s] its way says
+// nothing.
+constexpr double largest_steering = 0.6;
+constexpr double slowest_steered = 0.3;
+
+/// δ: as measured, or as the front axle goes, atan((v_y + l_v ψ̇) / v_x).
+double steering_of(const Vehicle& car, const Input& input, const Vector& x) noexcept {
+  if (input.has_steering) {
+    return input.steering - x[at::steering_offset];
+  }
+  const double v_x = x[at::v_x];
+  if (std::abs(v_x) < slowest_steered) {
+    return 0.0;
+  }
+  const double goes = std::atan((x[at::v_y] + car.front_axle * x[at::yaw_rate]) / v_x);
+  return std::clamp(goes, -largest_steering, largest_steering);
+}
+
+}  // namespace
 
 WheelPlace wheel_place(const Vehicle& car, Source source) noexcept {
   const double half_track = 0.5 * car.track_width;
@@ -18,13 +41,14 @@ WheelPlace wheel_place(const Vehicle& car, Source source) noexcept {
   }
 }
 
-Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise, const State& state,
-                               Source source, double sigma, bool gyro) noexcept {
+Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise, const Input& input,
+                               const State& state, Source source, double sigma,
+                               bool gyro) noexcept {
   const WheelPlace place = wheel_place(model.car, source);
   const Vector& x = state.mean;
   const double yaw_rate = x[at::yaw_rate];
-  const double steering = state.steering.value - x[at::steering_offset];
-  const double delta = place.steered && state.steering.seen ? steering : 0.0;
+  const double steering = steering_of(model.car, input, x);
+  const double delta = place.steered ? steering : 0.0;
   const double c = std::cos(delta);
   const double s = std::sin(delta);
   const double along = x[at::v_x] - place.left * yaw_rate;
@@ -34,7 +58,7 @@ Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise, c
 
   // What drives the car beyond what its accelerometer feels: the front tyres' drag in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
-  const double felt = state.accel_x.seen ? state.accel_x.value - x[at::accel_bias_x] : 0.0;
+  const double felt = input.has_accel_x ? input.accel_x - x[at::accel_bias_x] : 0.0;
   const double drag = place.driven ? model.car.rear_axle / model.car.wheelbase() * x[at::v_x] *
                                          yaw_rate * std::sin(steering)
                                    : 0.0;

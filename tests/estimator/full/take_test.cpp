@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <random>
 
 #include "states.hpp"
 
@@ -92,7 +93,7 @@ Says without(Says says, Source source) {
   return says;
 }
 
-TEST(Take, FirstWheelSpeedStartsTheMotion) {
+TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
   Car car;
   car.drive(0.1, without(without(without(without(straight_at(2.0), Source::wheel_front_left),
                                          Source::wheel_front_right),
@@ -101,8 +102,21 @@ TEST(Take, FirstWheelSpeedStartsTheMotion) {
   EXPECT_FALSE(car.state.moving);
   EXPECT_EQ(car.state.mean[at::x], 0.0);
   EXPECT_EQ(car.say(Source::wheel_rear, 2.0).verdict, Verdict::fused);
+  EXPECT_FALSE(car.state.moving);
+  EXPECT_EQ(car.say(Source::wheel_rear_left, 2.0).verdict, Verdict::fused);
   EXPECT_TRUE(car.state.moving);
   EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
+}
+
+TEST(Take, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
+  Car car;
+  car.say(Source::wheel_rear, 100.0);
+  for (int i = 0; i < 200; ++i) {
+    advance(car.context, car.state, car.state.time_ns + period_ns);
+    car.say(Source::wheel_rear, 0.0);
+  }
+  EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.01);
+  EXPECT_TRUE(car.state.rest.standing);
 }
 
 TEST(Take, NothingIsGatedOnAnHonestDrive) {
@@ -173,6 +187,127 @@ TEST(Take, AGyroThatInsistsOnACarThatStandsHasAnotherBias) {
   EXPECT_TRUE(car.state.rest.standing);
   EXPECT_NEAR(car.state.mean[at::gyro_bias], 0.06, 0.003);
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
+}
+
+TEST(Take, AGyroOfALargeBiasTurnsNoCarThatStands) {
+  for (const double bias : {0.15, -0.3}) {
+    Car car;
+    const Says says = with(straight_at(0.0), Source::yaw_rate, bias);
+    car.drive(2.0, says);
+    ASSERT_TRUE(car.state.rest.standing);
+    EXPECT_NEAR(car.state.mean[at::gyro_bias], bias, 0.003);
+    const double yaw = car.state.mean[at::yaw];
+    car.drive(20.0, says);
+    EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
+    EXPECT_TRUE(car.gated.empty());
+  }
+}
+
+TEST(Take, AGyroThatWarmsUpKeepsTheCarStanding) {
+  Car car;
+  car.drive(2.0, straight_at(0.0));
+  const double yaw = car.state.mean[at::yaw];
+  for (int i = 0; i <= 600; ++i) {
+    car.drive(0.1, with(straight_at(0.0), Source::yaw_rate, 5e-5 * i));
+    ASSERT_TRUE(car.state.rest.standing);
+  }
+  EXPECT_NEAR(car.state.mean[at::gyro_bias], 0.03, 0.01);
+  EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
+}
+
+TEST(Take, LockedWheelsThatSlideAreNoStandstill) {
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  for (int i = 0; i < 200; ++i) {  // to 3 m/s at 3 m/s²
+    car.tick(with(straight_at(0.015 * i), Source::accel_x, 3.0));
+  }
+  car.drive(1.0, straight_at(3.0));
+  const double x = car.state.mean[at::x];
+  const double bias = car.state.mean[at::accel_bias_x];
+  car.drive(1.5, with(straight_at(0.0), Source::accel_x, -2.0));
+  car.drive(1.0, straight_at(0.0));
+  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::x] - x, 2.25, 0.4);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.1);
+}
+
+TEST(Take, WheelsThatStopWithTheCarAreBelieved) {
+  // Against a wall: the accelerometer had no time to feel much of it.
+  Car car;
+  car.drive(2.0, straight_at(3.0));
+  const double x = car.state.mean[at::x];
+  car.drive(2.0, straight_at(0.0));
+  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::x] - x, 0.0, 0.9);
+}
+
+TEST(Take, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
+  for (const double speed : {0.6, -0.6}) {
+    Car car;
+    car.drive(2.0, straight_at(0.0));
+    ASSERT_TRUE(car.state.rest.standing);
+    car.drive(0.1, straight_at(speed));
+    EXPECT_TRUE(car.gated.empty());
+    EXPECT_NEAR(car.state.mean[at::v_x], speed, 0.02);
+  }
+}
+
+TEST(Take, OneWildSpeedMovesNoCarThatStands) {
+  Car car;
+  car.drive(2.0, straight_at(0.0));
+  const double x = car.state.mean[at::x];
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(car.say(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
+    car.drive(0.1, straight_at(0.0));
+    EXPECT_TRUE(car.state.rest.standing);
+  }
+  EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
+}
+
+TEST(Take, TelegramsThatContradictEachOtherNeverInsist) {
+  // What is left of a bus on which only chance telegrams pass for the wheels'.
+  const Says silent{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}};
+  int astray = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Car car;
+    car.drive(2.0, straight_at(1.0));
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(-100.0, 100.0);
+    for (int i = 0; i < 50; ++i) {
+      car.drive(0.3, silent);
+      car.say(Source::wheel_rear_left, any(random));
+    }
+    const double way = car.state.mean[at::x] - 17.0;
+    astray += std::abs(way) > 3.0 * std::sqrt(car.state.covariance(at::x, at::x)) ? 1 : 0;
+  }
+  EXPECT_LE(astray, 1);
+}
+
+TEST(Take, ASourceThatComesBackNeedsOthersThatSayTheSame) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const Says silent{{{Source::accel_x, 0.0}}};
+  car.drive(3.0, silent);
+  EXPECT_EQ(car.say(Source::yaw_rate, 9.0).verdict, Verdict::gated);
+  EXPECT_EQ(car.say(Source::wheel_rear, 60.0).verdict, Verdict::gated);
+  for (const Verdict verdict : {Verdict::gated, Verdict::gated, Verdict::fused}) {
+    car.drive(0.01, silent);
+    EXPECT_EQ(car.say(Source::yaw_rate, 0.1).verdict, verdict);
+    EXPECT_EQ(car.say(Source::wheel_rear, 1.2).verdict, verdict);
+  }
+}
+
+TEST(Take, OneWildAccelerationIsNoInput) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  for (const Source source : {Source::accel_x, Source::accel_y}) {
+    EXPECT_EQ(car.say(source, 150.0).verdict, Verdict::gated);
+  }
+  EXPECT_EQ(car.state.accel_x.value, 0.0);
+  car.drive(0.1, straight_at(1.0));
+  EXPECT_LE(car.gated[Source::accel_x], 1);
+  EXPECT_EQ(car.gated[Source::accel_y], 0);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.01);
 }
 
 TEST(Take, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {

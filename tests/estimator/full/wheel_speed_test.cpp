@@ -6,8 +6,10 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "derivatives.hpp"
+#include "estimator/full/take.hpp"
 #include "states.hpp"
 
 namespace odomd::estimator::full {
@@ -42,8 +44,8 @@ TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
       const Eigen::Vector2d velocity(state.mean[at::v_x] - state.mean[at::yaw_rate] * place.left,
                                      state.mean[at::v_y] + state.mean[at::yaw_rate] * place.ahead);
       const double along = velocity.dot(Eigen::Vector2d(std::cos(delta), std::sin(delta)));
-      EXPECT_NEAR(predict_wheel_speed(model, {}, state, source, sigma, true).value, 1.015 * along,
-                  1e-12);
+      EXPECT_NEAR(predict_wheel_speed(model, {}, input_of(state), state, source, sigma, true).value,
+                  1.015 * along, 1e-12);
     }
   }
 }
@@ -54,7 +56,7 @@ TEST(FullWheelSpeed, TeachesSpeedAndScaleAsDifferencesSay) {
     for (const Source source : sources) {
       for (const bool gyro : {true, false}) {
         const auto predict = [&](const State& at) {
-          return predict_wheel_speed(model, {}, at, source, sigma, gyro);
+          return predict_wheel_speed(model, {}, input_of(at), at, source, sigma, gyro);
         };
         Vector expected = testing::differences(state, predict);
         // Left out on purpose: the side slip, the offset of the steering, and with a gyro alive the
@@ -75,7 +77,7 @@ TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
   for (const State& state : testing::grid_of_states()) {
     for (const Source source : sources) {
       const auto predict = [&](const State& at) {
-        return predict_wheel_speed(model, {}, at, source, sigma, true);
+        return predict_wheel_speed(model, {}, input_of(at), at, source, sigma, true);
       };
       const Vector by = testing::differences(state, predict);
       for (const at::Index known : {at::v_y, at::yaw_rate}) {
@@ -94,9 +96,43 @@ TEST(FullWheelSpeed, IsNeverTakenForBetterThanItsSensor) {
   const CarModel model;
   for (const State& state : testing::grid_of_states()) {
     for (const Source source : sources) {
-      EXPECT_GE(predict_wheel_speed(model, {}, state, source, sigma, true).variance, sigma * sigma);
+      EXPECT_GE(
+          predict_wheel_speed(model, {}, input_of(state), state, source, sigma, true).variance,
+          sigma * sigma);
     }
   }
+}
+
+TEST(FullWheelSpeed, WithoutASteeringThatIsHeardAFrontWheelRollsWhereItGoes) {
+  const CarModel model;
+  State state;
+  state.mean[at::v_x] = 2.0;
+  state.mean[at::yaw_rate] = 3.0;
+  state.steering = {true, 0, -0.4};  // long ago
+  const double across = model.car.front_axle * 3.0;
+  const double half_track = 0.5 * model.car.track_width;
+  const double delta = std::atan(across / 2.0);
+  for (const auto& [source, left] : {std::pair(Source::wheel_front_left, half_track),
+                                     std::pair(Source::wheel_front_right, -half_track)}) {
+    const double along = 2.0 - left * 3.0;
+    EXPECT_NEAR(predict_wheel_speed(model, {}, Input{}, state, source, sigma, true).value,
+                along * std::cos(delta) + across * std::sin(delta), 1e-12);
+  }
+  state.mean[at::v_x] = 0.0;
+  EXPECT_NEAR(
+      predict_wheel_speed(model, {}, Input{}, state, Source::wheel_front_left, sigma, true).value,
+      -half_track * 3.0, 1e-12);
+}
+
+TEST(FullWheelSpeed, AnAccelerationThatIsHeardNoLongerSlipsNoWheel) {
+  const CarModel model;
+  State state;
+  state.mean[at::v_x] = 2.0;
+  const auto variance = [&](const Input& input) {
+    return predict_wheel_speed(model, {}, input, state, Source::wheel_rear, sigma, true).variance;
+  };
+  EXPECT_EQ(variance({.accel_x = 8.0}), variance({}));
+  EXPECT_GT(variance({.accel_x = 8.0, .has_accel_x = true}), variance({}));
 }
 
 TEST(FullWheelSpeed, SlipsWithTheAccelerationMoreWhereItDrives) {
@@ -105,7 +141,7 @@ TEST(FullWheelSpeed, SlipsWithTheAccelerationMoreWhereItDrives) {
   state.mean[at::v_x] = 2.0;
   const auto variance = [&](Source source, double accel_x) {
     state.accel_x = {true, 0, accel_x};
-    return predict_wheel_speed(model, {}, state, source, sigma, true).variance;
+    return predict_wheel_speed(model, {}, input_of(state), state, source, sigma, true).variance;
   };
   for (const Source source : sources) {
     EXPECT_GT(variance(source, 3.0), variance(source, 0.0));

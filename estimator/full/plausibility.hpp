@@ -1,0 +1,33 @@
+// Whether a reading can be believed beside the one before it, whatever the filter holds: what no
+// car does between two samples is no motion. A telegram that is wrong in spite of its checksum, or
+// the first after a silence, thereby needs a second one that says the same.
+#pragma once
+
+#include <cstdint>
+
+#include "estimator/full/sample_window.hpp"
+#include "estimator/full/state.hpp"
+
+namespace odomd::estimator::full {
+
+/// A source that none was fused of for so long is silent [s].
+inline constexpr double silence_s = 1.0;
+
+/// How many readings of the sample's source in a row, up to the one before it, can be of one motion
+/// with it; of a wheel, of whichever wheel says most for it. What is allowed from one to the next
+/// is in the .cpp.
+[[nodiscard]] int vouchers(const State& state, const Sample& sample) noexcept;
+
+/// Notes what the source has said, after the sample was taken.
+void note_heard(State& state, const Sample& sample) noexcept;
+
+/// Counts a sample that fails its gate, before it is noted: those that do not contradict
+/// each other make one rejection.
+void count_rejected(State& state, const Sample& sample) noexcept;
+
+/// Whether the source of a sample that was just counted has been rejected for so long, with none of
+/// its kind fused since `fused_ns`, and by no fewer than three samples.
+[[nodiscard]] bool insists(const State& state, const Sample& sample, std::int64_t fused_ns,
+                           double patience_s) noexcept;
+
+}  // namespace odomd::estimator::full
