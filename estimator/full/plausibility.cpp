@@ -59,6 +59,16 @@ int vouchers(const State& state, const Sample& sample) noexcept {
   return most;
 }
 
+std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcept {
+  std::int64_t since_ns = sample.time_ns;
+  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
+    if (agree(state.heard[i], sample)) {
+      since_ns = std::min(since_ns, state.heard[i].time_ns);
+    }
+  }
+  return since_ns;
+}
+
 void note_heard(State& state, const Sample& sample) noexcept {
   const int agreeing = std::min(vouchers(state, sample) + 1, most_counted);
   state.heard[index_of(sample.source)] = {agreeing, sample.time_ns, sample.value[0]};

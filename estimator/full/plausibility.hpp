@@ -18,6 +18,10 @@ inline constexpr double silence_s = 1.0;
 /// is in the .cpp.
 [[nodiscard]] int vouchers(const State& state, const Sample& sample) noexcept;
 
+/// When the first of those wheels was heard that agree with a wheel's sample; its own time where
+/// none does.
+[[nodiscard]] std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcept;
+
 /// Notes what the source has said, after the sample was taken.
 void note_heard(State& state, const Sample& sample) noexcept;
 

@@ -8,6 +8,7 @@
 #include "estimator/full/prediction.hpp"
 #include "estimator/full/standstill.hpp"
 #include "estimator/full/yaw_rate.hpp"
+#include "estimator/pose.hpp"
 #include "estimator/time.hpp"
 
 namespace odomd::estimator::full {
@@ -130,6 +131,17 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
   return judgement;
 }
 
+/// The motion is followed from here on, at this speed; and made up for since the wheel that vouches
+/// for it was heard, or since a camera said where the car is.
+void begin_motion(State& state, const Sample& sample) noexcept {
+  const std::int64_t since_ns =
+      std::max(vouching_since_ns(state, sample), state.fused_ns[index_of(Source::camera)]);
+  const Pose2 pose = moved(state.pose(), {sample.value[0], 0.0, state.mean[at::yaw_rate]},
+                           seconds_between(since_ns, sample.time_ns));
+  state.moving = true;
+  state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, sample.value[0];
+}
+
 Judgement take_wheel(const Context& context, State& state, const Sample& sample,
                      bool vouched) noexcept {
   const double speed = sample.value[0];
@@ -138,9 +150,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample,
     if (!vouched) {
       return held(sample.source);
     }
-    // The motion is followed from here on, at this speed.
-    state.moving = true;
-    state.mean[at::v_x] = speed;
+    begin_motion(state, sample);
   }
   if (state.rest.standing) {
     if (!vouched && turns(speed, sigma)) {

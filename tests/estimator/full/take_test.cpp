@@ -108,6 +108,14 @@ TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
   EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
 }
 
+TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
+  Car car;
+  car.say(Source::wheel_rear, 10.0);
+  car.drive(0.02, {});
+  car.say(Source::wheel_rear, 10.0);
+  EXPECT_NEAR(car.state.mean[at::x], 0.2, 1e-9);
+}
+
 TEST(Take, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
   Car car;
   car.say(Source::wheel_rear, 100.0);
