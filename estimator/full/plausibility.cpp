@@ -9,8 +9,8 @@ namespace odomd::estimator::full {
 namespace {
 
 // For so long a reading says something of the next; no car changes its motion faster for longer.
-constexpr double longest_pause_s = 0.5;
-constexpr double longest_change_s = 0.05;
+constexpr double longest_pause_s = 1.5;
+constexpr double longest_change_s = 0.1;
 
 constexpr int fewest_rejected = 3;
 constexpr int most_counted = 3;

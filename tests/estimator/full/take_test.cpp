@@ -272,6 +272,16 @@ TEST(Take, OneWildSpeedMovesNoCarThatStands) {
   EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
 }
 
+TEST(Take, ASpeedThatIsPolledOnceASecondIsFollowed) {
+  Car car;
+  for (int second = 0; second < 30; ++second) {
+    car.drive(1.0, {{{Source::yaw_rate, 0.0}}});
+    car.say(Source::motor, second < 10 ? 3.0 * second : 30.0);
+  }
+  EXPECT_NEAR(car.state.mean[at::v_x], 30.0, 0.1);
+  EXPECT_NEAR(car.state.mean[at::x], 20.0 * 30.0 + 0.5 * 10.0 * 30.0, 60.0);
+}
+
 TEST(Take, TelegramsThatContradictEachOtherNeverInsist) {
   // What is left of a bus on which only chance telegrams pass for the wheels'.
   const Says silent{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}};
