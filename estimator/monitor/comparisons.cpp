@@ -23,6 +23,29 @@ constexpr double look_every_s = monitor::look_every_ns * seconds_per_ns;
 constexpr double grip = 6.0;           // [m/s²]: with more to the side the car may be sliding
 constexpr double slowest_speed = 0.1;  // [m/s]: below, the car may as well stand
 
+/// What knows how the car turns.
+enum Turning : std::size_t { gyro, steering, rear, front, felt, camera, turnings };
+
+/// Whose samples it is made of: of one source, or of both wheels of an axle.
+constexpr std::array<Source, 2> sources_of(Turning turning) noexcept {
+  switch (turning) {
+    case gyro:
+      return {Source::yaw_rate, Source::yaw_rate};
+    case steering:
+      return {Source::steering, Source::steering};
+    case rear:
+      return {Source::wheel_rear_left, Source::wheel_rear_right};
+    case front:
+      return {Source::wheel_front_left, Source::wheel_front_right};
+    case felt:
+      return {Source::accel_y, Source::accel_y};
+    case camera:
+    case turnings:
+      break;
+  }
+  return {Source::camera, Source::camera};
+}
+
 }  // namespace
 
 /// Wheels against each other, and against the camera's speed.
@@ -82,7 +105,6 @@ void SourceMonitor::compare_wheels(std::size_t rows) noexcept {
 /// Everything that knows how the car turns.
 void SourceMonitor::compare_turns(std::size_t rows, std::size_t camera_rows) noexcept {
   const double sideways_before = std::exchange(sideways_, 0.0);
-  enum Member : std::size_t { gyro, steering, rear, front, felt, camera, members };
   const Interval v = history_.over(speed, rows);
   if (!v.known() || v.largest() < slowest_speed) {
     return;
@@ -110,7 +132,7 @@ void SourceMonitor::compare_turns(std::size_t rows, std::size_t camera_rows) noe
   constexpr double share = 0.12;
 
   const auto compare = [&](const Interval& g_, const Interval& long_g_, const Interval& side_g_) {
-    Contradictions<members> found;
+    Contradictions<turnings> found;
     const auto check = [&](std::size_t i, const Interval& a_, std::size_t j, const Interval& b_,
                            double error) {
       if (gap(a_, b_) > error + share * std::max(a_.largest(), b_.largest())) {
@@ -131,10 +153,10 @@ void SourceMonitor::compare_turns(std::size_t rows, std::size_t camera_rows) noe
     check(rear, side_r, felt, a, error_a + fastest * error_w);
     return found;
   };
-  Contradictions<members> found = compare(g, long_g, side_g);
+  Contradictions<turnings> found = compare(g, long_g, side_g);
   if (!reversed_seen_ && found.count() > 0) {
     // Wheels that know no sign may as well turn backwards: then everything else is mirrored.
-    const Contradictions<members> mirrored =
+    const Contradictions<turnings> mirrored =
         compare(g.mirrored(), long_g.mirrored(), side_g.mirrored());
     if (mirrored.count() < found.count()) {
       found = mirrored;
@@ -144,28 +166,29 @@ void SourceMonitor::compare_turns(std::size_t rows, std::size_t camera_rows) noe
     return;
   }
 
-  // One word against another: of two that both repeat, neither can be told to be frozen.
-  constexpr std::array<Source, members> sources{
-      Source::yaw_rate, Source::steering, Source::wheel_rear_left, Source::accel_y, Source::camera};
-  const auto judge = [&](std::size_t member, Source source) {
-    const std::size_t by = found.explained_by(member);
+  const auto judge = [&](Turning member) {
+    const Source source = sources_of(member).front();
+    // One word against another: of two that both repeat, neither can be told to be frozen.
     bool against_alive = false;
-    for (std::size_t other = 0; other < members; ++other) {
-      against_alive = against_alive || (found.between(member, other) && !repeats(sources[other]));
+    for (std::size_t other = 0; other < turnings; ++other) {
+      const auto [one, another] = sources_of(static_cast<Turning>(other));
+      against_alive =
+          against_alive || (found.between(member, other) && !(repeats(one) && repeats(another)));
     }
+    const std::size_t by = found.explained_by(member);
     if (by >= 1 && against_alive && repeats(source)) {
       suspect(source, SourceFlag::frozen);
     } else if (by >= 2) {
       suspect(source, SourceFlag::drifting);
     }
   };
-  judge(gyro, Source::yaw_rate);
+  judge(gyro);
   // At the limit of grip, or beyond it, the steering does not say how the car turns.
   if (!(side_g.largest() > grip) && !(a.largest() > grip)) {
-    judge(steering, Source::steering);
+    judge(steering);
   }
-  judge(felt, Source::accel_y);
-  judge(camera, Source::camera);
+  judge(felt);
+  judge(camera);
   // With the speed of one axle alone: where v ψ̇ is more than what is felt, and the steering (which
   // knows the speed too), the camera or the grip of tyres is against the speed, it is the speed. A
   // car that goes into a spin feels less as well, but only until it moves sideways as fast as it

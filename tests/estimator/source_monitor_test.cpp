@@ -218,6 +218,87 @@ TEST(SourceMonitor, BlamesNoneOfTwoThatContradictEachOther) {
   EXPECT_EQ(drive.monitor.flag(Source::steering), SourceFlag::ok);
 }
 
+/// A car with one speed for its whole rear axle, a camera, and one more sensor that knows the turn.
+class OneAxle {
+ public:
+  using Failure = std::function<double(double t, double value)>;
+
+  OneAxle(Source sensor, std::function<double(double)> turn)
+      : sensor_(sensor), turn_(std::move(turn)) {}
+
+  void until(double end_s, const Failure& failure, bool camera_frozen = false) {
+    for (; time_s() < end_s; ++ticks_) {
+      const double turn = turn_(time_s());
+      if (ticks_ % 2 == 0) {
+        give(Source::wheel_rear, speed + 0.01 * std::sin(97.0 * time_s()));
+        const double value =
+            sensor_ == Source::steering ? std::atan(turn * Vehicle{}.wheelbase() / speed) : turn;
+        give(sensor_, failure(time_s(), value));
+      }
+      yaw_ += 0.005 * turn;
+      if (!camera_frozen) {
+        seen_.x += 0.005 * speed * std::cos(yaw_);
+        seen_.y += 0.005 * speed * std::sin(yaw_);
+        seen_.yaw = yaw_;
+      }
+      if (ticks_ % 7 == 0) {
+        seen_.arrival_ns = now_ns();
+        seen_.capture_ns = now_ns() - 5 * ms;
+        monitor.take(seen_);
+      }
+      monitor.step(now_ns());
+    }
+  }
+
+  SourceMonitor monitor{Vehicle{}, sigmas};
+
+ private:
+  static constexpr double speed = 1.5;
+
+  [[nodiscard]] double time_s() const { return 0.005 * static_cast<double>(ticks_); }
+  [[nodiscard]] std::int64_t now_ns() const { return start_ns + 5 * ticks_ * ms; }
+  void give(Source source, double value) {
+    monitor.take(Measurement{
+        .source = source, .time_ns = now_ns() - ms, .value = value, .arrival_ns = now_ns()});
+  }
+
+  Source sensor_;
+  std::function<double(double)> turn_;
+  std::int64_t ticks_ = 0;
+  double yaw_ = 0.0;
+  CameraPose seen_{.sigma_x = 0.008, .sigma_y = 0.008, .sigma_yaw = 0.009};
+};
+
+TEST(SourceMonitor, TellsWhatIsFrozenByTheCameraAlone) {
+  for (const Source source : {Source::yaw_rate, Source::steering}) {
+    OneAxle drive(source, [](double t) { return 0.8 * std::sin(1.3 * t); });
+    drive.until(4.0, [](double, double value) { return value; });
+    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::ok);
+    std::optional<double> held;
+    drive.until(6.5, [&](double, double value) {
+      held = held.value_or(value);
+      return *held;
+    });
+    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::frozen)
+        << source_names[static_cast<std::size_t>(source)];
+    EXPECT_EQ(drive.monitor.flag(Source::camera), SourceFlag::ok);
+    EXPECT_EQ(drive.monitor.flag(Source::wheel_rear), SourceFlag::ok);
+  }
+}
+
+TEST(SourceMonitor, OfTwoThatBothRepeatBlamesTheCameraThatSeesNoMotion) {
+  // In a long bend a steering that is held repeats, and rightly so.
+  for (const Source source : {Source::yaw_rate, Source::steering}) {
+    OneAxle drive(source, [](double) { return 0.8; });
+    const auto sound = [](double, double value) { return value; };
+    drive.until(4.0, sound);
+    drive.until(8.0, sound, true);
+    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::ok)
+        << source_names[static_cast<std::size_t>(source)];
+    EXPECT_EQ(drive.monitor.flag(Source::camera), SourceFlag::frozen);
+  }
+}
+
 TEST(SourceMonitor, TakesNoMemory) {
   Drive drive(slalom);
   drive.until(2.0);
