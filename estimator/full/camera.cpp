@@ -91,7 +91,7 @@ void move_to(State& state, const Pose2& seen, const std::array<double, 3>& sigma
 }  // namespace
 
 Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample) noexcept {
-  Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 3};
+  Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
   const auto& [z_x, z_y, z_yaw] = sample.value;
   const auto fused = [&] {
     state.fused_ns[static_cast<std::size_t>(Source::camera)] = sample.time_ns;
@@ -109,6 +109,7 @@ Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample
   }
 
   const Pose2 believed = state.pose();
+  judgement.degrees = 3;
   judgement.innovation = {z_x - believed.x, z_y - believed.y, wrap_angle(z_yaw - believed.yaw)};
   const auto& P = state.covariance;
   const Symmetric3 S{P(0, 0) + sample.sigma[0] * sample.sigma[0],
@@ -154,6 +155,8 @@ Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample
     judgement.verdict = Verdict::gated;
     return judgement;
   }
+  // Believed against the test: it does not count among those that the filter expects.
+  judgement.degrees = 0;
   move_to(state, seen, sample.sigma);
   state.covariance(at::v_x, at::v_x) += doubted_speed * doubted_speed;
   state.covariance(at::v_y, at::v_y) += doubted_speed * doubted_speed;

@@ -38,10 +38,13 @@ Sample seen(std::int64_t time_ns, const Pose2& pose, double sigma = 0.01) {
 TEST(FullCamera, FirstPoseLocatesWhereItMay) {
   State state;
   state.covariance = testing::some_covariance();
-  EXPECT_EQ(take_camera({.locates = false}, state, seen(1, {1.0, 2.0, 0.5})).verdict,
-            Verdict::source_off);
+  const Judgement refused = take_camera({.locates = false}, state, seen(1, {1.0, 2.0, 0.5}));
+  EXPECT_EQ(refused.verdict, Verdict::source_off);
+  EXPECT_EQ(refused.degrees, 0);
   EXPECT_FALSE(state.located);
-  EXPECT_EQ(take_camera({}, state, seen(1, {1.0, 2.0, 0.5}, 0.02)).verdict, Verdict::fused);
+  const Judgement first = take_camera({}, state, seen(1, {1.0, 2.0, 0.5}, 0.02));
+  EXPECT_EQ(first.verdict, Verdict::fused);
+  EXPECT_EQ(first.degrees, 0);  // held against nothing
   EXPECT_TRUE(state.located);
   EXPECT_EQ(state.mean[at::x], 1.0);
   EXPECT_EQ(state.mean[at::y], 2.0);
@@ -130,11 +133,18 @@ struct Disagreement {
 TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
   Disagreement car{.truth = {5.0, -3.0, 0.0}};
   for (int i = 1; i < agreeing_rejections; ++i) {
-    EXPECT_EQ(car.pose(i).verdict, Verdict::gated) << i;
+    const Judgement rejected = car.pose(i);
+    EXPECT_EQ(rejected.verdict, Verdict::gated) << i;
+    EXPECT_EQ(rejected.degrees, 3);
     EXPECT_EQ(car.state.resets, 0U);
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
   }
-  EXPECT_EQ(car.pose(agreeing_rejections).verdict, Verdict::fused);
+  // Believed against the test, not by it.
+  const Judgement believed = car.pose(agreeing_rejections);
+  EXPECT_EQ(believed.verdict, Verdict::fused);
+  EXPECT_EQ(believed.degrees, 0);
+  EXPECT_GT(believed.test_ratio, 1.0);
+  EXPECT_NEAR(believed.innovation[0], 5.0, 1e-12);
   EXPECT_EQ(car.state.resets, 1U);
   const double gone = 0.036 * agreeing_rejections;
   EXPECT_NEAR(car.state.mean[at::x], 5.0 + gone, 1e-12);
