@@ -121,8 +121,8 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
       std::bit_cast<std::uint64_t>(reference.arrival_ns - reference.capture_ns));
 }
 
-void Pipeline::judge_camera(Verdict verdict) noexcept {
-  count(camera, verdict);
+void Pipeline::judge_camera(Verdict verdict, std::uint64_t samples) noexcept {
+  count(camera, verdict, samples);
   if (verdict == Verdict::non_finite) return;
   state_.camera_rejected =
       verdict == Verdict::gated || verdict == Verdict::future || verdict == Verdict::too_old;
@@ -134,9 +134,9 @@ void Pipeline::take_malformed_camera_message() noexcept {
   state_.monitor.take_unusable_pose();
 }
 
-void Pipeline::count(std::size_t source, Verdict verdict) noexcept {
+void Pipeline::count(std::size_t source, Verdict verdict, std::uint64_t samples) noexcept {
   SourceStatistics& statistics = statistics_.sources[source];
-  statistics.verdicts[static_cast<std::size_t>(verdict)].add();
+  statistics.verdicts[static_cast<std::size_t>(verdict)].add(samples);
   statistics.last_verdict.set(static_cast<std::uint64_t>(verdict));
 }
 
@@ -183,9 +183,9 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
     const auto source = static_cast<std::size_t>(judgement.source);
     statistics_.sources[source].innovations.take(judgement);
     if (source == camera) {
-      judge_camera(judgement.verdict);
+      judge_camera(judgement.verdict, judgement.count);
     } else {
-      count(source, judgement.verdict);
+      count(source, judgement.verdict, judgement.count);
     }
   }
   statistics_.sources[camera].last_test_ratio.set(

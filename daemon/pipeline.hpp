@@ -112,8 +112,8 @@ class Pipeline {
  private:
   void take_samples(std::span<can::Sample> samples, const can::Frame& frame,
                     can::StampVerdict stamp, std::int64_t now_ns) noexcept;
-  void judge_camera(estimator::Verdict verdict) noexcept;
-  void count(std::size_t source, estimator::Verdict verdict) noexcept;
+  void judge_camera(estimator::Verdict verdict, std::uint64_t samples = 1) noexcept;
+  void count(std::size_t source, estimator::Verdict verdict, std::uint64_t samples = 1) noexcept;
   [[nodiscard]] estimator::SourceFlag flag_of(std::size_t source,
                                               std::int64_t tick_ns) const noexcept;
   [[nodiscard]] std::uint32_t conditions(const estimator::Estimate& estimate,

@@ -160,6 +160,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   }
 
   last_tick_ns_ = tick_ns;
+  tell_given_up();
   // 3. What is older than the window and all kept states, and what is from the future, must go.
   const std::int64_t oldest_ns =
       std::min(ns_after(tick_ns, -window_ns_), kept(kept_count_ - 1).time_ns);
@@ -187,12 +188,32 @@ void FullFilter::keep() noexcept {
   kept_count_ = std::min(kept_count_ + 1, kept_states);
 }
 
+/// There is room: for every sample of the window, each of which is judged once, and for each
+/// source.
+void FullFilter::tell(const Judgement& judgement) noexcept {
+  if (judgement_count_ < judgements_.size()) {
+    judgements_[judgement_count_++] = judgement;
+  }
+}
+
 /// The verdict of those that will never be taken in.
 void FullFilter::refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
   for (const Sample& sample : samples) {
-    if (!sample.judged && judgement_count_ < judgements_.size()) {
-      judgements_[judgement_count_++] = {
-          .source = sample.source, .verdict = verdict, .time_ns = sample.time_ns};
+    if (!sample.judged) {
+      tell({.source = sample.source, .verdict = verdict, .time_ns = sample.time_ns});
+    }
+  }
+}
+
+/// Of those that a flood pushed out of the window nothing is left but their number.
+void FullFilter::tell_given_up() noexcept {
+  const std::array<std::uint32_t, source_count> given_up = window_.take_given_up();
+  for (std::size_t i = 0; i < source_count; ++i) {
+    if (given_up[i] > 0) {
+      tell({.source = static_cast<Source>(i),
+            .verdict = Verdict::too_old,
+            .time_ns = window_.lost_until_ns(),
+            .count = given_up[i]});
     }
   }
 }
@@ -237,11 +258,11 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     while (!samples.empty() && samples.front().time_ns <= grid_ns) {
       Sample& sample = samples.front();
       full::advance(context_, now_, sample.time_ns);
-      const Judgement judgement = full::take(context_, now_, sample);
-      if (!sample.judged && judgement_count_ < judgements_.size()) {
+      Judgement judgement = full::take(context_, now_, sample);
+      judgement.time_ns = sample.time_ns;
+      if (!sample.judged) {
         sample.judged = true;
-        judgements_[judgement_count_] = judgement;
-        judgements_[judgement_count_++].time_ns = sample.time_ns;
+        tell(judgement);
       }
       samples = samples.subspan(1);
     }

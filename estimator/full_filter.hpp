@@ -51,6 +51,8 @@ class FullFilter {
 
   std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
+  void tell(const Judgement& judgement) noexcept;
+  void tell_given_up() noexcept;
   void refuse(std::span<const full::Sample> samples, Verdict verdict) noexcept;
   void go_back_to(std::int64_t time_ns) noexcept;
   void replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept;
@@ -77,7 +79,7 @@ class FullFilter {
   std::optional<std::int64_t> last_tick_ns_;
   std::int64_t oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
 
-  std::array<Judgement, full::SampleWindow::capacity> judgements_{};
+  std::array<Judgement, full::SampleWindow::capacity + source_count> judgements_{};
   std::size_t judgement_count_ = 0;
 
   ModeMonitor modes_;

@@ -87,12 +87,13 @@ inline constexpr std::array<std::string_view, verdict_count> verdict_names{
 struct Judgement {
   Source source = Source::yaw_rate;
   Verdict verdict = Verdict::fused;
-  int degrees = 0;  ///< of freedom of the test: 1, of the camera 3; 0: an input, not tested
+  int degrees = 0;  ///< of freedom of the test: 1, of the camera 3; 0: not tested
   std::array<double, 3> innovation{};  ///< ν, in the source's units
   double squared_ratio = 0.0;          ///< νᵀS⁻¹ν
   double test_ratio = 0.0;             ///< the same over its gate
   std::int64_t time_ns = 0;            ///< when the sample was taken
   std::array<double, 3> variance{};    ///< diagonal of S, in the source's units squared
+  std::uint32_t count = 1;             ///< samples that it is of: more where a flood gave them up
 };
 
 }  // namespace odomd::estimator

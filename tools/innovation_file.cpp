@@ -30,14 +30,7 @@ std::size_t number_of(const CsvReader& reader, std::size_t column, const Names& 
   return static_cast<std::size_t>(found - names.begin());
 }
 
-}  // namespace
-
-void write_innovation_header(std::ostream& out) {
-  for (std::size_t i = 0; i < columns.size(); ++i) out << (i == 0 ? "" : ",") << columns[i];
-  out << '\n';
-}
-
-void append_innovation_row(std::string& out, const Judgement& judgement) {
+void append_row(std::string& out, const Judgement& judgement) {
   append_seconds(out, judgement.time_ns);
   out += ',';
   out += estimator::source_names.at(static_cast<std::size_t>(judgement.source));
@@ -52,6 +45,17 @@ void append_innovation_row(std::string& out, const Judgement& judgement) {
   for (const double value : judgement.variance) number(std::sqrt(std::max(value, 0.0)));
   number(judgement.squared_ratio);
   out += '\n';
+}
+
+}  // namespace
+
+void write_innovation_header(std::ostream& out) {
+  for (std::size_t i = 0; i < columns.size(); ++i) out << (i == 0 ? "" : ",") << columns[i];
+  out << '\n';
+}
+
+void append_innovation_rows(std::string& out, const Judgement& judgement) {
+  for (std::uint32_t sample = 0; sample < judgement.count; ++sample) append_row(out, judgement);
 }
 
 std::vector<Judgement> read_innovations(const std::filesystem::path& file) {

@@ -83,7 +83,7 @@ class InnovationFile {
     if (!file_) return {};
     return [this](std::span<const estimator::Judgement> judgements) {
       text_.clear();
-      for (const estimator::Judgement& one : judgements) append_innovation_row(text_, one);
+      for (const estimator::Judgement& one : judgements) append_innovation_rows(text_, one);
       file_->stream() << text_;
     };
   }

@@ -25,7 +25,9 @@ Insertion SampleWindow::insert(const Sample& sample) noexcept {
       lost_until_ns_ = std::max(lost_until_ns_, sample.time_ns);
       return Insertion::given_up;
     }
-    lost_until_ns_ = samples_[begin_].time_ns;
+    const Sample& oldest = samples_[begin_];
+    lost_until_ns_ = oldest.time_ns;
+    given_up_[index_of(oldest.source)] += oldest.judged ? 0 : 1;
     ++begin_;
   }
   if (end_ == samples_.size()) {

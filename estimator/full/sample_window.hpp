@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "estimator/measurement.hpp"
 
@@ -54,6 +55,12 @@ class SampleWindow {
   [[nodiscard]] std::span<const Sample> until(std::int64_t time_ns) const noexcept;
   [[nodiscard]] std::span<Sample> after(std::int64_t time_ns) noexcept;
 
+  /// How many of each source a full window gave up before their verdict was told, since the last
+  /// call. One that insert() refused does not count: who offered it knows.
+  [[nodiscard]] std::array<std::uint32_t, source_count> take_given_up() noexcept {
+    return std::exchange(given_up_, {});
+  }
+
   /// The latest time that a full window had to give up; the lowest number where none was.
   [[nodiscard]] std::int64_t lost_until_ns() const noexcept { return lost_until_ns_; }
 
@@ -61,6 +68,7 @@ class SampleWindow {
   std::array<Sample, 2 * capacity> samples_{};
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
+  std::array<std::uint32_t, source_count> given_up_{};
   std::int64_t lost_until_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 

@@ -130,6 +130,20 @@ TEST(Pipeline, AFrameThatFailsItsProtectionUpdatesNothing) {
   EXPECT_FALSE(p->tick(1, start + 10 * ms).pose.conditions & ODOM_COND_PROTECTION);
 }
 
+TEST(Pipeline, CountsASampleThatAFloodPushedOut) {
+  Config full = config();
+  full.model = estimator::Model::full;
+  const auto p = pipeline(full);
+  (void)p->tick(0, start);
+  constexpr std::int64_t flood = 3000;
+  for (std::int64_t i = 1; i <= flood; ++i) p->take(frame(257, start + i, 1500), start + 5 * ms);
+  (void)p->tick(1, start + 5 * ms);
+  EXPECT_EQ(verdicts(*p, wheel, Verdict::too_old) + verdicts(*p, wheel, Verdict::fused) +
+                verdicts(*p, wheel, Verdict::gated),
+            static_cast<std::uint64_t>(flood));
+  EXPECT_EQ(verdicts(*p, wheel, Verdict::too_old), flood - 1024);
+}
+
 TEST(Pipeline, SaysWhichSourceIsOverdueAndDegrades) {
   const auto p = pipeline(config());
   p->take(frame(257, start, 1000), start);

@@ -411,7 +411,7 @@ TEST_P(EveryModel, NoInputLeavesAnEstimateThatIsNotFiniteOrASampleWithoutVerdict
     drive.now_ns += static_cast<std::int64_t>(junk.pick(i % 1000 == 999 ? 1000 : 3)) * period_ns;
     const Estimate e = drive.tick({});
     for (const Judgement& judgement : judgements(drive.filter)) {
-      ++verdicts.at(static_cast<std::size_t>(judgement.verdict));
+      verdicts.at(static_cast<std::size_t>(judgement.verdict)) += static_cast<int>(judgement.count);
     }
     ASSERT_TRUE(is_finite(e.map) && is_finite(e.odom) && is_finite(e.last_jump)) << i;
     ASSERT_TRUE(is_finite(BodyVelocity{e.v_x, e.v_y, e.yaw_rate})) << i;
@@ -424,7 +424,7 @@ TEST_P(EveryModel, NoInputLeavesAnEstimateThatIsNotFiniteOrASampleWithoutVerdict
   for (int i = 0; i < 100; ++i) {
     drive.tick({});
     for (const Judgement& judgement : judgements(drive.filter)) {
-      ++verdicts.at(static_cast<std::size_t>(judgement.verdict));
+      verdicts.at(static_cast<std::size_t>(judgement.verdict)) += static_cast<int>(judgement.count);
     }
   }
   EXPECT_EQ(std::accumulate(verdicts.begin(), verdicts.end(), 0), offered);

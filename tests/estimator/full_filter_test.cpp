@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -78,6 +79,44 @@ TEST(FullFilter, AnyOrderOfArrivalInsideTheWindowGivesTheSameBits) {
     FullFilter filter = started();
     expect_same_state(run(filter, shuffled, ticks).back(), expected);
   }
+}
+
+TEST(FullFilter, EverySampleOfAFloodHasAVerdict) {
+  FullFilter filter = started();
+  (void)run(filter, {}, 10);
+  const std::int64_t tick = start_ns + 11 * period_ns;
+  std::array<std::uint64_t, source_count> offered{};
+  std::array<std::uint64_t, source_count> told{};
+  std::uint64_t too_old = 0;
+  // Six times of what the window holds, between two ticks and in no order.
+  std::mt19937 random(13);
+  for (std::size_t i = 0; i < 6 * full::SampleWindow::capacity; ++i) {
+    const std::int64_t taken = tick - static_cast<std::int64_t>(random() % 40'000'000);
+    if (i % 50 == 0) {
+      ++offered[index_of(Source::camera)];
+      if (const auto verdict = filter.add(CameraPose{taken, tick, 0, 0, 0, 0.01, 0.01, 0.01})) {
+        ++told[index_of(Source::camera)];
+        too_old += *verdict == Verdict::too_old ? 1U : 0U;
+      }
+      continue;
+    }
+    const Source source = i % 3 == 0 ? Source::wheel_rear : Source::yaw_rate;
+    ++offered[index_of(source)];
+    if (const auto verdict = filter.add(Measurement{source, taken, 0.0, 0.01, tick})) {
+      ++told[index_of(source)];
+      too_old += *verdict == Verdict::too_old ? 1U : 0U;
+    }
+  }
+  (void)filter.step(tick);
+  for (const Judgement& judgement : filter.judgements()) {
+    told[index_of(judgement.source)] += judgement.count;
+    if (judgement.verdict == Verdict::too_old) {
+      too_old += judgement.count;
+      EXPECT_EQ(judgement.degrees, 0);
+    }
+  }
+  EXPECT_EQ(told, offered);
+  EXPECT_EQ(too_old, 5 * full::SampleWindow::capacity);
 }
 
 TEST(FullFilter, ASampleThatIsOlderThanTheWindowIsRefused) {

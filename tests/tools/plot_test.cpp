@@ -176,7 +176,7 @@ TEST(InnovationFile, ReadsBackWhatWasWritten) {
   std::ostringstream text;
   write_innovation_header(text);
   std::string row;
-  append_innovation_row(row, judgement);
+  append_innovation_rows(row, judgement);
   const auto read = read_innovations(scratch.write("nu.csv", text.str() + row));
   ASSERT_EQ(read.size(), 1U);
   EXPECT_EQ(read[0].source, judgement.source);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -132,6 +133,28 @@ TEST(SampleWindow, FullItGivesUpTheOldest) {
   EXPECT_EQ(window.insert(sample(12)), Insertion::given_up);
   EXPECT_EQ(window.lost_until_ns(), 12);
   EXPECT_EQ(times(window).front(), 15);
+}
+
+TEST(SampleWindow, CountsWhatItGaveUpBeforeItsVerdictWasTold) {
+  SampleWindow window;
+  constexpr auto capacity = static_cast<std::int64_t>(SampleWindow::capacity);
+  for (std::int64_t t = 1; t <= capacity; ++t) {
+    window.insert(sample(t, t % 4 == 0 ? Source::motor : Source::yaw_rate));
+  }
+  for (Sample& s : window.after(capacity / 2)) {
+    s.judged = true;
+  }
+  // The first half has no verdict yet, the second has; of one that is refused who offered it knows.
+  for (std::int64_t t = capacity + 1; t <= 2 * capacity; ++t) {
+    window.insert(sample(t));
+  }
+  EXPECT_EQ(window.insert(sample(0)), Insertion::given_up);
+  std::array<std::uint32_t, source_count> counts = window.take_given_up();
+  EXPECT_EQ(counts[index_of(Source::motor)], capacity / 2 / 4);
+  EXPECT_EQ(counts[index_of(Source::yaw_rate)], capacity / 2 / 4 * 3);
+  // Each is told once.
+  counts = window.take_given_up();
+  EXPECT_EQ(counts, (std::array<std::uint32_t, source_count>{}));
 }
 
 TEST(SampleWindow, WhatAFullOneKeepsDoesNotDependOnTheOrder) {
