@@ -147,17 +147,16 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
     recover(tick_ns);
   }
 
-  // 2. The odometry frame begins where the map's does.
   if (now_.located && !located_before) {
-    odom_ = now_.pose();
     reset_count_ = 1;
   }
-  // A jump that a replay takes back is one more jump.
-  if (now_.resets != seen_resets_) {
-    reset_count_ += 1;
-    last_jump_ = now_.last_jump;
-    seen_resets_ = now_.resets;
+  // 2. The odometry frame begins at the first pose that is published in the map's, however long the
+  // samples have waited that lead there.
+  if (!odom_begun_) {
+    odom_ = now_.pose();
+    odom_begun_ = now_.located && now_.moving;
   }
+  count_resets();
 
   last_tick_ns_ = tick_ns;
   tell_given_up();
@@ -180,6 +179,23 @@ void FullFilter::begin(std::int64_t tick_ns) noexcept {
   kept_count_ = 0;
   keep();
   last_tick_ns_ = now_.time_ns;
+}
+
+/// What the camera's resets have done to the published pose. A jump that a replay takes back is one
+/// more jump; one that late samples have made a little longer is the same one.
+void FullFilter::count_resets() noexcept {
+  const Pose2& jump = now_.last_jump;
+  if (now_.resets > seen_resets_) {
+    ++reset_count_;
+    last_jump_ = jump;
+  } else if (now_.resets < seen_resets_) {
+    ++reset_count_;
+    last_jump_ = {-seen_jump_.x, -seen_jump_.y, -seen_jump_.yaw};
+  } else if (jump.x != seen_jump_.x || jump.y != seen_jump_.y || jump.yaw != seen_jump_.yaw) {
+    last_jump_ = jump;
+  }
+  seen_resets_ = now_.resets;
+  seen_jump_ = jump;
 }
 
 void FullFilter::keep() noexcept {
@@ -230,8 +246,9 @@ void FullFilter::go_back_to(std::int64_t time_ns) noexcept {
   now_ = kept(0);
 }
 
-/// Takes the samples after now_ up to `tick_ns`, on the grid of the ticks. The odometry frame is the
-/// integral of the velocities as they were published: from the last tick on, where `velocity` was.
+/// Takes the samples after now_ up to `tick_ns`, on the grid of the ticks. The odometry frame is
+/// the integral of the velocities as they were published: from the last tick on, where `velocity`
+/// was.
 void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
   std::span<Sample> samples = window_.after(now_.time_ns);
   const std::int64_t behind = ns_between(now_.time_ns, tick_ns);
@@ -287,7 +304,8 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   fresh.time_ns = tick_ns;
   fresh.located = now_.located;
   fresh.moving = now_.moving;
-  fresh.resets = now_.resets;
+  fresh.resets = seen_resets_;
+  fresh.last_jump = seen_jump_;
   fresh.mean.segment<3>(at::x) << last_.map.x, last_.map.y, last_.map.yaw;
   if (last_.initialised) {
     fresh.mean.segment<3>(at::v_x) << last_.v_x, last_.v_y, last_.yaw_rate;
@@ -306,10 +324,12 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   now_ = full::resumed(predecessor, gap_s, initial_sigma_);
   now_.time_ns = time_ns;
   seen_resets_ = now_.resets;
+  seen_jump_ = now_.last_jump;
   if (last_tick_ns_) {
     kept_count_ = 0;
     keep();
   }
+  odom_begun_ = true;
   odom_ = moved(predecessor.odom, velocity_of(predecessor), gap_s);
   reset_count_ = predecessor.reset_count + 1;
   last_jump_ = {};

@@ -51,6 +51,7 @@ class FullFilter {
 
   std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
+  void count_resets() noexcept;
   void tell(const Judgement& judgement) noexcept;
   void tell_given_up() noexcept;
   void refuse(std::span<const full::Sample> samples, Verdict verdict) noexcept;
@@ -84,8 +85,10 @@ class FullFilter {
 
   ModeMonitor modes_;
   Pose2 odom_;
+  bool odom_begun_ = false;
   std::uint32_t reset_count_ = 0;
   std::uint32_t seen_resets_ = 0;  ///< of now_, when it was last published
+  Pose2 seen_jump_;                ///< likewise
   Pose2 last_jump_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

@@ -20,12 +20,14 @@ namespace {
 using testing::Arrival;
 using testing::circle;
 using testing::drive_on_a_circle;
+using testing::eventful_drive;
 using testing::expect_same_frames;
 using testing::expect_same_state;
 using testing::hand_in;
 using testing::millisecond;
 using testing::period_ns;
 using testing::run;
+using testing::shuffled;
 using testing::start_ns;
 using testing::started;
 
@@ -56,28 +58,48 @@ TEST(FullFilter, AnyOrderOfArrivalInsideTheWindowGivesTheSameBits) {
 
   std::mt19937 random(11);
   for (int permutation = 0; permutation < 5; ++permutation) {
-    std::vector<Arrival> shuffled = in_order;
-    for (Arrival& arrival : shuffled) {
-      const std::int64_t taken =
-          arrival.signal ? arrival.signal->time_ns : arrival.camera->capture_ns;
-      // Not after the last tick, and not before it was taken.
-      const std::int64_t latest = std::min(taken + 240 * millisecond, start_ns + ticks * period_ns);
-      if (latest > arrival.arrival_ns) {
-        arrival.arrival_ns =
-            std::uniform_int_distribution<std::int64_t>{arrival.arrival_ns, latest}(random);
-      }
-    }
-    std::ranges::shuffle(shuffled, random);
-    std::ranges::stable_sort(shuffled, {}, &Arrival::arrival_ns);
-    for (Arrival& arrival : shuffled) {
-      if (arrival.camera) {
-        arrival.camera->arrival_ns = 0;  // or the camera's own limit would count
-      } else {
-        arrival.signal->arrival_ns = 0;
-      }
-    }
     FullFilter filter = started();
-    expect_same_state(run(filter, shuffled, ticks).back(), expected);
+    const std::vector<Arrival> in_any_order =
+        shuffled(in_order, start_ns + ticks * period_ns, random);
+    expect_same_state(run(filter, in_any_order, ticks).back(), expected);
+  }
+}
+
+TEST(FullFilter, AnyOrderOfArrivalGivesTheSameBitsThroughGatesSlipRestAndReset) {
+  const std::vector<Arrival> in_order = eventful_drive();
+  constexpr std::int64_t ticks = 800;
+  FullFilter reference = started();
+  // What is to happen does.
+  std::array<int, source_count> gated{};
+  bool stood = false;
+  Estimate expected;
+  std::size_t next = 0;
+  for (std::int64_t k = 1; k <= ticks; ++k) {
+    const std::int64_t now = start_ns + k * period_ns;
+    for (; next < in_order.size() && in_order[next].arrival_ns <= now; ++next) {
+      hand_in(reference, in_order[next]);
+    }
+    expected = reference.step(now);
+    stood = stood || expected.mode == Mode::standstill;
+    for (const Judgement& judgement : reference.judgements()) {
+      gated[index_of(judgement.source)] += judgement.verdict == Verdict::gated ? 1 : 0;
+    }
+  }
+  ASSERT_TRUE(stood);
+  ASSERT_GT(gated[index_of(Source::yaw_rate)], 0);
+  ASSERT_GT(gated[index_of(Source::wheel_rear_left)], 10);
+  ASSERT_GT(gated[index_of(Source::camera)], 4);
+  ASSERT_EQ(expected.reset_count, 2U);
+  ASSERT_NEAR(expected.last_jump.y, -2.0, 0.05);
+
+  std::mt19937 random(14);
+  for (int permutation = 0; permutation < 5; ++permutation) {
+    FullFilter filter = started();
+    const std::vector<Arrival> in_any_order =
+        shuffled(in_order, start_ns + ticks * period_ns, random);
+    const Estimate e = run(filter, in_any_order, ticks).back();
+    expect_same_state(e, expected);
+    EXPECT_EQ(e.camera_ns, expected.camera_ns);
   }
 }
 
@@ -135,11 +157,11 @@ TEST(FullFilter, OrderOfArrivalWithinATickLeavesTheBitsOfBothFramesAlone) {
   const std::vector<Estimate> expected = run(reference, in_order, 200);
   std::mt19937 random(12);
   for (int permutation = 0; permutation < 5; ++permutation) {
-    std::vector<Arrival> shuffled = in_order;
-    std::ranges::shuffle(shuffled, random);
-    std::ranges::stable_sort(shuffled, {}, [](const Arrival& a) { return tick_of(a.arrival_ns); });
+    std::vector<Arrival> arrivals = in_order;
+    std::ranges::shuffle(arrivals, random);
+    std::ranges::stable_sort(arrivals, {}, [](const Arrival& a) { return tick_of(a.arrival_ns); });
     FullFilter filter = started();
-    const std::vector<Estimate> estimates = run(filter, shuffled, 200);
+    const std::vector<Estimate> estimates = run(filter, arrivals, 200);
     for (std::size_t i = 0; i < estimates.size(); ++i) {
       expect_same_frames(estimates[i], expected[i]);
     }
@@ -312,6 +334,45 @@ TEST(FullFilter, ACameraPoseFromBeforeTheFirstTickInitialises) {
   EXPECT_EQ(e.camera_ns, captured);
 }
 
+TEST(FullFilter, ItsFirstPoseIsTheSameInBothFrames) {
+  // Samples may wait for the first tick for a whole window, and the car go a long way in it.
+  FullFilter filter({});
+  filter.set_initial_pose({1.0, 2.0, 0.5});
+  const std::int64_t tick = start_ns + 240 * millisecond;
+  for (std::int64_t t = start_ns; t < tick; t += 2 * millisecond + 1) {
+    (void)filter.add(Measurement{Source::wheel_rear, t, 2.0, 0.01});
+    (void)filter.add(Measurement{Source::yaw_rate, t, 1.0, 0.01});
+    (void)filter.add(Measurement{Source::steering, t, 0.13, 0.001});
+  }
+  const Estimate first = filter.step(tick);
+  ASSERT_TRUE(first.initialised);
+  EXPECT_EQ(first.reset_count, 1U);
+  EXPECT_GT(std::hypot(first.map.x - 1.0, first.map.y - 2.0), 0.4);
+  EXPECT_EQ(first.odom.x, first.map.x);
+  EXPECT_EQ(first.odom.y, first.map.y);
+  EXPECT_EQ(first.odom.yaw, first.map.yaw);
+
+  // From there on each goes its way: at the car's speed.
+  const Estimate second = filter.step(tick + period_ns);
+  EXPECT_NEAR(std::hypot(second.odom.x - first.odom.x, second.odom.y - first.odom.y), 0.01, 1e-3);
+}
+
+TEST(FullFilter, AWheelThatIsHeardLateSetsBothFramesOffTogether) {
+  FullFilter filter = started();
+  for (std::int64_t k = 1; k <= 60; ++k) {
+    EXPECT_FALSE(filter.step(start_ns + k * period_ns).initialised);
+  }
+  const std::int64_t now = start_ns + 61 * period_ns;
+  for (std::int64_t age = 200; age > 0; age -= 10) {
+    (void)filter.add(Measurement{Source::wheel_rear, now - age * millisecond, 2.0, 0.01});
+  }
+  const Estimate first = filter.step(now);
+  ASSERT_TRUE(first.initialised);
+  EXPECT_NEAR(first.map.x, 0.4, 0.03);
+  EXPECT_EQ(first.odom.x, first.map.x);
+  EXPECT_EQ(first.odom.y, first.map.y);
+}
+
 TEST(FullFilter, WithoutLeaveACameraPoseDoesNotInitialise) {
   FullFilter filter({});
   (void)filter.add(Measurement{Source::wheel_rear, start_ns, 0.0, 0.01});
@@ -414,6 +475,44 @@ TEST(FullFilter, ACameraThatIsRightMovesTheMapOnceAndTheOdometryFrameNever) {
   const Pose2 truth = moved({}, circle, static_cast<double>(last.time_ns - start_ns) * 1e-9);
   EXPECT_NEAR(last.map.x, truth.x + 1.0, 0.02);
   EXPECT_NEAR(last.map.y, truth.y - 2.0, 0.02);
+}
+
+TEST(FullFilter, AJumpThatALatePoseTakesBackIsOneMoreJump) {
+  // Six poses that agree on another place; and one that was taken between them and says otherwise,
+  // but comes after them.
+  std::vector<Arrival> arrivals = drive_on_a_circle(2'000 * millisecond);
+  const std::int64_t first = start_ns + 1'015 * millisecond;
+  const std::int64_t last = first + 5 * 35 * millisecond;
+  for (Arrival& arrival : arrivals) {
+    if (arrival.camera && arrival.camera->capture_ns >= first &&
+        arrival.camera->capture_ns <= last) {
+      arrival.camera->x += 1.0;
+      arrival.camera->y -= 2.0;
+    }
+  }
+  const std::int64_t between = first + 90 * millisecond;
+  const std::int64_t late = last + 60 * millisecond;
+  const Pose2 truth = moved({}, circle, static_cast<double>(between - start_ns) * 1e-9);
+  arrivals.push_back(
+      {late, {}, CameraPose{between, late, truth.x, truth.y, truth.yaw, 0.008, 0.008, 0.009}});
+  std::ranges::stable_sort(arrivals, {}, &Arrival::arrival_ns);
+
+  FullFilter filter = started();
+  const std::vector<Estimate> estimates = run(filter, arrivals, 300);
+  const auto at = [&](std::int64_t time_ns) -> const Estimate& {
+    return estimates.at(static_cast<std::size_t>(tick_of(time_ns) - 1));
+  };
+  const Estimate& reset = at(late - period_ns);
+  ASSERT_EQ(reset.reset_count, 2U);
+  EXPECT_NEAR(reset.last_jump.x, 1.0, 0.05);
+  EXPECT_NEAR(reset.last_jump.y, -2.0, 0.05);
+  const Estimate& back = at(late);
+  EXPECT_EQ(back.reset_count, 3U);
+  EXPECT_NEAR(back.last_jump.x, -1.0, 0.05);
+  EXPECT_NEAR(back.last_jump.y, 2.0, 0.05);
+  EXPECT_NEAR(back.map.x - reset.map.x, -1.0, 0.05);
+  EXPECT_NEAR(back.map.y - reset.map.y, 2.0, 0.05);
+  EXPECT_EQ(estimates.back().reset_count, 3U);
 }
 
 TEST(FullFilter, OutliersOfTheCameraMoveNothing) {
