@@ -46,11 +46,11 @@ void run_here(const BridgeOptions& options) {
 
 }  // namespace
 
-void add_bridge(CLI::App& odom) {
+void add_bridge(Command odom) {
   auto options = std::make_shared<BridgeOptions>();
-  auto* command = odom.add_subcommand("bridge");
-  describe_bridge(*command, *options);
-  command->callback([options] {
+  Command command = odom.add_subcommand("bridge");
+  describe_bridge(command, *options);
+  command.callback([options] {
     if (options->wants_ros())
       become_odom_bridge(*options);
     else

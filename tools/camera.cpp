@@ -120,66 +120,67 @@ void run_send(const Options& options) {
 
 }  // namespace
 
-void add_camera(CLI::App& odom) {
+void add_camera(Command odom) {
   auto options = std::make_shared<Options>();
-  auto* camera = odom.add_subcommand("camera", "Stand in for a camera process");
-  camera->require_subcommand(1);
-  camera->footer(
+  Command camera = odom.add_subcommand("camera", "Stand in for a camera process");
+  camera.require_subcommand();
+  camera.footer(
       "Example:\n"
       "  odom camera send --pose 1.2,0.4,1.57\n"
       "odom camera send --help has more.");
-  auto* command = camera->add_subcommand("send", "Send camera poses to the daemon");
+  Command command = camera.add_subcommand("send", "Send camera poses to the daemon");
   command
-      ->add_option("--socket", options->socket,
-                   "Camera socket of the daemon; else the service's, /run/odomd/can0/camera.sock, "
-                   "or /run/odomd/camera.sock")
-      ->type_name("PATH");
+      .add_option("--socket", options->socket,
+                  "Camera socket of the daemon; else the service's, /run/odomd/can0/camera.sock, "
+                  "or /run/odomd/camera.sock")
+      .type_name("PATH");
   command
-      ->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("S");
-  auto* pose =
-      command->add_option("--pose", options->pose, "One pose of the reference point [m, m, rad]")
-          ->delimiter(',')
-          ->expected(3)
-          ->type_name("X,Y,YAW");
+      .add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
+      .not_negative()
+      .type_name("S");
+  const Option pose =
+      command.add_option("--pose", options->pose, "One pose of the reference point [m, m, rad]")
+          .delimiter(',')
+          .values(3)
+          .type_name("X,Y,YAW");
   command
-      ->add_option("--sigma", options->sigma,
-                   "Its standard deviations [m, m, rad]; default: 0.01 each")
-      ->delimiter(',')
-      ->expected(3)
-      ->type_name("SX,SY,SYAW")
-      ->needs(pose);
-  command->add_option("--age-ms", options->age_ms, "How long ago it was taken [ms]; default: 0")
-      ->type_name("MS")
-      ->needs(pose);
-  auto* log = command
-                  ->add_option("--log", options->log,
-                               "Camera log, sent in step with the log that the daemon plays")
-                  ->type_name("CSV")
-                  ->excludes(pose);
-  command->add_flag("--from-now", options->from_now, "Play the log by itself, beginning now")
-      ->needs(log);
-  command->add_option("--shm", options->shm, "Segment that tells the daemon's log clock")
-      ->type_name("NAME")
-      ->needs(log);
-  auto* clock = add_choice<odom_clock>(
-                    *command, "--clock", options->clock,
-                    {{"monotonic", ODOM_CLOCK_MONOTONIC},
-                     {"realtime", ODOM_CLOCK_REALTIME},
-                     {"log", ODOM_CLOCK_LOG}},
-                    "Clock of t_capture in rows from standard input (a --log is on the log's)")
-                    ->excludes(pose);
-  command->footer(
+      .add_option("--sigma", options->sigma,
+                  "Its standard deviations [m, m, rad]; default: 0.01 each")
+      .delimiter(',')
+      .values(3)
+      .type_name("SX,SY,SYAW")
+      .needs(pose);
+  command.add_option("--age-ms", options->age_ms, "How long ago it was taken [ms]; default: 0")
+      .type_name("MS")
+      .needs(pose);
+  const Option log = command
+                         .add_option("--log", options->log,
+                                     "Camera log, sent in step with the log that the daemon plays")
+                         .type_name("CSV")
+                         .excludes(pose);
+  command.add_flag("--from-now", options->from_now, "Play the log by itself, beginning now")
+      .needs(log);
+  command.add_option("--shm", options->shm, "Segment that tells the daemon's log clock")
+      .type_name("NAME")
+      .needs(log);
+  const Option clock =
+      add_choice<odom_clock>(
+          command, "--clock", options->clock,
+          {{"monotonic", ODOM_CLOCK_MONOTONIC},
+           {"realtime", ODOM_CLOCK_REALTIME},
+           {"log", ODOM_CLOCK_LOG}},
+          "Clock of t_capture in rows from standard input (a --log is on the log's)")
+          .excludes(pose);
+  command.footer(
       "Examples:\n"
       "  odom camera send --pose 1.2,0.4,1.57 --sigma 0.01,0.01,0.01 --age-ms 40\n"
       "  odom camera send --log camera.csv --wait 10\n"
       "  my_camera | odom camera send --clock realtime\n"
       "Without --pose and --log rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw,\n"
       "with this header, are read from standard input and sent as they come.");
-  command->callback([options, clock] {
+  command.callback([options, clock] {
     options->socket = service_path(options->socket, "camera.sock");
-    options->clock_named = clock->count() > 0;
+    options->clock_named = clock.is_given();
     run_send(*options);
   });
 }

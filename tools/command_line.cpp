@@ -1,5 +1,6 @@
 #include "tools/command_line.hpp"
 
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstring>
 #include <exception>
@@ -61,7 +62,12 @@ int report_usage(const CLI::App& odom, const CLI::ParseError& error) {
 
 }  // namespace
 
-int run(CLI::App& odom, int argc, const char* const* argv) noexcept {
+CommandLine::CommandLine() : app_(std::make_unique<CLI::App>()) {}
+
+CommandLine::~CommandLine() = default;
+
+int CommandLine::run(int argc, const char* const* argv) noexcept {
+  CLI::App& odom = *app_;
   try {
     try {
       odom.parse(argc, argv);

@@ -1,7 +1,9 @@
 // Runs a command line: what went wrong becomes one line on standard error and an exit status.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "tools/command.hpp"
 
 namespace odomd::tools {
 
@@ -10,10 +12,24 @@ inline constexpr int exit_done = 0;
 inline constexpr int exit_failed = 1;  ///< the work failed
 inline constexpr int exit_usage = 2;   ///< wrong usage or unusable input
 
-/// Parses the arguments, which runs the subcommand, and returns the exit status. Wrong usage and
-/// std::invalid_argument give exit_usage, any other exception exit_failed; each is one line on
-/// standard error, after the names of program and subcommand. Help and version go to standard
-/// output. Results that could not be written to standard output count as failed work.
-[[nodiscard]] int run(CLI::App& odom, int argc, const char* const* argv) noexcept;
+class CommandLine {
+ public:
+  CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+  ~CommandLine();
+
+  /// The program's own command, to be described before it is run.
+  [[nodiscard]] Command command() { return Command(*app_); }
+
+  /// Parses the arguments, which runs the subcommand, and returns the exit status. Wrong usage and
+  /// std::invalid_argument give exit_usage, any other exception exit_failed; each is one line on
+  /// standard error, after the names of program and subcommand. Help and version go to standard
+  /// output. Results that could not be written to standard output count as failed work.
+  [[nodiscard]] int run(int argc, const char* const* argv) noexcept;
+
+ private:
+  std::unique_ptr<CLI::App> app_;
+};
 
 }  // namespace odomd::tools

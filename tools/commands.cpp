@@ -2,12 +2,12 @@
 
 namespace odomd::tools {
 
-void describe(CLI::App& odom) {
-  odom.name("odom");
+void describe(Command odom) {
+  odom.rename("odom");
   odom.description("Odometry by hand: watch, record, replay, simulate, evaluate and identify.");
-  odom.set_version_flag("--version", "odom " ODOMD_VERSION, "Print the version and exit");
-  odom.set_help_flag("-h,--help", "Print this help and exit");
-  odom.require_subcommand(1);
+  odom.version_flag("odom " ODOMD_VERSION);
+  odom.help_flag();
+  odom.require_subcommand();
   odom.footer(
       "Examples:\n"
       "  odom watch                       the running daemon, live\n"

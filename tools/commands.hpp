@@ -4,27 +4,27 @@
 // failed by any other std::exception (exit status 1); the text is the one line that the user reads.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "tools/command.hpp"
 
 namespace odomd::tools {
 
 /// The whole command line of odom: every subcommand below.
-void describe(CLI::App& odom);
+void describe(Command odom);
 
-void add_bridge(CLI::App& odom);
-void add_export(CLI::App& odom);
-void add_help(CLI::App& odom);
-void add_identify(CLI::App& odom);
-void add_record(CLI::App& odom);
-void add_replay(CLI::App& odom);
-void add_evaluate(CLI::App& odom);
-void add_plot(CLI::App& odom);
-void add_status(CLI::App& odom);
-void add_pose(CLI::App& odom);
-void add_camera(CLI::App& odom);
-void add_sim(CLI::App& odom);
-void add_tune(CLI::App& odom);
-void add_watch(CLI::App& odom);
-void add_dbc(CLI::App& odom);
+void add_bridge(Command odom);
+void add_export(Command odom);
+void add_help(Command odom);
+void add_identify(Command odom);
+void add_record(Command odom);
+void add_replay(Command odom);
+void add_evaluate(Command odom);
+void add_plot(Command odom);
+void add_status(Command odom);
+void add_pose(Command odom);
+void add_camera(Command odom);
+void add_sim(Command odom);
+void add_tune(Command odom);
+void add_watch(Command odom);
+void add_dbc(Command odom);
 
 }  // namespace odomd::tools

@@ -140,10 +140,10 @@ void run_evaluate(const Options& options) {
 // What the options demand of each other, as CLI11 would say it.
 void check(const Options& options) {
   if (options.poses.empty() && options.drives.empty()) {
-    throw CLI::RequiredError("--pose or --drive");
+    require("--pose or --drive");
   }
   if (!options.poses.empty() && options.reference.empty() && !options.closed_loop) {
-    throw CLI::RequiredError("--reference (or --closed-loop)");
+    require("--reference (or --closed-loop)");
   }
   if (options.drives.size() > 1 && !options.reference.empty()) {
     throw std::invalid_argument("--reference: is of one drive; put truth.csv into each folder");
@@ -156,49 +156,49 @@ void check(const Options& options) {
   }
 }
 
-void add_inputs(CLI::App& command, Options& options) {
-  auto* reference = command
-                        .add_option("--reference", options.reference,
-                                    "The truth, with the columns t,x,y,yaw; of a drive instead of "
-                                    "its truth.csv")
-                        ->type_name("CSV");
-  auto* pose = command
-                   .add_option("--pose", options.poses,
-                               "Poses, as odom replay writes them; several times: side by side")
-                   ->expected(1)
-                   ->take_all()
-                   ->type_name("CSV");
-  auto* drive = command
-                    .add_option("--drive", options.drives,
-                                "Folder with drive.log, car.toml, truth.csv and camera.csv, to be "
-                                "replayed; several times: one after the other")
-                    ->expected(1)
-                    ->take_all()
-                    ->type_name("DIR")
-                    ->excludes(pose);
+void add_inputs(Command command, Options& options) {
+  const Option reference =
+      command
+          .add_option("--reference", options.reference,
+                      "The truth, with the columns t,x,y,yaw; of a drive instead of "
+                      "its truth.csv")
+          .type_name("CSV");
+  const Option pose =
+      command
+          .add_option("--pose", options.poses,
+                      "Poses, as odom replay writes them; several times: side by side")
+          .repeatable()
+          .type_name("CSV");
+  const Option drive =
+      command
+          .add_option("--drive", options.drives,
+                      "Folder with drive.log, car.toml, truth.csv and camera.csv, to be "
+                      "replayed; several times: one after the other")
+          .repeatable()
+          .type_name("DIR")
+          .excludes(pose);
   command
       .add_option("--model", options.models,
                   "Model to replay it through; several times; default: kinematic, paper, full")
-      ->expected(1)
-      ->take_all()
-      ->type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
-      ->needs(drive);
+      .repeatable()
+      .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
+      .needs(drive);
   command
       .add_option("--config", options.config,
                   "Configuration instead of the folder's car.toml; the folder's car.dbc stays")
-      ->type_name("FILE")
-      ->needs(drive);
+      .type_name("FILE")
+      .needs(drive);
   command
       .add_flag("--dead-reckoning", options.dead_reckoning,
                 "Leave the folder's camera.csv out: odometry alone")
-      ->needs(drive);
+      .needs(drive);
   command
       .add_flag("--closed-loop", options.closed_loop,
                 "Without a reference: the drive ends where it began")
-      ->excludes(reference);
+      .excludes(reference);
 }
 
-void add_judging(CLI::App& command, Options& options) {
+void add_judging(Command command, Options& options) {
   add_choice<std::optional<Align>>(
       command, "--align", options.align,
       {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
@@ -211,55 +211,55 @@ void add_judging(CLI::App& command, Options& options) {
       .add_option("--from", options.judging.from,
                   "Judge only what is not before this time [s]; +T: after the reference's first "
                   "row")
-      ->type_name("T|+T");
-  command.add_option("--to", options.judging.to, "... and not after this one")->type_name("T|+T");
-  auto* lever_arm =
+      .type_name("T|+T");
+  command.add_option("--to", options.judging.to, "... and not after this one").type_name("T|+T");
+  const Option lever_arm =
       command
           .add_option("--lever-arm", options.lever_arm,
                       "Where the reference's point sits in the body frame [m, m, rad]")
-          ->delimiter(',')
-          ->expected(3)
-          ->type_name("X,Y,YAW");
+          .delimiter(',')
+          .values(3)
+          .type_name("X,Y,YAW");
   command
       .add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
                 "Fit one such lever arm to all estimates of a drive")
-      ->excludes(lever_arm);
+      .excludes(lever_arm);
   command
       .add_option("--baseline", options.judging.baseline,
                   "Estimate that the others are compared with; default: kinematic, else the first")
-      ->type_name("ESTIMATE");
+      .type_name("ESTIMATE");
 }
 
-void add_outputs(CLI::App& command, Options& options) {
+void add_outputs(Command command, Options& options) {
   command.add_flag("--json", options.json, "One JSON object, SI units");
-  auto* html = command
-                   .add_option("--html", options.html,
-                               "Write a report with pictures: one file, nothing else needed")
-                   ->type_name("FILE");
+  const Option html = command
+                          .add_option("--html", options.html,
+                                      "Write a report with pictures: one file, nothing else needed")
+                          .type_name("FILE");
   command
       .add_option("--beat", options.beat,
                   "Beat of a recording, beat.csv, for the report; of a drive instead of its own")
-      ->type_name("CSV")
-      ->needs(html);
+      .type_name("CSV")
+      .needs(html);
   command
       .add_option("--picture", options.picture, "Draw the trajectories into a file, .svg or .png")
-      ->type_name("FILE");
-  command.add_option("--title", options.title, "Title of report and picture")->type_name("TEXT");
+      .type_name("FILE");
+  command.add_option("--title", options.title, "Title of report and picture").type_name("TEXT");
   command.add_option("--camera", options.camera, "Camera log to draw as dots")
-      ->type_name("CSV")
-      ->excludes("--drive");
+      .type_name("CSV")
+      .excludes("--drive");
 }
 
 }  // namespace
 
-void add_evaluate(CLI::App& odom) {
-  auto* command = odom.add_subcommand(
+void add_evaluate(Command odom) {
+  Command command = odom.add_subcommand(
       "evaluate", "Hold poses against a reference, or whole drives through several models");
   auto options = std::make_shared<Options>();
-  add_inputs(*command, *options);
-  add_judging(*command, *options);
-  add_outputs(*command, *options);
-  command->footer(
+  add_inputs(command, *options);
+  add_judging(command, *options);
+  add_outputs(command, *options);
+  command.footer(
       "Examples:\n"
       "  odom evaluate --reference truth.csv --pose pose.csv\n"
       "  odom evaluate --reference truth.csv --pose kinematic.csv --pose paper.csv --json\n"
@@ -271,7 +271,7 @@ void add_evaluate(CLI::App& odom) {
       "  odom evaluate --drive drive-20261121-140300 --closed-loop\n"
       "Only times that both cover count; the reference is interpolated, never extrapolated.\n"
       "A drive is replayed as odom replay does it, and its models are judged as pose files are.");
-  command->callback([options] {
+  command.callback([options] {
     check(*options);
     options->judging.align = options->align;
     run_evaluate(*options);

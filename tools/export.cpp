@@ -56,46 +56,45 @@ void export_drive(const Options& options) {
 
 }  // namespace
 
-void add_export(CLI::App& odom) {
+void add_export(Command odom) {
   auto options = std::make_shared<Options>();
-  auto* command =
+  Command command =
       odom.add_subcommand("export", "Export a drive to Foxglove (MCAP) and PlotJuggler (CSV)");
   command
-      ->add_option("SOURCE", options->source,
-                   "Pose file, folder of odom record, or folder with a drive (drive.log, car.toml, "
-                   "camera.csv, truth.csv, pose.csv)")
-      ->type_name("");
-  command->add_option("--mcap", options->mcap, "MCAP file to write, for Foxglove")
-      ->type_name("FILE");
-  command->add_option("--csv", options->csv, "CSV file to write, the poses for PlotJuggler")
-      ->type_name("FILE");
-  command->add_flag("--relative-time", options->relative,
-                    "Times from the beginning of the drive instead of the files' own");
+      .add_option("SOURCE", options->source,
+                  "Pose file, folder of odom record, or folder with a drive (drive.log, car.toml, "
+                  "camera.csv, truth.csv, pose.csv)")
+      .type_name("");
+  command.add_option("--mcap", options->mcap, "MCAP file to write, for Foxglove").type_name("FILE");
+  command.add_option("--csv", options->csv, "CSV file to write, the poses for PlotJuggler")
+      .type_name("FILE");
+  command.add_flag("--relative-time", options->relative,
+                   "Times from the beginning of the drive instead of the files' own");
   add_choice(
-      *command, "--compression", options->compression,
+      command, "--compression", options->compression,
       Choices<McapCompression>{{"zstd", McapCompression::zstd}, {"none", McapCompression::none}},
       "Of the MCAP file; default: zstd");
-  command->add_option("--pose", options->files.pose, "Pose file, instead of the source's")
-      ->type_name("CSV");
+  command.add_option("--pose", options->files.pose, "Pose file, instead of the source's")
+      .type_name("CSV");
   command
-      ->add_option("--config", options->files.config,
-                   "Configuration of the car (TOML), instead of the source's")
-      ->type_name("FILE");
+      .add_option("--config", options->files.config,
+                  "Configuration of the car (TOML), instead of the source's")
+      .type_name("FILE");
   command
-      ->add_option("--can", options->files.logs,
-                   "Log of candump -L; several times for several buses; instead of the source's")
-      ->type_name("LOG");
+      .add_option("--can", options->files.logs,
+                  "Log of candump -L; several times for several buses; instead of the source's")
+      .type_name("LOG");
   command
-      ->add_option("--dbc", options->files.databases,
-                   "Database; several times for several; instead of [can] dbc")
-      ->type_name("DBC");
-  command->add_option("--camera", options->files.camera, "Camera log, instead of the source's")
-      ->type_name("CSV");
+      .add_option("--dbc", options->files.databases,
+                  "Database; several times for several; instead of [can] dbc")
+      .type_name("DBC");
+  command.add_option("--camera", options->files.camera, "Camera log, instead of the source's")
+      .type_name("CSV");
   command
-      ->add_option("--truth", options->files.truth,
-                   "Reference trajectory (t,x,y,yaw), instead of the source's")
-      ->type_name("CSV");
-  command->footer(
+      .add_option("--truth", options->files.truth,
+                  "Reference trajectory (t,x,y,yaw), instead of the source's")
+      .type_name("CSV");
+  command.footer(
       "Examples:\n"
       "  odom export drive-20261121-140300 --mcap drive.mcap\n"
       "  odom export pose.csv --csv plot.csv --relative-time\n"
@@ -103,8 +102,8 @@ void add_export(CLI::App& odom) {
       "  odom export --config car.toml --can drive.log --truth truth.csv --mcap drive.mcap\n"
       "A drive with frames and a configuration, but without poses, is replayed for them.\n"
       "docs/bridge.md lists the topics.");
-  command->callback([options] {
-    if (options->mcap.empty() && options->csv.empty()) throw CLI::RequiredError("--mcap or --csv");
+  command.callback([options] {
+    if (options->mcap.empty() && options->csv.empty()) require("--mcap or --csv");
     export_drive(*options);
   });
 }

@@ -1,4 +1,5 @@
 // odom help: the help of a command, by its name.
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -10,40 +11,37 @@
 namespace odomd::tools {
 namespace {
 
-void print_help(const CLI::App& odom, const std::vector<std::string>& words) {
-  const CLI::App* command = &odom;
+void print_help(Command odom, const std::vector<std::string>& words) {
+  Command command = odom;
   std::string before;
   for (const std::string& word : words) {
-    const CLI::App* found = nullptr;
-    std::string names;
-    for (const CLI::App* sub : command->get_subcommands([](const CLI::App*) { return true; })) {
-      if (sub->get_name() == word) found = sub;
-      names += (names.empty() ? "" : ", ") + sub->get_name();
-    }
-    if (found == nullptr) {
+    const std::vector<Command> below = command.subcommands();
+    const auto found =
+        std::ranges::find_if(below, [&word](const Command& sub) { return sub.name() == word; });
+    if (found == below.end()) {
+      std::string names;
+      for (const Command& sub : below) names += (names.empty() ? "" : ", ") + sub.name();
       throw std::invalid_argument("no command \"" + word + "\"" +
                                   (names.empty() ? "" : "; there are: " + names));
     }
-    before += (before.empty() ? "" : " ") + command->get_name();
-    command = found;
+    before += (before.empty() ? "" : " ") + command.name();
+    command = *found;
   }
-  // Not command->help(), which would tell of the command that was called: this one.
-  const std::string name = before + (before.empty() ? "" : " ") + command->get_name();
-  std::cout << command->get_formatter()->make_help(command, name, CLI::AppFormatMode::Normal);
+  std::cout << command.help(before + (before.empty() ? "" : " ") + command.name());
 }
 
 }  // namespace
 
-void add_help(CLI::App& odom) {
+void add_help(Command odom) {
   auto words = std::make_shared<std::vector<std::string>>();
-  auto* command = odom.add_subcommand("help", "Print the help of a command");
-  command->add_option("COMMAND", *words, "The command; none: odom itself")->type_name("");
-  command->footer(
+  Command command = odom.add_subcommand("help", "Print the help of a command");
+  command.add_option("COMMAND", *words, "The command; none: odom itself").type_name("");
+  command.footer(
       "Examples:\n"
       "  odom help\n"
       "  odom help replay\n"
       "  odom help camera send");
-  command->callback([&odom, words] { print_help(odom, *words); });
+  command.callback([odom, words] { print_help(odom, *words); });
 }
 
 }  // namespace odomd::tools

@@ -4,12 +4,12 @@
 
 namespace odomd::tools {
 
-void add_identify(CLI::App& odom) {
-  CLI::App* identify = odom.add_subcommand(
+void add_identify(Command odom) {
+  Command identify = odom.add_subcommand(
       "identify",
       "Measure the car's parameters, each with its uncertainty, into the configuration");
-  identify->require_subcommand(1);
-  identify->footer(
+  identify.require_subcommand();
+  identify.footer(
       "Each method explains its experiment: what to do, what to measure and how exactly. With\n"
       "--write the numbers go into the configuration where they stand, each with a note where it\n"
       "came from; comments stay.\n"
@@ -17,14 +17,14 @@ void add_identify(CLI::App& odom) {
       "Examples:\n"
       "  odom help identify mass\n"
       "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
-  add_mass(*identify);
-  add_cog(*identify);
-  add_inertia(*identify);
-  add_noise(*identify);
-  add_track(*identify);
-  add_stiffness(*identify);
-  add_latency(*identify);
-  add_fit(*identify);
+  add_mass(identify);
+  add_cog(identify);
+  add_inertia(identify);
+  add_noise(identify);
+  add_track(identify);
+  add_stiffness(identify);
+  add_latency(identify);
+  add_fit(identify);
 }
 
 }  // namespace odomd::tools

@@ -9,7 +9,7 @@ int main(int argc, char** argv) {
   // left SIGPIPE ignored.
   static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
 
-  CLI::App odom;
-  odomd::tools::describe(odom);
-  return odomd::tools::run(odom, argc, argv);
+  odomd::tools::CommandLine line;
+  odomd::tools::describe(line.command());
+  return line.run(argc, argv);
 }

@@ -174,51 +174,50 @@ void run_plot(const Options& options) {
 
 }  // namespace
 
-void add_plot(CLI::App& odom) {
+void add_plot(Command odom) {
   auto options = std::make_shared<Options>();
-  auto* command =
+  Command command =
       odom.add_subcommand("plot", "Draw pose files, or what the running daemon publishes");
-  auto* files =
-      command->add_option("CSV", options->files, "Pose files, as odom replay writes them");
+  const Option files =
+      command.add_option("CSV", options->files, "Pose files, as odom replay writes them");
   command
-      ->add_option("--out", options->out,
-                   "Picture to write, .svg or .png; -: SVG to standard "
-                   "output")
-      ->required()
-      ->type_name("FILE");
+      .add_option("--out", options->out,
+                  "Picture to write, .svg or .png; -: SVG to standard "
+                  "output")
+      .required()
+      .type_name("FILE");
   std::string names;
   for (const auto& subject : subjects()) names += (names.empty() ? "" : "|") + subject.first;
   command
-      ->add_option("--what", options->what,
-                   "What to draw; several times: below each other; default: trajectory")
-      ->expected(1)
-      ->take_all()
-      ->type_name(names)
-      ->check([](const std::string& name) {
+      .add_option("--what", options->what,
+                  "What to draw; several times: below each other; default: trajectory")
+      .repeatable()
+      .type_name(names)
+      .check([](const std::string& name) {
         for (const auto& subject : subjects()) {
           if (subject.first == name) return std::string{};
         }
         return "\"" + name + "\" is nothing that can be drawn; see odom plot --help";
       });
-  command->add_option("--reference", options->reference, "The truth, drawn in grey")
-      ->type_name("CSV");
-  add_choice<Frame>(*command, "--frame", options->frame,
+  command.add_option("--reference", options->reference, "The truth, drawn in grey")
+      .type_name("CSV");
+  add_choice<Frame>(command, "--frame", options->frame,
                     {{"map", Frame::map}, {"odom", Frame::odom}},
                     "Which pose: the map's or the jump-free odometry frame's; default: map");
-  command->add_option("--title", options->title, "Title of the picture")->type_name("TEXT");
-  auto* seconds = command
-                      ->add_option("--for", options->seconds,
-                                   "Follow the running daemon so long [s], instead of files")
-                      ->check(CLI::PositiveNumber)
-                      ->type_name("S")
-                      ->excludes(files);
+  command.add_option("--title", options->title, "Title of the picture").type_name("TEXT");
+  const Option seconds = command
+                             .add_option("--for", options->seconds,
+                                         "Follow the running daemon so long [s], instead of files")
+                             .positive()
+                             .type_name("S")
+                             .excludes(files);
   command
-      ->add_option("--shm", options->shm,
-                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the service's, "
-                   "/run/odomd/can0/pose")
-      ->type_name("NAME")
-      ->needs(seconds);
-  command->footer(
+      .add_option("--shm", options->shm,
+                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the service's, "
+                  "/run/odomd/can0/pose")
+      .type_name("NAME")
+      .needs(seconds);
+  command.footer(
       "Examples:\n"
       "  odom plot pose.csv --out lap.svg\n"
       "  odom plot kinematic.csv full.csv --reference truth.csv --out lap.png\n"
@@ -227,9 +226,9 @@ void add_plot(CLI::App& odom) {
       "  odom plot innovations.csv --what innovation --out innovations.svg\n"
       "Poses are drawn as they are; odom evaluate --picture aligns them with the reference first.\n"
       "innovation takes a file of odom replay --innovations, beat the beat.csv of a recording.");
-  command->callback([options] {
+  command.callback([options] {
     if (options->files.empty() && options->seconds == 0.0) {
-      throw CLI::RequiredError("A pose file or --for");
+      require("A pose file or --for");
     }
     run_plot(*options);
   });

@@ -175,48 +175,48 @@ void run_pose(const Options& options) {
 
 }  // namespace
 
-void add_pose(CLI::App& odom) {
+void add_pose(Command odom) {
   auto options = std::make_shared<Options>();
-  auto* command = odom.add_subcommand("pose", "Read the pose that the daemon publishes");
+  Command command = odom.add_subcommand("pose", "Read the pose that the daemon publishes");
   command
-      ->add_option("--shm", options->shm,
-                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
-                   "service's, /run/odomd/can0/pose")
-      ->type_name("NAME");
-  add_choice(*command, "--clock", options->clock, clocks(),
+      .add_option("--shm", options->shm,
+                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
+                  "service's, /run/odomd/can0/pose")
+      .type_name("NAME");
+  add_choice(command, "--clock", options->clock, clocks(),
              "Clock of the times that are shown; default: monotonic");
   command
-      ->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("S");
-  auto* follow_flag = command->add_flag("--follow", options->follow, "Every tick as it comes");
-  auto* json = command->add_flag("--json", options->json, "One JSON object, SI units");
-  json->excludes(follow_flag);
+      .add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
+      .not_negative()
+      .type_name("S");
+  const Option follow_flag =
+      command.add_flag("--follow", options->follow, "Every tick as it comes");
+  const Option json = command.add_flag("--json", options->json, "One JSON object, SI units");
+  json.excludes(follow_flag);
   command
-      ->add_flag("--csv", options->csv, "Rows as odom replay writes them, but for the calibrations")
-      ->needs(follow_flag);
-  command->add_option("--out", options->out, "Write them to a file instead of standard output")
-      ->type_name("FILE")
-      ->needs(follow_flag);
-  command->add_option("--duration", options->duration_s, "End after so long [s]")
-      ->check(CLI::PositiveNumber)
-      ->type_name("S")
-      ->needs(follow_flag);
-  command
-      ->add_option("--rate", options->rate_hz, "So many rows a second instead of every tick [Hz]")
-      ->check(CLI::PositiveNumber)
-      ->type_name("HZ")
-      ->needs(follow_flag);
-  command->add_flag("--until-stale", options->until_stale, "End when the daemon ends")
-      ->needs(follow_flag);
-  command->footer(
+      .add_flag("--csv", options->csv, "Rows as odom replay writes them, but for the calibrations")
+      .needs(follow_flag);
+  command.add_option("--out", options->out, "Write them to a file instead of standard output")
+      .type_name("FILE")
+      .needs(follow_flag);
+  command.add_option("--duration", options->duration_s, "End after so long [s]")
+      .positive()
+      .type_name("S")
+      .needs(follow_flag);
+  command.add_option("--rate", options->rate_hz, "So many rows a second instead of every tick [Hz]")
+      .positive()
+      .type_name("HZ")
+      .needs(follow_flag);
+  command.add_flag("--until-stale", options->until_stale, "End when the daemon ends")
+      .needs(follow_flag);
+  command.footer(
       "Examples:\n"
       "  odom pose\n"
       "  odom pose --follow\n"
       "  odom pose --follow --csv --out live.csv --clock log --until-stale --wait 10\n"
       "Without --csv five lines a second are shown. Following survives restarts of the daemon;\n"
       "INT and TERM end it, with a summary on standard error.");
-  command->callback([options] { run_pose(*options); });
+  command.callback([options] { run_pose(*options); });
 }
 
 }  // namespace odomd::tools

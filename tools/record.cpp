@@ -243,26 +243,26 @@ class Recorder {
 
 }  // namespace
 
-void add_record(CLI::App& odom) {
+void add_record(Command odom) {
   auto options = std::make_shared<Options>();
-  auto* command = odom.add_subcommand(
+  Command command = odom.add_subcommand(
       "record", "Record a drive: what the running daemon takes in, and what it publishes");
-  command->add_option("--out", options->out, "Folder to make; default: drive-DATE-TIME")
-      ->type_name("DIR");
+  command.add_option("--out", options->out, "Folder to make; default: drive-DATE-TIME")
+      .type_name("DIR");
   command
-      ->add_option("--socket", options->socket,
-                   "Record socket of the daemon; else the service's, /run/odomd/can0/record.sock, "
-                   "or /run/odomd/record.sock")
-      ->type_name("PATH");
-  command->add_option("--duration", options->duration_s, "End after so long [s]")
-      ->check(CLI::PositiveNumber)
-      ->type_name("S");
-  command->add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("S");
-  command->add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
-  command->add_flag("--quiet", options->quiet, "Say nothing but errors");
-  command->footer(
+      .add_option("--socket", options->socket,
+                  "Record socket of the daemon; else the service's, /run/odomd/can0/record.sock, "
+                  "or /run/odomd/record.sock")
+      .type_name("PATH");
+  command.add_option("--duration", options->duration_s, "End after so long [s]")
+      .positive()
+      .type_name("S");
+  command.add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")
+      .not_negative()
+      .type_name("S");
+  command.add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
+  command.add_flag("--quiet", options->quiet, "Say nothing but errors");
+  command.footer(
       "Examples:\n"
       "  odom record\n"
       "  odom record --out lap3 --duration 120\n"
@@ -273,7 +273,7 @@ void add_record(CLI::App& odom) {
       "A recording may begin at any time; it holds the state of the filter at its first tick. INT\n"
       "and TERM end it. When the daemon is started anew the recording goes on in a folder of its\n"
       "own: DIR-2, DIR-3, ... Who may read the pose ([shm] mode and group) may record.");
-  command->callback([options] { Recorder(*options).run(); });
+  command.callback([options] { Recorder(*options).run(); });
 }
 
 }  // namespace odomd::tools

@@ -141,47 +141,47 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_replay(CLI::App& odom) {
+void add_replay(Command odom) {
   auto options = std::make_shared<Options>();
-  CLI::App* replay = odom.add_subcommand(
+  Command replay = odom.add_subcommand(
       "replay", "Replay a drive through the daemon's pipeline, as fast as the machine goes");
-  auto* config = replay->add_option("--config", options->config, "Configuration of the car (TOML)")
-                     ->type_name("FILE");
+  const Option config =
+      replay.add_option("--config", options->config, "Configuration of the car (TOML)")
+          .type_name("FILE");
   replay
-      ->add_option("--can", options->logs,
-                   "Log of candump -L, or - for standard input; several times for several buses; "
-                   "instead of [can] source")
-      ->type_name("LOG");
+      .add_option("--can", options->logs,
+                  "Log of candump -L, or - for standard input; several times for several buses; "
+                  "instead of [can] source")
+      .type_name("LOG");
   replay
-      ->add_option("--dbc", options->databases,
-                   "Database; several times for several; instead of [can] dbc")
-      ->type_name("DBC");
-  replay->add_option("--camera", options->camera, "Camera log")->type_name("CSV");
-  replay->add_option("--model", options->model, "Model of the filter; instead of [filter] model")
-      ->type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")));
+      .add_option("--dbc", options->databases,
+                  "Database; several times for several; instead of [can] dbc")
+      .type_name("DBC");
+  replay.add_option("--camera", options->camera, "Camera log").type_name("CSV");
+  replay.add_option("--model", options->model, "Model of the filter; instead of [filter] model")
+      .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")));
   replay
-      ->add_option("--initial", options->initial,
-                   "Pose to start from [m, m, rad]; instead of [initial] pose")
-      ->type_name("X,Y,YAW");
+      .add_option("--initial", options->initial,
+                  "Pose to start from [m, m, rad]; instead of [initial] pose")
+      .type_name("X,Y,YAW");
   replay
-      ->add_option("--innovations", options->innovations,
-                   "Write how every sample lay to what the full filter expected")
-      ->type_name("CSV");
-  const auto given = replay->get_options();
-  auto* recording = replay
-                        ->add_option("--recording", options->recording,
-                                     "Folder that odom record made, instead of all the above")
-                        ->type_name("DIR");
-  for (auto* other : given)
-    if (other != replay->get_help_ptr()) recording->excludes(other);
-  replay->add_option("--out", options->out, "Pose file to write, or - for standard output")
-      ->type_name("CSV");
+      .add_option("--innovations", options->innovations,
+                  "Write how every sample lay to what the full filter expected")
+      .type_name("CSV");
+  const std::vector<Option> others = replay.options();
+  const Option recording = replay
+                               .add_option("--recording", options->recording,
+                                           "Folder that odom record made, instead of all the above")
+                               .type_name("DIR");
+  for (const Option other : others) recording.excludes(other);
+  replay.add_option("--out", options->out, "Pose file to write, or - for standard output")
+      .type_name("CSV");
   replay
-      ->add_flag("--verify", options->verify,
-                 "Hold every tick of the recording against what was published, to the bit")
-      ->needs(recording);
-  replay->add_flag("--json", options->json, "Summary as JSON, on standard error");
-  replay->footer(
+      .add_flag("--verify", options->verify,
+                "Hold every tick of the recording against what was published, to the bit")
+      .needs(recording);
+  replay.add_flag("--json", options->json, "Summary as JSON, on standard error");
+  replay.footer(
       "Examples:\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom replay --config car.toml --can drive.log --camera camera.csv --model paper \\\n"
@@ -191,13 +191,13 @@ void add_replay(CLI::App& odom) {
       "The pose starts at --initial, else the configuration's, else the first camera pose, else "
       "0.\n"
       "Times in the output are the log's; one row a tick from initialisation on.");
-  replay->callback([options, config] {
-    if (options->out.empty() && !options->verify) throw CLI::RequiredError("--out");
+  replay.callback([options, config] {
+    if (options->out.empty() && !options->verify) require("--out");
     if (!options->recording.empty()) {
       replay_recording({options->recording, options->out, options->verify, options->json});
       return;
     }
-    if (config->count() == 0) throw CLI::RequiredError("--config (or --recording)");
+    if (!config.is_given()) require("--config (or --recording)");
     run(*options);
   });
 }

@@ -180,7 +180,7 @@ std::string scenario_names() {
   return names;
 }
 
-void add_parameter_options(CLI::App& command, Arguments& arguments) {
+void add_parameter_options(Command command, Arguments& arguments) {
   for (const sim::ParameterInfo& info : sim::parameter_table()) {
     std::string option = "--" + std::string(info.name);
     for (char& letter : option)
@@ -199,17 +199,17 @@ void add_parameter_options(CLI::App& command, Arguments& arguments) {
     if (help.front() >= 'a' && help.front() <= 'z')
       help.front() = static_cast<char>(help.front() - 32);
     command.add_option(option, arguments.sizes[static_cast<std::size_t>(info.parameter)], help)
-        ->group(std::string(info.group))
-        ->type_name("X");
+        .group(std::string(info.group))
+        .type_name("X");
   }
 }
 
 }  // namespace
 
-void add_sim(CLI::App& odom) {
+void add_sim(Command odom) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *odom.add_subcommand("sim", "Drive a simulated car, into a folder or live in real time");
+  Command command =
+      odom.add_subcommand("sim", "Drive a simulated car, into a folder or live in real time");
   command.footer(
       "The car is not the model of any filter: its tyres saturate, load moves, wheels slip, the\n"
       "steering lags. Its sensors err by what is drawn from the seed; the errors drawn are "
@@ -228,86 +228,86 @@ void add_sim(CLI::App& odom) {
 
   command.add_flag("--list", arguments->list, "List the scenarios");
   command.add_option("--scenario", arguments->run.scenario, "What to drive; default: lap")
-      ->type_name(scenario_names());
+      .type_name(scenario_names());
   command
       .add_option("--speed", arguments->run.speed,
                   "On the straights [m/s]; default: the scenario's")
-      ->type_name("V");
+      .type_name("V");
   command.add_option("--laps", arguments->run.laps, "How often round; default: the scenario's")
-      ->type_name("N");
+      .type_name("N");
   command.add_option("--duration", arguments->run.duration, "End after this time [s], on the move")
-      ->type_name("T");
+      .type_name("T");
   command
       .add_option("--standstill", arguments->run.standstill,
                   "Stand before setting off [s]; default: 3")
-      ->type_name("T");
+      .type_name("T");
   command.add_option("--seed", arguments->run.seed, "Draws the errors and the noise; default: 1")
-      ->type_name("N");
+      .type_name("N");
 
   const std::string output = "Output";
   command
       .add_option("--out", arguments->out,
                   "Directory for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json")
-      ->type_name("DIR")
-      ->group(output);
+      .type_name("DIR")
+      .group(output);
   command
       .add_flag("--force", arguments->force, "Replace the drive in a directory that is not empty")
-      ->group(output);
+      .group(output);
   command
       .add_flag("--markers", arguments->markers,
                 "Also write markers.csv: two markers on the car, filmed from above, in pixels (for "
                 "odom identify stiffness)")
-      ->group(output);
+      .group(output);
   command
       .add_flag("--config-only", arguments->config_only,
                 "Write car.toml, car.dbc and plant.json, and do not drive")
-      ->group(output);
+      .group(output);
   command.add_option("--decimals", arguments->decimals, "Of the stamps in drive.log; default: 6")
-      ->type_name("6|9")
-      ->group(output);
+      .type_name("6|9")
+      .group(output);
   command
       .add_option("--start-time", arguments->start_time,
                   "Stamp of the start [s]; default: 1760000000, live: now")
-      ->type_name("T")
-      ->group(output);
+      .type_name("T")
+      .group(output);
   command.add_flag("--json", arguments->json, "Report as JSON, with the errors drawn")
-      ->group(output);
+      .group(output);
   command
       .add_flag("--progress", arguments->progress, "Show progress also where there is no terminal")
-      ->group(output);
+      .group(output);
 
   const std::string live = "Live";
-  command.add_flag("--live", arguments->live, "Drive in real time")->group(live);
+  command.add_flag("--live", arguments->live, "Drive in real time").group(live);
   command
       .add_option("--can", arguments->can,
                   "Interface to send on, or - for standard output; default: -")
-      ->type_name("IFACE")
-      ->group(live);
+      .type_name("IFACE")
+      .group(live);
   command
       .add_option("--camera-socket", arguments->camera_socket,
                   "Send the camera poses to a daemon's socket")
-      ->type_name("PATH")
-      ->group(live);
+      .type_name("PATH")
+      .group(live);
 
   const std::string errors = "Errors";
   command.add_flag("--ideal", arguments->ideal, "Without any error, but for those given")
-      ->group(errors);
+      .group(errors);
   command
       .add_option("--fix", arguments->fixed,
                   "Give a parameter this very value instead of drawing it; the names are those "
                   "of the options below, with underscores")
-      ->type_name("NAME=VALUE")
-      ->group(errors);
+      .type_name("NAME=VALUE")
+      .group(errors);
   command
       .add_option("--camera-dropout", arguments->dropouts,
                   "No camera from BEGIN [s] for LENGTH [s]")
-      ->type_name("BEGIN:LENGTH")
-      ->group(errors);
+      .type_name("BEGIN:LENGTH")
+      .group(errors);
   add_parameter_options(command, *arguments);
 
   add_sim_experiments(command);
-  command.callback([arguments, &command] {
-    if (command.get_subcommands().empty()) simulate(*arguments);
+  command.callback([arguments, command] {
+    if (!command.has_called_subcommand()) simulate(*arguments);
   });
 }
 

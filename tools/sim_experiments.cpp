@@ -18,17 +18,17 @@ struct Arguments {
   bool json = false;
 };
 
-CLI::App& add_experiment(CLI::App& sim, const std::string& name, const std::string& sentence,
-                         Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
-  CLI::App& command = *sim.add_subcommand(name, sentence);
+Command add_experiment(Command sim, const std::string& name, const std::string& sentence,
+                       Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
+  Command command = sim.add_subcommand(name, sentence);
   command.add_option("--out", arguments->options.folder, "Directory for what is left of it")
-      ->type_name("DIR")
-      ->required();
+      .type_name("DIR")
+      .required();
   command.add_flag("--force", arguments->force, "Replace what is in a directory that is not empty");
   command
       .add_option("--seed", arguments->options.seed,
                   "Draws the car, the errors and the noise; default: 1")
-      ->type_name("N");
+      .type_name("N");
   command.add_flag("--json", arguments->json, "Print what was measured as JSON");
   command.callback([arguments, experiment] {
     arguments->options.existing = arguments->force ? sim::Existing::replace : sim::Existing::keep;
@@ -44,14 +44,14 @@ CLI::App& add_experiment(CLI::App& sim, const std::string& name, const std::stri
 
 }  // namespace
 
-void add_sim_experiments(CLI::App& sim) {
+void add_sim_experiments(Command sim) {
   const auto swing = std::make_shared<Arguments>();
-  CLI::App& swing_command =
+  Command swing_command =
       add_experiment(sim, "swing", "Swing a simulated car on two cords, for odom identify inertia",
                      sim::simulate_swing, swing);
   swing_command
       .add_option("--duration", swing->options.duration, "How long it swings [s]; default: 180")
-      ->type_name("T");
+      .type_name("T");
   swing_command.footer(
       "The car is a rigid body in space on two cords that give a little; it sways, tilts and is\n"
       "not hung exactly at its centre of gravity. Its gyro goes to drive.log as on a drive.\n"

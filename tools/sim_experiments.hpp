@@ -1,10 +1,10 @@
 // The subcommands of odom sim that are no drives.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "tools/command.hpp"
 
 namespace odomd::tools {
 
-void add_sim_experiments(CLI::App& sim);
+void add_sim_experiments(Command sim);
 
 }  // namespace odomd::tools

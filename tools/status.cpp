@@ -52,22 +52,22 @@ void run_status(const Options& options) {
 
 }  // namespace
 
-void add_status(CLI::App& odom) {
+void add_status(Command odom) {
   auto options = std::make_shared<Options>();
-  auto* command = odom.add_subcommand("status", "Ask the daemon how it is");
+  Command command = odom.add_subcommand("status", "Ask the daemon how it is");
   command
-      ->add_option("--socket", options->socket,
-                   "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
-                   "or /run/odomd/status.sock")
-      ->type_name("PATH");
-  command->add_flag("--json", options->json, "The daemon's own document");
-  command->footer(
+      .add_option("--socket", options->socket,
+                  "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
+                  "or /run/odomd/status.sock")
+      .type_name("PATH");
+  command.add_flag("--json", options->json, "The daemon's own document");
+  command.footer(
       "Examples:\n"
       "  odom status\n"
       "  odom status --json | jq .beat\n"
       "  watch -n 1 odom status\n"
       "For people the rates are those of half a second, so the answer takes as long.");
-  command->callback([options] {
+  command.callback([options] {
     options->socket = service_path(options->socket, "status.sock");
     run_status(*options);
   });

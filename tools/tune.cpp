@@ -158,71 +158,68 @@ void run_tune(const Options& options) {
 
 }  // namespace
 
-void add_tune(CLI::App& odom) {
-  auto* command = odom.add_subcommand(
+void add_tune(Command odom) {
+  Command command = odom.add_subcommand(
       "tune", "Search settings that lessen the errors of drives, and tell what was over-fitted");
   const auto options = std::make_shared<Options>();
   command
-      ->add_option("--drive", options->drives,
-                   "Drive to tune on: a folder with drive.log, car.toml, truth.csv and perhaps "
-                   "camera.csv; several times")
-      ->required()
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("DIR");
+      .add_option("--drive", options->drives,
+                  "Drive to tune on: a folder with drive.log, car.toml, truth.csv and perhaps "
+                  "camera.csv; several times")
+      .required()
+      .repeatable()
+      .type_name("DIR");
   command
-      ->add_option("--held-out", options->held_out,
-                   "Drive to judge by: the search never sees it; several times")
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("DIR");
+      .add_option("--held-out", options->held_out,
+                  "Drive to judge by: the search never sees it; several times")
+      .repeatable()
+      .type_name("DIR");
   command
-      ->add_option("--set", options->set,
-                   "Number to turn: KEY=FROM:TO is searched, KEY=FROM:TO:N and KEY=A,B,C are "
-                   "swept in all combinations; several times")
-      ->required()
-      ->expected(1)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("KEY=RANGE");
-  command->add_option("--config", options->config, "Configuration instead of each drive's car.toml")
-      ->type_name("TOML");
+      .add_option("--set", options->set,
+                  "Number to turn: KEY=FROM:TO is searched, KEY=FROM:TO:N and KEY=A,B,C are "
+                  "swept in all combinations; several times")
+      .required()
+      .repeatable()
+      .type_name("KEY=RANGE");
+  command.add_option("--config", options->config, "Configuration instead of each drive's car.toml")
+      .type_name("TOML");
   command
-      ->add_option("--goal", options->goals,
-                   "What to lessen, of position, heading, prediction (35 ms), second (1 s), end "
-                   "(cm/m), nees; default: position,heading,prediction")
-      ->delimiter(',')
-      ->type_name("NAMES");
-  command->add_option("--model", options->model, "Model instead of the configuration's")
-      ->type_name("MODEL");
-  add_choice(*command, "--align", options->align,
+      .add_option("--goal", options->goals,
+                  "What to lessen, of position, heading, prediction (35 ms), second (1 s), end "
+                  "(cm/m), nees; default: position,heading,prediction")
+      .delimiter(',')
+      .type_name("NAMES");
+  command.add_option("--model", options->model, "Model instead of the configuration's")
+      .type_name("MODEL");
+  add_choice(command, "--align", options->align,
              Choices<Align>{{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
              "How poses are brought to the reference, as in odom evaluate; default: first");
   command
-      ->add_option("--lever-arm", options->lever_arm,
-                   "Pose of the reference's point in the body frame: x,y,yaw")
-      ->delimiter(',')
-      ->expected(3)
-      ->type_name("X,Y,YAW");
-  command->add_flag("--no-camera", options->no_camera, "Leave camera.csv out: dead reckoning");
-  command->add_option("--trials", options->trials, "At most so many in a search; default: 400")
-      ->check(CLI::Range(1, 1'000'000))
-      ->type_name("N");
-  command->add_option("--jobs", options->jobs, "Replays at once; default: one a core")
-      ->check(CLI::Range(1, 1024))
-      ->type_name("N");
+      .add_option("--lever-arm", options->lever_arm,
+                  "Pose of the reference's point in the body frame: x,y,yaw")
+      .delimiter(',')
+      .values(3)
+      .type_name("X,Y,YAW");
+  command.add_flag("--no-camera", options->no_camera, "Leave camera.csv out: dead reckoning");
+  command.add_option("--trials", options->trials, "At most so many in a search; default: 400")
+      .within(1, 1'000'000)
+      .type_name("N");
+  command.add_option("--jobs", options->jobs, "Replays at once; default: one a core")
+      .within(1, 1024)
+      .type_name("N");
   command
-      ->add_option("--state", options->state,
-                   "Keeps what was tried; a run that was stopped goes on from it")
-      ->type_name("FILE");
-  command->add_option("--out", options->out, "Every trial: keys and relative error")
-      ->type_name("CSV");
+      .add_option("--state", options->state,
+                  "Keeps what was tried; a run that was stopped goes on from it")
+      .type_name("FILE");
+  command.add_option("--out", options->out, "Every trial: keys and relative error")
+      .type_name("CSV");
   command
-      ->add_option("--write", options->write,
-                   "Configuration to put the tuned numbers into, where they are better, also on "
-                   "the drives held out")
-      ->type_name("TOML");
-  command->add_flag("--json", options->json, "One JSON object instead of tables");
-  command->footer(
+      .add_option("--write", options->write,
+                  "Configuration to put the tuned numbers into, where they are better, also on "
+                  "the drives held out")
+      .type_name("TOML");
+  command.add_flag("--json", options->json, "One JSON object instead of tables");
+  command.footer(
       "The error is the geometric mean, over drives and goals, of each error to what it is with "
       "the\n"
       "configuration as it is. Ranges above zero are searched in proportion. A key that helps the\n"
@@ -233,7 +230,7 @@ void add_tune(CLI::App& odom) {
       "  odom tune --drive lap1 --set filter.wheel_slip=0.005:0.08:9 --out sweep.csv\n"
       "  odom tune --drive lap1 --no-camera --goal end,heading --set "
       "vehicle.yaw_inertia=0.02:0.04");
-  command->callback([options] { run_tune(*options); });
+  command.callback([options] { run_tune(*options); });
 }
 
 }  // namespace odomd::tools

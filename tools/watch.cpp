@@ -1,5 +1,4 @@
 // odom watch: a daemon live on the terminal.
-#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -9,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "tools/command.hpp"
 #include "tools/commands.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/watch/draw.hpp"
@@ -144,27 +144,27 @@ void run(const Options& options) {
 
 }  // namespace
 
-void add_watch(CLI::App& odom) {
+void add_watch(Command odom) {
   auto options = std::make_shared<Options>();
-  auto* command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
+  Command command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
   command
-      ->add_option("--shm", options->target.segment,
-                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
-                   "service's, /run/odomd/can0/pose")
-      ->type_name("NAME");
+      .add_option("--shm", options->target.segment,
+                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
+                  "service's, /run/odomd/can0/pose")
+      .type_name("NAME");
   command
-      ->add_option("--socket", options->target.socket,
-                   "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
-                   "or /run/odomd/status.sock")
-      ->type_name("PATH");
+      .add_option("--socket", options->target.socket,
+                  "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
+                  "or /run/odomd/status.sock")
+      .type_name("PATH");
   command
-      ->add_option("--interval", options->interval_s,
-                   "Time between two looks [s], 0.05 to 3600; default: 0.5")
-      ->check(CLI::Range(0.05, 3600.0).description(""))
-      ->type_name("S");
-  command->add_flag("--once", options->once, "Print one snapshot and end");
-  command->add_flag("--ascii", options->ascii, "No other characters than those of ASCII");
-  command->footer(
+      .add_option("--interval", options->interval_s,
+                  "Time between two looks [s], 0.05 to 3600; default: 0.5")
+      .within(0.05, 3600.0, Bounds::told)
+      .type_name("S");
+  command.add_flag("--once", options->once, "Print one snapshot and end");
+  command.add_flag("--ascii", options->ascii, "No other characters than those of ASCII");
+  command.footer(
       "Examples:\n"
       "  odom watch\n"
       "  odom watch --interval 0.1\n"
@@ -174,7 +174,7 @@ void add_watch(CLI::App& odom) {
       "that\n"
       "is not there, and goes on with its successor. Where standard output is no terminal a plain\n"
       "snapshot is printed every interval. NO_COLOR=1 leaves the colours out.");
-  command->callback([options] { run(*options); });
+  command.callback([options] { run(*options); });
 }
 
 }  // namespace odomd::tools

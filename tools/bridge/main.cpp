@@ -28,12 +28,13 @@ void bridge(const BridgeOptions& options) {
 
 int main(int argc, char** argv) {
   static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
-  CLI::App command;
-  command.name("odom bridge");
-  command.set_help_flag("-h,--help", "Print this help and exit");
-  command.set_version_flag("--version", "odom-bridge " ODOMD_VERSION, "Print the version and exit");
+  odomd::tools::CommandLine line;
+  const odomd::tools::Command command = line.command();
+  command.rename("odom bridge");
+  command.help_flag();
+  command.version_flag("odom-bridge " ODOMD_VERSION);
   odomd::tools::BridgeOptions options;
   odomd::tools::describe_bridge(command, options);
   command.callback([&options] { odomd::tools::bridge(options); });
-  return odomd::tools::run(command, argc, argv);
+  return line.run(argc, argv);
 }

@@ -30,44 +30,43 @@ std::string shortest(double value) {
 
 }  // namespace
 
-void describe_bridge(CLI::App& command, BridgeOptions& options) {
+void describe_bridge(Command command, BridgeOptions& options) {
   command.description("Publish the pose for other programs: ROS 2 topics, JSON over UDP");
   command.add_flag("--ros", options.ros,
                    "ROS 2 topics /odom and /tf by DDS; default where nothing else is named");
   command
       .add_option("--udp", options.udp,
                   "JSON to this address, for PlotJuggler; without one: 127.0.0.1:9870")
-      ->expected(0, 1)
-      ->default_str(plotjuggler_address)
-      ->type_name("HOST:PORT");
+      .value_if_none(plotjuggler_address)
+      .type_name("HOST:PORT");
   command
       .add_option("--shm", options.shm,
                   "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
                   "service's, /run/odomd/can0/pose")
-      ->type_name("NAME");
+      .type_name("NAME");
   command
       .add_option("--rate", options.rate_hz,
                   "So many poses a second, every tick at the most [Hz]; default: 50")
-      ->check(CLI::PositiveNumber)
-      ->type_name("HZ");
+      .positive()
+      .type_name("HZ");
   command.add_option("--domain", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0")
-      ->type_name("N");
+      .type_name("N");
   add_choice(command, "--frame", options.frame, frames(),
              "In which frame /odom gives the pose; default: odom");
   add_choice(command, "--tf", options.transforms, transforms(),
              "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
   command.add_option("--frame-map", options.names.map, "Name of the map's frame; default: map")
-      ->type_name("NAME");
+      .type_name("NAME");
   command
       .add_option("--frame-odom", options.names.odom, "Name of the odometry frame; default: odom")
-      ->type_name("NAME");
+      .type_name("NAME");
   command
       .add_option("--frame-base", options.names.base,
                   "Name of the car's frame, at its centre of gravity; default: base_link")
-      ->type_name("NAME");
+      .type_name("NAME");
   command.add_option("--duration", options.duration_s, "End after so long [s]")
-      ->check(CLI::PositiveNumber)
-      ->type_name("S");
+      .positive()
+      .type_name("S");
   command.add_flag("--json", options.json, "What was sent as JSON, on standard output");
   command.footer(
       "Examples:\n"

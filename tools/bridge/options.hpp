@@ -2,13 +2,13 @@
 // program odom-bridge, which knows DDS as well.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/bridge/odometry.hpp"
+#include "tools/command.hpp"
 
 namespace odomd::tools {
 
@@ -39,7 +39,7 @@ struct BridgeOptions {
 };
 
 /// Adds the options, the description and the examples.
-void describe_bridge(CLI::App& command, BridgeOptions& options);
+void describe_bridge(Command command, BridgeOptions& options);
 
 /// The same options, as arguments.
 [[nodiscard]] std::vector<std::string> arguments_of(const BridgeOptions& options);

@@ -1,5 +1,6 @@
 #include "tools/completion/command_line_spec.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <sstream>

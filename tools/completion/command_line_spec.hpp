@@ -1,10 +1,12 @@
 // A command line as data: what CLI11 knows of a program, for those who write about it.
 #pragma once
 
-#include <CLI/CLI.hpp>
-
 #include <string>
 #include <vector>
+
+namespace CLI {
+class App;
+}
 
 namespace odomd::completion {
 

@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
   try {
     if (argc != 2) throw std::invalid_argument("usage: odom_completions DIRECTORY");
     CLI::App odom;
-    odomd::tools::describe(odom);
+    odomd::tools::describe(odomd::tools::Command(odom));
     odomd::completion::write_all(argv[1], odom);
     CLI::App odomd;
     odomd::daemon::Options options;

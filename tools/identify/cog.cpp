@@ -107,9 +107,9 @@ void identify_cog(const Options& options) {
 
 }  // namespace
 
-void add_cog(CLI::App& identify) {
+void add_cog(Command identify) {
   const auto options = std::make_shared<Options>();
-  CLI::App& method = *identify.add_subcommand(
+  Command method = identify.add_subcommand(
       "cog", "The centre of gravity between the axles, on a scale and with a tape");
   method.footer(
       "Put one axle on the scale and the other on a block of the same height, so that the car\n"
@@ -133,34 +133,34 @@ void add_cog(CLI::App& identify) {
   method
       .add_option("--wheelbase", options->wheelbase,
                   "Between the centres of front and rear wheels [m], or 260mm")
-      ->type_name("LENGTH")
-      ->required();
+      .type_name("LENGTH")
+      .required();
   method
       .add_option("--wheelbase-sigma", options->wheelbase_sigma,
                   "Its standard uncertainty; default: 1mm")
-      ->type_name("LENGTH");
+      .type_name("LENGTH");
   method
       .add_option("--track-width", options->track_width,
                   "Between the middles of left and right tyres [m]; for the lateral offset")
-      ->type_name("LENGTH");
+      .type_name("LENGTH");
   method
       .add_option("--track-width-sigma", options->track_width_sigma,
                   "Its standard uncertainty; default: 1mm")
-      ->type_name("LENGTH");
+      .type_name("LENGTH");
   method
       .add_option("--height", options->height,
                   "Of the centre of gravity above the ground, roughly [m]; default: a quarter of "
                   "the wheelbase")
-      ->type_name("LENGTH");
+      .type_name("LENGTH");
   method
       .add_option("--level", options->level,
                   "How level the car stood, standard uncertainty [rad], or 0.5deg; default: "
                   "0.25deg")
-      ->type_name("ANGLE");
+      .type_name("ANGLE");
   method
       .add_option("--config", options->config,
                   "Configuration to hold the wheelbase against; default: that of --write")
-      ->type_name("TOML");
+      .type_name("TOML");
   add_delivery(method, options->delivery);
   method.callback([options] { identify_cog(*options); });
 }

@@ -50,12 +50,12 @@ std::vector<ConfigValue> config_values(const Findings& findings) {
 
 }  // namespace
 
-void add_delivery(CLI::App& method, Delivery& delivery) {
+void add_delivery(Command method, Delivery& delivery) {
   method.add_flag("--json", delivery.json, "One JSON object instead of a table");
   method
       .add_option("--write", delivery.write,
                   "Configuration to put the numbers into, with a note where each came from")
-      ->type_name("TOML");
+      .type_name("TOML");
 }
 
 std::string as_text(const Findings& findings) {

@@ -2,9 +2,9 @@
 // warnings on standard error, and, where asked, the numbers into a configuration.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
+#include "tools/command.hpp"
 #include "tools/identify/finding.hpp"
 
 namespace odomd::tools {
@@ -15,7 +15,7 @@ struct Delivery {
 };
 
 /// Adds --json and --write to a method.
-void add_delivery(CLI::App& method, Delivery& delivery);
+void add_delivery(Command method, Delivery& delivery);
 
 /// Prints, and patches the configuration. Throws std::invalid_argument where that one cannot be
 /// patched; it is then as it was.

@@ -15,32 +15,11 @@
 namespace odomd::tools {
 namespace {
 
-// What was given, as arguments of the same command line.
-std::vector<std::string> arguments_of(const CLI::App& command) {
-  std::vector<std::string> result;
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->count() == 0) continue;
-    const std::string name = option->get_name();
-    if (option->get_items_expected_max() == 0) {
-      result.push_back(name);
-    } else if (option->get_items_expected_max() == 2) {
-      result.push_back(name);
-      result.insert(result.end(), option->results().begin(), option->results().end());
-    } else {
-      for (const std::string& value : option->results()) {
-        result.push_back(name);
-        result.back() += "=" + value;
-      }
-    }
-  }
-  return result;
-}
-
 // Never comes back.
-void become_odom_fit(const CLI::App& command, const FitOptions& options) {
+void become_odom_fit(Command command, const FitOptions& options) {
   check(options);
   const auto program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "odom-fit";
-  std::vector<std::string> arguments = arguments_of(command);
+  std::vector<std::string> arguments = command.given();
   arguments.insert(arguments.begin(), program.string());
   std::vector<char*> argv;
   argv.reserve(arguments.size() + 1);
@@ -55,11 +34,11 @@ void become_odom_fit(const CLI::App& command, const FitOptions& options) {
 
 }  // namespace
 
-void add_fit(CLI::App& identify) {
+void add_fit(Command identify) {
   auto options = std::make_shared<FitOptions>();
-  CLI::App& method = *identify.add_subcommand("fit");
+  Command method = identify.add_subcommand("fit");
   describe_fit(method, *options);
-  method.callback([options, &method] { become_odom_fit(method, *options); });
+  method.callback([options, method] { become_odom_fit(method, *options); });
 }
 
 }  // namespace odomd::tools

@@ -160,12 +160,13 @@ void fit(const FitOptions& options) {
 
 int main(int argc, char** argv) {
   static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
-  CLI::App command;
-  command.name("odom identify fit");
-  command.set_help_flag("-h,--help", "Print this help and exit");
-  command.set_version_flag("--version", "odom-fit " ODOMD_VERSION, "Print the version and exit");
+  odomd::tools::CommandLine line;
+  const odomd::tools::Command command = line.command();
+  command.rename("odom identify fit");
+  command.help_flag();
+  command.version_flag("odom-fit " ODOMD_VERSION);
   odomd::tools::FitOptions options;
   odomd::tools::describe_fit(command, options);
   command.callback([&options] { odomd::tools::fit(options); });
-  return odomd::tools::run(command, argc, argv);
+  return line.run(argc, argv);
 }

@@ -7,52 +7,49 @@
 
 namespace odomd::tools {
 
-void describe_fit(CLI::App& command, FitOptions& options) {
+void describe_fit(Command command, FitOptions& options) {
   command.description("Everything at once, on a drive with camera poses or a reference");
-  command
-      .add_option("--config", options.config, "Configuration to begin with: as measured by hand")
-      ->type_name("TOML")
-      ->required();
+  command.add_option("--config", options.config, "Configuration to begin with: as measured by hand")
+      .type_name("TOML")
+      .required();
   command
       .add_option("--drive", options.drives,
                   "Folder with drive.log and camera.csv (or truth.csv); repeatable")
-      ->type_name("DIR");
+      .type_name("DIR");
   command.add_option("--can", options.can, "Log of a drive, candump -L; repeatable")
-      ->type_name("LOG");
-  command.add_option("--camera", options.camera, "Its camera poses")->type_name("CSV");
+      .type_name("LOG");
+  command.add_option("--camera", options.camera, "Its camera poses").type_name("CSV");
   command.add_option("--reference", options.reference, "Its reference trajectory, instead")
-      ->type_name("CSV");
+      .type_name("CSV");
   command.add_flag("--use-reference", options.use_reference,
                    "Of each --drive take truth.csv, not camera.csv");
   command
       .add_option("--reference-sigma", options.reference_sigma,
                   "Standard deviations of a reference, m and rad (0.005 0.005); the residuals "
                   "have the last word")
-      ->expected(2)
-      ->type_name("M RAD");
+      .values(2)
+      .type_name("M RAD");
   command.add_option("--dbc", options.dbc, "Databases in place of the configuration's; repeatable")
-      ->type_name("FILE");
+      .type_name("FILE");
   command.add_option("--from", options.from, "Begin so long after the log's first frame, s")
-      ->type_name("S");
-  command.add_option("--to", options.to, "End so long after it, s")->type_name("S");
+      .type_name("S");
+  command.add_option("--to", options.to, "End so long after it, s").type_name("S");
   command.add_option("--fix", options.fixed, "Leave a parameter as configured; repeatable")
-      ->type_name("NAME");
+      .type_name("NAME");
   command.add_option("--free", options.freed, "Fit one that no mapped signal shows; repeatable")
-      ->type_name("NAME");
+      .type_name("NAME");
   command
       .add_option("--prior", options.priors,
                   "How well a parameter is known beforehand, as a standard uncertainty: a share "
                   "of it for stiffnesses, inertia, scales, mass (0.01); else in its unit; "
                   "repeatable")
-      ->type_name("NAME=SIGMA");
+      .type_name("NAME=SIGMA");
   command.add_option("--window", options.window, "Length of a shooting window, s (0.5)")
-      ->check(CLI::Range(0.1, 5.0))
-      ->type_name("S");
-  command.add_option("--threads", options.threads, "How many (1)")
-      ->check(CLI::Range(1, 64))
-      ->type_name("N");
+      .within(0.1, 5.0)
+      .type_name("S");
+  command.add_option("--threads", options.threads, "How many (1)").within(1, 64).type_name("N");
   command.add_option("--plot", options.plot, "Picture of what is left unexplained, .svg or .png")
-      ->type_name("FILE");
+      .type_name("FILE");
   command.add_flag("--quiet", options.quiet, "No progress");
   add_delivery(command, options.delivery);
   std::string names;

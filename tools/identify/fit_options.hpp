@@ -2,10 +2,10 @@
 // program odom-fit, which alone is linked with Ceres.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "tools/command.hpp"
 #include "tools/identify/delivery.hpp"
 
 namespace odomd::tools {
@@ -32,7 +32,7 @@ struct FitOptions {
 };
 
 /// Adds the options, the description and the examples.
-void describe_fit(CLI::App& command, FitOptions& options);
+void describe_fit(Command command, FitOptions& options);
 
 /// What hangs together. Throws std::invalid_argument.
 void check(const FitOptions& options);

@@ -232,10 +232,10 @@ void identify_inertia(const Options& options) {
 
 }  // namespace
 
-void add_inertia(CLI::App& identify) {
+void add_inertia(Command identify) {
   const auto options = std::make_shared<Options>();
-  CLI::App& method =
-      *identify.add_subcommand("inertia", "The yaw inertia, by the swing of the car on two cords");
+  Command method =
+      identify.add_subcommand("inertia", "The yaw inertia, by the swing of the car on two cords");
   method.footer(
       "Hang the car level by two thin cords of equal length, one on each side of its centre of\n"
       "gravity and equally far from it, straight up and parallel. A light board that it stands on\n"
@@ -262,22 +262,22 @@ void add_inertia(CLI::App& identify) {
 
   const auto text = [&method](const std::string& name, std::string& value, const std::string& help,
                               const std::string& type) {
-    return method.add_option(name, value, help)->type_name(type);
+    return method.add_option(name, value, help).type_name(type);
   };
   text("--mass", options->mass, "Of the car as it hangs, without the board [kg], or 2985g", "MASS")
-      ->required();
+      .required();
   text("--mass-sigma", options->mass_sigma, "Its standard uncertainty; default: 0.2 % of it",
        "MASS");
   text("--spacing", options->spacing, "Distance of the cords from each other [m], or 200mm",
        "LENGTH")
-      ->required();
+      .required();
   text("--spacing-below", options->spacing_below,
        "... at the car, where it is another; default: the same", "LENGTH");
   text("--spacing-sigma", options->spacing_sigma,
        "Standard uncertainty above, and below; default: 0.5mm", "LENGTH");
   text("--cord", options->cord, "Length of the cords between their fixings, under load [m]",
        "LENGTH")
-      ->required();
+      .required();
   text("--cord-sigma", options->cord_sigma, "Its standard uncertainty; default: 2mm", "LENGTH");
   text("--offset", options->offset,
        "Of the centre of gravity from the midst, along the line of the cords [m]; default: 0",
@@ -292,53 +292,53 @@ void add_inertia(CLI::App& identify) {
   method
       .add_option("--time", options->car.times,
                   "What --swings swings took [s]; repeat for each timing")
-      ->type_name("T")
-      ->allow_extra_args(false)
-      ->group(watch);
+      .type_name("T")
+      .one_each()
+      .group(watch);
   method.add_option("--swings", options->car.swings, "How many swings to and fro, in each timing")
-      ->type_name("N")
-      ->group(watch);
+      .type_name("N")
+      .group(watch);
   text("--time-sigma", options->time_sigma,
        "Standard uncertainty of a timing, start and stop [s]; default: 0.15", "T")
-      ->group(watch);
+      .group(watch);
   text("--amplitude", options->amplitude,
        "Of the first swing timed, from the middle [rad]; default: 10deg", "ANGLE")
-      ->group(watch);
+      .group(watch);
   text("--amplitude-end", options->amplitude_end,
        "Of the last swing timed [rad]; default: half of the first", "ANGLE")
-      ->group(watch);
+      .group(watch);
 
   const std::string log = "By a gyro's record";
   add_record_options(method, options->car.record, log);
   text("--clock-sigma", options->clock_sigma,
        "Standard uncertainty of the rate of the log's clock; default: 0.0001", "X")
-      ->group(log);
+      .group(log);
   text("--gyro-scale-sigma", options->gyro_scale_sigma,
        "... of the gyro's scale, which the amplitude comes from; default: 3%", "X")
-      ->group(log);
+      .group(log);
 
   const std::string board = "The board that the car stands on";
-  text("--platform-mass", options->platform_mass, "Its mass [kg], or 310g", "MASS")->group(board);
+  text("--platform-mass", options->platform_mass, "Its mass [kg], or 310g", "MASS").group(board);
   text("--platform-mass-sigma", options->platform_mass_sigma,
        "Its standard uncertainty; default: 0.2 % of it", "MASS")
-      ->group(board);
+      .group(board);
   method
       .add_option("--platform-time", options->platform_times,
                   "What --platform-swings swings of it alone took [s], on the same cords; repeat")
-      ->type_name("T")
-      ->allow_extra_args(false)
-      ->group(board);
+      .type_name("T")
+      .one_each()
+      .group(board);
   method
       .add_option("--platform-swings", options->platform_swings,
                   "How many swings, in each timing of it alone")
-      ->type_name("N")
-      ->group(board);
+      .type_name("N")
+      .group(board);
   text("--platform-inertia", options->platform_inertia,
        "Its inertia [kg m2], where it need not be swung: a board of mass m has m (a2 + b2)/12", "J")
-      ->group(board);
+      .group(board);
   text("--platform-inertia-sigma", options->platform_inertia_sigma,
        "Its standard uncertainty; default: 5 % of it", "J")
-      ->group(board);
+      .group(board);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_inertia(*options); });
 }

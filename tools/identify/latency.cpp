@@ -1,5 +1,4 @@
 // odom identify latency: how late each source is.
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -171,23 +170,22 @@ Findings findings_of(const Options& options) {
 
 }  // namespace
 
-void add_latency(CLI::App& identify) {
+void add_latency(Command identify) {
   auto options = std::make_shared<Options>();
-  CLI::App* latency = identify.add_subcommand(
+  Command latency = identify.add_subcommand(
       "latency", "How late each source is against the gyro or the camera, and the steering's lag");
-  latency->add_option("--config", options->config, "Configuration of the car")
-      ->type_name("TOML")
-      ->required();
-  latency->add_option("--can", options->can, "Log of the drive, candump -L; repeatable")
-      ->type_name("LOG")
-      ->required();
-  latency
-      ->add_option("--dbc", options->dbc, "Databases in place of the configuration's; repeatable")
-      ->type_name("FILE");
-  latency->add_option("--camera", options->camera, "Camera poses of the same drive")
-      ->type_name("CSV");
-  add_delivery(*latency, options->delivery);
-  latency->footer(
+  latency.add_option("--config", options->config, "Configuration of the car")
+      .type_name("TOML")
+      .required();
+  latency.add_option("--can", options->can, "Log of the drive, candump -L; repeatable")
+      .type_name("LOG")
+      .required();
+  latency.add_option("--dbc", options->dbc, "Databases in place of the configuration's; repeatable")
+      .type_name("FILE");
+  latency.add_option("--camera", options->camera, "Camera poses of the same drive")
+      .type_name("CSV");
+  add_delivery(latency, options->delivery);
+  latency.footer(
       "Drive for a minute, briskly: turns to both sides that come quickly, a slalom, and short\n"
       "hard accelerations and braking, at different speeds. What is smooth has no time.\n"
       "\n"
@@ -207,7 +205,7 @@ void add_latency(CLI::App& identify) {
       "Examples:\n"
       "  odom identify latency --config car.toml --can drive.log --camera camera.csv\n"
       "  odom identify latency --config car.toml --can drive.log --write car.toml");
-  latency->callback([options] { deliver(findings_of(*options), options->delivery); });
+  latency.callback([options] { deliver(findings_of(*options), options->delivery); });
 }
 
 }  // namespace odomd::tools

@@ -33,9 +33,9 @@ void identify_mass(const Options& options) {
 
 }  // namespace
 
-void add_mass(CLI::App& identify) {
+void add_mass(Command identify) {
   const auto options = std::make_shared<Options>();
-  CLI::App& method = *identify.add_subcommand("mass", "The car's mass, on a scale");
+  Command method = identify.add_subcommand("mass", "The car's mass, on a scale");
   method.footer(
       "Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three\n"
       "times, lifting it off in between. A scale that is too small takes one axle at a time, the\n"

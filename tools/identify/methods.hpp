@@ -1,18 +1,18 @@
 // The methods of odom identify: each file adds its own subcommand.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "tools/command.hpp"
 
 namespace odomd::tools {
 
 // In the order of an afternoon: on the scale, on the cords, standing, on the circle, on a lap.
-void add_mass(CLI::App& identify);
-void add_cog(CLI::App& identify);
-void add_inertia(CLI::App& identify);
-void add_noise(CLI::App& identify);
-void add_track(CLI::App& identify);
-void add_stiffness(CLI::App& identify);
-void add_latency(CLI::App& identify);
-void add_fit(CLI::App& identify);
+void add_mass(Command identify);
+void add_cog(Command identify);
+void add_inertia(Command identify);
+void add_noise(Command identify);
+void add_track(Command identify);
+void add_stiffness(Command identify);
+void add_latency(Command identify);
+void add_fit(Command identify);
 
 }  // namespace odomd::tools

@@ -298,9 +298,9 @@ void identify_noise(const Options& options) {
 
 }  // namespace
 
-void add_noise(CLI::App& identify) {
+void add_noise(Command identify) {
   const auto options = std::make_shared<Options>();
-  CLI::App& method = *identify.add_subcommand(
+  Command method = identify.add_subcommand(
       "noise", "The noise of gyro and accelerometers, and the filter's, from standing and driving");
   method.footer(
       "Standing: let the car stand where nothing shakes it, motor on, warm, and log its IMU for\n"
@@ -324,14 +324,14 @@ void add_noise(CLI::App& identify) {
   const std::string standing = "Standing";
   add_record_options(method, options->standing, standing);
   method.add_option("--plot", options->plot, "Draw the Allan deviation, .svg or .png")
-      ->type_name("FILE")
-      ->group(standing);
+      .type_name("FILE")
+      .group(standing);
   const std::string driving = "Driving";
   method
       .add_option("--drive", options->drive, "Folder of a drive, as odom sim and odom record make")
-      ->type_name("DIR")
-      ->group(driving);
-  method.add_flag("--no-camera", options->no_camera, "Leave its camera poses out")->group(driving);
+      .type_name("DIR")
+      .group(driving);
+  method.add_flag("--no-camera", options->no_camera, "Leave its camera poses out").group(driving);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_noise(*options); });
 }

@@ -23,25 +23,23 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
 
 }  // namespace
 
-void add_record_options(CLI::App& method, RecordOptions& options, const std::string& group) {
+void add_record_options(Command method, RecordOptions& options, const std::string& group) {
   method.add_option("--config", options.config, "Configuration that tells the signals of --can")
-      ->type_name("TOML")
-      ->group(group);
-  method
-      .add_option("--can", options.logs, "Log of candump -L, or - for standard input; repeatable")
-      ->type_name("SRC")
-      ->allow_extra_args(false)
-      ->group(group);
+      .type_name("TOML")
+      .group(group);
+  method.add_option("--can", options.logs, "Log of candump -L, or - for standard input; repeatable")
+      .type_name("SRC")
+      .one_each()
+      .group(group);
   method.add_option("--csv", options.csv, "Instead of a log: columns t [s], yaw_rate [rad/s]")
-      ->type_name("CSV")
-      ->group(group);
-  method
-      .add_option("--from", options.from, "Leave out what is before, from the record's begin [s]")
-      ->type_name("T")
-      ->group(group);
+      .type_name("CSV")
+      .group(group);
+  method.add_option("--from", options.from, "Leave out what is before, from the record's begin [s]")
+      .type_name("T")
+      .group(group);
   method.add_option("--to", options.to, "Leave out what is after, from the record's begin [s]")
-      ->type_name("T")
-      ->group(group);
+      .type_name("T")
+      .group(group);
 }
 
 bool is_given(const RecordOptions& options) {

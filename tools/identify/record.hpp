@@ -2,10 +2,10 @@
 // CSV of a phone or logger.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
+#include "tools/command.hpp"
 #include "tools/identify/signal_log.hpp"
 
 namespace odomd::tools {
@@ -17,7 +17,7 @@ struct RecordOptions {
   std::string from, to;
 };
 
-void add_record_options(CLI::App& method, RecordOptions& options, const std::string& group);
+void add_record_options(Command method, RecordOptions& options, const std::string& group);
 
 [[nodiscard]] bool is_given(const RecordOptions& options);
 [[nodiscard]] std::string name_of(const RecordOptions& options);

@@ -36,11 +36,11 @@ constexpr std::string_view meaning(Load load) {
 
 }  // namespace
 
-void add_gravity_option(CLI::App& method, std::string& gravity) {
+void add_gravity_option(Command method, std::string& gravity) {
   method
       .add_option("--gravity", gravity,
                   "Local gravity [m/s2], good to 0.001; default: 9.806 +- 0.015, anywhere on Earth")
-      ->type_name("G");
+      .type_name("G");
 }
 
 Measured gravity_of(const std::string& gravity) {
@@ -52,7 +52,7 @@ Measured gravity_of(const std::string& gravity) {
   return {value, 0.001};
 }
 
-void add_scale_options(CLI::App& method, ScaleOptions& options) {
+void add_scale_options(Command method, ScaleOptions& options) {
   for (std::size_t i = 0; i < options.loads.size(); ++i) {
     const auto load = static_cast<Load>(i);
     method
@@ -60,21 +60,21 @@ void add_scale_options(CLI::App& method, ScaleOptions& options) {
             "--" + std::string(option_of(load)), options.loads[i],
             std::string(meaning(load)) +
                 (load == Load::total ? "; kg, or 2985g, or 29.3N; repeat each weighing" : ""))
-        ->type_name("LOAD")
-        ->allow_extra_args(false);
+        .type_name("LOAD")
+        .one_each();
   }
   method
       .add_option("--scale-resolution", options.resolution,
                   "The last digit that the scale shows [kg], or 1g")
-      ->type_name("LOAD");
+      .type_name("LOAD");
   method
       .add_option("--scale-sigma", options.sigma,
                   "Standard deviation of weighings of one load [kg], or 2g; default: 0")
-      ->type_name("LOAD");
+      .type_name("LOAD");
   method
       .add_option("--scale-accuracy", options.accuracy,
                   "Standard uncertainty of its gain: 0.001, or 0.1%; default: 0.1%")
-      ->type_name("X");
+      .type_name("X");
   add_gravity_option(method, options.gravity);
 }
 

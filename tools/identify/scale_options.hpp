@@ -1,11 +1,11 @@
 // The options of what is found on a scale: loads, what the scale is worth, gravity.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <string>
 #include <vector>
 
+#include "tools/command.hpp"
 #include "tools/identify/weighing.hpp"
 
 namespace odomd::tools {
@@ -18,7 +18,7 @@ struct ScaleOptions {
   std::string gravity;
 };
 
-void add_scale_options(CLI::App& method, ScaleOptions& options);
+void add_scale_options(Command method, ScaleOptions& options);
 
 struct Weighings {
   std::vector<Weighing> weighings;
@@ -30,7 +30,7 @@ struct Weighings {
 [[nodiscard]] Weighings weighings_of(const ScaleOptions& options);
 
 /// --gravity: local, or the mean of the Earth's with the spread of it.
-void add_gravity_option(CLI::App& method, std::string& gravity);
+void add_gravity_option(Command method, std::string& gravity);
 [[nodiscard]] Measured gravity_of(const std::string& gravity);
 
 }  // namespace odomd::tools

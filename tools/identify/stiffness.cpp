@@ -366,9 +366,9 @@ void identify_stiffness(const Arguments& arguments) {
 
 }  // namespace
 
-void add_stiffness(CLI::App& identify) {
+void add_stiffness(Command identify) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& method = *identify.add_subcommand(
+  Command method = identify.add_subcommand(
       "stiffness", "Cornering stiffness of both axles, from circles filmed from above");
   method.footer(
       "The experiment: fix two markers to the roof, in one height, as far apart as the car "
@@ -399,60 +399,60 @@ void add_stiffness(CLI::App& identify) {
       .add_option("--run", arguments->runs,
                   "A film and its log: a table with t,x_front,y_front,x_rear,y_rear, or a table a "
                   "marker with t,x,y; repeatable")
-      ->type_name("MARKERS[,REAR],LOG")
-      ->required();
+      .type_name("MARKERS[,REAR],LOG")
+      .required();
   method.add_option("--config", arguments->config, "The car's configuration")
-      ->type_name("FILE")
-      ->required();
+      .type_name("FILE")
+      .required();
   method
       .add_option("--front", arguments->front,
                   "Place of the front marker: ahead of the centre of gravity and to its left [m]")
-      ->type_name("X,Y")
-      ->required();
+      .type_name("X,Y")
+      .required();
   method.add_option("--rear", arguments->rear, "... and of the rear marker: -0.12,0 [m]")
-      ->type_name("X,Y")
-      ->required();
+      .type_name("X,Y")
+      .required();
   method
       .add_option("--metres-per-pixel", arguments->metres_per_pixel,
                   "Scale of the tracks; default: from the distance of the markers")
-      ->type_name("S");
+      .type_name("S");
   method.add_flag("--metres", arguments->metres, "The tracks are in metres");
   method.add_flag("--y-down", arguments->y_down,
                   "The tracks' y points down, as pixels do, or the film is mirrored");
   method
       .add_option("--fps", arguments->frames_per_second,
                   "The tracks' t counts frames of so many a second, as they were taken")
-      ->type_name("N");
+      .type_name("N");
   method
       .add_option("--time-offset", arguments->time_offset,
                   "The film's time 0 after the log's first frame [s]; default: found")
-      ->type_name("T");
+      .type_name("T");
   method.add_option("--plot", arguments->plot, "Picture of force over slip angle, .svg or .png")
-      ->type_name("FILE");
+      .type_name("FILE");
   const std::string known = "How well it was measured (one standard deviation)";
   method.add_option("--sigma-mass", arguments->sigma_mass, "Of the mass [kg]; default: 0.5 %")
-      ->type_name("S")
-      ->group(known);
+      .type_name("S")
+      .group(known);
   method
       .add_option("--sigma-axle", arguments->sigma_axle,
                   "Of front_axle and rear_axle, each [m]; default: 0.4 % of the wheelbase")
-      ->type_name("S")
-      ->group(known);
+      .type_name("S")
+      .group(known);
   method
       .add_option("--sigma-marker", arguments->sigma_marker,
                   "Of a marker's place on the car [m]; default: 1/300 of their distance")
-      ->type_name("S")
-      ->group(known);
+      .type_name("S")
+      .group(known);
   method
       .add_option("--sigma-scale", arguments->sigma_scale,
                   "Of a scale that is given [%]; default: 0.3")
-      ->type_name("S")
-      ->group(known);
+      .type_name("S")
+      .group(known);
   method
       .add_option("--rolling-resistance", arguments->rolling_resistance,
                   "Coefficient, +- 0.01; default: 0.015")
-      ->type_name("C")
-      ->group(known);
+      .type_name("C")
+      .group(known);
   add_delivery(method, arguments->delivery);
   method.callback([arguments] { identify_stiffness(*arguments); });
 }

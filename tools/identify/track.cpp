@@ -35,9 +35,9 @@ void become_odom_track(const TrackOptions& options) {
 
 }  // namespace
 
-void add_track(CLI::App& identify) {
+void add_track(Command identify) {
   auto options = std::make_shared<TrackOptions>();
-  CLI::App& method = *identify.add_subcommand("track");
+  Command method = identify.add_subcommand("track");
   describe_track(method, *options);
   method.callback([options] { become_odom_track(*options); });
 }

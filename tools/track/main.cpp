@@ -47,12 +47,13 @@ void track(const TrackOptions& options) {
 int main(int argc, char** argv) {
   static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  CLI::App command;
-  command.name("odom identify track");
-  command.set_help_flag("-h,--help", "Print this help and exit");
-  command.set_version_flag("--version", "odom-track " ODOMD_VERSION, "Print the version and exit");
+  odomd::tools::CommandLine line;
+  const odomd::tools::Command command = line.command();
+  command.rename("odom identify track");
+  command.help_flag();
+  command.version_flag("odom-track " ODOMD_VERSION);
   odomd::tools::TrackOptions options;
   odomd::tools::describe_track(command, options);
   command.callback([&options] { odomd::tools::track(options); });
-  return odomd::tools::run(command, argc, argv);
+  return line.run(argc, argv);
 }

@@ -119,81 +119,81 @@ void check(const TrackOptions& o) {
     refuse("--fps and --frame-times: give one of them");
 }
 
-void describe_track(CLI::App& command, TrackOptions& options) {
+void describe_track(Command command, TrackOptions& options) {
   command.description("Two markers on the car through a film, for odom identify stiffness");
   command.add_option("FILM", options.film, "Film, in any format that FFmpeg reads")
-      ->type_name("")
-      ->required();
+      .type_name("")
+      .required();
   command
       .add_option("--out", options.out,
                   "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. Of "
                   "--calibrate: the lens")
-      ->type_name("FILE");
+      .type_name("FILE");
   const std::string markers = "Markers on the car";
   command
       .add_option("--aruco", options.aruco,
                   "ArUco markers of this dictionary: 4x4_50 to 7x7_1000, original, apriltag_36h11")
-      ->type_name("DICT")
-      ->group(markers);
+      .type_name("DICT")
+      .group(markers);
   command.add_option("--front", options.front, "Identifier of the front marker")
-      ->type_name("ID")
-      ->group(markers);
+      .type_name("ID")
+      .group(markers);
   command.add_option("--rear", options.rear, "... and of the rear marker")
-      ->type_name("ID")
-      ->group(markers);
+      .type_name("ID")
+      .group(markers);
   command
       .add_option("--colour-front", options.colour_front,
                   "Coloured front marker: hue [degrees], least saturation and brightness [%], and "
                   "tolerance of the hue, 15")
-      ->type_name("H,S,V[,T]")
-      ->group(markers);
+      .type_name("H,S,V[,T]")
+      .group(markers);
   command.add_option("--colour-rear", options.colour_rear, "... and rear marker, another colour")
-      ->type_name("H,S,V[,T]")
-      ->group(markers);
+      .type_name("H,S,V[,T]")
+      .group(markers);
   const std::string view = "From pixels to metres";
   command
       .add_option("--lens", options.lens,
                   "Calibration of the lens: camera_matrix and distortion_coefficients as OpenCV "
                   "writes them (YAML, XML)")
-      ->type_name("FILE")
-      ->group(view);
+      .type_name("FILE")
+      .group(view);
   command
       .add_option("--ground", options.ground,
                   "A place in the picture [px] and on the ground [m]; four or more. x and y as "
                   "seen from above: y to the left of x")
-      ->type_name("U,V=X,Y")
-      ->group(view);
+      .type_name("U,V=X,Y")
+      .group(view);
   command
       .add_option("--ground-marker", options.ground_markers,
                   "... or an ArUco marker on the ground and where its middle is [m]; four or more")
-      ->type_name("ID=X,Y")
-      ->group(view);
+      .type_name("ID=X,Y")
+      .group(view);
   command
       .add_option("--height", options.height,
                   "Of the car's markers above the ground [m]; needs --lens; default: 0")
-      ->type_name("H")
-      ->group(view);
+      .type_name("H")
+      .group(view);
   const std::string time = "Time of the frames";
   command
       .add_option("--fps", options.frames_per_second,
                   "Frames a second as they were taken; default: the film's own times")
-      ->type_name("N")
-      ->group(time);
+      .type_name("N")
+      .group(time);
   command
       .add_option("--frame-times", options.frame_times,
                   "... or their times: CSV with the column t [s], a row a frame")
-      ->type_name("CSV")
-      ->group(time);
+      .type_name("CSV")
+      .group(time);
   const std::string lens = "Calibration of a lens";
   command
       .add_option("--calibrate", options.calibrate,
                   "FILM shows a chessboard with so many inner corners, held at all angles and "
                   "everywhere in the picture; writes the lens to --out")
-      ->type_name("COLSxROWS")
-      ->group(lens);
+      .type_name("COLSxROWS")
+      .group(lens);
   command.add_option("--square", options.square, "Edge of a square of the chessboard [m]")
-      ->type_name("L")
-      ->group(lens);
+      .type_name("L")
+      .group(lens);
   command.add_flag("--progress", options.progress, "Show progress also where there is no terminal");
   command.footer(
       "Print two ArUco markers as large as the car's roof takes, 20 pixels of the film a side or\n"

@@ -2,10 +2,11 @@
 // the program odom-track, which alone is linked with OpenCV.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "tools/command.hpp"
 
 namespace odomd::tools {
 
@@ -27,7 +28,7 @@ struct TrackOptions {
 };
 
 /// Adds the options, the description and the examples.
-void describe_track(CLI::App& command, TrackOptions& options);
+void describe_track(Command command, TrackOptions& options);
 
 /// The same options, as arguments.
 [[nodiscard]] std::vector<std::string> arguments_of(const TrackOptions& options);

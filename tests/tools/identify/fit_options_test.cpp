@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -17,12 +18,12 @@ using fitting::parse_prior;
 using testing::HasSubstr;
 
 std::string refusal(std::vector<std::string> arguments) {
-  CLI::App command;
+  CLI::App app;
   FitOptions options;
-  describe_fit(command, options);
+  describe_fit(Command(app), options);
   arguments.insert(arguments.begin(), "--config=car.toml");
   std::ranges::reverse(arguments);  // as CLI11 takes them
-  command.parse(arguments);
+  app.parse(arguments);
   try {
     check(options);
   } catch (const std::invalid_argument& error) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <CLI/CLI.hpp>
 #include <filesystem>
 
 #include "tests/tools/scratch.hpp"
@@ -14,11 +15,11 @@ namespace {
 using testing::HasSubstr;
 
 TrackOptions parsed(const std::vector<std::string>& arguments) {
-  CLI::App command;
+  CLI::App app;
   TrackOptions options;
-  describe_track(command, options);
+  describe_track(Command(app), options);
   std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
-  command.parse(reversed);
+  app.parse(reversed);
   return options;
 }
 
