@@ -186,8 +186,13 @@ void add_latency(Command identify) {
       .type_name("CSV");
   add_delivery(latency, options->delivery);
   latency.footer(
-      "Drive for a minute, briskly: turns to both sides that come quickly, a slalom, and short\n"
-      "hard accelerations and braking, at different speeds. What is smooth has no time.\n"
+      "Drive for six minutes with a camera: curves to both sides that come quickly, with a stop\n"
+      "every few metres, no two stretches alike, and slowly: below 3 m/s2 of lateral "
+      "acceleration,\n"
+      "a 1:10 car at 0.5 to 1 m/s. What is smooth has no time; at a speed that never changes the\n"
+      "steering's lag and the tyres' are one; the faster, the later wheels turn than the ground "
+      "by\n"
+      "their own inertia. Mass, axles, inertia and stiffnesses must be in the configuration.\n"
       "\n"
       "Each source is laid over another and moved until they agree:\n"
       "  camera       its yaw over the turn that the gyro adds up\n"

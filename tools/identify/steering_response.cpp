@@ -35,9 +35,10 @@ constexpr double usual_lag = 0.03, usual_bend = 0.7;
 constexpr std::array<double, count> doubt{1.0, 1.0, 0.15, 0.15, 0.1, 0.5, 0.5, 0.5, 0.05, 0.1, 0.1};
 constexpr double step_s = 5e-3;
 // What tyres do beyond this model, as standard uncertainties [s]: how dead time, time constant and
-// tyres share the lag is hardly to be told from the yaw rate; their sum is.
+// tyres share the lag is hardly to be told from the yaw rate; their sum is, where tyres slip
+// little.
 constexpr double unmodelled_share = 0.012;
-constexpr double unmodelled_sum = 2.5e-3;
+constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
 
 struct Drive {
   const estimator::Vehicle& car;
@@ -47,7 +48,7 @@ struct Drive {
   std::vector<double> yaw_rate;
 };
 
-VectorXd predicted(const Drive& drive, const VectorXd& p) {
+VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen = nullptr) {
   namespace model = single_track;
   const estimator::Vehicle& v = drive.car;
   model::Car<double> car{.mass = v.mass,
@@ -60,7 +61,8 @@ VectorXd predicted(const Drive& drive, const VectorXd& p) {
                          .bend_rear = usual_bend * std::exp(p[bend_rear]),
                          .relaxation = 0.17 * v.wheelbase() * std::exp(p[relaxation]),
                          .load_arm = 0.14 * v.wheelbase(),
-                         .lag = usual_lag * std::exp(p[lag])};
+                         .lag = usual_lag * std::exp(p[lag]),
+                         .track = v.track_width};
   car.floor_speed = model::floor_speed(v.mass, v.front_axle, v.rear_axle, car.inertia,
                                        car.stiffness_front, car.stiffness_rear, step_s);
   const auto command = [&](double t) {
@@ -81,6 +83,10 @@ VectorXd predicted(const Drive& drive, const VectorXd& p) {
     x[model::v_x] = drive.speed.at(t);
     const double accel = (drive.speed.at(t + step_s) - x[model::v_x]) / step_s;
     before = x[model::yaw_rate];
+    if (seen != nullptr) {
+      seen->front_wheels.value.push_back(x[model::steer]);
+      seen->side_speed.value.push_back(x[model::v_y]);
+    }
     x = model::step(car, x, command(t + 0.5 * step_s), accel, accel, step_s);
     for (; next < drive.t.size() && drive.t[next] <= t + step_s; ++next) {
       const double part = std::clamp((drive.t[next] - t) / step_s, 0.0, 1.0);
@@ -130,8 +136,17 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   const double of_all = std::max(of_dead + of_tau + 2.0 * tau * covariance(dead, lag), 0.0);
   result.dead_time = {found.parameters[dead], std::hypot(std::sqrt(of_dead), unmodelled_share)};
   result.time_constant = {tau, std::hypot(std::sqrt(of_tau), unmodelled_share)};
-  result.in_all = {found.parameters[dead] + tau, std::hypot(std::sqrt(of_all), unmodelled_sum)};
+  // ... which goes with the square of the force that is asked of them.
+  double force = 0.0;
+  for (std::size_t i = 0; i < drive.t.size(); ++i)
+    force += std::pow(speed.at(drive.t[i]) * drive.yaw_rate[i] / single_track::gravity, 2);
+  const double unmodelled =
+      unmodelled_sum + unmodelled_slip * force / static_cast<double>(drive.t.size());
+  result.in_all = {found.parameters[dead] + tau,
+                   std::hypot(unmodelled_factor * std::sqrt(of_all), unmodelled)};
   result.explained = found.explained;
+  result.front_wheels = result.side_speed = {drive.speed.begin, step_s, {}};
+  (void)predicted(drive, found.parameters, &result);
   if (result.explained < 0.5)
     result.doubt = "the yaw rate does not follow the steering: sign, scale, mapping?";
   return result;

@@ -15,6 +15,8 @@ struct SteeringResponse {
   Measured time_constant;  ///< of the actuator [s]
   Measured in_all;         ///< their sum, which is known better than either
   double explained = 0.0;  ///< share of the variance of the yaw rate
+  Resampled front_wheels;  ///< their angle δ over the drive, by the fitted model [rad]
+  Resampled side_speed;    ///< v_y of the centre of gravity, likewise [m/s]
   std::string doubt;       ///< why they mean nothing; empty: they do
 };
 

@@ -128,10 +128,11 @@ TEST(ResponseFit, FindsParametersAndHowWellItKnowsThem) {
 TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
   SignalLog log = log_with_gyro();
   const Sampling wheel{.late = 0.021, .noise = 0.005};
+  // The wheels' spin follows by a millisecond a metre per second.
   log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] =
-      sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t); }, wheel);
+      sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
   log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
-      sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t); }, wheel);
+      sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
   const LatencyEstimate estimate = estimate_latencies(car(), log, {});
   for (const Source wheels : {Source::wheel_rear_left, Source::wheel_rear_right}) {
     const SourceOffset& found = of(estimate, wheels);
@@ -139,6 +140,21 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
     EXPECT_NEAR(found.offset, 0.021, 2.0 * found.sigma);
     EXPECT_LT(found.sigma, 1e-3);
   }
+}
+
+// Interpolated between two samples, noise is less than on one of them.
+TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
+  SignalLog log = log_with_gyro();
+  log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
+      sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
+  const auto wheel = [](double side) {
+    return sampled([side](double t) { return speed(t) + side * yaw_rate(t - 1e-3 * speed(t)); },
+                   {.late = 0.02});  // four samples of the gyro
+  };
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = wheel(-0.08);
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] = wheel(0.08);
+  const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
+  EXPECT_NEAR(found.offset, 0.02, 1e-3);
 }
 
 TEST(Latency, OfTheGyroShowsAgainstACamera) {
