@@ -11,8 +11,10 @@
 namespace odomd::estimator {
 namespace {
 
+using monitor::Contradicted;
 using monitor::Interval;
 using monitor::look_every_ns;
+using monitor::Testimony;
 
 // On top of twice the slowest source's cycle; the camera's motion is a mean over some time.
 constexpr double window_s = 0.1;
@@ -154,9 +156,25 @@ void SourceMonitor::step(std::int64_t tick_ns) noexcept {
     const double rows = std::ceil((seconds + 2.0 * slowest_s) * ns_per_second / look_every_ns);
     return std::clamp(static_cast<std::size_t>(rows), std::size_t{2}, History::capacity - 1);
   };
-  compare_wheels(rows_of(wheel_window_s));
-  compare_turns(rows_of(window_s), rows_of(camera_window_s));
-  compare_lengthwise(rows_of(window_s));
+  Testimony told = testimony({.wheels = rows_of(wheel_window_s),
+                              .beside_camera = rows_of(camera_window_s),
+                              .all = rows_of(window_s)});
+  Contradicted found = contradicted(told);
+  backwards_ = false;
+  if (!reversed_seen_) {
+    const Testimony mirrored = told.mirrored();
+    const Contradicted otherwise = contradicted(mirrored);
+    backwards_ = goes_backwards(told, found.count(), otherwise.count());
+    if (backwards_) {
+      told = mirrored;
+      found = otherwise;
+    }
+  }
+  blame_wheels(told, found);
+  blame_turns(told, found);
+  if (found.lengthwise) {
+    blame_lengthwise(told);
+  }
 
   const Interval& v = history_.at(0)[speed];
   const Interval& turn = history_.at(0)[turn_by_gyro];
