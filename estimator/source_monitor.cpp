@@ -28,6 +28,9 @@ constexpr double slipping_after_s = 0.06;
 constexpr double calm_s = 1.0;
 constexpr int bad_in_a_row = 2;
 
+// A stamp so far ahead of its arrival is none: all that comes before that time would be old.
+constexpr std::int64_t future_ns = 10'000'000;
+
 // A value repeats when so many samples over so long have had the same bits.
 constexpr int repeats_samples = 4;
 constexpr double repeats_s = 0.15;
@@ -84,11 +87,12 @@ void SourceMonitor::take(const Measurement& sample) noexcept {
   if (signal.seen && sample.time_ns <= signal.taken_ns) {
     return;
   }
+  if (ns_between(heard_ns, sample.time_ns) > future_ns) {
+    return;
+  }
   heard(signal, sample.time_ns, heard_ns, sample.value == signal.value);
   signal.value = sample.value;
-  const bool tells_sign =
-      sample.source == Source::direction || (is_wheel(sample.source) && sample.value < 0.0);
-  reversed_seen_ = reversed_seen_ || tells_sign;
+  wheels_know_sign_ = wheels_know_sign_ || (is_wheel(sample.source) && sample.value < 0.0);
 }
 
 void SourceMonitor::take(const CameraPose& camera) noexcept {
@@ -99,6 +103,9 @@ void SourceMonitor::take(const CameraPose& camera) noexcept {
     return;
   }
   if (signal.seen && camera.capture_ns <= signal.taken_ns) {
+    return;
+  }
+  if (ns_between(heard_ns, camera.capture_ns) > future_ns) {
     return;
   }
   const SeenPose& before = newest_pose();
@@ -161,7 +168,8 @@ void SourceMonitor::step(std::int64_t tick_ns) noexcept {
                               .all = rows_of(window_s)});
   Contradicted found = contradicted(told);
   backwards_ = false;
-  if (!reversed_seen_) {
+  const bool told_direction = alive(Source::direction) && signal(Source::direction).value != 0.0;
+  if (!wheels_know_sign_ && !told_direction) {
     const Testimony mirrored = told.mirrored();
     const Contradicted otherwise = contradicted(mirrored);
     backwards_ = goes_backwards(told, found.count(), otherwise.count());

@@ -38,8 +38,8 @@ class SourceMonitor {
   /// `sigma`: standard deviation of each source's samples, in the order of Source; 0: its default.
   SourceMonitor(const Vehicle& vehicle, const std::array<double, source_count>& sigma) noexcept;
 
-  /// Every sample once, as it comes in; those that are older than the newest of their source count
-  /// for nothing but their range.
+  /// Every sample once, as it comes in; those that are older than the newest of their source, or
+  /// from the future, count for nothing but their range.
   void take(const Measurement& sample) noexcept;
   void take(const CameraPose& camera) noexcept;
 
@@ -141,12 +141,12 @@ class SourceMonitor {
   std::array<SourceFlag, source_count> evidence_{};  ///< of the look at hand
   History history_;
   std::array<SeenPose, 16> poses_{};
-  std::size_t pose_count_ = 0;    ///< ever taken
-  int unusable_poses_ = 0;        ///< in this tick
-  bool usable_pose_ = false;      ///< in this tick
-  double way_since_pose_ = 0.0;   ///< [m] driven since the camera's pose last changed
-  double turn_since_pose_ = 0.0;  ///< [rad]
-  bool reversed_seen_ = false;    ///< a speed was negative, or the direction is known
+  std::size_t pose_count_ = 0;     ///< ever taken
+  int unusable_poses_ = 0;         ///< in this tick
+  bool usable_pose_ = false;       ///< in this tick
+  double way_since_pose_ = 0.0;    ///< [m] driven since the camera's pose last changed
+  double turn_since_pose_ = 0.0;   ///< [rad]
+  bool wheels_know_sign_ = false;  ///< a speed was negative
   bool wheels_slip_ = false;
   double sideways_ = 0.0;   ///< [m/s] that the car would have come to move if the speed were right
   int ahead_rather_ = 0;    ///< contradictions fewer since the last halt if it goes ahead

@@ -42,6 +42,7 @@ double sound(Source, double, double value) {
 struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
+  std::optional<double> direction = std::nullopt;  ///< what is said of it, throughout
 };
 
 class Drive {
@@ -71,6 +72,9 @@ class Drive {
     for (const auto& raised : raised_s_) count += raised ? 1 : 0;
     return count;
   }
+
+  /// From now on it shows the same picture.
+  void freeze_camera() { camera_frozen_ = true; }
 
   SourceMonitor monitor{Vehicle{}, sigmas};
 
@@ -102,14 +106,16 @@ class Drive {
     give(Source::wheel_rear_left, wheel(v - half_track * turn));
     give(Source::wheel_rear_right, wheel(v + half_track * turn));
     give(Source::steering, delta);
+    if (equipment_.direction) give(Source::direction, *equipment_.direction);
   }
 
   /// Every 35 ms a pose, of the rear axle.
   void look(double t) {
     const auto [v, delta] = motion_(t);
-    seen_.yaw += 0.005 * v * std::tan(delta) / Vehicle{}.wheelbase();
-    seen_.x += 0.005 * v * std::cos(seen_.yaw);
-    seen_.y += 0.005 * v * std::sin(seen_.yaw);
+    const double way = camera_frozen_ ? 0.0 : 0.005 * v;
+    seen_.yaw += way * std::tan(delta) / Vehicle{}.wheelbase();
+    seen_.x += way * std::cos(seen_.yaw);
+    seen_.y += way * std::sin(seen_.yaw);
     if (now_ns_ / ms % 35 != 0) return;
     seen_.capture_ns = now_ns_ - 5 * ms;
     seen_.arrival_ns = now_ns_;
@@ -118,6 +124,7 @@ class Drive {
 
   std::function<Motion(double)> motion_;
   Equipment equipment_;
+  bool camera_frozen_ = false;
   CameraPose seen_{.sigma_x = 0.008, .sigma_y = 0.008, .sigma_yaw = 0.009};
   std::int64_t now_ns_ = start_ns;
   std::array<std::optional<double>, source_count> raised_s_{};
@@ -141,15 +148,19 @@ TEST(SourceMonitor, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
     const Motion ahead = slalom(t);
     return Motion{-ahead.speed - 0.8 * std::sin(4.0 * t), ahead.steering};
   };
-  for (const bool camera : {false, true}) {
-    Drive drive(backwards, {.unsigned_wheels = true, .camera = camera});
+  const auto nothing_of = [&](const Equipment& equipment, const char* what) {
+    Drive drive(backwards, equipment);
     drive.until(30.0);
     for (std::size_t i = 0; i < source_count; ++i) {
       EXPECT_FALSE(drive.raised_s(static_cast<Source>(i)))
           << source_names[i] << " at " << drive.raised_s(static_cast<Source>(i)).value_or(0.0)
-          << (camera ? ", with camera" : "");
+          << ", " << what;
     }
-  }
+  };
+  nothing_of({.unsigned_wheels = true}, "alone");
+  nothing_of({.unsigned_wheels = true, .camera = true}, "with camera");
+  nothing_of({.unsigned_wheels = true, .camera = true, .direction = -1.0}, "told so");
+  nothing_of({.unsigned_wheels = true, .camera = true, .direction = 0.0}, "not told");
 }
 
 TEST(SourceMonitor, TellsWhatFailsInReverseOfWheelsThatKnowNoSign) {
@@ -283,6 +294,27 @@ TEST(SourceMonitor, ForgivesASingleValue) {
     drive.until(5.0);
     EXPECT_EQ(drive.flagged(), 0);
   }
+}
+
+TEST(SourceMonitor, IsNotBlindedByAStampFromTheFuture) {
+  Drive drive(slalom, {.camera = true});
+  drive.until(3.0);
+  drive.monitor.take(CameraPose{.capture_ns = start_ns + 60'000 * ms,
+                                .arrival_ns = start_ns + 3'000 * ms,
+                                .sigma_x = 0.01,
+                                .sigma_y = 0.01,
+                                .sigma_yaw = 0.01});
+  drive.monitor.take(Measurement{.source = Source::yaw_rate,
+                                 .time_ns = start_ns + 60'000 * ms,
+                                 .value = 0.0,
+                                 .arrival_ns = start_ns + 3'000 * ms});
+  drive.until(7.3);
+  drive.until(8.0, failing(Source::yaw_rate, [](double, double value) { return value + 1.5; }));
+  EXPECT_EQ(drive.monitor.flag(Source::yaw_rate), SourceFlag::drifting);
+  EXPECT_EQ(drive.flagged(), 1);
+  drive.freeze_camera();
+  drive.until(9.5);
+  EXPECT_EQ(drive.monitor.flag(Source::camera), SourceFlag::frozen);
 }
 
 TEST(SourceMonitor, TakesAFlagBackWhenTheFaultIsGone) {
