@@ -75,8 +75,8 @@ TEST(SimCommand, JsonTellsWhatWasDrawn) {
 TEST(SimCommand, ListsItsScenarios) {
   const Outcome outcome = run_shell("odom sim --list");
   EXPECT_EQ(outcome.status, 0);
-  for (const char* name :
-       {"lap", "circle", "circles", "slalom", "stop-and-go", "parking", "patch", "road"})
+  for (const char* name : {"lap", "circle", "circles", "exercise", "slalom", "stop-and-go",
+                           "parking", "patch", "road"})
     EXPECT_THAT(outcome.out, HasSubstr(name));
 }
 

@@ -53,8 +53,8 @@ TEST_P(EveryScenario, EndsStandingWhereItBegan) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Sim, EveryScenario,
-                         ::testing::Values("lap", "circle", "circles", "slalom", "stop-and-go",
-                                           "parking", "patch", "road"),
+                         ::testing::Values("lap", "circle", "circles", "exercise", "slalom",
+                                           "stop-and-go", "parking", "patch", "road"),
                          [](const auto& scenario) {
                            std::string name = scenario.param;
                            for (char& letter : name)

@@ -7,9 +7,7 @@
 #include <vector>
 
 namespace odomd::sim {
-namespace {
 
-// Through the origin, heading along x, round to the left for a positive radius.
 std::shared_ptr<const Track> circle_through_origin(double radius) {
   constexpr int points = 720;
   std::vector<Point> line;
@@ -20,8 +18,6 @@ std::shared_ptr<const Track> circle_through_origin(double radius) {
   }
   return std::make_shared<Track>(line, Shape::closed, 0.3);
 }
-
-}  // namespace
 
 Route circles(double top_speed, int turns) {
   constexpr std::array radii{1.2, 1.6};

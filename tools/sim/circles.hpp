@@ -2,9 +2,14 @@
 // fast.
 #pragma once
 
+#include <memory>
+
 #include "tools/sim/scenario.hpp"
 
 namespace odomd::sim {
+
+/// Through the origin, heading along x, round to the left for a positive radius.
+[[nodiscard]] std::shared_ptr<const Track> circle_through_origin(double radius);
 
 /// Each circle begins and ends at the origin, heading along x; `turns` rounds each.
 [[nodiscard]] Route circles(double top_speed, int turns);

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tools/sim/circles.hpp"
+#include "tools/sim/exercise.hpp"
 
 namespace odomd::sim {
 namespace {
@@ -151,6 +152,8 @@ constexpr std::array scenarios{
              brisk, circle},
     Scenario{"circles", "steady circles left and right, slow to fast: odom identify stiffness",
              CarKind::scale_car, 2.0, 3.0, 2, brisk, circles},
+    Scenario{"exercise", "circles and quick weaving at several speeds: odom identify fit",
+             CarKind::scale_car, 2.0, 3.0, 1, brisk, exercise},
     Scenario{"slalom", "weaving through cones, out and back", CarKind::scale_car, 1.5, 3.0, 2,
              brisk, slalom},
     Scenario{"stop-and-go", "laps with stops after 0.6 to 4 m, no two alike", CarKind::scale_car,
