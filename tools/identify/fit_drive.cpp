@@ -105,6 +105,11 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   });
   std::ranges::sort(drive.samples, {}, &Sample::t);
 
+  const std::vector<std::int64_t>& steered = log.of(Source::steering).t_ns;
+  drive.steering_cycle = 1e-9 * static_cast<double>(steered.back() - steered.front()) /
+                         static_cast<double>(steered.size() - 1);
+  drive.steering_sigma =
+      std::max(5e-4, config.can.signals[static_cast<std::size_t>(Source::steering)].sigma);
   // Margins, as latencies move what is looked up.
   const double from = drive.begin - 1.0, to = drive.end + 1.0;
   // Without corners: a dead time is fitted by the slope.

@@ -31,6 +31,8 @@ struct Drive {
   std::vector<Sample> samples;    ///< in the order of time
   std::vector<PoseSample> poses;  ///< in the order of time
   Resampled steering;             ///< as it is measured
+  double steering_sigma = 1e-3;   ///< of a sample [rad]
+  double steering_cycle = 0.01;   ///< between two samples [s]
   Resampled speed, yaw_rate;      ///< roughly, to begin with
 };
 

@@ -58,13 +58,18 @@ void describe_fit(Command command, FitOptions& options) {
     names += " " + std::string(info.name);
   }
   command.footer(
-      "Measure by hand first: mass, axles, and what the car's papers say of the rest. Then drive\n"
-      "for a minute under the camera: both directions, all speeds up to what the tyres hold\n"
-      "without sliding, stops, quick turn-ins. A model with saturating tyres and a lagging\n"
-      "steering is laid over all sensors and poses; what makes it fit best is the result. Poses\n"
-      "are the clock: latencies are against their stamps.\n"
+      "Weigh the car first, and measure its axles. Then drive for three minutes under the camera:\n"
+      "circles to both sides at three speeds, and weave as quickly as the steering follows, at "
+      "three\n"
+      "speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres\n"
+      "that saturate and a steering that lags is laid over all sensors and poses; what makes it "
+      "fit\n"
+      "best is the result. Poses are the clock: latencies are against their stamps. The inertia "
+      "is\n"
+      "that of the car with its wheels spinning.\n"
       "\n"
-      "Only ratios to the mass show in a drive: weigh the car. What the drive could not tell is\n"
+      "Only ratios to the mass show in a drive: tell how well the car is\n"
+      "weighed (--prior mass=0.002). What the drive could not tell is\n"
       "marked, with the reason, and is not written.\n"
       "\n"
       "Parameters:" +

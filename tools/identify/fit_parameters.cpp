@@ -22,6 +22,8 @@ constexpr std::array<ParameterInfo, parameters> table{{
     {bend_front, "bend_front", Kind::factor, Role::aside, "", "how front tyres saturate"},
     {bend_rear, "bend_rear", Kind::factor, Role::aside, "", "how rear tyres saturate"},
     {load_arm, "load_arm", Kind::factor, Role::aside, "m", "how stiffness goes with load"},
+    {load_lag, "load_lag", Kind::factor, Role::aside, "s", "how late load follows a turn"},
+    {wheel_spin, "wheel_spin", Kind::factor, Role::aside, "", "spin of the front wheels by mass"},
     {track_width, "track_width", Kind::factor, Role::result, "m", "track width"},
     {steering_offset, "steering_offset", Kind::shift, Role::result, "rad", "steering offset"},
     {steering_scale, "steering_scale", Kind::factor, Role::result, "", "steering scale"},
@@ -105,6 +107,18 @@ Prior parse_prior(const std::string& text) {
   return {parameter_named(name).parameter, sigma};
 }
 
+bool one_imu(const daemon::Config& config) {
+  const can::SignalBinding* gyro = binding_of(config, estimator::Source::yaw_rate);
+  if (gyro == nullptr) return false;
+  for (const auto source : {estimator::Source::accel_x, estimator::Source::accel_y}) {
+    const can::SignalBinding* accel = binding_of(config, source);
+    if (accel != nullptr &&
+        (accel->message != gyro->message || accel->latency_ns != gyro->latency_ns))
+      return false;
+  }
+  return true;
+}
+
 Numbers<double> nominal_values(const daemon::Config& config) {
   using estimator::Source;
   const estimator::Vehicle& car = config.vehicle;
@@ -119,6 +133,8 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   value[relaxation_length] = 0.17 * car.wheelbase();
   value[bend_front] = value[bend_rear] = 0.7;
   value[load_arm] = 0.14 * car.wheelbase();
+  value[load_lag] = 0.05 * std::sqrt(car.wheelbase());
+  value[wheel_spin] = 0.015;
   value[track_width] = car.track_width;
   value[steering_scale] = 1.0;
   value[steering_lag] = 0.05;
@@ -147,6 +163,7 @@ Numbers<double> usual_doubts(const daemon::Config& config) {
   doubt[relaxation_length] = 0.5;
   doubt[bend_front] = doubt[bend_rear] = 0.5;
   doubt[load_arm] = 0.5;
+  doubt[load_lag] = doubt[wheel_spin] = 0.3;
   doubt[track_width] = 0.03;
   doubt[steering_offset] = 0.05;
   doubt[steering_scale] = 0.05;
@@ -154,15 +171,15 @@ Numbers<double> usual_doubts(const daemon::Config& config) {
   doubt[steering_lag] = 0.8;
   doubt[gyro_bias] = 0.05;
   doubt[gyro_scale] = 0.05;
-  doubt[gyro_latency] = 0.1;
+  doubt[gyro_latency] = 0.05;
   doubt[accel_bias_x] = doubt[accel_bias_y] = 1.0;
   doubt[accel_scale] = 0.02;
-  doubt[accel_latency] = 0.1;
+  doubt[accel_latency] = 0.05;
   doubt[imu_x] = doubt[imu_y] = 0.2 * wheelbase;
   doubt[imu_yaw] = 0.05;
   for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) doubt[k] = 0.1;
   doubt[wheel_slip] = 0.4;
-  doubt[wheel_latency_front] = doubt[wheel_latency_rear] = 0.1;
+  doubt[wheel_latency_front] = doubt[wheel_latency_rear] = 0.05;
   doubt[camera_x] = doubt[camera_y] = 0.5 * wheelbase;
   doubt[camera_yaw] = 0.1;
   return doubt;

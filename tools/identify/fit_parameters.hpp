@@ -24,6 +24,8 @@ enum Parameter : std::size_t {
   bend_front,
   bend_rear,
   load_arm,
+  load_lag,
+  wheel_spin,
   track_width,
   steering_offset,
   steering_scale,
@@ -92,6 +94,10 @@ struct Prior {
 };
 /// Throws std::invalid_argument.
 [[nodiscard]] Prior parse_prior(const std::string& text);
+
+/// Whether accelerations come in the gyro's message: they are then as old as it, and
+/// `accel_latency` is not used.
+[[nodiscard]] bool one_imu(const daemon::Config& config);
 
 /// What p = 0 stands for, in SI units: the configuration's value; of what a configuration does not
 /// know, what is usual for such a car.

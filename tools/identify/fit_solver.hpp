@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/identify/fit_chain.hpp"
 #include "tools/identify/fit_drive.hpp"
 #include "tools/identify/fit_parameters.hpp"
 
@@ -23,7 +24,8 @@ struct Settings {
   Numbers<double> doubt{};  ///< standard deviations of p beforehand
   Numbers<double> start{};  ///< p to begin with
   double window = 0.5;      ///< [s]
-  int passes = 4;           ///< between them noises are taken from the residuals, outliers lose
+  int most_passes = 10;     ///< where it does not settle sooner
+  int passes = 3;           ///< between them noises are taken from the residuals, outliers lose
   int iterations = 15;      ///< of each pass, at most
   int threads = 1;
   double cluster = 4.0;  ///< residuals further apart are independent [s]
@@ -38,13 +40,6 @@ struct SourceFit {
   double found = 0.0;   ///< what the residuals have, robustly
 };
 
-struct ResidualPoint {
-  std::size_t drive = 0;
-  double t = 0.0;
-  std::size_t kind = 0;  ///< index into Result::sources
-  double residual = 0.0;
-};
-
 struct Result {
   Numbers<double> p{};
   Numbers<double> sigma{};         ///< standard uncertainties of p; 0 of what was fixed
@@ -53,6 +48,7 @@ struct Result {
   std::vector<SourceFit> sources;  ///< by estimator::Source; the camera's: x and y, then yaw
   std::vector<ResidualPoint> residuals;
   int iterations = 0;
+  bool settled = false;  ///< or given up
   double cost = 0.0;
 };
 

@@ -7,7 +7,7 @@
 
 #include "tools/identify/fit_drive.hpp"
 #include "tools/identify/fit_parameters.hpp"
-#include "tools/identify/single_track.hpp"
+#include "tools/identify/four_wheels.hpp"
 
 namespace odomd::tools::fitting {
 
@@ -20,24 +20,36 @@ using Node = std::array<T, node_size>;
 struct Setup {
   const daemon::Config* config = nullptr;
   Numbers<double> nominal{};
-  double step = 5e-3;   ///< of integration [s]
+  double step = 10e-3;  ///< of integration [s]
   double knot = 50e-3;  ///< between two knots of the acceleration [s]
   double window = 0.5;  ///< [s], a whole number of knots
-  double floor_speed = 0.1;
+  double floor_speed = 0.02;
+  double slow = 0.3;  ///< slower, the tyres are another matter [m/s]
   double wheelbase = 0.26;
+  bool one_imu = false;  ///< accelerations come with the yaw rate, and are as old
   std::array<double, estimator::source_count> noise{};  ///< of each source; 0: as its samples say
   double noise_position = 0.0, noise_yaw = 0.0;         ///< of poses; 0: as they say
 
   [[nodiscard]] std::size_t knots() const {
     return static_cast<std::size_t>(std::lround(window / knot));
   }
+  /// Unknowns inside a window: accelerations between its ends, and its steering's errors.
+  [[nodiscard]] std::size_t inner() const { return 2 * knots(); }
 };
 
 struct Window {
   const Drive* drive = nullptr;
   double begin = 0.0;
+  double steering_doubt = 1e-3;  ///< how far from the wheels' the signal may be at a time [rad]
   std::vector<Sample> samples;
   std::vector<PoseSample> poses;
+};
+
+/// What moves the car in a window, linear between knots.
+template <class T>
+struct Course {
+  std::vector<T> accel;
+  std::vector<T> steering;  ///< how far the signal is off, in doubts
 };
 
 inline double number(double value) {
@@ -58,11 +70,11 @@ T at(const Resampled& signal, const T& t) {
 }
 
 template <class T>
-single_track::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
+four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   using std::exp;
   const estimator::Vehicle& v = setup.config->vehicle;
   const Numbers<double>& n = setup.nominal;
-  single_track::Car<T> car;
+  four_wheels::Car<T> car;
   car.mass = T(v.mass);
   car.front_axle = T(v.front_axle);
   car.rear_axle = T(v.rear_axle);
@@ -74,6 +86,8 @@ single_track::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   car.relaxation = n[relaxation_length] * exp(p[relaxation_length]);
   car.load_arm = n[load_arm] * exp(p[load_arm]);
   car.lag = n[steering_lag] * exp(p[steering_lag]);
+  car.spin = n[wheel_spin] * exp(p[wheel_spin]);
+  car.load_lag = n[load_lag] * exp(p[load_lag]);
   car.track = v.track_width;
   car.floor_speed = setup.floor_speed;
   return car;
@@ -88,16 +102,19 @@ struct Run {
 
 template <class T>
 Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const Node<T>& node,
-           const std::vector<T>& knots) {
+           const Course<T>& course) {
   using std::exp;
   Run<T> result;
   const auto steps = static_cast<std::size_t>(std::lround(setup.window / setup.step));
-  const single_track::Car<T> car = car_of(setup, p);
+  const four_wheels::Car<T> car = car_of(setup, p);
   const T gain = exp(-p[steering_scale]);
-  const auto accel_at = [&](std::size_t k) {
-    const double place = static_cast<double>(k) * setup.step / setup.knot;
+  const auto between = [&](const std::vector<T>& knots, double k) {
+    const double place = k * setup.step / setup.knot;
     const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
     return T(knots[i] + (place - static_cast<double>(i)) * (knots[i + 1] - knots[i]));
+  };
+  const auto accel_at = [&](std::size_t k) {
+    return between(course.accel, static_cast<double>(k));
   };
   single_track::State<T> x;
   std::copy_n(node.begin(), single_track::states, x.begin());
@@ -108,7 +125,8 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   for (std::size_t k = 0; k < steps; ++k) {
     const double middle = window.begin + (static_cast<double>(k) + 0.5) * setup.step;
     const T command =
-        gain * (at(window.drive->steering, T(middle - p[steering_dead_time])) - p[steering_offset]);
+        gain * (at(window.drive->steering, T(middle - p[steering_dead_time])) - p[steering_offset] +
+                window.steering_doubt * between(course.steering, static_cast<double>(k) + 0.5));
     const T next = accel_at(k + 1);
     x = single_track::step(car, x, command, result.accel.back(), next, setup.step);
     result.states.push_back(x);
@@ -122,6 +140,7 @@ template <class T>
 struct Instant {
   single_track::State<T> x;
   T accel;
+  T jerk;  ///< how the acceleration changes [m/s³]
 };
 
 template <class T>
@@ -153,19 +172,21 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
     result.x[k] =
         mix(run.states[before][k], run.states[i][k], run.states[i + 1][k], run.states[after][k]);
   result.accel = mix(run.accel[before], run.accel[i], run.accel[i + 1], run.accel[after]);
+  result.jerk =
+      (run.accel[after] - run.accel[before]) / (static_cast<double>(after - before) * setup.step);
   return result;
 }
 
 /// How much later than it says a sample is dated.
 template <class T>
-T latency_of(estimator::Source source, const Numbers<T>& p) {
+T latency_of(const Setup& setup, estimator::Source source, const Numbers<T>& p) {
   using estimator::Source;
   switch (source) {
     case Source::yaw_rate:
       return p[gyro_latency];
     case Source::accel_x:
     case Source::accel_y:
-      return p[accel_latency];
+      return setup.one_imu ? p[gyro_latency] : p[accel_latency];
     case Source::wheel_front_left:
     case Source::wheel_front_right:
       return p[wheel_latency_front];
@@ -176,14 +197,14 @@ T latency_of(estimator::Source source, const Numbers<T>& p) {
 
 /// The specific force at the IMU, in its axes as configured.
 template <class T>
-std::array<T, 2> felt(const Setup& setup, const single_track::Car<T>& car, const Instant<T>& now,
+std::array<T, 2> felt(const Setup& setup, const four_wheels::Car<T>& car, const Instant<T>& now,
                       const Numbers<T>& p) {
   using std::cos;
   using std::exp;
   using std::sin;
   namespace st = single_track;
   const T accel_x = now.accel - now.x[st::v_y] * now.x[st::yaw_rate];
-  const st::Push<T> push = st::push(car, now.x, accel_x);
+  const four_wheels::Push<T> push = four_wheels::push(car, now.x, accel_x);
   const T accel_y = push.side / car.mass;
   const T turn = push.moment / car.inertia;
   const T r2 = now.x[st::yaw_rate] * now.x[st::yaw_rate];
@@ -197,7 +218,7 @@ std::array<T, 2> felt(const Setup& setup, const single_track::Car<T>& car, const
 
 /// The speed of a wheel, or of the axle's middle, along itself.
 template <class T>
-T rolled(const Setup& setup, const single_track::Car<T>& car, estimator::Source source,
+T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source source,
          const Instant<T>& now, const Numbers<T>& p) {
   using estimator::Source;
   using std::atan;
@@ -220,17 +241,21 @@ T rolled(const Setup& setup, const single_track::Car<T>& car, estimator::Source 
     const T slope = tan(now.x[st::steer]);
     const T steer = atan(wheelbase * slope / (wheelbase - out * slope));
     const T speed = along * cos(steer) + side * sin(steer);
-    return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed;
+    // The road spins it up, by slip.
+    const T slip = (usual_slip + p[wheel_slip]) / setup.nominal[stiffness_front] * car.spin *
+                   car.mass * (now.accel - now.x[st::v_y] * r);
+    return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed *
+           (T(1.0) - slip);
   }
-  // What drives the car is what it gains and what the front tyres drag: κ = p m / C_h (a_x + ...)
+  // κ = p D / C_h, D what drives the car, and builds up on half of the way of the side force.
   const T accel_x = now.accel - now.x[st::v_y] * r;
-  const st::Forces<T> f = st::forces(car, now.x, accel_x);
-  const T drive =
-      accel_x + f.front * sin(now.x[st::steer]) / car.mass + T(car.rolling * single_track::gravity);
-  const T slip = (usual_slip + p[wheel_slip]) * car.mass / setup.nominal[stiffness_rear] * drive;
+  using std::sqrt;
+  const T late = 0.5 * car.relaxation / sqrt(forward * forward + setup.slow * setup.slow);
+  const T slip = (usual_slip + p[wheel_slip]) / setup.nominal[stiffness_rear] *
+                 (four_wheels::push(car, now.x, accel_x).drive - late * car.mass * now.jerk);
   // Both wheels get the same torque; the inner one carries less, and slips more.
   const T moved = car.load_arm * (car.front_axle + car.rear_axle) * forward * r /
-                  (single_track::gravity * 2.0 * half * car.front_axle);
+                  (st::gravity * 2.0 * half * car.front_axle);
   T speed = forward;
   T share(1.0);
   std::size_t scale = source == Source::motor ? wheel_scale_motor : wheel_scale_rear;
@@ -248,7 +273,7 @@ T rolled(const Setup& setup, const single_track::Car<T>& car, estimator::Source 
 
 /// What a source would have said.
 template <class T>
-T expected(const Setup& setup, const single_track::Car<T>& car, const Sample& sample,
+T expected(const Setup& setup, const four_wheels::Car<T>& car, const Sample& sample,
            const Instant<T>& now, const Numbers<T>& p) {
   using estimator::Source;
   using std::exp;

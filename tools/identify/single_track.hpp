@@ -92,15 +92,16 @@ template <class T>
 //   δ̇ = (δ_c - δ) / τ
 //   slip:  α̇ = (-V_sy - V_t α) / σ,   V_sy = v'_y cos δ - v_x sin δ,  v'_y = v_y + l_v ψ̇
 //   v̇_y = F_y / m - v_x ψ̇,  ψ̈ = M_z / J_z
-// The steering is left to step(), which knows its solution.
-template <class T>
-[[nodiscard]] State<T> rate_of(const Car<T>& car, const State<T>& x, const T& v_x_rate) {
+// The steering is left to step(), which knows its solution. The forces are push() of the car's
+// kind.
+template <template <class> class AnyCar, class T>
+[[nodiscard]] State<T> rate_of(const AnyCar<T>& car, const State<T>& x, const T& v_x_rate) {
   using std::cos;
   using std::sin;
   using std::sqrt;
   const T c = cos(x[steer]), s = sin(x[steer]);
   const T accel_x = v_x_rate - x[v_y] * x[yaw_rate];
-  const Push<T> all = push(car, x, accel_x);
+  const auto all = push(car, x, accel_x);
   const T side = x[v_y] + car.front_axle * x[yaw_rate];
   const T along = x[v_x] * c + side * s;
   const double least = car.floor_speed * car.floor_speed;
@@ -122,8 +123,8 @@ template <class T>
 }
 
 /// One step of Runge and Kutta (fourth order); the steering in closed form, δ_c held.
-template <class T>
-[[nodiscard]] State<T> step(const Car<T>& car, const State<T>& x, const T& command,
+template <template <class> class AnyCar, class T>
+[[nodiscard]] State<T> step(const AnyCar<T>& car, const State<T>& x, const T& command,
                             const T& accel_begin, const T& accel_end, double dt) {
   using std::exp;
   const T half_decay = exp(T(-0.5 * dt) / car.lag);

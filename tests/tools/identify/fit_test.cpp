@@ -9,7 +9,7 @@
 #include "tools/identify/fit_findings.hpp"
 #include "tools/identify/fit_parameters.hpp"
 #include "tools/identify/fit_solver.hpp"
-#include "tools/identify/single_track.hpp"
+#include "tools/identify/four_wheels.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
@@ -42,18 +42,22 @@ struct Recorded {
 Recorded recorded(const daemon::Config& config) {
   const Numbers<double> usual = nominal_values(config);
   const estimator::Vehicle& v = config.vehicle;
-  st::Car<double> model{.mass = v.mass,
-                        .front_axle = v.front_axle,
-                        .rear_axle = v.rear_axle,
-                        .inertia = v.yaw_inertia,
-                        .stiffness_front = v.cornering_stiffness_front,
-                        .stiffness_rear = v.cornering_stiffness_rear,
-                        .bend_front = usual[bend_front],
-                        .bend_rear = usual[bend_rear],
-                        .relaxation = usual[relaxation_length],
-                        .load_arm = usual[load_arm],
-                        .lag = usual[steering_lag]};
-  model.floor_speed = 0.05;
+  four_wheels::Car<double> model;
+  model.mass = v.mass;
+  model.front_axle = v.front_axle;
+  model.rear_axle = v.rear_axle;
+  model.inertia = v.yaw_inertia;
+  model.stiffness_front = v.cornering_stiffness_front;
+  model.stiffness_rear = v.cornering_stiffness_rear;
+  model.bend_front = usual[bend_front];
+  model.bend_rear = usual[bend_rear];
+  model.relaxation = usual[relaxation_length];
+  model.load_arm = usual[load_arm];
+  model.lag = usual[steering_lag];
+  model.spin = usual[wheel_spin];
+  model.load_lag = usual[load_lag];
+  model.track = v.track_width;
+  model.floor_speed = 0.02;
   constexpr std::int64_t start = 1'760'000'000'000'000'000;
   Recorded result;
   result.log.first_ns = start;
@@ -127,7 +131,6 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
     settings.free[k] = true;
   settings.doubt = usual_doubts(config);
   settings.passes = 2;
-  settings.iterations = 8;
   const Result result = solve(config, drives, settings);
   EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 3e-3);
   EXPECT_NEAR(result.p[gyro_bias], 0.01, 2e-3);

@@ -1,0 +1,71 @@
+"""odom identify fit, on the drive that its help asks for: odom sim --scenario exercise.
+
+What a person would know is what the fit begins with: mass to 5 g, axles to 0.5 mm; stiffnesses, inertia
+and sensors as configured. The truth of the yaw inertia is what turns with the car: the body's and
+what the wheels' spin adds, I (t / 2 r)^2 each, which a pendulum does not show. The truth of a
+latency is what the simulated bus does: a frame takes 0.25 ms and is stamped 0.05 ms later, a wheel's speed is
+the mean over a cycle of 10 ms before.
+"""
+
+import json
+import random
+import re
+
+from .rows import command, each, findings, judge, sample
+
+SIGMA_MASS, SIGMA_AXLE = 0.005, 0.0005
+MASS, INERTIA, TRACK, RADIUS = 2.985, 0.0283384, 0.16, 0.033
+WHEEL, MOTOR = 3.3e-5, 6e-5  # kg m^2, as in tools/sim/vehicle.cpp
+FRAME = 0.3e-3
+
+
+def measure(seed, folder):
+    """Writes what was weighed into car.toml; the truth of the car."""
+    truth = json.loads((folder / "plant.json").read_text())["truth"]
+    chance = random.Random(seed)
+    measured = {"mass": MASS * (1.0 + truth["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
+                "front_axle": 0.175 + chance.gauss(0.0, SIGMA_AXLE),
+                "rear_axle": 0.085 + chance.gauss(0.0, SIGMA_AXLE)}
+    config = folder / "car.toml"
+    text = config.read_text()
+    for key, value in measured.items():
+        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.5f}", text)
+    config.write_text(text)
+    return truth
+
+
+def rows_of(truth):
+    """What is judged: the fit's name of it, its truth, and how it is told."""
+    spin = (4 * WHEEL + 2 * MOTOR) * (TRACK / 2.0 / RADIUS) ** 2
+    radius = 1.0 + truth["wheel_radius_error"]
+    return [
+        ("cornering stiffness, front", 20.0 * (1.0 + truth["stiffness_error_front"]), {"bar": 5.0}),
+        ("cornering stiffness, rear", 60.0 * (1.0 + truth["stiffness_error_rear"]), {"bar": 5.0}),
+        ("yaw inertia", INERTIA * (1.0 + truth["inertia_error"]) + spin, {"bar": 2.0}),
+        ("latency of yaw_rate", FRAME, {"unit": "ms", "scale": 1e3, "bar": 2.0}),
+        ("latency of wheel_front_left", 5e-3 + FRAME, {"unit": "ms", "scale": 1e3, "bar": 2.0}),
+        ("latency of wheel_rear_left", 5e-3 + FRAME, {"unit": "ms", "scale": 1e3, "bar": 2.0}),
+        ("gyro scale", 1.0 / (1.0 + truth["gyro_scale_error"]), {}),
+        ("steering offset", -truth["steering_offset"] / (1.0 + truth["steering_scale_error"]),
+         {"unit": "mrad", "scale": 1e3}),
+        ("steering scale", 1.0 / (1.0 + truth["steering_scale_error"]), {}),
+        ("wheel scale, rear left", radius * (1.0 + truth["wheel_radius_error_rear_left"]), {}),
+        ("IMU ahead of the centre of gravity", truth["imu_x"], {"unit": "mm", "scale": 1e3}),
+        ("IMU mounting yaw", truth["imu_yaw_error"], {"unit": "mrad", "scale": 1e3}),
+        ("camera's point ahead of the centre of gravity", 0.0, {"unit": "mm", "scale": 1e3}),
+    ]
+
+
+def run(seeds, work, odom):
+    def one(seed):
+        folder = work / str(seed)
+        command(odom, "sim", "--scenario", "exercise", "--force", "--seed", seed, "--out", folder)
+        truth = measure(seed, folder)
+        found, _ = findings(odom, "fit", "--quiet", "--config", folder / "car.toml", "--drive", folder,
+                            "--prior", f"mass={SIGMA_MASS / MASS}")
+        for big in ("drive.log", "truth.csv", "camera.csv"):
+            (folder / big).unlink()
+        return [(name, sample(true, found.get(name)), told) for name, true, told in rows_of(truth)]
+
+    return [judge("fit: " + column[0][0], [seen for _, seen, _ in column], **column[0][2])
+            for column in zip(*each(seeds, one))]
