@@ -47,7 +47,8 @@ Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
                           const Measure& measure) {
   if (!drive.reference) {
     throw std::invalid_argument(drive.folder.string() +
-                                ": has no truth.csv to be held against; name one by --reference");
+                                ": has no truth.csv to be held against; put the true poses there "
+                                "(t,x,y,yaw)");
   }
   const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
   return evaluate(measure.lever_arm ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)

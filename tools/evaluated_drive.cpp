@@ -34,9 +34,16 @@ std::optional<std::int64_t> time_of(const std::string& option, const std::string
   return time_ns;
 }
 
+// No drive is so long: a time that was meant to count from the reference's first row.
+constexpr std::int64_t longest_before_ns = 86'400LL * 1'000'000'000;
+
 Trajectory part_of(Trajectory estimate, const Judging& judging, std::int64_t first_ns) {
   const auto from = time_of("--from", judging.from, first_ns);
   const auto to = time_of("--to", judging.to, first_ns);
+  if (from && first_ns - *from > longest_before_ns)
+    throw std::invalid_argument("--from: " + tools::quoted(judging.from) +
+                                " lies more than a day before the reference's first row; +" +
+                                judging.from + " counts from there");
   if (!from && !to) return estimate;
   using Limits = std::numeric_limits<std::int64_t>;
   return cut_to(std::move(estimate), from.value_or(Limits::min()), to.value_or(Limits::max()));

@@ -197,7 +197,7 @@ void add_plot(Command odom) {
         for (const auto& subject : subjects()) {
           if (subject.first == name) return std::string{};
         }
-        return "\"" + name + "\" is nothing that can be drawn; see odom plot --help";
+        return "\"" + name + "\" is nothing that can be drawn";
       });
   command.add_option("--reference", options->reference, "The truth, drawn in grey")
       .type_name("CSV");

@@ -70,6 +70,12 @@ std::vector<std::string> replay_doubts(const can::Decoder& decoder, const Replay
         fmt::format("{} frames are stamped a second or more before frames ahead of them; sort the "
                     "log, or cut it where its clock was set back",
                     summary.late));
+  const std::uint64_t camera_poses = summary.cameras + summary.cameras_after;
+  if (camera_poses > 0 && camera_poses == summary.cameras_before + summary.cameras_after)
+    doubts.push_back(fmt::format(
+        "none of the {} camera poses arrives while the log lasts: name the camera's file of this "
+        "drive, and put its times on the log's clock",
+        camera_poses));
   if (summary.fault_ns) doubts.push_back(fault(summary));
   if (summary.poses == 0)
     doubts.emplace_back(

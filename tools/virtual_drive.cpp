@@ -38,6 +38,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
       if (tick_ns - frame->time_ns >= late_ns) ++summary.late;
     }
     for (; camera != cameras.end() && camera->arrival_ns <= tick_ns; ++camera) {
+      if (camera->arrival_ns < summary.first_tick_ns) ++summary.cameras_before;
       pipeline.take(*camera);
       ++summary.cameras;
     }
@@ -56,6 +57,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     ++summary.poses;
     sink(record);
   }
+  summary.cameras_after = static_cast<std::uint64_t>(cameras.end() - camera);
   summary.take_statistics(pipeline);
   return summary;
 }

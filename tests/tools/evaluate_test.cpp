@@ -161,6 +161,7 @@ TEST_F(Evaluate, RefusesAWindowWithoutRows) {
                           "4.000000000\n");
   EXPECT_EQ(run(files + " --from 3 --to 2").status, 2);
   EXPECT_THAT(run(files + " --to 0").err, HasSubstr("less than two common times"));
+  EXPECT_THAT(run(files + " --from -90000").err, HasSubstr("lies more than a day before"));
   for (const std::string bad : {"+", "x", "++1", "1e999", "+9223372036.9"}) {
     const Outcome from = run(std::string{files}.append(" --from ").append(bad));
     EXPECT_EQ(from.status, 2);

@@ -114,6 +114,20 @@ TEST_F(OdomReplay, BeginsAtZeroWhereTheCameraSawNothing) {
   EXPECT_THAT(contents(scratch_.path("pose.csv")), HasSubstr("\n1.000000000,0,0,0,1,0,0,"));
 }
 
+TEST_F(OdomReplay, SaysThatTheCameraSawAnotherDrive) {
+  const std::string log = "(100.000000) can0 101#95E803\n(101.000000) can0 101#95E803\n";
+  constexpr auto doubt = "none of the 1 camera poses arrives while the log lasts";
+  const auto said_of = [&](const std::string& arrival) {
+    const auto camera =
+        scratch_.write("camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n" +
+                                         arrival + ",99,0,0,0,1,1,1\n");
+    return replay(log, " --camera " + camera.string()).err;
+  };
+  EXPECT_THAT(said_of("99.5"), HasSubstr(doubt));
+  EXPECT_THAT(said_of("100.5"), Not(HasSubstr(doubt)));
+  EXPECT_THAT(said_of("200"), HasSubstr(doubt));
+}
+
 TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
   const auto camera = scratch_.write(
       "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");

@@ -25,6 +25,17 @@ double inertia_of(const Bifilar& pendulum, double mass, double gravity, double p
          (4.0 * pi * pi * pendulum.height());
 }
 
+void check_size(const Bifilar& pendulum, double period) {
+  const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
+  const double spacing = pendulum.spacing_below;
+  if (radius > 0.1 * spacing && radius < 10.0 * spacing) return;
+  throw std::invalid_argument(fmt::format(
+      "a swing of {:.3g} s on cords {:.3g} m long and {:.3g} m apart is that of a body with a "
+      "radius of gyration of {:.2g} m: check --swings, --time, and the units of "
+      "--spacing and --cord",
+      period, pendulum.cord, spacing, radius));
+}
+
 double small_period(const Bifilar& pendulum, double mass, double gravity, double inertia) {
   return 2.0 * pi * std::sqrt(inertia * pendulum.height() / (mass * gravity * pendulum.product()));
 }

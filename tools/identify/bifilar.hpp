@@ -40,6 +40,10 @@ struct Bifilar {
 /// Throws std::invalid_argument, naming the option, for what cannot hang.
 void check(const Bifilar& pendulum);
 
+/// Throws std::invalid_argument for a period that no car on such cords swings with: its radius of
+/// gyration would be ten times the distance of the cords, or a tenth of it.
+void check_size(const Bifilar& pendulum, double period);
+
 /// J of a body of a mass that swings with this period, of swings so small that it does not depend
 /// on them.
 [[nodiscard]] double inertia_of(const Bifilar& pendulum, double mass, double gravity,

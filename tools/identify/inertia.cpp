@@ -144,6 +144,7 @@ void identify_inertia(const Options& options) {
           : period_of_watch(stop_watch_of(options, options.car.times, options.car.swings, "--"),
                             pendulum, findings);
   const Measured mass = mass_option(options.mass, options.mass_sigma, "--mass");
+  check_size(pendulum, period.small.value);
 
   // Off the midst by e: only e² counts, which is sigma² on the average where e is unknown.
   const double offset_sigma =

@@ -96,7 +96,9 @@ Findings findings_of(const Options& options) {
     Finding gyro = finding_of("latency of yaw_rate",
                               configured_latency(config, Source::yaw_rate) - found.offset,
                               found.sigma, found.doubt);
-    gyro.remark = gyro.determined == Determined::yes ? "against the camera's stamps" : gyro.remark;
+    gyro.remark = gyro.determined == Determined::yes
+                      ? "against the camera's stamps"
+                      : gyro.remark + "; is the camera's file of this drive?";
     findings.details["measured"]["yaw_rate"] = gyro.value;
     clock_of_camera = gyro.determined == Determined::yes;
     if (clock_of_camera) {

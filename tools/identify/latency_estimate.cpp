@@ -73,8 +73,9 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   drive.begin = drive.seconds(gyro.t_ns.front());
   drive.end = drive.seconds(gyro.t_ns.back());
   if (drive.end - drive.begin < 10.0) {
-    throw std::invalid_argument("the log holds " + fixed(drive.end - drive.begin, 1) +
-                                " s of gyro; ten are needed, a minute of brisk driving is better");
+    throw std::invalid_argument(
+        "the log holds " + fixed(drive.end - drive.begin, 1) +
+        " s of gyro; ten are needed, six minutes with curves and stops are good");
   }
   drive.yaw_rate = drive.on_grid(gyro);
   drive.turned = integral(drive.yaw_rate);
@@ -84,6 +85,12 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   double camera_offset = 0.0;
   bool camera_placed = false;
   if (!camera.empty()) {
+    if (std::ranges::none_of(camera, [&](const estimator::CameraPose& pose) {
+          return pose.capture_ns >= log.first_ns && pose.capture_ns <= log.last_ns;
+        }))
+      throw std::invalid_argument(
+          "no camera pose is taken while the log lasts: name the --camera file of this drive, and "
+          "put its times on the log's clock");
     result.offsets.push_back(camera_yaw(drive, camera));
     camera_placed = result.offsets.back().doubt.empty();
     camera_offset = result.offsets.back().offset;

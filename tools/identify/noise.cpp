@@ -201,6 +201,15 @@ void add_consistency(const char* when, const std::vector<SourceConsistency>& all
         {"samples", one.samples}, {"mean", one.nis.value}, {"sigma", one.nis.sigma}};
 }
 
+bool stands(const SignalLog& log) {
+  for (const Source source :
+       {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
+        Source::wheel_rear_right, Source::wheel_rear, Source::motor})
+    for (const double speed : log.of(source).value)
+      if (std::fabs(speed) > 0.1) return false;
+  return true;
+}
+
 void identify_driving(const Options& options, const std::optional<daemon::Config>& config,
                       Findings& findings) {
   Drive drive = read_drive({.folder = options.drive,
@@ -213,6 +222,10 @@ void identify_driving(const Options& options, const std::optional<daemon::Config
     if (logs.empty() && std::filesystem::exists(drive.folder / name))
       logs.push_back((drive.folder / name).string());
   const SignalLog log = read_signals(drive.config, logs);
+  if (stands(log))
+    throw std::invalid_argument(drive.folder.string() +
+                                ": no wheel turns faster than 0.1 m/s; --drive takes a drive, and "
+                                "--config and --can a record of the standing car");
   const auto measure = [&](Source source, const std::string& unit) {
     const DrivingNoise noise = driving_noise(log.of(source));
     if (noise.samples == 0.0) return;

@@ -118,10 +118,11 @@ std::optional<std::string> contradiction(const WheelLoads& loads) {
   const double k = 2.0 / (9.0 * loads.excess);
   const double z = (std::cbrt(loads.chi_square / loads.excess) - (1.0 - k)) / std::sqrt(k);
   if (z < 2.326) return std::nullopt;
+  const double times = std::sqrt(loads.chi_square / loads.excess);
   return fmt::format(
-      "the loads contradict each other {:.1f} times more than the scale explains: did the car "
+      "the loads contradict each other {} more than the scale explains: did the car "
       "stand level, touch nothing, and carry the same each time? The uncertainty is larger for it",
-      std::sqrt(loads.chi_square / loads.excess));
+      times < 100.0 ? fmt::format("{:.1f} times", times) : "a hundred times and");
 }
 
 std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {

@@ -32,6 +32,14 @@ TEST(Bifilar, HasTheFormulaOfThePaperWithPiSquared) {
               small_period(reference, mass, gravity, inertia), 1e-8);
 }
 
+TEST(Bifilar, RefusesAPeriodThatNoCarHas) {
+  const double period = small_period(reference, mass, gravity, inertia);
+  EXPECT_NO_THROW(check_size(reference, period));
+  EXPECT_THROW(check_size(reference, 0.1 * period), std::invalid_argument);
+  EXPECT_THROW(check_size({.spacing_above = 200, .spacing_below = 200, .cord = 1000}, period),
+               std::invalid_argument);
+}
+
 // The body is given nothing but its springs: what it does is not written down there.
 double period_of_rig(const sim::SwingParameters& rig) {
   sim::SwingRig car(rig);

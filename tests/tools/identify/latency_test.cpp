@@ -171,6 +171,12 @@ TEST(Latency, OfTheGyroShowsAgainstACamera) {
   EXPECT_NEAR(found.offset, -0.012, 1e-3);
 }
 
+TEST(Latency, RefusesACameraThatSawAnotherDrive) {
+  estimator::CameraPose pose;
+  pose.capture_ns = start_ns + 60'000'000'000;
+  EXPECT_THROW((void)estimate_latencies(car(), log_with_gyro(), {{pose}}), std::invalid_argument);
+}
+
 TEST(Latency, OfOneSpeedIsToldByTheCamerasWayAlone) {
   SignalLog log = log_with_gyro();
   log.signals[static_cast<std::size_t>(Source::wheel_rear)] =
