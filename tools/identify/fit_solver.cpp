@@ -27,8 +27,7 @@ class Teller final : public ceres::IterationCallback {
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (settings_.progress)
       settings_.progress("pass " + std::to_string(pass_) + " of " +
-                         std::to_string(settings_.passes) +
-                         (pass_ > settings_.passes ? " and more" : "") + ", iteration " +
+                         std::to_string(std::max(pass_, settings_.passes)) + ", iteration " +
                          std::to_string(summary.iteration) + ": cost " + fixed(summary.cost, 1));
     return ceres::SOLVER_CONTINUE;
   }
@@ -38,7 +37,8 @@ class Teller final : public ceres::IterationCallback {
   int pass_;
 };
 
-constexpr double still = 3e-3;  // of latencies, from pass to pass [s]
+constexpr double small_gain = 2e-3;  // of the cost, in a pass
+constexpr double still = 3e-3;       // of latencies, from pass to pass [s]
 
 double moved(const Numbers<double>& before, const Numbers<double>& after) {
   double most = 0.0;
@@ -85,7 +85,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
     options.max_num_iterations = settings.iterations;
-    options.function_tolerance = pass >= settings.passes ? 3e-6 : 1e-4;
+    options.function_tolerance = pass >= settings.passes ? 1e-5 : 1e-4;
     options.num_threads = settings.threads;
     options.logging_type = ceres::SILENT;
     options.initial_trust_region_radius = pass == 1 ? 10.0 : 1e4;
@@ -105,7 +105,8 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     if (!summary.IsSolutionUsable())
       throw std::runtime_error("the fit does not converge: " + summary.message);
     // Samples are dealt by the latencies that they are fitted by, and noises are the residuals'.
-    result.settled = pass >= settings.passes && summary.termination_type == ceres::CONVERGENCE &&
+    const double gained = summary.initial_cost - summary.final_cost;
+    result.settled = pass >= settings.passes && gained < small_gain * summary.final_cost &&
                      moved(before, result.p) < still;
     if (result.settled || pass == settings.most_passes) {
       uncertainties(built, settings, result);

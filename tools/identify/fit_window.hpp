@@ -140,7 +140,6 @@ template <class T>
 struct Instant {
   single_track::State<T> x;
   T accel;
-  T jerk;  ///< how the acceleration changes [m/s³]
 };
 
 template <class T>
@@ -172,8 +171,6 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
     result.x[k] =
         mix(run.states[before][k], run.states[i][k], run.states[i + 1][k], run.states[after][k]);
   result.accel = mix(run.accel[before], run.accel[i], run.accel[i + 1], run.accel[after]);
-  result.jerk =
-      (run.accel[after] - run.accel[before]) / (static_cast<double>(after - before) * setup.step);
   return result;
 }
 
@@ -247,12 +244,10 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
     return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed *
            (T(1.0) - slip);
   }
-  // κ = p D / C_h, D what drives the car, and builds up on half of the way of the side force.
+  // κ = p D / C_h, D what drives the car
   const T accel_x = now.accel - now.x[st::v_y] * r;
-  using std::sqrt;
-  const T late = 0.5 * car.relaxation / sqrt(forward * forward + setup.slow * setup.slow);
   const T slip = (usual_slip + p[wheel_slip]) / setup.nominal[stiffness_rear] *
-                 (four_wheels::push(car, now.x, accel_x).drive - late * car.mass * now.jerk);
+                 four_wheels::push(car, now.x, accel_x).drive;
   // Both wheels get the same torque; the inner one carries less, and slips more.
   const T moved = car.load_arm * (car.front_axle + car.rear_axle) * forward * r /
                   (st::gravity * 2.0 * half * car.front_axle);

@@ -58,7 +58,7 @@ Route exercise(double top_speed, int rounds) {
   for (const double pace : {0.6, 0.8, 1.0}) {
     const double speed = pace * top_speed;
     drive(weaving(speed / frequency, std::min(tightest, lateral / (speed * speed))), speed,
-          3 * rounds);
+          2 * rounds);
   }
   return route;
 }

@@ -7,7 +7,7 @@
 namespace odomd::sim {
 
 /// Each part begins and ends at the origin, heading along x; circles `rounds` times each, weaving
-/// three times as often.
+/// twice as often.
 [[nodiscard]] Route exercise(double top_speed, int rounds);
 
 }  // namespace odomd::sim
