@@ -1,19 +1,12 @@
 // Rigid motions in the plane: a pose seen as the transformation from its own frame to the map.
+// estimator/pose.hpp has their composition.
 #pragma once
 
 #include <cmath>
 
-#include "estimator/estimate.hpp"
+#include "estimator/pose.hpp"
 
 namespace odomd::tools {
-
-/// a ∘ b: the pose b, given in the frame of a, in the frame that a is given in.
-[[nodiscard]] inline estimator::Pose2 compose(const estimator::Pose2& a,
-                                              const estimator::Pose2& b) {
-  const double c = std::cos(a.yaw);
-  const double s = std::sin(a.yaw);
-  return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, a.yaw + b.yaw};
-}
 
 [[nodiscard]] inline double distance(const estimator::Pose2& a, const estimator::Pose2& b) {
   return std::hypot(b.x - a.x, b.y - a.y);
