@@ -48,8 +48,10 @@ function(odomd_library name)
   target_link_libraries(${name} PUBLIC odomd_options)
 endfunction()
 
-# odomd_test(NAME sources... [LIBRARIES libs...]): one GoogleTest binary per room. Where ODOMD_TESTS_WITHOUT_UBSAN is
-# set, UBSan is in what they call, not in the tests' own text, which would take half as long again to compile.
+# odomd_test(NAME sources... [LIBRARIES libs...]): one GoogleTest binary per room. A compiler takes longer over what the
+# files include than over what they say: it gets several at once. So the tests of a file have a namespace of their own,
+# the room's and in it the file's. Where ODOMD_TESTS_WITHOUT_UBSAN is set, UBSan is in what they call, not in the tests'
+# own text, which would take half as long again to compile.
 function(odomd_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBRARIES")
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
@@ -58,6 +60,7 @@ function(odomd_test name)
     ODOMD_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
     ODOMD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     ODOMD_BIN_DIR="${ODOMD_TEST_PROGRAMS}")
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
   # What is tested has the release's optimisation; the tests themselves are sooner built without.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ODOMD_TESTS_WITHOUT_UBSAN AND ODOMD_SANITIZE MATCHES "undefined")

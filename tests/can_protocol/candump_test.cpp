@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace odomd::can {
+namespace odomd::can::candump_test {
 namespace {
 
 using testing::HasSubstr;
@@ -157,4 +157,4 @@ TEST(Candump, WritesNanosecondsWhenAskedAndCutsThemOffOtherwise) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::candump_test

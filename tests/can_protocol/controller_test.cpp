@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace odomd::can {
+namespace odomd::can::controller_test {
 namespace {
 
 TEST(Controller, IsNoneWhereThereIsNoSuchInterfaceOrItIsNotCanAndNothingIsSaidAboutIt) {
@@ -22,4 +22,4 @@ TEST(Controller, HealthHasANameForEveryValue) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::controller_test

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace odomd::can {
+namespace odomd::can::dbc_test {
 namespace {
 
 using testing::ElementsAre;
@@ -447,4 +447,4 @@ TEST(DbcErrors, NeverCrashOnACutFile) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::dbc_test

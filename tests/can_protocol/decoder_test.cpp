@@ -16,7 +16,7 @@
 #include "can_protocol/message_encoder.hpp"
 #include "tests/allocation_count.hpp"
 
-namespace odomd::can {
+namespace odomd::can::decoder_test {
 namespace {
 
 using testing::DoubleEq;
@@ -496,4 +496,4 @@ TEST(DecoderErrors, TellIncompleteBindings) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::decoder_test

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <random>
 
-namespace odomd::can {
+namespace odomd::can::device_clock_test {
 namespace {
 
 constexpr std::int64_t us = 1'000;
@@ -103,4 +103,4 @@ TEST(DeviceClock, IsNotMovedByOneLateSoftwareStamp) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::device_clock_test

@@ -10,7 +10,7 @@
 
 #include "can_protocol/crc8.hpp"
 
-namespace odomd::can {
+namespace odomd::can::e2e_test {
 namespace {
 
 using Payload = std::array<std::uint8_t, 8>;
@@ -327,4 +327,4 @@ TEST(E2eBindingErrors, NameMessageSignalAndMend) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::e2e_test

@@ -17,7 +17,7 @@
 
 #include "can_protocol/file_descriptor.hpp"
 
-namespace odomd::can {
+namespace odomd::can::frame_receiver_test {
 namespace {
 
 canfd_frame raw_frame(canid_t id, std::uint8_t length) {
@@ -277,4 +277,4 @@ TEST_F(FrameReceiverTest, ReportsTheErrorOfItsSocket) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::frame_receiver_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace odomd::can {
+namespace odomd::can::live_stamps_test {
 namespace {
 
 constexpr std::int64_t s = 1'000'000'000;
@@ -59,4 +59,4 @@ TEST_F(LiveStampsTest, TheFirstStampIsNoStep) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::live_stamps_test

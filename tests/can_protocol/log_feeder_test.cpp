@@ -19,7 +19,7 @@
 #include "can_protocol/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 
-namespace odomd::can {
+namespace odomd::can::log_feeder_test {
 namespace {
 
 using testing::HasSubstr;
@@ -329,4 +329,4 @@ TEST(LogFeeder, PassesAFloodOnWholeThoughItsRingIsSmaller) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::log_feeder_test

@@ -13,7 +13,7 @@
 
 #include "tests/can_protocol/temporary_file.hpp"
 
-namespace odomd::can {
+namespace odomd::can::log_reader_test {
 namespace {
 
 using testing::AllOf;
@@ -219,4 +219,4 @@ TEST(RealDrives, ReadToTheLastLineAndWriteBackAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::log_reader_test

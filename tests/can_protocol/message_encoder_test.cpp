@@ -9,7 +9,7 @@
 
 #include "can_protocol/signal_layout.hpp"
 
-namespace odomd::can {
+namespace odomd::can::message_encoder_test {
 namespace {
 
 Message message(const char* text) {
@@ -92,4 +92,4 @@ TEST(MessageEncoder, SendsProtectedFramesOfOurOwnBus) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::message_encoder_test

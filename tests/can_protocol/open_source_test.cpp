@@ -13,7 +13,7 @@
 #include "can_protocol/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 
-namespace odomd::can {
+namespace odomd::can::open_source_test {
 namespace {
 
 using testing::HasSubstr;
@@ -82,4 +82,4 @@ TEST(OpenSource, WaitsForAnInterfaceOrSaysThatTheKernelHasNoCan) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::open_source_test

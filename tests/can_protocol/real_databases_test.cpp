@@ -12,7 +12,7 @@
 #include "can_protocol/signal_layout.hpp"
 #include "tests/can_protocol/real_data.hpp"
 
-namespace odomd::can {
+namespace odomd::can::real_databases_test {
 namespace {
 
 using nlohmann::json;
@@ -186,4 +186,4 @@ TEST(RealDatabases, EncodeBackToThePayloadsTheyDecode) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::real_databases_test

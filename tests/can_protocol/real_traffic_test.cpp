@@ -15,7 +15,7 @@
 #include "can_protocol/signal_layout.hpp"
 #include "tests/can_protocol/real_data.hpp"
 
-namespace odomd::can {
+namespace odomd::can::real_traffic_test {
 namespace {
 
 using FrameKey = std::tuple<std::int64_t, int, std::uint32_t>;  // time [us], bus, identifier
@@ -142,4 +142,4 @@ TEST(RealTraffic, EncodesBackToThePayloadsItCameFrom) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::real_traffic_test

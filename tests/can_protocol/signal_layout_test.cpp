@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-namespace odomd::can {
+namespace odomd::can::signal_layout_test {
 namespace {
 
 using Payload = std::array<std::uint8_t, max_payload>;
@@ -179,4 +179,4 @@ SG_MUL_VAL_ 1 Deep Inner 3-4;
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::signal_layout_test

@@ -7,7 +7,7 @@
 #include <memory>
 #include <thread>
 
-namespace odomd {
+namespace odomd::spsc_ring_test {
 namespace {
 
 TEST(SpscRing, IsEmptyAtFirstAndAfterTheLastPop) {
@@ -68,4 +68,4 @@ TEST(SpscRing, LosesNothingBetweenTwoThreads) {
 }
 
 }  // namespace
-}  // namespace odomd
+}  // namespace odomd::spsc_ring_test

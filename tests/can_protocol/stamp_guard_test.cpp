@@ -5,7 +5,7 @@
 
 #include <memory>
 
-namespace odomd::can {
+namespace odomd::can::stamp_guard_test {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
@@ -78,4 +78,4 @@ TEST_F(StampGuardTest, GoesOnWhenItsTableIsFull) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::stamp_guard_test

@@ -12,7 +12,7 @@
 
 #include "can_protocol/nearest_name.hpp"
 
-namespace odomd::can {
+namespace odomd::can::units_test {
 namespace {
 
 TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
@@ -79,4 +79,4 @@ TEST(NearestName, FindsTheOneWithTheFewestEdits) {
 }
 
 }  // namespace
-}  // namespace odomd::can
+}  // namespace odomd::can::units_test

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-namespace odomd::daemon {
+namespace odomd::daemon::camera_door_test {
 namespace {
 
 class CameraDoorTest : public testing::Test {
@@ -137,4 +137,4 @@ TEST_F(CameraDoorTest, ClosesTheConnectionsThatHaveEnded) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::camera_door_test

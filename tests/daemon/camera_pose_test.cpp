@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace odomd::daemon {
+namespace odomd::daemon::camera_pose_test {
 namespace {
 
 estimator::CameraPose facing_north() {
@@ -53,4 +53,4 @@ TEST(CameraPoseAtTheDoor, TurnsByTheMountingYawFirst) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::camera_pose_test

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-namespace odomd::daemon {
+namespace odomd::daemon::camera_wire_test {
 namespace {
 
 constexpr std::int64_t arrival = 9'000'000;
@@ -130,4 +130,4 @@ TEST(CameraWire, LeavesValuesThatAreNotFiniteToTheFilter) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::camera_wire_test

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace odomd::daemon {
+namespace odomd::daemon::check_test {
 namespace {
 
 using estimator::Source;
@@ -61,4 +61,4 @@ TEST(CheckSummary, EndsWithTheWarnings) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::check_test

@@ -8,7 +8,7 @@
 
 #include "daemon/config.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::config_databases_test {
 namespace {
 
 using estimator::Source;
@@ -213,4 +213,4 @@ TEST_F(DatabasesTest, RefusesABusThatNobodyListensTo) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::config_databases_test

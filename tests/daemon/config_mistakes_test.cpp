@@ -8,7 +8,7 @@
 
 #include "config_files.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::config_mistakes_test {
 namespace {
 
 // Files that are no configuration
@@ -271,4 +271,4 @@ INSTANTIATE_TEST_SUITE_P(All, ConfigMistake, testing::ValuesIn(mistakes),
                          [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::config_mistakes_test

@@ -9,7 +9,7 @@
 
 #include "config_files.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::config_test {
 namespace {
 
 using estimator::Source;
@@ -276,4 +276,4 @@ TEST(ParseModel, KnowsEveryModelByItsName) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::config_test

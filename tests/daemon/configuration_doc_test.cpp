@@ -16,7 +16,7 @@
 
 #include "daemon/config.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::configuration_doc_test {
 namespace {
 
 using testing::Contains;
@@ -392,4 +392,4 @@ TEST_F(ConfigurationPage, NamesEveryModel) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::configuration_doc_test

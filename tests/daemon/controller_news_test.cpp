@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace odomd::daemon {
+namespace odomd::daemon::controller_news_test {
 namespace {
 
 using can::ControllerHealth;
@@ -97,4 +97,4 @@ TEST_F(News, CountsFromTheStartWhereTheInterfaceCameBack) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::controller_news_test

@@ -13,7 +13,7 @@
 
 #include "can_protocol/file_descriptor.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::error_sink_test {
 namespace {
 
 class ErrorSinkTest : public testing::Test {
@@ -74,4 +74,4 @@ TEST_F(ErrorSinkTest, CutsALineThatMightNotFit) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::error_sink_test

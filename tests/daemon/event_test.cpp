@@ -5,7 +5,7 @@
 #include <memory>
 #include <thread>
 
-namespace odomd::daemon {
+namespace odomd::daemon::event_test {
 namespace {
 
 TEST(EventRing, HandsEventsOverInTheirOrder) {
@@ -66,4 +66,4 @@ TEST(EventRing, LosesNothingBetweenTwoThreads) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::event_test

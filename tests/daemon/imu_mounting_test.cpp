@@ -8,7 +8,7 @@
 
 #include "estimator/measurement.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::imu_mounting_test {
 namespace {
 
 using estimator::Source;
@@ -40,4 +40,4 @@ TEST(ImuMounting, LeavesFramesWithoutAccelerationsAlone) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::imu_mounting_test

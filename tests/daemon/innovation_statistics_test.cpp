@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace odomd::daemon {
+namespace odomd::daemon::innovation_statistics_test {
 namespace {
 
 using estimator::Judgement;
@@ -60,4 +60,4 @@ TEST(InnovationStatistics, AreNotLostToOneThatIsNotFinite) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::innovation_statistics_test

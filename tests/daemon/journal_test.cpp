@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace odomd::daemon {
+namespace odomd::daemon::journal_test {
 namespace {
 
 using testing::HasSubstr;
@@ -84,4 +84,4 @@ TEST_F(JournalTest, RefusesAFileThatCannotBeOpened) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::journal_test

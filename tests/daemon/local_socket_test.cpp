@@ -12,7 +12,7 @@
 #include <fstream>
 #include <optional>
 
-namespace odomd::daemon {
+namespace odomd::daemon::local_socket_test {
 namespace {
 
 using testing::HasSubstr;
@@ -166,4 +166,4 @@ TEST_F(LocalSocketTest, LetsInStrangersByGroupOrByModeAlone) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::local_socket_test

@@ -14,7 +14,7 @@
 
 #include "daemon_process.hpp"
 
-namespace odomd::testing {
+namespace odomd::testing::odomd_record_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -229,4 +229,4 @@ TEST_F(OdomdRecord, WithoutADaemonIsOneSentence) {
 }
 
 }  // namespace
-}  // namespace odomd::testing
+}  // namespace odomd::testing::odomd_record_test

@@ -17,7 +17,7 @@
 
 #include "daemon_process.hpp"
 
-namespace odomd::testing {
+namespace odomd::testing::odomd_test {
 namespace {
 
 using ::testing::Contains;
@@ -496,4 +496,4 @@ TEST_F(OdomdMistake, ACameraSocketThatIsAFile) {
 }
 
 }  // namespace
-}  // namespace odomd::testing
+}  // namespace odomd::testing::odomd_test

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace odomd::daemon {
+namespace odomd::daemon::options_test {
 namespace {
 
 class OptionsTest : public testing::Test {
@@ -106,4 +106,4 @@ TEST_F(OptionsTest, WithoutThemTheFileCounts) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::options_test

@@ -5,7 +5,7 @@
 #include <bit>
 #include <memory>
 
-namespace odomd::daemon {
+namespace odomd::daemon::pipeline_test {
 namespace {
 
 using estimator::Source;
@@ -335,4 +335,4 @@ TEST(Pipeline, FlagsASourceThatContradictsTheOthers) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::pipeline_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace odomd::daemon {
+namespace odomd::daemon::record_test {
 namespace {
 
 using estimator::Estimate;
@@ -126,4 +126,4 @@ TEST(Record, APredecessorInFaultHasAFrozenPoseNotToGoOnFrom) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::record_test

@@ -22,7 +22,7 @@
 
 #include "daemon/pipeline.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::recorder_door_test {
 namespace {
 
 using testing::ElementsAre;
@@ -262,4 +262,4 @@ TEST_F(RecorderDoorTest, TellsTheRecorderThatTheDaemonEnds) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::recorder_door_test

@@ -9,7 +9,7 @@
 #include "daemon/pipeline.hpp"
 #include "tests/allocation_count.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::recording_tap_test {
 namespace {
 
 using State = RecordingTap::State;
@@ -155,4 +155,4 @@ TEST_F(RecordingTapTest, TheBeatDoesNotAllocate) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::recording_tap_test

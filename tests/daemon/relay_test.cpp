@@ -4,7 +4,7 @@
 
 #include <atomic>
 
-namespace odomd::daemon {
+namespace odomd::daemon::relay_test {
 namespace {
 
 TEST(Relay, WakesAllAfterARing) {
@@ -37,4 +37,4 @@ TEST(Relay, SaysWhatTheMachineRefused) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::relay_test

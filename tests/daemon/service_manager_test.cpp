@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-namespace odomd::daemon {
+namespace odomd::daemon::service_manager_test {
 namespace {
 
 class ServiceManagerTest : public testing::Test {
@@ -75,4 +75,4 @@ TEST_F(ServiceManagerTest, IsLeftAloneWhereItWantsNoWatchdog) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::service_manager_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace odomd::daemon {
+namespace odomd::daemon::source_watch_test {
 namespace {
 
 constexpr std::size_t gyro = 0;
@@ -51,4 +51,4 @@ TEST(SourceWatch, FailsWithItsProtectionUntilTheNextGoodSample) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::source_watch_test

@@ -10,7 +10,7 @@
 
 #include "daemon/json.hpp"
 
-namespace odomd::daemon {
+namespace odomd::daemon::status_test {
 namespace {
 
 using testing::ElementsAre;
@@ -81,4 +81,4 @@ TEST(Json, IsReadBackAsItWasWritten) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::status_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace odomd::daemon {
+namespace odomd::daemon::surroundings_test {
 namespace {
 
 constexpr std::int64_t second = 1'000'000'000;
@@ -54,4 +54,4 @@ TEST(Surroundings, TellARestartForAWhile) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::surroundings_test

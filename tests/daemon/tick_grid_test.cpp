@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace odomd::daemon {
+namespace odomd::daemon::tick_grid_test {
 namespace {
 
 constexpr std::int64_t period = 5'000'000;
@@ -85,4 +85,4 @@ TEST(TickGrid, TicksAndMissedCyclesAccountForAll) {
 }
 
 }  // namespace
-}  // namespace odomd::daemon
+}  // namespace odomd::daemon::tick_grid_test

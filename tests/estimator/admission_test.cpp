@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace odomd::estimator {
+namespace odomd::estimator::admission_test {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -76,4 +76,4 @@ TEST(IsUsable, AsksEveryNumberOfACameraPose) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::admission_test

@@ -12,7 +12,7 @@
 #include "autodiff.hpp"
 #include "estimator/kinematic_model.hpp"
 
-namespace odomd::estimator {
+namespace odomd::estimator::dynamic_model_test {
 namespace {
 
 using testing::constants;
@@ -220,4 +220,4 @@ TEST(DynamicModel, SlowestResolvedSpeedIsThePoleOfThePrintedForm) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::dynamic_model_test

@@ -18,7 +18,7 @@
 #include "drive.hpp"
 #include "tests/allocation_count.hpp"
 
-namespace odomd::estimator {
+namespace odomd::estimator::filter_test {
 namespace {
 
 using testing::Drive;
@@ -477,4 +477,4 @@ TEST(MakeFilter, RefusesImpossibleSettingsByName) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::filter_test

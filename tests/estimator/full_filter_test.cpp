@@ -14,7 +14,7 @@
 #include "estimator/pose.hpp"
 #include "full/circle_drive.hpp"
 
-namespace odomd::estimator {
+namespace odomd::estimator::full_filter_test {
 namespace {
 
 using testing::Arrival;
@@ -539,4 +539,4 @@ TEST(FullFilter, OutliersOfTheCameraMoveNothing) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::full_filter_test

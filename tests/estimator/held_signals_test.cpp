@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace odomd::estimator {
+namespace odomd::estimator::held_signals_test {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -88,4 +88,4 @@ TEST(HeldSignals, SigmaIsTheSamplesOwnElseTheSettingsElseTheDefault) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::held_signals_test

@@ -8,7 +8,7 @@
 
 #include "drive.hpp"
 
-namespace odomd::estimator {
+namespace odomd::estimator::kinematic_filter_test {
 namespace {
 
 using testing::Drive;
@@ -155,4 +155,4 @@ TEST(KinematicFilter, YawCountsTurns) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::kinematic_filter_test

@@ -7,7 +7,7 @@
 
 #include "autodiff.hpp"
 
-namespace odomd::estimator {
+namespace odomd::estimator::kinematic_model_test {
 namespace {
 
 using testing::Dual;
@@ -84,4 +84,4 @@ TEST(KinematicModel, PoseRateJacobiansAreThoseOfTheModel) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::kinematic_model_test

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace odomd::estimator {
+namespace odomd::estimator::mode_monitor_test {
 namespace {
 
 constexpr std::int64_t period_ns = 5'000'000;
@@ -95,4 +95,4 @@ TEST_F(ModeMonitorTest, RareCameraDoesNotMakeTheModeFlap) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::mode_monitor_test

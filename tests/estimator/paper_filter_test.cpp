@@ -11,7 +11,7 @@
 #include "estimator/filter.hpp"
 #include "golden.hpp"
 
-namespace odomd::estimator {
+namespace odomd::estimator::paper_filter_test {
 namespace {
 
 using testing::Drive;
@@ -195,4 +195,4 @@ TEST(PaperFilter, NonFiniteStateIsNeverEmitted) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::paper_filter_test

@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-namespace odomd::estimator {
+namespace odomd::estimator::pose_anchor_test {
 namespace {
 
 constexpr std::int64_t period_ns = 5'000'000;
@@ -496,4 +496,4 @@ TEST_F(PoseAnchorTest, ReAnchoringManyTimesKeepsTheOdometry) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::pose_anchor_test

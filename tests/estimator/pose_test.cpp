@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-namespace odomd::estimator {
+namespace odomd::estimator::pose_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -65,4 +65,4 @@ TEST(Pose, EulerUsesTheHeadingBeforeTheStep) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::pose_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-namespace odomd::estimator {
+namespace odomd::estimator::symmetric3_test {
 namespace {
 
 // A covariance with every entry in use.
@@ -73,4 +73,4 @@ TEST(Symmetric3, KnowsThePositiveDefinite) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::symmetric3_test

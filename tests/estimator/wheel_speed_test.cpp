@@ -8,7 +8,7 @@
 #include <initializer_list>
 #include <limits>
 
-namespace odomd::estimator {
+namespace odomd::estimator::wheel_speed_test {
 namespace {
 
 constexpr std::int64_t second = 1'000'000'000;
@@ -121,4 +121,4 @@ TEST(WheelSpeed, MeanOfTwoIsMoreCertainThanOne) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::wheel_speed_test

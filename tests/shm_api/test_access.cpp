@@ -13,7 +13,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_access {
 namespace {
 
 using ::testing::HasSubstr;
@@ -239,4 +239,4 @@ TEST_F(Access, AFailedStartLeavesThePredecessorInPlace) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_access

@@ -11,7 +11,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_camera_sender {
 namespace {
 
 class Daemon {
@@ -144,4 +144,4 @@ TEST_F(CameraSender, UnusablePosesStayHere) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_camera_sender

@@ -13,7 +13,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_embedding {
 namespace {
 
 constexpr std::int64_t second = 1'000'000'000;
@@ -130,4 +130,4 @@ TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_embedding

@@ -4,7 +4,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_history {
 namespace {
 
 constexpr std::uint64_t slots = 64;
@@ -200,4 +200,4 @@ TEST_F(History, ATimeAfterSilenceIsStaleButGiven) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_history

@@ -13,7 +13,7 @@
 #include "tests/shm_api/segment_fixture.hpp"
 #include "tests/shm_api/stress.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_kill {
 namespace {
 
 constexpr std::int64_t fast_ns = 1'000'000;  // the period: stale after 4 ms
@@ -134,4 +134,4 @@ TEST_F(Kills, ReadersSurviveTheWritersDeathAtAnyInstant) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_kill

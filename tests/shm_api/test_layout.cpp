@@ -10,7 +10,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_layout {
 namespace {
 
 std::vector<std::uint64_t> words_of(const std::string& path) {
@@ -103,4 +103,4 @@ TEST(Layout, ClientsStillReadTheImageOfAbi1) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_layout

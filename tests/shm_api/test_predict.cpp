@@ -5,7 +5,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_predict {
 namespace {
 
 struct Motion {
@@ -150,4 +150,4 @@ TEST(Predict, YawUncertaintySwingsThePath) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_predict

@@ -4,7 +4,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_round_trip {
 namespace {
 
 class RoundTrip : public ::testing::Test {
@@ -210,4 +210,4 @@ TEST_F(RoundTrip, BeatCountsAndHistograms) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_round_trip

@@ -8,7 +8,7 @@
 #include "shm_api/libodom/service.h"
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_service_path {
 namespace {
 
 class ServicePath : public ::testing::Test {
@@ -62,4 +62,4 @@ TEST_F(ServicePath, NamesOfAnyLengthDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_service_path

@@ -4,7 +4,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_succession {
 namespace {
 
 constexpr std::int64_t slow_ns = 1'000'000'000;  // stale after 4 s: the test is not that slow
@@ -137,4 +137,4 @@ TEST_F(Succession, AStrangerLeavesNothingToInherit) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_succession

@@ -9,7 +9,7 @@
 #include "tests/shm_api/segment_fixture.hpp"
 #include "tests/shm_api/stress.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_torn_reads {
 namespace {
 
 class TornReads : public ::testing::Test {
@@ -93,4 +93,4 @@ TEST_F(TornReads, AUsualRingNeitherTearsNorStarves) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_torn_reads

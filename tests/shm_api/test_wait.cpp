@@ -9,7 +9,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_wait {
 namespace {
 
 constexpr std::int64_t second = 1'000'000'000;
@@ -95,4 +95,4 @@ TEST_F(Wait, TickZeroAsksForTheNextOneNotForTheNewest) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_wait

@@ -6,7 +6,7 @@
 
 #include "tests/shm_api/segment_fixture.hpp"
 
-namespace odomd::shm::testing {
+namespace odomd::shm::testing::test_wrapper {
 namespace {
 
 class Wrapper : public ::testing::Test {
@@ -139,4 +139,4 @@ TEST_F(Wrapper, HeaderReadings) {
 }
 
 }  // namespace
-}  // namespace odomd::shm::testing
+}  // namespace odomd::shm::testing::test_wrapper

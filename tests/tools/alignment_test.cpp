@@ -9,7 +9,7 @@
 #include "tests/tools/drives.hpp"
 #include "tools/se2.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::alignment_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -132,4 +132,4 @@ TEST(LeverArm, CannotBeFittedToAStraightDrive) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::alignment_test

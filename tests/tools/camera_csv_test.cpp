@@ -7,7 +7,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::camera_csv_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -73,4 +73,4 @@ TEST(CameraLog, RefusesAMissingFile) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::camera_csv_test

@@ -16,7 +16,7 @@
 #include "shm_api/writer.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::camera_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -142,4 +142,4 @@ TEST_F(CameraSend, RefusesBadPosesAndRowsInOneLine) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::camera_test

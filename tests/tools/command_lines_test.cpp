@@ -12,7 +12,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::command_lines_test {
 namespace {
 
 using ::testing::AnyOf;
@@ -212,4 +212,4 @@ TEST(ManPages, AreSound) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::command_lines_test

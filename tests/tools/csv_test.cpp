@@ -12,7 +12,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::csv_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -156,4 +156,4 @@ TEST(AppendNumber, IsTheShortestFormOfTheSameBits) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::csv_test

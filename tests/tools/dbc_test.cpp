@@ -7,7 +7,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::dbc_test {
 namespace {
 
 using nlohmann::json;
@@ -135,4 +135,4 @@ TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::dbc_test

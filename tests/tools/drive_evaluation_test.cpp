@@ -10,7 +10,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::drive_evaluation_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -137,4 +137,4 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::drive_evaluation_test

@@ -9,7 +9,7 @@
 #include "tests/tools/drives.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::evaluate_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -216,4 +216,4 @@ TEST_F(Evaluate, HelpHasExamples) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::evaluate_test

@@ -9,7 +9,7 @@
 #include "tests/tools/drives.hpp"
 #include "tools/evaluation_report.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::evaluation_test {
 namespace {
 
 // Straight along x at 1 m/s.
@@ -151,4 +151,4 @@ TEST(ShortNames, AreStemsUnlessTheyWouldBeAlike) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::evaluation_test

@@ -13,7 +13,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/trajectory.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::golden_replay_test {
 namespace {
 
 constexpr std::string_view bus =
@@ -82,4 +82,4 @@ TEST(GoldenReplay, AgreesWithTheAuthorsFilterFromTheFirstTick) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::golden_replay_test

@@ -10,7 +10,7 @@
 #include "tools/evaluation.hpp"
 #include "tools/pose_error.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::horizon_test {
 namespace {
 
 constexpr std::int64_t tick = 5'000'000;
@@ -143,4 +143,4 @@ TEST(ClosedLoop, IsJudgedByTheBestOfTheEstimates) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::horizon_test

@@ -4,7 +4,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::odom_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -34,4 +34,4 @@ TEST(Odom, AFullDiskIsFailedWork) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::odom_test

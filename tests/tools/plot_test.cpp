@@ -14,7 +14,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/innovation_file.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::plot_test {
 namespace {
 
 using ::testing::AllOf;
@@ -195,4 +195,4 @@ TEST(InnovationFile, ReadsBackWhatWasWritten) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::plot_test

@@ -11,7 +11,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/trajectory.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::pose_csv_test {
 namespace {
 
 using ::testing::StartsWith;
@@ -125,4 +125,4 @@ TEST(PoseCsv, AModeThatIsNotKnownHasItsNumber) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::pose_csv_test

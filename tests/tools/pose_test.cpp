@@ -11,7 +11,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/pose_text.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::pose_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -111,4 +111,4 @@ TEST_F(PoseCommand, OptionsOfFollowingNeedIt) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::pose_test

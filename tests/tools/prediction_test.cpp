@@ -18,7 +18,7 @@
 #include "tools/camera_csv.hpp"
 #include "tools/virtual_drive.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::prediction_test {
 namespace {
 
 struct Horizon {
@@ -81,4 +81,4 @@ TEST_P(Prediction, IsTheFiltersOwn) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::prediction_test

@@ -16,7 +16,7 @@
 #include "tools/camera_csv.hpp"
 #include "tools/virtual_drive.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::real_drives_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -130,4 +130,4 @@ TEST_F(RealDrives, StayWithTheirCamera) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::real_drives_test

@@ -16,7 +16,7 @@
 #include "tools/recording_folder.hpp"
 #include "tools/recording_verifier.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::recording_test {
 namespace {
 
 using daemon::RecordingTap;
@@ -386,4 +386,4 @@ TEST(ReplayOfARecording, ExcludesWhatTheRecordingKnows) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::recording_test

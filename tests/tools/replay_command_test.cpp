@@ -10,7 +10,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::replay_command_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -159,4 +159,4 @@ TEST(ReplayCommand, TellsHowSamplesLayToWhatTheFullFilterExpected) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::replay_command_test

@@ -9,7 +9,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/beat_histogram.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::report_test {
 namespace {
 
 using ::testing::AllOf;
@@ -216,4 +216,4 @@ TEST_F(Report, SaysInOneLineWhatIsWrongWithADrive) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::report_test

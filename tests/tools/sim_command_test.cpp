@@ -17,7 +17,7 @@
 #include "can_protocol/file_descriptor.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::sim_command_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -180,4 +180,4 @@ TEST(SimCommand, SendsCameraPosesToTheSocket) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::sim_command_test

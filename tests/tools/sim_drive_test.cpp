@@ -15,7 +15,7 @@
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/simulation.hpp"
 
-namespace odomd::sim {
+namespace odomd::sim::sim_drive_test {
 namespace {
 
 struct Drive {
@@ -218,4 +218,4 @@ TEST(Sim, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace odomd::sim
+}  // namespace odomd::sim::sim_drive_test

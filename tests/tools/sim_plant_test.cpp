@@ -9,7 +9,7 @@
 #include "tools/sim/tyre.hpp"
 #include "tools/sim/vehicle.hpp"
 
-namespace odomd::sim {
+namespace odomd::sim::sim_plant_test {
 namespace {
 
 constexpr double dt = 0.0005;
@@ -274,4 +274,4 @@ TEST(Plant, RefusesWhatIsNoCar) {
 }
 
 }  // namespace
-}  // namespace odomd::sim
+}  // namespace odomd::sim::sim_plant_test

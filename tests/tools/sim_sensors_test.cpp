@@ -13,7 +13,7 @@
 #include "tools/sim/random.hpp"
 #include "tools/sim/sensors.hpp"
 
-namespace odomd::sim {
+namespace odomd::sim::sim_sensors_test {
 namespace {
 
 using enum Parameter;
@@ -229,4 +229,4 @@ TEST(Camera, SeesItsReferencePoint) {
 }
 
 }  // namespace
-}  // namespace odomd::sim
+}  // namespace odomd::sim::sim_sensors_test

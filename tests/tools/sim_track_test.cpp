@@ -11,7 +11,7 @@
 #include "tools/sim/track.hpp"
 #include "tools/sim/vehicle.hpp"
 
-namespace odomd::sim {
+namespace odomd::sim::sim_track_test {
 namespace {
 
 using std::numbers::pi;
@@ -102,4 +102,4 @@ TEST(Driver, KeepsTheRearAxleOnTheTrack) {
 }
 
 }  // namespace
-}  // namespace odomd::sim
+}  // namespace odomd::sim::sim_track_test

@@ -10,7 +10,7 @@
 #include "tests/tools/monitored_drive.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::source_flags_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -111,4 +111,4 @@ TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::source_flags_test

@@ -16,7 +16,7 @@
 #include "tools/conditions.hpp"
 #include "tools/status_text.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::status_test {
 namespace {
 
 using nlohmann::json;
@@ -225,4 +225,4 @@ TEST(Status, SaysThatNobodyIsThere) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::status_test

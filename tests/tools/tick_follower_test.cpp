@@ -11,7 +11,7 @@
 #include "shm_api/writer.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::tick_follower_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -126,4 +126,4 @@ TEST_F(TickFollowerTest, SaysThatTheDaemonIsSilentAndGoesOnWithItsSuccessor) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::tick_follower_test

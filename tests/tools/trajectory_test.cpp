@@ -7,7 +7,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::trajectory_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -62,4 +62,4 @@ TEST(Trajectory, RefusesTimesThatRunBackwardsAndFilesWithoutRows) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::trajectory_test

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace odomd::tools {
+namespace odomd::tools::virtual_drive_test {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
@@ -107,4 +107,4 @@ TEST(Replay, RefusesToTickThroughAPauseOfHours) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::virtual_drive_test

@@ -17,7 +17,7 @@
 #include "shm_api/writer.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::watch_command_test {
 namespace {
 
 using ::testing::EndsWith;
@@ -197,4 +197,4 @@ TEST_F(WatchCommand, SaysOnceThatNobodyIsThere) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::watch_command_test

@@ -12,7 +12,7 @@
 #include "tools/watch/keys.hpp"
 #include "tools/watch/map.hpp"
 
-namespace odomd::watch {
+namespace odomd::watch::watch_test {
 namespace {
 
 using nlohmann::json;
@@ -417,4 +417,4 @@ TEST(WatchKeys, AreReadFromWhatATerminalSends) {
 }
 
 }  // namespace
-}  // namespace odomd::watch
+}  // namespace odomd::watch::watch_test

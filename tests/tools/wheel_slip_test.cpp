@@ -15,7 +15,7 @@
 #include "tests/tools/monitored_drive.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::wheel_slip_test {
 namespace {
 
 using estimator::Estimate;
@@ -140,4 +140,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::wheel_slip_test

@@ -9,7 +9,7 @@
 #include "estimator/dynamic_model.hpp"
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::accel_y_test {
 namespace {
 
 constexpr double dt = 0.005;
@@ -96,4 +96,4 @@ TEST(AccelY, AtWalkingPaceAndStandingTeachesItsBiasAlone) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::accel_y_test

@@ -11,7 +11,7 @@
 
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::bounds_test {
 namespace {
 
 using testing::grid_of_states;
@@ -114,4 +114,4 @@ TEST(Limit, HardlyTouchesWhatIsBelow) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::bounds_test

@@ -12,7 +12,7 @@
 #include "estimator/pose.hpp"
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::camera_test {
 namespace {
 
 constexpr std::int64_t millisecond = 1'000'000;
@@ -214,4 +214,4 @@ TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::camera_test

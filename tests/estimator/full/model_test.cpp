@@ -10,7 +10,7 @@
 #include "estimator/dynamic_model.hpp"
 #include "tests/estimator/autodiff.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::model_test {
 namespace {
 
 using estimator::testing::constants;
@@ -146,4 +146,4 @@ TEST(FullModel, NoiseIsADensity) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::model_test

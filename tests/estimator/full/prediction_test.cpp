@@ -10,7 +10,7 @@
 #include "derivatives.hpp"
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::prediction_test {
 namespace {
 
 using testing::is_covariance;
@@ -146,4 +146,4 @@ TEST(Prediction, OwnSensorsMoveThePoseByHalfTheTimeTheSourceWasUnheard) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::prediction_test

@@ -8,7 +8,7 @@
 #include "estimator/predecessor.hpp"
 #include "estimator/symmetric3.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::publication_test {
 namespace {
 
 Vector prior() {
@@ -122,4 +122,4 @@ TEST(Publication, StandingNothingChanges) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::publication_test

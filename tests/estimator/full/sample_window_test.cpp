@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::sample_window_test {
 namespace {
 
 constexpr std::int64_t earliest = std::numeric_limits<std::int64_t>::min();
@@ -196,4 +196,4 @@ TEST(SampleWindow, GoesOnForeverInItsRoom) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::sample_window_test

@@ -11,7 +11,7 @@
 #include "estimator/full/take.hpp"
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::standstill_test {
 namespace {
 
 constexpr std::int64_t millisecond = 1'000'000;
@@ -226,4 +226,4 @@ TEST(Standstill, WithoutACameraThePoseIsKnownNoBetterForIt) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::standstill_test

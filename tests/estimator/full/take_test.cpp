@@ -12,7 +12,7 @@
 
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::take_test {
 namespace {
 
 constexpr std::int64_t millisecond = 1'000'000;
@@ -459,4 +459,4 @@ TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::take_test

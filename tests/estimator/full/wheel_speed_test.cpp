@@ -12,7 +12,7 @@
 #include "estimator/full/take.hpp"
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::wheel_speed_test {
 namespace {
 
 constexpr double sigma = 0.02;
@@ -151,4 +151,4 @@ TEST(FullWheelSpeed, SlipsWithTheAccelerationMoreWhereItDrives) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::wheel_speed_test

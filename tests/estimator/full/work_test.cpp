@@ -32,7 +32,7 @@ Judgement take(const Context& /*context*/, State& state, const Sample& sample) n
 
 }  // namespace odomd::estimator::full
 
-namespace odomd::estimator {
+namespace odomd::estimator::work_test {
 namespace {
 
 constexpr std::int64_t millisecond = 1'000'000;
@@ -128,4 +128,4 @@ TEST(FullFilterWork, WakingUpAfterAnyTimeDoesNoMoreThanASecondAndAWindow) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator
+}  // namespace odomd::estimator::work_test

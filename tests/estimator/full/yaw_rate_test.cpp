@@ -6,7 +6,7 @@
 #include "derivatives.hpp"
 #include "states.hpp"
 
-namespace odomd::estimator::full {
+namespace odomd::estimator::full::yaw_rate_test {
 namespace {
 
 TEST(YawRate, IsScaledAndBiased) {
@@ -28,4 +28,4 @@ TEST(YawRate, DependsOnTheStateAsItSays) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full
+}  // namespace odomd::estimator::full::yaw_rate_test

@@ -13,7 +13,7 @@
 #include "ros.h"
 #include "tests/tools/bridge/bridge_process.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::dds_test {
 namespace {
 
 // Nothing but the loopback, which need not know multicast; and nobody else's domain, whoever runs
@@ -320,4 +320,4 @@ TEST_F(DdsBridge, TakesTheDomainOfRosFromTheEnvironment) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::dds_test

@@ -7,7 +7,7 @@
 
 #include "tools/se2.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::odometry_test {
 namespace {
 
 BridgeSample sample() {
@@ -104,4 +104,4 @@ TEST(Odometry, QuaternionOfAnUnwrappedYawHasOneSign) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::odometry_test

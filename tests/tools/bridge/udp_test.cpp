@@ -13,7 +13,7 @@
 #include "tests/tools/bridge/bridge_process.hpp"
 #include "tools/bridge/udp_sink.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::udp_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -238,4 +238,4 @@ TEST(SampleJson, IsOneObjectWhateverIsInIt) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::udp_test

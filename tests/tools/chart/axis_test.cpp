@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace odomd::tools::chart {
+namespace odomd::tools::chart::axis_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -57,4 +57,4 @@ TEST(WithRoom, GivesARangeOfNoWidthSome) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::chart
+}  // namespace odomd::tools::chart::axis_test

@@ -10,7 +10,7 @@
 #include "tests/tools/markup.hpp"
 #include "tools/chart/svg.hpp"
 
-namespace odomd::tools::chart {
+namespace odomd::tools::chart::chart_test {
 namespace {
 
 using ::testing::AnyOf;
@@ -86,4 +86,4 @@ TEST(Drawings, StandBelowEachOther) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::chart
+}  // namespace odomd::tools::chart::chart_test

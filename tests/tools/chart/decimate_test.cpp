@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace odomd::tools::chart {
+namespace odomd::tools::chart::decimate_test {
 namespace {
 
 const Scale x{{0.0, 100.0}, Scaling::linear, 0.0, 1000.0};
@@ -83,4 +83,4 @@ TEST(Decimated, OfABandIsNoNarrowerThanTheBand) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::chart
+}  // namespace odomd::tools::chart::decimate_test

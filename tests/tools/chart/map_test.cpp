@@ -9,7 +9,7 @@
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools::chart {
+namespace odomd::tools::chart::map_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -102,4 +102,4 @@ TEST(PictureFile, PngNeedsAConverterAndSaysSo) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::chart
+}  // namespace odomd::tools::chart::map_test

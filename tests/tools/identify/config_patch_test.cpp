@@ -6,7 +6,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::config_patch_test {
 namespace {
 
 using testing::HasSubstr;
@@ -192,4 +192,4 @@ TEST(ConfigPatch, OfAFileIsWholeOrNotAtAll) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::config_patch_test

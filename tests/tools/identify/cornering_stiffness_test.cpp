@@ -7,7 +7,7 @@
 
 #include "tools/identify/stiffness_plot.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::cornering_stiffness_test {
 namespace {
 
 using testing::HasSubstr;
@@ -124,4 +124,4 @@ TEST(CorneringStiffness, ThePictureShowsBothAxles) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::cornering_stiffness_test

@@ -7,7 +7,7 @@
 #include "tools/identify/film_alignment.hpp"
 #include "tools/identify/film_motion.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::film_test {
 namespace {
 
 using testing::Contains;
@@ -146,4 +146,4 @@ TEST(CircleRuns, AStraightOrAWobbleIsNoCircle) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::film_test

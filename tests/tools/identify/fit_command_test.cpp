@@ -7,7 +7,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::fit_command_test {
 namespace {
 
 using testing::HasSubstr;
@@ -68,4 +68,4 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::fit_command_test

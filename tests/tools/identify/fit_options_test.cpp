@@ -11,7 +11,7 @@
 #include "tools/identify/fit_options.hpp"
 #include "tools/identify/fit_parameters.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::fit_options_test {
 namespace {
 
 using fitting::parse_prior;
@@ -69,4 +69,4 @@ TEST(FitOptions, WithoutItsProgramTheCommandSaysWhatToInstall) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::fit_options_test

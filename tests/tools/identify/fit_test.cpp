@@ -11,7 +11,7 @@
 #include "tools/identify/fit_solver.hpp"
 #include "tools/identify/four_wheels.hpp"
 
-namespace odomd::tools::fitting {
+namespace odomd::tools::fitting::fit_test {
 namespace {
 
 using estimator::Source;
@@ -150,4 +150,4 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
 }
 
 }  // namespace
-}  // namespace odomd::tools::fitting
+}  // namespace odomd::tools::fitting::fit_test

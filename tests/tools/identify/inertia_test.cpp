@@ -13,7 +13,7 @@
 #include "tools/sim/random.hpp"
 #include "tools/sim/swing.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::inertia_test {
 namespace {
 
 using std::numbers::pi;
@@ -242,4 +242,4 @@ TEST(IdentifyInertia, SaysWhatIsMissingOrWrong) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::inertia_test

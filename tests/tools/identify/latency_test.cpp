@@ -10,7 +10,7 @@
 #include "tools/identify/offset_regression.hpp"
 #include "tools/identify/response_fit.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::latency_test {
 namespace {
 
 using estimator::Source;
@@ -222,4 +222,4 @@ TEST(Latency, NeedsAGyroAndTime) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::latency_test

@@ -5,7 +5,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::marker_track_test {
 namespace {
 
 using testing::HasSubstr;
@@ -89,4 +89,4 @@ TEST(MarkerTrack, TracksOfDifferentFilmsAreRefused) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::marker_track_test

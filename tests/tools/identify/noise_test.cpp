@@ -10,7 +10,7 @@
 #include "tools/identify/standing_noise.hpp"
 #include "tools/sim/random.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::noise_test {
 namespace {
 
 using testing::HasSubstr;
@@ -214,4 +214,4 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::noise_test

@@ -5,7 +5,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::signal_log_test {
 namespace {
 
 using estimator::Source;
@@ -71,4 +71,4 @@ TEST(SignalLog, ALogThatIsNoLogIsRefused) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::signal_log_test

@@ -9,7 +9,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::stiffness_command_test {
 namespace {
 
 using testing::AllOf;
@@ -99,4 +99,4 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::stiffness_command_test

@@ -6,7 +6,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/quantity.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::weighing_test {
 namespace {
 
 using testing::HasSubstr;
@@ -147,4 +147,4 @@ TEST(IdentifyMass, SaysWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::weighing_test

@@ -9,7 +9,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::track_options_test {
 namespace {
 
 using testing::HasSubstr;
@@ -82,4 +82,4 @@ TEST(TrackOptions, WithoutItsProgramTheCommandSaysWhatToInstall) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::track_options_test

@@ -15,7 +15,7 @@
 #include "tools/identify/marker_track.hpp"
 #include "tools/track/view.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::track_test {
 namespace {
 
 using testing::HasSubstr;
@@ -39,7 +39,7 @@ Plane at_body(const Pose& pose, Plane place) {
   return Plane{pose.x, pose.y} + std::polar(1.0, pose.yaw) * place;
 }
 
-const Plane front{0.16, 0.0}, rear{-0.16, 0.0};
+const Plane front_place{0.16, 0.0}, rear_place{-0.16, 0.0};
 
 struct Filmed {
   FilmCamera camera{.place = {-0.62, 0.0, 2.5}, .tilt = 0.25};
@@ -60,7 +60,7 @@ struct Filmed {
         for (int id = 0; id < 4; ++id)
           scene.push_back({aruco_picture(id), 0.18, id % 2 == 0 ? -0.75 : 0.75,
                            id < 2 ? -1.15 : 1.15, 0.3 * id, 0.0});
-      const Plane f = at_body(pose, tools::front), r = at_body(pose, tools::rear);
+      const Plane f = at_body(pose, front_place), r = at_body(pose, rear_place);
       if (!hidden(k)) scene.push_back({front, side, f.real(), f.imag(), pose.yaw, height});
       scene.push_back({rear, side, r.real(), r.imag(), pose.yaw, height});
       film.write(renderer.render(scene));
@@ -88,8 +88,8 @@ Errors errors_of(const Scratch& scratch, const std::string& csv) {
   for (const MarkerFrame& frame : track.frames) {
     const Pose pose =
         pose_at(static_cast<int>(std::lround(1e-9 * static_cast<double>(frame.t_ns) * rate)));
-    for (const double off : {std::abs(frame.front - at_body(pose, front)),
-                             std::abs(frame.rear - at_body(pose, rear))}) {
+    for (const double off : {std::abs(frame.front - at_body(pose, front_place)),
+                             std::abs(frame.rear - at_body(pose, rear_place))}) {
       errors.largest = std::max(errors.largest, 1e3 * off);
       squares += 1e6 * off * off;
     }
@@ -222,7 +222,7 @@ TEST(Track, WithoutPlacesOnTheGroundTheTrackIsInPixels) {
   std::ostringstream csv;
   static_cast<void>(track_film(options, csv));
   const MarkerTrack track = read_marker_track(stage().scratch.write("px.csv", csv.str()));
-  const Plane place = at_body(pose_at(0), front);
+  const Plane place = at_body(pose_at(0), front_place);
   const cv::Point2d pixel = Filmed{}.camera.pixel({place.real(), place.imag(), car_height});
   EXPECT_NEAR(track.frames[0].front.real(), pixel.x, 0.5);
   EXPECT_NEAR(track.frames[0].front.imag(), pixel.y, 0.5);
@@ -354,4 +354,4 @@ TEST(TrackCommand, OdomHandsOverToTheProgramWithOpenCv) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::track_test

@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-namespace odomd::tools {
+namespace odomd::tools::parameter_test {
 namespace {
 
 using testing::ElementsAre;
@@ -62,4 +62,4 @@ TEST(TunedParameter, StartsAtWhatTheConfigurationHas) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::parameter_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace odomd::tools {
+namespace odomd::tools::score_test {
 namespace {
 
 constexpr double untold = std::numeric_limits<double>::quiet_NaN();
@@ -52,4 +52,4 @@ TEST(TuneScore, IsMadeOfTheEvaluation) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::score_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace odomd::tools {
+namespace odomd::tools::search_test {
 namespace {
 
 /// A bowl with its bottom at (0.62, 0.31), long and askew.
@@ -65,4 +65,4 @@ TEST(CompassSearch, AStartThatIsBestIsFound) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::search_test

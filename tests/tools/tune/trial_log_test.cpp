@@ -9,7 +9,7 @@
 
 #include "tests/tools/scratch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::trial_log_test {
 namespace {
 
 using testing::HasSubstr;
@@ -95,4 +95,4 @@ TEST(TrialLog, TellsWhenTheConfigurationAsItIsDoesOtherwise) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::trial_log_test

@@ -9,7 +9,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/config_patch.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::tune_command_test {
 namespace {
 
 using nlohmann::json;
@@ -137,4 +137,4 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::tune_command_test
