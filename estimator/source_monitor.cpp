@@ -11,8 +11,10 @@
 namespace odomd::estimator {
 namespace {
 
+using monitor::Contradicted;
 using monitor::Interval;
 using monitor::look_every_ns;
+using monitor::Testimony;
 
 // On top of twice the slowest source's cycle; the camera's motion is a mean over some time.
 constexpr double window_s = 0.1;
@@ -25,6 +27,9 @@ constexpr double drifting_after_s = 0.12;
 constexpr double slipping_after_s = 0.06;
 constexpr double calm_s = 1.0;
 constexpr int bad_in_a_row = 2;
+
+// A stamp so far ahead of its arrival is none: all that comes before that time would be old.
+constexpr std::int64_t future_ns = 10'000'000;
 
 // A value repeats when so many samples over so long have had the same bits.
 constexpr int repeats_samples = 4;
@@ -82,11 +87,12 @@ void SourceMonitor::take(const Measurement& sample) noexcept {
   if (signal.seen && sample.time_ns <= signal.taken_ns) {
     return;
   }
+  if (ns_between(heard_ns, sample.time_ns) > future_ns) {
+    return;
+  }
   heard(signal, sample.time_ns, heard_ns, sample.value == signal.value);
   signal.value = sample.value;
-  const bool tells_sign =
-      sample.source == Source::direction || (is_wheel(sample.source) && sample.value < 0.0);
-  reversed_seen_ = reversed_seen_ || tells_sign;
+  wheels_know_sign_ = wheels_know_sign_ || (is_wheel(sample.source) && sample.value < 0.0);
 }
 
 void SourceMonitor::take(const CameraPose& camera) noexcept {
@@ -97,6 +103,9 @@ void SourceMonitor::take(const CameraPose& camera) noexcept {
     return;
   }
   if (signal.seen && camera.capture_ns <= signal.taken_ns) {
+    return;
+  }
+  if (ns_between(heard_ns, camera.capture_ns) > future_ns) {
     return;
   }
   const SeenPose& before = newest_pose();
@@ -154,9 +163,26 @@ void SourceMonitor::step(std::int64_t tick_ns) noexcept {
     const double rows = std::ceil((seconds + 2.0 * slowest_s) * ns_per_second / look_every_ns);
     return std::clamp(static_cast<std::size_t>(rows), std::size_t{2}, History::capacity - 1);
   };
-  compare_wheels(rows_of(wheel_window_s));
-  compare_turns(rows_of(window_s), rows_of(camera_window_s));
-  compare_lengthwise(rows_of(window_s));
+  Testimony told = testimony({.wheels = rows_of(wheel_window_s),
+                              .beside_camera = rows_of(camera_window_s),
+                              .all = rows_of(window_s)});
+  Contradicted found = contradicted(told);
+  backwards_ = false;
+  const bool told_direction = alive(Source::direction) && signal(Source::direction).value != 0.0;
+  if (!wheels_know_sign_ && !told_direction) {
+    const Testimony mirrored = told.mirrored();
+    const Contradicted otherwise = contradicted(mirrored);
+    backwards_ = goes_backwards(told, found.count(), otherwise.count());
+    if (backwards_) {
+      told = mirrored;
+      found = otherwise;
+    }
+  }
+  blame_wheels(told, found);
+  blame_turns(told, found);
+  if (found.lengthwise) {
+    blame_lengthwise(told);
+  }
 
   const Interval& v = history_.at(0)[speed];
   const Interval& turn = history_.at(0)[turn_by_gyro];

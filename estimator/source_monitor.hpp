@@ -13,6 +13,7 @@
 
 #include "estimator/measurement.hpp"
 #include "estimator/monitor/interval.hpp"
+#include "estimator/monitor/testimony.hpp"
 #include "estimator/vehicle.hpp"
 
 namespace odomd::estimator {
@@ -37,8 +38,8 @@ class SourceMonitor {
   /// `sigma`: standard deviation of each source's samples, in the order of Source; 0: its default.
   SourceMonitor(const Vehicle& vehicle, const std::array<double, source_count>& sigma) noexcept;
 
-  /// Every sample once, as it comes in; those that are older than the newest of their source count
-  /// for nothing but their range.
+  /// Every sample once, as it comes in; those that are older than the newest of their source, or
+  /// from the future, count for nothing but their range.
   void take(const Measurement& sample) noexcept;
   void take(const CameraPose& camera) noexcept;
 
@@ -115,9 +116,21 @@ class SourceMonitor {
   static void heard(Signal& signal, std::int64_t taken_ns, std::int64_t heard_ns,
                     bool same) noexcept;
   void look() noexcept;
-  void compare_wheels(std::size_t rows) noexcept;
-  void compare_turns(std::size_t rows, std::size_t camera_rows) noexcept;
-  void compare_lengthwise(std::size_t rows) noexcept;
+  /// Rows of the history: over how long each is represented.
+  struct Spans {
+    std::size_t wheels;         ///< against each other
+    std::size_t beside_camera;  ///< what is held against the camera
+    std::size_t all;            ///< all else
+  };
+  [[nodiscard]] monitor::Testimony testimony(const Spans& spans) const noexcept;
+  [[nodiscard]] monitor::Contradicted contradicted(const monitor::Testimony& told) const noexcept;
+  [[nodiscard]] double lengthwise_error(const monitor::Testimony& told) const noexcept;
+  bool goes_backwards(const monitor::Testimony& told, int ahead, int backwards) noexcept;
+  void blame_wheels(const monitor::Testimony& told,
+                    const monitor::Contradicted& contradicted) noexcept;
+  void blame_turns(const monitor::Testimony& told,
+                   const monitor::Contradicted& contradicted) noexcept;
+  void blame_lengthwise(const monitor::Testimony& told) noexcept;
   void watch_camera_pose() noexcept;
   void suspect(Source source, SourceFlag kind) noexcept;
   void settle() noexcept;
@@ -128,15 +141,16 @@ class SourceMonitor {
   std::array<SourceFlag, source_count> evidence_{};  ///< of the look at hand
   History history_;
   std::array<SeenPose, 16> poses_{};
-  std::size_t pose_count_ = 0;    ///< ever taken
-  int unusable_poses_ = 0;        ///< in this tick
-  bool usable_pose_ = false;      ///< in this tick
-  double way_since_pose_ = 0.0;   ///< [m] driven since the camera's pose last changed
-  double turn_since_pose_ = 0.0;  ///< [rad]
-  bool reversed_seen_ = false;    ///< a speed was negative, or the direction is known
+  std::size_t pose_count_ = 0;     ///< ever taken
+  int unusable_poses_ = 0;         ///< in this tick
+  bool usable_pose_ = false;       ///< in this tick
+  double way_since_pose_ = 0.0;    ///< [m] driven since the camera's pose last changed
+  double turn_since_pose_ = 0.0;   ///< [rad]
+  bool wheels_know_sign_ = false;  ///< a speed was negative
   bool wheels_slip_ = false;
-  double sideways_ = 0.0;  ///< [m/s] that the car would have come to move if the speed were right
-  bool camera_contradicts_wheels_ = false;  ///< at this look
+  double sideways_ = 0.0;   ///< [m/s] that the car would have come to move if the speed were right
+  int ahead_rather_ = 0;    ///< contradictions fewer since the last halt if it goes ahead
+  bool backwards_ = false;  ///< wheels that know no sign turn backwards
   std::int64_t now_ns_ = 0;
   std::int64_t looked_ns_ = 0;
   bool looked_ = false;

@@ -42,7 +42,8 @@ void SourceMonitor::look() noexcept {
   for (const Column column : {turn_by_gyro, turn_by_steering, turn_by_rear_wheels}) {
     const Interval& before = history_.at(0)[column];
     if (before.known()) {
-      turns[turn_count++] = 0.5 * (before.low + before.high);
+      const double sign = column == turn_by_gyro && backwards_ ? -1.0 : 1.0;
+      turns[turn_count++] = sign * 0.5 * (before.low + before.high);
     }
   }
   const double turn = turn_count == 3 ? median(turns, 3) : turn_count > 0 ? turns[0] : 0.0;

@@ -17,6 +17,9 @@ inline constexpr std::size_t wheel_count = 6;
 /// How often the sources are held against each other.
 inline constexpr std::int64_t look_every_ns = 20'000'000;
 
+/// Below, the car may as well stand [m/s].
+inline constexpr double slowest_speed = 0.1;
+
 /// Over so long the camera's motion is taken, at least [s].
 inline constexpr double camera_span_s = 0.2;
 

@@ -38,15 +38,24 @@ double sound(Source, double, double value) {
   return value;
 }
 
+/// What the sensors are like beyond the usual: wheels that know no sign, a camera.
+struct Equipment {
+  bool unsigned_wheels = false;
+  bool camera = false;
+  std::optional<double> direction = std::nullopt;  ///< what is said of it, throughout
+};
+
 class Drive {
  public:
-  explicit Drive(std::function<Motion(double)> motion) : motion_(std::move(motion)) {}
+  explicit Drive(std::function<Motion(double)> motion, Equipment equipment = {})
+      : motion_(std::move(motion)), equipment_(equipment) {}
 
   /// Drives on, with a sample of every source each 10 ms.
   void until(double end_s, const Failure& failure = sound) {
     for (; time_s() < end_s; now_ns_ += 5 * ms) {
       const double t = time_s();
       if (now_ns_ / ms % 10 == 0) sense(t, failure);
+      if (equipment_.camera) look(t);
       monitor.step(now_ns_);
       for (std::size_t i = 0; i < source_count; ++i)
         if (!raised_s_[i] && monitor.flag(static_cast<Source>(i)) != SourceFlag::ok)
@@ -63,6 +72,9 @@ class Drive {
     for (const auto& raised : raised_s_) count += raised ? 1 : 0;
     return count;
   }
+
+  /// From now on it shows the same picture.
+  void freeze_camera() { camera_frozen_ = true; }
 
   SourceMonitor monitor{Vehicle{}, sigmas};
 
@@ -86,14 +98,34 @@ class Drive {
     give(Source::yaw_rate, turn + noise);
     give(Source::accel_x, ahead + 10.0 * noise);
     give(Source::accel_y, v * turn - 10.0 * noise);
-    give(Source::wheel_front_left, (v - half_track * turn) / std::cos(delta));
-    give(Source::wheel_front_right, (v + half_track * turn) / std::cos(delta));
-    give(Source::wheel_rear_left, v - half_track * turn);
-    give(Source::wheel_rear_right, v + half_track * turn);
+    const auto wheel = [&](double speed) {
+      return equipment_.unsigned_wheels ? std::abs(speed) : speed;
+    };
+    give(Source::wheel_front_left, wheel((v - half_track * turn) / std::cos(delta)));
+    give(Source::wheel_front_right, wheel((v + half_track * turn) / std::cos(delta)));
+    give(Source::wheel_rear_left, wheel(v - half_track * turn));
+    give(Source::wheel_rear_right, wheel(v + half_track * turn));
     give(Source::steering, delta);
+    if (equipment_.direction) give(Source::direction, *equipment_.direction);
+  }
+
+  /// Every 35 ms a pose, of the rear axle.
+  void look(double t) {
+    const auto [v, delta] = motion_(t);
+    const double way = camera_frozen_ ? 0.0 : 0.005 * v;
+    seen_.yaw += way * std::tan(delta) / Vehicle{}.wheelbase();
+    seen_.x += way * std::cos(seen_.yaw);
+    seen_.y += way * std::sin(seen_.yaw);
+    if (now_ns_ / ms % 35 != 0) return;
+    seen_.capture_ns = now_ns_ - 5 * ms;
+    seen_.arrival_ns = now_ns_;
+    monitor.take(seen_);
   }
 
   std::function<Motion(double)> motion_;
+  Equipment equipment_;
+  bool camera_frozen_ = false;
+  CameraPose seen_{.sigma_x = 0.008, .sigma_y = 0.008, .sigma_yaw = 0.009};
   std::int64_t now_ns_ = start_ns;
   std::array<std::optional<double>, source_count> raised_s_{};
 };
@@ -108,6 +140,44 @@ TEST(SourceMonitor, HasNothingToSayOfASlalom) {
   Drive drive(slalom);
   drive.until(60.0);
   EXPECT_EQ(drive.flagged(), 0);
+}
+
+TEST(SourceMonitor, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
+  // Backwards through a slalom, and hard on the brake and off it again.
+  const auto backwards = [](double t) {
+    const Motion ahead = slalom(t);
+    return Motion{-ahead.speed - 0.8 * std::sin(4.0 * t), ahead.steering};
+  };
+  const auto nothing_of = [&](const Equipment& equipment, const char* what) {
+    Drive drive(backwards, equipment);
+    drive.until(30.0);
+    for (std::size_t i = 0; i < source_count; ++i) {
+      EXPECT_FALSE(drive.raised_s(static_cast<Source>(i)))
+          << source_names[i] << " at " << drive.raised_s(static_cast<Source>(i)).value_or(0.0)
+          << ", " << what;
+    }
+  };
+  nothing_of({.unsigned_wheels = true}, "alone");
+  nothing_of({.unsigned_wheels = true, .camera = true}, "with camera");
+  nothing_of({.unsigned_wheels = true, .camera = true, .direction = -1.0}, "told so");
+  nothing_of({.unsigned_wheels = true, .camera = true, .direction = 0.0}, "not told");
+}
+
+TEST(SourceMonitor, TellsWhatFailsInReverseOfWheelsThatKnowNoSign) {
+  const auto backwards = [](double t) {
+    const Motion ahead = slalom(t);
+    return Motion{-ahead.speed, ahead.steering};
+  };
+  const std::pair<Source, double> offsets[] = {
+      {Source::yaw_rate, 1.5}, {Source::accel_y, 5.0}, {Source::wheel_rear_left, 1.5}};
+  for (const auto& [source, offset] : offsets) {
+    Drive drive(backwards, {.unsigned_wheels = true, .camera = true});
+    drive.until(7.3);
+    drive.until(
+        8.0, failing(source, [offset = offset](double, double value) { return value + offset; }));
+    EXPECT_NE(drive.monitor.flag(source), SourceFlag::ok) << source_names[index_of(source)];
+    EXPECT_EQ(drive.flagged(), 1) << source_names[index_of(source)];
+  }
 }
 
 TEST(SourceMonitor, TakesARestForNoFault) {
@@ -165,6 +235,43 @@ TEST(SourceMonitor, TellsALockedAndASpinningWheel) {
   }
 }
 
+TEST(SourceMonitor, TellsTheAxleThatIsLockedUnderTheBrakeFromTheOneThatSpinsInBothDirections) {
+  for (const bool unsigned_wheels : {false, true}) {
+    for (const double direction : {1.0, -1.0}) {
+      // On the brake from 5 s to 6 s, then on the throttle: front wheels locked, rear wheels
+      // spinning.
+      const auto motion = [direction](double t) {
+        const double v = t < 5.0 ? 3.0 : t < 6.0 ? 3.0 - 2.0 * (t - 5.0) : 1.0 + 2.0 * (t - 6.0);
+        return Motion{direction * v, 0.3 * std::sin(1.3 * t)};
+      };
+      const Equipment equipment{.unsigned_wheels = unsigned_wheels};
+      const auto front = [](Source source) {
+        return source == Source::wheel_front_left || source == Source::wheel_front_right;
+      };
+      const auto rear = [](Source source) {
+        return source == Source::wheel_rear_left || source == Source::wheel_rear_right;
+      };
+      Drive locked(motion, equipment);
+      locked.until(5.3);
+      locked.until(5.7, [&](Source source, double, double value) {
+        return front(source) ? 0.1 * value : value;
+      });
+      EXPECT_EQ(locked.monitor.flag(Source::wheel_front_left), SourceFlag::slipping);
+      EXPECT_EQ(locked.monitor.flag(Source::wheel_front_right), SourceFlag::slipping);
+      EXPECT_EQ(locked.monitor.flag(Source::wheel_rear_left), SourceFlag::ok);
+
+      Drive spinning(motion, equipment);
+      spinning.until(6.3);
+      spinning.until(6.7, [&](Source source, double, double value) {
+        return rear(source) ? 3.0 * value : value;
+      });
+      EXPECT_EQ(spinning.monitor.flag(Source::wheel_rear_left), SourceFlag::slipping);
+      EXPECT_EQ(spinning.monitor.flag(Source::wheel_rear_right), SourceFlag::slipping);
+      EXPECT_EQ(spinning.monitor.flag(Source::wheel_front_left), SourceFlag::ok);
+    }
+  }
+}
+
 TEST(SourceMonitor, TellsValuesThatAreNoneWithinThreePeriods) {
   for (const double value : {nan, 1e4}) {
     Drive drive(slalom);
@@ -187,6 +294,27 @@ TEST(SourceMonitor, ForgivesASingleValue) {
     drive.until(5.0);
     EXPECT_EQ(drive.flagged(), 0);
   }
+}
+
+TEST(SourceMonitor, IsNotBlindedByAStampFromTheFuture) {
+  Drive drive(slalom, {.camera = true});
+  drive.until(3.0);
+  drive.monitor.take(CameraPose{.capture_ns = start_ns + 60'000 * ms,
+                                .arrival_ns = start_ns + 3'000 * ms,
+                                .sigma_x = 0.01,
+                                .sigma_y = 0.01,
+                                .sigma_yaw = 0.01});
+  drive.monitor.take(Measurement{.source = Source::yaw_rate,
+                                 .time_ns = start_ns + 60'000 * ms,
+                                 .value = 0.0,
+                                 .arrival_ns = start_ns + 3'000 * ms});
+  drive.until(7.3);
+  drive.until(8.0, failing(Source::yaw_rate, [](double, double value) { return value + 1.5; }));
+  EXPECT_EQ(drive.monitor.flag(Source::yaw_rate), SourceFlag::drifting);
+  EXPECT_EQ(drive.flagged(), 1);
+  drive.freeze_camera();
+  drive.until(9.5);
+  EXPECT_EQ(drive.monitor.flag(Source::camera), SourceFlag::frozen);
 }
 
 TEST(SourceMonitor, TakesAFlagBackWhenTheFaultIsGone) {
