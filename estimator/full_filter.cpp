@@ -261,7 +261,11 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     last_tick_ns_ = now_.time_ns = awake_ns;
     const Symmetric3 way = gap_noise(gap_s);
     const Symmetric3 change = velocity_gap_noise(gap_s);
-    now_.covariance.diagonal().head<3>() += Eigen::Vector3d(way[0], way[3], way[5]);
+    // ... whether it has gone on as it went or not.
+    const double gone = gap_s * std::hypot(now_.mean[at::v_x], now_.mean[at::v_y]);
+    const double turned = gap_s * now_.mean[at::yaw_rate];
+    now_.covariance.diagonal().head<3>() +=
+        Eigen::Vector3d(way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned);
     now_.covariance.diagonal().segment<3>(at::v_x) +=
         Eigen::Vector3d(change[0], change[3], change[5]);
     now_.rest = {};

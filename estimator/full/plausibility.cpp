@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/full/standstill.hpp"
 #include "estimator/time.hpp"
 
 namespace odomd::estimator::full {
@@ -10,27 +11,35 @@ namespace {
 
 // For so long a reading says something of the next; no car changes its motion faster for longer.
 constexpr double longest_pause_s = 1.5;
-constexpr double longest_change_s = 0.1;
+constexpr double longest_change_s = 0.3;
+
+// A wheel's reading is what it says now for so long.
+constexpr double fresh_s = 0.25;
+
+// A source has paused that is unheard for three of its intervals and this.
+constexpr double slack_s = 0.02;
 
 constexpr int fewest_rejected = 3;
 constexpr int most_counted = 3;
 
-/// |z_2 - z_1| ≤ at_once + rate Δt: kerbs, collisions, spinning wheels and those of one axle in a
-/// tight turn are within.
+/// |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most 2: kerbs and the wheels of one
+/// axle in a tight turn are within.
 struct Change {
   double at_once;
+  double share;
   double rate;  ///< per second
 };
+constexpr double largest_share = 2.0;
 
 constexpr Change largest_change(Source source) noexcept {
   switch (source) {
     case Source::yaw_rate:
-      return {0.5, 60.0};
+      return {0.5, 0.0, 30.0};
     case Source::accel_x:
     case Source::accel_y:
-      return {10.0, 500.0};
+      return {10.0, 0.0, 100.0};
     default:  // wheels
-      return {2.0, 30.0};
+      return {0.3, 0.3, 10.0};
   }
 }
 
@@ -39,7 +48,20 @@ bool agree(const Reading& before, const Sample& sample) noexcept {
   const Change change = largest_change(sample.source);
   return before.agreeing > 0 && elapsed_s <= longest_pause_s &&
          std::abs(sample.value[0] - before.value) <=
-             change.at_once + change.rate * std::min(elapsed_s, longest_change_s);
+             change.at_once + std::min(change.share * std::abs(sample.value[0]), largest_share) +
+                 change.rate * std::min(elapsed_s, longest_change_s);
+}
+
+/// Calls `with` with the source of every wheel that was lately heard, but not with the sample's.
+template <typename With>
+void for_the_other_wheels(const State& state, const Sample& sample, const With& with) {
+  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
+    const Reading& heard = state.heard[i];
+    if (i != index_of(sample.source) && heard.agreeing > 0 &&
+        seconds_between(heard.time_ns, sample.time_ns) <= fresh_s) {
+      with(i);
+    }
+  }
 }
 
 }  // namespace
@@ -69,15 +91,51 @@ std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcep
   return since_ns;
 }
 
+WheelVote wheel_vote(const State& state, const Sample& sample) noexcept {
+  WheelVote vote;
+  const auto count = [&](double speed) {
+    if (!turns(speed, sample.sigma[0])) {
+      ++vote.resting;
+      return;
+    }
+    if (vote.turning == 0 || std::abs(speed) < std::abs(vote.slowest)) {
+      vote.slowest = speed;
+    }
+    ++vote.turning;
+  };
+  count(sample.value[0]);
+  for_the_other_wheels(state, sample, [&](std::size_t i) { count(state.heard[i].value); });
+  return vote;
+}
+
+bool outvotes_the_fused(const State& state, const Sample& sample) noexcept {
+  int against = 1;
+  int fused = 0;
+  for_the_other_wheels(state, sample, [&](std::size_t i) {
+    if (state.rejected[i].count == 0) {
+      ++fused;
+    } else if (agree(state.heard[i], sample)) {
+      ++against;
+    }
+  });
+  return against > fused;
+}
+
 void note_heard(State& state, const Sample& sample) noexcept {
-  const int agreeing = std::min(vouchers(state, sample) + 1, most_counted);
-  state.heard[index_of(sample.source)] = {agreeing, sample.time_ns, sample.value[0]};
+  Reading& heard = state.heard[index_of(sample.source)];
+  const double interval_s =
+      heard.agreeing > 0 ? seconds_between(heard.time_ns, sample.time_ns) : 0.0;
+  heard = {std::min(vouchers(state, sample) + 1, most_counted), sample.time_ns, sample.value[0],
+           interval_s};
 }
 
 void count_rejected(State& state, const Sample& sample) noexcept {
   const std::size_t index = index_of(sample.source);
   Rejection& rejection = state.rejected[index];
-  if (rejection.count == 0 || !agree(state.heard[index], sample)) {
+  const Reading& before = state.heard[index];
+  const bool paused = before.interval_s > 0.0 && seconds_between(before.time_ns, sample.time_ns) >
+                                                     3.0 * before.interval_s + slack_s;
+  if (rejection.count == 0 || paused || !agree(before, sample)) {
     rejection = {0, sample.time_ns, state.mean[at::v_x]};
   }
   rejection.count = std::min(rejection.count + 1, fewest_rejected);

@@ -13,6 +13,9 @@ namespace odomd::estimator::full {
 /// A source that none was fused of for so long is silent [s].
 inline constexpr double silence_s = 1.0;
 
+/// A source that is heard less often is not waited for [s].
+inline constexpr double soon_s = 0.15;
+
 /// How many readings of the sample's source in a row, up to the one before it, can be of one motion
 /// with it; of a wheel, of whichever wheel says most for it. What is allowed from one to the next
 /// is in the .cpp.
@@ -22,11 +25,24 @@ inline constexpr double silence_s = 1.0;
 /// none does.
 [[nodiscard]] std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcept;
 
+/// What the wheels say that were heard in the last quarter of a second, each by its newest reading,
+/// a wheel's sample among them.
+struct WheelVote {
+  int turning = 0;
+  int resting = 0;
+  double slowest = 0.0;  ///< of those that turn [m/s]
+};
+[[nodiscard]] WheelVote wheel_vote(const State& state, const Sample& sample) noexcept;
+
+/// Whether the wheels that are rejected and say what this one says are more than those that are
+/// fused.
+[[nodiscard]] bool outvotes_the_fused(const State& state, const Sample& sample) noexcept;
+
 /// Notes what the source has said, after the sample was taken.
 void note_heard(State& state, const Sample& sample) noexcept;
 
 /// Counts a sample that fails its gate, before it is noted: those that do not contradict
-/// each other make one rejection.
+/// each other, without a pause, make one rejection.
 void count_rejected(State& state, const Sample& sample) noexcept;
 
 /// Whether the source of a sample that was just counted has been rejected for so long, with none of

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/full/plausibility.hpp"
 #include "estimator/full/prediction.hpp"
 #include "estimator/time.hpp"
 
@@ -14,10 +15,18 @@ namespace {
 constexpr double slowest_turning = 0.01;  // [m/s]
 constexpr double surely_turning = 0.03;   // [m/s]
 
-// How far a resting gyro swings: this, and six times its noise. A bias drifts with the warmth, so
-// what it read is slowly forgotten.
-constexpr double quiet_swing = 0.02;  // [rad/s]
-constexpr double forgotten = 0.001;   // of the swing, per sample
+// How far the readings of a resting gyro lie from each other, with the noise of many thousands, and
+// from a bias that is known, with that of one. A bias drifts with the warmth, so the outermost
+// readings are slowly forgotten.
+constexpr double quiet_swing = 0.02;   // [rad/s]
+constexpr double swing_sigmas = 10.0;  // and so many of its noise
+constexpr double bias_sigmas = 6.0;
+constexpr double memory_s = 5.0;
+// A bias that is known so well [rad/s] is believed for so long, against readings that stay
+// elsewhere.
+constexpr double known_bias = 0.01;
+constexpr double bias_trusted_s = 5.0;
+constexpr double surprising_ratio = 9.0;
 // More than that is a turn, however steady.
 constexpr double largest_gyro_bias = 0.5;  // [rad/s]
 
@@ -34,15 +43,24 @@ void set_variance(State& state, at::Index index, double sigma) noexcept {
 }
 
 void begin_rest(Rest& rest, std::int64_t time_ns) noexcept {
-  rest.resting = true;
-  rest.since_ns = time_ns;
+  rest = {.resting = true, .since_ns = time_ns};
   rest.lowest_gyro = std::numeric_limits<double>::max();
   rest.highest_gyro = std::numeric_limits<double>::lowest();
 }
 
 /// v = 0, measured: what is correlated with the velocity learns from it.
 void stand(State& state) noexcept {
-  state.rest.standing = true;
+  Rest& rest = state.rest;
+  rest.standing = true;
+  if (rest.lowest_gyro <= rest.highest_gyro) {
+    // What the gyro reads is its bias, however little that was expected.
+    const double surprise =
+        0.5 * (rest.lowest_gyro + rest.highest_gyro) - state.mean[at::gyro_bias];
+    double& variance = state.covariance(at::gyro_bias, at::gyro_bias);
+    if (surprise * surprise > surprising_ratio * variance) {
+      variance += surprise * surprise;
+    }
+  }
   for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate}) {
     Prediction zero;
     zero.value = state.mean[index];
@@ -54,6 +72,8 @@ void stand(State& state) noexcept {
   state.mean.segment<5>(at::v_x).setZero();  // v_x, v_y, yaw_rate, front_force, yaw_moment
 }
 
+}  // namespace
+
 /// The wheels may have been turning for a while below the slowest speed that they resolve.
 void set_off(const CarModel& model, State& state, double speed) noexcept {
   state.rest = {};
@@ -63,8 +83,6 @@ void set_off(const CarModel& model, State& state, double speed) noexcept {
   set_variance(state, at::front_force, model.noise.front_force);
   set_variance(state, at::yaw_moment, model.noise.yaw_moment);
 }
-
-}  // namespace
 
 bool turns(double speed, double sigma) noexcept {
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
@@ -80,7 +98,8 @@ void rest_by_wheel(const CarModel& model, State& state, std::int64_t time_ns, do
     rest.resting = false;
   } else if (!rest.resting) {
     begin_rest(rest, time_ns);
-  } else if (!rest.standing && seconds_between(rest.since_ns, time_ns) >= standing_after_s) {
+  } else if (!rest.standing && seconds_between(rest.since_ns, time_ns) >=
+                                   (rest.turned ? bias_trusted_s : standing_after_s)) {
     stand(state);
   }
 }
@@ -92,13 +111,31 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
     return;
   }
   const bool first = rest.highest_gyro < rest.lowest_gyro;
+  const bool known = state.covariance(at::gyro_bias, at::gyro_bias) < known_bias * known_bias;
+  const auto far_from_bias = [&](double reading) {
+    return known &&
+           std::abs(reading - state.mean[at::gyro_bias]) > quiet_swing + bias_sigmas * sigma;
+  };
+  const auto leaves = [&](double reading) {
+    return std::max(reading, rest.highest_gyro) - std::min(reading, rest.lowest_gyro) >
+               quiet_swing + swing_sigmas * sigma ||
+           std::abs(reading) > largest_gyro_bias || (rest.standing && far_from_bias(reading));
+  };
+  const Reading& before = state.heard[index_of(Source::yaw_rate)];
+  if (rest.standing && !first && leaves(yaw_rate) && before.agreeing > 0 && !leaves(before.value) &&
+      seconds_between(before.time_ns, time_ns) <= soon_s) {
+    return;  // one telegram alone sets no car off
+  }
+  const bool left = !first && leaves(yaw_rate);
+  const double forgotten = std::clamp(seconds_between(rest.gyro_ns, time_ns) / memory_s, 0.0, 1.0);
   const auto after = [&](double extreme) {
     return first ? yaw_rate : extreme + forgotten * (yaw_rate - extreme);
   };
+  rest.gyro_ns = time_ns;
   rest.lowest_gyro = std::min(yaw_rate, after(rest.lowest_gyro));
   rest.highest_gyro = std::max(yaw_rate, after(rest.highest_gyro));
-  const double swing = quiet_swing + 6.0 * sigma;
-  if (rest.highest_gyro - rest.lowest_gyro <= swing && std::abs(yaw_rate) <= largest_gyro_bias) {
+  rest.turned = far_from_bias(yaw_rate);
+  if (!left && std::abs(yaw_rate) <= largest_gyro_bias) {
     return;
   }
   if (rest.standing) {

@@ -7,6 +7,9 @@
 
 namespace odomd::estimator::full {
 
+/// Ends a standstill, at the speed that a wheel tells.
+void set_off(const CarModel& model, State& state, double speed) noexcept;
+
 /// So long no wheel turns before the car is taken to stand [s].
 inline constexpr double standing_after_s = 0.3;
 
@@ -17,7 +20,8 @@ inline constexpr double standing_after_s = 0.3;
 void rest_by_wheel(const CarModel& model, State& state, std::int64_t time_ns, double speed,
                    double sigma) noexcept;
 
-/// A gyro's sample: a rest during which it swings is none.
+/// A gyro's sample: a rest during which it swings is none, and no car stands whose gyro is far from
+/// a bias that is known, unless it stays there for seconds.
 void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, double yaw_rate,
                   double sigma) noexcept;
 

@@ -55,6 +55,8 @@ struct Rest {
   bool standing = false;
   bool resting = false;  ///< no wheel turns since since_ns
   std::int64_t since_ns = 0;
+  bool turned = false;       ///< the newest reading of the gyro is far from a bias that is known
+  std::int64_t gyro_ns = 0;  ///< its newest reading
   double lowest_gyro = 0.0;  ///< readings while it rests [rad/s]
   double highest_gyro = 0.0;
 };
@@ -64,6 +66,7 @@ struct Reading {
   int agreeing = 0;  ///< how many in a row, with this one, can be of one motion; 0: never heard
   std::int64_t time_ns = 0;
   double value = 0.0;
+  double interval_s = 0.0;  ///< since the one before; 0: there was none
 };
 
 /// The samples of a source that were rejected one after the other and do not contradict each other.

@@ -16,12 +16,16 @@ namespace {
 
 // An input that is older says nothing of now.
 constexpr double steering_lifetime_s = 0.5;
-constexpr double accel_lifetime_s = 0.35;
+constexpr double longest_accel_lifetime_s = 0.35;
+constexpr double shortest_accel_lifetime_s = 0.05;
 // A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
 constexpr double gyro_lifetime_s = 0.35;
 
 // So long at most a correction of the velocity reaches back into the pose.
 constexpr double longest_unheard_s = 0.2;
+
+// No car is known to stand whose wheels are unheard for so long.
+constexpr double wheels_needed_s = 2.5;
 
 // A car that slides on locked wheels slows down at least so much, and its accelerometer feels it.
 constexpr double slide_slows = 1.0;  // [m/s²]
@@ -39,6 +43,12 @@ bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexce
   return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
 }
 
+/// An acceleration is a speed for as long as it is held: of a sensor that has fallen silent, for
+/// four of its periods.
+double accel_lifetime_s(const HeldInput& accel) noexcept {
+  return std::clamp(4.0 * accel.interval_s, shortest_accel_lifetime_s, longest_accel_lifetime_s);
+}
+
 bool gyro_alive(const State& state) noexcept {
   const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
   return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
@@ -51,6 +61,13 @@ std::int64_t last_fused_ns(const State& state, Source source) noexcept {
   }
   const auto* const first = state.fused_ns.begin() + index_of(Source::wheel_front_left);
   return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
+}
+
+/// Until when the filter had one of the same kind to go by: wheels that are outvoted by those that
+/// are rejected count no longer.
+std::int64_t vouched_until_ns(const State& state, const Sample& sample) noexcept {
+  const bool outvoted = is_wheel(sample.source) && outvotes_the_fused(state, sample);
+  return outvoted ? state.fused_ns[index_of(sample.source)] : last_fused_ns(state, sample.source);
 }
 
 struct Patience {
@@ -106,7 +123,7 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
     judgement.verdict = Verdict::gated;
     count_rejected(state, sample);
     const Patience patience = patience_with(sample.source, state.rest.standing);
-    if (!insists(state, sample, last_fused_ns(state, sample.source), patience.seconds)) {
+    if (!insists(state, sample, vouched_until_ns(state, sample), patience.seconds)) {
       return judgement;
     }
     if (slides(state, sample)) {
@@ -132,35 +149,55 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
 }
 
 /// The motion is followed from here on, at this speed; and made up for since the wheel that vouches
-/// for it was heard, or since a camera said where the car is.
+/// for it was heard. From a camera's pose until then the car may have gone as fast, or stood.
 void begin_motion(State& state, const Sample& sample) noexcept {
-  const std::int64_t since_ns =
-      std::max(vouching_since_ns(state, sample), state.fused_ns[index_of(Source::camera)]);
-  const Pose2 pose = moved(state.pose(), {sample.value[0], 0.0, state.mean[at::yaw_rate]},
-                           seconds_between(since_ns, sample.time_ns));
+  const double speed = sample.value[0];
+  const double yaw_rate = state.mean[at::yaw_rate];
+  const std::int64_t heard_ns = vouching_since_ns(state, sample);
+  const std::int64_t seen_ns = state.fused_ns[index_of(Source::camera)];
+  const Pose2 pose = moved(state.pose(), {speed, 0.0, yaw_rate},
+                           seconds_between(std::max(heard_ns, seen_ns), sample.time_ns));
   state.moving = true;
-  state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, sample.value[0];
+  state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, speed;
+  if (seen_ns != 0 && seen_ns < heard_ns) {
+    const double unknown_s = seconds_between(seen_ns, heard_ns);
+    const double way = speed * unknown_s;
+    const double turn = yaw_rate * unknown_s;
+    state.covariance.diagonal().head<3>() += Eigen::Vector3d(way * way, way * way, turn * turn);
+  }
+}
+
+/// Whether a car that stands sets off with a wheel that turns: most wheels do, two of them or one
+/// that has said so before, where the next is not long in coming.
+bool sets_off(const State& state, const Sample& sample, const WheelVote& vote) noexcept {
+  const Reading& before = state.heard[index_of(sample.source)];
+  return vote.turning > vote.resting &&
+         (vote.turning > 1 || (vouchers(state, sample) > 0 &&
+                               (turns(before.value, sample.sigma[0]) ||
+                                seconds_between(before.time_ns, sample.time_ns) > soon_s)));
 }
 
 Judgement take_wheel(const Context& context, State& state, const Sample& sample,
                      bool vouched) noexcept {
   const double speed = sample.value[0];
   const double sigma = sample.sigma[0];
+  const bool turning = turns(speed, sigma);
   if (!state.moving) {
     if (!vouched) {
       return held(sample.source);
     }
     begin_motion(state, sample);
   }
+  const WheelVote vote = wheel_vote(state, sample);
   if (state.rest.standing) {
-    if (!vouched && turns(speed, sigma)) {
+    if (!turning) {
+      state.fused_ns[index_of(sample.source)] = sample.time_ns;
+      return held(sample.source);
+    }
+    if (!sets_off(state, sample, vote)) {
       return gated(sample.source);
     }
-    rest_by_wheel(context.model, state, sample.time_ns, speed, sigma);
-  }
-  if (state.rest.standing) {
-    state.fused_ns[index_of(sample.source)] = sample.time_ns;
-    return held(sample.source);
+    set_off(context.model, state, vote.slowest);
   }
   const bool gyro = gyro_alive(state);
   Prediction z = predict_wheel_speed(context.model, context.wheels, input_of(state), state,
@@ -170,9 +207,12 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample,
     z.variance += doubt * doubt;
   }
   const Judgement judgement = judge(context, state, sample, z, {.yaw_rate = !gyro});
-  if (judgement.verdict == Verdict::fused) {
+
+  // A few wheels that turn or are locked neither begin a rest nor end one.
+  const bool most_rest = vote.resting > vote.turning;
+  if (most_rest && !turning && judgement.verdict == Verdict::fused) {
     rest_by_wheel(context.model, state, sample.time_ns, speed, sigma);
-  } else {
+  } else if (!most_rest || !turning) {
     state.rest.resting = false;
   }
   return judgement;
@@ -184,6 +224,7 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
   if (!state.rest.standing) {
     return held(sample.source);
   }
@@ -195,6 +236,21 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   return judge(context, state, sample, z, {});
 }
 
+/// How the car moves is not known yet, so nothing is learnt of it; but it begins with the turn that
+/// the gyro tells.
+Judgement hold_before_motion(State& state, const Sample& sample, bool vouched) noexcept {
+  if (!vouched) {
+    return held(sample.source);
+  }
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  if (sample.source == Source::yaw_rate) {
+    state.mean[at::yaw_rate] = sample.value[0] - state.mean[at::gyro_bias];
+  } else {
+    hold(sample.source == Source::accel_x ? state.accel_x : state.accel_y, sample);
+  }
+  return held(sample.source);
+}
+
 /// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
 /// tell: it takes two others that agree with it.
 Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
@@ -204,6 +260,9 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
     return gated(sample.source);
   }
   const bool vouched = vouching > 0;
+  if (!state.moving && !is_wheel(sample.source)) {
+    return hold_before_motion(state, sample, vouched);
+  }
   switch (sample.source) {
     case Source::yaw_rate:
       rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
@@ -228,7 +287,7 @@ Input input_of(const State& state) noexcept {
   return {.steering = state.steering.value,
           .accel_x = state.accel_x.value,
           .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s),
-          .has_accel_x = alive(state.accel_x, state.time_ns, accel_lifetime_s),
+          .has_accel_x = alive(state.accel_x, state.time_ns, accel_lifetime_s(state.accel_x)),
           .accel_x_density = state.accel_x.sigma * std::sqrt(state.accel_x.interval_s)};
 }
 
@@ -240,6 +299,10 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
   if (!state.moving) {
     state.time_ns = time_ns;
     return;
+  }
+  if (state.rest.standing &&
+      seconds_between(last_fused_ns(state, Source::motor), time_ns) > wheels_needed_s) {
+    set_off(context.model, state, 0.0);
   }
   if (state.rest.standing) {
     propagate_standing(context.model, left, state.covariance);
@@ -263,6 +326,11 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
       hold(state.steering, sample);
       return held(sample.source);
     case Source::direction:
+      if (state.moving && sample.value[0] * state.direction.value < 0.0) {
+        // Until now the wheels may have had the wrong sign.
+        const double wrong = 2.0 * state.mean[at::v_x];
+        state.covariance(at::v_x, at::v_x) += wrong * wrong;
+      }
       hold(state.direction, sample);
       return held(sample.source);
     case Source::count:
