@@ -14,7 +14,7 @@ namespace odomd::estimator::full {
 inline constexpr double silence_s = 1.0;
 
 /// A source that is heard less often is not waited for [s].
-inline constexpr double soon_s = 0.15;
+inline constexpr double soon_s = 0.05;
 
 /// How many readings of the sample's source in a row, up to the one before it, can be of one motion
 /// with it; of a wheel, of whichever wheel says most for it. What is allowed from one to the next
