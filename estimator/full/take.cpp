@@ -17,7 +17,7 @@ namespace {
 // An input that is older says nothing of now.
 constexpr double steering_lifetime_s = 0.5;
 constexpr double longest_accel_lifetime_s = 0.35;
-constexpr double shortest_accel_lifetime_s = 0.05;
+constexpr double shortest_accel_lifetime_s = 0.12;
 // A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
 constexpr double gyro_lifetime_s = 0.35;
 

@@ -46,7 +46,7 @@ if [ -x "$build/bin/odom-track" ]; then
 fi
 if [ -x "$build/bin/odom-fit" ]; then
   has odom-fit usr/bin/odom-fit
-  depends odom-fit libceres
+  depends odom-fit liblapack3
   depends odom-fit odom-tools
 fi
 for name in odomd odom-tools libodom0; do
