@@ -69,7 +69,8 @@ void add_scale_options(Command method, ScaleOptions& options) {
       .type_name("LOAD");
   method
       .add_option("--scale-sigma", options.sigma,
-                  "Standard deviation of weighings of one load [kg], or 2g; default: 0")
+                  "Standard deviation of weighings of one load [kg], or 2g; default: half of "
+                  "the last digit")
       .type_name("LOAD");
   method
       .add_option("--scale-accuracy", options.accuracy,

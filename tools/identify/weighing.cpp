@@ -28,6 +28,9 @@ constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_tabl
     {"rear-right", {0, 0, 0, 1}},
 }};
 
+// Weighings of one load scatter by so much of the last digit where nobody tells by how much.
+constexpr double half_a_digit = 0.5;
+
 const LoadInfo& info_of(Load load) {
   return loads_table[static_cast<std::size_t>(load)];
 }
@@ -57,6 +60,7 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   Eigen::VectorXd shown(n);
   // The scale rounds a load alike each time; the scatter is of each weighing alone.
   const double rounding = scale.resolution * scale.resolution / 12.0;
+  const double scatter = scale.sigma > 0.0 ? scale.sigma : half_a_digit * scale.resolution;
   const auto once_a_load = [&](Load load) {
     const double axle = scale.axle_shift * scale.axle_shift;
     const double side = scale.side_shift * scale.side_shift;
@@ -86,8 +90,8 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
     for (Eigen::Index j = 0; j < n; ++j)
       if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
         variance(i, j) = once_a_load(weighing.load);
-    // Where nothing but the rounding is known, weighings that repeat must not be singular.
-    variance(i, i) += std::max(scale.sigma * scale.sigma, 1e-4 * rounding);
+    // Weighings that repeat must not be singular, however small a scatter is told.
+    variance(i, i) += std::max(scatter * scatter, 1e-4 * rounding);
   }
   const Eigen::LLT<Eigen::MatrixXd> factor(variance);
   const Eigen::MatrixXd whitened = factor.matrixL().solve(design);

@@ -40,8 +40,20 @@ TEST(Weighing, RepeatingTakesTheScatterDownButNotTheGainNorTheRounding) {
   ASSERT_TRUE(mass);
   EXPECT_DOUBLE_EQ(mass->value, 2.0);
   EXPECT_NEAR(mass->sigma, std::hypot(0.001, 0.002), 1e-12);
-  const Scale digits{.resolution = 0.012};
+  const Scale digits{.resolution = 0.012, .sigma = 1e-9};
   EXPECT_NEAR(mass_of(wheel_loads(four, digits), digits)->sigma, 0.012 / std::sqrt(12.0), 1e-6);
+}
+
+TEST(Weighing, ThatDifferByADigitOfTheScaleDoNotContradictEachOther) {
+  const std::vector<Weighing> weighings{
+      {Load::total, 2.985}, {Load::total, 2.986}, {Load::total, 2.985}};
+  const Scale grams{.resolution = 0.001};
+  const WheelLoads loads = wheel_loads(weighings, grams);
+  EXPECT_EQ(contradiction(loads), std::nullopt);
+  const std::optional<Measured> mass = mass_of(loads, grams);
+  ASSERT_TRUE(mass);
+  EXPECT_NEAR(mass->value, 2.9853, 1e-3);
+  EXPECT_LT(mass->sigma, 0.001);
 }
 
 TEST(Weighing, AddsUpWhateverPartsTellTheWhole) {
