@@ -253,8 +253,8 @@ Judgement hold_before_motion(State& state, const Sample& sample, bool vouched) n
 
 /// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
 /// tell: it takes two others that agree with it.
-Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
-  const int vouching = vouchers(state, sample);
+Judgement take_signal(const Context& context, State& state, const Sample& sample,
+                      int vouching) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (vouching < 2 && fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s) {
     return gated(sample.source);
@@ -343,8 +343,9 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     // Speeds of sensors that know no sign take that of the direction.
     reading.value[0] = -std::abs(sample.value[0]);
   }
-  const Judgement judgement = take_signal(context, state, reading);
-  note_heard(state, reading);
+  const int vouching = vouchers(state, reading);
+  const Judgement judgement = take_signal(context, state, reading, vouching);
+  note_heard(state, reading, vouching);
   return judgement;
 }
 

@@ -68,7 +68,8 @@ check_stands() { # NAME LARGEST-SIGMA-OF-X
 }
 
 flood_mapped "protected" stand/car.toml stand/drive.log
-check_stands "protected" 0.3
+# Most true frames are lost in it: without its wheels the car is not known to stand, and the pose says so.
+check_stands "protected" 10
 
 # The same flood with hardly a true frame before it.
 head -n 12 stand/drive.log >few.log
