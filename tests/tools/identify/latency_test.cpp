@@ -135,7 +135,7 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
       sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
   const LatencyEstimate estimate = estimate_latencies(car(), log, {});
   for (const Source wheels : {Source::wheel_rear_left, Source::wheel_rear_right}) {
-    const SourceOffset& found = of(estimate, wheels);
+    const SourceOffset found = of(estimate, wheels);
     EXPECT_EQ(found.doubt, "");
     EXPECT_NEAR(found.offset, 0.021, 2.0 * found.sigma);
     EXPECT_LT(found.sigma, 1e-3);
@@ -166,7 +166,7 @@ TEST(Latency, OfTheGyroShowsAgainstACamera) {
     pose.yaw = std::remainder(yaw(t) + 3.0, 2.0 * std::numbers::pi);
     camera.push_back(pose);
   }
-  const SourceOffset& found = of(estimate_latencies(car(), log, camera), Source::camera);
+  const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::camera);
   EXPECT_EQ(found.doubt, "");
   EXPECT_NEAR(found.offset, -0.012, 1e-3);
 }
@@ -200,7 +200,7 @@ TEST(Latency, OfOneSpeedIsToldByTheCamerasWayAlone) {
     x += dt * speed(t) * std::cos(yaw(t));
     y += dt * speed(t) * std::sin(yaw(t));
   }
-  const SourceOffset& found = of(estimate_latencies(car(), log, camera), Source::wheel_rear);
+  const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::wheel_rear);
   EXPECT_EQ(found.doubt, "");
   EXPECT_NEAR(found.offset, 0.03, 3e-3);
 }
