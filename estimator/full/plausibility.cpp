@@ -121,11 +121,12 @@ bool outvotes_the_fused(const State& state, const Sample& sample) noexcept {
   return against > fused;
 }
 
-void note_heard(State& state, const Sample& sample, int vouching) noexcept {
+void note_heard(State& state, const Sample& sample) noexcept {
   Reading& heard = state.heard[index_of(sample.source)];
   const double interval_s =
       heard.agreeing > 0 ? seconds_between(heard.time_ns, sample.time_ns) : 0.0;
-  heard = {std::min(vouching + 1, most_counted), sample.time_ns, sample.value[0], interval_s};
+  heard = {agree(heard, sample) ? std::min(heard.agreeing + 1, most_counted) : 1, sample.time_ns,
+           sample.value[0], interval_s};
 }
 
 void count_rejected(State& state, const Sample& sample) noexcept {

@@ -38,8 +38,8 @@ struct WheelVote {
 /// fused.
 [[nodiscard]] bool outvotes_the_fused(const State& state, const Sample& sample) noexcept;
 
-/// Notes what the source has said, after the sample was taken; `vouching` as vouchers() had it.
-void note_heard(State& state, const Sample& sample, int vouching) noexcept;
+/// Notes what the source has said, after the sample was taken.
+void note_heard(State& state, const Sample& sample) noexcept;
 
 /// Counts a sample that fails its gate, before it is noted: those that do not contradict
 /// each other, without a pause, make one rejection.

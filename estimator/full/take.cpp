@@ -177,23 +177,22 @@ bool sets_off(const State& state, const Sample& sample, const WheelVote& vote) n
                                 seconds_between(before.time_ns, sample.time_ns) > soon_s)));
 }
 
-Judgement take_wheel(const Context& context, State& state, const Sample& sample,
-                     bool vouched) noexcept {
+Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
   const double speed = sample.value[0];
   const double sigma = sample.sigma[0];
   const bool turning = turns(speed, sigma);
   if (!state.moving) {
-    if (!vouched) {
+    if (vouchers(state, sample) == 0) {
       return held(sample.source);
     }
     begin_motion(state, sample);
   }
-  const WheelVote vote = wheel_vote(state, sample);
   if (state.rest.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
       return held(sample.source);
     }
+    const WheelVote vote = wheel_vote(state, sample);
     if (!sets_off(state, sample, vote)) {
       return gated(sample.source);
     }
@@ -208,7 +207,11 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample,
   }
   const Judgement judgement = judge(context, state, sample, z, {.yaw_rate = !gyro});
 
+  if (turning && !state.rest.resting) {
+    return judgement;
+  }
   // A few wheels that turn or are locked neither begin a rest nor end one.
+  const WheelVote vote = wheel_vote(state, sample);
   const bool most_rest = vote.resting > vote.turning;
   if (most_rest && !turning && judgement.verdict == Verdict::fused) {
     rest_by_wheel(context.model, state, sample.time_ns, speed, sigma);
@@ -218,9 +221,8 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample,
   return judgement;
 }
 
-Judgement take_accel_x(const Context& context, State& state, const Sample& sample,
-                       bool vouched) noexcept {
-  if (!vouched && state.accel_x.seen) {
+Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
+  if (state.accel_x.seen && vouchers(state, sample) == 0) {
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
@@ -238,8 +240,8 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
 
 /// How the car moves is not known yet, so nothing is learnt of it; but it begins with the turn that
 /// the gyro tells.
-Judgement hold_before_motion(State& state, const Sample& sample, bool vouched) noexcept {
-  if (!vouched) {
+Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
+  if (vouchers(state, sample) == 0) {
     return held(sample.source);
   }
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
@@ -253,15 +255,14 @@ Judgement hold_before_motion(State& state, const Sample& sample, bool vouched) n
 
 /// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
 /// tell: it takes two others that agree with it.
-Judgement take_signal(const Context& context, State& state, const Sample& sample,
-                      int vouching) noexcept {
+Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
-  if (vouching < 2 && fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s) {
+  if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
+      vouchers(state, sample) < 2) {
     return gated(sample.source);
   }
-  const bool vouched = vouching > 0;
   if (!state.moving && !is_wheel(sample.source)) {
-    return hold_before_motion(state, sample, vouched);
+    return hold_before_motion(state, sample);
   }
   switch (sample.source) {
     case Source::yaw_rate:
@@ -269,7 +270,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
       return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]),
                    {.yaw_rate = !state.rest.standing, .gyro_bias = state.rest.standing});
     case Source::accel_x:
-      return take_accel_x(context, state, sample, vouched);
+      return take_accel_x(context, state, sample);
     case Source::accel_y:
       hold(state.accel_y, sample);
       return judge(
@@ -277,7 +278,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
           predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
           {.yaw_rate = !gyro_alive(state)});
     default:
-      return take_wheel(context, state, sample, vouched);
+      return take_wheel(context, state, sample);
   }
 }
 
@@ -343,9 +344,8 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     // Speeds of sensors that know no sign take that of the direction.
     reading.value[0] = -std::abs(sample.value[0]);
   }
-  const int vouching = vouchers(state, reading);
-  const Judgement judgement = take_signal(context, state, reading, vouching);
-  note_heard(state, reading, vouching);
+  const Judgement judgement = take_signal(context, state, reading);
+  note_heard(state, reading);
   return judgement;
 }
 
