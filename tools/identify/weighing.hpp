@@ -35,8 +35,9 @@ struct Weighing {
 
 struct Scale {
   double resolution = 0.0;  ///< the last digit [kg]; the same each time that a load is weighed
-  double sigma = 0.0;       ///< by how much weighings of one load scatter [kg]; 0: half of the last digit
-  double accuracy = 0.0;    ///< standard uncertainty of its gain, common to all weighings
+  double sigma =
+      0.0;  ///< by how much weighings of one load scatter [kg]; 0: half of the last digit
+  double accuracy = 0.0;  ///< standard uncertainty of its gain, common to all weighings
   // What a car that does not stand level puts onto the other wheels [kg]; once each load.
   double axle_shift = 0.0;
   double side_shift = 0.0;
