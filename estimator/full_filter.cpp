@@ -140,10 +140,12 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
 
   // 1. Back to where the oldest of the new samples belongs, and from there to now.
   const BodyVelocity published = velocity_of(now_);
+  const Pose2 odom_before = odom_;
   go_back_to(oldest_news_ns_);
   oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
   replay_to(tick_ns, published);
   if (!full::sound(now_)) {
+    odom_ = odom_before;
     recover(tick_ns);
   }
 
@@ -301,7 +303,8 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   }
 }
 
-/// A state that is no state: on from the last that was published, as if newly begun.
+/// A state that is no state: on from the last that was published, or else from the pose that was
+/// given, as if newly begun.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
   State fresh;
@@ -310,7 +313,8 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   fresh.moving = now_.moving;
   fresh.resets = seen_resets_;
   fresh.last_jump = seen_jump_;
-  fresh.mean.segment<3>(at::x) << last_.map.x, last_.map.y, last_.map.yaw;
+  const Pose2 pose = last_.initialised ? last_.map : odom_;
+  fresh.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
   if (last_.initialised) {
     fresh.mean.segment<3>(at::v_x) << last_.v_x, last_.v_y, last_.yaw_rate;
   }
