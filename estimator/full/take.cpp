@@ -226,8 +226,8 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
   if (!state.rest.standing) {
+    state.fused_ns[index_of(sample.source)] = sample.time_ns;
     return held(sample.source);
   }
   // Standing, it says its bias.

@@ -468,6 +468,16 @@ TEST(Take, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {
   EXPECT_EQ(car.state.covariance(at::front_force, at::front_force), force);
 }
 
+TEST(Take, AnAccelerometerThatInsistsOnASlopeHasAnotherBiasToo) {
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  car.drive(1.0, with(straight_at(0.0), Source::accel_x, 2.0));
+  EXPECT_GT(car.gated[Source::accel_x], 20);
+  EXPECT_GT(car.fused[Source::accel_x], 20);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_x], 2.0, 0.1);
+}
+
 TEST(Take, OneSpikeOfTheGyroIsLeftOut) {
   Car car;
   car.drive(2.0, straight_at(1.0));
