@@ -88,15 +88,9 @@ bool turns(double speed, double sigma) noexcept {
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
-void rest_by_wheel(const CarModel& model, State& state, std::int64_t time_ns, double speed,
-                   double sigma) noexcept {
+void rest_by_wheel(State& state, std::int64_t time_ns) noexcept {
   Rest& rest = state.rest;
-  if (turns(speed, sigma)) {
-    if (rest.standing) {
-      set_off(model, state, speed);
-    }
-    rest.resting = false;
-  } else if (!rest.resting) {
+  if (!rest.resting) {
     begin_rest(rest, time_ns);
   } else if (!rest.standing && seconds_between(rest.since_ns, time_ns) >=
                                    (rest.turned ? bias_trusted_s : standing_after_s)) {

@@ -214,7 +214,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   const WheelVote vote = wheel_vote(state, sample);
   const bool most_rest = vote.resting > vote.turning;
   if (most_rest && !turning && judgement.verdict == Verdict::fused) {
-    rest_by_wheel(context.model, state, sample.time_ns, speed, sigma);
+    rest_by_wheel(state, sample.time_ns);
   } else if (!most_rest || !turning) {
     state.rest.resting = false;
   }
