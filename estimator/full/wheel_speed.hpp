@@ -31,7 +31,7 @@ struct WheelPlace {
 /// The filter learns v_x and s_w from it. That the two wheels of an axle differ says little about
 /// ψ̇ (a radius 0.3 % larger makes 0.03 rad/s of it at 1.5 m/s), and nothing about v_y: with a gyro
 /// alive, those two count as known, with their variance. Without one (`gyro` false) ψ̇ is learnt.
-/// Where `input` has no steering a front wheel is taken to roll where its place goes.
+/// Where `input` has no steering a front wheel is taken to roll where the middle of its axle goes.
 [[nodiscard]] Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise,
                                              const Input& input, const State& state, Source source,
                                              double sigma, bool gyro) noexcept;
