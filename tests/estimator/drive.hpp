@@ -8,7 +8,8 @@
 
 namespace odomd::estimator::testing {
 
-inline constexpr std::int64_t period_ns = 5'000'000;
+inline constexpr std::int64_t millisecond = 1'000'000;
+inline constexpr std::int64_t period_ns = 5 * millisecond;
 
 /// What the car's sensors say within one tick; what is absent stays silent.
 struct Samples {

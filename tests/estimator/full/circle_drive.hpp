@@ -15,7 +15,6 @@
 
 namespace odomd::estimator::testing {
 
-inline constexpr std::int64_t millisecond = 1'000'000;
 inline constexpr std::int64_t start_ns = 1'000'000'000;
 
 /// What a car on a circle of 2 m/s and 1 rad/s measures, without noise, each sample with the time

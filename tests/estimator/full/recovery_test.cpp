@@ -10,11 +10,11 @@
 namespace odomd::estimator::full::recovery_test {
 namespace {
 
-using testing::drive_on_a_circle;
-using testing::hand_in;
-using testing::millisecond;
-using testing::period_ns;
-using testing::start_ns;
+using estimator::testing::drive_on_a_circle;
+using estimator::testing::hand_in;
+using estimator::testing::millisecond;
+using estimator::testing::period_ns;
+using estimator::testing::start_ns;
 
 /// No configuration gets so far: of these masses every step of the model makes NaN.
 FullFilter that_always_fails(const Pose2& pose) {
