@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <exception>
 #include <iostream>
@@ -89,6 +90,13 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
   } catch (const std::exception& error) {
     return report(odom, error.what(), exit_failed);
   }
+}
+
+int run_program(const std::function<void(Command)>& describe, int argc, const char* const* argv) {
+  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
+  CommandLine line;
+  describe(line.command());
+  return line.run(argc, argv);
 }
 
 }  // namespace odomd::tools

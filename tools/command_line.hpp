@@ -1,6 +1,7 @@
 // Runs a command line: what went wrong becomes one line on standard error and an exit status.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "tools/command.hpp"
@@ -31,5 +32,10 @@ class CommandLine {
  private:
   std::unique_ptr<CLI::App> app_;
 };
+
+/// The whole of a program: `describe` tells its command what it is and does. A reader that has seen
+/// enough (odom ... | head) ends it without a word, even where a parent left SIGPIPE ignored.
+[[nodiscard]] int run_program(const std::function<void(Command)>& describe, int argc,
+                              const char* const* argv);
 
 }  // namespace odomd::tools

@@ -1,6 +1,5 @@
 // odom-bridge: odom bridge where ROS 2 topics are wanted. A program of its own, so that odom itself
 // needs no DDS, and a car that has no use for it does not install it.
-#include <csignal>
 #include <memory>
 #include <vector>
 
@@ -27,14 +26,11 @@ void bridge(const BridgeOptions& options) {
 }  // namespace odomd::tools
 
 int main(int argc, char** argv) {
-  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
-  odomd::tools::CommandLine line;
-  const odomd::tools::Command command = line.command();
-  command.rename("odom bridge");
-  command.help_flag();
-  command.version_flag("odom-bridge " ODOMD_VERSION);
   odomd::tools::BridgeOptions options;
-  odomd::tools::describe_bridge(command, options);
-  command.callback([&options] { odomd::tools::bridge(options); });
-  return line.run(argc, argv);
+  const auto describe = [&options](odomd::tools::Command command) {
+    command.rename("odom bridge").help_flag().version_flag("odom-bridge " ODOMD_VERSION);
+    odomd::tools::describe_bridge(command, options);
+    command.callback([&options] { odomd::tools::bridge(options); });
+  };
+  return odomd::tools::run_program(describe, argc, argv);
 }

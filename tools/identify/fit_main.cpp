@@ -1,6 +1,5 @@
 // odom-fit: odom identify fit. A program of its own, so that odom itself needs no Ceres.
 #include <algorithm>
-#include <csignal>
 #include <iostream>
 #include <string>
 #include <utility>
@@ -161,14 +160,11 @@ void fit(const FitOptions& options) {
 }  // namespace odomd::tools
 
 int main(int argc, char** argv) {
-  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
-  odomd::tools::CommandLine line;
-  const odomd::tools::Command command = line.command();
-  command.rename("odom identify fit");
-  command.help_flag();
-  command.version_flag("odom-fit " ODOMD_VERSION);
   odomd::tools::FitOptions options;
-  odomd::tools::describe_fit(command, options);
-  command.callback([&options] { odomd::tools::fit(options); });
-  return line.run(argc, argv);
+  const auto describe = [&options](odomd::tools::Command command) {
+    command.rename("odom identify fit").help_flag().version_flag("odom-fit " ODOMD_VERSION);
+    odomd::tools::describe_fit(command, options);
+    command.callback([&options] { odomd::tools::fit(options); });
+  };
+  return odomd::tools::run_program(describe, argc, argv);
 }

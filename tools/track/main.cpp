@@ -1,7 +1,6 @@
 // odom-track: odom identify track. A program of its own, so that odom itself needs no OpenCV, and
 // who has no film does not install it.
 #include <algorithm>
-#include <csignal>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>
 
@@ -45,15 +44,12 @@ void track(const TrackOptions& options) {
 }  // namespace odomd::tools
 
 int main(int argc, char** argv) {
-  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
   cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  odomd::tools::CommandLine line;
-  const odomd::tools::Command command = line.command();
-  command.rename("odom identify track");
-  command.help_flag();
-  command.version_flag("odom-track " ODOMD_VERSION);
   odomd::tools::TrackOptions options;
-  odomd::tools::describe_track(command, options);
-  command.callback([&options] { odomd::tools::track(options); });
-  return line.run(argc, argv);
+  const auto describe = [&options](odomd::tools::Command command) {
+    command.rename("odom identify track").help_flag().version_flag("odom-track " ODOMD_VERSION);
+    odomd::tools::describe_track(command, options);
+    command.callback([&options] { odomd::tools::track(options); });
+  };
+  return odomd::tools::run_program(describe, argc, argv);
 }
