@@ -16,8 +16,8 @@ inline constexpr double standing_after_s = 0.3;
 /// Whether a wheel that reads `speed`, its noise `sigma`, turns.
 [[nodiscard]] bool turns(double speed, double sigma) noexcept;
 
-/// A wheel that does not turn was heard at `time_ns`, and most do not: begins a rest, or ends one in
-/// a standstill. `state.rest.resting = false` ends a rest.
+/// A wheel that does not turn was heard at `time_ns`, and most do not: begins a rest, or ends one
+/// in a standstill. `state.rest.resting = false` ends a rest.
 void rest_by_wheel(State& state, std::int64_t time_ns) noexcept;
 
 /// A gyro's sample: a rest during which it swings is none, and no car stands whose gyro is far from
