@@ -1,5 +1,8 @@
 // odom watch: a daemon live on the terminal.
 
+#include <poll.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <iostream>
@@ -93,21 +96,37 @@ void print(const watch::State& state, watch::Glyphs glyphs) {
   std::cout.flush();
 }
 
-// A snapshot each interval; while there is no daemon, one.
+// While nothing is written nothing else tells that the reader of a pipe has gone.
+bool has_reader() {
+  pollfd output{STDOUT_FILENO, 0, 0};
+  return ::poll(&output, 1, 0) <= 0 || (output.revents & (POLLERR | POLLHUP)) == 0;
+}
+
+std::string why_waiting(const watch::State& state) {
+  return state.segment ? "the daemon is silent: this was its last word; waiting for it or its "
+                         "successor"
+                       : state.segment_name + ": " + state.segment_problem +
+                             " Waiting for it; --once does not";
+}
+
+// A snapshot each interval; while there is no daemon, one, and a line on standard error.
 void watch_on_paper(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
   Interrupt interrupt;
   bool waiting = false;
-  for (auto next = steady_clock::now(); std::cout && !interrupt.requested();
+  for (auto next = steady_clock::now(); std::cout && has_reader() && !interrupt.requested();
        next += interval_of(options)) {
     observer.look();
     const bool silent = !observer.state().segment || observer.state().segment->silent;
+    if (silent && !waiting)
+      std::cerr << "odom watch: " + why_waiting(observer.state()) + "\n" << std::flush;
     if (!silent || !waiting) {
       print(observer.state(), glyphs);
       std::cout << '\n' << std::flush;
     }
     waiting = silent;
     constexpr auto patience = std::chrono::milliseconds{50};
-    while (steady_clock::now() < next + interval_of(options) && !interrupt.requested()) {
+    while (steady_clock::now() < next + interval_of(options) && has_reader() &&
+           !interrupt.requested()) {
       std::this_thread::sleep_for(std::min<steady_clock::duration>(patience, interval_of(options)));
     }
   }
@@ -173,7 +192,8 @@ void add_watch(Command odom) {
       "Keys: q ends, p pauses and goes on, arrows and page keys scroll. It waits for a daemon "
       "that\n"
       "is not there, and goes on with its successor. Where standard output is no terminal a plain\n"
-      "snapshot is printed every interval. NO_COLOR=1 leaves the colours out.");
+      "snapshot is printed every interval; that it waits is told on standard error.\n"
+      "NO_COLOR=1 leaves the colours out.");
   command.callback([options] { run(*options); });
 }
 

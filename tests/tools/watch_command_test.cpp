@@ -187,6 +187,18 @@ TEST_F(WatchCommand, PrintsPlainSnapshotsIntoAPipe) {
   EXPECT_THAT(some.out, HasSubstr("RECKONING"));
 }
 
+TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
+  const Outcome piped = run_shell("odom watch --interval 0.05 " + target() + " | head -n 1");
+  EXPECT_EQ(piped.err, "odom watch: " + segment_ +
+                           ": no such segment: is odomd running? Waiting for it; --once does "
+                           "not\n");
+  const auto writer = publish(segment_);  // ticks once
+  const Outcome silent =
+      run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT");
+  EXPECT_EQ(silent.status, 0);
+  EXPECT_THAT(silent.err, HasSubstr("the daemon is silent"));
+}
+
 TEST_F(WatchCommand, SaysOnceThatNobodyIsThere) {
   const Outcome once = run_shell("odom watch --once " + target());
   EXPECT_EQ(once.status, 1);
