@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "tools/tune/trial_log.hpp"
+#include "tools/tune/value_in_force.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -158,7 +159,8 @@ Values searched(const TuneJob& job, Bench& bench) {
   Point start;
   const daemon::Config& config = job.drives.front().config;
   for (const Parameter& parameter : job.parameters) {
-    const std::optional<double> value = number_in(config.text, config.file, parameter.key);
+    std::optional<double> value = number_in(config.text, config.file, parameter.key);
+    if (!value) value = value_in_force(config, parameter.key);
     start.push_back(value ? place_of(parameter, *value) : 0.5);
   }
   const Costs costs = [&](std::span<const Point> points) {
