@@ -13,6 +13,27 @@ std::string reason() {
   return std::generic_category().message(errno);
 }
 
+// Of a file that cannot be written; errno says why.
+std::string reason_at(const std::filesystem::path& file) {
+  const int error = errno;
+  const std::filesystem::path folder = file.parent_path();
+  std::error_code ignored;
+  if (error == ENOENT && !folder.empty() && !std::filesystem::exists(folder, ignored))
+    return "there is no folder " + folder.string() + "; make it, or check the path";
+  errno = error;
+  return reason();
+}
+
+// `written` is what stands there for `file` until it is whole.
+std::ofstream open_output_for(const std::filesystem::path& file,
+                              const std::filesystem::path& written) {
+  errno = 0;
+  std::ofstream output{written, std::ios::binary};
+  if (!output)
+    throw std::invalid_argument(file.string() + ": cannot be written: " + reason_at(written));
+  return output;
+}
+
 }  // namespace
 
 std::ifstream open_input(const std::filesystem::path& file) {
@@ -27,10 +48,7 @@ std::ifstream open_input(const std::filesystem::path& file) {
 }
 
 std::ofstream open_output(const std::filesystem::path& file) {
-  errno = 0;
-  std::ofstream output{file, std::ios::binary};
-  if (!output) throw std::invalid_argument(file.string() + ": cannot be written: " + reason());
-  return output;
+  return open_output_for(file, file);
 }
 
 void close_output(std::ofstream& output, const std::filesystem::path& file) {
@@ -64,7 +82,7 @@ WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_
     written_ = place_;
     written_ += ".partial";
   }
-  output_ = open_output(written_);
+  output_ = open_output_for(file, written_);
 }
 
 WholeFile::~WholeFile() {
@@ -75,7 +93,7 @@ WholeFile::~WholeFile() {
 }
 
 void WholeFile::finish() {
-  close_output(output_, written_);
+  close_output(output_, place_);
   if (written_ != place_) {
     std::error_code error;
     std::filesystem::rename(written_, place_, error);

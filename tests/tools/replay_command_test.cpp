@@ -22,8 +22,11 @@ class OdomReplay : public testing::Test {
   [[nodiscard]] Outcome replay(const std::string& log, const std::string& more = "") const {
     scratch_.write("drive.log", log);
     return run_shell("odom replay --config " + scratch_.path("car.toml").string() + " --can " +
-                     scratch_.path("drive.log").string() + " --out " +
-                     scratch_.path("pose.csv").string() + more);
+                     scratch_.path("drive.log").string() +
+                     (more.find("--out") == std::string::npos
+                          ? " --out " + scratch_.path("pose.csv").string()
+                          : "") +
+                     more);
   }
   void SetUp() override {
     scratch_.write("car.dbc",
@@ -71,6 +74,16 @@ TEST_F(OdomReplay, LeavesNoPoseFileOfADriveThatFailed) {
   EXPECT_EQ(replay("(1.000000) can0 102#00\n").status, 0);
   EXPECT_THAT(contents(pose), StartsWith("t,x,y,yaw,"));
   EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
+}
+
+TEST_F(OdomReplay, NamesTheFolderThatAFileCannotGoInto) {
+  const std::string folder = scratch_.path("nowhere").string();
+  const Outcome outcome = replay("(1.000000) can0 102#00\n", " --out " + folder + "/pose.csv");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err, "odom replay: " + folder +
+                             "/pose.csv: cannot be written: there is no "
+                             "folder " +
+                             folder + "; make it, or check the path\n");
 }
 
 TEST_F(OdomReplay, WritesThroughLinksAndIntoPipes) {
