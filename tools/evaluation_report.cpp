@@ -24,8 +24,8 @@ Json spread(const Spread& value) {
   return {{"mean", value.mean}, {"rms", value.rms}, {"max", value.max}};
 }
 
-Json better(double value, double baseline) {
-  const auto percent = improvement(value, baseline);
+Json better(double value, double baseline, double usual = 0.0) {
+  const auto percent = improvement(value, baseline, usual);
   return percent ? Json(*percent) : Json(nullptr);
 }
 
@@ -72,8 +72,9 @@ Json json_of(const Evaluation& e, const Evaluation* baseline) {
   if (e.against == Against::reference) add_reference_figures(e, json);
   if (baseline == nullptr) return json;
   Json percent{{"against", baseline->name},
-               {"end_error", better(e.end_error, baseline->end_error)},
-               {"heading_end", better(std::abs(e.heading_end), std::abs(baseline->heading_end))}};
+               {"end_error", better(e.end_error, baseline->end_error, baseline->position.rms)},
+               {"heading_end", better(std::abs(e.heading_end), std::abs(baseline->heading_end),
+                                      baseline->heading.rms)}};
   if (e.against == Against::reference) {
     percent["position_rms"] = better(e.position.rms, baseline->position.rms);
     percent["heading_rms"] = better(e.heading.rms, baseline->heading.rms);
@@ -122,8 +123,9 @@ std::vector<std::string> short_names(const std::vector<std::string>& files) {
   return different.size() == files.size() ? names : files;
 }
 
-std::optional<double> improvement(double value, double baseline) {
-  if (!(baseline > 0.0)) return std::nullopt;
+std::optional<double> improvement(double value, double baseline, double usual) {
+  constexpr double by_chance = 0.1;
+  if (!(baseline > by_chance * usual)) return std::nullopt;
   return 100.0 * (1.0 - value / baseline);
 }
 
@@ -141,11 +143,12 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
     }
     if (any) all.push_back(std::move(cells));
   };
-  const auto against = [&](const std::string& label, const auto& metric) {
+  const auto never = [](const Evaluation&) { return 0.0; };
+  const auto against = [&](const std::string& label, const auto& metric, const auto& usual) {
     if (evaluations.size() < 2) return;
     row(label, [&](const Evaluation& e) -> std::optional<std::string> {
       if (&e == &baseline) return std::nullopt;
-      const auto percent = improvement(metric(e), metric(baseline));
+      const auto percent = improvement(metric(e), metric(baseline), usual(baseline));
       if (!percent) return std::nullopt;
       return fixed(*percent, 1);
     });
@@ -212,11 +215,17 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
   motion_row("vx rms [m/s]", [](const Motion& m) { return m.vx; });
   motion_row("vy rms [m/s]", [](const Motion& m) { return m.vy; });
   motion_row("yaw rate rms [deg/s]", [](const Motion& m) { return degrees(m.yaw_rate); });
-  against("end error better by [%]", [](const Evaluation& e) { return e.end_error; });
-  against("position rms better by [%]", [](const Evaluation& e) { return e.position.rms; });
-  against("heading end better by [%]", [](const Evaluation& e) { return std::abs(e.heading_end); });
-  against("35 ms error mean better by [%]",
-          [](const Evaluation& e) { return e.short_term ? e.short_term->displacement.mean : 0.0; });
+  const auto position_rms = [](const Evaluation& e) { return e.position.rms; };
+  against(
+      "end error better by [%]", [](const Evaluation& e) { return e.end_error; }, position_rms);
+  against("position rms better by [%]", position_rms, never);
+  against(
+      "heading end better by [%]", [](const Evaluation& e) { return std::abs(e.heading_end); },
+      [](const Evaluation& e) { return e.heading.rms; });
+  against(
+      "35 ms error mean better by [%]",
+      [](const Evaluation& e) { return e.short_term ? e.short_term->displacement.mean : 0.0; },
+      never);
   return all;
 }
 

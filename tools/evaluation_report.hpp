@@ -27,8 +27,10 @@ struct EvaluationReport {
 /// A short name for each file: its stem, or the whole path where stems are alike.
 [[nodiscard]] std::vector<std::string> short_names(const std::vector<std::string>& files);
 
-/// By how much `value` is better than `baseline`, in percent; nothing where the baseline is 0.
-[[nodiscard]] std::optional<double> improvement(double value, double baseline);
+/// By how much `value` is better than `baseline`, in percent. Nothing where the baseline is 0, or
+/// less than a tenth of what it is usually on the drive: an error that happens to pass through zero
+/// at the end makes a ratio of anything.
+[[nodiscard]] std::optional<double> improvement(double value, double baseline, double usual = 0.0);
 
 /// What there is to say: a label and a cell an estimate.
 [[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);

@@ -58,7 +58,8 @@ std::vector<Figures> figures_of(const EvaluatedDrive& drive) {
     row.cm_per_m = e.end_cm_per_m;
     row.heading_end = e.heading_end * degrees;
     if (e.short_term) row.short_term = 1e3 * e.short_term->displacement.mean;
-    if (&e != &baseline) row.better = improvement(e.end_error, baseline.end_error);
+    if (&e != &baseline)
+      row.better = improvement(e.end_error, baseline.end_error, baseline.position.rms);
     if (e.against == Against::reference) row.position_rms = e.position.rms;
     if (e.consistency) row.nees = e.consistency->nees;
     rows.push_back(std::move(row));
