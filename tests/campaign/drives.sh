@@ -20,19 +20,25 @@ trap 'rm -rf "$work"' EXIT
 command -v jq > /dev/null || { echo "drives: jq is missing: tools/dependencies.sh campaign" >&2; exit 1; }
 [ -x "$odom" ] || { echo "drives: $odom is missing: cmake --preset release && cmake --build --preset release" >&2; exit 1; }
 
+lever_arm() {
+  python3 -c 'import sys, tomllib
+arm = tomllib.load(open(sys.argv[1], "rb")).get("camera", {}).get("lever_arm", [0, 0, 0])
+print(*arm, sep=",")' "$1"
+}
+
 # errors FOLDER ALIGN [REPLAY OPTION...]: replays a drive through all models; leaves poses in
 # $work/MODEL.csv and their errors in $work/errors.json.
 errors() {
   local folder=$1 align=$2 poses=() config arm model
   shift 2
   config=tests/data/drives/$(basename "${folder%%_*}").toml
-  arm=$(sed -n 's/^lever_arm = \[\(.*\)\].*/\1/p' "$config" | tr -d ' ')
+  arm=$(lever_arm "$config")
   for model in "${models[@]}"; do
     "$odom" replay --config "$config" --dbc "$folder/car.dbc" --can "$folder/drive.log" --model "$model" \
       "$@" --out "$work/$model.csv" 2> "$work/$model.log" || { cat "$work/$model.log" >&2; exit 1; }
     poses+=(--pose "$work/$model.csv")
   done
-  "$odom" evaluate --reference "$folder/truth.csv" "${poses[@]}" --lever-arm="${arm:-0,0,0}" --align "$align" \
+  "$odom" evaluate --reference "$folder/truth.csv" "${poses[@]}" --lever-arm="$arm" --align "$align" \
     --json > "$work/errors.json" 2> "$work/evaluate.log" || { cat "$work/evaluate.log" >&2; exit 1; }
 }
 
