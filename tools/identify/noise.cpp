@@ -201,6 +201,15 @@ void add_consistency(const char* when, const std::vector<SourceConsistency>& all
         {"samples", one.samples}, {"mean", one.nis.value}, {"sigma", one.nis.sigma}};
 }
 
+// 0.5 to 2 is good enough; only about 1 is it what the filter expects.
+std::string in_words(double nis) {
+  if (nis > 2.0) return "surprises the filter: it trusts this source too much";
+  if (nis > 1.25) return "bold: larger than the filter expects, by less than twice";
+  if (nis >= 0.8) return "as the filter expects";
+  if (nis >= 0.5) return "cautious: smaller than the filter expects, by less than twice";
+  return "better than the filter thinks: it trusts this source too little";
+}
+
 bool stands(const SignalLog& log) {
   for (const Source source :
        {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
@@ -277,9 +286,7 @@ void identify_driving(const Options& options, const std::optional<daemon::Config
     findings.values.push_back({.name = name_of(one.source) + ", mean NIS",
                                .value = one.nis.value,
                                .sigma = one.nis.sigma,
-                               .remark = one.nis.value > 1.5   ? "surprises the filter"
-                                         : one.nis.value < 0.5 ? "better than the filter thinks"
-                                                               : "as the filter expects"});
+                               .remark = in_words(one.nis.value)});
 }
 
 void identify_noise(const Options& options) {
