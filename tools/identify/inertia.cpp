@@ -255,7 +255,7 @@ void add_inertia(Command identify) {
       "\n"
       "Examples:\n"
       "  odom identify inertia --mass 2.985 --spacing 200mm --cord 1.2m --config car.toml \\\n"
-      "      --can swing.log --write car.toml\n"
+      "      --can swing/drive.log --write car.toml\n"
       "  odom identify inertia --mass 2985g --spacing 0.2 --cord 1.2 --swings 20 --time 42.81 \\\n"
       "      --time 42.95 --time 42.77 --amplitude 15deg --amplitude-end 8deg\n"
       "  odom identify inertia --mass 2.985 --spacing 0.2 --cord 1.2 --csv phone.csv \\\n"

@@ -126,7 +126,7 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   plant["experiment"] = {{"mass", rig.mass},
                          {"yaw_inertia", plan.car.yaw_inertia},
                          {"gravity", rig.gravity},
-                         {"spacing_above", rig.spacing_above},
+                         {"spacing", rig.spacing_above},
                          {"spacing_below", rig.spacing_below},
                          {"cord", rig.cord},
                          {"offset_along", rig.offset_along},
@@ -137,7 +137,7 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   RandomStream hand(options.seed, "who measures the swing");
   Json result;
   result["mass"] = measured(rig.mass, 0.001 * rig.mass, 0.001, hand);
-  result["spacing_above"] = measured(rig.spacing_above, 4e-4, 5e-4, hand);
+  result["spacing"] = measured(rig.spacing_above, 4e-4, 5e-4, hand);
   result["spacing_below"] = measured(rig.spacing_below, 4e-4, 5e-4, hand);
   result["cord"] = measured(rig.cord, 1.5e-3, 1e-3, hand);
   result["offset_sigma"] = 0.003;

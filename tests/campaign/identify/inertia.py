@@ -14,9 +14,9 @@ def run(seeds, work, odom):
         measured = json.loads((folder / "measured.json").read_text())
         truth = json.loads((folder / "plant.json").read_text())["experiment"]["yaw_inertia"]
         rig = options(mass=measured["mass"]["value"], mass_sigma=measured["mass"]["sigma"],
-                      spacing=measured["spacing_above"]["value"],
+                      spacing=measured["spacing"]["value"],
                       spacing_below=measured["spacing_below"]["value"],
-                      spacing_sigma=measured["spacing_above"]["sigma"],
+                      spacing_sigma=measured["spacing"]["sigma"],
                       cord=measured["cord"]["value"], cord_sigma=measured["cord"]["sigma"],
                       offset_sigma=measured["offset_sigma"])
         gyro, _ = findings(odom, "inertia", *rig, "--config", folder / "car.toml",

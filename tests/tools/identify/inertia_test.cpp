@@ -209,11 +209,11 @@ TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
   const std::string folder = scratch.path("swing").string();
   ASSERT_EQ(run_shell("odom sim swing --duration 20 --seed 5 --out " + folder).status, 0);
   const auto truth = nlohmann::json::parse(contents(folder + "/plant.json"))["experiment"];
-  const Outcome outcome = run_shell(
-      "odom identify inertia --json --config " + folder + "/car.toml --can " + folder +
-      "/drive.log --mass " + truth["mass"].dump() + " --spacing " + truth["spacing_above"].dump() +
-      " --spacing-below " + truth["spacing_below"].dump() + " --cord " + truth["cord"].dump() +
-      " --gravity " + truth["gravity"].dump());
+  const Outcome outcome =
+      run_shell("odom identify inertia --json --config " + folder + "/car.toml --can " + folder +
+                "/drive.log --mass " + truth["mass"].dump() + " --spacing " +
+                truth["spacing"].dump() + " --spacing-below " + truth["spacing_below"].dump() +
+                " --cord " + truth["cord"].dump() + " --gravity " + truth["gravity"].dump());
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_NEAR(json["values"][0]["value"].get<double>() / truth["yaw_inertia"].get<double>(), 1.0,
