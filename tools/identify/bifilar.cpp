@@ -36,6 +36,18 @@ void check_size(const Bifilar& pendulum, double period) {
       period, pendulum.cord, spacing, radius));
 }
 
+// m / k³ with the radius of gyration k: some 3000 kg/m³ of a 1:10 car, some 800 of a full-size one.
+void check_mass(const Bifilar& pendulum, double period, double mass) {
+  const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
+  const double cube = radius * radius * radius;
+  constexpr double lightest = 50.0, heaviest = 50e3;
+  if (mass > lightest * cube && mass < heaviest * cube) return;
+  throw std::invalid_argument(fmt::format(
+      "--mass: {:g} kg do not fit a car with a radius of gyration of {:.2g} m, as the swing says; "
+      "{:.2g} to {:.2g} kg do: check its unit, 2985g or 2.985, and those of --spacing and --cord",
+      mass, radius, lightest * cube, heaviest * cube));
+}
+
 double small_period(const Bifilar& pendulum, double mass, double gravity, double inertia) {
   return 2.0 * pi * std::sqrt(inertia * pendulum.height() / (mass * gravity * pendulum.product()));
 }

@@ -44,6 +44,9 @@ void check(const Bifilar& pendulum);
 /// gyration would be ten times the distance of the cords, or a tenth of it.
 void check_size(const Bifilar& pendulum, double period);
 
+/// Throws std::invalid_argument for a mass [kg] that nothing of the size that the period tells has.
+void check_mass(const Bifilar& pendulum, double period, double mass);
+
 /// J of a body of a mass that swings with this period, of swings so small that it does not depend
 /// on them.
 [[nodiscard]] double inertia_of(const Bifilar& pendulum, double mass, double gravity,

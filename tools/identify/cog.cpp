@@ -26,11 +26,11 @@ struct Options {
 Dimensions dimensions_of(const Options& options) {
   Dimensions dimensions;
   dimensions.wheelbase = {
-      parse_positive(options.wheelbase, Dimension::length, "--wheelbase"),
+      parse_plausible(options.wheelbase, Dimension::length, "--wheelbase", {0.05, 10.0}),
       parse_not_negative(options.wheelbase_sigma, Dimension::length, "--wheelbase-sigma")};
   if (!options.track_width.empty())
     dimensions.track_width = Measured{
-        parse_positive(options.track_width, Dimension::length, "--track-width"),
+        parse_plausible(options.track_width, Dimension::length, "--track-width", {0.02, 5.0}),
         parse_not_negative(options.track_width_sigma, Dimension::length, "--track-width-sigma")};
   // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
   dimensions.height = options.height.empty()

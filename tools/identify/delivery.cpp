@@ -29,8 +29,9 @@ double rounded(double value, double sigma) {
   return std::round(value / step) * step;
 }
 
+// Of a value that may as well be zero a share says nothing.
 std::string in_per_cent(const Finding& finding) {
-  if (finding.value == 0.0) return "";
+  if (!(2.0 * finding.sigma < std::fabs(finding.value))) return "";
   return fixed(200.0 * finding.sigma / std::fabs(finding.value), 2) + " %";
 }
 

@@ -48,17 +48,18 @@ struct Options {
   Delivery delivery;
 };
 
-double length(const std::string& text, const std::string& option) {
-  return parse_positive(text, Dimension::length, option);
-}
+constexpr Plausible between_cords{0.01, 10.0}, along_cords{0.05, 50.0};  // m
 
 Bifilar pendulum_of(const Options& options) {
   Bifilar pendulum;
-  pendulum.spacing_above = length(options.spacing, "--spacing");
+  const auto length = [](const std::string& text, const std::string& option, Plausible range) {
+    return parse_plausible(text, Dimension::length, option, range);
+  };
+  pendulum.spacing_above = length(options.spacing, "--spacing", between_cords);
   pendulum.spacing_below = options.spacing_below.empty()
                                ? pendulum.spacing_above
-                               : length(options.spacing_below, "--spacing-below");
-  pendulum.cord = length(options.cord, "--cord");
+                               : length(options.spacing_below, "--spacing-below", between_cords);
+  pendulum.cord = length(options.cord, "--cord", along_cords);
   pendulum.offset = parse_not_negative(options.offset, Dimension::length, "--offset");
   check(pendulum);
   return pendulum;
@@ -145,6 +146,7 @@ void identify_inertia(const Options& options) {
                             pendulum, findings);
   const Measured mass = mass_option(options.mass, options.mass_sigma, "--mass");
   check_size(pendulum, period.small.value);
+  check_mass(pendulum, period.small.value, mass.value);
 
   // Off the midst by e: only e² counts, which is sigma² on the average where e is unknown.
   const double offset_sigma =

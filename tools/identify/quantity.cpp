@@ -101,4 +101,15 @@ double parse_not_negative(std::string_view text, Dimension dimension, std::strin
       fmt::format("{}: {} is not possible; it must be 0 or greater", option, quoted(text)));
 }
 
+double parse_plausible(std::string_view text, Dimension dimension, std::string_view option,
+                       Plausible range) {
+  const double value = parse_positive(text, dimension, option);
+  if (value >= range.from && value <= range.to) return value;
+  const std::string_view unit = names_of(dimension).front().name;
+  throw std::invalid_argument(fmt::format(
+      "{}: {} is {:.4g} {}, and {:g} to {:g} {} is plausible; a number without a unit "
+      "is in {}; units are {}",
+      option, quoted(text), value, unit, range.from, range.to, unit, unit, units_of(dimension)));
+}
+
 }  // namespace odomd::tools

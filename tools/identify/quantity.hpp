@@ -31,4 +31,12 @@ struct Quantity {
 [[nodiscard]] double parse_not_negative(std::string_view text, Dimension dimension,
                                         std::string_view option);
 
+/// What such a quantity can be of any car, from a model to a lorry: beyond it the unit is wrong.
+struct Plausible {
+  double from = 0.0;
+  double to = 0.0;
+};
+[[nodiscard]] double parse_plausible(std::string_view text, Dimension dimension,
+                                     std::string_view option, Plausible range);
+
 }  // namespace odomd::tools

@@ -28,6 +28,13 @@ constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_tabl
     {"rear-right", {0, 0, 0, 1}},
 }};
 
+// More digits than this no scale has, and a unit is wrong.
+constexpr double most_digits = 1e6;
+
+// A load that lies so far off what all of them say together is no scatter: it was another car, or
+// half of it.
+constexpr double another_car = 0.1;
+
 // Weighings of one load scatter by so much of the last digit where nobody tells by how much.
 constexpr double half_a_digit = 0.5;
 
@@ -48,6 +55,28 @@ std::string_view option_of(Load load) {
 bool WheelLoads::tells(const Eigen::Vector4d& sum) const {
   return (told * sum - sum).norm() < 1e-9;
 }
+
+namespace {
+
+void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& loads) {
+  if (!contradiction(loads)) return;
+  const Weighing* worst = nullptr;
+  double most = another_car;
+  for (const Weighing& weighing : weighings) {
+    const double together = wheels_of(weighing.load).dot(loads.load);
+    const double off = std::fabs(weighing.mass - together) / std::fabs(together);
+    if (off <= most) continue;
+    most = off;
+    worst = &weighing;
+  }
+  if (worst == nullptr) return;
+  throw std::invalid_argument(fmt::format(
+      "--{}: {:g} kg are {:.0f} % off the {:.4g} kg that all loads together say: weigh again, or "
+      "leave out the load that is wrong",
+      option_of(worst->load), worst->mass, 100.0 * most, wheels_of(worst->load).dot(loads.load)));
+}
+
+}  // namespace
 
 WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
   if (weighings.empty())
@@ -85,6 +114,10 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
           fmt::format("--{}: {} kg is not possible; it must be greater "
                       "than 0",
                       option_of(weighing.load), weighing.mass));
+    if (weighing.mass > most_digits * scale.resolution && scale.resolution > 0.0)
+      throw std::invalid_argument(
+          fmt::format("--{}: no scale shows {:g} kg by {:g} kg; grams are written 2985g",
+                      option_of(weighing.load), weighing.mass, scale.resolution));
     design.row(i) = wheels_of(weighing.load);
     shown(i) = weighing.mass;
     for (Eigen::Index j = 0; j < n; ++j)
@@ -113,6 +146,7 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   loads.excess = static_cast<int>(n) - rank;
   if (loads.excess > 0 && loads.chi_square > loads.excess)
     loads.covariance *= loads.chi_square / loads.excess;
+  refuse_another_car(weighings, loads);
   return loads;
 }
 

@@ -57,8 +57,8 @@ struct WheelLoads {
 };
 
 /// The covariance grows where the weighings contradict each other by more than the scale explains.
-/// Throws std::invalid_argument for no weighing, for a load that is not positive, or a scale
-/// without any uncertainty.
+/// Throws std::invalid_argument for no weighing, for a load that is not positive, for one that is a
+/// tenth off what all say together, or a scale without any uncertainty.
 [[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);
 
 /// Whether the weighings fit together (99 %); otherwise one line that says how far they do not.

@@ -40,6 +40,15 @@ TEST(Bifilar, RefusesAPeriodThatNoCarHas) {
                std::invalid_argument);
 }
 
+TEST(Bifilar, RefusesAMassThatNothingOfThatSizeHas) {
+  const double period = small_period(reference, mass, gravity, inertia);
+  EXPECT_NO_THROW(check_mass(reference, period, mass));
+  EXPECT_NO_THROW(check_mass(  // a full-size car
+      {.spacing_above = 2.0, .spacing_below = 2.0, .cord = 8.0}, 7.4, 1700.0));
+  EXPECT_THAT(message_of([&] { check_mass(reference, period, 1e3 * mass); }),
+              HasSubstr("--mass: 2985 kg do not fit a car with a radius of gyration of 0.097 m"));
+}
+
 // The body is given nothing but its springs: what it does is not written down there.
 double period_of_rig(const sim::SwingParameters& rig) {
   sim::SwingRig car(rig);

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/scratch.hpp"
+#include "tools/identify/delivery.hpp"
 #include "tools/identify/quantity.hpp"
 
 namespace odomd::tools::weighing_test {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 
 TEST(Quantity, IsReadWithItsUnit) {
   EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x").value, 2.985);
@@ -30,6 +32,15 @@ TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
     EXPECT_THAT(refusal(text, Dimension::mass), HasSubstr("--front: ")) << text;
   EXPECT_THAT(refusal("0", Dimension::mass), HasSubstr("must be greater than 0"));
   EXPECT_THAT(refusal("-1", Dimension::mass), HasSubstr("must be greater than 0"));
+}
+
+TEST(Quantity, ThatNoCarHasIsRefusedWithWhatIsPlausible) {
+  EXPECT_DOUBLE_EQ(parse_plausible("200mm", Dimension::length, "--spacing", {0.01, 10.0}), 0.2);
+  EXPECT_EQ(message_of([] {
+              (void)parse_plausible("239.5", Dimension::length, "--spacing", {0.01, 10.0});
+            }),
+            "--spacing: \"239.5\" is 239.5 m, and 0.01 to 10 m is plausible; a number without a "
+            "unit is in m; units are m, cm or mm");
 }
 
 constexpr Scale scale{.resolution = 0.0, .sigma = 0.002, .accuracy = 0.001};
@@ -80,6 +91,17 @@ TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreTold) {
   EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
 }
 
+TEST(Weighing, OfAnotherCarIsRefused) {
+  const std::vector<Weighing> twice{{Load::total, 2.9}, {Load::total, 5.0}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(twice, scale); }),
+              HasSubstr("are 27 % off the 3.95 kg that all loads together say: weigh again"));
+  const std::vector<Weighing> axle{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 4.0}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(axle, scale); }), HasSubstr("--front: 1 kg"));
+  const std::vector<Weighing> grams{{Load::total, 2985.0}};
+  EXPECT_EQ(message_of([&] { (void)wheel_loads(grams, {.resolution = 0.001}); }),
+            "--total: no scale shows 2985 kg by 0.001 kg; grams are written 2985g");
+}
+
 TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
   const std::vector<Weighing> weighings{
       {Load::front, 1.0}, {Load::rear, 2.0}, {Load::left, 1.6}, {Load::right, 1.4}};
@@ -119,6 +141,14 @@ TEST(Weighing, WithoutWhatItNeedsIsRefused) {
   const std::vector<Weighing> none{{Load::rear_left, 0.0}};
   EXPECT_EQ(message_of([&] { (void)wheel_loads(none, scale); }),
             "--rear-left: 0 kg is not possible; it must be greater than 0");
+}
+
+TEST(Findings, OfWhatMayAsWellBeZeroHaveNoPerCent) {
+  Findings findings{.method = "cog"};
+  findings.values = {{.name = "lateral", .value = 1e-5, .sigma = 1e-3, .unit = "m"}};
+  EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
+  findings.values[0].value = 0.01;
+  EXPECT_THAT(as_text(findings), HasSubstr("20.00 %"));
 }
 
 TEST(IdentifyMass, ReportsAndWrites) {
