@@ -193,11 +193,11 @@ void add_plot(Command odom) {
                   "What to draw; several times: below each other; default: trajectory")
       .repeatable()
       .type_name(names)
-      .check([](const std::string& name) {
+      .check([names](const std::string& name) {
         for (const auto& subject : subjects()) {
           if (subject.first == name) return std::string{};
         }
-        return "\"" + name + "\" is nothing that can be drawn";
+        return "\"" + name + "\" is nothing that can be drawn; there are: " + names;
       });
   command.add_option("--reference", options->reference, "The truth, drawn in grey")
       .type_name("CSV");

@@ -145,7 +145,8 @@ TEST_F(Plot, FollowsARunningDaemon) {
 
 TEST_F(Plot, SaysInOneLineWhatIsWrong) {
   expect_refused("", "A pose file or --for is required");
-  expect_refused(pose_ + " --what speeds", "\"speeds\" is nothing that can be drawn");
+  expect_refused(pose_ + " --what speeds",
+                 "\"speeds\" is nothing that can be drawn; there are: trajectory|");
   expect_refused("/nonexistent.csv", "/nonexistent.csv: no such file");
   expect_refused(
       reference_ + " --what speed",

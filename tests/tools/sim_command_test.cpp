@@ -96,6 +96,10 @@ TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
     EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(scratch.path("x"))) << line;
   }
+  EXPECT_THAT(run_shell(there + "odom sim --fix gyro_bais=1 --out x").err,
+              HasSubstr("the nearest is 'gyro_bias'"));
+  EXPECT_THAT(run_shell(there + "odom sim --fix foo=1 --out x").err,
+              HasSubstr("no parameter of the simulation; there are: friction, "));
 }
 
 TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {

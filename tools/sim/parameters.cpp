@@ -167,8 +167,13 @@ const ParameterInfo& find_parameter(std::string_view name) {
     if (info.name == name) return info;
     names.emplace_back(info.name);
   }
+  const bool misspelt =
+      std::ranges::any_of(names, [&](const std::string& known) { return resembles(name, known); });
+  std::string hint = misspelt ? nearest_hint(name, names) : "; there are:";
+  for (std::size_t i = 0; i < names.size() && !misspelt; ++i)
+    hint += (i == 0 ? " " : ", ") + names[i];
   throw std::invalid_argument("\"" + std::string(name) + "\" is no parameter of the simulation" +
-                              nearest_hint(name, names));
+                              hint);
 }
 
 Assignment parse_assignment(std::string_view text) {
