@@ -17,6 +17,7 @@ constexpr std::int64_t step_ns = 50'000'000;
 constexpr std::int64_t half_window_ns = 300'000'000;
 constexpr std::int64_t settling_ns = 500'000'000;
 constexpr double shortest_turn = std::numbers::pi;
+constexpr std::size_t samples_per_window = 4;  // of a log's signal
 
 double seconds(std::int64_t ns) {
   return 1e-9 * static_cast<double>(ns);
@@ -148,7 +149,7 @@ double rounding_left(const std::vector<double>& values, double resolution) {
 Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to,
                         std::size_t windows) {
   const std::vector<double> values = values_between(series, from, to);
-  if (values.size() < 4 * windows) return {};
+  if (values.size() < samples_per_window * windows) return {};
   std::vector<double> means;
   for (std::size_t k = 0; k < windows; ++k) {
     const std::size_t begin = k * values.size() / windows;
@@ -221,11 +222,16 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
     // a_y(p) = a_y - ψ̇² p_y
     if (run.accelerometer.sigma > 0.0)
       run.accelerometer.value += run.yaw_rate * run.yaw_rate * imu_y;
-    if (run.steering.sigma <= 0.0 && run.gyro.sigma <= 0.0) {
+    if (run.steering.sigma <= 0.0) {
+      const std::string circle = fmt::format("{}: the circle from {:.1f} to {:.1f} s", film,
+                                             seconds(run.begin_ns), seconds(run.end_ns));
       warnings.push_back(
-          fmt::format("{}: the circle from {:.1f} to {:.1f} s is not in the log; left "
-                      "out",
-                      film, seconds(run.begin_ns), seconds(run.end_ns)));
+          run.gyro.sigma <= 0.0
+              ? circle + " is not in the log; left out"
+              : fmt::format("{} is left out: the log has {} samples of steering there, of "
+                            "{} that are needed; log it whole, 10 a second at least",
+                            circle, values_between(log.of(Source::steering), from, to).size(),
+                            samples_per_window * windows));
       continue;
     }
     runs.push_back(run);

@@ -36,8 +36,8 @@ struct Stretch {
 /// settles, are cut off.
 [[nodiscard]] std::vector<Stretch> steady_stretches(const FilmMotion& motion);
 
-/// `imu_y`: how far left of the centre of gravity the accelerometer sits [m]. A stretch that the
-/// log does not cover is left out, with a warning.
+/// `imu_y`: how far left of the centre of gravity the accelerometer sits [m]. A stretch in
+/// which the log has no steering, or too little of it, is left out, with a warning.
 [[nodiscard]] std::vector<CircleRun> measure_circles(const std::string& film,
                                                      const FilmMotion& motion, const SignalLog& log,
                                                      std::int64_t offset_ns, double imu_y,

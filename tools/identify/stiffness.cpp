@@ -136,10 +136,11 @@ void measure_film(const Arguments& arguments, const daemon::Config& config,
   append(films.warnings, alignment.warnings);
   alignment.offset_ns -= log.first_ns;  // what people can read
 
+  const std::size_t warned = films.warnings.size();
   std::vector<CircleRun> circles =
       measure_circles(track.name, motion, log, alignment.offset_ns + log.first_ns,
                       config.imu_position[1], films.warnings);
-  if (circles.empty())
+  if (circles.empty() && films.warnings.size() == warned)
     films.warnings.push_back(
         track.name + ": no steady circle in it; hold steering and speed for half a turn or more");
   films.circles.insert(films.circles.end(), circles.begin(), circles.end());
@@ -349,10 +350,7 @@ void identify_stiffness(const Arguments& arguments) {
 
   Films films;
   for (const std::string& run : arguments.runs) measure_film(arguments, config, places, run, films);
-  if (films.circles.empty())
-    throw std::invalid_argument(films.names.front() +
-                                ": no steady circle in it: hold steering and speed for half a turn "
-                                "or more, and film it whole");
+  if (films.circles.empty()) throw std::invalid_argument(films.warnings.back());
   check_directions(films.circles);
   warn_of_what_is_missing(films.circles, films.warnings);
   compare_accelerations(films.circles, films.warnings);

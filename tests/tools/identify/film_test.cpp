@@ -137,6 +137,24 @@ TEST(CircleRuns, FindsTheSteadyPartsAndMeasuresThem) {
   EXPECT_THAT(warnings, testing::IsEmpty());
 }
 
+TEST(CircleRuns, ACircleWithoutItsSteeringIsLeftOutAndNotTakenForStraight) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  SignalLog log;
+  log.signals[static_cast<std::size_t>(estimator::Source::yaw_rate)] = film.gyro;
+  Series& steering = log.signals[static_cast<std::size_t>(estimator::Source::steering)];
+  for (std::size_t k = 0; k < film.gyro.size(); ++k) {
+    if (film.gyro.t_ns[k] > 19'000'000'000) break;  // before the second circle
+    steering.t_ns.push_back(film.gyro.t_ns[k]);
+    steering.value.push_back(0.25 * film.gyro.value[k]);
+  }
+  std::vector<std::string> warnings;
+  const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
+  ASSERT_THAT(runs, SizeIs(1));
+  EXPECT_NEAR(runs[0].steering.value, 0.2, 1e-3);
+  EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("the log has 0 samples of steering there")));
+}
+
 TEST(CircleRuns, AStraightOrAWobbleIsNoCircle) {
   const SyntheticDrive wobble{
       .speed = [](double t) { return 1.5 * SyntheticDrive::eased(t, 1.0, 20.0); },
