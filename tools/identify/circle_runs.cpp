@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <span>
 
 #include <fmt/format.h>
+
+#include "tools/identify/quantisation.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -122,29 +122,6 @@ std::vector<double> values_between(const Series& series, std::int64_t from, std:
   return {series.value.begin() + begin, series.value.begin() + end};
 }
 
-// The step in which a signal comes.
-double resolution_of(const Series& series) {
-  const std::set<double> values(series.value.begin(), series.value.end());
-  double resolution = 0.0;
-  for (auto value = values.begin(); value != values.end(); ++value) {
-    if (value == values.begin()) continue;
-    const double difference = *value - *std::prev(value);
-    if (difference > 1e-9 && (resolution == 0.0 || difference < resolution))
-      resolution = difference;
-  }
-  return resolution;
-}
-
-// Samples whose noise is smaller than their resolution q do not average it out: what remains is up
-// to q/√12, the more the more of them are the same.
-double rounding_left(const std::vector<double>& values, double resolution) {
-  std::map<double, std::size_t> counts;
-  std::size_t most = 0;
-  for (const double value : values) most = std::max(most, ++counts[value]);
-  const double same = static_cast<double>(most) / static_cast<double>(values.size());
-  return resolution / std::sqrt(12.0) * std::max(0.0, 2.0 * same - 1.0);
-}
-
 // Mean of a log's signal; the scatter is that of as many means as the film has windows.
 Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to,
                         std::size_t windows) {
@@ -157,7 +134,7 @@ Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to
     means.push_back(mean_of(std::span(values).subspan(begin, end - begin)).value);
   }
   const Mean mean = mean_of(means);
-  const double rounding = rounding_left(values, resolution_of(series));
+  const double rounding = rounding_left(values, resolution_of(series.value));
   return {mean.value, std::max(std::hypot(mean.sigma, rounding), 1e-6)};
 }
 

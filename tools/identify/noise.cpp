@@ -94,7 +94,9 @@ void add_standing(const Quantity& quantity, const StandingNoise& noise,
   };
   const bool configured = is_configured(config, quantity.source);
   add(", noise", configured ? sigma_key(quantity.source) : "", noise.sigma, quantity.unit,
-      "white, of a sample, at rest");
+      noise.resolution_hides_noise
+          ? fmt::format("of the steps of {:.3g}, which hide the sensor's own", noise.resolution)
+          : "white, of a sample, at rest");
   add(", density", "", noise.density, quantity.unit + "/√Hz");
   add(", bias", "", noise.bias, quantity.unit, "at the begin of the record");
   Finding walk{.name = name + ", bias walk",

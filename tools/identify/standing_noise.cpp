@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <stdexcept>
+
+#include "tools/identify/quantisation.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -109,6 +112,25 @@ int count_outliers(const Series& series, double lambda, double variance) {
   return outliers;
 }
 
+/// No sample is better than the step q in which it comes, and the mean of samples that are mostly
+/// the same lies anywhere in it. A bias that wanders by less than a few steps tells no walk.
+void allow_for_resolution(const Series& series, double range, double duration,
+                          StandingNoise& noise) {
+  const double rounding = rounding_noise(noise.resolution);
+  const std::size_t tenth = series.size() / 10;
+  const std::span<const double> values(series.value);
+  for (const auto& [bias, part] : {std::pair{&noise.bias, values.first(tenth)},
+                                   std::pair{&noise.bias_at_end, values.last(tenth)}})
+    bias->sigma = std::hypot(bias->sigma, rounding_left(part, noise.resolution));
+  if (noise.sigma.value >= rounding) return;
+  noise.resolution_hides_noise = true;
+  noise.sigma = {rounding, 0.5 * rounding};
+  constexpr double few_steps = 10.0;
+  if (range > few_steps * noise.resolution) return;
+  noise.walk.reset();
+  noise.walk_below = std::max(noise.walk_below, noise.resolution / std::sqrt(duration));
+}
+
 }  // namespace
 
 StandingNoise standing_noise(const Series& series, const std::string& name) {
@@ -157,8 +179,6 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
   const double log_variance_sigma = std::hypot(std::sqrt(2.0 / likelihood.samples()),
                                                told ? d_log_variance * log_lambda_sigma : 0.0);
   noise.sigma = {std::sqrt(variance), 0.5 * log_variance_sigma * std::sqrt(variance)};
-  const double root = std::sqrt(noise.sample_period);
-  noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
   // K² = λ r
   if (told) {
     const double walk = std::sqrt(lambda * variance);
@@ -175,7 +195,12 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
   const Filtered end = filter(series, for_bias, Direction::forwards);
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
   noise.bias_at_end = {end.bias, std::sqrt(end.variance * variance)};
-  noise.outliers = count_outliers(series, for_bias, variance);
+  noise.resolution = resolution_of(series.value);
+  const double rounding = rounding_noise(noise.resolution);
+  noise.outliers = count_outliers(series, for_bias, std::max(variance, rounding * rounding));
+  allow_for_resolution(series, high - low, duration, noise);
+  const double root = std::sqrt(noise.sample_period);
+  noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
   return noise;
 }
 

@@ -78,6 +78,44 @@ TEST(StandingNoise, RefusesWhatHasNoNoise) {
               HasSubstr("100 samples are too few"));
 }
 
+// The same sensor as its last digit shows it.
+Series in_steps(Series series, double step) {
+  for (double& value : series.value) value = step * std::round(value / step);
+  return series;
+}
+
+TEST(StandingNoise, OfCoarseStepsIsNoSmallerThanTheirRounding) {
+  constexpr double step = 0.01;
+  // Noise of a tenth and of a fifth of a step; what is left of the bias depends on where it lies.
+  for (const double sigma : {0.001, 0.002}) {
+    for (const double bias : {0.0012, 0.0031, 0.0044}) {
+      const Series fine = record({.sigma = sigma, .bias = bias}, 60'000, 1);
+      const StandingNoise noise = standing_noise(in_steps(fine, step), "gyro");
+      EXPECT_NEAR(noise.resolution, step, 1e-9);
+      EXPECT_TRUE(is_inside(noise.bias, bias, 2.0)) << sigma << ' ' << bias;
+      EXPECT_TRUE(is_inside(noise.bias_at_end, bias, 2.0)) << sigma << ' ' << bias;
+      EXPECT_GE(noise.sigma.value, step / std::sqrt(12.0));
+      EXPECT_FALSE(noise.walk);
+      EXPECT_EQ(noise.outliers, 0);
+    }
+  }
+}
+
+TEST(StandingNoise, OfASingleStepIsThatOfTheSteps) {
+  Series series = record({.sigma = 0.0}, 6'000, 1);
+  series.value[3'000] += 0.001;
+  const StandingNoise noise = standing_noise(series, "gyro");
+  EXPECT_TRUE(noise.resolution_hides_noise);
+  EXPECT_NEAR(noise.sigma.value, 0.001 / std::sqrt(12.0), 1e-9);
+  EXPECT_NEAR(noise.density.value, 0.1 * noise.sigma.value, 1e-9);
+}
+
+TEST(StandingNoise, OfFineStepsIsTheSensorsOwn) {
+  const StandingNoise noise = standing_noise(in_steps(record({}, 30'000, 1), 0.005), "gyro");
+  EXPECT_FALSE(noise.resolution_hides_noise);
+  EXPECT_NEAR(noise.sigma.value, std::hypot(0.01, 0.005 / std::sqrt(12.0)), 2e-4);
+}
+
 TEST(Allan, OfWhiteNoiseFallsByTheRootOfTime) {
   const std::vector<AllanPoint> curve = allan_deviation(record({}, 50'000, 2), "gyro");
   ASSERT_GT(curve.size(), 15U);
