@@ -15,6 +15,7 @@
 #include "tools/identify/process_noise.hpp"
 #include "tools/identify/record.hpp"
 #include "tools/identify/standing_noise.hpp"
+#include "tools/identify/standstill.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
@@ -52,26 +53,6 @@ std::string sigma_key(Source source) {
 
 bool is_configured(const std::optional<daemon::Config>& config, Source source) {
   return config && config->can.signals[static_cast<std::size_t>(source)].configured;
-}
-
-constexpr Source wheels[] = {Source::wheel_front_left, Source::wheel_front_right,
-                             Source::wheel_rear_left,  Source::wheel_rear_right,
-                             Source::wheel_rear,       Source::motor};
-
-/// The car must stand: a wheel that says otherwise is told with the time.
-void check_that_it_stands(const SignalLog& log, const std::string& record) {
-  for (const Source wheel : wheels) {
-    const Series& speed = log.of(wheel);
-    for (std::size_t i = 0; i < speed.size(); ++i) {
-      if (std::fabs(speed.value[i]) < 0.05) continue;
-      const std::int64_t begin = log.first_ns != 0 ? log.first_ns : speed.t_ns.front();
-      throw std::invalid_argument(fmt::format(
-          "{}: the car moves: {} is {:.2f} m/s after {:.2f} s; log it standing, or cut with --from "
-          "and --to",
-          record, name_of(wheel), speed.value[i],
-          1e-9 * static_cast<double>(speed.t_ns[i] - begin)));
-    }
-  }
 }
 
 std::string curve_json_name(Source source) {
@@ -175,7 +156,7 @@ void identify_standing(const Options& options, const std::optional<daemon::Confi
   const SignalLog log =
       read_record(options.standing, {Source::yaw_rate, Source::accel_x, Source::accel_y});
   findings.warnings.insert(findings.warnings.end(), log.warnings.begin(), log.warnings.end());
-  check_that_it_stands(log, record);
+  check_that_wheels_stand(log, record);
   std::vector<AllanCurve> curves;
   for (const Quantity& quantity : inertial()) {
     const Series& series = log.of(quantity.source);
@@ -192,6 +173,12 @@ void identify_standing(const Options& options, const std::optional<daemon::Confi
     throw std::invalid_argument(record +
                                 ": no yaw_rate, accel_x or accel_y in it; map them in "
                                 "[can.signals], or log the IMU");
+  if (!has_wheels(log)) {
+    check_that_imu_stands(log, curves, record);
+    findings.warnings.push_back(record +
+                                ": no wheel speed in it tells that the car stood; the IMU would "
+                                "not see a slow straight roll");
+  }
   settle_accel_walk(findings);
   if (!options.plot.empty()) chart::write_picture(options.plot, draw(curves));
 }
@@ -212,15 +199,6 @@ std::string in_words(double nis) {
   return "better than the filter thinks: it trusts this source too little";
 }
 
-bool stands(const SignalLog& log) {
-  for (const Source source :
-       {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
-        Source::wheel_rear_right, Source::wheel_rear, Source::motor})
-    for (const double speed : log.of(source).value)
-      if (std::fabs(speed) > 0.1) return false;
-  return true;
-}
-
 void identify_driving(const Options& options, const std::optional<daemon::Config>& config,
                       Findings& findings) {
   Drive drive = read_drive({.folder = options.drive,
@@ -233,7 +211,7 @@ void identify_driving(const Options& options, const std::optional<daemon::Config
     if (logs.empty() && std::filesystem::exists(drive.folder / name))
       logs.push_back((drive.folder / name).string());
   const SignalLog log = read_signals(drive.config, logs);
-  if (stands(log))
+  if (wheels_stand(log, 0.1))
     throw std::invalid_argument(drive.folder.string() +
                                 ": no wheel turns faster than 0.1 m/s; --drive takes a drive, and "
                                 "--config and --can a record of the standing car");
@@ -266,7 +244,7 @@ void identify_driving(const Options& options, const std::optional<daemon::Config
     findings.values.push_back(finding);
   };
   for (const Quantity& quantity : inertial()) measure(quantity.source, quantity.unit);
-  for (const Source wheel : wheels) measure(wheel, "m/s");
+  for (const Source wheel : wheel_sources) measure(wheel, "m/s");
 
   const ProcessNoise process = process_noise(drive, drive.config);
   for (const SampleNoise& wheel : process.wheels) {

@@ -8,6 +8,7 @@
 #include "tools/identify/allan.hpp"
 #include "tools/identify/driving_noise.hpp"
 #include "tools/identify/standing_noise.hpp"
+#include "tools/identify/standstill.hpp"
 #include "tools/sim/random.hpp"
 
 namespace odomd::tools::noise_test {
@@ -114,6 +115,35 @@ TEST(StandingNoise, OfFineStepsIsTheSensorsOwn) {
   const StandingNoise noise = standing_noise(in_steps(record({}, 30'000, 1), 0.005), "gyro");
   EXPECT_FALSE(noise.resolution_hides_noise);
   EXPECT_NEAR(noise.sigma.value, std::hypot(0.01, 0.005 / std::sqrt(12.0)), 2e-4);
+}
+
+std::vector<AllanCurve> curves_of(const SignalLog& log) {
+  std::vector<AllanCurve> curves;
+  for (const auto& [source, name] : {std::pair{estimator::Source::yaw_rate, "yaw_rate"},
+                                     std::pair{estimator::Source::accel_x, "accel_x"}})
+    if (const Series& series = log.of(source); !series.empty())
+      curves.push_back({name, "", allan_deviation(series, name), standing_noise(series, name)});
+  return curves;
+}
+
+std::string without_wheels(estimator::Source source, const Series& series) {
+  SignalLog log;
+  log.signals[static_cast<std::size_t>(source)] = series;
+  return message_of([&] { check_that_imu_stands(log, curves_of(log), "a.log"); });
+}
+
+TEST(Standstill, WithoutWheelsIsToldByTheImu) {
+  using estimator::Source;
+  EXPECT_EQ(without_wheels(Source::yaw_rate, record({.walk = 1e-3}, 6'000, 1)), "");
+  EXPECT_EQ(without_wheels(Source::accel_x, record({.sigma = 0.05, .walk = 5e-3}, 6'000, 1)), "");
+  Series turning = record({}, 6'000, 1), driving = record({.sigma = 0.05}, 6'000, 1);
+  for (std::size_t i = 2'000; i < 6'000; ++i) {
+    const double t = 0.01 * static_cast<double>(i - 2'000);
+    turning.value[i] += 0.4 * std::sin(0.5 * t);
+    driving.value[i] += 2.0 * std::sin(0.7 * t);
+  }
+  EXPECT_THAT(without_wheels(Source::yaw_rate, turning), HasSubstr("off its median after 20."));
+  EXPECT_THAT(without_wheels(Source::accel_x, driving), HasSubstr("means of accel_x over"));
 }
 
 TEST(Allan, OfWhiteNoiseFallsByTheRootOfTime) {
@@ -243,6 +273,10 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   };
   EXPECT_THAT(error(""), HasSubstr("give a record of the standing car"));
   EXPECT_THAT(error(drive), HasSubstr("the car moves: wheel_"));
+  // Without the wheels, the IMU tells.
+  ASSERT_EQ(run_shell("cd " + folder + " && grep ' 1A2#' drive.log > imu.log").status, 0);
+  const std::string imu = " --config " + folder + "/car.toml --can " + folder + "/imu.log";
+  EXPECT_THAT(error(imu), HasSubstr("the car moves: "));
   EXPECT_THAT(error(drive + " --to 0.5"), HasSubstr("samples are too few"));
   EXPECT_THAT(error(drive + " --plot a.gif"), HasSubstr(".svg"));
   EXPECT_THAT(error("--drive " + folder + " --plot a.svg"), HasSubstr("--plot draws a standing"));
