@@ -17,8 +17,7 @@ struct Options {
   ScaleOptions scale;
   std::string wheelbase, wheelbase_sigma = "1mm";
   std::string track_width, track_width_sigma = "1mm";
-  std::string height;
-  std::string level = "0.25deg";
+  LevelOptions level;
   std::string config;
   Delivery delivery;
 };
@@ -32,13 +31,7 @@ Dimensions dimensions_of(const Options& options) {
     dimensions.track_width = Measured{
         parse_plausible(options.track_width, Dimension::length, "--track-width", {0.02, 5.0}),
         parse_not_negative(options.track_width_sigma, Dimension::length, "--track-width-sigma")};
-  // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
-  dimensions.height = options.height.empty()
-                          ? 0.25 * dimensions.wheelbase.value
-                          : parse_not_negative(options.height, Dimension::length, "--height");
-  dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
-  if (dimensions.level_sigma > 0.2)
-    throw std::invalid_argument("--level: so askew the loads say nothing; level the car");
+  set_level(options.level, dimensions);
   return dimensions;
 }
 
@@ -57,11 +50,7 @@ void check_wheelbase(const std::string& file, const Measured& wheelbase, Finding
 void identify_cog(const Options& options) {
   Weighings weighings = weighings_of(options.scale);
   const Dimensions dimensions = dimensions_of(options);
-  WheelLoads loads = wheel_loads(weighings.weighings, weighings.scale);
-  if (const auto mass = mass_of(loads, weighings.scale)) {
-    weighings.scale = with_slopes(weighings.scale, mass->value, dimensions);
-    loads = wheel_loads(weighings.weighings, weighings.scale);
-  }
+  const WheelLoads loads = loads_on_slopes(weighings, dimensions);
   const CentreOfGravity centre = centre_of_gravity(loads, dimensions);
   if (!centre.front_axle && !centre.lateral)
     throw std::invalid_argument(
@@ -147,16 +136,7 @@ void add_cog(Command identify) {
       .add_option("--track-width-sigma", options->track_width_sigma,
                   "Its standard uncertainty; default: 1mm")
       .type_name("LENGTH");
-  method
-      .add_option("--height", options->height,
-                  "Of the centre of gravity above the ground, roughly [m]; default: a quarter of "
-                  "the wheelbase")
-      .type_name("LENGTH");
-  method
-      .add_option("--level", options->level,
-                  "How level the car stood, standard uncertainty [rad], or 0.5deg; default: "
-                  "0.25deg")
-      .type_name("ANGLE");
+  add_level_options(method, options->level);
   method
       .add_option("--config", options->config,
                   "Configuration to hold the wheelbase against; default: that of --write")

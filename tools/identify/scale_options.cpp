@@ -1,6 +1,7 @@
 #include "tools/identify/scale_options.hpp"
 
 #include <cmath>
+#include <stdexcept>
 
 #include "tools/identify/quantity.hpp"
 #include "tools/text.hpp"
@@ -111,6 +112,37 @@ Weighings weighings_of(const ScaleOptions& options) {
     result.scale.accuracy = std::hypot(result.scale.accuracy, gravity.sigma / gravity.value);
   result.origin = "scale, " + counted(result.weighings.size(), "weighing");
   return result;
+}
+
+void add_level_options(Command method, LevelOptions& options) {
+  method
+      .add_option("--height", options.height,
+                  "Of the centre of gravity above the ground, roughly [m]; default: a quarter of "
+                  "the wheelbase")
+      .type_name("LENGTH");
+  method
+      .add_option("--level", options.level,
+                  "How level the car stood, standard uncertainty [rad], or 0.5deg; default: "
+                  "0.25deg")
+      .type_name("ANGLE");
+}
+
+void set_level(const LevelOptions& options, Dimensions& dimensions) {
+  // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
+  dimensions.height = options.height.empty()
+                          ? 0.25 * dimensions.wheelbase.value
+                          : parse_not_negative(options.height, Dimension::length, "--height");
+  dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
+  if (dimensions.level_sigma > 0.2)
+    throw std::invalid_argument("--level: so askew the loads say nothing; level the car");
+}
+
+WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions) {
+  const WheelLoads loads = wheel_loads(weighings.weighings, weighings.scale);
+  const auto mass = mass_of(loads, weighings.scale);
+  if (!mass) return loads;
+  weighings.scale = with_slopes(weighings.scale, mass->value, dimensions);
+  return wheel_loads(weighings.weighings, weighings.scale);
 }
 
 }  // namespace odomd::tools

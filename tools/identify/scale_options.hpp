@@ -29,6 +29,20 @@ struct Weighings {
 /// Throws std::invalid_argument for numbers that cannot be.
 [[nodiscard]] Weighings weighings_of(const ScaleOptions& options);
 
+/// How level the car stood; both methods that weigh axles ask.
+struct LevelOptions {
+  std::string height;
+  std::string level = "0.25deg";
+};
+
+void add_level_options(Command method, LevelOptions& options);
+
+/// Height and slope into the dimensions, of which the wheelbase must be there.
+void set_level(const LevelOptions& options, Dimensions& dimensions);
+
+/// The loads by a scale that has got the shifts of a car on slopes: so have `weighings` afterwards.
+[[nodiscard]] WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions);
+
 /// --gravity: local, or the mean of the Earth's with the spread of it.
 void add_gravity_option(Command method, std::string& gravity);
 [[nodiscard]] Measured gravity_of(const std::string& gravity);

@@ -20,7 +20,12 @@ def scale(measured):
 def run(seeds, work, odom):
     def one(seed):
         measured, truth = weigh(odom, work / str(seed), seed)
-        whole, _ = findings(odom, "mass", *scale(measured), *options(total=measured["loads"]["total"]))
-        return sample(truth["mass"], whole["mass"])
+        loads = measured["loads"]
+        tape = options(wheelbase=measured["wheelbase"]["value"], level=measured["level"])
+        ways = {"whole": options(total=loads["total"]),
+                "by axles": options(front=loads["front"], rear=loads["rear"]) + tape}
+        return [sample(truth["mass"], findings(odom, "mass", *scale(measured), *way)[0]["mass"])
+                for way in ways.values()]
 
-    return [judge("mass", each(seeds, one))]
+    whole, by_axles = zip(*each(seeds, one))
+    return [judge("mass, as a whole", list(whole)), judge("mass, by axles", list(by_axles))]

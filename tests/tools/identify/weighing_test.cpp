@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <nlohmann/json.hpp>
+
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/quantity.hpp"
@@ -179,7 +182,27 @@ TEST(IdentifyMass, ReportsAndWrites) {
   EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
 }
 
+TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
+  const std::string loads = " --front 1 --rear 2 --scale-resolution 1g --json";
+  const auto sigma = [&](const std::string& method) {
+    const Outcome outcome = run_shell("odom identify " + method + loads);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    return json["values"].back()["sigma"].get<double>();
+  };
+  // Axle by axle a slope of 0.25 degrees shifts m h/l tan θ, h/l being a quarter.
+  const double shift = 3.0 * 0.25 * std::tan(0.25 / 57.29577951308232);
+  EXPECT_NEAR(sigma("mass"), std::hypot(std::sqrt(2.0) * shift, 0.003), 1e-4);
+  EXPECT_NEAR(sigma("mass"), sigma("cog --wheelbase 0.26"), 1e-12);
+  EXPECT_NEAR(sigma("mass --wheelbase 0.26 --height 10cm"),
+              sigma("cog --wheelbase 0.26 --height 10cm"), 1e-12);
+  EXPECT_LT(sigma("mass --level 0"), 0.0032);
+}
+
 TEST(IdentifyMass, SaysWhatIsMissing) {
+  const Outcome height = run_shell("odom identify mass --total 3 --scale-sigma 1g --height 5cm");
+  EXPECT_EQ(height.status, 2);
+  EXPECT_THAT(height.err, HasSubstr("--wheelbase is missing"));
   const Outcome half = run_shell("odom identify mass --front 1 --scale-resolution 1g");
   EXPECT_EQ(half.status, 2);
   EXPECT_THAT(half.err, HasSubstr("do not add up to the whole car"));
