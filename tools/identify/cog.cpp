@@ -51,6 +51,7 @@ void identify_cog(const Options& options) {
   Weighings weighings = weighings_of(options.scale);
   const Dimensions dimensions = dimensions_of(options);
   const WheelLoads loads = loads_on_slopes(weighings, dimensions);
+  check_shares(loads);
   const CentreOfGravity centre = centre_of_gravity(loads, dimensions);
   if (!centre.front_axle && !centre.lateral)
     throw std::invalid_argument(

@@ -181,6 +181,16 @@ std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d&
   return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
 }
 
+void check_shares(const WheelLoads& loads) {
+  for (const Load load : {Load::front, Load::rear, Load::left, Load::right}) {
+    const auto share = share_of(loads, wheels_of(load));
+    if (!share || share->value < 1.0) continue;
+    throw std::invalid_argument(fmt::format(
+        "--{}: {:.4g} kg are more than the whole car, {:.4g} kg: exchanged, or in another unit?",
+        option_of(load), wheels_of(load).dot(loads.load), loads.load.sum()));
+  }
+}
+
 Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions) {
   const double moment = mass * dimensions.height * std::tan(dimensions.level_sigma);
   scale.axle_shift = moment / dimensions.wheelbase.value;

@@ -71,6 +71,10 @@ struct WheelLoads {
 [[nodiscard]] std::optional<Measured> share_of(const WheelLoads& loads,
                                                const Eigen::Vector4d& wheels);
 
+/// Throws std::invalid_argument, naming the option, for an axle or a side that carries more than
+/// the whole car.
+void check_shares(const WheelLoads& loads);
+
 struct Dimensions {
   Measured wheelbase;                   ///< [m]
   std::optional<Measured> track_width;  ///< [m]

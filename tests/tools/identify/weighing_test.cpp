@@ -121,6 +121,16 @@ TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
               0.3 * 0.002 * std::sqrt(5.0) / 9.0, 1e-12);
 }
 
+TEST(Weighing, OfAnAxleHeavierThanTheCarIsRefused) {
+  const auto refusal = [](std::vector<Weighing> weighings) {
+    return message_of([&] { check_shares(wheel_loads(weighings, scale)); });
+  };
+  EXPECT_THAT(refusal({{Load::front, 3.2}, {Load::total, 3.0}}),
+              HasSubstr("--front: 3.2 kg are more than the whole car, 3 kg"));
+  EXPECT_THAT(refusal({{Load::right, 3.2}, {Load::total, 3.0}}), HasSubstr("--right: "));
+  EXPECT_EQ(refusal({{Load::front, 1.2}, {Load::total, 3.0}}), "");
+}
+
 TEST(Weighing, AllowsForTapeAndSlope) {
   const Scale exact{.sigma = 1e-9};
   const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
