@@ -38,7 +38,8 @@ std::string in_per_cent(const Finding& finding) {
 std::vector<ConfigValue> config_values(const Findings& findings) {
   std::vector<ConfigValue> values;
   for (const Finding& finding : findings.values) {
-    if (finding.key.empty() || finding.determined == Determined::no) continue;
+    if (finding.key.empty() || finding.determined == Determined::no || finding.use == Use::leave)
+      continue;
     const double uncertainty = 2.0 * finding.sigma;
     std::string note = "odom identify " + findings.method + ": +- " +
                        fixed(uncertainty, decimals_for(uncertainty));
@@ -86,6 +87,7 @@ nlohmann::ordered_json as_json(const Findings& findings) {
                                  {"sigma", finding.sigma},
                                  {"unit", finding.unit},
                                  {"remark", finding.remark}};
+    if (finding.use == Use::leave) value["left_as_configured"] = true;
     json["values"].push_back(std::move(value));
   }
   json["warnings"] = findings.warnings;

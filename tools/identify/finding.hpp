@@ -13,6 +13,9 @@ namespace odomd::tools {
 /// Whether the experiment could tell the value at all.
 enum class Determined : std::uint8_t { yes, no };
 
+/// Whether a value that is determined goes into a configuration.
+enum class Use : std::uint8_t { write, leave };
+
 struct Finding {
   std::string name;    ///< in words: "cornering stiffness, front"
   std::string key;     ///< where it belongs: "vehicle.mass", "camera.lever_arm[0]"; empty: nowhere
@@ -20,7 +23,8 @@ struct Finding {
   double sigma = 0.0;  ///< standard uncertainty (one sigma), in the value's unit
   std::string unit;    ///< "kg", "N/rad", "s"; empty: a pure number
   Determined determined = Determined::yes;  ///< no: shown with the reason, never written
-  std::string remark;  ///< what limits it, or why it is not determined; may be empty
+  std::string remark;    ///< what limits it, or why it is not determined; may be empty
+  Use use = Use::write;  ///< leave: shown with the reason, not written
 };
 
 /// All that one run of a method says.

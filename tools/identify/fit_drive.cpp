@@ -19,7 +19,7 @@ constexpr std::array speeds{Source::wheel_rear_left,  Source::wheel_rear_right,
 
 // Means over neighbours, so that no sensor counts for more than its information costs.
 void add(std::vector<Sample>& samples, const Series& series, Source source, double sigma,
-         std::int64_t origin_ns, const Series& direction) {
+         std::int64_t origin_ns, const Series& direction, double spacing) {
   double t_sum = 0.0, sum = 0.0, first = 0.0;
   int count = 0;
   std::size_t gear = 0;
@@ -34,7 +34,7 @@ void add(std::vector<Sample>& samples, const Series& series, Source source, doub
     const double t = 1e-9 * static_cast<double>(series.t_ns[i] - origin_ns);
     while (gear + 1 < direction.size() && direction.t_ns[gear + 1] <= series.t_ns[i]) ++gear;
     const bool backwards = is_speed && !direction.empty() && direction.value[gear] < 0.0;
-    if (count > 0 && t - first >= least_spacing) close();
+    if (count > 0 && t - first >= spacing) close();
     if (count == 0) first = t;
     t_sum += t;
     sum += backwards ? -std::fabs(series.value[i]) : series.value[i];
@@ -44,6 +44,14 @@ void add(std::vector<Sample>& samples, const Series& series, Source source, doub
 }
 
 }  // namespace
+
+double slowness(const daemon::Config& config) {
+  return std::clamp(std::round(std::sqrt(config.vehicle.wheelbase() / 0.26)), 1.0, 3.0);
+}
+
+double least_spacing(const daemon::Config& config) {
+  return 0.02 * slowness(config) - 1e-3;
+}
 
 Drive prepare(std::string name, const daemon::Config& config, const SignalLog& log,
               std::span<const estimator::CameraPose> poses, const Part& part) {
@@ -98,7 +106,7 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
         log.signals[k].empty())
       continue;
     add(drive.samples, log.signals[k], source, config.can.signals[k].sigma, origin,
-        log.of(Source::direction));
+        log.of(Source::direction), least_spacing(config));
   }
   std::erase_if(drive.samples, [&](const Sample& sample) {
     return sample.t < drive.begin || sample.t > drive.end;

@@ -36,8 +36,11 @@ struct Drive {
   Resampled speed, yaw_rate;      ///< roughly, to begin with
 };
 
+/// How much slower a car does everything than one of 1:10, by Froude's number; 1 to 3, whole.
+[[nodiscard]] double slowness(const daemon::Config& config);
+
 /// Samples closer than this are averaged [s].
-inline constexpr double least_spacing = 0.019;
+[[nodiscard]] double least_spacing(const daemon::Config& config);
 
 /// What of the log is taken, after its first frame [s].
 struct Part {

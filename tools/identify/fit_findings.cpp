@@ -26,7 +26,7 @@ Numbers<double> unmodelled(double wheelbase) {
   sigma[track_width] = 1e-3;
   sigma[steering_offset] = 1e-4;
   sigma[steering_scale] = 2e-3;
-  sigma[steering_dead_time] = 8e-3;
+  sigma[steering_delay] = 8e-3;
   sigma[steering_lag] = 0.3;
   sigma[gyro_bias] = 2e-4;
   sigma[gyro_scale] = 2e-4;
@@ -236,7 +236,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   b.add_value(yaw_inertia, "vehicle.yaw_inertia");
   b.add_value(track_width, "vehicle.track_width");
   b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
-  b.add_value(steering_dead_time, "");
+  b.add_value(steering_delay, "");
   b.add_value(steering_lag, "");
   b.add_scale_and_offset(Source::yaw_rate, gyro_scale, gyro_bias);
   b.add_latency(gyro_latency, Source::yaw_rate);

@@ -11,6 +11,7 @@
 #include "tools/identify/fit_findings.hpp"
 #include "tools/identify/fit_options.hpp"
 #include "tools/identify/fit_solver.hpp"
+#include "tools/identify/fit_trial.hpp"
 #include "tools/trajectory.hpp"
 
 namespace odomd::tools {
@@ -75,7 +76,7 @@ Priors priors_of(const daemon::Config& config, const FitOptions& options) {
       result.mass = prior.sigma;
     }
   }
-  result.settings.window = options.window;
+  result.settings.window = options.window > 0.0 ? options.window : 0.5 * slowness(config);
   result.settings.threads = options.threads;
   if (!options.quiet)
     result.settings.progress = [](const std::string& line) {
@@ -85,7 +86,8 @@ Priors priors_of(const daemon::Config& config, const FitOptions& options) {
 }
 
 std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
-                                                      const std::vector<double>& sigma) {
+                                                      const std::vector<double>& sigma,
+                                                      double spacing) {
   std::vector<estimator::CameraPose> poses;
   for (const TrajectoryPoint& point : read_trajectory(file).points) {
     estimator::CameraPose pose;
@@ -95,8 +97,9 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
     pose.yaw = point.pose.yaw;
     pose.sigma_x = pose.sigma_y = sigma[0];
     pose.sigma_yaw = sigma[1];
-    // More than fifty poses a second weigh more than they tell.
-    if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < 19'000'000) continue;
+    // More of them weigh more than they tell.
+    const auto least = static_cast<std::int64_t>(1e9 * spacing);
+    if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < least) continue;
     poses.push_back(pose);
   }
   return poses;
@@ -135,6 +138,7 @@ void fit(const FitOptions& options) {
 
   std::vector<std::string> warnings;
   std::vector<fitting::Drive> drives;
+  std::vector<tools::Drive> trials;
   for (const Files& files : files_of(options)) {
     const SignalLog log = read_signals(config, files.logs);
     warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
@@ -144,14 +148,18 @@ void fit(const FitOptions& options) {
       warnings.insert(warnings.end(), camera.warnings.begin(), camera.warnings.end());
       poses = std::move(camera.poses);
     } else {
-      poses = poses_of_reference(files.reference, options.reference_sigma);
+      poses = poses_of_reference(files.reference, options.reference_sigma, least_spacing(config));
     }
-    drives.push_back(prepare(files.name, config, log, poses,
-                             {options.from, options.to > 0.0 ? options.to : 1e9}));
+    const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
+    drives.push_back(prepare(files.name, config, log, poses, part));
+    if (!options.untried)
+      trials.push_back(
+          trial_drive(files.name, config, files.logs, std::move(poses), part.from, part.to));
   }
   const Result result = solve(config, drives, priors.settings);
   Findings findings = findings_of(config, drives, priors.settings, result, priors.mass);
   findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
+  if (!options.untried) try_out(findings, trials, priors.settings.progress);
   if (!options.plot.empty()) plot_residuals(options.plot, drives, result);
   deliver(findings, options.delivery);
 }

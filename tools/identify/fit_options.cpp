@@ -44,12 +44,16 @@ void describe_fit(Command command, FitOptions& options) {
                   "of it for stiffnesses, inertia, scales, mass (0.01); else in its unit; "
                   "repeatable")
       .type_name("NAME=SIGMA");
-  command.add_option("--window", options.window, "Length of a shooting window, s (0.5)")
+  command
+      .add_option("--window", options.window,
+                  "Length of a shooting window, s (0.5 of a 1:10 car to 1.5)")
       .within(0.1, 5.0)
       .type_name("S");
   command.add_option("--threads", options.threads, "How many (1)").within(1, 64).type_name("N");
   command.add_option("--plot", options.plot, "Picture of what is left unexplained, .svg or .png")
       .type_name("FILE");
+  command.add_flag("--untried", options.untried,
+                   "Write all that was found, whether or not the filter does better with it");
   command.add_flag("--quiet", options.quiet, "No progress");
   add_delivery(command, options.delivery);
   std::string names;

@@ -24,9 +24,10 @@ struct FitOptions {
   std::vector<std::string> priors;
   double from = 0.0;
   double to = 0.0;
-  double window = 0.5;
+  double window = 0.0;  ///< 0: by the size of the car
   int threads = 1;
   std::string plot;
+  bool untried = false;
   bool quiet = false;
   Delivery delivery;
 };

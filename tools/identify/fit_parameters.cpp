@@ -27,8 +27,7 @@ constexpr std::array<ParameterInfo, parameters> table{{
     {track_width, "track_width", Kind::factor, Role::result, "m", "track width"},
     {steering_offset, "steering_offset", Kind::shift, Role::result, "rad", "steering offset"},
     {steering_scale, "steering_scale", Kind::factor, Role::result, "", "steering scale"},
-    {steering_dead_time, "steering_dead_time", Kind::shift, Role::result, "s",
-     "steering, dead time"},
+    {steering_delay, "steering_delay", Kind::shift, Role::result, "s", "steering, delay in all"},
     {steering_lag, "steering_lag", Kind::factor, Role::result, "s", "steering, time constant"},
     {gyro_bias, "gyro_bias", Kind::shift, Role::result, "rad/s", "gyro bias"},
     {gyro_scale, "gyro_scale", Kind::factor, Role::result, "", "gyro scale"},
@@ -137,7 +136,7 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   value[wheel_spin] = 0.015;
   value[track_width] = car.track_width;
   value[steering_scale] = 1.0;
-  value[steering_lag] = 0.05;
+  value[steering_delay] = value[steering_lag] = 0.05;
   value[gyro_scale] = value[accel_scale] = 1.0;
   value[gyro_latency] = latency(Source::yaw_rate);
   value[accel_latency] = latency(Source::accel_y);
@@ -167,7 +166,7 @@ Numbers<double> usual_doubts(const daemon::Config& config) {
   doubt[track_width] = 0.03;
   doubt[steering_offset] = 0.05;
   doubt[steering_scale] = 0.05;
-  doubt[steering_dead_time] = 0.1;
+  doubt[steering_delay] = 0.1;
   doubt[steering_lag] = 0.8;
   doubt[gyro_bias] = 0.05;
   doubt[gyro_scale] = 0.05;

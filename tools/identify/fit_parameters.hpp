@@ -29,7 +29,7 @@ enum Parameter : std::size_t {
   track_width,
   steering_offset,
   steering_scale,
-  steering_dead_time,
+  steering_delay,
   steering_lag,
   gyro_bias,
   gyro_scale,

@@ -43,7 +43,7 @@ Built build(const Setup& setup, const Settings& settings, Numbers<double>& p,
   built.cluster.push_back(cluster + 1);
   // Samples lie in the windows by the latencies as they are: these move by little at a time.
   for (const Parameter k :
-       {gyro_latency, accel_latency, wheel_latency_front, wheel_latency_rear, steering_dead_time}) {
+       {gyro_latency, accel_latency, wheel_latency_front, wheel_latency_rear, steering_delay}) {
     if (!settings.free[k]) continue;
     built.problem->SetParameterLowerBound(p.data(), static_cast<int>(k), p[k] - latency_stride);
     built.problem->SetParameterUpperBound(p.data(), static_cast<int>(k), p[k] + latency_stride);

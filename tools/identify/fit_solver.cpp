@@ -38,7 +38,7 @@ class Teller final : public ceres::IterationCallback {
 };
 
 constexpr double small_gain = 2e-3;  // of the cost, in a pass
-constexpr double still = 3e-3;       // of latencies, from pass to pass [s]
+constexpr double still = 3e-3;       // of latencies, from pass to pass; of a 1:10 car [s]
 
 double moved(const Numbers<double>& before, const Numbers<double>& after) {
   double most = 0.0;
@@ -61,6 +61,8 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   setup.nominal = nominal_values(config);
   setup.wheelbase = car.wheelbase();
   setup.one_imu = one_imu(config);
+  const double fine = setup.step * slowness(config);
+  setup.knot *= slowness(config);
   setup.window = rounded_window(settings.window, setup.knot);
   // A small car does everything faster: by Froude's number.
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
@@ -79,6 +81,8 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   result.p = settings.start;
   for (int pass = 1; !result.settled && pass <= settings.most_passes; ++pass) {
     const Numbers<double> before = result.p;
+    // Far from the solution coarse steps will do, where a window holds whole ones.
+    setup.step = pass == 1 && setup.knots() % 2 == 0 ? 2.0 * fine : fine;
     for (Chain& chain : chains) deal(result.p, setup, chain);
     Built built = build(setup, settings, result.p, chains);
     ceres::Solver::Options options;
@@ -107,10 +111,10 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     // Samples are dealt by the latencies that they are fitted by, and noises are the residuals'.
     const double gained = summary.initial_cost - summary.final_cost;
     result.settled = pass >= settings.passes && gained < small_gain * summary.final_cost &&
-                     moved(before, result.p) < still;
+                     moved(before, result.p) < still * slowness(config);
     if (result.settled || pass == settings.most_passes) {
       uncertainties(built, settings, result);
-    } else {
+    } else if (pass <= settings.passes) {  // then they stay, so that it comes to an end
       take_noises(setup, unexplained(setup, chains, result.p));
     }
   }

@@ -20,7 +20,7 @@ using Node = std::array<T, node_size>;
 struct Setup {
   const daemon::Config* config = nullptr;
   Numbers<double> nominal{};
-  double step = 10e-3;  ///< of integration [s]
+  double step = 10e-3;  ///< of integration [s]; this and the next: of a 1:10 car
   double knot = 50e-3;  ///< between two knots of the acceleration [s]
   double window = 0.5;  ///< [s], a whole number of knots
   double floor_speed = 0.02;
@@ -108,6 +108,8 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   const auto steps = static_cast<std::size_t>(std::lround(setup.window / setup.step));
   const four_wheels::Car<T> car = car_of(setup, p);
   const T gain = exp(-p[steering_scale]);
+  // The delay in all is what shows: dead time and time constant are hardly told apart.
+  const T dead_time = setup.nominal[steering_delay] + p[steering_delay] - car.lag;
   const auto between = [&](const std::vector<T>& knots, double k) {
     const double place = k * setup.step / setup.knot;
     const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
@@ -125,7 +127,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   for (std::size_t k = 0; k < steps; ++k) {
     const double middle = window.begin + (static_cast<double>(k) + 0.5) * setup.step;
     const T command =
-        gain * (at(window.drive->steering, T(middle - p[steering_dead_time])) - p[steering_offset] +
+        gain * (at(window.drive->steering, T(middle - dead_time)) - p[steering_offset] +
                 window.steering_doubt * between(course.steering, static_cast<double>(k) + 0.5));
     const T next = accel_at(k + 1);
     x = single_track::step(car, x, command, result.accel.back(), next, setup.step);
@@ -298,9 +300,9 @@ std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const 
 /// Standard deviations of how far a window's end may miss the next one's beginning.
 [[nodiscard]] inline std::array<double, single_track::states> believed(const Setup& setup) {
   const double size = setup.wheelbase;
-  const double pace = std::sqrt(0.26 / size);  // a small car does everything faster
-  return {0.004 * size, 0.004 * size, 1e-3 * pace, 4e-3,       0.03 * pace,
-          0.04 * pace,  3e-3 * pace,  0.01 * pace, 0.01 * pace};
+  const double pace = std::sqrt(size / 0.26);  // of speeds, and of times, by Froude's number
+  return {0.004 * size, 0.004 * size, 1e-3, 4e-3 * pace, 0.03 * pace,
+          0.04 / pace,  3e-3,         0.01, 0.01};
 }
 
 /// The acceleration's change from knot to knot, as a standard deviation [m/s²].

@@ -39,7 +39,7 @@ TEST_F(FitCommand, WritesWhatTheDriveTellsAndLeavesTheRest) {
   std::string most = "odom identify fit --config lap/car.toml --drive lap --write lap/car.toml";
   for (const char* name :
        {"stiffness_front", "stiffness_rear", "relaxation_length", "bend_front", "bend_rear",
-        "load_arm", "track_width", "steering_scale", "steering_dead_time", "steering_lag",
+        "load_arm", "track_width", "steering_scale", "steering_delay", "steering_lag",
         "accel_scale", "accel_latency", "imu_x", "imu_y", "imu_yaw", "wheel_slip", "camera_yaw"})
     most += std::string(" --fix ") + name;
   const Outcome outcome = run(most);

@@ -1,0 +1,106 @@
+// Fitted values tried on the filter: what helps is taken, what harms is left.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/camera_csv.hpp"
+#include "tools/identify/delivery.hpp"
+#include "tools/identify/fit_reference.hpp"
+#include "tools/identify/fit_trial.hpp"
+
+namespace odomd::tools::fitting::fit_trial_test {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(Smoothed, FollowsACurveThroughNoiseAndForgetsAnOutlier) {
+  std::vector<estimator::CameraPose> poses;
+  for (int k = 0; k < 100; ++k) {
+    const double t = 0.03 * k;
+    estimator::CameraPose pose;
+    pose.capture_ns = 30'000'000LL * k;
+    pose.x = std::sin(t) + 0.004 * (k % 2 == 0 ? 1.0 : -1.0);
+    pose.y = std::cos(t) + (k == 50 ? 0.5 : 0.0);
+    pose.yaw = std::remainder(3.0 + t, 6.283185307179586);
+    pose.sigma_x = pose.sigma_y = 0.005;
+    pose.sigma_yaw = 0.01;
+    poses.push_back(pose);
+  }
+  const Trajectory way = smoothed(poses, 0.25);
+  ASSERT_GT(way.points.size(), 100U);
+  for (const TrajectoryPoint& point : way.points) {
+    const double t = 1e-9 * static_cast<double>(point.t_ns);
+    EXPECT_NEAR(point.pose.x, std::sin(t), 4e-3) << t;
+    EXPECT_NEAR(point.pose.y, std::cos(t), 0.03) << t;
+    EXPECT_NEAR(point.pose.yaw, 3.0 + t, 1e-3) << t;
+  }
+}
+
+TEST(Smoothed, HasNoPointsWherePosesAreMissing) {
+  std::vector<estimator::CameraPose> poses;
+  for (int k = 0; k < 200; ++k) {
+    estimator::CameraPose pose;
+    pose.capture_ns = 20'000'000LL * k + (k < 100 ? 0 : 1'000'000'000LL);
+    pose.sigma_x = pose.sigma_y = pose.sigma_yaw = 0.01;
+    poses.push_back(pose);
+  }
+  for (const TrajectoryPoint& point : smoothed(poses, 0.25).points)
+    EXPECT_FALSE(point.t_ns > 2'060'000'000 && point.t_ns < 2'920'000'000) << point.t_ns;
+}
+
+class Trial : public testing::Test {
+ protected:
+  Trial() {
+    const Outcome made =
+        run_shell("cd " + scratch_.path("").string() + " && odom sim --duration 24 --out lap");
+    if (made.status != 0) throw std::runtime_error(made.err);
+    config_ = daemon::load_config(scratch_.path("lap/car.toml"));
+    const std::vector<std::string> logs{scratch_.path("lap/drive.log").string()};
+    drives_.push_back(trial_drive(
+        "lap", config_, logs, read_camera_log(scratch_.path("lap/camera.csv")).poses, 0.0, 1e9));
+  }
+  [[nodiscard]] Findings tried(Findings findings) const {
+    findings.method = "fit";
+    try_out(findings, drives_, {});
+    return findings;
+  }
+  Scratch scratch_;
+  daemon::Config config_;
+  std::vector<tools::Drive> drives_;
+};
+
+TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
+  const Findings findings = tried({.method = "",
+                                   .origin = "",
+                                   .values = {{.name = "gyro scale",
+                                               .key = "can.signals.yaw_rate.scale",
+                                               .value = 0.8,
+                                               .sigma = 0.01,
+                                               .unit = "",
+                                               .remark = ""},
+                                              {.name = "yaw inertia",
+                                               .key = "vehicle.yaw_inertia",
+                                               .value = config_.vehicle.yaw_inertia,
+                                               .sigma = 1e-4,
+                                               .unit = "kg m2",
+                                               .remark = ""}},
+                                   .warnings = {},
+                                   .details = {}});
+  EXPECT_EQ(findings.values[0].use, Use::leave);
+  EXPECT_THAT(findings.values[0].remark, HasSubstr("left as configured: replayed"));
+  EXPECT_THAT(as_json(findings).dump(), HasSubstr("\"left_as_configured\":true"));
+  EXPECT_EQ(findings.values[1].use, Use::write);  // changes nothing
+  EXPECT_TRUE(findings.details["trial"]["groups"]["yaw inertia"]["taken"]);
+}
+
+TEST_F(Trial, ADriveWithoutPosesIsRefused) {
+  const std::vector<std::string> logs{scratch_.path("lap/drive.log").string()};
+  EXPECT_THROW((void)trial_drive("lap", config_, logs, {}, 0.0, 1e9), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace odomd::tools::fitting::fit_trial_test
