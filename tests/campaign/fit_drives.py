@@ -4,39 +4,33 @@
   ODOMD_DRIVES=DIRECTORY tests/campaign/fit_drives.py [dart] [genesis]
 
 Each car's published configuration (tests/data/drives) is fitted on one drive with the poses of its
-camera; other drives (or the rest of it) are then replayed by dead reckoning with both and held
-against their references. Rows: as published; as published, but the reference's lever arm
-taken from the fit, so that the error of the point that is compared is out of it; as fitted, in ways of
-which one is chosen on the drive that is fitted. The table is Markdown, as it stands in docs/evaluation.md. Exit status 1 where a fit does not lower both
-the 35 ms error and the end error.
+camera, as anybody would do it: what the fit writes is what is judged. Other drives (or the rest of it) are
+then replayed by dead reckoning with both and held against their references. Rows: as published; as
+published, but the reference's lever arm taken from the fit, so that the error of the point that is compared
+is out of it; as fitted. The table is Markdown, as it stands in docs/evaluation.md. Exit status 1 where a fit
+does not lower the 35 ms error, the end error and the rms of the position on every drive.
 
 ODOM=FILE: that program.
 """
 import datetime
 import json
-import math
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 ODOM = os.environ.get("ODOM", str(ROOT / "build/release/bin/odom"))
 
-# What may stay as published: nothing but what the fit itself finds not determined; what sensors at 10 Hz
-# or a slow drive hardly tell. Which, is chosen on the drive that is fitted: taught on its first two
-# thirds, held against the last one.
-CHOICES = {
-    "all": [],
-    "sensors": [part for name in ("yaw_inertia", "stiffness_front", "stiffness_rear", "accel_latency",
-                                  "imu_x", "imu_y", "imu_yaw") for part in ("--fix", name)],
-}
-# Car, drive fitted on, until when [s], and the drives judged with the options of evaluate.
+# Car, drive fitted on, until when [s], and the drives judged with the options of evaluate. The reference of
+# dart_track_v1 is the car's from 17.6 s on only: before, it jumps by 7 m and faces backwards.
 CASES = [
-    ("dart", "dart_free1", 66.0, [("dart_free2", []), ("dart_track_v1", [])]),
+    ("dart", "dart_free1", 68.0,
+     [("dart_free2", []), ("dart_track_v1", []), ("dart_track_v1", ["--from", "+18"])]),
     ("genesis", "genesis_slow", 180.0, [("genesis_slow", ["--from", "+180"])]),
 ]
 
@@ -69,25 +63,13 @@ def judged(config: pathlib.Path, folder: pathlib.Path, arm: list[float], options
     return json.loads(out)["estimates"][0]
 
 
-def fit(published: pathlib.Path, folder: pathlib.Path, until: float, fixed: list[str],
-        fitted: pathlib.Path) -> None:
+def fit(published: pathlib.Path, folder: pathlib.Path, until: float, fitted: pathlib.Path) -> None:
     shutil.copy(published, fitted)
+    begun = time.monotonic()
     report = run(ODOM, "identify", "fit", "--config", str(published), "--dbc", str(folder / "car.dbc"),
-                 "--drive", str(folder), "--quiet", "--to", str(until), "--write", str(fitted), *fixed)
+                 "--drive", str(folder), "--quiet", "--to", str(until), "--write", str(fitted))
     sys.stderr.write(report)
-
-
-def choose(published: pathlib.Path, folder: pathlib.Path, until: float, work: pathlib.Path) -> str:
-    """The choice with the least errors on the last third of what it is fitted on."""
-    scores = {}
-    for name, fixed in CHOICES.items():
-        fitted = work / f"{name}.toml"
-        taught = round(2.0 * until / 3.0)
-        fit(published, folder, taught, fixed, fitted)
-        e = judged(fitted, folder, arm_of(fitted), ["--from", f"+{taught}", "--to", f"+{until:g}"], work)
-        scores[name] = math.log(e["error_35ms"]["position"]["mean"]) + math.log(e["position"]["rms"])
-        print(f"fit_drives: {folder.name}, {name}: {scores[name]:.3f}", file=sys.stderr)
-    return min(scores, key=scores.get)
+    print(f"fit_drives: {folder.name}: {time.monotonic() - begun:.0f} s", file=sys.stderr)
 
 
 def main() -> int:
@@ -104,30 +86,28 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as scratch:
             work = pathlib.Path(scratch)
             published = ROOT / f"tests/data/drives/{car}.toml"
-            folder = drives / taught
-            choice = choose(published, folder, until, work)
-            for name, fixed in CHOICES.items():
-                fit(published, folder, until, fixed, work / f"{name}.toml")
-            fitted = work / f"{choice}.toml"
-            arm = arm_of(fitted)
+            fitted = work / "fitted.toml"
+            fit(published, drives / taught, until, fitted)
+            arm, own = arm_of(fitted), arm_of(published)
             for other, options in others:
-                rows = [("published", published, [0.0, 0.0, 0.0]),
-                        ("published, arm of the fit", published, arm),
-                        *((f"fitted: {name}{' (not chosen)' if name != choice else ''}",
-                           work / f"{name}.toml", arm_of(work / f"{name}.toml"))
-                          for name in sorted(CHOICES, key=lambda name: name == choice))]
+                name = " ".join([other, *options])
+                rows = [("published", published, own), ("published, arm of the fit", published, arm),
+                        ("fitted", fitted, arm)]
                 figures = []
                 for label, config, lever in rows:
+                    if label != "published" and lever == own and config == published:
+                        continue
                     e = judged(config, drives / other, lever, options, work)
-                    figures.append((e["error_35ms"]["position"]["mean"], e["end_error"]))
-                    print(f"| {taught} to {until:g} s | {other}{' ' + ' '.join(options) if options else ''} "
+                    figures.append((e["error_35ms"]["position"]["mean"], e["end_error"], e["position"]["rms"]))
+                    print(f"| {taught} to {until:g} s | {name} "
                           f"| {label} | {e['end_error']:.2f} | {e['end_error_cm_per_m']:.2f} "
                           f"| {e['heading']['end'] * 57.29577951:.1f} | {e['position']['rms']:.2f} "
                           f"| {e['error_35ms']['position']['mean'] * 1e3:.2f} |", flush=True)
-                if not all(a < b for a, b in zip(figures[-1], figures[0])):
-                    worse.append(other)
-    for other in worse:
-        print(f"fit_drives: not both lowered on {other}", file=sys.stderr)
+                for what, before, after in zip(("35 ms", "end", "position"), figures[0], figures[-1]):
+                    if not after < before:
+                        worse.append(f"{what} on {name}")
+    for what in worse:
+        print(f"fit_drives: not lowered: {what}", file=sys.stderr)
     return 1 if worse else 0
 
 

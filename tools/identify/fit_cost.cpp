@@ -155,24 +155,24 @@ class WindowCost final : public ceres::CostFunction {
 
 class PriorCost final : public ceres::CostFunction {
  public:
-  PriorCost(const Numbers<double>& doubt, const std::array<bool, parameters>& free)
-      : doubt_(doubt), free_(free) {
+  explicit PriorCost(const Settings& settings) : free_(settings.free) {
+    for (std::size_t k = 0; k < parameters; ++k) known_[k] = settings.known(k);
     set_num_residuals(static_cast<int>(parameters));
     *mutable_parameter_block_sizes() = {static_cast<int>(parameters)};
   }
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     for (std::size_t k = 0; k < parameters; ++k)
-      residuals[k] = free_[k] ? blocks[0][k] / doubt_[k] : 0.0;
+      residuals[k] = free_[k] ? (blocks[0][k] - known_[k].value) / known_[k].sigma : 0.0;
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       std::fill_n(jacobians[0], parameters * parameters, 0.0);
       for (std::size_t k = 0; k < parameters; ++k)
-        if (free_[k]) jacobians[0][k * parameters + k] = 1.0 / doubt_[k];
+        if (free_[k]) jacobians[0][k * parameters + k] = 1.0 / known_[k].sigma;
     }
     return true;
   }
 
  private:
-  Numbers<double> doubt_;
+  Numbers<Measured> known_;
   std::array<bool, parameters> free_;
 };
 
@@ -183,9 +183,8 @@ std::unique_ptr<ceres::CostFunction> window_cost(const Setup& setup, const Windo
   return std::make_unique<WindowCost>(setup, window, free);
 }
 
-std::unique_ptr<ceres::CostFunction> prior_cost(const Numbers<double>& doubt,
-                                                const std::array<bool, parameters>& free) {
-  return std::make_unique<PriorCost>(doubt, free);
+std::unique_ptr<ceres::CostFunction> prior_cost(const Settings& settings) {
+  return std::make_unique<PriorCost>(settings);
 }
 
 }  // namespace odomd::tools::fitting

@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 
+#include "tools/identify/fit_solver.hpp"
 #include "tools/identify/fit_window.hpp"
 
 namespace odomd::tools::fitting {
@@ -16,7 +17,6 @@ namespace odomd::tools::fitting {
     const Setup& setup, const Window& window, const std::array<bool, parameters>& free);
 
 /// Block: the parameters.
-[[nodiscard]] std::unique_ptr<ceres::CostFunction> prior_cost(
-    const Numbers<double>& doubt, const std::array<bool, parameters>& free);
+[[nodiscard]] std::unique_ptr<ceres::CostFunction> prior_cost(const Settings& settings);
 
 }  // namespace odomd::tools::fitting

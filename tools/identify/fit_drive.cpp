@@ -43,6 +43,33 @@ void add(std::vector<Sample>& samples, const Series& series, Source source, doub
   close();
 }
 
+// The gyro's mean where the wheels stand for a second and more, 0.3 s after they stop and before
+// they go; its bias may have moved since.
+std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, double slow) {
+  constexpr std::int64_t margin_ns = 300'000'000, least_ns = 1'000'000'000;
+  constexpr double moved = 1e-3;  // [rad/s]
+  const double still = 0.02 * slow;
+  double sum = 0.0, squares = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < speed.size(); ++i) {
+    if (std::fabs(speed.value[i]) > still) continue;
+    const std::size_t first = i;
+    while (i + 1 < speed.size() && std::fabs(speed.value[i + 1]) <= still) ++i;
+    if (speed.t_ns[i] - speed.t_ns[first] < least_ns) continue;
+    for (std::size_t k = 0; k < gyro.size(); ++k) {
+      if (gyro.t_ns[k] < speed.t_ns[first] + margin_ns || gyro.t_ns[k] > speed.t_ns[i] - margin_ns)
+        continue;
+      sum += gyro.value[k];
+      squares += gyro.value[k] * gyro.value[k];
+      ++count;
+    }
+  }
+  if (count < 10) return std::nullopt;
+  const double mean = sum / count;
+  const double scatter = std::max(0.0, squares / count - mean * mean);
+  return Measured{mean, std::sqrt(scatter / count + moved * moved)};
+}
+
 }  // namespace
 
 double slowness(const daemon::Config& config) {
@@ -132,6 +159,7 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
       if (gear.value[g] < 0.0) moving.value[i] = -std::fabs(moving.value[i]);
     }
   }
+  drive.rest = gyro_at_rest(moving, log.of(Source::yaw_rate), slowness(config));
   const Resampled raw = resampled(moving, origin, from, to);
   drive.speed = mean_around(integral(raw), 0.05);
   return drive;

@@ -1,12 +1,14 @@
 // A drive as the fit takes it: samples and poses in seconds, ready to be laid over a model.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "daemon/config.hpp"
 #include "estimator/measurement.hpp"
+#include "tools/identify/finding.hpp"
 #include "tools/identify/resampled.hpp"
 #include "tools/identify/signal_log.hpp"
 
@@ -34,6 +36,7 @@ struct Drive {
   double steering_sigma = 1e-3;   ///< of a sample [rad]
   double steering_cycle = 0.01;   ///< between two samples [s]
   Resampled speed, yaw_rate;      ///< roughly, to begin with
+  std::optional<Measured> rest;   ///< what the gyro reads where the wheels stand [rad/s]
 };
 
 /// How much slower a car does everything than one of 1:10, by Froude's number; 1 to 3, whole.

@@ -1,6 +1,8 @@
 // odom-fit: odom identify fit. A program of its own, so that odom itself needs no Ceres.
 #include <algorithm>
 #include <iostream>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -105,6 +107,20 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
   return poses;
 }
 
+// One bias for all drives: where more than one of them stands, the mean.
+std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
+  double sum = 0.0, least = 1e9;
+  int count = 0;
+  for (const fitting::Drive& drive : drives) {
+    if (!drive.rest) continue;
+    sum += drive.rest->value;
+    least = std::min(least, drive.rest->sigma);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Measured{sum / count, least};
+}
+
 struct Files {
   std::string name;
   std::vector<std::string> logs;
@@ -134,7 +150,7 @@ void fit(const FitOptions& options) {
   check(options);
   daemon::Config config = daemon::load_config(options.config);
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
-  const Priors priors = priors_of(config, options);
+  Priors priors = priors_of(config, options);
 
   std::vector<std::string> warnings;
   std::vector<fitting::Drive> drives;
@@ -156,6 +172,7 @@ void fit(const FitOptions& options) {
       trials.push_back(
           trial_drive(files.name, config, files.logs, std::move(poses), part.from, part.to));
   }
+  priors.settings.rest = at_rest(drives);
   const Result result = solve(config, drives, priors.settings);
   Findings findings = findings_of(config, drives, priors.settings, result, priors.mass);
   findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());

@@ -18,6 +18,13 @@ constexpr double latency_stride = 0.03;  // in a pass [s]
 
 }  // namespace
 
+Measured Settings::known(std::size_t k) const {
+  if (k != gyro_bias || !rest) return {0.0, doubt[k]};
+  const double by_rest = 1.0 / (rest->sigma * rest->sigma),
+               all = by_rest + 1.0 / (doubt[k] * doubt[k]);
+  return {rest->value * by_rest / all, 1.0 / std::sqrt(all)};
+}
+
 Built build(const Setup& setup, const Settings& settings, Numbers<double>& p,
             std::vector<Chain>& chains) {
   Built built;
@@ -38,8 +45,8 @@ Built build(const Setup& setup, const Settings& settings, Numbers<double>& p,
     }
     built.unknowns.push_back(chain.nodes.back().data());
   }
-  built.blocks.push_back(built.problem->AddResidualBlock(
-      prior_cost(settings.doubt, settings.free).release(), nullptr, p.data()));
+  built.blocks.push_back(
+      built.problem->AddResidualBlock(prior_cost(settings).release(), nullptr, p.data()));
   built.cluster.push_back(cluster + 1);
   // Samples lie in the windows by the latencies as they are: these move by little at a time.
   for (const Parameter k :
@@ -91,7 +98,7 @@ void uncertainties(const Built& built, const Settings& settings, Result& result)
   const Eigen::MatrixXd naive = inverse.topRows(count);
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(count, count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const double doubt = settings.doubt[free[static_cast<std::size_t>(k)]];
+    const double doubt = settings.known(free[static_cast<std::size_t>(k)]).sigma;
     prior(k, k) = 1.0 / (doubt * doubt);
   }
   Eigen::MatrixXd sandwich = naive * prior * naive;

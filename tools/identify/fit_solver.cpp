@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <memory>
@@ -21,20 +22,32 @@ std::string name_of_kind(std::size_t kind) {
   return std::string(estimator::source_names[kind]);
 }
 
+/// Iterations of a drive that tells much; others take up to five times as many.
+constexpr int usual_iterations = 30;
+
 class Teller final : public ceres::IterationCallback {
  public:
-  Teller(const Settings& settings, int pass) : settings_(settings), pass_(pass) {}
+  explicit Teller(const Settings& settings) : settings_(settings) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    pass_ += summary.iteration == 0 ? 1 : 0;
+    ++iterations_;
+    const double gone =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    const double left = gone / iterations_ * std::max(usual_iterations - iterations_, 5);
     if (settings_.progress)
       settings_.progress("pass " + std::to_string(pass_) + " of " +
-                         std::to_string(std::max(pass_, settings_.passes)) + ", iteration " +
-                         std::to_string(summary.iteration) + ": cost " + fixed(summary.cost, 1));
+                         std::to_string(std::max(pass_, settings_.passes)) + " (" +
+                         std::to_string(settings_.most_passes) + " at most), iteration " +
+                         std::to_string(summary.iteration) + ": cost " + fixed(summary.cost, 1) +
+                         ", " + fixed(gone, 0) + " s gone, some " + fixed(left, 0) + " s to go");
     return ceres::SOLVER_CONTINUE;
   }
 
  private:
   const Settings& settings_;
-  int pass_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  int pass_ = 0;
+  int iterations_ = 0;
 };
 
 constexpr double small_gain = 2e-3;  // of the cost, in a pass
@@ -63,6 +76,9 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   setup.one_imu = one_imu(config);
   const double fine = setup.step * slowness(config);
   setup.knot *= slowness(config);
+  // Finer than the sensors, the car would be free to do between two samples what it likes.
+  for (const Drive& drive : drives)
+    setup.knot = std::max(setup.knot, 0.05 * std::ceil(drive.steering_cycle / 0.05 - 0.1));
   setup.window = rounded_window(settings.window, setup.knot);
   // A small car does everything faster: by Froude's number.
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
@@ -79,6 +95,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
 
   Result result;
   result.p = settings.start;
+  Teller teller(settings);
   for (int pass = 1; !result.settled && pass <= settings.most_passes; ++pass) {
     const Numbers<double> before = result.p;
     // Far from the solution coarse steps will do, where a window holds whole ones.
@@ -93,7 +110,6 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     options.num_threads = settings.threads;
     options.logging_type = ceres::SILENT;
     options.initial_trust_region_radius = pass == 1 ? 10.0 : 1e4;
-    Teller teller(settings, pass);
     options.callbacks.push_back(&teller);
     // Windows' insides go first, then the nodes along the chain, the parameters last of all.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();

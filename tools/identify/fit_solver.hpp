@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,12 +22,16 @@ namespace odomd::tools::fitting {
 
 struct Settings {
   std::array<bool, parameters> free{};
-  Numbers<double> doubt{};  ///< standard deviations of p beforehand
-  Numbers<double> start{};  ///< p to begin with
-  double window = 0.5;      ///< [s]
-  int most_passes = 10;     ///< where it does not settle sooner
-  int passes = 3;           ///< between them noises are taken from the residuals, outliers lose
-  int iterations = 15;      ///< of each pass, at most
+  Numbers<double> doubt{};       ///< standard deviations of p beforehand
+  std::optional<Measured> rest;  ///< the gyro's bias as it shows at rest [rad/s]
+  Numbers<double> start{};       ///< p to begin with
+
+  /// All that is known of p beforehand: its value, and its standard deviation.
+  [[nodiscard]] Measured known(std::size_t k) const;
+  double window = 0.5;  ///< [s]
+  int most_passes = 6;  ///< where it does not settle sooner
+  int passes = 3;       ///< between them noises are taken from the residuals, outliers lose
+  int iterations = 15;  ///< of each pass, at most
   int threads = 1;
   double cluster = 4.0;  ///< residuals further apart are independent [s]
   std::function<void(const std::string&)> progress;  ///< a line now and then

@@ -48,7 +48,9 @@ std::string_view group_of(std::string_view key) {
   if (key.ends_with(".latency")) return "ages of gyro and accelerometers";
   if (key.starts_with("can.signals.yaw_rate")) return "gyro's scale and bias";
   if (key.starts_with("can.signals.accel")) return "accelerometers' biases";
-  return {};  // the camera's, of which dead reckoning makes nothing
+  if (key == "camera.lever_arm[2]") return "yaw of the camera";
+  if (key.starts_with("camera.")) return "place of the camera";
+  return {};
 }
 
 std::vector<Group> groups_of(const Findings& findings) {
@@ -65,17 +67,6 @@ std::vector<Group> groups_of(const Findings& findings) {
   return groups;
 }
 
-// Where the poses are of, as fitted.
-estimator::Pose2 arm_of(const Findings& findings, const daemon::Config& config) {
-  std::array<double, 3> arm = config.camera.lever_arm;
-  for (std::size_t k = 0; k < 3; ++k)
-    for (const Finding& finding : findings.values)
-      if (finding.key == "camera.lever_arm[" + std::to_string(k) + "]" &&
-          finding.determined == Determined::yes)
-        arm[k] = finding.value;
-  return {arm[0], arm[1], arm[2]};
-}
-
 using Patch = std::vector<ConfigValue>;
 
 Patch together(Patch one, const Patch& other) {
@@ -89,24 +80,25 @@ struct Ratio {
   std::array<double, 2> half{all, all};
 };
 
-/// The drives, each in parts, and what replays of them are compared with.
+/// The way of the centre of gravity, whole and in parts.
+std::vector<Trajectory> parts_of(const Trajectory& reference, const estimator::Pose2& arm,
+                                 double slow) {
+  const Trajectory whole = at_centre_of_gravity(reference, arm);
+  const std::int64_t first = whole.points.front().t_ns, last = whole.points.back().t_ns;
+  const auto count = static_cast<std::int64_t>(
+      std::clamp(1e-9 * static_cast<double>(last - first) / (part_s * slow), 2.0,
+                 static_cast<double>(most_parts)));
+  std::vector<Trajectory> parts{whole};
+  for (std::int64_t k = 0; k < count; ++k)
+    parts.push_back(cut_to(whole, first + k * ((last - first) / count),
+                           first + (k + 1) * ((last - first) / count)));
+  return parts;
+}
+
+/// The drives, and what replays of them are compared with.
 class Judge {
  public:
-  Judge(std::span<const tools::Drive> drives, const estimator::Pose2& arm) : drives_(drives) {
-    for (const tools::Drive& drive : drives) {
-      const Trajectory whole = at_centre_of_gravity(*drive.reference, arm);
-      const std::int64_t first = whole.points.front().t_ns, last = whole.points.back().t_ns;
-      const double seconds = 1e-9 * static_cast<double>(last - first);
-      const auto count = static_cast<std::int64_t>(std::clamp(
-          seconds / (part_s * slowness(drive.config)), 2.0, static_cast<double>(most_parts)));
-      std::vector<Trajectory> parts{whole};
-      for (std::int64_t k = 0; k < count; ++k)
-        parts.push_back(cut_to(whole, first + k * ((last - first) / count),
-                               first + (k + 1) * ((last - first) / count)));
-      parts_.push_back(std::move(parts));
-    }
-    before_ = scores({});
-  }
+  explicit Judge(std::span<const tools::Drive> drives) : drives_(drives), before_(scores({})) {}
 
   [[nodiscard]] Ratio ratio(const Patch& patch) {
     std::vector<Score> tried;
@@ -142,16 +134,16 @@ class Judge {
       static_cast<void>(daemon::load_databases(config, told_already));
       const ReplayedDrive replayed = replay_drive(drives_[d], config);
       ++replays_;
-      for (const Trajectory& part : parts_[d])
+      const auto [x, y, yaw] = config.camera.lever_arm;
+      for (const Trajectory& part : parts_of(*drives_[d].reference, {x, y, yaw}, slowness(own)))
         result.push_back(score_of(evaluate(part, replayed.poses, Align::first)));
     }
     return result;
   }
 
   std::span<const tools::Drive> drives_;
-  std::vector<std::vector<Trajectory>> parts_;
-  std::vector<Score> before_;
   std::size_t replays_ = 0;
+  std::vector<Score> before_;
 };
 
 std::string in_words(double ratio) {
@@ -232,7 +224,7 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
 void try_out(Findings& findings, std::span<const tools::Drive> drives,
              const std::function<void(const std::string&)>& progress) {
   const daemon::Config& config = drives.front().config;
-  Judge judge(drives, arm_of(findings, config));
+  Judge judge(drives);
   std::vector<Group> groups = groups_of(findings);
   const auto patch_of = [&](const Group& group) {
     Patch patch;
