@@ -25,7 +25,7 @@ constexpr std::array goals{Goal::prediction, Goal::position, Goal::heading};
 constexpr double part_s = 8.0;         // of a 1:10 car
 constexpr std::size_t most_parts = 8;  // of a drive
 constexpr double as_good = 1.003;      // errors that are no worse
-constexpr double half_as_good = 1.03;  // and those of every other part alone
+constexpr double half_as_good = 1.1;   // and those of every other part alone
 constexpr double worth_it = 0.98;      // what more than a value must bring
 
 struct Group {
@@ -258,7 +258,9 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives,
       if (fits(ratios[i]) && (!best || ratios[i].all < ratios[*best].all)) best = i;
     if (!best) {
       for (std::size_t i = 0; i < left.size(); ++i) {
-        const std::string how = in_words(ratios[i].all / now);
+        const double change = ratios[i].all / now;
+        const std::string how =
+            in_words(change) + (change <= as_good ? ", but much worse on a half of it" : "");
         told[std::string(left[i].name)] = {{"taken", false}, {"error", ratios[i].all / now}};
         for (const std::size_t k : left[i].findings) {
           Finding& finding = findings.values[k];
