@@ -188,7 +188,7 @@ void add_latency(Command identify) {
       .type_name("CSV");
   add_delivery(latency, options->delivery);
   latency.footer(
-      "Drive for six minutes with a camera: curves to both sides that come quickly, with a stop\n"
+      "Drive for ten minutes with a camera: curves to both sides that come quickly, with a stop\n"
       "every few metres, no two stretches alike, and slowly: below 3 m/s2 of lateral "
       "acceleration,\n"
       "a 1:10 car at 0.5 to 1 m/s. What is smooth has no time; at a speed that never changes the\n"

@@ -75,7 +75,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   if (drive.end - drive.begin < 10.0) {
     throw std::invalid_argument(
         "the log holds " + fixed(drive.end - drive.begin, 1) +
-        " s of gyro; ten are needed, six minutes with curves and stops are good");
+        " s of gyro; ten are needed, ten minutes with curves and stops are good");
   }
   drive.yaw_rate = drive.on_grid(gyro);
   drive.turned = integral(drive.yaw_rate);

@@ -29,20 +29,20 @@ double spread_of(const VectorXd& z) {
 double cost_of(const ResponseFit& problem, const VectorXd& p, double noise) {
   const VectorXd e = (problem.z - problem.predicted(p)).array().abs() / noise;
   if (!e.allFinite()) return std::numeric_limits<double>::infinity();
-  double cost = ((p - problem.expected).array() / problem.doubt.array()).square().sum();
+  double cost = 0.0;
   for (const double each : e)
     cost += each < huber ? each * each : 2.0 * huber * each - huber * huber;
-  return cost;
+  return cost / problem.together +
+         ((p - problem.expected).array() / problem.doubt.array()).square().sum();
 }
 
-MatrixXd derivatives(const ResponseFit& problem, const VectorXd& p) {
+MatrixXd derivatives(const ResponseFit& problem, const VectorXd& p, const VectorXd& at_p) {
   MatrixXd jacobian(problem.z.size(), p.size());
   for (Index k = 0; k < p.size(); ++k) {
     const double h = 1e-3 * std::max(problem.doubt[k], 1e-2);
-    VectorXd up = p, down = p;
+    VectorXd up = p;
     up[k] += h;
-    down[k] -= h;
-    jacobian.col(k) = (problem.predicted(up) - problem.predicted(down)) / (2.0 * h);
+    jacobian.col(k) = (problem.predicted(up) - at_p) / h;
   }
   return jacobian;
 }
@@ -68,19 +68,22 @@ FittedResponse fit(const ResponseFit& problem) {
   FittedResponse result;
   VectorXd p = problem.start;
   const VectorXd prior = problem.doubt.array().square().inverse();
-  MatrixXd jacobian, information;
+  MatrixXd jacobian, told, information;
   VectorXd residual, weight;
   double damping = 1e-3;
   for (int iteration = 0; iteration < 30; ++iteration) {
-    residual = problem.z - problem.predicted(p);
+    const VectorXd now_predicted = problem.predicted(p);
+    residual = problem.z - now_predicted;
     const double noise = std::max(1.4826 * median_of_magnitudes(residual), 1e-9);
     result.noise = noise;
     weight = (huber * noise / residual.array().abs().max(1e-300)).min(1.0);
-    jacobian = derivatives(problem, p);
-    information = jacobian.transpose() * weight.asDiagonal() * jacobian / (noise * noise);
+    jacobian = derivatives(problem, p, now_predicted);
+    const double variance = noise * noise * problem.together;
+    told = jacobian.transpose() * weight.asDiagonal() * jacobian / variance;
+    information = told;
     information.diagonal() += prior;
     const VectorXd gradient =
-        jacobian.transpose() * (weight.array() * residual.array()).matrix() / (noise * noise) +
+        jacobian.transpose() * (weight.array() * residual.array()).matrix() / variance +
         ((problem.expected - p).array() * prior.array()).matrix();
     const double now = cost_of(problem, p, noise);
     double gain = 0.0;
@@ -97,9 +100,10 @@ FittedResponse fit(const ResponseFit& problem) {
       }
       damping *= 5.0;
     }
-    if (gain < 1e-3) break;
+    if (gain < 1e-2) break;  // a tenth of a standard deviation, already taken
   }
 
+  const double variance = result.noise * result.noise * problem.together;
   MatrixXd middle = MatrixXd(prior.asDiagonal());
   VectorXd score = VectorXd::Zero(p.size());
   double block_end = problem.t.front() + problem.block;
@@ -110,14 +114,16 @@ FittedResponse fit(const ResponseFit& problem) {
       score.setZero();
       block_end = t + problem.block;
     }
-    score += weight[i] * residual[i] / (result.noise * result.noise) * jacobian.row(i).transpose();
+    score += weight[i] * residual[i] / variance * jacobian.row(i).transpose();
   }
   middle += score * score.transpose();
   const MatrixXd bread = information.ldlt().solve(MatrixXd::Identity(p.size(), p.size()));
   result.covariance = bread * middle * bread;
   // Never more certain than independent residuals would be.
+  const MatrixXd independent =
+      bread * (told / problem.together + MatrixXd(prior.asDiagonal())) * bread;
   for (Index k = 0; k < p.size(); ++k)
-    result.covariance(k, k) = std::max(result.covariance(k, k), bread(k, k));
+    result.covariance(k, k) = std::max(result.covariance(k, k), independent(k, k));
   result.parameters = p;
   const double spread = spread_of(problem.z);
   if (spread > 0.0)

@@ -19,6 +19,9 @@ struct ResponseFit {
   Eigen::VectorXd doubt;  ///< standard deviations of that
   Eigen::VectorXd start;  ///< where to begin
   double block = 2.0;     ///< residuals further apart are independent [s]
+  /// So many measurements count as one against what was expected: what the model leaves out hangs
+  /// together in them, and must not outweigh it by their number.
+  double together = 1.0;
 };
 
 struct FittedResponse {

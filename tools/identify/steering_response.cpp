@@ -98,6 +98,24 @@ VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen
   return result;
 }
 
+// By the begin of the drive, as much of it as turns like the whole.
+double rough_dead_time(const ResponseFit& problem, const Drive& drive) {
+  const auto spread = [](const VectorXd& z) { return (z.array() - z.mean()).square().mean(); };
+  const double whole = spread(problem.z);
+  Eigen::Index head = std::min<Eigen::Index>(1000, problem.z.size());
+  while (head < problem.z.size() && spread(problem.z.head(head)) < 0.5 * whole)
+    head = std::min(2 * head, problem.z.size());
+  Drive begin = drive;
+  begin.t.resize(static_cast<std::size_t>(head));
+  ResponseFit rough = problem;
+  rough.t = begin.t;
+  rough.z = problem.z.head(head);
+  rough.predicted = [&begin](const VectorXd& p) { return predicted(begin, p); };
+  std::vector<double> trials;
+  for (double trial = -0.3; trial <= 0.6; trial += 0.02) trials.push_back(trial);
+  return best_of(rough, dead, trials);
+}
+
 }  // namespace
 
 SteeringResponse steering_response(const estimator::Vehicle& car, const Resampled& steering,
@@ -125,10 +143,12 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   problem.predicted = [&drive](const VectorXd& p) { return predicted(drive, p); };
   problem.expected = VectorXd::Zero(count);
   problem.doubt = Eigen::Map<const VectorXd>(doubt.data(), count);
-  std::vector<double> trials;
-  for (double trial = -0.3; trial <= 0.6; trial += 0.02) trials.push_back(trial);
   problem.start = problem.expected;
-  problem.start[dead] = best_of(problem, dead, trials);
+  problem.start[dead] = rough_dead_time(problem, drive);
+  // Where speed never changes the tyres' relaxation and the lag are one, and only what is known of
+  // tyres parts them. The small that this model leaves out must not: a block counts once.
+  problem.together = std::max(1.0, problem.block * static_cast<double>(drive.t.size()) /
+                                       std::max(drive.t.back() - drive.t.front(), problem.block));
   const FittedResponse found = fit(problem);
   const double tau = usual_lag * std::exp(found.parameters[lag]);  // and dτ = τ dp
   const auto& covariance = found.covariance;

@@ -19,7 +19,7 @@ MESSAGES = {"IMU": "yaw_rate accel_x accel_y", "STEERING": "steering",
             "WHEELS_REAR": "wheel_rear_left wheel_rear_right"}
 STEERING_ID = " 1A3#"  # in drive.log
 ON_THE_WIRE, HALF_A_CYCLE, RENEWED = 0.0003, 0.005, 0.010
-DRIVES = {"": (("--scenario", "stop-and-go", "--speed", 1.0, "--laps", 6), BAR),
+DRIVES = {"": (("--scenario", "stop-and-go", "--speed", 1.0, "--laps", 10), BAR),
           ", on laps": (("--scenario", "lap", "--laps", 7), None)}
 
 
@@ -43,7 +43,6 @@ def steering_lag(log, plant):
 
 
 def run(seeds, work, odom):
-    rows = []
     for kind, (drive, bar) in DRIVES.items():
         def one(seed):
             folder = work / f"{drive[1]}-{seed}"
@@ -63,5 +62,4 @@ def run(seeds, work, odom):
         samples = each(seeds, one)
         for name in samples[0]:
             what = name.removesuffix("_left").replace("latency of", "latency:").replace("behind steering, in all", "behind the steering")
-            rows.append(judge(what + kind, [each_seed[name] for each_seed in samples], unit="ms", scale=1e3, bar=bar))
-    return rows
+            yield judge(what + kind, [each_seed[name] for each_seed in samples], unit="ms", scale=1e3, bar=bar)

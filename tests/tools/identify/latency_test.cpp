@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
 
+#include "tests/tools/scratch.hpp"
 #include "tools/identify/latency_estimate.hpp"
 #include "tools/identify/offset_regression.hpp"
 #include "tools/identify/response_fit.hpp"
@@ -213,6 +215,29 @@ TEST(Latency, ADriveStraightAheadTellsNothing) {
   log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
       sampled(speed, {.noise = 0.005, .seed = 8});
   EXPECT_NE(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).doubt, "");
+}
+
+// At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
+// has must not part them.
+TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
+  const Scratch scratch;
+  const std::string lap = scratch.path("lap").string();
+  ASSERT_EQ(run_shell("odom sim --speed 1 --laps 2 --seed 1 --out " + lap).status, 0);
+  const Outcome outcome = run_shell("cd " + lap +
+                                    " && odom identify latency --json --config car.toml --can "
+                                    "drive.log --camera camera.csv");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto plant = nlohmann::json::parse(contents(lap + "/plant.json"));
+  bool told = false;
+  const auto found = nlohmann::json::parse(outcome.out);
+  for (const auto& value : found["values"]) {
+    if (value["name"] != "lag of the wheels behind steering, in all") continue;
+    told = true;
+    const double half_a_cycle = 0.005;  // of the command, which is renewed and held
+    EXPECT_NEAR(value["value"].get<double>(), plant["truth"]["steering_lag"].get<double>(),
+                2.0 * value["sigma"].get<double>() + half_a_cycle);
+  }
+  EXPECT_TRUE(told);
 }
 
 TEST(Latency, NeedsAGyroAndTime) {
