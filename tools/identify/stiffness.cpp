@@ -117,7 +117,7 @@ void measure_film(const Arguments& arguments, const daemon::Config& config,
       .from = given ? FilmScale::From::given : FilmScale::From::marker_distance,
       .metres_per_unit = arguments.metres ? 1.0 : arguments.metres_per_pixel.value_or(1.0),
       .axes = arguments.y_down ? ImageAxes::y_down : ImageAxes::y_up};
-  const FilmMotion motion = film_motion(track, places, scale);
+  FilmMotion motion = film_motion(track, places, scale);
   append(films.warnings, motion.warnings);
 
   const std::vector<std::string> logs{files.back()};
@@ -134,6 +134,7 @@ void measure_film(const Arguments& arguments, const daemon::Config& config,
     alignment = align_film(track.name, motion, gyro);
   }
   append(films.warnings, alignment.warnings);
+  put_on_clock_of_log(alignment, motion);
   alignment.offset_ns -= log.first_ns;  // what people can read
 
   const std::size_t warned = films.warnings.size();
@@ -169,7 +170,7 @@ void check_directions(std::span<const CircleRun> circles) {
 
 // Slope of the accelerometer over the film's v_x ψ̇: tells a wrong scale of the film.
 void compare_accelerations(std::span<const CircleRun> circles, std::vector<std::string>& warnings) {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
   for (const CircleRun& run : circles) {
     if (!(run.accelerometer.sigma > 0.0)) continue;
     n += 1.0;
@@ -177,13 +178,17 @@ void compare_accelerations(std::span<const CircleRun> circles, std::vector<std::
     y += run.accelerometer.value;
     xx += run.lateral_accel * run.lateral_accel;
     xy += run.lateral_accel * run.accelerometer.value;
+    yy += run.accelerometer.value * run.accelerometer.value;
   }
   const double spread = xx - x * x / std::max(n, 1.0);
   if (n < 4.0 || !(spread > 1.0)) return;
   const double slope = (xy - x * y / n) / spread;
-  if (std::abs(slope - 1.0) > 0.06)
+  // Residuals of the line tell how well its slope is known.
+  const double residual = std::max(yy - y * y / n - slope * slope * spread, 0.0);
+  const double sigma = std::sqrt(residual / ((n - 2.0) * spread));
+  if (std::abs(slope - 1.0) > std::max(0.02, 3.0 * sigma))
     warnings.push_back(fmt::format(
-        "the accelerometer reads {:.0f} % of the film's lateral acceleration: check the film's "
+        "the accelerometer reads {:.1f} % of the film's lateral acceleration: check the film's "
         "scale and frame rate, and the unit of [can.signals] accel_y",
         100.0 * slope));
 }
@@ -261,6 +266,8 @@ Findings findings_of(const Films& films, const CorneringStiffness& found) {
                                .sigma = films.alignments[k].sigma_s,
                                .unit = "s",
                                .remark = films.names[k]});
+  for (const FilmAlignment& film : films.alignments)
+    findings.details["films"].push_back({{"rate", film.rate}, {"rate_sigma", film.rate_sigma}});
 
   nlohmann::ordered_json& details = findings.details;
   details["scatter"] = found.scatter;

@@ -1,8 +1,8 @@
 """odom identify stiffness, of circles filmed from above: odom sim --scenario circles --markers.
 
 What a person would know is what the method is told: mass to 5 g, axles to 0.5 mm, the markers' places to
-1 mm (drawn by the simulator); the film lies somewhere in the log, with half a pixel of noise. The truth is
-the slope of the plant's tyres at zero slip under static load.
+1 mm (drawn by the simulator); the film lies somewhere in the log, with half a pixel of noise and a clock of
+its own. The truth is the slope of the plant's tyres at zero slip under static load.
 """
 
 import json
@@ -36,6 +36,15 @@ def measure(seed, folder):
     return truth, options
 
 
+def begin_of_film(folder):
+    """When its first frame was taken, after the first frame of the log [s]."""
+    plant = json.loads((folder / "plant.json").read_text())
+    with open(folder / "drive.log", encoding="ascii") as log:
+        second, digits = log.readline().split(")")[0].lstrip("(").split(".")
+    first = int(second) * 10**9 + int(digits.ljust(9, "0"))
+    return abs(plant["truth"]["film_begin"]) - 1e-9 * (first - plant["start_time_ns"])
+
+
 def run(seeds, work, odom):
     def one(seed):
         folder = work / str(seed)
@@ -44,10 +53,13 @@ def run(seeds, work, odom):
         truth, options = measure(seed, folder)
         found, _ = findings(odom, "stiffness", *options, "--y-down",
                             "--run", f"{folder}/markers.csv,{folder}/drive.log")
+        begin = begin_of_film(folder)
         for big in ("drive.log", "truth.csv", "camera.csv"):
             (folder / big).unlink()
-        return [sample(truth[axle], found[f"cornering stiffness, {axle}"]) for axle in CONFIGURED]
+        return [*(sample(truth[axle], found[f"cornering stiffness, {axle}"]) for axle in CONFIGURED),
+                sample(begin, found["begin of the film after the log"])]
 
-    front, rear = zip(*each(seeds, one))
+    front, rear, begins = zip(*each(seeds, one))
     return [judge("cornering stiffness, front", list(front), bar=BAR),
-            judge("cornering stiffness, rear", list(rear), bar=BAR)]
+            judge("cornering stiffness, rear", list(rear), bar=BAR),
+            judge("begin of the film in the log", list(begins), unit="ms", scale=1e3)]

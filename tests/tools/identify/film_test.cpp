@@ -95,6 +95,43 @@ TEST(FilmAlignment, FindsTheShiftBetweenFilmAndLog) {
   EXPECT_THAT(found.warnings, testing::IsEmpty());
 }
 
+// As a camera shows it whose clock runs by another rate.
+FilmMotion slowed(FilmMotion motion, double by) {
+  for (BodyFrame& frame : motion.frames)
+    frame.t_ns = std::llround(by * static_cast<double>(frame.t_ns));
+  return motion;
+}
+
+TEST(FilmAlignment, FindsTheRateOfTheFilmsClock) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 100.2345);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  for (const double by : {0.9999, 1.02, 0.97}) {
+    FilmMotion seen = slowed(motion, by);
+    const FilmAlignment found = align_film("film.csv", seen, film.gyro);
+    EXPECT_NEAR(found.rate, 1.0 / by - 1.0, 2e-4) << by;
+    EXPECT_NEAR(1e-9 * static_cast<double>(found.offset_ns), 100.2345, 0.005) << by;
+    EXPECT_EQ(found.warnings.size(), std::abs(by - 1.0) > 0.003 ? 1U : 0U);
+    put_on_clock_of_log(found, seen);
+    const auto local = local_motion(seen, 6'000'000'000, 500'000'000);
+    ASSERT_TRUE(local);
+    EXPECT_NEAR(local->yaw_rate, 0.8, 5e-4) << by;
+    const FilmAlignment given =
+        check_alignment("film.csv", slowed(motion, by), film.gyro, found.offset_ns);
+    EXPECT_NEAR(given.rate, found.rate, 1e-4) << by;
+  }
+}
+
+TEST(FilmAlignment, AtTheBeginIsAsUncertainAsTheRateMakesIt) {
+  SyntheticFilm film = make_film(two_circles(), places, 26.0, 0.0);
+  for (std::size_t k = 0; k < film.gyro.size(); ++k)
+    film.gyro.value[k] += k % 80 < 40 ? 0.02 : -0.02;  // in each mean of it
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  const FilmAlignment found = align_film("film.csv", motion, film.gyro);
+  EXPECT_GT(found.sigma_s, 10.0 * found.rate_sigma);
+  EXPECT_GT(found.rate_sigma, 0.0);
+  EXPECT_LT(std::abs(found.rate), 3.0 * found.rate_sigma);
+}
+
 TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 3.0);
   const FilmMotion motion = film_motion(film.track, places, metres);

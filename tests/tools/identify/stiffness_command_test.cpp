@@ -64,6 +64,18 @@ TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
   EXPECT_THAT(contents("tyres.svg"), HasSubstr("</svg>"));
 }
 
+TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsIsToldOf) {
+  std::string text = contents("car.toml");
+  const std::string entry = "signal = \"AccY\", unit = \"m/s2\"";
+  ASSERT_NE(text.find(entry), std::string::npos);
+  text.insert(text.find(entry) + entry.size(), ", scale = 1.05");
+  write("loud.toml", text);
+  const Outcome outcome = run_shell(
+      "cd " + afternoon() + " && odom identify stiffness --config loud.toml " + places + film);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("% of the film's lateral acceleration"));
+}
+
 TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   const auto expect = [](const std::string& options, const std::string& reason) {
     const Outcome outcome = identify(options);
