@@ -64,6 +64,12 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
         "{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and --rear; mend "
         "the scale (--metres-per-pixel, --metres) or the places",
         track.name, apart * motion.metres_per_unit, places.distance()));
+  if (scale.from == FilmScale::From::given && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
+    motion.warnings.push_back(fmt::format(
+        "{}: by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of --front "
+        "and --rear; measure both again, or leave the scale out",
+        track.name, apart * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
+        ratio > 1.0 ? "more" : "less", places.distance()));
 
   for (double& distance : distances) distance = std::abs(distance / apart - 1.0);
   // 1.48 median absolute deviations are a standard deviation

@@ -24,6 +24,7 @@ struct FilmScale {
   enum class From : std::uint8_t { given, marker_distance };
   From from = From::marker_distance;
   double metres_per_unit = 1.0;  ///< where given; 1 for a track in metres
+  double ratio_sigma = 0.01;  ///< where given: standard uncertainty of the markers' distance by it
   ImageAxes axes = ImageAxes::y_up;
 };
 
@@ -40,7 +41,8 @@ struct FilmMotion {
 };
 
 /// Frames in which the markers are not as far apart as they are on the car are left out, and
-/// counted in a warning. Throws std::invalid_argument where scale, places and film do not fit.
+/// counted in a warning; so is a scale that is given and contradicts the markers' distance by more
+/// than three of its sigma. Throws std::invalid_argument where scale, places and film do not fit.
 [[nodiscard]] FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                                      const FilmScale& scale);
 

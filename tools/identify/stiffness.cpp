@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -102,6 +103,15 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
   to.insert(to.end(), from.begin(), from.end());
 }
 
+double sigma_marker_of(const Arguments& arguments, const MarkerPlaces& places) {
+  return arguments.sigma_marker.value_or(places.distance() / 300.0);
+}
+
+// Of a scale by the markers' distance.
+double sigma_by_distance(const Arguments& arguments, const MarkerPlaces& places) {
+  return std::numbers::sqrt2 * sigma_marker_of(arguments, places) / places.distance();
+}
+
 void measure_film(const Arguments& arguments, const daemon::Config& config,
                   const MarkerPlaces& places, const std::string& run, Films& films) {
   const std::vector<std::string> files = parts_of(run);
@@ -116,6 +126,7 @@ void measure_film(const Arguments& arguments, const daemon::Config& config,
   const FilmScale scale{
       .from = given ? FilmScale::From::given : FilmScale::From::marker_distance,
       .metres_per_unit = arguments.metres ? 1.0 : arguments.metres_per_pixel.value_or(1.0),
+      .ratio_sigma = std::hypot(0.01 * arguments.sigma_scale, sigma_by_distance(arguments, places)),
       .axes = arguments.y_down ? ImageAxes::y_down : ImageAxes::y_up};
   FilmMotion motion = film_motion(track, places, scale);
   append(films.warnings, motion.warnings);
@@ -321,17 +332,16 @@ CircleCar circle_car(const Arguments& arguments, const daemon::Config& config,
                      const MarkerPlaces& places) {
   const double wheelbase = config.vehicle.wheelbase();
   const double sigma_axle = arguments.sigma_axle.value_or(0.004 * wheelbase);
-  const double sigma_marker = arguments.sigma_marker.value_or(places.distance() / 300.0);
+  const double sigma_marker = sigma_marker_of(arguments, places);
   const double given = 0.01 * arguments.sigma_scale;
   const bool by_distance = !arguments.metres && !arguments.metres_per_pixel;
-  return {
-      .mass = {config.vehicle.mass, arguments.sigma_mass.value_or(0.005 * config.vehicle.mass)},
-      .front_axle = {config.vehicle.front_axle, sigma_axle},
-      .rear_axle = {config.vehicle.rear_axle, sigma_axle},
-      .rolling_resistance = {arguments.rolling_resistance, 0.01},
-      .sigma_scale = by_distance ? 1.4142135623730951 * sigma_marker / places.distance() : given,
-      .sigma_marker = sigma_marker,
-      .marker_distance = places.distance()};
+  return {.mass = {config.vehicle.mass, arguments.sigma_mass.value_or(0.005 * config.vehicle.mass)},
+          .front_axle = {config.vehicle.front_axle, sigma_axle},
+          .rear_axle = {config.vehicle.rear_axle, sigma_axle},
+          .rolling_resistance = {arguments.rolling_resistance, 0.01},
+          .sigma_scale = by_distance ? sigma_by_distance(arguments, places) : given,
+          .sigma_marker = sigma_marker,
+          .marker_distance = places.distance()};
 }
 
 void identify_stiffness(const Arguments& arguments) {

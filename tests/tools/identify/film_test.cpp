@@ -85,6 +85,19 @@ TEST(FilmMotion, AScaleThatContradictsTheMarkersIsRefused) {
               HasSubstr("mend the scale"));
 }
 
+TEST(FilmMotion, AScaleThatContradictsTheMarkersALittleIsToldOf) {
+  const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
+  const auto warnings_by = [&](double metres_per_unit) {
+    return film_motion(film.track, places,
+                       {.from = FilmScale::From::given,
+                        .metres_per_unit = metres_per_unit,
+                        .ratio_sigma = 0.006})
+        .warnings;
+  };
+  EXPECT_THAT(warnings_by(0.0026), Contains(HasSubstr("4.0 % more than the 0.3015 m")));
+  EXPECT_THAT(warnings_by(0.00253), testing::IsEmpty());
+}
+
 TEST(FilmAlignment, FindsTheShiftBetweenFilmAndLog) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 100.2345);
   const FilmMotion motion = film_motion(film.track, places, metres);
