@@ -403,6 +403,15 @@ std::string patched(const std::string& text, const std::filesystem::path& file,
   return result;
 }
 
+std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
+  try {
+    const toml::table root = toml::parse(daemon::read_toml_file(file));
+    return root.at_path(key).value<double>();
+  } catch (const toml::parse_error&) {
+    return std::nullopt;  // patching says where
+  }
+}
+
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values) {
   const std::string before = daemon::read_toml_file(file);
   std::error_code error;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -25,6 +26,10 @@ struct ConfigValue {
 /// something else than a number.
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
+
+/// The number that stands there, if there is one.
+[[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
+                                              const std::string& key);
 
 /// Patches a file as a whole or not at all; the result must load as a configuration, or nothing is
 /// written and the reason is thrown. Mode and owner stay, and a link stays a link.

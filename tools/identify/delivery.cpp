@@ -50,6 +50,28 @@ std::vector<ConfigValue> config_values(const Findings& findings) {
   return values;
 }
 
+// What a car has is known to better than a factor of two before it is measured; its sensors' noise
+// and latencies are not.
+std::vector<std::string> doubts_of(const std::vector<ConfigValue>& values,
+                                   const std::string& file) {
+  constexpr double surprising = 2.0;
+  std::vector<std::string> doubts;
+  for (const ConfigValue& value : values) {
+    if (!value.key.starts_with("vehicle.")) continue;
+    const std::optional<double> before = number_in(file, value.key);
+    if (!before || !(*before > 0.0) || !(value.value > 0.0)) continue;
+    const double times = value.value / *before;
+    if (times < surprising && times > 1.0 / surprising) continue;
+    doubts.push_back(fmt::format("{}: {} was {:g} and becomes {:g}: another car, or another unit?",
+                                 file, value.key, *before, value.value));
+  }
+  return doubts;
+}
+
+void print_warning(const std::string& method, const std::string& warning) {
+  std::cerr << "odom identify " << method << ": warning: " << warning << '\n';
+}
+
 }  // namespace
 
 void add_delivery(Command method, Delivery& delivery) {
@@ -96,9 +118,13 @@ nlohmann::ordered_json as_json(const Findings& findings) {
 }
 
 void deliver(const Findings& findings, const Delivery& delivery) {
-  for (const std::string& warning : findings.warnings)
-    std::cerr << "odom identify " << findings.method << ": warning: " << warning << '\n';
-  if (!delivery.write.empty()) patch_config(delivery.write, config_values(findings));
+  for (const std::string& warning : findings.warnings) print_warning(findings.method, warning);
+  if (!delivery.write.empty()) {
+    const std::vector<ConfigValue> values = config_values(findings);
+    const std::vector<std::string> doubts = doubts_of(values, delivery.write);
+    patch_config(delivery.write, values);
+    for (const std::string& doubt : doubts) print_warning(findings.method, doubt);
+  }
   std::cout << (delivery.json ? json_text(as_json(findings)) + "\n" : as_text(findings));
 }
 

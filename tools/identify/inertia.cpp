@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "tools/identify/bifilar.hpp"
+#include "tools/identify/config_patch.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/propagation.hpp"
@@ -130,6 +131,20 @@ Measured mass_option(const std::string& text, const std::string& sigma, const st
                               : parse_not_negative(sigma, Dimension::mass, option + "-sigma")};
 }
 
+/// J / (m l_v l_h) of cars lies about 1; of one whose passages were counted it is a quarter.
+void compare_with_axles(const std::string& file, double mass, double inertia, Findings& findings) {
+  const auto front = number_in(file, "vehicle.front_axle");
+  const auto rear = number_in(file, "vehicle.rear_axle");
+  if (!front || !rear || !(*front * *rear > 0.0)) return;
+  const double ratio = inertia / (mass * *front * *rear);
+  constexpr double least = 0.4, most = 2.0;
+  if (ratio > least && ratio < most) return;
+  findings.warnings.push_back(fmt::format(
+      "the yaw inertia is {:.2g} times m l_v l_h by the axles in {}, and cars have {} to {}: "
+      "passages counted in the place of swings to and fro, or a length in another unit?",
+      ratio, file, least, most));
+}
+
 void identify_inertia(const Options& options) {
   Findings findings{.method = "inertia"};
   const Bifilar pendulum = pendulum_of(options);
@@ -230,6 +245,9 @@ void identify_inertia(const Options& options) {
     findings.details["contributions"][part.name] = part.sigma;
   if (inertia.result.sigma > 0.01 * inertia.result.value)
     findings.warnings.push_back("2 sigma are more than 2 %: " + largest_contributions(inertia));
+  const std::string& config =
+      options.delivery.write.empty() ? options.car.record.config : options.delivery.write;
+  if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);
   deliver(findings, options.delivery);
 }
 

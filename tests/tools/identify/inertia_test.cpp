@@ -229,6 +229,23 @@ TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
               0.005);
 }
 
+TEST(IdentifyInertia, AsksWhetherPassagesWereCounted) {
+  const Scratch scratch;
+  const std::string car =
+      scratch.write("car.toml", "[vehicle]\nfront_axle = 0.175\nrear_axle = 0.085\n").string();
+  const double period = small_period(reference, mass, 9.806, inertia);
+  const auto warnings = [&](int swings) {
+    const Outcome outcome =
+        run_shell(hang + "--amplitude 0 --config " + car + " --time " +
+                  std::to_string(20.0 * period) + " --swings " + std::to_string(swings));
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(warnings(20), testing::Not(HasSubstr("passages")));
+  EXPECT_THAT(warnings(40), HasSubstr("passages counted in the place of swings"));
+  EXPECT_THAT(warnings(10), HasSubstr("passages counted in the place of swings"));
+}
+
 TEST(IdentifyInertia, SaysWhatIsMissingOrWrong) {
   const Scratch scratch;
   scratch.write("back.csv", "t,yaw_rate\n1,0\n0.5,1\n");

@@ -164,14 +164,16 @@ TEST(Findings, OfWhatMayAsWellBeZeroHaveNoPerCent) {
   EXPECT_THAT(as_text(findings), HasSubstr("20.00 %"));
 }
 
+constexpr const char* car_toml =
+    "[vehicle] # mine\nmass = 2.985  # kg\nfront_axle = 0.175\nrear_axle = 0.085\n"
+    "yaw_inertia = 0.028\ncornering_stiffness_front = 20\n"
+    "cornering_stiffness_rear = 60\ntrack_width = 0.16\n[can]\nsource = \"can0\"\n"
+    "dbc = \"a.dbc\"\n[can.signals]\nwheel_rear = { message = \"W\", signal = \"S\", "
+    "unit = \"m/s\" }\n";
+
 TEST(IdentifyMass, ReportsAndWrites) {
   const Scratch scratch;
-  scratch.write("car.toml",
-                "[vehicle] # mine\nmass = 2.985  # kg\nfront_axle = 0.175\nrear_axle = 0.085\n"
-                "yaw_inertia = 0.028\ncornering_stiffness_front = 20\n"
-                "cornering_stiffness_rear = 60\ntrack_width = 0.16\n[can]\nsource = \"can0\"\n"
-                "dbc = \"a.dbc\"\n[can.signals]\nwheel_rear = { message = \"W\", signal = \"S\", "
-                "unit = \"m/s\" }\n");
+  scratch.write("car.toml", car_toml);
   const std::string car = scratch.path("car.toml").string();
   const Outcome mass = run_shell(
       "odom identify mass --total 3021g --total 3.02 --scale-resolution 1g --scale-sigma 1g "
@@ -190,6 +192,19 @@ TEST(IdentifyMass, ReportsAndWrites) {
   EXPECT_THAT(cog.err, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m"));
   EXPECT_THAT(cog.out, HasSubstr("\"vehicle.rear_axle\""));
   EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
+}
+
+TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
+  const Scratch scratch;
+  const std::string car = scratch.write("car.toml", car_toml).string();
+  const auto weigh = [&](const std::string& load) {
+    const Outcome outcome = run_shell("odom identify mass --write " + car + " --total " + load);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_EQ(weigh("3.1 --scale-resolution 1g"), "");
+  EXPECT_THAT(weigh("2985 --scale-resolution 1"),
+              HasSubstr("vehicle.mass was 3.1 and becomes 2985: another car, or another unit?"));
 }
 
 TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
