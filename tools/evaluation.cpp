@@ -61,7 +61,8 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   Gathered heading;
   Gathered consistency;
   std::size_t inside_95 = 0;
-  const auto errors = pose_errors(pairs, result.alignment, estimate.has_covariance);
+  const auto errors = pose_errors(pairs, result.alignment,
+                                  estimate.has_covariance && covariance_is_of_error(pairs, align));
   for (const PoseError& e : errors) {
     position.add(std::hypot(e.error.x, e.error.y));
     heading.add(std::abs(e.error.yaw));

@@ -49,7 +49,7 @@ struct Evaluation {
   Spread heading;                          ///< [rad]
   std::vector<HorizonError> horizons;      ///< as far as the span reaches
   std::optional<HorizonError> short_term;  ///< the one of 35 ms
-  std::optional<Consistency> consistency;  ///< where the estimate has sigmas
+  std::optional<Consistency> consistency;  ///< where the estimate has sigmas, of its errors
   std::optional<Motion> velocity_rms;      ///< where both have velocities: rms of each difference
 };
 

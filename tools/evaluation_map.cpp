@@ -56,7 +56,7 @@ chart::Map evaluation_map(const EvaluatedDrive& drive, const std::string& title)
     const Trajectory moved = aligned(drive.estimates[i], e.alignment);
     chart::Trace trace{
         names[i], note_of(e), points_between(moved, e.first_ns, e.last_ns), {}, colours[i]};
-    if (moved.has_covariance) {
+    if (e.consistency) {
       const TrajectoryPoint end = *at(moved, e.last_ns);
       const auto& P = end.covariance;
       trace.end_ellipse = chart::Ellipse{{end.pose.x, end.pose.y}, {P[0], P[1], P[3]}};

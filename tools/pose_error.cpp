@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -25,6 +26,15 @@ std::optional<double> nees(const estimator::PoseCovariance& P, const estimator::
 }
 
 }  // namespace
+
+bool covariance_is_of_error(std::span<const Pair> pairs, Align align) {
+  if (align != Align::first) return align == Align::none;
+  constexpr double small = 0.01;
+  const auto& begin = pairs.front().estimate.covariance;
+  const auto& end = pairs.back().estimate.covariance;
+  constexpr std::array<std::size_t, 3> variances{0, 3, 5};
+  return std::ranges::all_of(variances, [&](std::size_t i) { return begin[i] <= small * end[i]; });
+}
 
 std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator::Pose2& alignment,
                                    bool has_covariance) {

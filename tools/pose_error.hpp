@@ -20,6 +20,11 @@ struct PoseError {
   std::optional<double> nees;  ///< eᵀP⁻¹e; nothing where P is not positive definite
 };
 
+/// Whether the covariances of an estimate are those of its errors once it is aligned. Aligned at
+/// the first time it owes nothing for where it began: they are only where that is a small part (1
+/// %) of what they are at the end. Fitted to the errors they never are.
+[[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
+
 /// Both headings are unwrapped; whole turns between them are settled once, at the first time.
 /// Without a covariance the last two members stay empty.
 [[nodiscard]] std::vector<PoseError> pose_errors(std::span<const Pair> pairs,

@@ -189,10 +189,12 @@ TEST_F(Evaluate, JudgesTheOdometryFrame) {
         run("--json --reference " + reference_ + " --pose " + both + frame).out);
     return std::pair{json["frame"], json["estimates"][0]};
   };
-  const auto [map_name, map] = judged("");
+  const auto [map_name, map] = judged(" --align none");
   EXPECT_EQ(map_name, "map");
   EXPECT_NEAR(map["end_error"], 1.0, 1e-9);
   EXPECT_FALSE(map["nees"].is_null());
+  // Aligned where it begins, as uncertain there as at the end.
+  EXPECT_TRUE(judged("").second["nees"].is_null());
   const auto [odom_name, odom] = judged(" --frame odom");
   EXPECT_EQ(odom_name, "odom");
   EXPECT_NEAR(odom["end_error"], 0.0, 1e-9);

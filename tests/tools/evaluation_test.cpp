@@ -105,6 +105,19 @@ TEST(Evaluation, NeesCountsErrorsInTheirOwnSigmas) {
   EXPECT_EQ(e.consistency->samples, e.samples);
 }
 
+TEST(Evaluation, OfAnEstimateThatIsAlignedHasNoNeesOfWhereItBegan) {
+  const Trajectory reference = straight(1.0, 2.0, 0.01);
+  Trajectory estimate = reference;
+  estimate.has_covariance = true;
+  for (auto& point : estimate.points) point.covariance = {0.01, 0.0, 0.0, 0.01, 0.0, 0.01};
+  EXPECT_TRUE(evaluate(reference, estimate, Align::none).consistency);
+  EXPECT_FALSE(evaluate(reference, estimate, Align::first).consistency);
+  EXPECT_FALSE(evaluate(reference, estimate, Align::fit).consistency);
+  estimate.points.front().covariance = {1e-5, 0.0, 0.0, 1e-5, 0.0, 1e-5};
+  EXPECT_TRUE(evaluate(reference, estimate, Align::first).consistency);
+  EXPECT_FALSE(evaluate(reference, estimate, Align::fit).consistency);
+}
+
 TEST(Evaluation, NeesTurnsTheCovarianceWithTheMapAndLeavesSingularOnesOut) {
   // The estimate's map is turned by 90°: its sigma along x lies along the reference's y.
   const Trajectory reference = straight(1.0, 2.0, 0.01);

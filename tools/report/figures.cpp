@@ -133,7 +133,7 @@ Figure with_band(const EvaluatedDrive& drive, const std::vector<PoseError>& erro
     series.points.push_back({t, all[i].*component.value * unit.factor});
     band.points.push_back({t, -reach, reach});
   }
-  if (drive.estimates[estimate].has_covariance) {
+  if (drive.report.evaluations[estimate].consistency) {
     const double share = static_cast<double>(inside) / static_cast<double>(errors.size());
     series.note = fixed(100.0 * share, 1) + " % inside 3σ";
     chart.bands = {std::move(band)};
@@ -179,9 +179,11 @@ std::size_t focus_of(const EvaluatedDrive& drive) {
 Figure trajectories(const EvaluatedDrive& drive) {
   std::string caption =
       drive.reference ? "Reference and estimates over each other" : "The estimates over each other";
-  caption +=
-      ": start hollow, ends filled, end error per metre and heading in the legend; the dashed "
-      "ellipse is the filter's own 3σ at the end.";
+  caption += ": start hollow, ends filled, end error per metre and heading in the legend";
+  const auto states_sigma = [](const Evaluation& one) { return one.consistency.has_value(); };
+  caption += std::ranges::any_of(drive.report.evaluations, states_sigma)
+                 ? "; the dashed ellipse is the filter's own 3σ at the end."
+                 : ".";
   return {draw(evaluation_map(drive, "")), caption};
 }
 
@@ -191,7 +193,7 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     all.push_back(pose_errors(common_times(*drive.reference, drive.estimates[i]),
                               drive.report.evaluations[i].alignment,
-                              drive.estimates[i].has_covariance));
+                              drive.report.evaluations[i].consistency.has_value()));
   }
   std::vector<Figure> figures{horizon(drive), position_errors(drive, all),
                               heading_errors(drive, all)};
@@ -206,9 +208,13 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
   }
   figures[3].caption = "Ahead of the reference (positive) or behind it.";
   figures[4].caption = "To the left of the reference (positive) or to the right.";
-  figures[5].caption = "Heading with the filter's own three standard deviations.";
   if (drive.report.evaluations[focus].consistency) {
+    figures[5].caption = "Heading with the filter's own three standard deviations.";
     figures.push_back(nees(drive, all[focus], focus));
+  } else if (drive.estimates[focus].has_covariance) {
+    figures[5].caption =
+        "Without the filter's own standard deviations, in which is how uncertain it was where it "
+        "began; the alignment has taken that away.";
   }
   return figures;
 }
