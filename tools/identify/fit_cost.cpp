@@ -43,15 +43,18 @@ void residuals_of(const Setup& setup, const Window& window, const Unknowns<T>& u
     const Instant<T> now = instant(setup, window, trajectory, t);
     const double noise = setup.noise[static_cast<std::size_t>(sample.source)];
     const T h = expected(setup, car, sample, now, unknowns.p);
-    out.push_back(bounded(T((sample.value - h) / (noise > 0.0 ? noise : sample.sigma))));
+    out.push_back(
+        bounded(static_cast<T>((sample.value - h) / (noise > 0.0 ? noise : sample.sigma))));
   }
   for (const PoseSample& pose : window.poses) {
-    const Instant<T> now = instant(setup, window, trajectory, T(pose.t));
+    const Instant<T> now = instant(setup, window, trajectory, static_cast<T>(pose.t));
     const std::array<T, 3> h = expected_pose(setup, now, unknowns.p);
     const double position = setup.noise_position, yaw = setup.noise_yaw;
-    out.push_back(bounded(T((pose.x - h[0]) / (position > 0.0 ? position : pose.sigma_x))));
-    out.push_back(bounded(T((pose.y - h[1]) / (position > 0.0 ? position : pose.sigma_y))));
-    out.push_back(bounded(T((pose.yaw - h[2]) / (yaw > 0.0 ? yaw : pose.sigma_yaw))));
+    out.push_back(
+        bounded(static_cast<T>((pose.x - h[0]) / (position > 0.0 ? position : pose.sigma_x))));
+    out.push_back(
+        bounded(static_cast<T>((pose.y - h[1]) / (position > 0.0 ? position : pose.sigma_y))));
+    out.push_back(bounded(static_cast<T>((pose.yaw - h[2]) / (yaw > 0.0 ? yaw : pose.sigma_yaw))));
   }
   const std::vector<T>& accel = unknowns.course.accel;
   for (std::size_t k = 0; k + 1 < accel.size(); ++k)

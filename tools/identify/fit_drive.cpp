@@ -89,7 +89,8 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
     return 1e-9 * static_cast<double>(t_ns - origin);
   };
 
-  const auto speed = std::ranges::find_if(speeds, [&](Source s) { return log.of(s).size() > 1; });
+  const auto* const speed =
+      std::ranges::find_if(speeds, [&](Source s) { return log.of(s).size() > 1; });
   if (speed == speeds.end())
     throw std::invalid_argument(drive.name + ": no wheel speed in it that the configuration maps");
   if (log.of(Source::yaw_rate).size() < 2)

@@ -16,11 +16,10 @@
 #include "tools/identify/fit_trial.hpp"
 #include "tools/trajectory.hpp"
 
-namespace odomd::tools {
+namespace odomd::tools::fitting {
 namespace {
 
 using estimator::Source;
-using namespace fitting;
 
 bool mapped(const daemon::Config& config, Source source) {
   return config.can.signals[static_cast<std::size_t>(source)].configured;
@@ -182,14 +181,14 @@ void fit(const FitOptions& options) {
 }
 
 }  // namespace
-}  // namespace odomd::tools
+}  // namespace odomd::tools::fitting
 
 int main(int argc, char** argv) {
   odomd::tools::FitOptions options;
   const auto describe = [&options](odomd::tools::Command command) {
     command.rename("odom identify fit").help_flag().version_flag("odom-fit " ODOMD_VERSION);
     odomd::tools::describe_fit(command, options);
-    command.callback([&options] { odomd::tools::fit(options); });
+    command.callback([&options] { odomd::tools::fitting::fit(options); });
   };
   return odomd::tools::run_program(describe, argc, argv);
 }

@@ -109,13 +109,12 @@ Prior parse_prior(const std::string& text) {
 bool one_imu(const daemon::Config& config) {
   const can::SignalBinding* gyro = binding_of(config, estimator::Source::yaw_rate);
   if (gyro == nullptr) return false;
-  for (const auto source : {estimator::Source::accel_x, estimator::Source::accel_y}) {
+  const auto with_the_gyro = [&](estimator::Source source) {
     const can::SignalBinding* accel = binding_of(config, source);
-    if (accel != nullptr &&
-        (accel->message != gyro->message || accel->latency_ns != gyro->latency_ns))
-      return false;
-  }
-  return true;
+    return accel == nullptr ||
+           (accel->message == gyro->message && accel->latency_ns == gyro->latency_ns);
+  };
+  return with_the_gyro(estimator::Source::accel_x) && with_the_gyro(estimator::Source::accel_y);
 }
 
 Numbers<double> nominal_values(const daemon::Config& config) {

@@ -21,7 +21,7 @@
 namespace odomd::tools::fitting {
 namespace {
 
-constexpr std::array goals{Goal::prediction, Goal::position, Goal::heading};
+constexpr std::array goals{Goal::prediction, Goal::second, Goal::position, Goal::heading};
 constexpr double part_s = 8.0;         // of a 1:10 car
 constexpr std::size_t most_parts = 8;  // of a drive
 constexpr double as_good = 1.003;      // errors that are no worse
@@ -34,7 +34,8 @@ struct Group {
 };
 
 bool is_wheel(std::string_view key) {
-  return key.find(".wheel_") != key.npos || key.find(".motor.") != key.npos;
+  return key.find(".wheel_") != std::string_view::npos ||
+         key.find(".motor.") != std::string_view::npos;
 }
 
 // Values that hang together go in together.
@@ -125,17 +126,17 @@ class Judge {
  private:
   std::vector<Score> scores(const Patch& patch) {
     std::vector<Score> result;
-    for (std::size_t d = 0; d < drives_.size(); ++d) {
-      const daemon::Config& own = drives_[d].config;
+    for (const tools::Drive& drive : drives_) {
+      const daemon::Config& own = drive.config;
       daemon::Config config = daemon::parse_config(patched(own.text, own.file, patch), own.file);
       config.can.sources = own.can.sources;
       config.can.dbc = own.can.dbc;
       std::vector<std::string> told_already;
       static_cast<void>(daemon::load_databases(config, told_already));
-      const ReplayedDrive replayed = replay_drive(drives_[d], config);
+      const ReplayedDrive replayed = replay_drive(drive, config);
       ++replays_;
       const auto [x, y, yaw] = config.camera.lever_arm;
-      for (const Trajectory& part : parts_of(*drives_[d].reference, {x, y, yaw}, slowness(own)))
+      for (const Trajectory& part : parts_of(*drive.reference, {x, y, yaw}, slowness(own)))
         result.push_back(score_of(evaluate(part, replayed.poses, Align::first)));
     }
     return result;
@@ -170,10 +171,10 @@ void find_shares(Judge& judge, const daemon::Config& config, Findings& findings,
     const auto best_of = [&](auto error) { return std::ranges::min_element(ratios, {}, error); };
     bool holds = true;
     for (const std::size_t half : {0U, 1U}) {
-      const auto here = best_of([&](const Ratio& r) { return r.half[half]; });
+      const auto* const here = best_of([&](const Ratio& r) { return r.half[half]; });
       holds = holds && here->half[1 - half] < worth_it * all_of_it.half[1 - half];
     }
-    const auto best = best_of(&Ratio::all);
+    const auto* const best = best_of(&Ratio::all);
     if (!holds || best->all >= worth_it * now) continue;
     const double share = shares[static_cast<std::size_t>(best - ratios.begin())];
     findings.values.push_back({.name = "part of " + role + " to take",
@@ -248,6 +249,7 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives,
   Ratio here = judge.ratio(taken);
   while (!left.empty()) {
     std::vector<Ratio> ratios;
+    ratios.reserve(left.size());
     for (const Group& group : left) ratios.push_back(judge.ratio(together(taken, patch_of(group))));
     const auto fits = [&](const Ratio& r) {
       return r.all <= as_good * now && r.half[0] <= half_as_good * here.half[0] &&

@@ -23,8 +23,8 @@ namespace odomd::tools::fitting {
 /// the drives get better by them or stay as they are; marks the others to be left as configured,
 /// with the reason. Beside them finds how much of the accelerometers to take: where they feel
 /// little else than vibration the filter does better with a part. `progress` is told now and then.
-/// Errors are the means over 35 ms and the rms of the position, of parts of each drive and of the
-/// whole.
+/// Errors are the means over 35 ms and 1 s, and the rms of position and heading, of parts of each
+/// drive and of the whole.
 void try_out(Findings& findings, std::span<const tools::Drive> drives,
              const std::function<void(const std::string&)>& progress);
 

@@ -66,7 +66,7 @@ T at(const Resampled& signal, const T& t) {
   constexpr double h = 5e-3;
   const double here = number(t);
   const double slope = (signal.at(here + h) - signal.at(here - h)) / (2.0 * h);
-  return T(signal.at(here)) + slope * (t - here);
+  return static_cast<T>(signal.at(here)) + slope * (t - here);
 }
 
 template <class T>
@@ -75,9 +75,9 @@ four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   const estimator::Vehicle& v = setup.config->vehicle;
   const Numbers<double>& n = setup.nominal;
   four_wheels::Car<T> car;
-  car.mass = T(v.mass);
-  car.front_axle = T(v.front_axle);
-  car.rear_axle = T(v.rear_axle);
+  car.mass = static_cast<T>(v.mass);
+  car.front_axle = static_cast<T>(v.front_axle);
+  car.rear_axle = static_cast<T>(v.rear_axle);
   car.inertia = n[yaw_inertia] * exp(p[yaw_inertia]);
   car.stiffness_front = n[stiffness_front] * exp(p[stiffness_front]);
   car.stiffness_rear = n[stiffness_rear] * exp(p[stiffness_rear]);
@@ -113,7 +113,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   const auto between = [&](const std::vector<T>& knots, double k) {
     const double place = k * setup.step / setup.knot;
     const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
-    return T(knots[i] + (place - static_cast<double>(i)) * (knots[i + 1] - knots[i]));
+    return static_cast<T>(knots[i] + (place - static_cast<double>(i)) * (knots[i + 1] - knots[i]));
   };
   const auto accel_at = [&](std::size_t k) {
     return between(course.accel, static_cast<double>(k));
@@ -127,8 +127,9 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   for (std::size_t k = 0; k < steps; ++k) {
     const double middle = window.begin + (static_cast<double>(k) + 0.5) * setup.step;
     const T command =
-        gain * (at(window.drive->steering, T(middle - dead_time)) - p[steering_offset] +
-                window.steering_doubt * between(course.steering, static_cast<double>(k) + 0.5));
+        gain *
+        (at(window.drive->steering, static_cast<T>(middle - dead_time)) - p[steering_offset] +
+         window.steering_doubt * between(course.steering, static_cast<double>(k) + 0.5));
     const T next = accel_at(k + 1);
     x = single_track::step(car, x, command, result.accel.back(), next, setup.step);
     result.states.push_back(x);
@@ -166,7 +167,7 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
     const T value = w[0] * a + w[1] * b + w[2] * c + w[3] * d + left * h10 * c - right * h11 * b;
     const double slope = dw[0] * number(a) + dw[1] * number(b) + dw[2] * number(c) +
                          dw[3] * number(d) + left * d10 * number(c) - right * d11 * number(b);
-    return T(value + slope * moved);
+    return static_cast<T>(value + slope * moved);
   };
   Instant<T> result;
   for (std::size_t k = 0; k < single_track::states; ++k)
@@ -231,7 +232,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   const T forward = now.x[st::v_x];
   if (source == Source::wheel_front_left || source == Source::wheel_front_right) {
     const bool left = source == Source::wheel_front_left;
-    const T out = left ? half : T(-half);
+    const T out = (left ? 1.0 : -1.0) * half;
     const T along = forward - out * r;
     const T side = now.x[st::v_y] + car.front_axle * r;
     // Ackermann: both front wheels point across the same centre, tan δ_i = l tan δ / (l - y_i tan
@@ -244,7 +245,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
     const T slip = (usual_slip + p[wheel_slip]) / setup.nominal[stiffness_front] * car.spin *
                    car.mass * (now.accel - now.x[st::v_y] * r);
     return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed *
-           (T(1.0) - slip);
+           (static_cast<T>(1.0) - slip);
   }
   // κ = p D / C_h, D what drives the car
   const T accel_x = now.accel - now.x[st::v_y] * r;
@@ -258,14 +259,14 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   std::size_t scale = source == Source::motor ? wheel_scale_motor : wheel_scale_rear;
   if (source == Source::wheel_rear_left) {
     speed = forward - half * r;
-    share = T(1.0) + moved;
+    share = static_cast<T>(1.0) + moved;
     scale = wheel_scale_rear_left;
   } else if (source == Source::wheel_rear_right) {
     speed = forward + half * r;
-    share = T(1.0) - moved;
+    share = static_cast<T>(1.0) - moved;
     scale = wheel_scale_rear_right;
   }
-  return exp(p[scale]) * speed * (T(1.0) + share * slip);
+  return exp(p[scale]) * speed * (static_cast<T>(1.0) + share * slip);
 }
 
 /// What a source would have said.

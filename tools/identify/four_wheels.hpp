@@ -85,12 +85,13 @@ template <class T>
   const T more_front = turned - side_front * x[yaw_rate] / (pace2 + side_front * side_front);
   const T more_rear = x[slip_rear] * x[v_x] * x[yaw_rate] / pace2;
 
-  Push<T> all{.side = T(0.0), .moment = T(0.0), .drive = car.mass * accel_x};
+  Push<T> all{
+      .side = static_cast<T>(0.0), .moment = static_cast<T>(0.0), .drive = car.mass * accel_x};
   for (const double part : {0.5, -0.5}) {
-    const T y = T(part * car.track);
+    const T y = static_cast<T>(part * car.track);
     const T shift = (-along - 2.0 * part * across) / load_front;
     const T force = tyre_force(car.stiffness_front, car.bend_front, load_front, shift,
-                               T(x[slip_front] + y * more_front), T(0.0));
+                               static_cast<T>(x[slip_front] + y * more_front), static_cast<T>(0.0));
     const T drag = rolling * load_front * (1.0 + shift) + spun;
     const T sy = s + c * y * turned, cy = c - s * y * turned;
     const T to_the_left = force * cy - drag * sy;
@@ -101,10 +102,11 @@ template <class T>
   }
   all.drive += 2.0 * rolling * (load_rear + along);
   for (const double part : {0.5, -0.5}) {
-    const T y = T(part * car.track);
+    const T y = static_cast<T>(part * car.track);
     const T shift = (along - 2.0 * part * across) / load_rear;
-    const T force = tyre_force(car.stiffness_rear, car.bend_rear, load_rear, shift,
-                               T(x[slip_rear] + y * more_rear), T(0.5 * all.drive));
+    const T force =
+        tyre_force(car.stiffness_rear, car.bend_rear, load_rear, shift,
+                   static_cast<T>(x[slip_rear] + y * more_rear), static_cast<T>(0.5 * all.drive));
     all.side += force;
     all.moment += y * rolling * load_rear * (1.0 + shift) - car.rear_axle * force;
   }

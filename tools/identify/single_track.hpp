@@ -115,7 +115,7 @@ template <template <class> class AnyCar, class T>
   d[v_x] = v_x_rate;
   d[v_y] = all.side / car.mass - x[v_x] * x[yaw_rate];
   d[yaw_rate] = all.moment / car.inertia;
-  d[steer] = T(0.0);
+  d[steer] = static_cast<T>(0.0);
   d[slip_front] = (x[v_x] * s - side * c - rolling_front * x[slip_front]) / car.relaxation;
   d[slip_rear] =
       (car.rear_axle * x[yaw_rate] - x[v_y] - rolling_rear * x[slip_rear]) / car.relaxation;
@@ -127,10 +127,10 @@ template <template <class> class AnyCar, class T>
 [[nodiscard]] State<T> step(const AnyCar<T>& car, const State<T>& x, const T& command,
                             const T& accel_begin, const T& accel_end, double dt) {
   using std::exp;
-  const T half_decay = exp(T(-0.5 * dt) / car.lag);
+  const T half_decay = exp(static_cast<T>(-0.5 * dt) / car.lag);
   const T steer_half = command + (x[steer] - command) * half_decay;
   const T steer_end = command + (steer_half - command) * half_decay;
-  const T accel_half = T(0.5) * (accel_begin + accel_end);
+  const T accel_half = static_cast<T>(0.5) * (accel_begin + accel_end);
   const auto moved = [&x](const State<T>& k, double h, const T& steering) {
     State<T> result;
     for (std::size_t i = 0; i < states; ++i) result[i] = x[i] + h * k[i];
