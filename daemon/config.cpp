@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "daemon/config_sections.hpp"
+#include "estimator/admission.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -136,6 +137,7 @@ void read_initial(TableReader table, Config& config) {
   table.read("pose", pose, any_number);
   table.finish();
   config.initial_pose = estimator::Pose2{pose[0], pose[1], pose[2]};
+  if (!estimator::is_possible(*config.initial_pose)) table.fail("pose", std::string(pose_too_far));
 }
 
 }  // namespace

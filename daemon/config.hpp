@@ -120,6 +120,10 @@ struct Config {
 /// The first of the sources that is named more than once: its frames would count twice.
 [[nodiscard]] std::optional<std::string> named_twice(std::vector<std::string> sources);
 
+/// What is said of a pose that is not estimator::is_possible().
+inline constexpr std::string_view pose_too_far =
+    "is too far off; x and y are at most 1e8 m, yaw is at most 1e6 rad";
+
 /// "x,y,yaw" in metres and radians, as the command line takes it; throws std::invalid_argument.
 [[nodiscard]] estimator::Pose2 parse_pose(std::string_view text);
 

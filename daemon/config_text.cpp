@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "daemon/config.hpp"
+#include "estimator/admission.hpp"
 
 namespace odomd::daemon {
 
@@ -36,7 +37,10 @@ estimator::Pose2 parse_pose(std::string_view text) {
           "\"{}\" is not a pose; write x,y,yaw in metres and radians, as 1.5,-0.2,3.14", text));
     at = next + (last ? 0 : 1);
   }
-  return {pose[0], pose[1], pose[2]};
+  const estimator::Pose2 result{pose[0], pose[1], pose[2]};
+  if (!estimator::is_possible(result))
+    throw std::invalid_argument(fmt::format("\"{}\" {}", text, pose_too_far));
+  return result;
 }
 
 }  // namespace odomd::daemon

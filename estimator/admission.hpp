@@ -25,10 +25,12 @@ inline constexpr std::array<double, source_count> physical_limit{
 
 /// Farther off [m], a double resolves a step no longer.
 inline constexpr double largest_coordinate = 1e8;
+/// ... and farther round [rad] no turn.
+inline constexpr double largest_yaw = 1e6;
 
 /// Whether a pose to start from is possible: finite, and not that far off.
 [[nodiscard]] inline bool is_possible(const Pose2& pose) noexcept {
-  return std::isfinite(pose.yaw) && std::abs(pose.x) <= largest_coordinate &&
+  return std::abs(pose.yaw) <= largest_yaw && std::abs(pose.x) <= largest_coordinate &&
          std::abs(pose.y) <= largest_coordinate;
 }
 

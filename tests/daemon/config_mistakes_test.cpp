@@ -241,6 +241,9 @@ const Mistake mistakes[] = {
     {"NoPose", also("[initial]\n"), "car.toml:2: [initial] pose: is missing"},
     {"ShortPose", also("[initial]\npose = [0, 0]\n"),
      "car.toml:3: [initial] pose: must be a list of 3 numbers"},
+    {"PoseFarAway", also("[initial]\npose = [0, 0, 1e17]\n"),
+     "car.toml:3: [initial] pose: is too far off; x and y are at most 1e8 m, yaw is at most 1e6 "
+     "rad"},
     {"TextInPose", also("[initial]\npose = [0, 0, \"north\"]\n"),
      "car.toml:3: [initial] pose: is a text; it must be a number"},
     {"PeriodOfZero", also("[realtime]\nperiod = 0\n"),

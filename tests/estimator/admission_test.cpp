@@ -51,6 +51,7 @@ TEST(IsPossible, IsAPoseThatDoublesResolve) {
   }
   EXPECT_FALSE(is_possible(Pose2{1.1e8, 0.0, 0.0}));
   EXPECT_FALSE(is_possible(Pose2{0.0, -1.1e8, 0.0}));
+  EXPECT_FALSE(is_possible(Pose2{0.0, 0.0, 1.1e6}));
 }
 
 TEST(IsUsable, AsksEveryNumberOfACameraPose) {
