@@ -303,8 +303,9 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   }
 }
 
-/// A state that is no state: on from the last that was published, or else from the pose that was
-/// given, as if newly begun.
+/// A state that is no state: on from the last pose that was published, or else from the one that
+/// was given, as if newly begun. What led there was wrong in the velocity first, which may be any
+/// now; the wheels tell it.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
   State fresh;
@@ -315,10 +316,8 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   fresh.last_jump = seen_jump_;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   fresh.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
-  if (last_.initialised) {
-    fresh.mean.segment<3>(at::v_x) << last_.v_x, last_.v_y, last_.yaw_rate;
-  }
   fresh.covariance.diagonal() = initial_sigma_.array().square();
+  fresh.covariance(at::v_x, at::v_x) += last_.v_x * last_.v_x;
   now_ = fresh;
   kept_count_ = 0;
   keep();

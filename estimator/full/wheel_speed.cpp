@@ -9,6 +9,8 @@ namespace {
 // nothing.
 constexpr double largest_steering = 0.6;
 constexpr double slowest_steered = 0.3;
+// No tyre makes more [m/s²]: an accelerometer that reads more is broken, and says nothing of slip.
+constexpr double strongest_grip = 12.0;
 
 /// δ: as measured, or as the front axle goes, atan((v_y + l_v ψ̇) / v_x).
 double steering_of(const Vehicle& car, const Input& input, const Vector& x) noexcept {
@@ -62,7 +64,8 @@ Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise, c
   const double drag = place.driven ? model.car.rear_axle / model.car.wheelbase() * x[at::v_x] *
                                          yaw_rate * std::sin(steering)
                                    : 0.0;
-  const double slip = (place.driven ? noise.driven_slip : noise.free_slip) * (felt + drag);
+  const double slip = (place.driven ? noise.driven_slip : noise.free_slip) *
+                      std::clamp(felt + drag, -strongest_grip, strongest_grip);
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
 

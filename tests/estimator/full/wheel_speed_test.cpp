@@ -150,5 +150,17 @@ TEST(FullWheelSpeed, SlipsWithTheAccelerationMoreWhereItDrives) {
   EXPECT_GT(variance(Source::wheel_rear_left, 3.0), variance(Source::wheel_front_left, 3.0));
 }
 
+TEST(FullWheelSpeed, NoAccelerometerMakesWheelsWorthless) {
+  const CarModel model;
+  State state;
+  state.mean[at::v_x] = 2.0;
+  for (const double broken : {-157.0, 50.0, 157.0}) {
+    const Input input{.accel_x = broken, .has_accel_x = true};
+    const Prediction z =
+        predict_wheel_speed(model, {}, input, state, Source::wheel_rear, sigma, true);
+    EXPECT_LT(std::sqrt(z.variance), 0.5);
+  }
+}
+
 }  // namespace
 }  // namespace odomd::estimator::full::wheel_speed_test
