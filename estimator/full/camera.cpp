@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/full/plausibility.hpp"
 #include "estimator/full/prediction.hpp"
+#include "estimator/full/standstill.hpp"
 #include "estimator/pose.hpp"
 #include "estimator/symmetric3.hpp"
 #include "estimator/time.hpp"
@@ -17,19 +19,23 @@ constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 constexpr double agreeing_share = 0.25;     // of the way
 constexpr double agreeing_distance = 0.05;  // [m], and four sigmas of the poses
 constexpr double agreeing_yaw = 0.1;        // [rad], likewise
-// A car may have gone from one pose to the next: by the filter's way and half again, and this.
-constexpr double possible_share = 1.5;
-constexpr double possible_speed = 1.0;     // [m/s]
-constexpr double possible_yaw_rate = 2.0;  // [rad/s]
+// A car changes its velocity no faster from one pose to the next ...
+constexpr double possible_accel = 15.0;      // [m/s²]
+constexpr double possible_yaw_accel = 60.0;  // [rad/s²]
 // ... and has gone somewhere by then.
 constexpr double driven_distance = 0.1;  // [m]
 constexpr double driven_yaw = 0.2;       // [rad]
 constexpr double longest_pause_s = 0.5;  // between two poses of one run
 
 // How well the velocity is known after the pose turned out to be wrong.
-constexpr double doubted_speed = 0.1;  // [m/s]
-// For so long the wheels are: what is known best to err is a wheel that slips [s].
-constexpr double wheels_doubted_s = 1.0;
+constexpr double doubted_speed = 0.1;         // [m/s]
+constexpr double doubted_bias = 0.03;         // [rad/s], of the gyro
+constexpr double largest_doubted_bias = 0.1;  // [rad/s]
+constexpr double shortest_run_s = 0.1;
+constexpr double significant = 3.0;  // sigmas
+// By how much the motion now may differ from that between two poses.
+constexpr double changed_speed = 0.2;     // [m/s]
+constexpr double changed_yaw_rate = 0.5;  // [rad/s]
 
 /// What no tyre and no sensor is off by, and where the model would lose its sense.
 void keep_scales_possible(State& state) noexcept {
@@ -38,59 +44,124 @@ void keep_scales_possible(State& state) noexcept {
   state.mean[at::wheel_scale] = std::clamp(state.mean[at::wheel_scale], -0.5, 0.5);
 }
 
-bool agree(const CameraContender& before, const Pose2& seen, const Pose2& believed,
+/// By how much the way that was seen from one to the other differs from the filter's, told along
+/// the car: a heading that is wrong turns the filter's way, and makes it no other.
+Pose2 apart(const Sighting& before, const Sighting& now) noexcept {
+  const double heading = before.seen.yaw - before.believed.yaw;
+  const double c = std::cos(heading);
+  const double s = std::sin(heading);
+  const double x = now.seen.x - before.seen.x;
+  const double y = now.seen.y - before.seen.y;
+  return {c * x + s * y - (now.believed.x - before.believed.x),
+          c * y - s * x - (now.believed.y - before.believed.y),
+          wrap_angle((now.seen.yaw - before.seen.yaw) - (now.believed.yaw - before.believed.yaw))};
+}
+
+bool agree(const Sighting& before, const Sighting& now,
            const std::array<double, 3>& sigma) noexcept {
-  const double dx = (seen.x - before.seen.x) - (believed.x - before.believed.x);
-  const double dy = (seen.y - before.seen.y) - (believed.y - before.believed.y);
-  const double way = std::hypot(believed.x - before.believed.x, believed.y - before.believed.y);
-  const double turn =
-      wrap_angle((seen.yaw - before.seen.yaw) - (believed.yaw - before.believed.yaw));
-  // Where the heading is wrong, the ways differ in direction though not in length.
-  const double heading = std::abs(wrap_angle(seen.yaw - believed.yaw));
+  const auto [dx, dy, turn] = apart(before, now);
+  const double way =
+      std::hypot(now.believed.x - before.believed.x, now.believed.y - before.believed.y);
   const double noise = 4.0 * std::sqrt(2.0);
-  return std::hypot(dx, dy) <= (agreeing_share + heading) * way + agreeing_distance +
-                                   noise * std::hypot(sigma[0], sigma[1]) &&
+  return std::hypot(dx, dy) <=
+             agreeing_share * way + agreeing_distance + noise * std::hypot(sigma[0], sigma[1]) &&
          std::abs(turn) <= agreeing_yaw + noise * sigma[2];
 }
 
-/// Whether a car could have gone from one pose to the next, be the filter's velocity what it may.
-bool possible(const CameraContender& before, const Pose2& seen, const Pose2& believed, double dt,
+/// Whether a car could have gone on to `now` as it has come, be the filter's velocity what it may.
+bool possible(const CameraContender& run, const Sighting& now,
               const std::array<double, 3>& sigma) noexcept {
-  const double way = std::hypot(seen.x - before.seen.x, seen.y - before.seen.y);
-  const double expected =
-      std::hypot(believed.x - before.believed.x, believed.y - before.believed.y);
-  const double turn = wrap_angle(seen.yaw - before.seen.yaw);
-  const double expected_turn = believed.yaw - before.believed.yaw;
-  const double noise = 4.0 * std::sqrt(2.0);
-  return way <= possible_share * expected + possible_speed * dt +
-                    noise * std::hypot(sigma[0], sigma[1]) &&
-         std::abs(turn) <=
-             possible_share * std::abs(expected_turn) + possible_yaw_rate * dt + noise * sigma[2];
+  if (run.steady < 2) {
+    return true;
+  }
+  const double before_s = seconds_between(run.before_last.capture_ns, run.last.capture_ns);
+  const double now_s = seconds_between(run.last.capture_ns, now.capture_ns);
+  const double share = now_s / before_s;
+  const Pose2& a = run.before_last.seen;
+  const Pose2& b = run.last.seen;
+  const Pose2& c = now.seen;
+  const double dx = (c.x - b.x) - share * (b.x - a.x);
+  const double dy = (c.y - b.y) - share * (b.y - a.y);
+  const double turn = (c.yaw - b.yaw) - share * (b.yaw - a.yaw);
+  const double changing_s2 = 0.5 * now_s * (before_s + now_s);
+  const double noise = 4.0 * std::sqrt(2.0 * (1.0 + share + share * share));
+  return std::hypot(dx, dy) <=
+             possible_accel * changing_s2 + noise * std::hypot(sigma[0], sigma[1]) &&
+         std::abs(wrap_angle(turn)) <= possible_yaw_accel * changing_s2 + noise * sigma[2];
 }
 
 /// A long run of poses that a car could have come through, and has: a picture that stands still is
 /// no car that slips.
 bool seen_driving(const CameraContender& run) noexcept {
+  const Pose2& from = run.first_steady.seen;
+  const Pose2& to = run.last.seen;
   return run.steady >= steady_rejections &&
-         (std::hypot(run.seen.x - run.first.x, run.seen.y - run.first.y) > driven_distance ||
-          std::abs(wrap_angle(run.seen.yaw - run.first.yaw)) > driven_yaw);
+         (std::hypot(to.x - from.x, to.y - from.y) > driven_distance ||
+          std::abs(wrap_angle(to.yaw - from.yaw)) > driven_yaw);
+}
+
+/// A pose that was wrong came of a motion that was: by as much as the run's own motion is not the
+/// filter's.
+void doubt_motion(State& state, const CameraContender& run,
+                  const std::array<double, 3>& sigma) noexcept {
+  const auto squared = [](double value) { return value * value; };
+  const auto [dx, dy, turn] = apart(run.first_steady, run.last);
+  const double run_s =
+      std::max(seconds_between(run.first_steady.capture_ns, run.last.capture_ns), shortest_run_s);
+  const double noise = 2.0 * squared(significant);
+  const double way = std::max(squared(dx) + squared(dy) - noise * squared(sigma[0]), 0.0);
+  const double turned = std::max(squared(turn) - noise * squared(sigma[2]), 0.0);
+  const double yaw_rate = turned / squared(run_s);
+  const double speed = squared(doubted_speed) + way / squared(run_s);
+  state.covariance(at::v_x, at::v_x) += speed;
+  state.covariance(at::v_y, at::v_y) += speed;
+  state.covariance(at::yaw_rate, at::yaw_rate) += yaw_rate;
+  state.covariance(at::gyro_bias, at::gyro_bias) +=
+      std::min(squared(doubted_bias) + yaw_rate, squared(largest_doubted_bias));
+}
+
+/// The motion is what two poses show, and no force that the filter has made up explains it.
+/// Returns the speed.
+double take_motion(const CarModel& model, State& state, const Sighting& before, const Sighting& now,
+                   const std::array<double, 3>& sigma) noexcept {
+  const auto take = [&state](at::Index index, double seen, double deviation) {
+    Prediction z;
+    z.value = state.mean[index];
+    z.variance = deviation * deviation;
+    z.depends_on(index, 1.0);
+    const Innovation nu = innovation(state, z, seen);
+    correct(state, nu, optimal_gain(nu));
+  };
+  state.mean[at::front_force] = state.mean[at::yaw_moment] = 0.0;
+  forget(state, at::front_force, model.noise.front_force);
+  forget(state, at::yaw_moment, model.noise.yaw_moment);
+
+  const double step_s = seconds_between(before.capture_ns, now.capture_ns);
+  const double yaw = 0.5 * (before.seen.yaw + now.seen.yaw);
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
+  const double v_x = ((now.seen.x - before.seen.x) * c + (now.seen.y - before.seen.y) * s) / step_s;
+  const double v_y = ((now.seen.y - before.seen.y) * c - (now.seen.x - before.seen.x) * s) / step_s;
+  const double yaw_rate = (now.seen.yaw - before.seen.yaw) / step_s;
+  const double noise = std::sqrt(2.0) / step_s;
+  take(at::v_x, v_x, std::hypot(changed_speed, noise * sigma[0]));
+  take(at::v_y, v_y, std::hypot(changed_speed, noise * sigma[1]));
+  take(at::yaw_rate, yaw_rate, std::hypot(changed_yaw_rate, noise * sigma[2]));
+  return v_x;
 }
 
 /// The pose becomes `seen`, its covariance that of the camera, and nothing else is related to it.
 void move_to(State& state, const Pose2& seen, const std::array<double, 3>& sigma) noexcept {
-  state.mean[at::x] = seen.x;
-  state.mean[at::y] = seen.y;
-  state.mean[at::yaw] = seen.yaw;
-  state.covariance.topRows<3>().setZero();
-  state.covariance.leftCols<3>().setZero();
+  state.mean.head<3>() << seen.x, seen.y, seen.yaw;
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
-    state.covariance(pose_states[i], pose_states[i]) = sigma[i] * sigma[i];
+    forget(state, pose_states[i], sigma[i]);
   }
 }
 
 }  // namespace
 
-Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample) noexcept {
+Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
+                      const Sample& sample) noexcept {
   Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
   const auto& [z_x, z_y, z_yaw] = sample.value;
   const auto fused = [&] {
@@ -140,28 +211,44 @@ Judgement take_camera(const CameraGate& gate, State& state, const Sample& sample
     return judgement;
   }
 
-  const CameraContender& before = state.contender;
-  const double dt = seconds_between(before.capture_ns, sample.time_ns);
+  const CameraContender before = state.contender;
+  const Sighting now{sample.time_ns, seen, believed};
+  const double dt = seconds_between(before.last.capture_ns, sample.time_ns);
   const bool goes_on = before.steady > 0 && dt <= longest_pause_s;
-  const bool steady = goes_on && possible(before, seen, believed, dt, sample.sigma);
-  const bool agrees = goes_on && agree(before, seen, believed, sample.sigma);
+  if (goes_on && !state.rest.standing && seen.x == before.last.seen.x &&
+      seen.y == before.last.seen.y) {
+    // To the bit, of a car that drives: a tracker that repeats what it saw last.
+    judgement.verdict = Verdict::gated;
+    return judgement;
+  }
+  const bool steady = goes_on && possible(before, now, sample.sigma);
+  const bool agrees = goes_on && agree(before.last, now, sample.sigma) &&
+                      agree(before.first_agreeing, now, sample.sigma);
   state.contender = {.agreeing = agrees ? before.agreeing + 1 : 1,
                      .steady = steady ? before.steady + 1 : 1,
-                     .first = steady ? before.first : seen,
-                     .capture_ns = sample.time_ns,
-                     .seen = seen,
-                     .believed = believed};
-  if (state.contender.agreeing < agreeing_rejections && !seen_driving(state.contender)) {
+                     .first_agreeing = agrees ? before.first_agreeing : now,
+                     .first_steady = steady ? before.first_steady : now,
+                     .before_last = before.last,
+                     .last = now};
+  const bool goes_as_believed = state.contender.agreeing >= agreeing_rejections;
+  if (!goes_as_believed && !seen_driving(state.contender)) {
     judgement.verdict = Verdict::gated;
     return judgement;
   }
   // Believed against the test: it does not count among those that the filter expects.
   judgement.degrees = 0;
   move_to(state, seen, sample.sigma);
-  state.covariance(at::v_x, at::v_x) += doubted_speed * doubted_speed;
-  state.covariance(at::v_y, at::v_y) += doubted_speed * doubted_speed;
-  state.wheels_doubted_until_ns =
-      ns_after(sample.time_ns, std::llround(wheels_doubted_s * ns_per_second));
+  doubt_motion(state, state.contender, sample.sigma);
+  if (!goes_as_believed) {
+    const double speed = take_motion(model, state, before.last, now, sample.sigma);
+    if (wheels_deny(state, sample.time_ns, speed)) {
+      state.wheels_doubted_until_ns =
+          ns_after(sample.time_ns, std::llround(wheels_doubted_s * ns_per_second));
+    }
+  }
+  if (state.rest.standing) {
+    set_off(model, state, std::sqrt(state.covariance(at::v_x, at::v_x)));
+  }
   ++state.resets;
   state.last_jump = {seen.x - believed.x, seen.y - believed.y, seen.yaw - believed.yaw};
   fused();

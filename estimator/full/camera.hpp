@@ -12,7 +12,11 @@ namespace odomd::estimator::full {
 inline constexpr int agreeing_rejections = 6;
 /// So many, too, from one to the next of which a car could have gone, however the filter thinks it
 /// goes: where wheels spin the filter knows nothing better.
-inline constexpr int steady_rejections = 20;
+inline constexpr int steady_rejections = 12;
+
+/// So long the wheels are doubted when the camera has shown the car to go otherwise: what is known
+/// best to err is a wheel that slips [s].
+inline constexpr double wheels_doubted_s = 2.0;
 
 struct CameraGate {
   double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %
@@ -20,10 +24,12 @@ struct CameraGate {
 };
 
 /// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected are held
-/// against each other: where the motion from one to the next is the filter's, six in a row move the
-/// filter's pose to the last of them (`resets`, `last_jump`), and its velocity is doubted a little.
-/// The state is that at the time of the sample.
-[[nodiscard]] Judgement take_camera(const CameraGate& gate, State& state,
+/// against each other: where the motion along them is the filter's, six in a row move the filter's
+/// pose to the last of them (`resets`, `last_jump`); twelve where it is a car's. Velocity and gyro
+/// bias are doubted a little, and where the motion was not the filter's, it is the poses'. A
+/// picture that stands still while the car drives is no such run. The state is that at the time of
+/// the sample.
+[[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                                     const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

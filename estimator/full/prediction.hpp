@@ -68,6 +68,13 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
   state.mean += gain * nu.value;
 }
 
+/// What is known of one of the states becomes `sigma`, and nothing else is related to it.
+inline void forget(State& state, at::Index index, double sigma) noexcept {
+  state.covariance.row(index).setZero();
+  state.covariance.col(index).setZero();
+  state.covariance(index, index) = sigma * sigma;
+}
+
 /// K = P Hᵀ / S: for what teaches everything.
 [[nodiscard]] inline Vector optimal_gain(const Innovation& nu) noexcept {
   return nu.covariance_with_state / nu.variance;

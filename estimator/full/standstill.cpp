@@ -36,12 +36,6 @@ constexpr double departing_speed = 0.05;     // [m/s]
 constexpr double departing_side = 0.02;      // [m/s]
 constexpr double departing_yaw_rate = 0.05;  // [rad/s]
 
-void set_variance(State& state, at::Index index, double sigma) noexcept {
-  state.covariance.row(index).setZero();
-  state.covariance.col(index).setZero();
-  state.covariance(index, index) = sigma * sigma;
-}
-
 void begin_rest(Rest& rest, std::int64_t time_ns) noexcept {
   rest = {.resting = true, .since_ns = time_ns};
   rest.lowest_gyro = std::numeric_limits<double>::max();
@@ -77,11 +71,11 @@ void stand(State& state) noexcept {
 /// The wheels may have been turning for a while below the slowest speed that they resolve.
 void set_off(const CarModel& model, State& state, double speed) noexcept {
   state.rest = {};
-  set_variance(state, at::v_x, std::max(departing_speed, std::abs(speed)));
-  set_variance(state, at::v_y, departing_side);
-  set_variance(state, at::yaw_rate, departing_yaw_rate);
-  set_variance(state, at::front_force, model.noise.front_force);
-  set_variance(state, at::yaw_moment, model.noise.yaw_moment);
+  forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
+  forget(state, at::v_y, departing_side);
+  forget(state, at::yaw_rate, departing_yaw_rate);
+  forget(state, at::front_force, model.noise.front_force);
+  forget(state, at::yaw_moment, model.noise.yaw_moment);
 }
 
 bool turns(double speed, double sigma) noexcept {

@@ -76,14 +76,21 @@ struct Rejection {
   double speed = 0.0;  ///< v_x when it began [m/s]
 };
 
-/// The last of the camera poses that were rejected, and how many before it say the same.
-struct CameraContender {
-  int agreeing = 0;
-  int steady = 0;  ///< how many a car could have come through
-  Pose2 first;     ///< of those, as the camera saw it
+/// A camera pose, and where the filter was at its time.
+struct Sighting {
   std::int64_t capture_ns = 0;
-  Pose2 seen;      ///< by the camera
-  Pose2 believed;  ///< by the filter, at the same time
+  Pose2 seen;
+  Pose2 believed;
+};
+
+/// The camera poses that were rejected one after the other.
+struct CameraContender {
+  int agreeing = 0;  ///< how many say the same, up to the last
+  int steady = 0;    ///< how many a car could have come through, up to the last
+  Sighting first_agreeing;
+  Sighting first_steady;
+  Sighting before_last;  ///< where two are steady
+  Sighting last;
 };
 
 struct State {

@@ -32,6 +32,7 @@ constexpr double slide_slows = 1.0;  // [m/s²]
 
 // By how much a wheel's speed may be wrong after the camera has shown the filter to be.
 constexpr double doubted_share = 0.5;
+constexpr double shortest_interval_s = 0.001;
 
 void hold(HeldInput& held, const Sample& sample) noexcept {
   const double interval_s =
@@ -201,9 +202,12 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   const bool gyro = gyro_alive(state);
   Prediction z = predict_wheel_speed(context.model, context.wheels, input_of(state), state,
                                      sample.source, sigma, gyro);
-  if (sample.time_ns < state.wheels_doubted_until_ns) {
-    const double doubt = doubted_share * speed;
-    z.variance += doubt * doubt;
+  const bool doubted = sample.time_ns < state.wheels_doubted_until_ns;
+  if (doubted) {
+    // Not anew with every sample: one error for as long as the doubt lasts.
+    const double doubt = doubted_share * std::max(std::abs(speed), std::abs(state.mean[at::v_x]));
+    const double interval_s = state.heard[index_of(sample.source)].interval_s;
+    z.variance += doubt * doubt * wheels_doubted_s / std::max(interval_s, shortest_interval_s);
   }
   const Judgement judgement = judge(context, state, sample, z, {.yaw_rate = !gyro});
 
@@ -213,7 +217,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   // A few wheels that turn or are locked neither begin a rest nor end one.
   const WheelVote vote = wheel_vote(state, sample);
   const bool most_rest = vote.resting > vote.turning;
-  if (most_rest && !turning && judgement.verdict == Verdict::fused) {
+  if (most_rest && !turning && !doubted && judgement.verdict == Verdict::fused) {
     rest_by_wheel(state, sample.time_ns);
   } else if (!most_rest || !turning) {
     state.rest.resting = false;
@@ -322,7 +326,7 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
   switch (sample.source) {
     case Source::camera:
-      return take_camera(context.camera, state, sample);
+      return take_camera(context.model, context.camera, state, sample);
     case Source::steering:
       hold(state.steering, sample);
       return held(sample.source);

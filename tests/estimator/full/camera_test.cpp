@@ -38,11 +38,12 @@ Sample seen(std::int64_t time_ns, const Pose2& pose, double sigma = 0.01) {
 TEST(FullCamera, FirstPoseLocatesWhereItMay) {
   State state;
   state.covariance = testing::some_covariance();
-  const Judgement refused = take_camera({.locates = false}, state, seen(1, {1.0, 2.0, 0.5}));
+  const Judgement refused =
+      take_camera(CarModel{}, {.locates = false}, state, seen(1, {1.0, 2.0, 0.5}));
   EXPECT_EQ(refused.verdict, Verdict::source_off);
   EXPECT_EQ(refused.degrees, 0);
   EXPECT_FALSE(state.located);
-  const Judgement first = take_camera({}, state, seen(1, {1.0, 2.0, 0.5}, 0.02));
+  const Judgement first = take_camera(CarModel{}, {}, state, seen(1, {1.0, 2.0, 0.5}, 0.02));
   EXPECT_EQ(first.verdict, Verdict::fused);
   EXPECT_EQ(first.degrees, 0);  // held against nothing
   EXPECT_TRUE(state.located);
@@ -58,7 +59,7 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   const State before = located({1.0, 2.0, 0.3});
   const Pose2 pose{1.05, 1.9, 0.36};
   State state = before;
-  const Judgement judgement = take_camera({}, state, seen(1, pose, 0.02));
+  const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, pose, 0.02));
   const Eigen::Vector3d nu(0.05, -0.1, 0.06);
   const Eigen::Matrix3d S =
       before.covariance.topLeftCorner<3, 3>() + 4e-4 * Eigen::Matrix3d::Identity();
@@ -73,10 +74,10 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   // The gate lies where it is said to lie.
   const double just = judgement.squared_ratio;
   State inside = before;
-  EXPECT_EQ(take_camera({.gate = just * 1.001}, inside, seen(1, pose, 0.02)).verdict,
+  EXPECT_EQ(take_camera(CarModel{}, {.gate = just * 1.001}, inside, seen(1, pose, 0.02)).verdict,
             Verdict::fused);
   State outside = before;
-  EXPECT_EQ(take_camera({.gate = just * 0.999}, outside, seen(1, pose, 0.02)).verdict,
+  EXPECT_EQ(take_camera(CarModel{}, {.gate = just * 0.999}, outside, seen(1, pose, 0.02)).verdict,
             Verdict::gated);
   EXPECT_EQ(outside.mean, before.mean);
   EXPECT_EQ(outside.covariance, before.covariance);
@@ -85,7 +86,7 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
 TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
   const State before = located({1.0, 2.0, 0.3});
   State state = before;
-  ASSERT_EQ(take_camera({.gate = 1e9}, state, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
+  ASSERT_EQ(take_camera(CarModel{}, {.gate = 1e9}, state, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
             Verdict::fused);
   // All three at once, by the textbook.
   const Eigen::Matrix<double, at::size, 3> PHt = before.covariance.leftCols<3>();
@@ -102,7 +103,7 @@ TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
   for (const double turns : {-7.0, 0.0, 12.0}) {
     const double yaw = 3.1 + turns * 2.0 * std::numbers::pi;
     State state = located({0.0, 0.0, yaw});
-    const Judgement judgement = take_camera({}, state, seen(1, {0.0, 0.0, yaw + 0.06}));
+    const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, {0.0, 0.0, yaw + 0.06}));
     EXPECT_EQ(judgement.verdict, Verdict::fused);
     EXPECT_NEAR(judgement.innovation[2], 0.06, 1e-12);
     EXPECT_NEAR(state.mean[at::yaw], yaw, 0.1);
@@ -124,7 +125,7 @@ struct Disagreement {
     state.mean[at::y] += way * std::sin(state.mean[at::yaw]);
     const double gone = way * number;
     return take_camera(
-        {}, state,
+        CarModel{}, {}, state,
         seen(time_ns, {truth.x + gone * std::cos(heading) + noise.x,
                        truth.y + gone * std::sin(heading) + noise.y, truth.yaw + noise.yaw}));
   }
