@@ -104,34 +104,47 @@ std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcep
   return since_ns;
 }
 
+std::int64_t last_wheel_ns(const State& state) noexcept {
+  const auto* const first = state.fused_ns.begin() + index_of(Source::wheel_front_left);
+  return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
+}
+
 WheelVote wheel_vote(const State& state, const Sample& sample) noexcept {
   WheelVote vote;
-  const auto count = [&](double speed) {
+  const auto count = [&](std::size_t source, double speed) {
+    const bool free = source <= index_of(Source::wheel_front_right);
     if (!turns(speed, sample.sigma[0])) {
       ++vote.resting;
+      vote.free_resting |= free;
       return;
     }
     if (vote.turning == 0 || std::abs(speed) < std::abs(vote.slowest)) {
       vote.slowest = speed;
     }
     ++vote.turning;
+    vote.free_turning |= free;
   };
-  count(sample.value[0]);
-  for_the_other_wheels(state, sample, [&](std::size_t i) { count(state.heard[i].value); });
+  count(index_of(sample.source), sample.value[0]);
+  for_the_other_wheels(state, sample, [&](std::size_t i) { count(i, state.heard[i].value); });
   return vote;
 }
 
 bool outvotes_the_fused(const State& state, const Sample& sample) noexcept {
   int against = 1;
   int fused = 0;
+  bool fused_rest = true;
   for_the_other_wheels(state, sample, [&](std::size_t i) {
     if (state.rejected[i].count == 0) {
       ++fused;
+      fused_rest = fused_rest && !turns(state.heard[i].value, sample.sigma[0]);
     } else if (agree(state.heard[i], sample)) {
       ++against;
     }
   });
-  return against > fused;
+  const Rejection& rejection = state.rejected[index_of(sample.source)];
+  return against > fused ||
+         (against == fused && fused_rest && turns(sample.value[0], sample.sigma[0]) &&
+          seconds_between(rejection.since_ns, sample.time_ns) >= dead_after_s);
 }
 
 bool wheels_deny(const State& state, std::int64_t time_ns, double speed) noexcept {

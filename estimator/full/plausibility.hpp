@@ -30,12 +30,20 @@ inline constexpr double soon_s = 0.05;
 struct WheelVote {
   int turning = 0;
   int resting = 0;
+  bool free_turning = false;  ///< one that is not driven is among them
+  bool free_resting = false;
   double slowest = 0.0;  ///< of those that turn [m/s]
 };
 [[nodiscard]] WheelVote wheel_vote(const State& state, const Sample& sample) noexcept;
 
+/// When the newest sample of a wheel was fused; 0: never.
+[[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;
+
+/// A wheel that rests for so long beside one that turns is dead [s].
+inline constexpr double dead_after_s = 0.5;
+
 /// Whether the wheels that are rejected and say what this one says are more than those that are
-/// fused.
+/// fused; or as many, which have turned for long enough beside others that all rest.
 [[nodiscard]] bool outvotes_the_fused(const State& state, const Sample& sample) noexcept;
 
 /// Whether more of the wheels that were lately heard contradict a car's speed than agree with it.

@@ -43,7 +43,7 @@ void begin_rest(Rest& rest, std::int64_t time_ns) noexcept {
 }
 
 /// v = 0, measured: what is correlated with the velocity learns from it.
-void stand(State& state) noexcept {
+void stand(State& state, std::int64_t time_ns) noexcept {
   Rest& rest = state.rest;
   rest.standing = true;
   if (rest.lowest_gyro <= rest.highest_gyro) {
@@ -53,6 +53,9 @@ void stand(State& state) noexcept {
     double& variance = state.covariance(at::gyro_bias, at::gyro_bias);
     if (surprise * surprise > surprising_ratio * variance) {
       variance += surprise * surprise;
+      // Until now it was taken for a turn.
+      const double turned = surprise * seconds_between(rest.since_ns, time_ns);
+      state.covariance(at::yaw, at::yaw) += turned * turned;
     }
   }
   for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate}) {
@@ -69,8 +72,11 @@ void stand(State& state) noexcept {
 }  // namespace
 
 /// The wheels may have been turning for a while below the slowest speed that they resolve.
-void set_off(const CarModel& model, State& state, double speed) noexcept {
+void set_off(const CarModel& model, State& state, double speed, double unheard_s) noexcept {
   state.rest = {};
+  const double way = 0.5 * speed * unheard_s;
+  state.covariance(at::x, at::x) += way * way;
+  state.covariance(at::y, at::y) += way * way;
   forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
   forget(state, at::v_y, departing_side);
   forget(state, at::yaw_rate, departing_yaw_rate);
@@ -88,7 +94,7 @@ void rest_by_wheel(State& state, std::int64_t time_ns) noexcept {
     begin_rest(rest, time_ns);
   } else if (!rest.standing && seconds_between(rest.since_ns, time_ns) >=
                                    (rest.turned ? bias_trusted_s : standing_after_s)) {
-    stand(state);
+    stand(state, time_ns);
   }
 }
 
@@ -127,7 +133,7 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
     return;
   }
   if (rest.standing) {
-    set_off(model, state, 0.0);
+    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
   }
   begin_rest(rest, time_ns);
 }

@@ -7,8 +7,11 @@
 
 namespace odomd::estimator::full {
 
-/// Ends a standstill, at the speed that a wheel tells.
-void set_off(const CarModel& model, State& state, double speed) noexcept;
+/// So much a car that has set off unseen may have gained [m/s²].
+inline constexpr double brisk_accel = 3.0;
+
+/// Ends a standstill: the car goes at most at this speed, and has so for at most `unheard_s`.
+void set_off(const CarModel& model, State& state, double speed, double unheard_s = 0.0) noexcept;
 
 /// So long no wheel turns before the car is taken to stand [s].
 inline constexpr double standing_after_s = 0.3;

@@ -30,6 +30,9 @@ constexpr double wheels_needed_s = 2.5;
 // A car that slides on locked wheels slows down at least so much, and its accelerometer feels it.
 constexpr double slide_slows = 1.0;  // [m/s²]
 
+// No car that goes faster [m/s] turns round before it has been heard again that it does.
+constexpr double fastest_turn_round = 0.5;
+
 // By how much a wheel's speed may be wrong after the camera has shown the filter to be.
 constexpr double doubted_share = 0.5;
 constexpr double shortest_interval_s = 0.001;
@@ -60,8 +63,7 @@ std::int64_t last_fused_ns(const State& state, Source source) noexcept {
   if (!is_wheel(source)) {
     return state.fused_ns[index_of(source)];
   }
-  const auto* const first = state.fused_ns.begin() + index_of(Source::wheel_front_left);
-  return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
+  return last_wheel_ns(state);
 }
 
 /// Until when the filter had one of the same kind to go by: wheels that are outvoted by those that
@@ -80,12 +82,13 @@ struct Patience {
 constexpr double yaw_settling_s = 0.05;
 
 /// Of a car that stands nothing moves: there, it is the sensor's bias that has changed.
-Patience patience_with(Source source, bool standing) noexcept {
+Patience patience_with(Source source, const Prediction& prediction, bool standing) noexcept {
   switch (source) {
     case Source::yaw_rate:
       return {0.05, standing ? at::gyro_bias : at::yaw_rate};
     case Source::accel_y:
-      return {0.2, standing ? at::accel_bias_y : at::front_force};
+      // Of a slow car, too, nothing but the bias explains it.
+      return {0.2, prediction.count() == 1 ? at::accel_bias_y : at::front_force};
     case Source::accel_x:
       return {0.2, at::accel_bias_x};
     default:
@@ -123,7 +126,7 @@ Judgement judge(const Context& context, State& state, const Sample& sample,
   if (!(judgement.squared_ratio <= context.signal_gate)) {
     judgement.verdict = Verdict::gated;
     count_rejected(state, sample);
-    const Patience patience = patience_with(sample.source, state.rest.standing);
+    const Patience patience = patience_with(sample.source, prediction, state.rest.standing);
     if (!insists(state, sample, vouched_until_ns(state, sample), patience.seconds)) {
       return judgement;
     }
@@ -169,13 +172,18 @@ void begin_motion(State& state, const Sample& sample) noexcept {
 }
 
 /// Whether a car that stands sets off with a wheel that turns: most wheels do, two of them or one
-/// that has said so before, where the next is not long in coming.
-bool sets_off(const State& state, const Sample& sample, const WheelVote& vote) noexcept {
+/// that has said so before, where the next is not long in coming; or half of them for so long that
+/// the others must be dead. Driven wheels that spin while the others rest move no car.
+bool sets_off(State& state, const Sample& sample, const WheelVote& vote) noexcept {
   const Reading& before = state.heard[index_of(sample.source)];
-  return vote.turning > vote.resting &&
-         (vote.turning > 1 || (vouchers(state, sample) > 0 &&
-                               (turns(before.value, sample.sigma[0]) ||
-                                seconds_between(before.time_ns, sample.time_ns) > soon_s)));
+  if (vote.turning > vote.resting) {
+    return vote.turning > 1 || (vouchers(state, sample) > 0 &&
+                                (turns(before.value, sample.sigma[0]) ||
+                                 seconds_between(before.time_ns, sample.time_ns) > soon_s));
+  }
+  count_rejected(state, sample);
+  return vote.turning == vote.resting && (vote.free_turning || !vote.free_resting) &&
+         insists(state, sample, 0, dead_after_s);
 }
 
 Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
@@ -191,13 +199,15 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   if (state.rest.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
+      state.rejected[index_of(sample.source)] = {};
       return held(sample.source);
     }
     const WheelVote vote = wheel_vote(state, sample);
+    const double unheard_s = seconds_between(last_wheel_ns(state), sample.time_ns);
     if (!sets_off(state, sample, vote)) {
       return gated(sample.source);
     }
-    set_off(context.model, state, vote.slowest);
+    set_off(context.model, state, vote.slowest, unheard_s);
   }
   const bool gyro = gyro_alive(state);
   Prediction z = predict_wheel_speed(context.model, context.wheels, input_of(state), state,
@@ -240,6 +250,28 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   z.variance = sample.sigma[0] * sample.sigma[0];
   z.depends_on(at::accel_bias_x, 1.0);
   return judge(context, state, sample, z, {});
+}
+
+/// What tells which way the car goes, for wheels that do not: until now they may have had the wrong
+/// sign. Where it says that it does not know, the last that did counts.
+Judgement take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
+  const Reading before = state.heard[index_of(Source::direction)];
+  note_heard(state, sample);
+  const double way = sample.value[0];
+  if (way == 0.0) {
+    return held(sample.source);
+  }
+  const double v_x = state.mean[at::v_x];
+  const bool turned_round = way * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
+  if (turned_round && state.moving && !state.rest.standing && way * v_x < 0.0) {
+    if (std::abs(v_x) > fastest_turn_round && way * before.value <= 0.0) {
+      return gated(sample.source);  // one telegram alone turns no car round
+    }
+    state.mean.segment<5>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0;
+    set_off(model, state, 2.0 * v_x);
+  }
+  hold(state.direction, sample);
+  return held(sample.source);
 }
 
 /// How the car moves is not known yet, so nothing is learnt of it; but it begins with the turn that
@@ -305,9 +337,11 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     state.time_ns = time_ns;
     return;
   }
-  if (state.rest.standing &&
-      seconds_between(last_fused_ns(state, Source::motor), time_ns) > wheels_needed_s) {
-    set_off(context.model, state, 0.0);
+  if (state.rest.standing) {
+    const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
+    if (unheard_s > wheels_needed_s) {
+      set_off(context.model, state, brisk_accel * unheard_s);
+    }
   }
   if (state.rest.standing) {
     propagate_standing(context.model, left, state.covariance);
@@ -331,13 +365,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
       hold(state.steering, sample);
       return held(sample.source);
     case Source::direction:
-      if (state.moving && sample.value[0] * state.direction.value < 0.0) {
-        // Until now the wheels may have had the wrong sign.
-        const double wrong = 2.0 * state.mean[at::v_x];
-        state.covariance(at::v_x, at::v_x) += wrong * wrong;
-      }
-      hold(state.direction, sample);
-      return held(sample.source);
+      return take_direction(context.model, state, sample);
     case Source::count:
       return {.source = sample.source, .verdict = Verdict::source_off, .degrees = 0};
     default:

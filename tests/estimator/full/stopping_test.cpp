@@ -11,6 +11,8 @@ namespace odomd::estimator::full::stopping_test {
 namespace {
 
 using testing::Car;
+using testing::millisecond;
+using testing::period_ns;
 using testing::Says;
 using testing::straight_at;
 using testing::with;
@@ -218,6 +220,68 @@ TEST(Stopping, ReversesThroughStandstill) {
   EXPECT_NEAR(car.state.mean[at::v_x], -0.5, 0.02);
   EXPECT_NEAR(car.state.mean[at::x] - turn_around, -0.5, 0.05);
   EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.01);
+}
+
+Says of_two_wheels(double left, double right) {
+  Says says =
+      with(with(straight_at(0.0), Source::wheel_rear_left, left), Source::wheel_rear_right, right);
+  return without(without(says, Source::wheel_front_left), Source::wheel_front_right);
+}
+
+TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
+  Car car;
+  car.drive(3.0, of_two_wheels(0.0, 0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  car.drive(2.0, of_two_wheels(1.0, 0.0));
+  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
+  EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.1);
+}
+
+TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
+  Car car;
+  car.drive(3.0, of_two_wheels(0.0, 0.0));
+  car.drive(0.5, with(of_two_wheels(1.0, 0.0), Source::yaw_rate, 1.0));
+  ASSERT_FALSE(car.state.rest.standing);
+  car.drive(2.0, with(of_two_wheels(1.0, 0.0), Source::yaw_rate, 1.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.08, 0.05);
+}
+
+TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  const double x = car.state.mean[at::x];
+  car.drive(3.0, with(with(straight_at(0.0), Source::wheel_rear_left, 3.0),
+                      Source::wheel_rear_right, 3.0));
+  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
+}
+
+TEST(Stopping, ACarThatSetsOffUnheardIsNotSurelyWhereItStood) {
+  // All sensors pause while it sets off; then the gyro is heard first.
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  const double before = car.state.covariance(at::x, at::x);
+  advance(car.context, car.state, car.state.time_ns + 400 * millisecond);
+  for (int i = 0; i < 3; ++i) {
+    advance(car.context, car.state, car.state.time_ns + period_ns);
+    car.say(Source::yaw_rate, 0.8);
+  }
+  ASSERT_FALSE(car.state.rest.standing);
+  car.drive(0.2, with(straight_at(1.0), Source::yaw_rate, 0.8));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.1);
+  EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.1 * 0.1);
+}
+
+TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
+  Car car;
+  car.drive(5.0, straight_at(0.0));
+  const double yaw = car.state.mean[at::yaw];
+  car.drive(8.0, with(straight_at(0.0), Source::yaw_rate, 0.3));
+  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::gyro_bias], 0.3, 0.01);
+  EXPECT_LT(std::abs(car.state.mean[at::yaw] - yaw),
+            1.5 * std::sqrt(car.state.covariance(at::yaw, at::yaw)));
 }
 
 }  // namespace
