@@ -96,18 +96,22 @@ void check_model(const Config& config, std::vector<std::string>& warnings) {
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
                  std::vector<std::string>& warnings) {
   if (config.model != Model::full) return;
+  // Those of the window, and of a tick on top.
+  const double tick_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
+  const double kept_s = config.window_s + tick_s;
   double samples = 0.0;
   for (const auto& message : messages)
     if (message.cycle_time_ns > 0)
-      samples += static_cast<double>(message.channels.size()) * config.window_s * 1e9 /
+      samples += static_cast<double>(message.channels.size()) * kept_s * 1e9 /
                  static_cast<double>(message.cycle_time_ns);
-  if (samples > static_cast<double>(SampleWindow::capacity))
+  const double longest_s = kept_s * static_cast<double>(SampleWindow::capacity) / samples - tick_s;
+  if (longest_s < config.window_s)
     warnings.push_back(fmt::format(
-        "{}: [filter] window: {:.0f} samples come in {} s by the databases' cycle times, {} are "
-        "kept: the window is shorter than that; map fewer signals, or lower it to {:.2g} s",
+        "{}: [filter] window: {:.0f} samples come in {} s and a tick by the databases' cycle "
+        "times, {} are kept: the window is shorter than that; map fewer signals, or lower it to "
+        "{:.2g} s",
         config.file.string(), samples, config.window_s, SampleWindow::capacity,
-        std::max(shortest_window_s,
-                 config.window_s * static_cast<double>(SampleWindow::capacity) / samples)));
+        std::max(shortest_window_s, std::floor(100.0 * longest_s) / 100.0)));
 }
 
 estimator::FilterSettings filter_settings(const Config& config) {

@@ -133,7 +133,7 @@ TEST_F(DatabasesTest, WarnsWhereMoreSamplesComeThanTheWindowHolds) {
   std::vector<std::string> warnings;
   Config config = load(both + "1.0\n");
   static_cast<void>(load_databases(config, warnings));
-  EXPECT_THAT(warnings, Contains(HasSubstr("2000 samples come in 1 s")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("2010 samples come in 1 s and a tick")));
   warnings.clear();
   config = load(both + "0.5\n");
   static_cast<void>(load_databases(config, warnings));
