@@ -40,7 +40,8 @@ class FullFilter {
   std::optional<Verdict> add(const CameraPose& camera) noexcept;
   Estimate step(std::int64_t tick_ns) noexcept;
 
-  /// Of the samples that the last step took in for the first time. Valid until the next call.
+  /// Of the samples that the last step took in for the first time: what it made of them then; a
+  /// replay with later ones may decide otherwise. Valid until the next call.
   [[nodiscard]] std::span<const Judgement> judgements() const noexcept {
     return {judgements_.data(), judgement_count_};
   }

@@ -32,6 +32,8 @@ constexpr double slide_slows = 1.0;  // [m/s²]
 
 // No car that goes faster [m/s] turns round before it has been heard again that it does.
 constexpr double fastest_turn_round = 0.5;
+// One that goes faster [m/s] in neutral rolls on as it did.
+constexpr double slowest_rolling = 0.1;
 
 // By how much a wheel's speed may be wrong after the camera has shown the filter to be.
 constexpr double doubted_share = 0.5;
@@ -253,15 +255,19 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
 }
 
 /// What tells which way the car goes, for wheels that do not: until now they may have had the wrong
-/// sign. Where it says that it does not know, the last that did counts.
+/// sign. Where it says that it does not know, the last that did counts until the car may have
+/// stood.
 Judgement take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
   const Reading before = state.heard[index_of(Source::direction)];
   note_heard(state, sample);
   const double way = sample.value[0];
+  const double v_x = state.mean[at::v_x];
   if (way == 0.0) {
+    if (state.rest.resting || std::abs(v_x) < slowest_rolling) {
+      hold(state.direction, sample);
+    }
     return held(sample.source);
   }
-  const double v_x = state.mean[at::v_x];
   const bool turned_round = way * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
   if (turned_round && state.moving && !state.rest.standing && way * v_x < 0.0) {
     if (std::abs(v_x) > fastest_turn_round && way * before.value <= 0.0) {

@@ -173,13 +173,17 @@ TEST(Take, AnUnknownOrForwardDirectionLeavesSignsAlone) {
   }
 }
 
-TEST(Take, OfAnUnknownDirectionTheLastCounts) {
+TEST(Take, OfAnUnknownDirectionTheLastCountsUntilTheCarStands) {
   Car car;
   car.say(Source::direction, -1.0);
   car.drive(1.0, straight_at(0.4));
   car.say(Source::direction, 0.0);
   car.drive(0.5, straight_at(0.4));
   EXPECT_NEAR(car.state.mean[at::v_x], -0.4, 0.02);
+  car.drive(1.0, straight_at(0.0));
+  car.say(Source::direction, 0.0);
+  car.drive(1.0, straight_at(0.4));
+  EXPECT_NEAR(car.state.mean[at::v_x], 0.4, 0.02);
 }
 
 TEST(Take, OneStrangeDirectionTurnsNoCarRoundThatDrives) {
