@@ -151,6 +151,17 @@ TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
   EXPECT_GT(addresses, 0U);
 }
 
+TEST_F(Report, KeepsItsColumnsOnAPhone) {
+  const std::string html = scratch_.path("phone.html").string();
+  ASSERT_EQ(
+      run("--drive " + lap() + " --model paper --model kinematic_printed --html " + html).status,
+      0);
+  const std::string page = contents(html);
+  EXPECT_THAT(page, HasSubstr("kinematic_<wbr/>printed</th>"));
+  EXPECT_THAT(page, HasSubstr("th:first-child { position: sticky;"));
+  EXPECT_THAT(page, HasSubstr("<div class=\"scroll short\">"));  // whole on a printed page
+}
+
 TEST_F(Report, IsTheSameEveryTime) {
   const auto page = [](const std::string& name) {
     const auto file = scratch_->path(name);

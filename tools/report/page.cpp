@@ -6,6 +6,7 @@
 #include <array>
 #include <numbers>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "tools/chart/svg.hpp"
@@ -36,6 +37,7 @@ th, td { padding: .35rem .7rem; text-align: right; border-bottom: 1px solid #e6e
 th { font-weight: 600; border-bottom: 2px solid #cbd2d9; }
 td.words, th.words { text-align: left; }
 td.words { min-width: 5.5rem; }
+td:first-child, th:first-child { position: sticky; left: 0; background: #fff; }
 tr.first td { border-top: 2px solid #e6e9ed; }
 .figures { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fill, minmax(min(100%, 26rem), 1fr)); align-items: start; }
 .figures.small { grid-template-columns: repeat(auto-fill, minmax(min(100%, 22rem), 1fr)); }
@@ -52,6 +54,7 @@ pre { background: #fff; border: 1px solid #e0e4e9; border-radius: 8px; padding: 
   body { padding: .6rem .5rem 2rem; font-size: 15px; }
   table { font-size: .8rem; }
   th, td { padding: .3rem .4rem; }
+  td.words:first-child { min-width: 0; }
   figure { padding: .2rem; }
 }
 @media print {
@@ -64,12 +67,25 @@ pre { background: #fff; border: 1px solid #e0e4e9; border-radius: 8px; padding: 
   .figures.small { grid-template-columns: 1fr 1fr 1fr; }
   th, td { padding: .15rem .5rem; }
   .scroll, pre { overflow: visible; }
+  .short { break-inside: avoid; }
+  tr { break-inside: avoid; }
   pre { white-space: pre-wrap; }
   figure { border: none; padding: 0; }
 }
 )css";
 
+// "kinematic_printed" may break behind its underscore.
+std::string breakable(const std::string& name) {
+  std::string words;
+  for (const char letter : name) {
+    words += letter;
+    if (letter == '_') words += "<wbr/>";
+  }
+  return words;
+}
+
 std::string html_of(const Table& table) {
+  constexpr std::size_t rows_of_a_short_one = 24;
   const auto is_words = [&table](std::size_t column) {
     return std::ranges::find(table.flush_left, column) != table.flush_left.end();
   };
@@ -78,13 +94,15 @@ std::string html_of(const Table& table) {
     std::string row = fmt::format("<tr{}>", row_class);
     for (std::size_t i = 0; i < cells.size(); ++i) {
       std::string words = escaped(cells[i]);
+      if (std::string_view{tag} == "th") words = breakable(words);
       if (words.starts_with('-') && words.size() > 1) words.replace(0, 1, "\u2212");
       row += fmt::format("<{0}{1}>{2}</{0}>", tag, is_words(i) ? " class=\"words\"" : "", words);
     }
     return row + "</tr>\n";
   };
-  std::string out = "<div class=\"scroll\"><table>\n<thead>" + row_of(table.header, "th", "") +
-                    "</thead>\n<tbody>\n";
+  std::string out = fmt::format("<div class=\"scroll{}\"><table>\n<thead>{}</thead>\n<tbody>\n",
+                                table.rows.size() <= rows_of_a_short_one ? " short" : "",
+                                row_of(table.header, "th", ""));
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     // A line between two drives.
     const bool begins =
