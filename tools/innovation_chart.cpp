@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "tools/chart/style.hpp"
@@ -35,6 +36,17 @@ std::vector<Dimension> dimensions_of(Source source) {
   }
 }
 
+// [s]: five times the usual spacing, and half a second at least.
+double longest_spacing(std::span<const Judgement> samples) {
+  std::vector<std::int64_t> spacings;
+  for (std::size_t i = 1; i < samples.size(); ++i)
+    spacings.push_back(samples[i].time_ns - samples[i - 1].time_ns);
+  if (spacings.empty()) return 0.0;
+  const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
+  std::ranges::nth_element(spacings, middle);
+  return std::max(5e-9 * static_cast<double>(*middle), 0.5);
+}
+
 chart::Chart chart_of(std::span<const Judgement> samples, std::size_t dimension,
                       const Dimension& words, std::int64_t zero_ns) {
   chart::Chart chart;
@@ -47,11 +59,16 @@ chart::Chart chart_of(std::span<const Judgement> samples, std::size_t dimension,
   chart::Series taken{"", "", chart::colour_of(0), {}, chart::Mark::dots};
   chart::Series gated{"gated", "", chart::refused_colour, {}, chart::Mark::dots};
   chart::Band band{"±3√S", chart::colour_of(0), {}};
+  // What is expected of samples says nothing of a stretch without them.
+  const double gap = longest_spacing(samples);
+  constexpr double nowhere = std::numeric_limits<double>::quiet_NaN();
   for (const Judgement& sample : samples) {
     const double t = static_cast<double>(sample.time_ns - zero_ns) * 1e-9;
     const double nu = sample.innovation[dimension] * words.factor;
     const double reach = 3.0 * std::sqrt(sample.variance[dimension]) * words.factor;
     (sample.verdict == estimator::Verdict::gated ? gated : taken).points.push_back({t, nu});
+    if (!band.points.empty() && t - band.points.back().x > gap)
+      band.points.push_back({0.5 * (t + band.points.back().x), nowhere, nowhere});
     band.points.push_back({t, -reach, reach});
   }
   if (gated.points.empty()) gated.label.clear();

@@ -12,6 +12,7 @@
 #include "tests/tools/drives.hpp"
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/innovation_chart.hpp"
 #include "tools/innovation_file.hpp"
 
 namespace odomd::tools::plot_test {
@@ -162,6 +163,22 @@ TEST_F(Plot, SaysInOneLineWhatIsWrong) {
   const Outcome silent = run("--for 1 --shm " + scratch_.path("none").string() + " --out -");
   EXPECT_EQ(silent.status, 1);
   EXPECT_THAT(silent.err, HasSubstr("no such segment: is odomd running?"));
+}
+
+TEST(InnovationChart, ExpectsNothingWhereThereAreNoSamples) {
+  std::vector<estimator::Judgement> judgements;
+  for (int i = 0; i < 200; ++i)
+    judgements.push_back({.source = estimator::Source::yaw_rate,
+                          .verdict = estimator::Verdict::fused,
+                          .degrees = 1,
+                          .innovation = {0.01},
+                          .time_ns = 10'000'000LL * (i < 100 ? i : i + 500),
+                          .variance = {1e-4}});
+  const auto charts = innovation_charts(judgements, 0);
+  ASSERT_EQ(charts.size(), 1U);
+  const auto& band = charts[0].bands[0].points;
+  EXPECT_EQ(std::ranges::count_if(band, [](const auto& p) { return std::isnan(p.low); }), 1);
+  EXPECT_EQ(band.size(), judgements.size() + 1);
 }
 
 TEST(InnovationFile, ReadsBackWhatWasWritten) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "tools/chart/legend.hpp"
@@ -121,24 +122,32 @@ std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scal
 std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
   const std::vector<Point> points = decimated(series.points, x, columns);
   std::string out;
-  if (series.mark != Mark::dots)
+  if (series.mark == Mark::line || series.mark == Mark::line_and_dots)
     out += svg::line(path_of(points, x, y), series.colour, series.stroke);
   if (series.mark == Mark::dots) out += dots_of(points, x, y, series.colour, 4.5);
-  if (series.mark == Mark::line_and_dots) out += dots_of(points, x, y, series.colour, 12.0);
+  if (series.mark == Mark::discs || series.mark == Mark::line_and_dots)
+    out += dots_of(points, x, y, series.colour, 12.0);
   return out;
 }
 
 std::string draw_band(const Band& band, const Scale& x, const Scale& y) {
-  std::vector<BandPoint> points = decimated(band.points, x, columns);
-  if (points.empty()) return {};
+  const std::vector<BandPoint> points = decimated(band.points, x, columns);
+  const auto is_gap = [](const BandPoint& p) {
+    return !std::isfinite(p.low) || !std::isfinite(p.high);
+  };
   std::string data;
-  for (const auto& p : points) {
-    data += fmt::format("{}{} {}", data.empty() ? 'M' : 'L', px(x(p.x)), px(y(p.high)));
+  for (auto begin = points.begin(); begin != points.end();) {
+    const auto end = std::find_if(begin, points.end(), is_gap);
+    for (auto p = begin; p != end; ++p)
+      data += fmt::format("{}{} {}", p == begin ? 'M' : 'L', px(x(p->x)), px(y(p->high)));
+    for (auto p = end; p != begin; --p)
+      data += fmt::format("L{} {}", px(x(std::prev(p)->x)), px(y(std::prev(p)->low)));
+    if (begin != end) data += 'Z';
+    begin = std::find_if_not(end, points.end(), is_gap);
   }
-  std::ranges::reverse(points);
-  for (const auto& p : points) data += fmt::format("L{} {}", px(x(p.x)), px(y(p.low)));
+  if (data.empty()) return {};
   return fmt::format(
-      R"(<path d="{}Z" fill="{}" fill-opacity="0.18" stroke="{}" stroke-opacity="0.45" stroke-width="1.5"/>)"
+      R"(<path d="{}" fill="{}" fill-opacity="0.18" stroke="{}" stroke-opacity="0.45" stroke-width="1.5"/>)"
       "\n",
       data, band.colour, band.colour);
 }
@@ -159,9 +168,10 @@ std::vector<LegendEntry> entries_of(const Chart& chart) {
   std::vector<LegendEntry> entries;
   for (const auto& series : chart.series) {
     if (series.label.empty()) continue;
-    entries.push_back({series.mark == Mark::dots ? dot_mark(series.colour)
-                                                 : line_mark(series.colour, series.stroke + 2.0),
-                       series.label, series.note});
+    const bool line = series.mark == Mark::line || series.mark == Mark::line_and_dots;
+    entries.push_back(
+        {line ? line_mark(series.colour, series.stroke + 2.0) : dot_mark(series.colour),
+         series.label, series.note});
   }
   for (const auto& band : chart.bands) {
     if (!band.label.empty()) entries.push_back({area_mark(band.colour), band.label, ""});

@@ -18,7 +18,12 @@ struct Axis {
   std::optional<Range> range;  ///< else what the data take, with some room
 };
 
-enum class Mark : std::uint8_t { line, dots, line_and_dots };
+enum class Mark : std::uint8_t {
+  line,
+  dots,   ///< many
+  discs,  ///< few, each of which counts
+  line_and_dots
+};
 
 struct Series {
   std::string label;  ///< in the legend; empty: not there
@@ -32,7 +37,7 @@ struct Series {
 struct Band {
   std::string label;
   std::string colour;
-  std::vector<BandPoint> points;
+  std::vector<BandPoint> points;  ///< x must not decrease; what is not finite is a gap
 };
 
 /// Of a histogram: from the axis up.

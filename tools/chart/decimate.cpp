@@ -20,6 +20,10 @@ bool is_gap(const Point& p) {
   return !std::isfinite(p.x) || !std::isfinite(p.y);
 }
 
+bool is_gap(const BandPoint& p) {
+  return !std::isfinite(p.low) || !std::isfinite(p.high);
+}
+
 // What stays of points that share a column.
 void keep(std::span<const Point> points, std::vector<Point>& kept) {
   if (points.empty()) return;
@@ -69,7 +73,11 @@ std::vector<BandPoint> decimated(std::span<const BandPoint> points, const Scale&
   std::vector<BandPoint> kept;
   long before = -2;
   for (const BandPoint& p : points) {
-    if (!std::isfinite(p.low) || !std::isfinite(p.high)) continue;
+    if (is_gap(p)) {
+      if (!kept.empty() && !is_gap(kept.back())) kept.push_back(p);
+      before = -2;
+      continue;
+    }
     const long column = column_of(p.x, x, columns);
     if (column != before) {
       kept.push_back(p);

@@ -16,7 +16,7 @@ namespace odomd::tools::chart {
 [[nodiscard]] std::vector<Point> decimated(std::span<const Point> points, const Scale& x,
                                            std::size_t columns);
 
-/// Likewise of a band: a column's lowest low and highest high.
+/// Likewise of a band: a column's lowest low and highest high, and gaps.
 [[nodiscard]] std::vector<BandPoint> decimated(std::span<const BandPoint> points, const Scale& x,
                                                std::size_t columns);
 

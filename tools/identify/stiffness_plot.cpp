@@ -26,7 +26,7 @@ chart::Series dots(const AxleStiffness& axle, Side side, std::string label, std:
                        .note = {},
                        .colour = std::move(colour),
                        .points = {},
-                       .mark = chart::Mark::dots};
+                       .mark = chart::Mark::discs};
   for (const AxlePoint& point : axle.points) {
     const double sign = point.force < 0.0 ? -1.0 : 1.0;
     if (side_of(point) == side)

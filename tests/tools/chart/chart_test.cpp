@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -46,6 +47,21 @@ TEST(Chart, IsWellFormedWithItsWordsEscaped) {
        {"R&amp;D &lt;sine", "time [s]", "value [m]", "model", "1.0 cm/m", "3σ", "limit"}) {
     EXPECT_THAT(svg, HasSubstr(words));
   }
+}
+
+TEST(Chart, BreaksABandWhereThereIsNone) {
+  Chart chart = sine();
+  chart.levels.clear();
+  const auto pieces = [](const std::string& svg) {
+    const auto end = svg.rfind("fill-opacity");
+    const auto begin = svg.rfind("<path", end);
+    const std::string data = svg.substr(begin, end - begin);
+    return std::ranges::count(data, 'Z');
+  };
+  EXPECT_EQ(pieces(svg_of(chart)), 1);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 400; i < 600; ++i) chart.bands[0].points[i].low = nan;
+  EXPECT_EQ(pieces(svg_of(chart)), 2);
 }
 
 TEST(Chart, OfOddDataIsStillAPicture) {

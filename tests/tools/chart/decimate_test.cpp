@@ -66,6 +66,15 @@ TEST(Decimated, LeavesOutWhatIsFarOutsideButNotTheNeighbours) {
   EXPECT_EQ(thin[2].y, 4.0);
 }
 
+TEST(Decimated, OfABandKeepsItsGaps) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<BandPoint> band{
+      {0.0, -1.0, 1.0}, {1.0, nan, nan}, {2.0, nan, nan}, {8.0, -1.0, 1.0}};
+  const auto kept = decimated(band, Scale{{0.0, 10.0}, Scaling::linear, 0.0, 100.0}, 2);
+  ASSERT_EQ(kept.size(), 3U);
+  EXPECT_TRUE(std::isnan(kept[1].low));
+}
+
 TEST(Decimated, OfABandIsNoNarrowerThanTheBand) {
   std::vector<BandPoint> band;
   for (int i = 0; i <= 10'000; ++i) band.push_back({0.01 * i, -1.0, 1.0});
