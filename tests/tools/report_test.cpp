@@ -152,7 +152,7 @@ TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
 }
 
 TEST_F(Report, KeepsItsColumnsOnAPhone) {
-  const std::string html = scratch_.path("phone.html").string();
+  const std::string html = scratch_->path("phone.html").string();
   ASSERT_EQ(
       run("--drive " + lap() + " --model paper --model kinematic_printed --html " + html).status,
       0);
