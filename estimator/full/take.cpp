@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/full/accel_y.hpp"
+#include "estimator/full/judge.hpp"
 #include "estimator/full/plausibility.hpp"
 #include "estimator/full/prediction.hpp"
 #include "estimator/full/standstill.hpp"
@@ -21,14 +22,8 @@ constexpr double shortest_accel_lifetime_s = 0.12;
 // A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
 constexpr double gyro_lifetime_s = 0.35;
 
-// So long at most a correction of the velocity reaches back into the pose.
-constexpr double longest_unheard_s = 0.2;
-
 // No car is known to stand whose wheels are unheard for so long.
 constexpr double wheels_needed_s = 2.5;
-
-// A car that slides on locked wheels slows down at least so much, and its accelerometer feels it.
-constexpr double slide_slows = 1.0;  // [m/s²]
 
 // No car that goes faster [m/s] turns round before it has been heard again that it does.
 constexpr double fastest_turn_round = 0.5;
@@ -60,98 +55,12 @@ bool gyro_alive(const State& state) noexcept {
   return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
 }
 
-/// When one of the same kind was last fused: wheels vouch for each other.
-std::int64_t last_fused_ns(const State& state, Source source) noexcept {
-  if (!is_wheel(source)) {
-    return state.fused_ns[index_of(source)];
-  }
-  return last_wheel_ns(state);
-}
-
-/// Until when the filter had one of the same kind to go by: wheels that are outvoted by those that
-/// are rejected count no longer.
-std::int64_t vouched_until_ns(const State& state, const Sample& sample) noexcept {
-  const bool outvoted = is_wheel(sample.source) && outvotes_the_fused(state, sample);
-  return outvoted ? state.fused_ns[index_of(sample.source)] : last_fused_ns(state, sample.source);
-}
-
-struct Patience {
-  double seconds;
-  at::Index doubted;  ///< the state that gives way
-};
-
-/// So fast the tyres would pull ψ̇ back to where the model wants it [s].
-constexpr double yaw_settling_s = 0.05;
-
-/// Of a car that stands nothing moves: there, it is the sensor's bias that has changed.
-Patience patience_with(Source source, const Prediction& prediction, bool standing) noexcept {
-  switch (source) {
-    case Source::yaw_rate:
-      return {0.05, standing ? at::gyro_bias : at::yaw_rate};
-    case Source::accel_y:
-      // Of a slow car, too, nothing but the bias explains it.
-      return {0.2, prediction.count() == 1 ? at::accel_bias_y : at::front_force};
-    case Source::accel_x:
-      return {0.2, at::accel_bias_x};
-    default:
-      return {0.25, at::v_x};
-  }
-}
-
-/// Whether wheels that have read zero for as long as they were rejected are locked.
-bool slides(const State& state, const Sample& sample) noexcept {
-  const Rejection& rejection = state.rejected[index_of(sample.source)];
-  const double elapsed_s = seconds_between(rejection.since_ns, sample.time_ns);
-  return is_wheel(sample.source) && !turns(sample.value[0], sample.sigma[0]) &&
-         std::abs(rejection.speed) - std::abs(state.mean[at::v_x]) >= slide_slows * elapsed_s;
-}
-
 /// What is not tested: an input that is held, and what there is nothing to test against.
 Judgement held(Source source) noexcept {
   return {.source = source, .verdict = Verdict::fused, .degrees = 0};
 }
 Judgement gated(Source source) noexcept {
   return {.source = source, .verdict = Verdict::gated, .degrees = 0};
-}
-
-/// By the gate, and by how long it has kept the source out.
-Judgement judge(const Context& context, State& state, const Sample& sample,
-                const Prediction& prediction, Teaches teaches) noexcept {
-  Innovation nu = innovation(state, prediction, sample.value[0]);
-  Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
-  judgement.innovation[0] = nu.value;
-  judgement.variance[0] = nu.variance;
-  judgement.squared_ratio = nu.squared_ratio();
-  judgement.test_ratio = judgement.squared_ratio / context.signal_gate;
-
-  Rejection& rejection = state.rejected[index_of(sample.source)];
-  if (!(judgement.squared_ratio <= context.signal_gate)) {
-    judgement.verdict = Verdict::gated;
-    count_rejected(state, sample);
-    const Patience patience = patience_with(sample.source, prediction, state.rest.standing);
-    if (!insists(state, sample, vouched_until_ns(state, sample), patience.seconds)) {
-      return judgement;
-    }
-    if (slides(state, sample)) {
-      rejection = {};
-      return judgement;
-    }
-    judgement.verdict = Verdict::fused;
-    state.covariance(patience.doubted, patience.doubted) += nu.value * nu.value;
-    if (patience.doubted == at::yaw_rate) {
-      // What turns the car is not what the model says, or ψ̇ would not stay.
-      const double moment = nu.value / yaw_settling_s;
-      state.covariance(at::yaw_moment, at::yaw_moment) += moment * moment;
-    }
-    nu = innovation(state, prediction, sample.value[0]);
-  }
-  rejection = {};
-  std::int64_t& fused_ns = state.fused_ns[index_of(sample.source)];
-  const double unheard_s =
-      fused_ns == 0 ? 0.0 : std::min(seconds_between(fused_ns, sample.time_ns), longest_unheard_s);
-  fused_ns = sample.time_ns;
-  correct(state, nu, gain_of_own_sensors(state, nu, unheard_s, teaches));
-  return judgement;
 }
 
 /// The motion is followed from here on, at this speed; and made up for since the wheel that vouches
@@ -221,7 +130,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     const double interval_s = state.heard[index_of(sample.source)].interval_s;
     z.variance += doubt * doubt * wheels_doubted_s / std::max(interval_s, shortest_interval_s);
   }
-  const Judgement judgement = judge(context, state, sample, z, {.yaw_rate = !gyro});
+  const Judgement judgement = judge(context.signal_gate, state, sample, z, {.yaw_rate = !gyro});
 
   if (turning && !state.rest.resting) {
     return judgement;
@@ -251,7 +160,7 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   z.value = state.mean[at::accel_bias_x];
   z.variance = sample.sigma[0] * sample.sigma[0];
   z.depends_on(at::accel_bias_x, 1.0);
-  return judge(context, state, sample, z, {});
+  return judge(context.signal_gate, state, sample, z, {});
 }
 
 /// What tells which way the car goes, for wheels that do not: until now they may have had the wrong
@@ -309,14 +218,14 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   switch (sample.source) {
     case Source::yaw_rate:
       rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
-      return judge(context, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+      return judge(context.signal_gate, state, sample, predict_yaw_rate(state, sample.sigma[0]),
                    {.yaw_rate = !state.rest.standing, .gyro_bias = state.rest.standing});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
       hold(state.accel_y, sample);
       return judge(
-          context, state, sample,
+          context.signal_gate, state, sample,
           predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
           {.yaw_rate = !gyro_alive(state)});
     default:
