@@ -89,11 +89,11 @@ class TrackReader {
 
   Table read() {
     std::string headings;
-    for (std::string line; std::getline(input_, line);) {
-      ++line_number_;
+    for (std::string line; read_line(line);) {
+      if (line_number_ == 1 && line.starts_with("\xEF\xBB\xBF"))
+        line.erase(0, 3);  // byte order mark
       const std::string_view text = trimmed(line);
       if (text.empty() || text.starts_with('#')) continue;
-      if (line.size() > 65'536) fail("the line is longer than 64 KiB; is this a track?");
       if (positions_.empty()) {
         if (!begins_with_number(line)) {
           headings = line;
@@ -118,6 +118,20 @@ class TrackReader {
     for (const std::string_view column : columns_)
       names += (names.empty() ? "" : ",") + std::string(column);
     return names;
+  }
+
+  // A file without line ends must not fill the memory.
+  bool read_line(std::string& line) {
+    constexpr std::size_t longest = 65'536;
+    line.clear();
+    int letter = 0;
+    while ((letter = input_.get()) != std::ifstream::traits_type::eof()) {
+      if (line.empty()) ++line_number_;
+      if (letter == '\n') return true;
+      if (line.size() == longest) fail("the line is longer than 64 KiB; is this a track?");
+      line += static_cast<char>(letter);
+    }
+    return !line.empty();
   }
 
   [[noreturn]] void fail(const std::string& what) const {

@@ -37,6 +37,18 @@ TEST(MarkerTrack, ReadsColumnsByNameInAnyOrderAndCountsGaps) {
   EXPECT_EQ(track.frames[1].rear, Plane(1.5, 2.5));
 }
 
+TEST(MarkerTrack, ReadsATableThatBeginsWithAByteOrderMark) {
+  const Scratch scratch;
+  const auto file =
+      scratch.write("bom.csv", "\xEF\xBB\xBFt,x_front,y_front,x_rear,y_rear\n0,1,2,3,4\n");
+  EXPECT_EQ(read_marker_track(file).frames.size(), 1U);
+}
+
+TEST(MarkerTrack, OfEndlessLinesIsRefusedBeforeItFillsTheMemory) {
+  EXPECT_THAT(message_of([] { (void)read_marker_track("/dev/zero"); }),
+              HasSubstr("/dev/zero:1: the line is longer than 64 KiB"));
+}
+
 TEST(MarkerTrack, ReadsATableAMarkerAsTrackingProgramsExportThem) {
   const Scratch scratch;
   // Tabs, a title above the headings, exponents; and semicolons with decimal commas.
