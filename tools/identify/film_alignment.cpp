@@ -290,9 +290,22 @@ void require_turns(const std::string& name, const Series& gyro) {
 
 }  // namespace
 
+// What is too rarely seen to be held against anything.
+void require_seen(const std::string& name, const Rates& film) {
+  const auto seen = static_cast<double>(
+      std::ranges::count_if(film.value, [](double rate) { return !std::isnan(rate); }));
+  const auto whole = static_cast<double>(film.size());
+  if (3.0 * seen >= whole) return;
+  throw std::invalid_argument(fmt::format(
+      "{}: of {:.0f} s of film both markers are seen often enough in {:.0f} s only; track them "
+      "through at least a third of it",
+      name, seconds(step_ns) * whole, seconds(step_ns) * seen));
+}
+
 FilmAlignment align_film(const std::string& name, const FilmMotion& motion, const Series& gyro) {
   require_turns(name, gyro);
   const Rates film = rates_of(motion), turn = rates_of(gyro);
+  require_seen(name, film);
   const Best best = best_shift(film, turn, Turned::as_filmed);
   if (best.agreement < good_agreement)
     fail_to_fit(name, film, turn, best.agreement,
@@ -315,6 +328,7 @@ FilmAlignment check_alignment(const std::string& name, const FilmMotion& motion,
                               std::int64_t offset_ns) {
   require_turns(name, gyro);
   const Rates film = rates_of(motion), turn = rates_of(gyro);
+  require_seen(name, film);
   const std::int64_t shift = (film.first_ns + offset_ns - turn.first_ns) / step_ns;
   FilmAlignment result;
   result.offset_ns = offset_ns;

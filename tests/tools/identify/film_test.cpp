@@ -166,6 +166,16 @@ TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
       HasSubstr("do not overlap"));
 }
 
+TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsToldSo) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 3.0);
+  FilmMotion motion = film_motion(film.track, places, metres);
+  std::erase_if(motion.frames, [](const BodyFrame& frame) {
+    return frame.t_ns > 2'000'000'000 && frame.t_ns < 24'000'000'000;
+  });
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, film.gyro); }),
+              HasSubstr("of 26 s of film both markers are seen often enough in 4 s only"));
+}
+
 TEST(CircleRuns, FindsTheSteadyPartsAndMeasuresThem) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
   const FilmMotion motion = film_motion(film.track, places, metres);
