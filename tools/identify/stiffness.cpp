@@ -307,6 +307,13 @@ Findings findings_of(const Films& films, const CorneringStiffness& found) {
                                   {"weight_front", front.weight},
                                   {"weight_rear", rear.weight}});
   }
+  for (std::size_t axle = 0; axle < 2; ++axle) {
+    const Finding& finding = findings.values[axle];
+    if (finding.determined == Determined::yes && 2.0 * finding.sigma > 0.05 * finding.value)
+      findings.warnings.push_back(fmt::format(
+          "{}: 2 sigma are {:.0f} %, and 5 % can be had: drive faster circles, and slow ones too",
+          finding.name, 200.0 * finding.sigma / finding.value));
+  }
   return findings;
 }
 

@@ -76,6 +76,12 @@ TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsIsToldOf) {
   EXPECT_THAT(outcome.err, HasSubstr("% of the film's lateral acceleration"));
 }
 
+TEST(StiffnessCommand, SaysWhereItIsLessExactThanItCouldBe) {
+  const Outcome outcome = identify(places + film + "--sigma-mass 0.15");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("and 5 % can be had: drive faster circles"));
+}
+
 TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   const auto expect = [](const std::string& options, const std::string& reason) {
     const Outcome outcome = identify(options);
