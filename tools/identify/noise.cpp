@@ -94,8 +94,9 @@ void add_standing(const Quantity& quantity, const StandingNoise& noise,
   const BiasInstability instability = bias_instability(curve);
   add(", bias instability", "", instability.value, quantity.unit,
       instability.reached
-          ? fmt::format("at {:.0f} s", instability.tau)
-          : fmt::format("at most: the curve still falls at {:.0f} s; log longer", instability.tau));
+          ? fmt::format("at {:.3g} s", instability.tau)
+          : fmt::format("at most: that the curve rises behind {:.3g} s is not certain; log longer",
+                        instability.tau));
   if (noise.outliers > 0)
     findings.warnings.push_back(
         fmt::format("{}: {} lie 6 sigma off: was the car touched? Leave it alone, or cut with "
