@@ -1,10 +1,14 @@
 // odom export: a drive for the tools that people look at drives with.
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
 
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
@@ -24,6 +28,22 @@ struct Options {
   McapCompression compression = McapCompression::zstd;
 };
 
+// What is read must outlive what is written.
+void refuse_outputs_that_are_inputs(const Options& options, const ExportSources& sources) {
+  std::vector<std::string> inputs{options.source, sources.pose, sources.config, sources.camera,
+                                  sources.truth};
+  inputs.insert(inputs.end(), sources.logs.begin(), sources.logs.end());
+  inputs.insert(inputs.end(), sources.databases.begin(), sources.databases.end());
+  for (const auto& [option, output] :
+       {std::pair{"--mcap", options.mcap}, std::pair{"--csv", options.csv}})
+    for (const std::string& input : inputs) {
+      std::error_code missing;
+      if (!output.empty() && !input.empty() && std::filesystem::equivalent(output, input, missing))
+        throw std::invalid_argument(
+            fmt::format("{}: {} is what is exported; name another file", option, output));
+    }
+}
+
 void export_drive(const Options& options) {
   ExportSources sources = options.source.empty() ? ExportSources{} : sources_in(options.source);
   const ExportSources& named = options.files;
@@ -34,6 +54,7 @@ void export_drive(const Options& options) {
   if (!named.camera.empty()) sources.camera = named.camera;
   if (!named.truth.empty()) sources.truth = named.truth;
 
+  refuse_outputs_that_are_inputs(options, sources);
   const DriveData data = read_drive(sources);
   for (const std::string& warning : data.warnings) std::cerr << "odom export: " << warning << '\n';
   const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;

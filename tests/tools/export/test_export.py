@@ -204,6 +204,13 @@ class Export(unittest.TestCase):
             self.assertEqual(float(row["velocity/yaw"]), float(pose["yaw_rate"]))
             self.assertTrue(all(math.isfinite(float(value)) for value in row.values()))
 
+    def test_what_is_exported_is_not_overwritten(self) -> None:
+        before = self.pose.read_bytes()
+        for option in "--csv", "--mcap":
+            said = odom("export", self.pose, option, self.pose, status=2)
+            self.assertIn("is what is exported; name another file", said)
+        self.assertEqual(self.pose.read_bytes(), before)
+
     def test_a_trajectory_will_do(self) -> None:
         mcap = self.export(self.drive / "truth.csv")
         (transform,) = json.loads(mcap.on("/tf")[0].data)["transforms"]
