@@ -101,8 +101,8 @@ std::string verdict(const TuneResult& result) {
   if (result.is_better())
     return here + ", " + in_words(*result.held_out_error) + " on those held out.\n";
   if (over_fitted)
-    return "What helps the drives tuned on harms those held out: keep the configuration as it "
-           "is.\n";
+    return "Without the over-fitted keys nothing is better on the drives tuned on: keep the "
+           "configuration as it is.\n";
   if (result.held_out_error && *result.held_out_error > 1.0)
     return here + ", but " + in_words(*result.held_out_error) +
            " on those held out: keep the configuration as it is.\n";
