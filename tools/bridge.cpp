@@ -21,6 +21,7 @@ namespace {
 
 // Never comes back.
 void become_odom_bridge(const BridgeOptions& options) {
+  check_names(options.names);
   static_cast<void>(domain_of(options));  // what is wrong with it is said here, too
   const auto program =
       std::filesystem::read_symlink("/proc/self/exe").parent_path() / "odom-bridge";

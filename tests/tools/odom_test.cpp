@@ -33,5 +33,14 @@ TEST(Odom, AFullDiskIsFailedWork) {
   EXPECT_EQ(outcome.err, "odom: standard output: No space left on device\n");
 }
 
+TEST(OdomBridge, RefusesRatesAndNamesThatCannotBe) {
+  for (const char* wrong : {"--rate nan", "--rate 0", "--rate=-3", "--rate inf", "--frame-base ''",
+                            "--frame-map 'my map'", "--frame-odom map"}) {
+    const Outcome outcome = run_shell(std::string("odom bridge --ros --duration 0.1 ") + wrong);
+    EXPECT_EQ(outcome.status, 2) << wrong << ": " << outcome.err;
+    EXPECT_LT(outcome.err.size(), 200U) << outcome.err;
+  }
+}
+
 }  // namespace
 }  // namespace odomd::tools::odom_test

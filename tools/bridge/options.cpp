@@ -1,6 +1,7 @@
 #include "tools/bridge/options.hpp"
 
 #include <charconv>
+#include <cmath>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -28,6 +29,19 @@ std::string shortest(double value) {
   return text;
 }
 
+std::string problem_of_rate(const std::string& text) {
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [stopped, error] = std::from_chars(text.data(), end, value);
+  if (error == std::errc{} && stopped == end && value > 0.0 && std::isfinite(value)) return "";
+  return tools::quoted(text) + " is not a number greater than 0";
+}
+
+std::string problem_of_name(const std::string& text) {
+  if (!text.empty() && text.find_first_of(" \t\n") == std::string::npos) return "";
+  return tools::quoted(text) + " is no name of a frame; it has letters and no blanks: base_link";
+}
+
 }  // namespace
 
 void describe_bridge(Command command, BridgeOptions& options) {
@@ -47,7 +61,7 @@ void describe_bridge(Command command, BridgeOptions& options) {
   command
       .add_option("--rate", options.rate_hz,
                   "So many poses a second, every tick at the most [Hz]; default: 50")
-      .positive()
+      .check(problem_of_rate)
       .type_name("HZ");
   command.add_option("--domain", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0")
       .type_name("N");
@@ -56,13 +70,16 @@ void describe_bridge(Command command, BridgeOptions& options) {
   add_choice(command, "--tf", options.transforms, transforms(),
              "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
   command.add_option("--frame-map", options.names.map, "Name of the map's frame; default: map")
+      .check(problem_of_name)
       .type_name("NAME");
   command
       .add_option("--frame-odom", options.names.odom, "Name of the odometry frame; default: odom")
+      .check(problem_of_name)
       .type_name("NAME");
   command
       .add_option("--frame-base", options.names.base,
                   "Name of the car's frame, at its centre of gravity; default: base_link")
+      .check(problem_of_name)
       .type_name("NAME");
   command.add_option("--duration", options.duration_s, "End after so long [s]")
       .positive()
@@ -99,6 +116,12 @@ std::vector<std::string> arguments_of(const BridgeOptions& options) {
   if (options.duration_s > 0.0) add("--duration", shortest(options.duration_s));
   if (options.json) arguments.emplace_back("--json");
   return arguments;
+}
+
+void check_names(const FrameNames& names) {
+  if (names.map != names.odom && names.odom != names.base && names.base != names.map) return;
+  throw std::invalid_argument(
+      "--frame-map, --frame-odom, --frame-base: two frames of one name; give each its own");
 }
 
 std::uint32_t domain_of(const BridgeOptions& options) {

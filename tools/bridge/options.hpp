@@ -38,6 +38,9 @@ struct BridgeOptions {
   [[nodiscard]] bool wants_ros() const { return ros || udp.empty(); }
 };
 
+/// Throws std::invalid_argument where two frames have one name.
+void check_names(const FrameNames& names);
+
 /// Adds the options, the description and the examples.
 void describe_bridge(Command command, BridgeOptions& options);
 
