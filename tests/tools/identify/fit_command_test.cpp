@@ -36,7 +36,8 @@ class FitCommand : public testing::Test {
 };
 
 TEST_F(FitCommand, WritesWhatTheDriveTellsAndLeavesTheRest) {
-  std::string most = "odom identify fit --config lap/car.toml --drive lap --write lap/car.toml";
+  std::string most =
+      "odom identify fit --untried --config lap/car.toml --drive lap --write lap/car.toml";
   for (const char* name :
        {"stiffness_front", "stiffness_rear", "relaxation_length", "bend_front", "bend_rear",
         "load_arm", "track_width", "steering_scale", "steering_delay", "steering_lag",
