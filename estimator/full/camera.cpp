@@ -95,7 +95,7 @@ bool possible(const CameraContender& run, const Sighting& now,
 bool seen_driving(const CameraContender& run) noexcept {
   const Pose2& from = run.first_steady.seen;
   const Pose2& to = run.last.seen;
-  return run.steady >= steady_rejections &&
+  return run.steady >= believed_rejections &&
          (std::hypot(to.x - from.x, to.y - from.y) > driven_distance ||
           std::abs(wrap_angle(to.yaw - from.yaw)) > driven_yaw);
 }
@@ -230,7 +230,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
                      .first_steady = steady ? before.first_steady : now,
                      .before_last = before.last,
                      .last = now};
-  const bool goes_as_believed = state.contender.agreeing >= agreeing_rejections;
+  const bool goes_as_believed = state.contender.agreeing >= believed_rejections;
   if (!goes_as_believed && !seen_driving(state.contender)) {
     judgement.verdict = Verdict::gated;
     return judgement;

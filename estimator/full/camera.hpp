@@ -8,11 +8,10 @@
 
 namespace odomd::estimator::full {
 
-/// So many rejected poses in a row that agree with each other are believed after all.
-inline constexpr int agreeing_rejections = 6;
-/// So many, too, from one to the next of which a car could have gone, however the filter thinks it
-/// goes: where wheels spin the filter knows nothing better.
-inline constexpr int steady_rejections = 12;
+/// So many rejected poses in a row are believed after all: that agree with how the filter goes, or
+/// that a car could have come through, however the filter thinks it goes. Where wheels spin the
+/// filter knows nothing better.
+inline constexpr int believed_rejections = 6;
 
 /// So long the wheels are doubted when the camera has shown the car to go otherwise: what is known
 /// best to err is a wheel that slips [s].
@@ -24,11 +23,11 @@ struct CameraGate {
 };
 
 /// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected are held
-/// against each other: where the motion along them is the filter's, six in a row move the filter's
-/// pose to the last of them (`resets`, `last_jump`); twelve where it is a car's. Velocity and gyro
-/// bias are doubted a little, and where the motion was not the filter's, it is the poses'. A
-/// picture that stands still while the car drives is no such run. The state is that at the time of
-/// the sample.
+/// against each other: where the motion along them is the filter's or a car's, six in a row move
+/// the filter's pose to the last of them (`resets`, `last_jump`). Velocity and gyro bias are
+/// doubted a little, and where the motion was not the filter's, it is the poses'. A picture that
+/// stands still while the car drives is no such run; a car that had to be moved does not stand,
+/// whatever its wheels say. The state is that at the time of the sample.
 [[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                                     const Sample& sample) noexcept;
 

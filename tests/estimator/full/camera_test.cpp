@@ -133,7 +133,7 @@ struct Disagreement {
 
 TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
   Disagreement car{.truth = {5.0, -3.0, 0.0}};
-  for (int i = 1; i < agreeing_rejections; ++i) {
+  for (int i = 1; i < believed_rejections; ++i) {
     const Judgement rejected = car.pose(i);
     EXPECT_EQ(rejected.verdict, Verdict::gated) << i;
     EXPECT_EQ(rejected.degrees, 3);
@@ -141,20 +141,20 @@ TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
   }
   // Believed against the test, not by it.
-  const Judgement believed = car.pose(agreeing_rejections);
+  const Judgement believed = car.pose(believed_rejections);
   EXPECT_EQ(believed.verdict, Verdict::fused);
   EXPECT_EQ(believed.degrees, 0);
   EXPECT_GT(believed.test_ratio, 1.0);
   EXPECT_NEAR(believed.innovation[0], 5.0, 1e-12);
   EXPECT_EQ(car.state.resets, 1U);
-  const double gone = 0.036 * agreeing_rejections;
+  const double gone = 0.036 * believed_rejections;
   EXPECT_NEAR(car.state.mean[at::x], 5.0 + gone, 1e-12);
   EXPECT_NEAR(car.state.mean[at::y], -3.0, 1e-12);
   EXPECT_NEAR(car.state.last_jump.x, 5.0, 1e-12);
   EXPECT_NEAR(car.state.last_jump.y, -3.0, 1e-12);
   EXPECT_NEAR(car.state.covariance(at::x, at::x), 1e-4, 1e-15);
   EXPECT_TRUE(testing::is_covariance(car.state.covariance));
-  EXPECT_EQ(car.pose(agreeing_rejections + 1).verdict, Verdict::fused);
+  EXPECT_EQ(car.pose(believed_rejections + 1).verdict, Verdict::fused);
   EXPECT_EQ(car.state.resets, 1U);
 }
 
@@ -172,7 +172,7 @@ TEST(FullCamera, OutliersAreNot) {
 TEST(FullCamera, OneThatFitsBetweenThemClearsTheFilterOfSuspicion) {
   Disagreement car;
   for (int i = 1; i < 100; ++i) {
-    const bool fits = i % agreeing_rejections == 0;
+    const bool fits = i % believed_rejections == 0;
     const Pose2 off = fits ? Pose2{} : Pose2{0.0, 2.0, 0.0};
     EXPECT_EQ(car.pose(i, off).verdict, fits ? Verdict::fused : Verdict::gated) << i;
   }
@@ -207,7 +207,7 @@ TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
     while (car.state.resets == 0 && poses < 50) {
       car.pose(++poses);
     }
-    EXPECT_EQ(poses, agreeing_rejections) << wrong;
+    EXPECT_EQ(poses, believed_rejections) << wrong;
     EXPECT_NEAR(wrap_angle(car.state.mean[at::yaw]), 0.0, 1e-9);
     EXPECT_NEAR(car.state.mean[at::x], 0.036 * poses, 1e-9);
     EXPECT_NEAR(std::abs(car.state.last_jump.yaw), std::abs(wrong), 1e-9);
