@@ -11,7 +11,7 @@ run=()
 setarch "$(uname -m)" -R true 2>/dev/null && run=(setarch "$(uname -m)" -R)
 {
   cmake --preset tsan && cmake --build --preset tsan -j "$(nproc)" &&
-    TSAN_OPTIONS=${TSAN_OPTIONS:-halt_on_error=1:second_deadlock_stack=1} \
+    TSAN_OPTIONS=${TSAN_OPTIONS:-halt_on_error=1:second_deadlock_stack=1:suppressions=$PWD/tests/campaign/tsan.supp} \
       "${run[@]}" ctest --preset tsan --progress -j "$(nproc)"
 } 2>&1 | tee "$log"
 status=${PIPESTATUS[0]}
