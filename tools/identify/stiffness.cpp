@@ -1,6 +1,5 @@
 // odom identify stiffness: the cornering stiffness of both axles from filmed circles.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -21,6 +20,7 @@
 #include "tools/identify/film_motion.hpp"
 #include "tools/identify/marker_track.hpp"
 #include "tools/identify/methods.hpp"
+#include "tools/identify/quantity.hpp"
 #include "tools/identify/stiffness_plot.hpp"
 #include "tools/text.hpp"
 
@@ -38,8 +38,7 @@ struct Arguments {
   bool y_down = false;
   std::optional<double> frames_per_second;
   std::optional<double> time_offset;
-  std::optional<double> sigma_mass, sigma_axle, sigma_marker;
-  double sigma_scale = 0.3;  // %
+  std::string sigma_mass, sigma_axle, sigma_marker, sigma_scale = "0.3%";
   double rolling_resistance = 0.015;
   std::string plot;
   Delivery delivery;
@@ -58,18 +57,12 @@ std::vector<std::string> parts_of(const std::string& text) {
 
 Plane parse_place(const std::string& option, const std::string& text) {
   const std::vector<std::string> parts = parts_of(text);
-  std::vector<double> numbers;
-  for (const std::string& part : parts) {
-    double value = 0.0;
-    const char* const end = part.data() + part.size();
-    const auto [stop, error] = std::from_chars(part.data(), end, value);
-    if (error == std::errc{} && stop == end && std::isfinite(value)) numbers.push_back(value);
-  }
-  if (parts.size() != 2 || numbers.size() != 2)
+  if (parts.size() != 2)
     throw std::invalid_argument(
         option + ": \"" + text +
-        "\" is not X,Y in metres from the centre of gravity, forward and to the left: 0.18,0");
-  return {numbers[0], numbers[1]};
+        "\" is not X,Y from the centre of gravity, forward and to the left: 0.18,0 or 18cm,0");
+  return {parse_quantity(parts[0], Dimension::length, option).value,
+          parse_quantity(parts[1], Dimension::length, option).value};
 }
 
 void require_positive(const std::string& option, const std::optional<double>& value) {
@@ -103,13 +96,30 @@ void append(std::vector<std::string>& to, const std::vector<std::string>& from) 
   to.insert(to.end(), from.begin(), from.end());
 }
 
-double sigma_marker_of(const Arguments& arguments, const MarkerPlaces& places) {
-  return arguments.sigma_marker.value_or(places.distance() / 300.0);
+double given_or(const std::string& text, Dimension dimension, const std::string& option,
+                double otherwise) {
+  return text.empty() ? otherwise : parse_positive(text, dimension, option);
 }
 
-// Of a scale by the markers' distance.
+double sigma_marker_of(const Arguments& arguments, const MarkerPlaces& places) {
+  return given_or(arguments.sigma_marker, Dimension::length, "--sigma-marker",
+                  places.distance() / 300.0);
+}
+
+// Of a scale by the markers' distance, relative.
 double sigma_by_distance(const Arguments& arguments, const MarkerPlaces& places) {
   return std::numbers::sqrt2 * sigma_marker_of(arguments, places) / places.distance();
+}
+
+// Of a scale that is given, relative.
+double sigma_scale_of(const Arguments& arguments) {
+  constexpr double largest = 0.1;
+  const double sigma = parse_positive(arguments.sigma_scale, Dimension::pure, "--sigma-scale");
+  if (sigma > largest)
+    throw std::invalid_argument(fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%",
+                                            arguments.sigma_scale, 100.0 * sigma,
+                                            arguments.sigma_scale));
+  return sigma;
 }
 
 void measure_film(const Arguments& arguments, const daemon::Config& config,
@@ -126,7 +136,7 @@ void measure_film(const Arguments& arguments, const daemon::Config& config,
   const FilmScale scale{
       .from = given ? FilmScale::From::given : FilmScale::From::marker_distance,
       .metres_per_unit = arguments.metres ? 1.0 : arguments.metres_per_pixel.value_or(1.0),
-      .ratio_sigma = std::hypot(0.01 * arguments.sigma_scale, sigma_by_distance(arguments, places)),
+      .ratio_sigma = std::hypot(sigma_scale_of(arguments), sigma_by_distance(arguments, places)),
       .axes = arguments.y_down ? ImageAxes::y_down : ImageAxes::y_up};
   FilmMotion motion = film_motion(track, places, scale);
   append(films.warnings, motion.warnings);
@@ -338,11 +348,15 @@ std::string circle_table(const Films& films, const CorneringStiffness& found) {
 CircleCar circle_car(const Arguments& arguments, const daemon::Config& config,
                      const MarkerPlaces& places) {
   const double wheelbase = config.vehicle.wheelbase();
-  const double sigma_axle = arguments.sigma_axle.value_or(0.004 * wheelbase);
+  const double mass = config.vehicle.mass;
+  const double sigma_mass =
+      given_or(arguments.sigma_mass, Dimension::mass, "--sigma-mass", 0.005 * mass);
+  const double sigma_axle =
+      given_or(arguments.sigma_axle, Dimension::length, "--sigma-axle", 0.004 * wheelbase);
   const double sigma_marker = sigma_marker_of(arguments, places);
-  const double given = 0.01 * arguments.sigma_scale;
+  const double given = sigma_scale_of(arguments);
   const bool by_distance = !arguments.metres && !arguments.metres_per_pixel;
-  return {.mass = {config.vehicle.mass, arguments.sigma_mass.value_or(0.005 * config.vehicle.mass)},
+  return {.mass = {mass, sigma_mass},
           .front_axle = {config.vehicle.front_axle, sigma_axle},
           .rear_axle = {config.vehicle.rear_axle, sigma_axle},
           .rolling_resistance = {arguments.rolling_resistance, 0.01},
@@ -356,13 +370,8 @@ void identify_stiffness(const Arguments& arguments) {
     throw std::invalid_argument("--metres and --metres-per-pixel: give one of them");
   if (arguments.time_offset && arguments.runs.size() > 1)
     throw std::invalid_argument("--time-offset: is for a single --run");
-  for (const auto& [option, value] :
-       {std::pair{"--metres-per-pixel", arguments.metres_per_pixel},
-        std::pair{"--fps", arguments.frames_per_second},
-        std::pair{"--sigma-mass", arguments.sigma_mass},
-        std::pair{"--sigma-axle", arguments.sigma_axle},
-        std::pair{"--sigma-marker", arguments.sigma_marker},
-        std::pair{"--sigma-scale", std::optional{arguments.sigma_scale}}})
+  for (const auto& [option, value] : {std::pair{"--metres-per-pixel", arguments.metres_per_pixel},
+                                      std::pair{"--fps", arguments.frames_per_second}})
     require_positive(option, value);
   if (!(arguments.rolling_resistance >= 0.0 && arguments.rolling_resistance < 0.3))
     throw std::invalid_argument("--rolling-resistance: must lie between 0 and 0.3");
@@ -467,7 +476,7 @@ void add_stiffness(Command identify) {
       .group(known);
   method
       .add_option("--sigma-scale", arguments->sigma_scale,
-                  "Of a scale that is given [%]; default: 0.3")
+                  "Of a scale that is given, relative; default: 0.3%")
       .type_name("S")
       .group(known);
   method

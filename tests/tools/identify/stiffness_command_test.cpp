@@ -82,6 +82,15 @@ TEST(StiffnessCommand, SaysWhereItIsLessExactThanItCouldBe) {
   EXPECT_THAT(outcome.err, HasSubstr("and 5 % can be had: drive faster circles"));
 }
 
+TEST(StiffnessCommand, TakesUnits) {
+  const std::string sigmas = "--sigma-mass 0.015 --sigma-axle 0.001 --sigma-marker 0.001";
+  const Outcome plain = identify(places + film + sigmas);
+  const Outcome units = identify("--front 18cm,0 --rear -120mm,0 " + film +
+                                 "--sigma-mass 15g --sigma-axle 1mm --sigma-marker 0.1cm");
+  EXPECT_EQ(plain.status, 0) << plain.err;
+  EXPECT_EQ(units.out, plain.out);
+}
+
 TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   const auto expect = [](const std::string& options, const std::string& reason) {
     const Outcome outcome = identify(options);
@@ -93,6 +102,9 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   expect(places + "--run markers.csv,drive.log", "--y-down");
   expect("--front -0.12,0 --rear 0.18,0 " + film, "markers are swapped");
   expect("--front 0.18 --rear -0.12,0 " + film, "--front");
+  expect("--front 18apples,0 --rear -0.12,0 " + film, "--front");
+  expect(places + film + "--sigma-mass 15mm", "--sigma-mass");
+  expect(places + film + "--sigma-scale 0.3", "write per cent as 0.3%");
   expect(places + "--y-down --run markers.csv", "neither MARKERS,LOG");
   expect(places + "--y-down --run nothing.csv,drive.log", "no such file");
   expect(places + film + "--metres-per-pixel 0.005", "mend the scale");
