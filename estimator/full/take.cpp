@@ -64,7 +64,8 @@ Judgement gated(Source source) noexcept {
 }
 
 /// The motion is followed from here on, at this speed; and made up for since the wheel that vouches
-/// for it was heard. From a camera's pose until then the car may have gone as fast, or stood.
+/// for it was heard, half of it uncertain. From a camera's pose until then the car may have gone as
+/// fast, or stood.
 void begin_motion(State& state, const Sample& sample) noexcept {
   const double speed = sample.value[0];
   const double yaw_rate = state.mean[at::yaw_rate];
@@ -72,6 +73,8 @@ void begin_motion(State& state, const Sample& sample) noexcept {
   const std::int64_t seen_ns = state.fused_ns[index_of(Source::camera)];
   const Pose2 pose = moved(state.pose(), {speed, 0.0, yaw_rate},
                            seconds_between(std::max(heard_ns, seen_ns), sample.time_ns));
+  const double made_up = 0.5 * std::hypot(pose.x - state.mean[at::x], pose.y - state.mean[at::y]);
+  state.covariance.diagonal().head<2>().array() += made_up * made_up;
   state.moving = true;
   state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, speed;
   if (seen_ns != 0 && seen_ns < heard_ns) {

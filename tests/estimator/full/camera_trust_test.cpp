@@ -48,7 +48,7 @@ std::vector<Estimate> drive(const std::function<void(Arrival&)>& change) {
 TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
   for (const double noise : {0.0, 0.008}) {
     std::mt19937 random(3);
-    std::normal_distribution<double> trembling(0.0, noise);
+    std::normal_distribution<double> trembling;
     std::optional<CameraPose> frozen;
     const auto freeze = [&](Arrival& arrival) {
       if (!arrival.camera || arrival.arrival_ns > fault_ns + 3'000 * millisecond) {
@@ -57,9 +57,9 @@ TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
       if (!frozen) {
         frozen = arrival.camera;
       }
-      arrival.camera->x = frozen->x + (noise > 0.0 ? trembling(random) : 0.0);
-      arrival.camera->y = frozen->y + (noise > 0.0 ? trembling(random) : 0.0);
-      arrival.camera->yaw = frozen->yaw + (noise > 0.0 ? trembling(random) : 0.0);
+      arrival.camera->x = frozen->x + noise * trembling(random);
+      arrival.camera->y = frozen->y + noise * trembling(random);
+      arrival.camera->yaw = frozen->yaw + noise * trembling(random);
     };
     for (const Estimate& e : drive(freeze)) {
       ASSERT_LT(off(e), 0.05) << e.time_ns - start_ns << " ns, noise " << noise;

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "signalled_car.hpp"
 
 namespace odomd::estimator::full::take_test {
@@ -38,6 +40,17 @@ TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
   car.drive(0.02, {});
   car.say(Source::wheel_rear, 10.0);
   EXPECT_NEAR(car.state.mean[at::x], 0.2, 1e-9);
+}
+
+TEST(Take, TheWayThatIsMadeUpIsUncertain) {
+  // Two strange telegrams that happen to agree.
+  Car car;
+  car.say(Source::wheel_rear, 40.0);
+  advance(car.context, car.state, car.state.time_ns + 100 * millisecond);
+  car.say(Source::wheel_rear, 38.0);
+  ASSERT_TRUE(car.state.moving);
+  EXPECT_GT(car.state.mean[at::x], 3.0);
+  EXPECT_LT(car.state.mean[at::x], 3.0 * std::sqrt(car.state.covariance(at::x, at::x)));
 }
 
 TEST(Take, NothingIsGatedOnAnHonestDrive) {
