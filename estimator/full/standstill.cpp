@@ -133,7 +133,8 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
     return;
   }
   if (rest.standing) {
-    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
+    const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
+    set_off(model, state, brisk_accel * unheard_s, unheard_s);
   }
   begin_rest(rest, time_ns);
 }

@@ -258,7 +258,7 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
   if (state.rest.standing) {
     const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
     if (unheard_s > wheels_needed_s) {
-      set_off(context.model, state, brisk_accel * unheard_s);
+      set_off(context.model, state, brisk_accel * unheard_s, unheard_s);
     }
   }
   if (state.rest.standing) {

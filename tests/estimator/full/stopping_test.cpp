@@ -270,7 +270,7 @@ TEST(Stopping, ACarThatSetsOffUnheardIsNotSurelyWhereItStood) {
   ASSERT_FALSE(car.state.rest.standing);
   car.drive(0.2, with(straight_at(1.0), Source::yaw_rate, 0.8));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.1);
-  EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.1 * 0.1);
+  EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.08 * 0.08);
 }
 
 TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
