@@ -74,9 +74,10 @@ void stand(State& state, std::int64_t time_ns) noexcept {
 /// The wheels may have been turning for a while below the slowest speed that they resolve.
 void set_off(const CarModel& model, State& state, double speed, double unheard_s) noexcept {
   state.rest = {};
-  const double way = 0.5 * speed * unheard_s;
-  state.covariance(at::x, at::x) += way * way;
-  state.covariance(at::y, at::y) += way * way;
+  const double yaw = state.mean[at::yaw];
+  const Eigen::Vector2d way =
+      0.5 * speed * unheard_s * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+  state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
   forget(state, at::v_y, departing_side);
   forget(state, at::yaw_rate, departing_yaw_rate);
