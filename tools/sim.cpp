@@ -150,9 +150,12 @@ void simulate(const Arguments& arguments) {
   const auto show = arguments.progress ? sim::ShowProgress::always : sim::ShowProgress::automatic;
   if (arguments.live) {
     sim::Progress progress(show, sim::ShowProgress::always);
-    const sim::LiveSummary summary = sim::play_live(
-        drive, {.can = can, .camera_socket = arguments.camera_socket, .decimals = decimals},
-        progress, take);
+    const sim::LiveSummary summary = sim::play_live(drive,
+                                                    {.start_ns = plan.options.start_ns,
+                                                     .can = can,
+                                                     .camera_socket = arguments.camera_socket,
+                                                     .decimals = decimals},
+                                                    progress, take);
     if (!arguments.camera_socket.empty())
       std::cerr << "odom sim: " << summary.camera_sent << " camera poses sent, "
                 << summary.camera_dropped << " not taken by the daemon\n";

@@ -123,6 +123,16 @@ TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
   EXPECT_EQ(contents(scratch.path("live/drive.log")), played.out);
 }
 
+TEST(SimCommand, LiveFramesAreNotSentBeforeTheirTime) {
+  // Whoever receives a frame stamps it; by another clock than the camera's, every pose is wrong.
+  const Outcome played = run_shell(
+      "odom sim --live --duration 1 | { IFS= read -r frame; date +'(%s.%N) can0 000#'; "
+      "echo \"$frame\"; cat >/dev/null; }");
+  const auto frames = frames_of(played.out);
+  ASSERT_EQ(frames.size(), 2U) << played.out << played.err;
+  EXPECT_GE(frames[0].time_ns, frames[1].time_ns);
+}
+
 TEST(SimCommand, AReaderThatGoesEndsItWithOneLine) {
   const Scratch scratch;
   const std::string status = scratch.path("status").string();

@@ -16,6 +16,8 @@ namespace {
 // What happens within it is sent at its end: no frame is later than this.
 constexpr std::int64_t stretch_ns = 1'000'000;
 constexpr std::int64_t second_ns = 1'000'000'000;
+// From the choice of the start to the start: files and sockets are opened meanwhile.
+constexpr std::int64_t lead_ns = 200'000'000;
 
 std::int64_t clock_ns(clockid_t clock) {
   timespec now{};
@@ -100,7 +102,7 @@ class CameraLine {
 }  // namespace
 
 std::int64_t live_start_ns() {
-  return (clock_ns(CLOCK_REALTIME) / truth_period_ns + 1) * truth_period_ns;
+  return ((clock_ns(CLOCK_REALTIME) + lead_ns) / truth_period_ns + 1) * truth_period_ns;
 }
 
 LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
@@ -111,7 +113,9 @@ LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progre
                     options.can == "-" ? ODOM_CLOCK_LOG : ODOM_CLOCK_REALTIME);
   LiveSummary summary;
   Happenings happenings;
-  const std::int64_t start_ns = clock_ns(CLOCK_MONOTONIC);
+  // Paced by the clock that nobody sets.
+  const std::int64_t start_ns =
+      clock_ns(CLOCK_MONOTONIC) + (options.start_ns - clock_ns(CLOCK_REALTIME));
   RunState state = RunState::running;
   while (state == RunState::running) {
     happenings.clear();

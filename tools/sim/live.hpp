@@ -14,6 +14,7 @@
 namespace odomd::sim {
 
 struct LiveOptions {
+  std::int64_t start_ns = 0;            ///< of the simulation's plan, see live_start_ns()
   std::string can = "-";                ///< interface, or "-" for standard output
   std::filesystem::path camera_socket;  ///< empty: no camera
   can::StampDecimals decimals = can::StampDecimals::six;
@@ -28,12 +29,13 @@ struct LiveSummary {
   std::uint64_t camera_dropped = 0;  ///< the daemon was not there, or did not keep up
 };
 
-/// CLOCK_REALTIME, rounded up to a tick: the start of a live drive. Its stamps advance exactly with
-/// simulated time from there.
+/// The start of a live drive, a tick of CLOCK_REALTIME shortly ahead, when everything is set up.
+/// Its stamps advance exactly with simulated time from there.
 [[nodiscard]] std::int64_t live_start_ns();
 
-/// Returns when the drive is over, or on SIGINT or SIGTERM. `also` is given everything that was
-/// sent, in the same stretches. Throws as CanOutput does. The camera's socket may come and go.
+/// Sends everything at its time, or at once where that is over. Returns when the drive is over, or
+/// on SIGINT or SIGTERM. `also` is given everything that was sent, in the same stretches. Throws as
+/// CanOutput does. The camera's socket may come and go.
 LiveSummary play_live(Simulation& simulation, const LiveOptions& options, Progress& progress,
                       const std::function<void(const Happenings&)>& also);
 
