@@ -44,6 +44,11 @@ void keep_scales_possible(State& state) noexcept {
   state.mean[at::wheel_scale] = std::clamp(state.mean[at::wheel_scale], -0.5, 0.5);
 }
 
+/// The nearer way round: each heading was seen next to the filter's, which the other's was not.
+double turn_between(const Pose2& from, const Pose2& to) noexcept {
+  return wrap_angle(to.yaw - from.yaw);
+}
+
 /// By how much the way that was seen from one to the other differs from the filter's, told along
 /// the car: a heading that is wrong turns the filter's way, and makes it no other.
 Pose2 apart(const Sighting& before, const Sighting& now) noexcept {
@@ -54,7 +59,7 @@ Pose2 apart(const Sighting& before, const Sighting& now) noexcept {
   const double y = now.seen.y - before.seen.y;
   return {c * x + s * y - (now.believed.x - before.believed.x),
           c * y - s * x - (now.believed.y - before.believed.y),
-          wrap_angle((now.seen.yaw - before.seen.yaw) - (now.believed.yaw - before.believed.yaw))};
+          wrap_angle(now.seen.yaw - before.seen.yaw - (now.believed.yaw - before.believed.yaw))};
 }
 
 bool agree(const Sighting& before, const Sighting& now,
@@ -82,12 +87,12 @@ bool possible(const CameraContender& run, const Sighting& now,
   const Pose2& c = now.seen;
   const double dx = (c.x - b.x) - share * (b.x - a.x);
   const double dy = (c.y - b.y) - share * (b.y - a.y);
-  const double turn = (c.yaw - b.yaw) - share * (b.yaw - a.yaw);
+  const double turn = turn_between(b, c) - share * turn_between(a, b);
   const double changing_s2 = 0.5 * now_s * (before_s + now_s);
   const double noise = 4.0 * std::sqrt(2.0 * (1.0 + share + share * share));
   return std::hypot(dx, dy) <=
              possible_accel * changing_s2 + noise * std::hypot(sigma[0], sigma[1]) &&
-         std::abs(wrap_angle(turn)) <= possible_yaw_accel * changing_s2 + noise * sigma[2];
+         std::abs(turn) <= possible_yaw_accel * changing_s2 + noise * sigma[2];
 }
 
 /// A long run of poses that a car could have come through, and has: a picture that stands still is
@@ -97,7 +102,7 @@ bool seen_driving(const CameraContender& run) noexcept {
   const Pose2& to = run.last.seen;
   return run.steady >= believed_rejections &&
          (std::hypot(to.x - from.x, to.y - from.y) > driven_distance ||
-          std::abs(wrap_angle(to.yaw - from.yaw)) > driven_yaw);
+          std::abs(turn_between(from, to)) > driven_yaw);
 }
 
 /// A pose that was wrong came of a motion that was: by as much as the run's own motion is not the
@@ -137,12 +142,13 @@ double take_motion(const CarModel& model, State& state, const Sighting& before, 
   forget(state, at::yaw_moment, model.noise.yaw_moment);
 
   const double step_s = seconds_between(before.capture_ns, now.capture_ns);
-  const double yaw = 0.5 * (before.seen.yaw + now.seen.yaw);
+  const double turn = turn_between(before.seen, now.seen);
+  const double yaw = before.seen.yaw + 0.5 * turn;
   const double c = std::cos(yaw);
   const double s = std::sin(yaw);
   const double v_x = ((now.seen.x - before.seen.x) * c + (now.seen.y - before.seen.y) * s) / step_s;
   const double v_y = ((now.seen.y - before.seen.y) * c - (now.seen.x - before.seen.x) * s) / step_s;
-  const double yaw_rate = (now.seen.yaw - before.seen.yaw) / step_s;
+  const double yaw_rate = turn / step_s;
   const double noise = std::sqrt(2.0) / step_s;
   take(at::v_x, v_x, std::hypot(changed_speed, noise * sigma[0]));
   take(at::v_y, v_y, std::hypot(changed_speed, noise * sigma[1]));

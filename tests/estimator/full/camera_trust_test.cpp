@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <optional>
 #include <random>
 #include <vector>
@@ -104,6 +105,22 @@ TEST(CameraTrust, AGyroWhoseBiasStepsIsLearntAnewOnTheWay) {
     EXPECT_NEAR(last.yaw_rate, circle.yaw_rate, 0.03) << step;
     EXPECT_LT(off(last), 0.02);
   }
+}
+
+TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
+  // Half a turn off, give or take the noise: from one pose to the next the nearer way round
+  // changes.
+  const auto flip = [](Arrival& arrival) {
+    if (arrival.camera && arrival.arrival_ns < fault_ns + 2'000 * millisecond) {
+      arrival.camera->yaw += std::numbers::pi;
+    }
+  };
+  const std::vector<Estimate> estimates = drive(flip);
+  for (const Estimate& e : estimates) {
+    ASSERT_LT(std::abs(e.yaw_rate), 5.0) << e.time_ns - start_ns;
+  }
+  EXPECT_LT(off(estimates.back()), 0.02);
+  EXPECT_NEAR(estimates.back().yaw_rate, circle.yaw_rate, 0.03);
 }
 
 TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
