@@ -38,16 +38,20 @@ bool covariance_is_of_error(std::span<const Pair> pairs, Align align) {
 
 std::vector<PoseError> pose_errors(std::span<const Pair> pairs, const estimator::Pose2& alignment,
                                    bool has_covariance) {
-  const double first =
-      alignment.yaw + pairs.front().estimate.pose.yaw - pairs.front().reference.pose.yaw;
-  const double whole_turns = first - std::remainder(first, 2.0 * std::numbers::pi);
   const double c = std::cos(alignment.yaw);
   const double s = std::sin(alignment.yaw);
   std::vector<PoseError> errors;
   errors.reserve(pairs.size());
+  double whole_turns = 0.0;
+  std::optional<double> resets;
   for (const Pair& pair : pairs) {
     const estimator::Pose2 pose = compose(alignment, pair.estimate.pose);
     const estimator::Pose2& truth = pair.reference.pose;
+    if (resets != pair.estimate.reset_count) {
+      const double turn = pose.yaw - truth.yaw;
+      whole_turns = turn - std::remainder(turn, 2.0 * std::numbers::pi);
+      resets = pair.estimate.reset_count;
+    }
     PoseError e;
     e.t_ns = pair.estimate.t_ns;
     e.error = {pose.x - truth.x, pose.y - truth.y, pose.yaw - truth.yaw - whole_turns};

@@ -25,7 +25,8 @@ struct PoseError {
 /// %) of what they are at the end. Fitted to the errors they never are.
 [[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
 
-/// Both headings are unwrapped; whole turns between them are settled once, at the first time.
+/// Both headings are unwrapped; whole turns between them are settled at the first time and where
+/// the estimate was reset: it does not know how often the car has turned, and owes nothing for it.
 /// Without a covariance the last two members stay empty.
 [[nodiscard]] std::vector<PoseError> pose_errors(std::span<const Pair> pairs,
                                                  const estimator::Pose2& alignment,

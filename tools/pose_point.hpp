@@ -16,6 +16,7 @@ namespace odomd::tools {
   for (std::size_t i = 0; i < point.covariance.size(); ++i) {
     point.covariance[i] = pose.covariance[i];
   }
+  if (frame == Frame::map) point.reset_count = pose.reset_count;
   return point;
 }
 

@@ -25,7 +25,8 @@ enum Column : std::size_t {
   sigma_yaw,
   cov_xy,
   cov_xyaw,
-  cov_yyaw
+  cov_yyaw,
+  reset_count
 };
 
 estimator::PoseCovariance covariance_at(const CsvReader& reader) {
@@ -66,13 +67,14 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
                    name,
                    {"t", prefix + "x", prefix + "y", prefix + "yaw"},
                    {"vx", "vy", "yaw_rate", "sigma_x", "sigma_y", "sigma_yaw", "cov_xy", "cov_xyaw",
-                    "cov_yyaw"}};
+                    "cov_yyaw", "reset_count"}};
   Trajectory trajectory;
   trajectory.name = name;
   trajectory.has_motion = reader.has(vx) && reader.has(vy) && reader.has(yaw_rate);
   trajectory.has_covariance =
       frame == Frame::map && reader.has(sigma_x) && reader.has(sigma_y) && reader.has(sigma_yaw);
 
+  const bool has_resets = frame == Frame::map && reader.has(reset_count);
   std::size_t repeated = 0;
   std::string first_repeated;
   while (reader.next()) {
@@ -83,6 +85,7 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
       point.motion = {reader.number(vx), reader.number(vy), reader.number(yaw_rate)};
     }
     if (trajectory.has_covariance) point.covariance = covariance_at(reader);
+    if (has_resets) point.reset_count = reader.number(reset_count);
     if (!trajectory.points.empty()) {
       const TrajectoryPoint& before = trajectory.points.back();
       if (point.t_ns < before.t_ns) {
@@ -120,6 +123,7 @@ TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b, std:
   for (std::size_t i = 0; i < point.covariance.size(); ++i) {
     point.covariance[i] = mix(a.covariance[i], b.covariance[i], share);
   }
+  point.reset_count = b.reset_count;
   return point;
 }
 

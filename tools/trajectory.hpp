@@ -24,6 +24,7 @@ struct TrajectoryPoint {
   estimator::Pose2 pose;  ///< yaw unwrapped: no step between rows exceeds half a turn
   Motion motion;          ///< where Trajectory::has_motion
   estimator::PoseCovariance covariance{};  ///< where Trajectory::has_covariance
+  double reset_count = 0.0;  ///< how often the pose has jumped; 0 where the file does not say
 };
 
 struct Trajectory {

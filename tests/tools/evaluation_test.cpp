@@ -75,6 +75,22 @@ TEST(Evaluation, AccumulatesHeadingOverWholeTurns) {
   EXPECT_NEAR(e.heading.rms, 6.0 / std::sqrt(3.0), 1e-2);
 }
 
+TEST(Evaluation, OwesNoWholeTurnsFromBeforeAReset) {
+  const Trajectory drive = wavy_drive(0.0, 30.0, 0.01);
+  Trajectory estimate = drive;
+  for (auto& point : estimate.points) {
+    if (point.t_ns < 10'000'000'000) {
+      point.pose.yaw += 0.2 * 1e-9 * static_cast<double>(point.t_ns);
+    } else {  // put right, the other way round
+      point.pose.yaw += 0.1 - 2.0 * std::numbers::pi;
+      point.reset_count = 1.0;
+    }
+  }
+  const Evaluation e = evaluate(drive, estimate, Align::none);
+  EXPECT_NEAR(e.heading_end, 0.1, 1e-9);
+  EXPECT_NEAR(e.heading.max, 2.0, 0.01);
+}
+
 TEST(Evaluation, CoversTheCommonSpanAlone) {
   const Evaluation e =
       evaluate(wavy_drive(1.0, 3.0, 0.01), wavy_drive(2.0, 9.0, 0.005), Align::first);

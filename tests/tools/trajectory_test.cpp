@@ -45,6 +45,7 @@ TEST(Trajectory, TellsWhatItHas) {
   EXPECT_FALSE(read("t,x,y,yaw\n0,0,0,0\n").has_motion);
   EXPECT_TRUE(read("t,x,y,yaw,vx,vy,yaw_rate\n0,0,0,0,1,2,3\n").has_motion);
   EXPECT_FALSE(read("t,x,y,yaw,sigma_x\n0,0,0,0,1\n").has_covariance);
+  EXPECT_EQ(read("t,x,y,yaw,reset_count\n0,0,0,0,3\n").points[0].reset_count, 3.0);
 }
 
 TEST(Trajectory, OfEqualTimesTheFirstRowCountsWithAWarning) {
