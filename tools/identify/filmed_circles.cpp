@@ -1,0 +1,135 @@
+#include "tools/identify/filmed_circles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "tools/identify/film_motion.hpp"
+#include "tools/identify/marker_track.hpp"
+#include "tools/identify/signal_log.hpp"
+
+namespace odomd::tools {
+namespace {
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+void measure_film(const StiffnessOptions& options, const daemon::Config& config,
+                  const MarkerPlaces& places, const std::string& run, FilmedCircles& films) {
+  const auto [tracks, log_file] = film_files(run);
+  const FilmTime time{options.frames_per_second};
+  const MarkerTrack track = tracks.size() == 1 ? read_marker_track(tracks[0], time)
+                                               : read_marker_tracks(tracks[0], tracks[1], time);
+  FilmMotion motion = film_motion(track, places, film_scale(options, places));
+  append(films.warnings, motion.warnings);
+
+  const std::vector<std::string> logs{log_file};
+  const SignalLog log = read_signals(config, logs);
+  append(films.warnings, log.warnings);
+  const Series& gyro = log.of(estimator::Source::yaw_rate);
+  if (log.of(estimator::Source::steering).empty())
+    throw std::invalid_argument(log_file + ": holds no steering angle; see odom dbc decode");
+  FilmAlignment alignment;
+  if (options.time_offset) {
+    alignment = check_alignment(track.name, motion, gyro,
+                                log.first_ns + std::llround(1e9 * *options.time_offset));
+  } else {
+    alignment = align_film(track.name, motion, gyro);
+  }
+  append(films.warnings, alignment.warnings);
+  put_on_clock_of_log(alignment, motion);
+  alignment.offset_ns -= log.first_ns;  // what people can read
+
+  const std::size_t warned = films.warnings.size();
+  std::vector<CircleRun> circles =
+      measure_circles(track.name, motion, log, alignment.offset_ns + log.first_ns,
+                      config.imu_position[1], films.warnings);
+  if (circles.empty() && films.warnings.size() == warned)
+    films.warnings.push_back(
+        track.name + ": no steady circle in it; hold steering and speed for half a turn or more");
+  films.circles.insert(films.circles.end(), circles.begin(), circles.end());
+  films.alignments.push_back(alignment);
+  films.names.push_back(track.name);
+}
+
+// Slope of the accelerometer over the film's v_x ψ̇: tells a wrong scale of the film.
+void compare_accelerations(std::span<const CircleRun> circles, std::vector<std::string>& warnings) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  for (const CircleRun& run : circles) {
+    if (!(run.accelerometer.sigma > 0.0)) continue;
+    n += 1.0;
+    x += run.lateral_accel;
+    y += run.accelerometer.value;
+    xx += run.lateral_accel * run.lateral_accel;
+    xy += run.lateral_accel * run.accelerometer.value;
+    yy += run.accelerometer.value * run.accelerometer.value;
+  }
+  const double spread = xx - x * x / std::max(n, 1.0);
+  if (n < 4.0 || !(spread > 1.0)) return;
+  const double slope = (xy - x * y / n) / spread;
+  // Residuals of the line tell how well its slope is known.
+  const double residual = std::max(yy - y * y / n - slope * slope * spread, 0.0);
+  const double sigma = std::sqrt(residual / ((n - 2.0) * spread));
+  if (std::abs(slope - 1.0) > std::max(0.02, 3.0 * sigma))
+    warnings.push_back(fmt::format(
+        "the accelerometer reads {:.1f} % of the film's lateral acceleration: check the film's "
+        "scale and frame rate, and the unit of [can.signals] accel_y",
+        100.0 * slope));
+}
+
+void warn_of_what_is_missing(std::span<const CircleRun> circles,
+                             std::vector<std::string>& warnings) {
+  const auto left =
+      std::ranges::count_if(circles, [](const CircleRun& r) { return r.yaw_rate > 0; });
+  if (left == 0 || left == std::ssize(circles))
+    warnings.push_back(fmt::format(
+        "all circles turn to the {}: the steering's offset and the angle of the markers cannot be "
+        "told from slip; drive circles to the {} too",
+        left == 0 ? "right" : "left", left == 0 ? "left" : "right"));
+  const auto [slow, fast] = std::ranges::minmax_element(
+      circles, {}, [](const CircleRun& r) { return std::abs(r.lateral_accel); });
+  if (std::abs(slow->lateral_accel) > 0.5 * std::abs(fast->lateral_accel))
+    warnings.emplace_back(
+        "all circles are about as fast: slow ones (a quarter of the lateral acceleration) would "
+        "tell the steering's scale and the markers' places from slip");
+}
+
+}  // namespace
+
+FilmedCircles measure_films(const StiffnessOptions& options, const daemon::Config& config,
+                            const MarkerPlaces& places) {
+  FilmedCircles films;
+  for (const std::string& run : options.runs) measure_film(options, config, places, run, films);
+  if (films.circles.empty()) throw std::invalid_argument(films.warnings.back());
+  return films;
+}
+
+void check_directions(std::span<const CircleRun> circles) {
+  std::size_t backwards = 0, against = 0;
+  for (const CircleRun& run : circles) {
+    if (std::cos(run.drift.value) < 0.3) ++backwards;
+    if (run.steering.value * run.yaw_rate < 0.0) ++against;
+  }
+  if (2 * backwards > circles.size())
+    throw std::invalid_argument(circles.front().film +
+                                ": the car moves with its rear ahead: the markers are swapped "
+                                "(exchange --front and --rear, "
+                                "or the columns); circles in reverse do not serve");
+  if (2 * against > circles.size())
+    throw std::invalid_argument(
+        circles.front().film +
+        ": the car turns to the other side than it steers: mend the sign of [can.signals] steering "
+        "(scale = -1.0); left is positive");
+}
+
+std::vector<std::string> doubts_about(std::span<const CircleRun> circles) {
+  std::vector<std::string> doubts;
+  warn_of_what_is_missing(circles, doubts);
+  compare_accelerations(circles, doubts);
+  return doubts;
+}
+
+}  // namespace odomd::tools
