@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "estimator/full/plausibility.hpp"
 #include "estimator/full/prediction.hpp"
@@ -26,6 +27,7 @@ constexpr double possible_yaw_accel = 60.0;  // [rad/s²]
 constexpr double driven_distance = 0.1;  // [m]
 constexpr double driven_yaw = 0.2;       // [rad]
 constexpr double longest_pause_s = 0.5;  // between two poses of one run
+constexpr double long_run_s = 2.0;       // of a car that creeps
 
 // How well the velocity is known after the pose turned out to be wrong.
 constexpr double doubted_speed = 0.1;         // [m/s]
@@ -62,15 +64,30 @@ Pose2 apart(const Sighting& before, const Sighting& now) noexcept {
           wrap_angle(now.seen.yaw - before.seen.yaw - (now.believed.yaw - before.believed.yaw))};
 }
 
+double way_between(const Pose2& from, const Pose2& to) noexcept {
+  return std::hypot(to.x - from.x, to.y - from.y);
+}
+
+/// How far apart two poses of one place may lie.
+double noise_between(const std::array<double, 3>& sigma) noexcept {
+  return 4.0 * std::numbers::sqrt2 * std::hypot(sigma[0], sigma[1]);
+}
+
 bool agree(const Sighting& before, const Sighting& now,
            const std::array<double, 3>& sigma) noexcept {
   const auto [dx, dy, turn] = apart(before, now);
-  const double way =
-      std::hypot(now.believed.x - before.believed.x, now.believed.y - before.believed.y);
-  const double noise = 4.0 * std::sqrt(2.0);
-  return std::hypot(dx, dy) <=
-             agreeing_share * way + agreeing_distance + noise * std::hypot(sigma[0], sigma[1]) &&
-         std::abs(turn) <= agreeing_yaw + noise * sigma[2];
+  const double way = way_between(before.believed, now.believed);
+  return std::hypot(dx, dy) <= agreeing_share * way + agreeing_distance + noise_between(sigma) &&
+         std::abs(turn) <= agreeing_yaw + 4.0 * std::numbers::sqrt2 * sigma[2];
+}
+
+/// Whether the way since then is so long that a picture that stands still would not agree with it,
+/// or the car, if it is not just this, has hardly moved for so long.
+bool tells_frozen(const Sighting& before, const Sighting& now,
+                  const std::array<double, 3>& sigma) noexcept {
+  return way_between(before.believed, now.believed) >
+             2.0 * (agreeing_distance + noise_between(sigma)) ||
+         seconds_between(before.capture_ns, now.capture_ns) > long_run_s;
 }
 
 /// Whether a car could have gone on to `now` as it has come, be the filter's velocity what it may.
@@ -97,12 +114,12 @@ bool possible(const CameraContender& run, const Sighting& now,
 
 /// A long run of poses that a car could have come through, and has: a picture that stands still is
 /// no car that slips.
-bool seen_driving(const CameraContender& run) noexcept {
+bool seen_driving(const CameraContender& run, const std::array<double, 3>& sigma) noexcept {
   const Pose2& from = run.first_steady.seen;
   const Pose2& to = run.last.seen;
   return run.steady >= believed_rejections &&
-         (std::hypot(to.x - from.x, to.y - from.y) > driven_distance ||
-          std::abs(turn_between(from, to)) > driven_yaw);
+         (way_between(from, to) > driven_distance + noise_between(sigma) ||
+          std::abs(turn_between(from, to)) > driven_yaw + 4.0 * std::numbers::sqrt2 * sigma[2]);
 }
 
 /// A pose that was wrong came of a motion that was: by as much as the run's own motion is not the
@@ -237,7 +254,10 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
                      .before_last = before.last,
                      .last = now};
   const bool goes_as_believed = state.contender.agreeing >= believed_rejections;
-  if (!goes_as_believed && !seen_driving(state.contender)) {
+  const bool alive =
+      goes_as_believed &&
+      (state.rest.standing || tells_frozen(state.contender.first_agreeing, now, sample.sigma));
+  if (!alive && !seen_driving(state.contender, sample.sigma)) {
     judgement.verdict = Verdict::gated;
     return judgement;
   }

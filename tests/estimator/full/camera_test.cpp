@@ -110,16 +110,17 @@ TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
   }
 }
 
-/// A filter that drives along x at 1 m/s (its covariance as it is), and a camera that sees it
-/// elsewhere: one pose, `number` poses after the start.
+/// A filter that drives along x (its covariance as it is), and a camera that sees it elsewhere: one
+/// pose, `number` poses after the start.
 struct Disagreement {
   State state = located();
   Pose2 truth;           ///< where the camera sees it at the start
   double heading = 0.0;  ///< the way it goes there
+  double speed = 1.0;    ///< [m/s]
 
   Judgement pose(int number, const Pose2& noise = {}) {
     const std::int64_t time_ns = state.time_ns + between_poses_ns;
-    const double way = 1.0 * static_cast<double>(between_poses_ns) * 1e-9;
+    const double way = speed * static_cast<double>(between_poses_ns) * 1e-9;
     state.time_ns = time_ns;
     state.mean[at::x] += way * std::cos(state.mean[at::yaw]);
     state.mean[at::y] += way * std::sin(state.mean[at::yaw]);
@@ -197,6 +198,19 @@ TEST(FullCamera, ASeenCarThatDoesNotMoveWithTheFilterIsNotBelieved) {
     EXPECT_EQ(car.pose(0).verdict, Verdict::gated) << i;
   }
   EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, ATrackerThatHasLostTheCarAndTremblesIsNotBelieved) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> trembling(0.0, 0.01);
+  for (const double speed : {0.2, 0.5, 1.0, 3.0}) {
+    Disagreement car{.truth = {5.0, -3.0, 0.0}, .speed = speed};
+    for (int i = 1; i < 2000; ++i) {
+      const Pose2 noise{trembling(random), trembling(random), trembling(random)};
+      EXPECT_EQ(car.pose(0, noise).verdict, Verdict::gated) << speed << " m/s, pose " << i;
+    }
+    EXPECT_EQ(car.state.resets, 0U);
+  }
 }
 
 TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
