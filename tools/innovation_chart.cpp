@@ -5,8 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "tools/chart/style.hpp"
+#include "tools/median.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -42,9 +45,7 @@ double longest_spacing(std::span<const Judgement> samples) {
   for (std::size_t i = 1; i < samples.size(); ++i)
     spacings.push_back(samples[i].time_ns - samples[i - 1].time_ns);
   if (spacings.empty()) return 0.0;
-  const auto middle = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
-  std::ranges::nth_element(spacings, middle);
-  return std::max(5e-9 * static_cast<double>(*middle), 0.5);
+  return std::max(5e-9 * static_cast<double>(median_of(std::move(spacings))), 0.5);
 }
 
 chart::Chart chart_of(std::span<const Judgement> samples, std::size_t dimension,

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "tools/median.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -64,8 +67,7 @@ DrivingNoise driving_noise(const Series& series) {
   std::vector<std::int64_t> steps;
   for (std::size_t i = 1; i < series.size(); ++i)
     steps.push_back(series.t_ns[i] - series.t_ns[i - 1]);
-  std::ranges::nth_element(steps, steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2));
-  const std::int64_t usual = steps[steps.size() / 2];
+  const std::int64_t usual = median_of(std::move(steps));
 
   // Third differences; not a number where the four samples do not follow each other.
   std::vector<double> third;

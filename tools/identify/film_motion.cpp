@@ -7,16 +7,11 @@
 
 #include <fmt/format.h>
 
+#include "tools/median.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
 namespace {
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 // Least squares of a complex path over the functions 1 and f(τ): the factor of f.
 struct ComplexLine {
@@ -49,7 +44,7 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
   distances.reserve(track.frames.size());
   for (const MarkerFrame& frame : track.frames)
     distances.push_back(std::abs(frame.front - frame.rear));
-  const double apart = median(distances);
+  const double apart = median_of(distances);
   if (!(apart > 0.0))
     throw std::invalid_argument(track.name +
                                 ": front and rear marker are at the same place; "
@@ -73,7 +68,7 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
 
   for (double& distance : distances) distance = std::abs(distance / apart - 1.0);
   // 1.48 median absolute deviations are a standard deviation
-  const double limit = std::max(6.0 * 1.48 * median(distances), 0.02);
+  const double limit = std::max(6.0 * 1.48 * median_of(distances), 0.02);
   std::size_t left_out = 0;
   double turned_before = 0.0;
   for (std::size_t i = 0; i < track.frames.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/median.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
@@ -78,14 +79,6 @@ Linear solve_linear(const OffsetRegression& r, const MatrixXd& x, const VectorXd
   return result;
 }
 
-double median_of_magnitudes(const VectorXd& values) {
-  std::vector<double> sorted(values.data(), values.data() + values.size());
-  for (double& value : sorted) value = std::fabs(value);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
-}
-
 double variance_of(const VectorXd& y) {
   return y.size() > 1 ? (y.array() - y.mean()).square().mean() : 0.0;
 }
@@ -123,7 +116,8 @@ Offset solve(const OffsetRegression& r) {
       best_x = std::move(x);
       best_fit = std::move(fit);
     }
-    const double scatter = 1.4826 * median_of_magnitudes(thin - best_x * best_fit.coefficients);
+    const double scatter =
+        1.4826 * median_of_magnitudes(VectorXd(thin - best_x * best_fit.coefficients));
     noise = std::max(scatter * scatter, 1e-12 * spread);
   }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tools/median.hpp"
+
 namespace odomd::tools {
 namespace {
 
@@ -13,14 +15,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double huber = 2.0;  // in standard deviations
-
-double median_of_magnitudes(const VectorXd& values) {
-  std::vector<double> sorted(values.data(), values.data() + values.size());
-  for (double& value : sorted) value = std::fabs(value);
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
-}
 
 double spread_of(const VectorXd& z) {
   return std::sqrt((z.array() - z.mean()).square().mean());

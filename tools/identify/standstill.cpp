@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tools/median.hpp"
+
 namespace odomd::tools {
 namespace {
 
@@ -16,12 +18,6 @@ constexpr double turning = 0.05;  // rad/s
 double seconds_after(const SignalLog& log, const Series& series, std::size_t i) {
   const std::int64_t begin = log.first_ns != 0 ? log.first_ns : series.t_ns.front();
   return 1e-9 * static_cast<double>(series.t_ns[i] - begin);
-}
-
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 void check_turning(const SignalLog& log, const Series& yaw_rate, double white,

@@ -1,0 +1,27 @@
+// Medians; of an even number of values the upper one of the middle two.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace odomd::tools {
+
+/// Of one value at least.
+template <typename T>
+[[nodiscard]] T median_of(std::vector<T> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+template <typename Range>
+[[nodiscard]] double median_of_magnitudes(const Range& values) {
+  std::vector<double> magnitudes(values.begin(), values.end());
+  for (double& value : magnitudes) value = std::fabs(value);
+  return median_of(std::move(magnitudes));
+}
+
+}  // namespace odomd::tools
