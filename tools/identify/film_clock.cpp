@@ -57,15 +57,18 @@ Placement search_rate(const YawRates& film, const YawRates& gyro, std::int64_t s
   constexpr double farthest = 4e9 / YawRates::step_ns, by = 0.2e9 / YawRates::step_ns,
                    largest = 0.08;
   const double end = std::min(farthest, largest * half);
-  const double slack = farthest;
-  for (double at_end = -end; at_end <= end; at_end += by)
-    for (double moved = -slack; moved <= slack; moved += 0.5 * by) {
+  const auto ends = static_cast<int>(2.0 * end / by), moves = static_cast<int>(4.0 * farthest / by);
+  for (int i = 0; i <= ends; ++i) {
+    const double at_end = by * i - end;
+    for (int j = 0; j <= moves; ++j) {
+      const double moved = 0.5 * by * j - farthest;
       const Placement placement{constant.middle_step + moved, at_end / half};
       const double squares = squares_at(film, gyro, placement);
       if (squares >= least) continue;
       least = squares;
       best = placement;
     }
+  }
   return best;
 }
 

@@ -112,7 +112,7 @@ Propagated inertia_on_cords(const InertiaOptions& options, const Bifilar& pendul
   for (Input& input : platform_inputs(options, pendulum, platform))
     inputs.push_back(std::move(input));
 
-  const Propagated inertia = propagate(inputs, [&](const std::vector<double>& x) {
+  Propagated inertia = propagate(inputs, [&](const std::vector<double>& x) {
     Bifilar hung{.spacing_above = x[2],
                  .spacing_below = x[3],
                  .cord = x[4],
