@@ -13,6 +13,7 @@
 #include "tools/camera_feed.hpp"
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
+#include "tools/daemon_options.hpp"
 #include "tools/service_path.hpp"
 
 namespace odomd::tools {
@@ -129,15 +130,8 @@ void add_camera(Command odom) {
       "  odom camera send --pose 1.2,0.4,1.57\n"
       "odom camera send --help has more.");
   Command command = camera.add_subcommand("send", "Send camera poses to the daemon");
-  command
-      .add_option("--socket", options->socket,
-                  "Camera socket of the daemon; else the service's, /run/odomd/can0/camera.sock, "
-                  "or /run/odomd/camera.sock")
-      .type_name("PATH");
-  command
-      .add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
-      .not_negative()
-      .type_name("S");
+  add_socket_option(command, options->socket, "camera");
+  add_wait_option(command, options->wait_s);
   const Option pose =
       command.add_option("--pose", options->pose, "One pose of the reference point [m, m, rad]")
           .delimiter(',')

@@ -11,6 +11,7 @@
 #include "tools/chart/drawing.hpp"
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
+#include "tools/daemon_options.hpp"
 #include "tools/innovation_chart.hpp"
 #include "tools/innovation_file.hpp"
 #include "tools/plot_charts.hpp"
@@ -211,12 +212,7 @@ void add_plot(Command odom) {
                              .positive()
                              .type_name("S")
                              .excludes(files);
-  command
-      .add_option("--shm", options->shm,
-                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the service's, "
-                  "/run/odomd/can0/pose")
-      .type_name("NAME")
-      .needs(seconds);
+  add_segment_option(command, options->shm).needs(seconds);
   command.footer(
       "Examples:\n"
       "  odom plot pose.csv --out lap.svg\n"

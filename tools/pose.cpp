@@ -14,6 +14,7 @@
 #include "tools/attach.hpp"
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
+#include "tools/daemon_options.hpp"
 #include "tools/files.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/pose_csv.hpp"
@@ -178,17 +179,10 @@ void run_pose(const Options& options) {
 void add_pose(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand("pose", "Read the pose that the daemon publishes");
-  command
-      .add_option("--shm", options->shm,
-                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
-                  "service's, /run/odomd/can0/pose")
-      .type_name("NAME");
+  add_segment_option(command, options->shm);
   add_choice(command, "--clock", options->clock, clocks(),
              "Clock of the times that are shown; default: monotonic");
-  command
-      .add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]; default: 0")
-      .not_negative()
-      .type_name("S");
+  add_wait_option(command, options->wait_s);
   const Option follow_flag =
       command.add_flag("--follow", options->follow, "Every tick as it comes");
   const Option json = command.add_flag("--json", options->json, "One JSON object, SI units");

@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 #include "tools/commands.hpp"
+#include "tools/daemon_options.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/recording_feed.hpp"
 #include "tools/recording_folder.hpp"
@@ -249,17 +250,11 @@ void add_record(Command odom) {
       "record", "Record a drive: what the running daemon takes in, and what it publishes");
   command.add_option("--out", options->out, "Folder to make; default: drive-DATE-TIME")
       .type_name("DIR");
-  command
-      .add_option("--socket", options->socket,
-                  "Record socket of the daemon; else the service's, /run/odomd/can0/record.sock, "
-                  "or /run/odomd/record.sock")
-      .type_name("PATH");
+  add_socket_option(command, options->socket, "record");
   command.add_option("--duration", options->duration_s, "End after so long [s]")
       .positive()
       .type_name("S");
-  command.add_option("--wait", options->wait_s, "Wait so long for a daemon to appear [s]")
-      .not_negative()
-      .type_name("S");
+  add_wait_option(command, options->wait_s);
   command.add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
   command.add_flag("--quiet", options->quiet, "Say nothing but errors");
   command.footer(

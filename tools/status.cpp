@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "tools/commands.hpp"
+#include "tools/daemon_options.hpp"
 #include "tools/service_path.hpp"
 #include "tools/status_socket.hpp"
 #include "tools/status_text.hpp"
@@ -55,11 +56,7 @@ void run_status(const Options& options) {
 void add_status(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand("status", "Ask the daemon how it is");
-  command
-      .add_option("--socket", options->socket,
-                  "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
-                  "or /run/odomd/status.sock")
-      .type_name("PATH");
+  add_socket_option(command, options->socket, "status");
   command.add_flag("--json", options->json, "The daemon's own document");
   command.footer(
       "Examples:\n"

@@ -13,6 +13,7 @@
 
 #include "tools/command.hpp"
 #include "tools/commands.hpp"
+#include "tools/daemon_options.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/watch/draw.hpp"
 #include "tools/watch/observer.hpp"
@@ -166,16 +167,8 @@ void run(const Options& options) {
 void add_watch(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
-  command
-      .add_option("--shm", options->target.segment,
-                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
-                  "service's, /run/odomd/can0/pose")
-      .type_name("NAME");
-  command
-      .add_option("--socket", options->target.socket,
-                  "Status socket of the daemon; else the service's, /run/odomd/can0/status.sock, "
-                  "or /run/odomd/status.sock")
-      .type_name("PATH");
+  add_segment_option(command, options->target.segment);
+  add_socket_option(command, options->target.socket, "status");
   command
       .add_option("--interval", options->interval_s,
                   "Time between two looks [s], 0.05 to 3600; default: 0.5")

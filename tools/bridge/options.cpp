@@ -8,6 +8,8 @@
 #include "tools/bridge/udp_sink.hpp"
 #include "tools/choice.hpp"
 #include "tools/csv.hpp"
+#include "tools/daemon_options.hpp"
+#include "tools/json_text.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -21,12 +23,6 @@ const Choices<Transforms>& transforms() {
   static const Choices<Transforms> names{
       {"all", Transforms::all}, {"odom", Transforms::odom}, {"none", Transforms::none}};
   return names;
-}
-
-std::string shortest(double value) {
-  std::string text;
-  append_number(text, value);
-  return text;
 }
 
 std::string problem_of_rate(const std::string& text) {
@@ -53,11 +49,7 @@ void describe_bridge(Command command, BridgeOptions& options) {
                   "JSON to this address, for PlotJuggler; without one: 127.0.0.1:9870")
       .value_if_none(plotjuggler_address)
       .type_name("HOST:PORT");
-  command
-      .add_option("--shm", options.shm,
-                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the "
-                  "service's, /run/odomd/can0/pose")
-      .type_name("NAME");
+  add_segment_option(command, options.shm);
   command
       .add_option("--rate", options.rate_hz,
                   "So many poses a second, every tick at the most [Hz]; default: 50")

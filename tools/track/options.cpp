@@ -6,15 +6,10 @@
 #include <string_view>
 
 #include "tools/csv.hpp"
+#include "tools/json_text.hpp"
 
 namespace odomd::tools {
 namespace {
-
-std::string shortest(double value) {
-  std::string text;
-  append_number(text, value);
-  return text;
-}
 
 // "1,2.5" as finite numbers; empty where one of them is none.
 std::vector<double> numbers_of(std::string_view text, char separator = ',') {

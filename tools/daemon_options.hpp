@@ -1,0 +1,19 @@
+// The options by which a command finds the daemon, in the same words everywhere.
+#pragma once
+
+#include <string>
+
+#include "tools/command.hpp"
+
+namespace odomd::tools {
+
+/// --shm: the segment that the daemon publishes in.
+Option add_segment_option(Command command, std::string& name);
+
+/// --socket. `door` is what the daemon listens for there: "status", "record", "camera".
+Option add_socket_option(Command command, std::string& path, const std::string& door);
+
+/// --wait [s].
+Option add_wait_option(Command command, double& seconds);
+
+}  // namespace odomd::tools
