@@ -176,14 +176,22 @@ TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsToldSo) {
               HasSubstr("of 26 s of film both markers are seen often enough in 4 s only"));
 }
 
+// The gyro, and a steering of a quarter of it until a time.
+SignalLog log_of(const Series& gyro, std::int64_t steered_until_ns) {
+  SignalLog log;
+  log.signals[static_cast<std::size_t>(estimator::Source::yaw_rate)] = gyro;
+  Series& steering = log.signals[static_cast<std::size_t>(estimator::Source::steering)];
+  for (std::size_t k = 0; k < gyro.size() && gyro.t_ns[k] <= steered_until_ns; ++k) {
+    steering.t_ns.push_back(gyro.t_ns[k]);
+    steering.value.push_back(0.25 * gyro.value[k]);
+  }
+  return log;
+}
+
 TEST(CircleRuns, FindsTheSteadyPartsAndMeasuresThem) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
   const FilmMotion motion = film_motion(film.track, places, metres);
-  SignalLog log;
-  log.signals[static_cast<std::size_t>(estimator::Source::yaw_rate)] = film.gyro;
-  Series& steering = log.signals[static_cast<std::size_t>(estimator::Source::steering)];
-  steering = film.gyro;
-  for (double& value : steering.value) value *= 0.25;
+  const SignalLog log = log_of(film.gyro, film.gyro.t_ns.back());
   std::vector<std::string> warnings;
   const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
   ASSERT_THAT(runs, SizeIs(2));
@@ -200,14 +208,7 @@ TEST(CircleRuns, FindsTheSteadyPartsAndMeasuresThem) {
 TEST(CircleRuns, ACircleWithoutItsSteeringIsLeftOutAndNotTakenForStraight) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
   const FilmMotion motion = film_motion(film.track, places, metres);
-  SignalLog log;
-  log.signals[static_cast<std::size_t>(estimator::Source::yaw_rate)] = film.gyro;
-  Series& steering = log.signals[static_cast<std::size_t>(estimator::Source::steering)];
-  for (std::size_t k = 0; k < film.gyro.size(); ++k) {
-    if (film.gyro.t_ns[k] > 19'000'000'000) break;  // before the second circle
-    steering.t_ns.push_back(film.gyro.t_ns[k]);
-    steering.value.push_back(0.25 * film.gyro.value[k]);
-  }
+  const SignalLog log = log_of(film.gyro, 19'000'000'000);  // before the second circle
   std::vector<std::string> warnings;
   const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
   ASSERT_THAT(runs, SizeIs(1));
