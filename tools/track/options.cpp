@@ -153,14 +153,15 @@ void describe_track(Command command, TrackOptions& options) {
       .type_name("FILE")
       .group(view);
   command
-      .add_option("--ground", options.ground,
-                  "A place in the picture [px] and on the ground [m]; four or more. x and y as "
-                  "seen from above: y to the left of x")
+      .add_option(
+          "--ground", options.ground,
+          "A place in the picture [px] and on the ground [m]; four at least, and a fifth to "
+          "find one that is mistyped. x and y as seen from above: y to the left of x")
       .type_name("U,V=X,Y")
       .group(view);
   command
       .add_option("--ground-marker", options.ground_markers,
-                  "... or an ArUco marker on the ground and where its middle is [m]; four or more")
+                  "... or an ArUco marker on the ground and where its middle is [m]; as many")
       .type_name("ID=X,Y")
       .group(view);
   command
@@ -200,7 +201,7 @@ void describe_track(Command command, TrackOptions& options) {
       "  odom identify track board.mp4 --calibrate 9x6 --square 0.025 --out lens.yaml\n"
       "  odom identify track circles.mp4 --aruco 4x4_50 --front 7 --rear 8 --lens lens.yaml \\\n"
       "    --ground-marker 0=0,0 --ground-marker 1=3,0 --ground-marker 2=3,3 \\\n"
-      "    --ground-marker 3=0,3 --height 0.12 --out markers.csv\n"
+      "    --ground-marker 3=0,3 --ground-marker 4=1,1.5 --height 0.12 --out markers.csv\n"
       "  odom identify track circles.mp4 --colour-front 120,40,30 --colour-rear 340,50,40 \\\n"
       "    --out markers.csv");
 }
