@@ -108,16 +108,23 @@ FilmedCircles measure_films(const StiffnessOptions& options, const daemon::Confi
 }
 
 void check_directions(std::span<const CircleRun> circles) {
-  std::size_t backwards = 0, against = 0;
+  std::size_t backwards = 0, sideways = 0, against = 0;
   for (const CircleRun& run : circles) {
-    if (std::cos(run.drift.value) < 0.3) ++backwards;
+    const double ahead = std::cos(run.drift.value);
+    if (ahead < -0.3)
+      ++backwards;
+    else if (ahead < 0.3)
+      ++sideways;
     if (run.steering.value * run.yaw_rate < 0.0) ++against;
   }
-  if (2 * backwards > circles.size())
-    throw std::invalid_argument(circles.front().film +
-                                ": the car moves with its rear ahead: the markers are swapped "
-                                "(exchange --front and --rear, "
-                                "or the columns); circles in reverse do not serve");
+  if (2 * (backwards + sideways) > circles.size())
+    throw std::invalid_argument(
+        circles.front().film +
+        (sideways > backwards
+             ? ": the car moves sideways: --front and --rear are X,Y, forward and to the left of "
+               "the centre of gravity; exchange the two numbers of each"
+             : ": the car moves with its rear ahead: the markers are swapped (exchange --front and "
+               "--rear, or the columns); circles in reverse do not serve"));
   if (2 * against > circles.size())
     throw std::invalid_argument(
         circles.front().film +

@@ -24,8 +24,8 @@ struct FilmedCircles {
 [[nodiscard]] FilmedCircles measure_films(const StiffnessOptions& options,
                                           const daemon::Config& config, const MarkerPlaces& places);
 
-/// Throws std::invalid_argument where most circles are driven backwards or steered the wrong way:
-/// markers exchanged, a sign of the steering.
+/// Throws std::invalid_argument where most circles are driven backwards or sideways, or steered the
+/// wrong way: markers or their X and Y exchanged, a sign of the steering.
 void check_directions(std::span<const CircleRun> circles);
 
 /// What a fit will not tell apart without circles of another kind, and an accelerometer that

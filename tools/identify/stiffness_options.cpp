@@ -58,9 +58,11 @@ double sigma_scale_of(const StiffnessOptions& options) {
   constexpr double largest = 0.1;
   const double sigma = parse_positive(options.sigma_scale, Dimension::pure, "--sigma-scale");
   if (sigma > largest)
-    throw std::invalid_argument(fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%",
-                                            options.sigma_scale, 100.0 * sigma,
-                                            options.sigma_scale));
+    throw std::invalid_argument(
+        options.sigma_scale.ends_with('%')
+            ? fmt::format("--sigma-scale: {} is too much; 10% at the most", options.sigma_scale)
+            : fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%", options.sigma_scale,
+                          100.0 * sigma, options.sigma_scale));
   return sigma;
 }
 

@@ -101,9 +101,11 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   };
   expect(places + "--run markers.csv,drive.log", "--y-down");
   expect("--front -0.12,0 --rear 0.18,0 " + film, "markers are swapped");
+  expect("--front 0,0.18 --rear 0,-0.12 " + film, "the car moves sideways");
   expect("--front 0.18 --rear -0.12,0 " + film, "--front");
   expect("--front 18apples,0 --rear -0.12,0 " + film, "--front");
   expect(places + film + "--sigma-mass 15mm", "--sigma-mass");
+  expect(places + film + "--sigma-scale 30%", "30% is too much");
   expect(places + film + "--sigma-scale 0.3", "write per cent as 0.3%");
   expect(places + "--y-down --run markers.csv", "neither MARKERS,LOG");
   expect(places + "--y-down --run nothing.csv,drive.log", "no such file");
