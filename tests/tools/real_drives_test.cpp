@@ -129,5 +129,24 @@ TEST_F(RealDrives, StayWithTheirCamera) {
   }
 }
 
+TEST_F(RealDrives, DoNotFollowATrackerThatHasLostTheCar) {
+  for (const Drive& drive : drives_) {
+    // From 4 s to 17.6 s its tracker repeats one place, trembling, while the car drives 14 m.
+    if (drive.name != "dart_track_v1") continue;
+    const auto poses = replayed(drive, Model::full, true);
+    expect_sound(poses, drive.name);
+    for (const odom_pose& pose : poses) ASSERT_EQ(pose.reset_count, 1U) << pose.time_ns;
+    const auto cameras = read_camera_log(drive.folder / "camera.csv").poses;
+    const auto found = std::adjacent_find(
+        cameras.rbegin(), cameras.rend(),
+        [](const auto& later, const auto& earlier) { return std::abs(later.x - earlier.x) > 1.0; });
+    ASSERT_NE(found, cameras.rend());
+    const auto tick =
+        static_cast<std::size_t>((found->capture_ns - poses.front().time_ns) / 5'000'000);
+    ASSERT_LT(tick, poses.size());
+    EXPECT_LT(std::hypot(found->x - poses[tick].x, found->y - poses[tick].y), 0.2);
+  }
+}
+
 }  // namespace
 }  // namespace odomd::tools::real_drives_test
