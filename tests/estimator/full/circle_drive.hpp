@@ -25,6 +25,11 @@ struct Arrival {
   std::optional<CameraPose> camera;
 };
 
+/// The tick that takes an arrival in.
+inline std::int64_t tick_of(std::int64_t arrival_ns) {
+  return (arrival_ns - start_ns + period_ns - 1) / period_ns;
+}
+
 inline constexpr BodyVelocity circle{2.0, 0.0, 1.0};
 
 inline std::vector<Arrival> drive_on_a_circle(std::int64_t duration_ns) {

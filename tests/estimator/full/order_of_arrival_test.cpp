@@ -1,0 +1,203 @@
+// Late and shuffled samples and skipped ticks: the same bits in the end.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "circle_drive.hpp"
+#include "estimator/full_filter.hpp"
+
+namespace odomd::estimator::full::order_of_arrival_test {
+namespace {
+
+using estimator::testing::Arrival;
+using estimator::testing::circle;
+using estimator::testing::drive_on_a_circle;
+using estimator::testing::eventful_drive;
+using estimator::testing::expect_same_frames;
+using estimator::testing::expect_same_state;
+using estimator::testing::hand_in;
+using estimator::testing::millisecond;
+using estimator::testing::period_ns;
+using estimator::testing::run;
+using estimator::testing::shuffled;
+using estimator::testing::start_ns;
+using estimator::testing::started;
+using estimator::testing::tick_of;
+
+TEST(OrderOfArrival, AnyOrderOfArrivalInsideTheWindowGivesTheSameBits) {
+  const std::vector<Arrival> in_order = drive_on_a_circle(1'000 * millisecond);
+  // In the end everything has arrived: 200 ticks, and what is missing comes 240 ms late at most.
+  constexpr std::int64_t ticks = 200;
+  FullFilter reference = started();
+  const Estimate expected = run(reference, in_order, ticks).back();
+
+  std::mt19937 random(11);
+  for (int permutation = 0; permutation < 5; ++permutation) {
+    FullFilter filter = started();
+    const std::vector<Arrival> in_any_order =
+        shuffled(in_order, start_ns + ticks * period_ns, random);
+    expect_same_state(run(filter, in_any_order, ticks).back(), expected);
+  }
+}
+
+TEST(OrderOfArrival, AnyOrderOfArrivalGivesTheSameBitsThroughGatesSlipRestAndReset) {
+  const std::vector<Arrival> in_order = eventful_drive();
+  constexpr std::int64_t ticks = 800;
+  FullFilter reference = started();
+  // What is to happen does.
+  std::array<int, source_count> gated{};
+  bool stood = false;
+  Estimate expected;
+  std::size_t next = 0;
+  for (std::int64_t k = 1; k <= ticks; ++k) {
+    const std::int64_t now = start_ns + k * period_ns;
+    for (; next < in_order.size() && in_order[next].arrival_ns <= now; ++next) {
+      hand_in(reference, in_order[next]);
+    }
+    expected = reference.step(now);
+    stood = stood || expected.mode == Mode::standstill;
+    for (const Judgement& judgement : reference.judgements()) {
+      gated[index_of(judgement.source)] += judgement.verdict == Verdict::gated ? 1 : 0;
+    }
+  }
+  ASSERT_TRUE(stood);
+  ASSERT_GT(gated[index_of(Source::yaw_rate)], 0);
+  ASSERT_GT(gated[index_of(Source::wheel_rear_left)], 10);
+  ASSERT_GT(gated[index_of(Source::camera)], 4);
+  ASSERT_EQ(expected.reset_count, 2U);
+  ASSERT_NEAR(expected.last_jump.y, -2.0, 0.05);
+
+  std::mt19937 random(14);
+  for (int permutation = 0; permutation < 5; ++permutation) {
+    FullFilter filter = started();
+    const std::vector<Arrival> in_any_order =
+        shuffled(in_order, start_ns + ticks * period_ns, random);
+    const Estimate e = run(filter, in_any_order, ticks).back();
+    expect_same_state(e, expected);
+    EXPECT_EQ(e.camera_ns, expected.camera_ns);
+  }
+}
+
+TEST(OrderOfArrival, OrderOfArrivalWithinATickLeavesTheBitsOfBothFramesAlone) {
+  const std::vector<Arrival> in_order = drive_on_a_circle(1'000 * millisecond);
+  FullFilter reference = started();
+  const std::vector<Estimate> expected = run(reference, in_order, 200);
+  std::mt19937 random(12);
+  for (int permutation = 0; permutation < 5; ++permutation) {
+    std::vector<Arrival> arrivals = in_order;
+    std::ranges::shuffle(arrivals, random);
+    std::ranges::stable_sort(arrivals, {}, [](const Arrival& a) { return tick_of(a.arrival_ns); });
+    FullFilter filter = started();
+    const std::vector<Estimate> estimates = run(filter, arrivals, 200);
+    for (std::size_t i = 0; i < estimates.size(); ++i) {
+      expect_same_frames(estimates[i], expected[i]);
+    }
+  }
+}
+
+TEST(OrderOfArrival, OfTwoClaimsOfOneSampleTheSameOneCountsInAnyOrder) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
+  const std::int64_t taken = start_ns + 390 * millisecond + 1;
+  const Measurement one{Source::yaw_rate, taken, 1.02, 0.005};
+  const Measurement other{Source::yaw_rate, taken, 0.97, 0.005};
+  const CameraPose here{taken, 0, 0.72, 0.15, 0.39, 0.008, 0.008, 0.009};
+  const CameraPose there{taken, 0, 0.71, 0.16, 0.39, 0.008, 0.008, 0.009};
+
+  // Both at once, or the second when the first has long been fused.
+  for (const int ticks_between : {0, 5}) {
+    const auto end_with = [&](const auto& first, const auto& second) {
+      FullFilter filter = started();
+      (void)run(filter, arrivals, 79);
+      EXPECT_EQ(filter.add(first), std::nullopt);
+      for (int i = 0; i < ticks_between; ++i) {
+        (void)filter.step(start_ns + (80 + i) * period_ns);
+      }
+      EXPECT_EQ(filter.add(second), Verdict::duplicate);
+      return filter.step(start_ns + 90 * period_ns);
+    };
+    expect_same_state(end_with(one, other), end_with(other, one));
+    expect_same_state(end_with(here, there), end_with(there, here));
+  }
+}
+
+TEST(OrderOfArrival, ALateSampleCountsAsIfItHadComeInTime) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  const Measurement sample{Source::wheel_rear, start_ns + 701 * millisecond, 2.3, 0.01};
+  FullFilter in_time = started();
+  EXPECT_EQ(in_time.add(sample), std::nullopt);
+  const Estimate expected = run(in_time, arrivals, 190).back();
+
+  FullFilter late = started();
+  (void)run(late, arrivals, 189);
+  EXPECT_EQ(late.add(sample), std::nullopt);
+  // The last tick once more, with what arrives in it.
+  for (const Arrival& arrival : arrivals) {
+    if (tick_of(arrival.arrival_ns) == 190) {
+      hand_in(late, arrival);
+    }
+  }
+  expect_same_state(late.step(start_ns + 190 * period_ns), expected);
+}
+
+TEST(OrderOfArrival, SkippedTicksLeaveTheSameBitsOnceTheirSamplesAreThere) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  FullFilter every = started();
+  const Estimate expected = run(every, arrivals, 180).back();
+  FullFilter some = started();
+  std::size_t next = 0;
+  Estimate last;
+  for (const std::int64_t tick : {1, 2, 3, 10, 11, 25, 60, 61, 100, 140, 180}) {
+    const std::int64_t now = start_ns + tick * period_ns;
+    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
+      hand_in(some, arrivals[next]);
+    }
+    last = some.step(now);
+  }
+  expect_same_state(last, expected);
+}
+
+TEST(OrderOfArrival, TheOdometryFrameOfSkippedTicksIsThatOfEveryTick) {
+  const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
+  FullFilter every = started();
+  FullFilter some = started();
+  (void)run(every, arrivals, 120);
+  (void)run(some, arrivals, 120);
+  // Nothing is heard any more, and the tyres take the car out of its circle.
+  Estimate expected;
+  for (std::int64_t tick = 121; tick <= 240; ++tick) {
+    expected = every.step(start_ns + tick * period_ns);
+  }
+  expect_same_frames(some.step(start_ns + 240 * period_ns), expected);
+}
+
+TEST(OrderOfArrival, BitsDoNotDependOnTheEpoch) {
+  // Decades later, on the grid of the ticks.
+  constexpr std::int64_t later_ns = 1'760'000'000'000'000'000;
+  const std::vector<Arrival> arrivals = drive_on_a_circle(500 * millisecond);
+  FullFilter reference = started();
+  const std::vector<Estimate> expected = run(reference, arrivals, 100);
+  FullFilter filter = started();
+  std::size_t next = 0;
+  for (std::int64_t k = 1; k <= 100; ++k) {
+    const std::int64_t now = start_ns + k * period_ns;
+    for (; next < arrivals.size() && arrivals[next].arrival_ns <= now; ++next) {
+      Arrival moved = arrivals[next];
+      if (moved.signal) {
+        moved.signal->time_ns += later_ns;
+        moved.signal->arrival_ns += later_ns;
+      } else {
+        moved.camera->capture_ns += later_ns;
+        moved.camera->arrival_ns += later_ns;
+      }
+      hand_in(filter, moved);
+    }
+    expect_same_frames(filter.step(now + later_ns), expected[static_cast<std::size_t>(k - 1)]);
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::order_of_arrival_test
