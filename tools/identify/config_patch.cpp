@@ -1,80 +1,22 @@
 #include "tools/identify/config_patch.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
-#include <algorithm>
-#include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <optional>
 #include <stdexcept>
-#include <system_error>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
-#include "daemon/config.hpp"
 #include "daemon/config_toml.hpp"
 #include "tools/csv.hpp"
 #include "tools/identify/toml_lines.hpp"
+#include "tools/identify/toml_path.hpp"
 
 namespace odomd::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// "can.signals.yaw_rate.sigma", "camera.lever_arm[2]", "can.e2e.\"a.b\".max": names, and at the
-/// end perhaps an element of a list.
-struct Path {
-  std::vector<std::string> names;
-  std::optional<std::size_t> element;
-};
-
-Path parse_path(const std::string& key) {
-  const auto no_key = [&] { throw std::invalid_argument(tools::quoted(key) + " is no key"); };
-  Path path;
-  std::size_t at = 0;
-  while (true) {
-    std::string name;
-    if (at < key.size() && key[at] == '"') {
-      const std::size_t closing = key.find('"', at + 1);
-      if (closing == std::string::npos) no_key();
-      name = key.substr(at + 1, closing - at - 1);
-      at = closing + 1;
-    } else {
-      const std::size_t end = std::min(key.find_first_of(".[", at), key.size());
-      name = key.substr(at, end - at);
-      at = end;
-    }
-    if (name.empty()) no_key();
-    path.names.push_back(std::move(name));
-    if (at == key.size() || key[at] != '.') break;
-    ++at;
-  }
-  if (at < key.size()) {
-    const char* const end = key.data() + key.size();
-    std::size_t index = 0;
-    const auto [after, error] = std::from_chars(key.data() + at + 1, end, index);
-    if (key[at] != '[' || error != std::errc{} || after + 1 != end || *after != ']') no_key();
-    path.element = index;
-  }
-  return path;
-}
-
-/// "[vehicle] mass", as the configuration's own errors have it.
-std::string shown(const Path& path) {
-  std::string table;
-  for (std::size_t i = 0; i + 1 < path.names.size(); ++i)
-    table += (i == 0 ? "" : ".") + toml_key(path.names[i]);
-  std::string text = table.empty() ? "" : "[" + table + "] ";
-  text += toml_key(path.names.back());
-  if (path.element) text += fmt::format("[{}]", *path.element);
-  return text;
-}
 
 /// Shortest form that reads back to the same bits, and a fraction by its looks.
 std::string number_text(double value) {
@@ -107,7 +49,7 @@ class Patch {
       : text_(text),
         file_(file),
         value_(value),
-        path_(parse_path(value.key)),
+        path_(parse_toml_path(value.key)),
         root_(daemon::parse_toml(text, file)),
         lines_(toml_lines(text)) {
     if (!std::isfinite(value.value))
@@ -327,72 +269,11 @@ class Patch {
   std::string& text_;
   const fs::path& file_;
   const ConfigValue& value_;
-  Path path_;
+  TomlPath path_;
   toml::table root_;
   std::vector<TomlLine> lines_;
   std::vector<const toml::table*> tables_;  // from the root down, those that are there
 };
-
-/// A file beside another that is gone unless it took that one's place.
-class Beside {
- public:
-  explicit Beside(const fs::path& place)
-      : name_((place.parent_path() / ("." + place.filename().string() + ".XXXXXX")).string()) {
-    file_ = can::FileDescriptor(::mkostemp(name_.data(), O_CLOEXEC));
-    if (file_.get() < 0) fail(place, errno);
-  }
-  ~Beside() {
-    if (!name_.empty()) ::unlink(name_.c_str());
-  }
-  Beside(const Beside&) = delete;
-  Beside& operator=(const Beside&) = delete;
-
-  [[nodiscard]] const std::string& name() const { return name_; }
-
-  void write(const std::string& text, const fs::path& place) {
-    std::size_t done = 0;
-    while (done < text.size()) {
-      const ssize_t count = ::write(file_.get(), text.data() + done, text.size() - done);
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) fail(place, errno);
-      done += static_cast<std::size_t>(count);
-    }
-    struct stat status {};
-    if (::stat(place.c_str(), &status) != 0) fail(place, errno);
-    // Another's file may not become ours; where it cannot be given back it is at least readable
-    // to whom it was.
-    if (::fchown(file_.get(), status.st_uid, status.st_gid) != 0 && errno != EPERM)
-      fail(place, errno);
-    if (::fchmod(file_.get(), status.st_mode & 07777U) != 0 || ::fsync(file_.get()) != 0)
-      fail(place, errno);
-  }
-
-  void take_the_place_of(const fs::path& place) {
-    if (::rename(name_.c_str(), place.c_str()) != 0) fail(place, errno);
-    name_.clear();
-  }
-
- private:
-  [[noreturn]] static void fail(const fs::path& place, int error) {
-    throw std::runtime_error(
-        fmt::format("{}: cannot be written: {}", place.string(), std::strerror(error)));
-  }
-
-  std::string name_;
-  can::FileDescriptor file_;
-};
-
-/// The reason why a text does not load, as if it stood in `file`.
-void check_that_it_loads(const std::string& copy, const fs::path& file) {
-  try {
-    (void)daemon::load_config(copy);
-  } catch (const std::invalid_argument& error) {
-    std::string what = error.what();
-    for (std::size_t at = what.find(copy); at != std::string::npos; at = what.find(copy))
-      what.replace(at, copy.size(), file.string());
-    throw std::invalid_argument(what + " (nothing was written)");
-  }
-}
 
 }  // namespace
 
@@ -401,28 +282,6 @@ std::string patched(const std::string& text, const std::filesystem::path& file,
   std::string result = text;
   for (const ConfigValue& value : values) Patch(result, file, value).apply();
   return result;
-}
-
-std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
-  try {
-    const toml::table root = toml::parse(daemon::read_toml_file(file));
-    return root.at_path(key).value<double>();
-  } catch (const toml::parse_error&) {
-    return std::nullopt;  // patching says where
-  }
-}
-
-void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values) {
-  const std::string before = daemon::read_toml_file(file);
-  std::error_code error;
-  if (!fs::is_regular_file(file, error))
-    throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
-  const std::string after = patched(before, file, values);
-  const fs::path place = fs::canonical(file);  // a link stays one
-  Beside copy(place);
-  copy.write(after, place);
-  check_that_it_loads(copy.name(), file);
-  if (after != before) copy.take_the_place_of(place);
 }
 
 }  // namespace odomd::tools
