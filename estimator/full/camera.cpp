@@ -118,8 +118,9 @@ bool seen_driving(const CameraContender& run, const std::array<double, 3>& sigma
   const Pose2& from = run.first_steady.seen;
   const Pose2& to = run.last.seen;
   return run.steady >= believed_rejections &&
-         (way_between(from, to) > driven_distance + noise_between(sigma) ||
-          std::abs(turn_between(from, to)) > driven_yaw + 4.0 * std::numbers::sqrt2 * sigma[2]);
+         (way_between(from, to) > std::max(driven_distance, noise_between(sigma)) ||
+          std::abs(turn_between(from, to)) >
+              std::max(driven_yaw, 4.0 * std::numbers::sqrt2 * sigma[2]));
 }
 
 /// A pose that was wrong came of a motion that was: by as much as the run's own motion is not the
@@ -253,11 +254,10 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
                      .first_steady = steady ? before.first_steady : now,
                      .before_last = before.last,
                      .last = now};
-  const bool goes_as_believed = state.contender.agreeing >= believed_rejections;
-  const bool alive =
-      goes_as_believed &&
+  const bool goes_as_believed =
+      state.contender.agreeing >= believed_rejections &&
       (state.rest.standing || tells_frozen(state.contender.first_agreeing, now, sample.sigma));
-  if (!alive && !seen_driving(state.contender, sample.sigma)) {
+  if (!goes_as_believed && !seen_driving(state.contender, sample.sigma)) {
     judgement.verdict = Verdict::gated;
     return judgement;
   }
