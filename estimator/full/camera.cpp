@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimator/full/plausibility.hpp"
 #include "estimator/full/prediction.hpp"
 #include "estimator/full/standstill.hpp"
 #include "estimator/pose.hpp"
@@ -124,7 +123,7 @@ bool seen_driving(const CameraContender& run, const std::array<double, 3>& sigma
 }
 
 /// A pose that was wrong came of a motion that was: by as much as the run's own motion is not the
-/// filter's.
+/// filter's. Where the ways differ it is the wheels that erred, or may have.
 void doubt_motion(State& state, const CameraContender& run,
                   const std::array<double, 3>& sigma) noexcept {
   const auto squared = [](double value) { return value * value; };
@@ -141,12 +140,15 @@ void doubt_motion(State& state, const CameraContender& run,
   state.covariance(at::yaw_rate, at::yaw_rate) += yaw_rate;
   state.covariance(at::gyro_bias, at::gyro_bias) +=
       std::min(squared(doubted_bias) + yaw_rate, squared(largest_doubted_bias));
+  if (way > 0.0) {
+    state.wheels_doubted_until_ns =
+        ns_after(run.last.capture_ns, std::llround(wheels_doubted_s * ns_per_second));
+  }
 }
 
 /// The motion is what two poses show, and no force that the filter has made up explains it.
-/// Returns the speed.
-double take_motion(const CarModel& model, State& state, const Sighting& before, const Sighting& now,
-                   const std::array<double, 3>& sigma) noexcept {
+void take_motion(const CarModel& model, State& state, const Sighting& before, const Sighting& now,
+                 const std::array<double, 3>& sigma) noexcept {
   const auto take = [&state](at::Index index, double seen, double deviation) {
     Prediction z;
     z.value = state.mean[index];
@@ -171,7 +173,6 @@ double take_motion(const CarModel& model, State& state, const Sighting& before, 
   take(at::v_x, v_x, std::hypot(changed_speed, noise * sigma[0]));
   take(at::v_y, v_y, std::hypot(changed_speed, noise * sigma[1]));
   take(at::yaw_rate, yaw_rate, std::hypot(changed_yaw_rate, noise * sigma[2]));
-  return v_x;
 }
 
 /// The pose becomes `seen`, its covariance that of the camera, and nothing else is related to it.
@@ -266,11 +267,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   move_to(state, seen, sample.sigma);
   doubt_motion(state, state.contender, sample.sigma);
   if (!goes_as_believed) {
-    const double speed = take_motion(model, state, before.last, now, sample.sigma);
-    if (wheels_deny(state, sample.time_ns, speed)) {
-      state.wheels_doubted_until_ns =
-          ns_after(sample.time_ns, std::llround(wheels_doubted_s * ns_per_second));
-    }
+    take_motion(model, state, before.last, now, sample.sigma);
   }
   if (state.rest.standing) {
     set_off(model, state, std::sqrt(state.covariance(at::v_x, at::v_x)));

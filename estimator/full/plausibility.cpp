@@ -19,10 +19,6 @@ constexpr double fresh_s = 0.25;
 // A source has paused that is unheard for three of its intervals and this.
 constexpr double slack_s = 0.02;
 
-// A wheel turns as fast as the car goes, give or take this: curves, and what it takes to know.
-constexpr double same_speed = 0.3;  // [m/s]
-constexpr double same_share = 0.3;
-
 constexpr int fewest_rejected = 3;
 constexpr int most_counted = 3;
 
@@ -56,25 +52,16 @@ bool agree(const Reading& before, const Sample& sample) noexcept {
                  change.rate * std::min(elapsed_s, longest_change_s);
 }
 
-/// Calls `with` with the source of every wheel that was lately heard.
+/// Calls `with` with the source of every wheel that was lately heard, but the sample's.
 template <typename With>
-void for_the_wheels(const State& state, std::int64_t time_ns, const With& with) {
+void for_the_other_wheels(const State& state, const Sample& sample, const With& with) {
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
     const Reading& heard = state.heard[i];
-    if (heard.agreeing > 0 && seconds_between(heard.time_ns, time_ns) <= fresh_s) {
+    if (i != index_of(sample.source) && heard.agreeing > 0 &&
+        seconds_between(heard.time_ns, sample.time_ns) <= fresh_s) {
       with(i);
     }
   }
-}
-
-/// ... but not with the sample's.
-template <typename With>
-void for_the_other_wheels(const State& state, const Sample& sample, const With& with) {
-  for_the_wheels(state, sample.time_ns, [&](std::size_t i) {
-    if (i != index_of(sample.source)) {
-      with(i);
-    }
-  });
 }
 
 }  // namespace
@@ -145,16 +132,6 @@ bool outvotes_the_fused(const State& state, const Sample& sample) noexcept {
   return against > fused ||
          (against == fused && fused_rest && turns(sample.value[0], sample.sigma[0]) &&
           seconds_between(rejection.since_ns, sample.time_ns) >= dead_after_s);
-}
-
-bool wheels_deny(const State& state, std::int64_t time_ns, double speed) noexcept {
-  int more = 0;
-  for_the_wheels(state, time_ns, [&](std::size_t i) {
-    const double wheel = state.heard[i].value;
-    const double same = same_speed + same_share * std::max(std::abs(speed), std::abs(wheel));
-    more += std::abs(wheel - speed) > same ? 1 : -1;
-  });
-  return more > 0;
 }
 
 void note_heard(State& state, const Sample& sample) noexcept {

@@ -46,9 +46,6 @@ inline constexpr double dead_after_s = 0.5;
 /// fused; or as many, which have turned for long enough beside others that all rest.
 [[nodiscard]] bool outvotes_the_fused(const State& state, const Sample& sample) noexcept;
 
-/// Whether more of the wheels that were lately heard contradict a car's speed than agree with it.
-[[nodiscard]] bool wheels_deny(const State& state, std::int64_t time_ns, double speed) noexcept;
-
 /// Notes what the source has said, after the sample was taken.
 void note_heard(State& state, const Sample& sample) noexcept;
 

@@ -123,6 +123,21 @@ TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
   EXPECT_NEAR(estimates.back().yaw_rate, circle.yaw_rate, 0.03);
 }
 
+TEST(CameraTrust, WheelsThatSlipResetThePoseOnce) {
+  // All of them, by a little or a lot, for three seconds.
+  for (const double slip : {0.8, 1.2, 1.5, 3.0}) {
+    const auto slipping = [slip](Arrival& arrival) {
+      if (arrival.signal && is_wheel(arrival.signal->source) &&
+          arrival.arrival_ns < fault_ns + 3'000 * millisecond) {
+        arrival.signal->value *= slip;
+      }
+    };
+    const std::vector<Estimate> estimates = drive(slipping);
+    EXPECT_LE(estimates.back().reset_count, 3U) << slip;
+    EXPECT_LT(off(estimates.back()), 0.02) << slip;
+  }
+}
+
 TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
   // From a standstill, with wheels that are dead.
   FullFilter filter = started();
