@@ -37,7 +37,8 @@ Patience patience_with(Source source, const Prediction& prediction, bool standin
       // Of a slow car, too, nothing but the bias explains it.
       return {0.2, prediction.count() == 1 ? at::accel_bias_y : at::front_force};
     case Source::accel_x:
-      return {0.2, at::accel_bias_x};
+      // Standing; but a car whose wheels are blind to slow speeds sets off like this.
+      return {1.5, at::accel_bias_x};
     default:
       return {0.25, at::v_x};
   }

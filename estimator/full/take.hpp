@@ -25,9 +25,10 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 /// The model's inputs as they stand at the state's time: too old ones do not count.
 [[nodiscard]] Input input_of(const State& state) noexcept;
 
-/// Takes a sample whose time is the state's. Of a source that is rejected for too long (a gyro
-/// 50 ms, an accelerometer 0.2 s, the wheels 0.25 s of which none was fused) the filter gives in:
-/// what it measures is doubted as far as the sample is off, and the sample is fused.
+/// Takes a sample whose time is the state's. Of a source that is rejected for too long (the
+/// gyro 50 ms, the lateral accelerometer 0.2 s, the other one, which is judged at a standstill
+/// only, 1.5 s, the wheels 0.25 s of which none was fused) the filter gives in: what it measures is
+/// doubted as far as the sample is off, and the sample is fused.
 [[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -200,10 +200,18 @@ TEST(Stopping, AnAccelerometerThatInsistsOnASlopeHasAnotherBiasToo) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   ASSERT_TRUE(car.state.rest.standing);
-  car.drive(1.0, with(straight_at(0.0), Source::accel_x, 2.0));
+  car.drive(2.0, with(straight_at(0.0), Source::accel_x, 2.0));
   EXPECT_GT(car.gated[Source::accel_x], 20);
   EXPECT_GT(car.fused[Source::accel_x], 20);
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], 2.0, 0.1);
+}
+
+TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveTeachesNoBias) {
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  const double bias = car.state.mean[at::accel_bias_x];
+  car.drive(0.7, with(straight_at(0.0), Source::accel_x, 1.0));
+  EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.02);
 }
 
 TEST(Stopping, ReversesThroughStandstill) {
