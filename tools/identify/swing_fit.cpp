@@ -24,6 +24,10 @@ struct Record {
 /// Of gravity the fit needs to know only how much the body's lift counts: any on Earth will do.
 constexpr double gravity = 9.81;
 
+/// What no car on cords does: a record in other units.
+constexpr double slowest = 100.0;    // swing [s]
+constexpr double widest = 0.5 * pi;  // from the middle [rad]
+
 enum Unknown : Eigen::Index { log_period, viscous, quadratic, angle, rate, bias, unknown_count };
 using Unknowns = Eigen::Matrix<double, unknown_count, 1>;
 using Information = Eigen::Matrix<double, unknown_count, unknown_count>;
@@ -234,6 +238,15 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
                              lengths.size() / 2, record.t[begin]));
   std::ranges::sort(lengths);
   const double period = 2.0 * lengths[lengths.size() / 2];
+  if (period > slowest)
+    refuse(name, fmt::format("a swing takes {:.4g} s by its times, and no car's takes {:.0f}: are "
+                             "they in ms? Divide them by 1000",
+                             period, slowest));
+  const double amplitude = peak * period / (2.0 * pi);
+  if (amplitude > widest)
+    refuse(name, fmt::format("it swings by {:.0f} deg to each side by its yaw rate of up to {:.3g} "
+                             "rad/s, and cords cross before: is that deg/s? Multiply by {:.7f}",
+                             amplitude * 180.0 / pi, peak, pi / 180.0));
   const Section section{begin, halves[last].begin};
   const double seconds = record.t[section.end - 1] - record.t[section.begin];
   if (static_cast<double>(section.size()) * period / seconds < 8.0)

@@ -135,6 +135,22 @@ TEST(SwingFit, FindsThePeriodOfSmallSwingsFromWideDampedNoisyOnes) {
   EXPECT_TRUE(fit.warnings.empty());
 }
 
+TEST(SwingFit, TellsARecordInOtherUnits) {
+  sim::SwingParameters rig = ideal_rig();
+  rig.viscous = 0.01 * inertia;
+  rig.amplitude = 0.35;
+  const Series swing = record_of(rig, 34.0, 0.005, 0.02);
+  const auto refusal = [](const Series& series) {
+    return message_of([&] { (void)fit_swing(series, reference, "phone.csv"); });
+  };
+  Series degrees = swing;
+  for (double& value : degrees.value) value *= 180.0 / pi;
+  EXPECT_THAT(refusal(degrees), HasSubstr("is that deg/s? Multiply by 0.0174533"));
+  Series milliseconds = swing;
+  for (std::int64_t& t : milliseconds.t_ns) t *= 1000;
+  EXPECT_THAT(refusal(milliseconds), HasSubstr("are they in ms? Divide them by 1000"));
+}
+
 TEST(SwingFit, RefusesWhatIsNoSwing) {
   Series series;
   sim::RandomStream random(1, "nothing");
