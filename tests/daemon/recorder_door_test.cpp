@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "daemon/pipeline.hpp"
+#include "tests/daemon/one_wheel.hpp"
 
 namespace odomd::daemon::recorder_door_test {
 namespace {
@@ -94,14 +95,9 @@ class RecorderDoorTest : public testing::Test {
     ASSERT_NE(mkdtemp(name.data()), nullptr);
     directory_ = name;
     std::filesystem::permissions(directory_, std::filesystem::perms{0755});
-    config_.can.bindings = {{.channel = static_cast<std::uint16_t>(estimator::Source::wheel_rear),
-                             .role = "wheel_rear",
-                             .message = "WHEEL",
-                             .signals = {"Speed"},
-                             .unit = can::Unit::m_per_s}};
-    const std::vector<can::Database> databases{can::parse_dbc(
-        "BO_ 257 WHEEL: 2 Car\n SG_ Speed : 0|16@1- (0.001,0) [0|0] \"m/s\" X\n", "test.dbc")};
-    pipeline_ = std::make_unique<Pipeline>(config_, databases, std::vector<std::string>{}, false);
+    config_.can.bindings = one_wheel::bindings();
+    pipeline_ =
+        std::make_unique<Pipeline>(config_, one_wheel::bus(), std::vector<std::string>{}, false);
     tap_ = std::make_unique<RecordingTap>(*pipeline_);
     static_cast<void>(buses_.index_of("can0"));
     journal_.emplace(LogConfig{directory_ / "log", "info"});

@@ -8,6 +8,7 @@
 
 #include "daemon/pipeline.hpp"
 #include "tests/allocation_count.hpp"
+#include "tests/daemon/one_wheel.hpp"
 
 namespace odomd::daemon::recording_tap_test {
 namespace {
@@ -17,14 +18,9 @@ using State = RecordingTap::State;
 class RecordingTapTest : public testing::Test {
  protected:
   RecordingTapTest() {
-    config_.can.bindings = {{.channel = static_cast<std::uint16_t>(estimator::Source::wheel_rear),
-                             .role = "wheel_rear",
-                             .message = "WHEEL",
-                             .signals = {"Speed"},
-                             .unit = can::Unit::m_per_s}};
-    const std::vector<can::Database> databases{can::parse_dbc(
-        "BO_ 257 WHEEL: 2 Car\n SG_ Speed : 0|16@1- (0.001,0) [0|0] \"m/s\" X\n", "test.dbc")};
-    pipeline_ = std::make_unique<Pipeline>(config_, databases, std::vector<std::string>{}, true);
+    config_.can.bindings = one_wheel::bindings();
+    pipeline_ =
+        std::make_unique<Pipeline>(config_, one_wheel::bus(), std::vector<std::string>{}, true);
     tap_ = std::make_unique<RecordingTap>(*pipeline_);
   }
 

@@ -6,29 +6,20 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tests/daemon/one_wheel.hpp"
+
 namespace odomd::tools::virtual_drive_test {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t period = 5 * ms;
 
-constexpr std::string_view bus = R"(VERSION ""
-BO_ 257 WHEEL: 2 Car
- SG_ Speed : 0|16@1- (0.001,0) [0|0] "m/s" X
-)";
-
 std::unique_ptr<daemon::Pipeline> pipeline(bool camera_expected) {
-  constexpr auto wheel = static_cast<std::uint16_t>(estimator::Source::wheel_rear);
   daemon::Config config;
   config.model = estimator::Model::kinematic;
-  config.can.bindings = {{.channel = wheel,
-                          .role = "wheel_rear",
-                          .message = "WHEEL",
-                          .signals = {"Speed"},
-                          .unit = can::Unit::m_per_s}};
-  const std::vector<can::Database> databases{can::parse_dbc(bus, "test.dbc")};
-  return std::make_unique<daemon::Pipeline>(config, databases, std::vector<std::string>{"can0"},
-                                            camera_expected);
+  config.can.bindings = daemon::one_wheel::bindings();
+  return std::make_unique<daemon::Pipeline>(config, daemon::one_wheel::bus(),
+                                            std::vector<std::string>{"can0"}, camera_expected);
 }
 
 struct Drive {
