@@ -264,13 +264,13 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   }
   // Believed against the test: it does not count among those that the filter expects.
   judgement.degrees = 0;
+  if (state.rest.standing) {
+    set_off(model, state, 0.0);
+  }
   move_to(state, seen, sample.sigma);
   doubt_motion(state, state.contender, sample.sigma);
   if (!goes_as_believed) {
     take_motion(model, state, before.last, now, sample.sigma);
-  }
-  if (state.rest.standing) {
-    set_off(model, state, std::sqrt(state.covariance(at::v_x, at::v_x)));
   }
   ++state.resets;
   state.last_jump = {seen.x - believed.x, seen.y - believed.y, seen.yaw - believed.yaw};

@@ -71,12 +71,13 @@ void stand(State& state, std::int64_t time_ns) noexcept {
 
 }  // namespace
 
-/// The wheels may have been turning for a while below the slowest speed that they resolve.
-void set_off(const CarModel& model, State& state, double speed, double unheard_s) noexcept {
+/// The wheels may have been turning for a while below the slowest speed that they resolve: the way
+/// is ½ v² / a.
+void set_off(const CarModel& model, State& state, double speed) noexcept {
   state.rest = {};
   const double yaw = state.mean[at::yaw];
   const Eigen::Vector2d way =
-      0.5 * speed * unheard_s * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+      0.5 * speed * speed / brisk_accel * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
   state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
   forget(state, at::v_y, departing_side);
@@ -134,8 +135,7 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
     return;
   }
   if (rest.standing) {
-    const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
-    set_off(model, state, brisk_accel * unheard_s, unheard_s);
+    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
   }
   begin_rest(rest, time_ns);
 }

@@ -117,11 +117,10 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
       return held(sample.source);
     }
     const WheelVote vote = wheel_vote(state, sample);
-    const double unheard_s = seconds_between(last_wheel_ns(state), sample.time_ns);
     if (!sets_off(state, sample, vote)) {
       return gated(sample.source);
     }
-    set_off(context.model, state, vote.slowest, unheard_s);
+    set_off(context.model, state, vote.slowest);
   }
   const bool gyro = gyro_alive(state);
   Prediction z = predict_wheel_speed(context.model, context.wheels, input_of(state), state,
@@ -258,7 +257,7 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
   if (state.rest.standing) {
     const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
     if (unheard_s > wheels_needed_s) {
-      set_off(context.model, state, brisk_accel * unheard_s, unheard_s);
+      set_off(context.model, state, brisk_accel * unheard_s);
     }
   }
   if (state.rest.standing) {

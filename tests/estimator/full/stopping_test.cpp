@@ -230,6 +230,32 @@ TEST(Stopping, ReversesThroughStandstill) {
   EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.01);
 }
 
+TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveIsNotSurelyWhereItStood) {
+  // At 1 m/s², with wheels that read zero below 0.7 m/s.
+  Car car;
+  car.drive(3.0, straight_at(0.0));
+  const double before = car.state.covariance(at::x, at::x);
+  car.drive(0.7, with(straight_at(0.0), Source::accel_x, 1.0));
+  car.drive(0.02, straight_at(0.7));
+  ASSERT_FALSE(car.state.rest.standing);
+  EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.2 * 0.2);
+}
+
+TEST(Stopping, ADirectionThatComesLateLeavesThePlaceUncertain) {
+  Car car;
+  car.say(Source::direction, 1.0);
+  car.drive(3.0, straight_at(0.0));
+  const double before = car.state.covariance(at::x, at::x);
+  const double x = car.state.mean[at::x];
+  for (int i = 0; i < 80; ++i) {  // backwards, at 1 m/s²
+    car.tick(with(straight_at(0.005 * i), Source::accel_x, -1.0));
+  }
+  car.say(Source::direction, -1.0);
+  const double off = car.state.mean[at::x] - (x - 0.5 * 0.4 * 0.4);
+  EXPECT_GT(off, 0.1);
+  EXPECT_LT(off, 2.0 * std::sqrt(car.state.covariance(at::x, at::x) - before));
+}
+
 Says of_two_wheels(double left, double right) {
   Says says =
       with(with(straight_at(0.0), Source::wheel_rear_left, left), Source::wheel_rear_right, right);
