@@ -1,0 +1,78 @@
+// What is wrong with a start is said in one line, with exit status 2.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "daemon_process.hpp"
+
+namespace odomd::testing::odomd_mistake_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class OdomdMistake : public ::testing::Test {
+ protected:
+  std::string error_of(const std::vector<std::string>& arguments) {
+    DaemonProcess odomd(desk_, arguments);
+    EXPECT_EQ(odomd.wait(), 2);
+    auto errors = desk_.read("stderr");
+    EXPECT_EQ(errors.find('\n'), errors.size() - 1) << errors;
+    return errors;
+  }
+
+  Desk desk_;
+};
+
+TEST_F(OdomdMistake, AnUnknownKey) {
+  desk_.write("car.toml", "[vehicle]\nmas = 3\n" + desk_.read("car.toml").substr(10));
+  EXPECT_THAT(error_of({}), HasSubstr("car.toml:2: [vehicle] mas: unknown key; did you mean"));
+}
+
+TEST_F(OdomdMistake, ADatabaseThatIsNone) {
+  desk_.write("car.dbc", "BO_ what is this\n");
+  EXPECT_THAT(error_of({}), HasSubstr("car.dbc:1: "));
+}
+
+TEST_F(OdomdMistake, NoSource) {
+  auto text = desk_.read("car.toml");
+  text.erase(text.find("source = \"-\"\n"), std::string("source = \"-\"\n").size());
+  desk_.write("car.toml", text);
+  EXPECT_THAT(error_of({}), HasSubstr("no CAN source is named; give --can can0"));
+}
+
+TEST_F(OdomdMistake, ALogThatIsNotThere) {
+  EXPECT_THAT(error_of({"--can", "/nowhere/drive.log"}), HasSubstr("/nowhere/drive.log"));
+}
+
+TEST_F(OdomdMistake, ASourceNamedTwice) {
+  EXPECT_THAT(error_of({"--can", "-", "--can", "-"}), HasSubstr("--can: names \"-\" twice"));
+}
+
+TEST_F(OdomdMistake, AnUnknownModel) {
+  EXPECT_THAT(
+      error_of({"--model", "particle"}),
+      HasSubstr("--model: \"particle\" is not a model of this version; there are: kinematic"));
+}
+
+TEST_F(OdomdMistake, APoseThatIsNone) {
+  EXPECT_THAT(error_of({"--initial", "1,2"}), HasSubstr("--initial: \"1,2\" is not a pose"));
+}
+
+TEST_F(OdomdMistake, AnUnknownOption) {
+  EXPECT_THAT(error_of({"--nonsense"}), HasSubstr("--nonsense"));
+}
+
+TEST_F(OdomdMistake, ASegmentNameWithoutASlash) {
+  EXPECT_THAT(error_of({"--shm", "odomd"}), HasSubstr("--shm: \"odomd\" must begin with a slash"));
+}
+
+TEST_F(OdomdMistake, ACameraSocketThatIsAFile) {
+  desk_.write("camera.sock", "precious");
+  EXPECT_THAT(error_of({}), HasSubstr("camera.sock: is there already and is not a socket"));
+  EXPECT_EQ(desk_.read("camera.sock"), "precious");
+}
+
+}  // namespace
+}  // namespace odomd::testing::odomd_mistake_test
