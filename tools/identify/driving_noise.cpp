@@ -32,8 +32,7 @@ Eigen::Vector2d explain(const Covariances& covariance) {
     design(row, 1) = of_increments[k];
     seen[row] = covariance[k];
   }
-  const Eigen::Vector2d both =
-      (design.transpose() * design).ldlt().solve(design.transpose() * seen);
+  Eigen::Vector2d both = (design.transpose() * design).ldlt().solve(design.transpose() * seen);
   if (both[1] < 0.0)
     return {std::max(design.col(0).dot(seen) / design.col(0).squaredNorm(), 0.0), 0.0};
   if (both[0] < 0.0)
