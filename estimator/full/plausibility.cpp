@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/full/standstill.hpp"
+#include "estimator/full/wheel_speed.hpp"
 #include "estimator/time.hpp"
 
 namespace odomd::estimator::full {
@@ -99,7 +100,7 @@ std::int64_t last_wheel_ns(const State& state) noexcept {
 WheelVote wheel_vote(const State& state, const Sample& sample) noexcept {
   WheelVote vote;
   const auto count = [&](std::size_t source, double speed) {
-    const bool free = source <= index_of(Source::wheel_front_right);
+    const bool free = !is_driven(static_cast<Source>(source));
     if (!turns(speed, sample.sigma[0])) {
       ++vote.resting;
       vote.free_resting |= free;

@@ -31,15 +31,15 @@ WheelPlace wheel_place(const Vehicle& car, Source source) noexcept {
   const double half_track = 0.5 * car.track_width;
   switch (source) {
     case Source::wheel_front_left:
-      return {car.front_axle, half_track, true, false};
+      return {car.front_axle, half_track, true};
     case Source::wheel_front_right:
-      return {car.front_axle, -half_track, true, false};
+      return {car.front_axle, -half_track, true};
     case Source::wheel_rear_left:
-      return {-car.rear_axle, half_track, false, true};
+      return {-car.rear_axle, half_track, false};
     case Source::wheel_rear_right:
-      return {-car.rear_axle, -half_track, false, true};
+      return {-car.rear_axle, -half_track, false};
     default:  // the rear axle, the motor
-      return {-car.rear_axle, 0.0, false, true};
+      return {-car.rear_axle, 0.0, false};
   }
 }
 
@@ -61,10 +61,11 @@ Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise, c
   // What drives the car beyond what its accelerometer feels: the front tyres' drag in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
   const double felt = input.has_accel_x ? input.accel_x - x[at::accel_bias_x] : 0.0;
-  const double drag = place.driven ? model.car.rear_axle / model.car.wheelbase() * x[at::v_x] *
-                                         yaw_rate * std::sin(steering)
-                                   : 0.0;
-  const double slip = (place.driven ? noise.driven_slip : noise.free_slip) *
+  const bool driven = is_driven(source);
+  const double drag = driven ? model.car.rear_axle / model.car.wheelbase() * x[at::v_x] * yaw_rate *
+                                   std::sin(steering)
+                             : 0.0;
+  const double slip = (driven ? noise.driven_slip : noise.free_slip) *
                       std::clamp(felt + drag, -strongest_grip, strongest_grip);
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;

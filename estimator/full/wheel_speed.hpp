@@ -16,12 +16,16 @@ struct WheelNoise {
   double front_angle = 0.05;  ///< how well δ is known [rad]
 };
 
-/// Where a source's wheel is: ahead of the centre of gravity, left of it [m]; steered; driven.
+/// Whether a source's wheel drives the car: that of the rear axle, and the motor.
+[[nodiscard]] constexpr bool is_driven(Source source) noexcept {
+  return source != Source::wheel_front_left && source != Source::wheel_front_right;
+}
+
+/// Where a source's wheel is: ahead of the centre of gravity, left of it [m]; steered.
 struct WheelPlace {
   double ahead = 0.0;
   double left = 0.0;
   bool steered = false;
-  bool driven = false;
 };
 [[nodiscard]] WheelPlace wheel_place(const Vehicle& car, Source source) noexcept;
 

@@ -30,7 +30,7 @@ TEST(FullWheelSpeed, EveryWheelIsAtItsCornerOfTheCar) {
     EXPECT_EQ(place.ahead, front ? car.front_axle : -car.rear_axle);
     EXPECT_EQ(place.left, middle ? 0.0 : (left ? 0.5 : -0.5) * car.track_width);
     EXPECT_EQ(place.steered, front);
-    EXPECT_EQ(place.driven, !front);
+    EXPECT_EQ(is_driven(source), !front);
   }
 }
 
