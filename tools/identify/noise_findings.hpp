@@ -15,7 +15,7 @@ namespace odomd::tools {
 /// Noise, bias and walk of the IMU at rest, and the paper's condition; the Allan deviation goes
 /// into the picture `plot`, where that is named. Throws std::invalid_argument where the car does
 /// not stand, or there is no IMU.
-void add_standing_findings(const RecordOptions& record, const std::string& plot,
+void add_standing_findings(const RecordOptions& options, const std::string& plot,
                            const std::optional<daemon::Config>& config, Findings& findings);
 
 struct NoisyDrive {

@@ -14,7 +14,6 @@ namespace odomd::estimator::full::order_of_arrival_test {
 namespace {
 
 using estimator::testing::Arrival;
-using estimator::testing::circle;
 using estimator::testing::drive_on_a_circle;
 using estimator::testing::eventful_drive;
 using estimator::testing::expect_same_frames;
