@@ -26,7 +26,6 @@ enum Parameter : std::size_t {
   load_arm,
   load_lag,
   wheel_spin,
-  drive_spin,
   track_width,
   steering_offset,
   steering_scale,
