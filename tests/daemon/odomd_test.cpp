@@ -202,6 +202,9 @@ TEST_F(OdomdTest, GoesOnAfterTheEndOfItsInput) {
            (p.conditions & ODOM_COND_SIGNAL_TIMEOUT) != 0;
   }));
   EXPECT_TRUE(next_pose(client, pose));
+  EXPECT_TRUE(eventually([&] {
+    return desk_.read("stderr").find("warning: mode: degraded (") != std::string::npos;
+  })) << desk_.read("stderr");
   odomd.signal(SIGINT);
   EXPECT_EQ(odomd.wait(), 0);
 }
