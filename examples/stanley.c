@@ -1,6 +1,7 @@
 /* A path-following controller on odomd's pose, in C: what to look at before driving by a pose.
  *
  *   stanley_c --path FILE [--shm NAME] [--cycles N] [--delay S] [--speed V]
+ *             [--max-sigma M] [--max-sigma-yaw RAD]
  *
  * Every pose gives one command, printed as
  *   tick,state,steering,speed,cross_track,reset_count,instance        [rad, m/s, m]
@@ -29,6 +30,9 @@ static const double max_distance = 1.0;  /* m from the path; farther off it is l
 static const double min_spacing = 0.02;  /* m from point to point */
 static const double closing_gap = 0.5;   /* m from end to begin: the path is a loop */
 static const double degraded_part = 0.5; /* of the speed, when the pose is degraded */
+/* Where the pose is known no better than this, the car may have left its lane: it stops. */
+static const double lane_sigma = 0.3;     /* m, --max-sigma: three of them beside the car */
+static const double lane_sigma_yaw = 0.2; /* rad, --max-sigma-yaw */
 enum { POINTS_BEHIND = 10, POINTS_AHEAD = 50, MAX_POINTS = 100000 }; /* of the path */
 
 typedef struct {
@@ -125,6 +129,13 @@ static int nearest(const path* route, const point* at, int last) {
   return best;
 }
 
+/* Standard deviation of the position in the direction in which it is largest [m]: of the covariance
+ * (xx, xy, xyaw, yy, yyaw, yawyaw) the root of the larger eigenvalue of x and y. */
+static double position_sigma(const odom_pose* pose) {
+  const double xx = pose->covariance[0], xy = pose->covariance[1], yy = pose->covariance[3];
+  return sqrt(0.5 * (xx + yy) + sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy));
+}
+
 static command follow(const path* route, int* last, const odom_pose* pose, double front_axle) {
   const point front = {pose->x + front_axle * cos(pose->yaw), pose->y + front_axle * sin(pose->yaw),
                        pose->yaw, pose->vx};
@@ -145,18 +156,22 @@ static command follow(const path* route, int* last, const odom_pose* pose, doubl
 
 int main(int argc, char** argv) {
   const struct option options[] = {
-      {"path", required_argument, NULL, 'p'},   {"shm", required_argument, NULL, 's'},
-      {"cycles", required_argument, NULL, 'c'}, {"delay", required_argument, NULL, 'd'},
-      {"speed", required_argument, NULL, 'v'},  {NULL, 0, NULL, 0}};
+      {"path", required_argument, NULL, 'p'},          {"shm", required_argument, NULL, 's'},
+      {"cycles", required_argument, NULL, 'c'},        {"delay", required_argument, NULL, 'd'},
+      {"speed", required_argument, NULL, 'v'},         {"max-sigma", required_argument, NULL, 'm'},
+      {"max-sigma-yaw", required_argument, NULL, 'y'}, {NULL, 0, NULL, 0}};
   const char *path_name = NULL, *shm = NULL;
   long cycles = -1;                 /* without end */
   double delay = 0.02, speed = 1.0; /* s from pose to moved steering; m/s where the path has none */
+  double max_sigma = lane_sigma, max_sigma_yaw = lane_sigma_yaw;
   for (int option; (option = getopt_long(argc, argv, "", options, NULL)) != -1;) {
     if (option == 'p') path_name = optarg;
     if (option == 's') shm = optarg;
     if (option == 'c') cycles = strtol(optarg, NULL, 10);
     if (option == 'd') delay = strtod(optarg, NULL);
     if (option == 'v') speed = strtod(optarg, NULL);
+    if (option == 'm') max_sigma = strtod(optarg, NULL);
+    if (option == 'y') max_sigma_yaw = strtod(optarg, NULL);
     if (option == '?') return 2;
   }
   if (path_name == NULL || optind != argc) fail("usage", "--path FILE is needed");
@@ -191,7 +206,10 @@ int main(int argc, char** argv) {
       now.state = "fault";
     else if (odom_predict(&pose, pose.time_ns + (int64_t)(delay * 1e9), &ahead) != ODOM_OK)
       now.state = "initialising";
-    else
+    else if (!(position_sigma(&ahead) <= max_sigma && sqrt(ahead.covariance[5]) <= max_sigma_yaw)) {
+      now.state = "uncertain"; /* whatever the mode says */
+      last = -1;
+    } else
       now = follow(&route, &last, &ahead, info.front_axle);
     printf("%" PRIu64 ",%s,%.4f,%.4f,%.4f,%" PRIu32 ",%016" PRIx64 "\n", pose.tick, now.state,
            now.steering, now.speed, now.cross_track, pose.reset_count, info.instance_id);

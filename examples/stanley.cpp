@@ -1,6 +1,7 @@
 // A path-following controller on odomd's pose, in C++: what to look at before driving by a pose.
 //
 //   stanley_cpp --path FILE [--shm NAME] [--cycles N] [--delay S] [--speed V]
+//               [--max-sigma M] [--max-sigma-yaw RAD]
 //
 // Every pose gives one command, printed as
 //   tick,state,steering,speed,cross_track,reset_count,instance        [rad, m/s, m]
@@ -37,7 +38,10 @@ constexpr double max_distance = 1.0;   // m from the path; farther off it is los
 constexpr double min_spacing = 0.02;   // m from point to point
 constexpr double closing_gap = 0.5;    // m from end to begin: the path is a loop
 constexpr double degraded_part = 0.5;  // of the speed, when the pose is degraded
-constexpr int points_behind = 10;      // of the path, looked at in every cycle
+// Where the pose is known no better than this, the car may have left its lane: it stops.
+constexpr double lane_sigma = 0.3;      // m, --max-sigma: three of them beside the car
+constexpr double lane_sigma_yaw = 0.2;  // rad, --max-sigma-yaw
+constexpr int points_behind = 10;       // of the path, looked at in every cycle
 constexpr int points_ahead = 50;
 
 struct Point {
@@ -134,6 +138,15 @@ int nearest(const Path& path, const Point& at, int last) {
   return best;
 }
 
+// Standard deviation of the position in the direction in which it is largest [m]: of the covariance
+// (xx, xy, xyaw, yy, yyaw, yawyaw) the root of the larger eigenvalue of x and y.
+double position_sigma(const odom::Pose& pose) {
+  const double xx = pose.covariance[0];
+  const double xy = pose.covariance[1];
+  const double yy = pose.covariance[3];
+  return std::sqrt(0.5 * (xx + yy) + std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy));
+}
+
 Command follow(const Path& path, int& last, const odom::Pose& pose, double front_axle) {
   const Point front{pose.x + front_axle * std::cos(pose.yaw),
                     pose.y + front_axle * std::sin(pose.yaw), pose.yaw, pose.vx};
@@ -165,21 +178,29 @@ odom::Client open_client(const char* name) {  // the daemon may come later
 }  // namespace
 
 int main(int argc, char** argv) try {
-  const option options[] = {
-      {"path", required_argument, nullptr, 'p'},   {"shm", required_argument, nullptr, 's'},
-      {"cycles", required_argument, nullptr, 'c'}, {"delay", required_argument, nullptr, 'd'},
-      {"speed", required_argument, nullptr, 'v'},  {nullptr, 0, nullptr, 0}};
+  const option options[] = {{"path", required_argument, nullptr, 'p'},
+                            {"shm", required_argument, nullptr, 's'},
+                            {"cycles", required_argument, nullptr, 'c'},
+                            {"delay", required_argument, nullptr, 'd'},
+                            {"speed", required_argument, nullptr, 'v'},
+                            {"max-sigma", required_argument, nullptr, 'm'},
+                            {"max-sigma-yaw", required_argument, nullptr, 'y'},
+                            {nullptr, 0, nullptr, 0}};
   const char* path_name = nullptr;
   const char* shm = nullptr;
   long cycles = -1;     // without end
   double delay = 0.02;  // s, from the pose to the moved steering
   double speed = 1.0;   // m/s, where the path has none
+  double max_sigma = lane_sigma;
+  double max_sigma_yaw = lane_sigma_yaw;
   for (int key = 0; (key = getopt_long(argc, argv, "", options, nullptr)) != -1;) {
     if (key == 'p') path_name = optarg;
     if (key == 's') shm = optarg;
     if (key == 'c') cycles = std::strtol(optarg, nullptr, 10);
     if (key == 'd') delay = std::strtod(optarg, nullptr);
     if (key == 'v') speed = std::strtod(optarg, nullptr);
+    if (key == 'm') max_sigma = std::strtod(optarg, nullptr);
+    if (key == 'y') max_sigma_yaw = std::strtod(optarg, nullptr);
     if (key == '?') return 2;
   }
   if (path_name == nullptr || optind != argc)
@@ -209,6 +230,10 @@ int main(int argc, char** argv) try {
       command.state = "fault";
     } else if (const auto ahead = odom::predict(pose, pose.time_ns + delay_ns); !ahead) {
       command.state = "initialising";
+    } else if (!(position_sigma(*ahead) <= max_sigma &&
+                 std::sqrt(ahead->covariance[5]) <= max_sigma_yaw)) {
+      command.state = "uncertain";  // whatever the mode says
+      last = -1;
     } else {
       command = follow(path, last, *ahead, info.front_axle);
     }

@@ -2,6 +2,7 @@
 """A path-following controller on odomd's pose, in Python: what to look at before driving by a pose.
 
   stanley.py --path FILE [--shm NAME] [--cycles N] [--delay S] [--speed V]
+             [--max-sigma M] [--max-sigma-yaw RAD]
 
 Every pose gives one command, printed as
   tick,state,steering,speed,cross_track,reset_count,instance        [rad, m/s, m]
@@ -30,6 +31,9 @@ MAX_DISTANCE = 1.0  # m from the path; farther off it is lost
 MIN_SPACING = 0.02  # m from point to point
 CLOSING_GAP = 0.5  # m from end to begin: the path is a loop
 DEGRADED_PART = 0.5  # of the speed, when the pose is degraded
+# Where the pose is known no better than this, the car may have left its lane: it stops.
+LANE_SIGMA = 0.3  # m, --max-sigma: three of them beside the car
+LANE_SIGMA_YAW = 0.2  # rad, --max-sigma-yaw
 POINTS_BEHIND = 10  # of the path, looked at in every cycle
 POINTS_AHEAD = 50
 
@@ -95,6 +99,21 @@ def nearest(path: Path, at: Point, last: int | None) -> int:
     return min(near, key=lambda i: distance(path.points[i % count], at)) % count
 
 
+def position_sigma(pose: odom.Pose) -> float:
+    """Standard deviation of the position in the direction in which it is largest [m]: of the covariance
+    the root of the larger eigenvalue of x and y."""
+    xx, xy, _, yy, _, _ = pose.covariance
+    return math.sqrt(0.5 * (xx + yy) + math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy))
+
+
+def is_known(pose: odom.Pose, sigmas: tuple[float, float]) -> bool:
+    """Well enough to keep the lane."""
+    try:
+        return position_sigma(pose) <= sigmas[0] and math.sqrt(pose.covariance[5]) <= sigmas[1]
+    except ValueError:  # the root of what is no variance
+        return False
+
+
 def follow(path: Path, last: int | None, pose: odom.Pose, front_axle: float) -> tuple[int, Command]:
     front = Point(
         pose.x + front_axle * math.cos(pose.yaw),
@@ -128,7 +147,9 @@ def open_client(name: str | None) -> odom.Client:
             time.sleep(0.2)
 
 
-def control(path: Path, shm: str | None, cycles: int, delay_ns: int) -> None:
+def control(
+    path: Path, shm: str | None, cycles: int, delay_ns: int, sigmas: tuple[float, float]
+) -> None:
     client = open_client(shm)
     info = client.info()
     pose: odom.Pose | None = None
@@ -156,9 +177,13 @@ def control(path: Path, shm: str | None, cycles: int, delay_ns: int) -> None:
         else:
             try:
                 ahead = odom.predict(pose, pose.time_ns + delay_ns)
-                last, command = follow(path, last, ahead, info.front_axle)
             except odom.OdomError:
                 command = Command("initialising")
+            else:
+                if is_known(ahead, sigmas):
+                    last, command = follow(path, last, ahead, info.front_axle)
+                else:  # whatever the mode says
+                    last, command = None, Command("uncertain")
         print(
             f"{pose.tick if pose else 0},{command.state},{command.steering:.4f},"
             f"{command.speed:.4f},{command.cross_track:.4f},"
@@ -174,6 +199,12 @@ def main() -> int:
     parser.add_argument("--cycles", type=int, default=-1, help="commands to give, default: no end")
     parser.add_argument("--delay", type=float, default=0.02, help="s, pose to moved steering")
     parser.add_argument("--speed", type=float, default=1.0, help="m/s, where the path has none")
+    parser.add_argument(
+        "--max-sigma", type=float, default=LANE_SIGMA, help="m, of the position; beyond it: stop"
+    )
+    parser.add_argument(
+        "--max-sigma-yaw", type=float, default=LANE_SIGMA_YAW, help="rad, of the yaw; beyond it: stop"
+    )
     options = parser.parse_args()
     try:
         path = read_path(options.path, options.speed)
@@ -181,7 +212,8 @@ def main() -> int:
         print(f"stanley: {error}", file=sys.stderr)
         return 2
     try:
-        control(path, options.shm, options.cycles, int(options.delay * 1e9))
+        sigmas = (options.max_sigma, options.max_sigma_yaw)
+        control(path, options.shm, options.cycles, int(options.delay * 1e9), sigmas)
     except (BrokenPipeError, KeyboardInterrupt):
         pass
     return 0

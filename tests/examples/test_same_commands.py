@@ -127,6 +127,48 @@ class SameCommands(unittest.TestCase):
         self.assertGreater(steering.get(4, 1.0), steering.get(2, 0.0))
         self.assertGreater(steering.get(8, 1.0), 0.0)
 
+    def test_a_pose_beyond_the_lane_stops_them_in_every_mode(self) -> None:
+        segment = self.segment()
+        self.start(segment, "--max-sigma", "0.5", "--max-sigma-yaw", "0.1")
+        sure = {"variance_x": 0.01, "variance_y": 0.01, "variance_yaw": 0.0001}
+        poses: list[tuple[str, dict[str, float]]] = [
+            ("drive", {"mode": 1}),
+            ("degraded", {"mode": 3}),
+            ("uncertain", {"mode": 3, "variance_y": 136.0**2}),  # dead reckoning without a bus
+            ("uncertain", {"mode": 1, "variance_x": 0.26}),
+            ("drive", {"mode": 1, "variance_x": 0.24}),
+            ("uncertain", {"mode": 2, "variance_yaw": 0.0101}),
+            ("uncertain", {"mode": 2, "variance_x": 0.2, "variance_y": 0.2, "covariance_xy": 0.06}),
+            ("drive", {"mode": 2, "variance_x": 0.2, "variance_y": 0.2, "covariance_xy": 0.04}),
+            ("uncertain", {"mode": 1, "variance_x": math.nan}),
+            ("uncertain", {"mode": 1, "variance_yaw": -1.0}),
+            ("initialising", {"mode": 0, "variance_x": 1.0}),
+            ("fault", {"mode": 5, "variance_x": 1.0}),
+            ("drive", {"mode": 4}),
+        ]
+        for tick, (_, fields) in enumerate(poses, start=1):
+            here = self.on_circle(0.02 * tick, left=0.1)
+            self.publish(segment, tick, **{"covariance_xy": 0.0, **sure, **here, **fields})
+
+        rows = self.agreed()
+        self.assertGreater(len(rows), len(poses) // 2)
+        for tick, (state, _) in enumerate(poses, start=1):
+            if tick not in rows:
+                continue
+            self.assertEqual(rows[tick].state, state, rows[tick])
+            if state == "uncertain":
+                self.assertEqual(rows[tick][2:5], (0.0, 0.0, 0.0))
+
+    def test_they_stop_where_nobody_says_how_wide_the_lane_is(self) -> None:
+        segment = self.segment()
+        self.start(segment)
+        self.publish(segment, 1, mode=3, **self.on_circle(0.1), variance_x=0.25**2)
+        self.publish(segment, 2, mode=3, **self.on_circle(0.1), variance_x=0.35**2)
+        self.publish(segment, 3, mode=3, **self.on_circle(0.1), variance_x=0.0, variance_yaw=0.25**2)
+        expected = {1: "degraded", 2: "uncertain", 3: "uncertain"}
+        for tick, row in self.agreed().items():
+            self.assertEqual(row.state, expected[tick], row)
+
     def test_an_open_path_with_speeds_ends(self) -> None:
         self.path.write_text("speed,x,y\n0.0,0,0\n0.5,0,0\n0.75,1,0\n1.0,2,0\n")
         segment = self.segment()

@@ -82,6 +82,7 @@ class Segment {
         {"yaw_rate", &pose_.yaw_rate},
         {"steering", &pose_.steering},
         {"variance_x", &pose_.covariance[0]},
+        {"covariance_xy", &pose_.covariance[1]},
         {"variance_y", &pose_.covariance[3]},
         {"variance_yaw", &pose_.covariance[5]},
         {"jump_yaw", &pose_.jump_yaw},
