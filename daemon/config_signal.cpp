@@ -88,8 +88,6 @@ void read_signal_names(TableReader& table, can::SignalBinding& binding) {
 }
 
 void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBinding& binding) {
-  std::array<std::string_view, unit_names.size()> names;
-  std::ranges::transform(unit_names, names.begin(), &UnitName::name);
   std::vector<std::string> fitting;
   for (const auto& [name, unit] : unit_names)
     if (std::ranges::find(possible, unit) != possible.end())
@@ -97,14 +95,17 @@ void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBi
   const auto list = fmt::format("{}", fmt::join(fitting, ", "));
 
   table.require("unit", "; it is one of " + list);
-  const auto choice = table.read_choice("unit", names);
-  binding.unit = unit_names[*choice].unit;
+  std::string name;
+  table.read("unit", name);
+  const auto* const chosen = std::ranges::find(unit_names, name, &UnitName::name);
+  if (chosen == unit_names.end())
+    table.fail("unit", fmt::format("\"{}\" is not known; it is one of {}", name, list));
+  binding.unit = chosen->unit;
   if (binding.unit == Unit::none) {
     if (!table.has("scale"))
       table.fail("unit", "\"1\" needs `scale`, which turns the number into the role's SI quantity");
   } else if (std::ranges::find(possible, binding.unit) == possible.end()) {
-    table.fail("unit",
-               fmt::format("\"{}\" does not fit this role; it is one of {}", names[*choice], list));
+    table.fail("unit", fmt::format("\"{}\" does not fit this role; it is one of {}", name, list));
   }
 
   if (binding.unit == Unit::rpm) {

@@ -139,7 +139,7 @@ const Mistake mistakes[] = {
     {"NoUnit", signal("yaw_rate", R"(, signal = "S")"),
      R"(car.toml:4: [can.signals] yaw_rate unit: is missing; it is one of "rad/s", "deg/s")"},
     {"UnknownUnit", signal("yaw_rate", R"(, signal = "S", unit = "rad/")"),
-     R"(car.toml:4: [can.signals] yaw_rate unit: "rad/" is not known; did you mean "rad"?)"},
+     R"(car.toml:4: [can.signals] yaw_rate unit: "rad/" is not known; it is one of "rad/s", "deg/s")"},
     {"UnitOfAnotherRole", signal("yaw_rate", R"(, signal = "S", unit = "m/s")"),
      R"(car.toml:4: [can.signals] yaw_rate unit: "m/s" does not fit this role; it is one of )"
      R"("rad/s", "deg/s")"},
