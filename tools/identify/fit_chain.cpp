@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "tools/median.hpp"
+
 namespace odomd::tools::fitting {
 namespace {
 
@@ -149,12 +151,8 @@ Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
   return result;
 }
 
-double robust_sigma(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  for (double& value : values) value = std::fabs(value);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return 1.4826 * *middle;
+double robust_sigma(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : 1.4826 * median_of_magnitudes(values);
 }
 
 void take_noises(Setup& setup, const Unexplained& rest) {

@@ -57,7 +57,7 @@ struct Unexplained {
 [[nodiscard]] Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
                                       const Numbers<double>& p);
 
-[[nodiscard]] double robust_sigma(std::vector<double> values);
+[[nodiscard]] double robust_sigma(const std::vector<double>& values);
 
 /// Noises from the residuals, where they show more than is stated: model errors count as noise of
 /// the source that shows them. (Less they show where a wheel stands for long.)
