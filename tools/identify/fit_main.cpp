@@ -9,6 +9,7 @@
 
 #include "tools/camera_csv.hpp"
 #include "tools/command_line.hpp"
+#include "tools/identify/agreement.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/fit_findings.hpp"
 #include "tools/identify/fit_options.hpp"
@@ -166,6 +167,11 @@ void fit(const FitOptions& options) {
       poses = poses_of_reference(files.reference, options.reference_sigma, least_spacing(config));
     }
     const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
+    check_agreement(config, log, poses,
+                    {.drive = files.name,
+                     .eye = files.camera.empty() ? "reference" : "camera",
+                     .from = part.from,
+                     .to = part.to});
     drives.push_back(prepare(files.name, config, log, poses, part));
     if (!options.untried)
       trials.push_back(

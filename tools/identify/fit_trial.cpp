@@ -211,6 +211,8 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
     drive.frames.push_back(*frame);
   }
   drive.buses = buses.all();
+  // Poses of before and after have no replay to be held against.
+  if (!drive.frames.empty()) last = std::min(last, drive.frames.back().time_ns);
   std::ranges::sort(poses, {}, &estimator::CameraPose::capture_ns);
   const std::int64_t begin = first + static_cast<std::int64_t>(1e9 * from);
   std::erase_if(poses, [&](const estimator::CameraPose& pose) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tools/identify/accel_latency.hpp"
+#include "tools/identify/agreement.hpp"
 #include "tools/identify/gyro_drive.hpp"
 #include "tools/identify/offset_regression.hpp"
 #include "tools/identify/wheel_latency.hpp"
@@ -77,6 +78,8 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
         "the log holds " + fixed(drive.end - drive.begin, 1) +
         " s of gyro; ten are needed, ten minutes with curves and stops are good");
   }
+  // Poses that go with nothing are found out below, and said of them.
+  check_agreement(config, log, camera, {.strangers = Strangers::pass});
   drive.yaw_rate = drive.on_grid(gyro);
   drive.turned = integral(drive.yaw_rate);
 
@@ -85,12 +88,6 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   double camera_offset = 0.0;
   bool camera_placed = false;
   if (!camera.empty()) {
-    if (std::ranges::none_of(camera, [&](const estimator::CameraPose& pose) {
-          return pose.capture_ns >= log.first_ns && pose.capture_ns <= log.last_ns;
-        }))
-      throw std::invalid_argument(
-          "no camera pose is taken while the log lasts: name the --camera file of this drive, and "
-          "put its times on the log's clock");
     result.offsets.push_back(camera_yaw(drive, camera));
     camera_placed = result.offsets.back().doubt.empty();
     camera_offset = result.offsets.back().offset;

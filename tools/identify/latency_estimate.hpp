@@ -33,7 +33,7 @@ struct LatencyEstimate {
 };
 
 /// The offsets that can be told. Throws std::invalid_argument where there is no gyro in the log,
-/// or less than ten seconds of drive.
+/// or less than ten seconds of drive, and what check_agreement() throws.
 [[nodiscard]] LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog& log,
                                                  std::span<const estimator::CameraPose> camera);
 

@@ -64,6 +64,14 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   expect_refused(run(fit + "--can lap/drive.log --reference t.csv"), "t.csv");
   scratch_.write("t.csv", "t,x,y,yaw\n1760000002,0,0,0\n1760000001,0,0,0\n");
   expect_refused(run(fit + "--can lap/drive.log --reference t.csv"), "t.csv");
+  ASSERT_EQ(run("sed s/,17/,18/g lap/camera.csv > c.csv && sed -i s/^17/18/ c.csv").status, 0);
+  expect_refused(run(fit + "--can lap/drive.log --camera c.csv"), "while the log lasts");
+  ASSERT_EQ(run("sed '/^yaw_rate/s/}/, scale = -1.0 }/' lap/car.toml > lap/left.toml").status, 0);
+  expect_refused(run("odom identify fit --config lap/left.toml --drive lap"),
+                 "lap: yaw_rate turns the other way than the camera; look at the sign of "
+                 "can.signals.yaw_rate.scale");
+  expect_refused(run("odom identify latency --config lap/left.toml --can lap/drive.log"),
+                 "can.signals.yaw_rate.scale");
   ASSERT_EQ(run("sed -i /^steering/d lap/car.toml").status, 0);
   expect_refused(run(fit + "--drive lap"), "steering");
 }

@@ -74,6 +74,19 @@ class Trial : public testing::Test {
   std::vector<tools::Drive> drives_;
 };
 
+TEST_F(Trial, PosesOfAfterTheLogAreNoPartOfIt) {
+  std::vector<estimator::CameraPose> poses = read_camera_log(scratch_.path("lap/camera.csv")).poses;
+  const std::int64_t end = poses.back().capture_ns;
+  for (std::int64_t k = 1; k <= 1000; ++k) {
+    poses.push_back(poses.back());
+    poses.back().capture_ns = poses.back().arrival_ns = end + 35'000'000 * k;
+  }
+  const std::vector<std::string> logs{scratch_.path("lap/drive.log").string()};
+  drives_ = {trial_drive("lap", config_, logs, poses, 0.0, 1e9)};
+  EXPECT_LE(drives_[0].reference->points.back().t_ns, drives_[0].frames.back().time_ns);
+  EXPECT_NO_THROW((void)tried({}));
+}
+
 TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
   const Findings findings = tried({.method = "",
                                    .origin = "",
