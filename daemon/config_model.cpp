@@ -91,6 +91,7 @@ void check_model(const Config& config, std::vector<std::string>& warnings) {
   check_roles(config, warnings);
   check_mounting(config);
   check_window(config);
+  doubt_sizes(config, warnings);
 }
 
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,

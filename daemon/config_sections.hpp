@@ -14,6 +14,8 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can);
 
 /// Roles, mounting and window against the model. Throws ConfigError.
 void check_model(const Config& config, std::vector<std::string>& warnings);
+/// What no car has, as of numbers in another unit.
+void doubt_sizes(const Config& config, std::vector<std::string>& warnings);
 /// Whether the filter's window holds all that comes at the messages' cycle times.
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
                  std::vector<std::string>& warnings);
