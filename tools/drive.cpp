@@ -7,6 +7,7 @@
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/log_reader.hpp"
 #include "tools/camera_csv.hpp"
+#include "tools/log_order.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -74,7 +75,12 @@ Drive read_drive(const DriveFiles& files) {
   can::BusNames buses;
   for (const std::string& name : daemon::expected_buses(drive.config)) buses.index_of(name);
   can::LogReader log(drive.config.can.sources.front(), buses);
-  while (const can::Frame* frame = log.next()) drive.frames.push_back(*frame);
+  LogOrder order;
+  while (const can::Frame* frame = log.next()) {
+    order.take(frame->time_ns, [&log] { return can::at_line(log.label(), log.line_number()); });
+    drive.frames.push_back(*frame);
+  }
+  order.require_sorted();
   if (!log.warning().empty()) drive.warnings.push_back(log.warning());
   drive.buses = buses.all();
 

@@ -23,8 +23,25 @@ std::string roles(const can::BoundMessage& message) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-std::optional<std::string> doubt_of(const can::BoundMessage& message,
-                                    const can::MessageCounters& counters) {
+// "mode fault from t = 12.345000000 on (2.345 s into the drive, ...)".
+std::string fault(const ReplaySummary& summary) {
+  std::string t;
+  append_seconds(t, *summary.fault_ns);
+  std::string why;
+  for (const Condition& condition : conditions_in(summary.fault_conditions))
+    why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", condition.name, condition.meaning);
+  const double into = static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9;
+  return fmt::format(
+      "the mode is fault from t = {}, {:.3f} s into the drive, for {} of {} ticks: do not believe "
+      "those poses ({}); check the signals' scales and signs, the vehicle, and that the databases "
+      "are this car's",
+      t, into, summary.faulty, summary.ticks, why.empty() ? "no condition says why" : why);
+}
+
+}  // namespace
+
+std::optional<std::string> message_doubt(const can::BoundMessage& message,
+                                         const can::MessageCounters& counters) {
   const auto count = [&](FrameVerdict verdict) {
     return counters.verdicts[static_cast<std::size_t>(verdict)].get();
   };
@@ -43,28 +60,11 @@ std::optional<std::string> doubt_of(const can::BoundMessage& message,
       start, refused + empty + cut, refused, cut, empty);
 }
 
-// "mode fault from t = 12.345000000 on (2.345 s into the drive, ...)".
-std::string fault(const ReplaySummary& summary) {
-  std::string t;
-  append_seconds(t, *summary.fault_ns);
-  std::string why;
-  for (const Condition& condition : conditions_in(summary.fault_conditions))
-    why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", condition.name, condition.meaning);
-  const double into = static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9;
-  return fmt::format(
-      "the mode is fault from t = {}, {:.3f} s into the drive, for {} of {} ticks: do not believe "
-      "those poses ({}); check the signals' scales and signs, the vehicle, and that the databases "
-      "are this car's",
-      t, into, summary.faulty, summary.ticks, why.empty() ? "no condition says why" : why);
-}
-
-}  // namespace
-
 std::vector<std::string> replay_doubts(const can::Decoder& decoder, const ReplaySummary& summary) {
   std::vector<std::string> doubts;
   const auto messages = decoder.messages();
   for (std::size_t i = 0; i < messages.size(); ++i)
-    if (auto doubt = doubt_of(messages[i], decoder.counters(i))) doubts.push_back(*doubt);
+    if (auto doubt = message_doubt(messages[i], decoder.counters(i))) doubts.push_back(*doubt);
   if (summary.late > 0)
     doubts.push_back(
         fmt::format("{} frames are stamped a second or more before frames ahead of them; sort the "

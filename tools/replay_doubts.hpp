@@ -2,6 +2,7 @@
 // believed.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,11 @@
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::tools {
+
+/// Why a mapped message gave no value, "message 'IMU' (yaw_rate): no frame of it is in the log;
+/// ..."; nothing where it gave one.
+[[nodiscard]] std::optional<std::string> message_doubt(const can::BoundMessage& message,
+                                                       const can::MessageCounters& counters);
 
 /// One line each: mapped messages of which no frame came or none was decoded, frames out of order,
 /// and a drive without a pose.

@@ -29,9 +29,8 @@ void measure_film(const StiffnessOptions& options, const daemon::Config& config,
   const std::vector<std::string> logs{log_file};
   const SignalLog log = read_signals(config, logs);
   append(films.warnings, log.warnings);
-  const Series& gyro = log.of(estimator::Source::yaw_rate);
-  if (log.of(estimator::Source::steering).empty())
-    throw std::invalid_argument(log_file + ": holds no steering angle; see odom dbc decode");
+  const Series& gyro = log.need(estimator::Source::yaw_rate);
+  (void)log.need(estimator::Source::steering);
   FilmAlignment alignment;
   if (options.time_offset) {
     alignment = check_alignment(track.name, motion, gyro,

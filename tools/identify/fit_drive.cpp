@@ -70,6 +70,13 @@ std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, do
   return Measured{mean, std::sqrt(scatter / count + moved * moved)};
 }
 
+// By the message that is missing, where one is bound.
+[[noreturn]] void refuse_without_speed(const SignalLog& log) {
+  for (const Source source : speeds)
+    if (!log.why_empty.at(static_cast<std::size_t>(source)).empty()) (void)log.need(source);
+  throw std::invalid_argument(log.name + ": no wheel speed in it that the configuration maps");
+}
+
 }  // namespace
 
 double slowness(const daemon::Config& config) {
@@ -91,12 +98,9 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
 
   const auto* const speed =
       std::ranges::find_if(speeds, [&](Source s) { return log.of(s).size() > 1; });
-  if (speed == speeds.end())
-    throw std::invalid_argument(drive.name + ": no wheel speed in it that the configuration maps");
-  if (log.of(Source::yaw_rate).size() < 2)
-    throw std::invalid_argument(drive.name + ": no yaw_rate in it that the configuration maps");
-  if (log.of(Source::steering).size() < 2)
-    throw std::invalid_argument(drive.name + ": no steering in it that the configuration maps");
+  if (speed == speeds.end()) refuse_without_speed(log);
+  (void)log.need(Source::yaw_rate);
+  (void)log.need(Source::steering);
 
   std::vector<const estimator::CameraPose*> seen;
   for (const estimator::CameraPose& pose : poses) seen.push_back(&pose);

@@ -64,12 +64,7 @@ SourceOffset camera_yaw(const GyroDrive& drive, std::span<const estimator::Camer
 
 LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog& log,
                                    std::span<const estimator::CameraPose> camera) {
-  const Series& gyro = log.of(Source::yaw_rate);
-  if (gyro.size() < 2) {
-    throw std::invalid_argument(config.file.string() +
-                                ": can.signals.yaw_rate: the log has no sample of it, and every "
-                                "latency is found against the gyro");
-  }
+  const Series& gyro = log.need(Source::yaw_rate);  // every latency is found against it
   GyroDrive drive{config, log, 0.0, 0.0, {}, {}};
   drive.begin = drive.seconds(gyro.t_ns.front());
   drive.end = drive.seconds(gyro.t_ns.back());

@@ -75,6 +75,8 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
       series.value.push_back(rows.number(1 + i));
     }
   }
+  log.name = file;
+  log.why_empty.fill("fill its column");
   log.warnings = rows.warnings();
   if (!before) throw std::invalid_argument(file + ": holds no row below its header");
   if (std::ranges::all_of(log.signals, &Series::empty)) {
@@ -96,7 +98,8 @@ void cut(SignalLog& log, const RecordOptions& options) {
   }
   const std::int64_t from = limit(options.from, "--from", 0);
   const std::int64_t to = limit(options.to, "--to", std::numeric_limits<std::int64_t>::max());
-  for (Series& series : log.signals) {
+  for (std::size_t k = 0; k < log.signals.size(); ++k) {
+    Series& series = log.signals[k];
     Series kept;
     for (std::size_t i = 0; i < series.size(); ++i) {
       const std::int64_t since = series.t_ns[i] - begin;
@@ -104,6 +107,7 @@ void cut(SignalLog& log, const RecordOptions& options) {
       kept.t_ns.push_back(series.t_ns[i]);
       kept.value.push_back(series.value[i]);
     }
+    if (kept.empty() && !series.empty()) log.why_empty[k] = "none is left between --from and --to";
     series = kept;
   }
   if (std::ranges::all_of(log.signals, &Series::empty))
@@ -129,11 +133,7 @@ SignalLog read_record(const RecordOptions& options, const std::vector<estimator:
 Series read_yaw_rate(const RecordOptions& options, std::vector<std::string>& warnings) {
   const SignalLog log = read_record(options, {estimator::Source::yaw_rate});
   warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
-  if (log.of(estimator::Source::yaw_rate).empty())
-    throw std::invalid_argument(
-        fmt::format("{}: no yaw_rate in it by {}; map yaw_rate in [can.signals], or log the IMU",
-                    name_of(options), options.config));
-  return log.of(estimator::Source::yaw_rate);
+  return log.need(estimator::Source::yaw_rate);
 }
 
 }  // namespace odomd::tools

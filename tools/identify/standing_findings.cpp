@@ -129,10 +129,14 @@ void add_standing_findings(const RecordOptions& options, const std::string& plot
     if (quantity.source == Source::accel_x && config)
       add_papers_condition(*config, noise.sigma, noise.sample_period, findings);
   }
-  if (curves.empty())
+  if (curves.empty()) {
+    for (const InertialSource& quantity : inertial_sources)
+      if (!log.why_empty.at(static_cast<std::size_t>(quantity.source)).empty())
+        (void)log.need(quantity.source);
     throw std::invalid_argument(record +
                                 ": no yaw_rate, accel_x or accel_y in it; map them in "
                                 "[can.signals], or log the IMU");
+  }
   if (!has_wheels(log)) {
     check_that_imu_stands(log, curves, record);
     findings.warnings.push_back(record +

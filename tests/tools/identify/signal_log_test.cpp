@@ -9,8 +9,10 @@ namespace odomd::tools::signal_log_test {
 namespace {
 
 using estimator::Source;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr std::string_view dbc = R"(VERSION ""
 BO_ 257 WHEEL: 2 Car
@@ -63,6 +65,36 @@ TEST(SignalLog, LeavesOutSamplesWithoutATimeOfTheirOwnAndSaysHowMany) {
                              "(100.010000) can0 101#EA03\n");
   EXPECT_THAT(log.of(Source::wheel_rear).value, ElementsAre(2.0, 2.004));
   EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("1 sample without a time of its own")));
+}
+
+TEST(SignalLog, ALogWhoseTimesRunBackwardsIsToBeSorted) {
+  const Scratch scratch;
+  const auto refused = [&](const std::string& log) {
+    return message_of([&] { (void)read(scratch, log); });
+  };
+  EXPECT_THAT(refused("(100.000000) can0 101#E803\n(101.000000) can0 101#E903\n"
+                      "(90.000000) can0 101#E803\n(91.000000) can0 101#E903\n"),
+              AllOf(HasSubstr("drive.log:3: from here on 2 frames are stamped a second or more "
+                              "before frames ahead of them; sort the log"),
+                    Not(HasSubstr("\n"))));
+  EXPECT_THAT(refused("(100.000000) can0 101#E803\n(99.000000) can0 102#D0070000\n"),
+              HasSubstr("drive.log:2: this frame is stamped"));
+  // Buses whose drivers deliver at their own pace, and a frame without a stamp.
+  EXPECT_EQ(
+      refused(
+          "(100.000000) can0 101#E803\n(99.100000) can0 102#D0070000\n(0.000000) can0 101#E903\n"),
+      "");
+}
+
+TEST(SignalLog, SaysWhichMessageOfANeededSignalIsMissing) {
+  const Scratch scratch;
+  const SignalLog log = read(scratch, "(100.000000) can0 101#E803\n(100.100000) can0 101#E903\n");
+  const auto refused = [&](Source source) { return message_of([&] { (void)log.need(source); }); };
+  EXPECT_THAT(refused(Source::accel_y),
+              HasSubstr("drive.log: holds no accel_y: message 'IMU' (accel_x, accel_y): no "
+                        "frame of it is in the log"));
+  EXPECT_THAT(refused(Source::yaw_rate), HasSubstr("bind it in [can.signals]"));
+  EXPECT_EQ(refused(Source::wheel_rear), "");
 }
 
 TEST(SignalLog, ALogThatIsNoLogIsRefused) {
