@@ -1,9 +1,12 @@
 // odom-fit: odom identify fit. A program of its own, so that odom itself needs no Ceres.
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -20,6 +23,7 @@
 namespace odomd::tools::fitting {
 namespace {
 
+namespace fs = std::filesystem;
 using estimator::Source;
 
 bool mapped(const daemon::Config& config, Source source) {
@@ -128,10 +132,38 @@ struct Files {
   std::string reference;
 };
 
+fs::path folder_of(const std::string& drive) {
+  std::error_code ignored;
+  if (fs::is_directory(drive, ignored)) return drive;
+  if (fs::exists(drive, ignored))
+    throw std::invalid_argument("--drive " + drive +
+                                ": is a file; name the folder of the drive that it is in");
+  throw std::invalid_argument("--drive " + drive + ": is no folder; check the path");
+}
+
+// One car: drives that say different things of it are asked which is meant.
+daemon::Config config_of(const FitOptions& options) {
+  if (!options.config.empty()) return daemon::load_config(options.config);
+  std::optional<daemon::Config> config;
+  for (const std::string& drive : options.drives) {
+    const fs::path file = folder_of(drive) / "car.toml";
+    std::error_code ignored;
+    if (!fs::exists(file, ignored))
+      throw std::invalid_argument(drive +
+                                  ": has no car.toml; name the car's configuration by --config");
+    daemon::Config own = daemon::load_config(file);
+    if (config && own.text != config->text)
+      throw std::invalid_argument(file.string() + " and " + config->file.string() +
+                                  " differ; name the car's configuration by --config");
+    if (!config) config = std::move(own);
+  }
+  return std::move(config).value();
+}
+
 std::vector<Files> files_of(const FitOptions& options) {
   std::vector<Files> result;
   for (const std::string& folder : options.drives) {
-    const std::filesystem::path place(folder);
+    const fs::path place = folder_of(folder);
     Files files{
         .name = folder, .logs = {(place / "drive.log").string()}, .camera = "", .reference = ""};
     if (options.use_reference) {
@@ -148,7 +180,7 @@ std::vector<Files> files_of(const FitOptions& options) {
 
 void fit(const FitOptions& options) {
   check(options);
-  daemon::Config config = daemon::load_config(options.config);
+  daemon::Config config = config_of(options);
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
   Priors priors = priors_of(config, options);
 

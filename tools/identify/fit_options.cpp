@@ -9,9 +9,10 @@ namespace odomd::tools {
 
 void describe_fit(Command command, FitOptions& options) {
   command.description("Everything at once, on a drive with camera poses or a reference");
-  command.add_option("--config", options.config, "Configuration to begin with: as measured by hand")
-      .type_name("TOML")
-      .required();
+  command
+      .add_option("--config", options.config,
+                  "Configuration to begin with: as measured by hand; default: the drive's car.toml")
+      .type_name("TOML");
   command
       .add_option("--drive", options.drives,
                   "Folder with drive.log and camera.csv (or truth.csv); repeatable")
@@ -41,7 +42,8 @@ void describe_fit(Command command, FitOptions& options) {
   command
       .add_option("--prior", options.priors,
                   "How well a parameter is known beforehand, as a standard uncertainty: a share "
-                  "of it for stiffnesses, inertia, scales, mass (0.01); else in its unit; "
+                  "of it (0.02: 2 %) for stiffnesses, inertia, scales, mass (0.01); else in its "
+                  "unit; "
                   "repeatable")
       .type_name("NAME=SIGMA");
   command
@@ -79,8 +81,10 @@ void describe_fit(Command command, FitOptions& options) {
       "Parameters:" +
       names +
       "\n"
+      "And for --prior: mass\n"
       "\n"
       "Examples:\n"
+      "  odom identify fit --drive lap1 --write car.toml\n"
       "  odom identify fit --config car.toml --drive lap1 --write car.toml\n"
       "  odom identify fit --config car.toml --can drive.log --camera camera.csv --plot rest.svg\n"
       "  odom identify fit --config car.toml --drive lap1 --drive slalom --prior mass=0.002 \\\n"
@@ -97,6 +101,8 @@ void check(const FitOptions& o) {
   }
   if (o.drives.empty() && o.can.empty())
     refuse("no drive; give --drive DIR, or --can LOG with --camera CSV");
+  if (o.config.empty() && o.drives.empty())
+    refuse("--can needs the car's configuration: name it by --config");
   if (!(o.from >= 0.0)) refuse("--from: must not be negative");
   if (o.to != 0.0 && !(o.to - o.from >= fitting::least_duration))
     refuse("--to: ten seconds after --from at least");

@@ -11,7 +11,7 @@
 namespace odomd::tools {
 
 struct FitOptions {
-  std::string config;
+  std::string config;               ///< empty: that of the drives
   std::vector<std::string> drives;  ///< folders
   std::vector<std::string> can;
   std::vector<std::string> dbc;

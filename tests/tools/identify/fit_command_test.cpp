@@ -55,7 +55,8 @@ TEST_F(FitCommand, WritesWhatTheDriveTellsAndLeavesTheRest) {
 
 TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   const std::string fit = "odom identify fit --quiet --config lap/car.toml ";
-  expect_refused(run(fit + "--drive nowhere"), "nowhere/drive.log");
+  expect_refused(run(fit + "--drive nowhere"), "nowhere: is no folder");
+  expect_refused(run(fit + "--drive lap/drive.log"), "lap/drive.log: is a file; name the folder");
   expect_refused(run(fit + "--drive lap --to 9.9"), "ten seconds");
   expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
   scratch_.write("c.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y\n1,1,0,0,0,1,1\n");
@@ -74,6 +75,16 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
                  "can.signals.yaw_rate.scale");
   ASSERT_EQ(run("sed -i /^steering/d lap/car.toml").status, 0);
   expect_refused(run(fit + "--drive lap"), "steering");
+}
+
+TEST_F(FitCommand, TakesTheConfigurationOfTheDriveWhereNoneIsNamed) {
+  const std::string fit = "odom identify fit --quiet ";
+  // Past the configuration, it is the duration that does not do.
+  expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
+  ASSERT_EQ(run("cp -r lap lap2 && sed -i s/^mass.*/mass=4.0/ lap2/car.toml").status, 0);
+  expect_refused(run(fit + "--drive lap --drive lap2"), "differ; name the car's configuration");
+  ASSERT_EQ(run("rm lap/car.toml").status, 0);
+  expect_refused(run(fit + "--drive lap"), "lap: has no car.toml; name");
 }
 
 }  // namespace
