@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "can_protocol/nearest_name.hpp"
+#include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
@@ -75,6 +76,22 @@ const can::SignalBinding* binding_of(const daemon::Config& config, estimator::So
   return nullptr;
 }
 
+const ParameterInfo* find(std::string_view name) {
+  const auto* const found = std::ranges::find(table, name, &ParameterInfo::name);
+  return found == table.end() ? nullptr : found;
+}
+
+std::vector<std::string> names_of_all() {
+  std::vector<std::string> names;
+  for (const ParameterInfo& info : table) names.emplace_back(info.name);
+  return names;
+}
+
+[[noreturn]] void refuse_name(std::string_view name, const std::vector<std::string>& names) {
+  throw std::invalid_argument("\"" + std::string(name) + "\" is no parameter of the fit" +
+                              nearest_hint(name, names));
+}
+
 }  // namespace
 
 const std::array<ParameterInfo, parameters>& parameter_table() {
@@ -82,13 +99,8 @@ const std::array<ParameterInfo, parameters>& parameter_table() {
 }
 
 const ParameterInfo& parameter_named(std::string_view name) {
-  std::vector<std::string> names;
-  for (const ParameterInfo& info : table) {
-    if (info.name == name) return info;
-    names.emplace_back(info.name);
-  }
-  throw std::invalid_argument("\"" + std::string(name) + "\" is no parameter of the fit" +
-                              nearest_hint(name, names));
+  if (const ParameterInfo* const info = find(name)) return *info;
+  refuse_name(name, names_of_all());
 }
 
 Prior parse_prior(const std::string& text) {
@@ -102,8 +114,18 @@ Prior parse_prior(const std::string& text) {
                                 ": expected NAME=SIGMA with a SIGMA above 0, such as "
                                 "yaw_inertia=0.02");
   const std::string name = text.substr(0, equals);
-  if (name == "mass") return {std::nullopt, sigma};
-  return {parameter_named(name).parameter, sigma};
+  const ParameterInfo* const info = find(name);
+  if (info == nullptr && name != "mass") {
+    std::vector<std::string> names = names_of_all();
+    names.emplace_back("mass");
+    refuse_name(name, names);
+  }
+  if (sigma > 1.0 && (info == nullptr || info->kind == Kind::factor))
+    throw std::invalid_argument("--prior " + text + ": would be " + fixed(100.0 * sigma, 0) +
+                                " %; give how uncertain " + name +
+                                " is as a share of it, 1 at most: 0.02 for 2 %");
+  if (info == nullptr) return {std::nullopt, sigma};
+  return {info->parameter, sigma};
 }
 
 bool one_imu(const daemon::Config& config) {

@@ -59,6 +59,28 @@ TEST(FitOptions, APriorIsANameAndASigma) {
   }
 }
 
+std::string refusal_of_prior(const std::string& text) {
+  try {
+    static_cast<void>(parse_prior(text));
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(FitOptions, APriorThatIsAShareIsNoValue) {
+  EXPECT_THAT(refusal_of_prior("mass=2.9"), HasSubstr("290 %"));
+  EXPECT_THAT(refusal_of_prior("mass=2.9"), HasSubstr("as a share of it"));
+  EXPECT_THAT(refusal_of_prior("stiffness_front=20"), HasSubstr("2000 %"));
+  EXPECT_EQ(refusal_of_prior("mass=1"), "taken");
+  EXPECT_EQ(refusal_of_prior("accel_bias_x=2"), "taken");  // m/s2
+}
+
+TEST(FitOptions, AMisspeltPriorMayBeTheMass) {
+  EXPECT_THAT(refusal_of_prior("mas=0.1"), HasSubstr("'mass'"));
+  EXPECT_THAT(refusal_of_prior("giro_bias=0.1"), HasSubstr("'gyro_bias'"));
+}
+
 TEST(FitOptions, WithoutItsProgramTheCommandSaysWhatToInstall) {
   const Scratch scratch;
   std::filesystem::copy_file(ODOMD_BIN_DIR "/odom", scratch.path("odom"));
