@@ -289,6 +289,13 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
     used = chosen(runs, in_range);
   }
 
+  Prior free = prior;
+  free.sigma[centre_shift] = car.wheelbase();
+  free.sigma[marker_angle] = free.sigma[steering_scale] = 1.0;
+  const Solution by_circles = fit(used, free).solution;
+  result.centre_ahead = measured(by_circles, centre_shift);
+  result.free_steering_scale = measured(by_circles, steering_scale);
+
   const Solution& s = found.solution;
   result.scatter = found.scatter;
   result.front.stiffness = stiffness_of(s, log_stiffness_front);

@@ -67,9 +67,12 @@ struct AxleStiffness {
 
 struct CorneringStiffness {
   AxleStiffness front, rear;
-  Measured steering_offset;    ///< what the log says when the wheels point straight ahead [rad]
-  Measured steering_scale;     ///< log's angle over the wheels'
-  Measured marker_angle;       ///< the markers' line against the car [rad]
+  Measured steering_offset;  ///< what the log says when the wheels point straight ahead [rad]
+  Measured steering_scale;   ///< log's angle over the wheels'
+  Measured marker_angle;     ///< the markers' line against the car [rad]
+  /// What the circles say of these by themselves, where nothing was known of them beforehand: the
+  /// place of the centre of gravity ahead of where the markers put it [m], the steering's scale.
+  Measured centre_ahead, free_steering_scale;
   double scatter = 1.0;        ///< the circles disagree so many times as much as each by itself
   std::size_t used = 0;        ///< circles whose weight is more than a half
   std::vector<bool> in_range;  ///< which circles were fitted, of those given

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -54,29 +55,30 @@ void measure_film(const StiffnessOptions& options, const daemon::Config& config,
   films.names.push_back(track.name);
 }
 
-// Slope of the accelerometer over the film's v_x ψ̇: tells a wrong scale of the film.
 void compare_accelerations(std::span<const CircleRun> circles, std::vector<std::string>& warnings) {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-  for (const CircleRun& run : circles) {
-    if (!(run.accelerometer.sigma > 0.0)) continue;
-    n += 1.0;
-    x += run.lateral_accel;
-    y += run.accelerometer.value;
-    xx += run.lateral_accel * run.lateral_accel;
-    xy += run.lateral_accel * run.accelerometer.value;
-    yy += run.accelerometer.value * run.accelerometer.value;
-  }
-  const double spread = xx - x * x / std::max(n, 1.0);
-  if (n < 4.0 || !(spread > 1.0)) return;
-  const double slope = (xy - x * y / n) / spread;
-  // Residuals of the line tell how well its slope is known.
-  const double residual = std::max(yy - y * y / n - slope * slope * spread, 0.0);
-  const double sigma = std::sqrt(residual / ((n - 2.0) * spread));
-  if (std::abs(slope - 1.0) > std::max(0.02, 3.0 * sigma))
+  const std::optional<Measured> slope = accelerometer_slope(circles);
+  const double off = slope ? std::abs(slope->value - 1.0) : 0.0;
+  if (off > std::max(0.02, 3.0 * slope.value_or(Measured{}).sigma) && off <= gross_scale_error)
     warnings.push_back(fmt::format(
         "the accelerometer reads {:.1f} % of the film's lateral acceleration: check the film's "
         "scale and frame rate, and the unit of [can.signals] accel_y",
-        100.0 * slope));
+        100.0 * slope->value));
+}
+
+// Slow or fast, a car's wheels stand about as its circle needs: l ψ̇ / v.
+void check_steering(std::span<const CircleRun> circles, double wheelbase) {
+  constexpr double far_off = 4.0;
+  std::vector<double> ratios;
+  for (const CircleRun& run : circles)
+    ratios.push_back(run.steering.value / std::atan(wheelbase * run.yaw_rate / run.speed));
+  const auto middle = ratios.begin() + std::ssize(ratios) / 2;
+  std::ranges::nth_element(ratios, middle);
+  if (*middle > far_off || *middle < 1.0 / far_off)
+    throw std::invalid_argument(fmt::format(
+        "{}: the log's steering is {:.3g} times the angle that the circles need: mend scale and "
+        "unit of [can.signals] steering, which is the angle of the wheels; or the places of the "
+        "markers (--front, --rear), which give the circles their size",
+        circles.front().film, *middle));
 }
 
 void warn_of_what_is_missing(std::span<const CircleRun> circles,
@@ -106,7 +108,27 @@ FilmedCircles measure_films(const StiffnessOptions& options, const daemon::Confi
   return films;
 }
 
-void check_directions(std::span<const CircleRun> circles) {
+std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  for (const CircleRun& run : circles) {
+    if (!(run.accelerometer.sigma > 0.0)) continue;
+    n += 1.0;
+    x += run.lateral_accel;
+    y += run.accelerometer.value;
+    xx += run.lateral_accel * run.lateral_accel;
+    xy += run.lateral_accel * run.accelerometer.value;
+    yy += run.accelerometer.value * run.accelerometer.value;
+  }
+  const double spread = xx - x * x / std::max(n, 1.0);
+  const double accelerated = yy - y * y / std::max(n, 1.0);
+  if (n < 4.0 || !(spread > 0.0) || !(std::max(spread, accelerated) > 1.0)) return std::nullopt;
+  const double slope = (xy - x * y / n) / spread;
+  // Residuals of the line tell how well its slope is known.
+  const double residual = std::max(accelerated - slope * slope * spread, 0.0);
+  return Measured{slope, std::sqrt(residual / ((n - 2.0) * spread))};
+}
+
+void check_circles(std::span<const CircleRun> circles, double wheelbase) {
   std::size_t backwards = 0, sideways = 0, against = 0;
   for (const CircleRun& run : circles) {
     const double ahead = std::cos(run.drift.value);
@@ -129,6 +151,7 @@ void check_directions(std::span<const CircleRun> circles) {
         circles.front().film +
         ": the car turns to the other side than it steers: mend the sign of [can.signals] steering "
         "(scale = -1.0); left is positive");
+  check_steering(circles, wheelbase);
 }
 
 std::vector<std::string> doubts_about(std::span<const CircleRun> circles) {

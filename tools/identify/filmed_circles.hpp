@@ -1,6 +1,7 @@
 // The circles of several films, each laid on its log, and what of them no fit could mend.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,8 +26,16 @@ struct FilmedCircles {
                                           const daemon::Config& config, const MarkerPlaces& places);
 
 /// Throws std::invalid_argument where most circles are driven backwards or sideways, or steered the
-/// wrong way: markers or their X and Y exchanged, a sign of the steering.
-void check_directions(std::span<const CircleRun> circles);
+/// wrong way or by another measure: markers or their X and Y exchanged, sign or scale of the
+/// steering.
+void check_circles(std::span<const CircleRun> circles, double wheelbase);
+
+/// So far off, film and accelerometer cannot both be right.
+inline constexpr double gross_scale_error = 0.15;
+
+/// The log's lateral acceleration over the film's v_x ψ̇: tells a wrong scale of the film. Nothing
+/// where there is too little of either.
+[[nodiscard]] std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles);
 
 /// What a fit will not tell apart without circles of another kind, and an accelerometer that
 /// contradicts the film's scale.

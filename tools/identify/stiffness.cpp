@@ -42,14 +42,19 @@ void identify_stiffness(const StiffnessOptions& options) {
   require_measured(config);
 
   FilmedCircles films = measure_films(options, config, places);
-  check_directions(films.circles);
+  check_circles(films.circles, config.vehicle.wheelbase());
+  if (places.front.real() * places.rear.real() >= 0.0)
+    films.warnings.emplace_back(
+        "no marker lies behind the centre of gravity: --front and --rear are measured from it, "
+        "what is behind it is negative");
   for (std::string& doubt : doubts_about(films.circles)) films.warnings.push_back(std::move(doubt));
-  const CorneringStiffness found =
-      fit_stiffness(films.circles, circle_car(options, config, places));
-  require_slip(found);
+  const CircleCar car = circle_car(options, config, places);
+  const CorneringStiffness found = fit_stiffness(films.circles, car);
+  const std::vector<std::string> against = contradictions(films, found, car);
+  if (against.empty()) require_slip(found);
   if (!options.plot.empty()) chart::write_picture(options.plot, draw_stiffness(found));
   if (!options.delivery.json) std::cout << circle_table(films, found) << '\n';
-  deliver(stiffness_findings(films, found), options.delivery);
+  deliver(stiffness_findings(films, found, against), options.delivery);
 }
 
 }  // namespace

@@ -13,6 +13,10 @@ namespace {
 
 constexpr double degrees = 57.29577951308232;
 
+// Beyond these, circles and what was given cannot both be right.
+constexpr double farthest_centre = 0.03;    // of the wheelbase
+constexpr double farthest_steering = 1.33;  // times
+
 // Known to no better than a quarter: too little to be written anywhere.
 bool is_undetermined(const AxleStiffness& axle) {
   return 4.0 * axle.stiffness.sigma > axle.stiffness.value;
@@ -52,12 +56,52 @@ void require_slip(const CorneringStiffness& found) {
       degrees * std::max(sigma, slip * found.rear.stiffness.sigma / found.rear.stiffness.value)));
 }
 
-Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness& found) {
+std::vector<std::string> contradictions(const FilmedCircles& films, const CorneringStiffness& found,
+                                        const CircleCar& car) {
+  std::vector<std::string> lines;
+  const Measured& ahead = found.centre_ahead;
+  if (std::abs(ahead.value) >
+      std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), farthest_centre * car.wheelbase()))
+    lines.push_back(
+        fmt::format("the circles put the centre of gravity {:.3f} m {} where --front and --rear "
+                    "have it: measure both from the centre of gravity, backwards negative, and "
+                    "check front_axle and rear_axle",
+                    std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind"));
+  for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
+    if (lines.empty() && (scale.value > farthest_steering || scale.value < 1.0 / farthest_steering))
+      lines.push_back(
+          fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles: "
+                      "mend the scale of [can.signals] steering, or the places of the markers",
+                      scale.value));
+  const auto slope = accelerometer_slope(films.circles);
+  if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
+    lines.push_back(
+        fmt::format("the accelerometer reads {:.0f} % of the film's lateral acceleration, and one "
+                    "of the two is wrong: the markers' distance or the film's scale, its frame "
+                    "rate, or scale and unit of [can.signals] accel_y",
+                    100.0 * slope->value));
+  const auto fitted = std::ranges::count(found.in_range, true);
+  if (lines.empty() && 2 * found.used < static_cast<std::size_t>(fitted))
+    lines.push_back(fmt::format(
+        "of {} fitted {} lie on the curve: check the places of the markers, that the track "
+        "does not lose them, and front_axle and rear_axle",
+        counted(static_cast<std::size_t>(fitted), "circle"), found.used));
+  return lines;
+}
+
+Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness& found,
+                            std::span<const std::string> against) {
   Findings findings{.method = "stiffness",
                     .origin = fmt::format("{} filmed", counted(films.circles.size(), "circle")),
                     .warnings = films.warnings};
   findings.values.push_back(stiffness_finding("front", found.front));
   findings.values.push_back(stiffness_finding("rear", found.rear));
+  for (const std::string& line : against) findings.warnings.push_back(line);
+  if (!against.empty())
+    for (Finding& finding : findings.values) {
+      finding.determined = Determined::no;
+      finding.remark = "contradicted: see the warning";
+    }
   findings.values.push_back({.name = "steering angle when straight ahead",
                              .value = found.steering_offset.value,
                              .sigma = found.steering_offset.sigma,
@@ -78,6 +122,10 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
 
   nlohmann::ordered_json& details = findings.details;
   details["scatter"] = found.scatter;
+  details["centre_ahead"] = {{"value", found.centre_ahead.value},
+                             {"sigma", found.centre_ahead.sigma}};
+  details["free_steering_scale"] = {{"value", found.free_steering_scale.value},
+                                    {"sigma", found.free_steering_scale.sigma}};
   details["linear_range"] = {{"front", found.front.linear_range()},
                              {"rear", found.rear.linear_range()}};
   details["grip"] = {{"front", found.front.grip}, {"rear", found.rear.grip}};

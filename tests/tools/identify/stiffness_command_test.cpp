@@ -76,6 +76,48 @@ TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsIsToldOf) {
   EXPECT_THAT(outcome.err, HasSubstr("% of the film's lateral acceleration"));
 }
 
+TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
+  const auto expect = [](const std::string& options, const std::string& reason) {
+    const std::string car = contents("car.toml");
+    write("kept.toml", car);
+    const Outcome outcome = identify(options + film + "--json --write kept.toml");
+    EXPECT_EQ(outcome.status, 0) << options << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(reason)) << options;
+    const auto json = nlohmann::json::parse(outcome.out);
+    for (std::size_t axle = 0; axle < 2; ++axle)
+      EXPECT_EQ(json["values"][axle]["determined"], false) << options;
+    EXPECT_EQ(contents("kept.toml"), car) << options;
+  };
+  // Measured from the rear marker, the front one, the middle of the wheelbase.
+  expect("--front 0.30,0 --rear 0,0 ", "centre of gravity 0.120 m ahead of where --front and");
+  expect("--front 0,0 --rear -0.30,0 ", "centre of gravity 0.180 m behind where");
+  expect("--front 0.225,0 --rear -0.075,0 ", "centre of gravity 0.045 m ahead of");
+  // A minus forgotten.
+  expect("--front 0.18,0 --rear 0.12,0 ", "of the film's lateral acceleration, and one of the two");
+  expect("--front 0.18,0 --rear 0.12,0 ", "no marker lies behind the centre of gravity");
+  expect("--front 0.36,0 --rear -0.24,0 ", "accelerometer reads 50 %");
+}
+
+TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
+  const auto with_scale = [](const std::string& scale) {
+    std::string text = contents("car.toml");
+    const std::string entry = "signal = \"SteeringAngle\", unit = \"rad\"";
+    text.insert(text.find(entry) + entry.size(), ", scale = " + scale);
+    write("steered.toml", text);
+    return run_shell("cd " + afternoon() + " && odom identify stiffness --config steered.toml " +
+                     places + film);
+  };
+  for (const char* scale : {"17", "0.0588"}) {
+    const Outcome refused = with_scale(scale);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_THAT(refused.err, HasSubstr("mend scale and unit of [can.signals] steering"));
+  }
+  const Outcome contradicted = with_scale("1.5");
+  EXPECT_EQ(contradicted.status, 0);
+  EXPECT_THAT(contradicted.err, HasSubstr("is 1.47 times the angle of the wheels"));
+  EXPECT_THAT(contradicted.out, HasSubstr("not determined"));
+}
+
 TEST(StiffnessCommand, SaysWhereItIsLessExactThanItCouldBe) {
   const Outcome outcome = identify(places + film + "--sigma-mass 0.15");
   EXPECT_EQ(outcome.status, 0);
