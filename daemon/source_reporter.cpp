@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "daemon/source_complaint.hpp"
+
 namespace odomd::daemon {
 namespace {
 
@@ -12,22 +14,6 @@ can::SignalBinding binding_of(const Config& config, std::size_t source) {
   for (const auto& binding : config.can.bindings)
     if (binding.channel == source) return binding;
   return {};
-}
-
-std::string complaint(estimator::SourceFlag flag) {
-  using estimator::SourceFlag;
-  switch (flag) {
-    case SourceFlag::out_of_range:
-      return " is out of range: no car does that; look at its scale and wiring";
-    case SourceFlag::non_finite:
-      return " is no number";
-    case SourceFlag::frozen:
-      return " is frozen: it repeats one value while the car moves on";
-    case SourceFlag::drifting:
-      return " contradicts the other sensors: look at its scale, offset and mounting";
-    default:
-      return " fails its protection: look at the status";
-  }
 }
 
 }  // namespace
@@ -127,7 +113,7 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
       journal.warn(overdue ? fmt::format("{} is overdue: the last one is {:.3f} s old", label(),
                                          static_cast<double>(unheard_ns) * 1e-9)
-                           : label() + complaint(flag));
+                           : label() + std::string{complaint(flag)});
       signal = Signal::unhealthy;
     } else if (signal == Signal::waited_for && now_ns - running_.started_ns > patience_ns) {
       journal.warn(label() + " was never received: is it on the bus, and is the database right?");

@@ -78,7 +78,7 @@ std::string check_that_it_closes(const std::string& drive,
                                 "; cut it to whole laps by --from and --to, or name a --reference");
   }
   if (best->end_error > doubted_of_path * best->path_length || degrees_off(*best) > doubted_turn) {
-    return drive + ": the lap closes badly: by the best estimate it ends " + how_far(*best) +
+    return "the lap closes badly: by the best estimate it ends " + how_far(*best) +
            "; figures hold whatever the car itself was off its start";
   }
   return {};

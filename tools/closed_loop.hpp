@@ -18,8 +18,9 @@ namespace odomd::tools {
 
 /// Whether the car can be taken to have come back, by the best of the estimates. Throws
 /// std::invalid_argument where it hardly moved, or where even that ends more than a tenth of the
-/// path, half the lap's size, or 45° from the start; returns a warning where more than 3 % of the
-/// path or 20°: then nobody knows whether estimate or car is off. Empty: nothing to be said.
+/// path, half the lap's size, or 45° from the start; returns a warning (without the drive's name)
+/// where more than 3 % of the path or 20°: then nobody knows whether estimate or car is off. Empty:
+/// nothing to be said.
 [[nodiscard]] std::string check_that_it_closes(const std::string& drive,
                                                std::span<const Evaluation> evaluations);
 

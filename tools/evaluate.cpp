@@ -77,7 +77,7 @@ std::vector<EvaluatedDrive> evaluated(const Options& options) {
     if (!options.camera.empty()) {
       CameraLog log = read_camera_log(options.camera);
       drives.front().cameras = std::move(log.poses);
-      for (const auto& text : log.warnings) drives.front().warnings.push_back(text);
+      for (const auto& text : log.warnings) drives.front().warnings.push_back({"", text});
     }
   }
   for (const std::string& folder : options.drives) {
@@ -109,12 +109,27 @@ std::string command_line() {
   return text;
 }
 
+// "DRIVE, MODEL: what there is to say"; pose files name themselves.
+void warn_of(const EvaluatedDrive& drive) {
+  const std::vector<std::string> texts = worded(drive.warnings);
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    std::string whose;
+    if (!drive.replays.empty())
+      whose = drive.name + (drive.warnings[i].estimate.empty() ? ": " : ", ");
+    std::cerr << "odom evaluate: warning: " << whose << texts[i] << '\n';
+  }
+}
+
+nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
+  nlohmann::ordered_json json = json_of(drive.report);
+  json["warnings"] = worded(drive.warnings);
+  return json;
+}
+
 void run_evaluate(const Options& options) {
   const std::vector<EvaluatedDrive> drives = evaluated(options);
   for (const EvaluatedDrive& drive : drives) {
-    for (const std::string& text : drive.warnings) {
-      std::cerr << "odom evaluate: warning: " << text << '\n';
-    }
+    warn_of(drive);
   }
   if (!options.picture.empty()) {
     chart::write_picture(options.picture,
@@ -127,7 +142,7 @@ void run_evaluate(const Options& options) {
     file.finish();
   }
   if (options.json) {
-    std::cout << text_of(options.drives.empty() ? json_of(drives.front().report)
+    std::cout << text_of(options.drives.empty() ? files_json(drives.front())
                                                 : summary_json(drives));
   } else if (options.drives.empty()) {
     std::cout << as_text(drives.front().report);

@@ -15,8 +15,23 @@
 namespace odomd::tools {
 namespace {
 
-void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
-  to.insert(to.end(), from.begin(), from.end());
+void append(std::vector<EvaluationWarning>& to, const std::vector<std::string>& from) {
+  for (const std::string& text : from) to.push_back({"", text});
+}
+
+// What every model has to say is said once, of the drive.
+void append_doubts(EvaluatedDrive& drive) {
+  for (const ReplayedDrive& replay : drive.replays) {
+    for (const std::string& doubt : replay.doubts) {
+      const auto is_it = [&doubt](const EvaluationWarning& one) { return one.text == doubt; };
+      const bool shared = std::ranges::all_of(drive.replays, [&doubt](const ReplayedDrive& other) {
+        return std::ranges::find(other.doubts, doubt) != other.doubts.end();
+      });
+      if (shared && std::ranges::any_of(drive.warnings, is_it)) continue;
+      const auto index = static_cast<std::size_t>(&replay - drive.replays.data());
+      drive.warnings.push_back({shared ? "" : drive.estimates[index].name, doubt});
+    }
+  }
 }
 
 // "1760000015.5" is a time of the files, "+15.5" one after their first row.
@@ -60,23 +75,24 @@ void warn_of_doubts(EvaluatedDrive& drive) {
     const double whole_s = seconds(points.back().t_ns - points.front().t_ns);
     const double covered_s = seconds(e.last_ns - e.first_ns);
     if (covered_s < least_covered * whole_s) {
-      drive.warnings.push_back(e.name + ": the reference covers " + fixed(covered_s, 1) + " s of " +
-                               fixed(whole_s, 1) + " s; the rest is not judged");
+      drive.warnings.push_back({e.name, "the reference covers " + fixed(covered_s, 1) + " s of " +
+                                            fixed(whole_s, 1) + " s; the rest is not judged"});
     }
     if (e.reference_gap_ns > long_gap_ns) {
-      drive.warnings.push_back(e.name + ": the reference has a gap of " +
-                               fixed(static_cast<double>(e.reference_gap_ns) * 1e-9, 2) +
-                               " s, bridged by a straight line");
+      drive.warnings.push_back(
+          {e.name, "the reference has a gap of " +
+                       fixed(static_cast<double>(e.reference_gap_ns) * 1e-9, 2) +
+                       " s, bridged by a straight line"});
     }
     if (e.reference_jumps > 0) {
-      drive.warnings.push_back(
-          e.name + ": the reference jumps " + std::to_string(e.reference_jumps) +
-          " times faster than any car (100 m/s); path length, maxima and 35 ms errors hold these "
-          "jumps");
+      drive.warnings.push_back({e.name, "the reference jumps " + std::to_string(e.reference_jumps) +
+                                            " times faster than any car (100 m/s); path length, "
+                                            "maxima and 35 ms errors hold these "
+                                            "jumps"});
     }
     if (e.first_ns != first.first_ns || e.last_ns != first.last_ns) {
-      drive.warnings.push_back(e.name + ": its common time differs from that of " + first.name +
-                               "; their numbers compare with care");
+      drive.warnings.push_back({e.name, "its common time differs from that of " + first.name +
+                                            "; their numbers compare with care"});
     }
   }
 }
@@ -111,7 +127,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
     const std::string doubt = check_that_it_closes(drive.name, report.evaluations);
-    if (!doubt.empty()) drive.warnings.push_back(doubt);
+    if (!doubt.empty()) drive.warnings.push_back({"", doubt});
     return;
   }
   report.reference = drive.reference->name;
@@ -135,6 +151,14 @@ std::vector<std::string> names_of(const EvaluatedDrive& drive) {
   std::vector<std::string> files;
   for (const Trajectory& estimate : drive.estimates) files.push_back(estimate.name);
   return short_names(files);
+}
+
+std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings) {
+  std::vector<std::string> lines;
+  for (const EvaluationWarning& warning : warnings)
+    lines.push_back(warning.estimate.empty() ? warning.text
+                                             : warning.estimate + ": " + warning.text);
+  return lines;
 }
 
 std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
@@ -199,13 +223,9 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     ReplayedDrive replayed = replay_drive(read, config, judging.frame, judging.judgements);
     drive.estimates.push_back(std::exchange(replayed.poses, {}));
     drive.estimates.back().name = daemon::name_of(model);
-    for (const std::string& doubt : replayed.doubts) {
-      if (std::ranges::find(drive.warnings, doubt) == drive.warnings.end()) {
-        drive.warnings.push_back(doubt);
-      }
-    }
     drive.replays.push_back(std::move(replayed));
   }
+  append_doubts(drive);
   judge(drive, judging);
   return drive;
 }

@@ -16,6 +16,11 @@
 
 namespace odomd::tools {
 
+struct EvaluationWarning {
+  std::string estimate;  ///< its name; empty: of the drive
+  std::string text;
+};
+
 struct EvaluatedDrive {
   std::string name;
   EvaluationReport report;              ///< an evaluation an estimate
@@ -26,8 +31,11 @@ struct EvaluatedDrive {
   std::vector<estimator::CameraPose> cameras;
   std::optional<BeatHistogram> beat;
   std::optional<daemon::Config> config;  ///< of replays
-  std::vector<std::string> warnings;
+  std::vector<EvaluationWarning> warnings;
 };
+
+/// "ESTIMATE: what there is to say", one a warning.
+[[nodiscard]] std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings);
 
 /// Short names of the estimates, and their colours: a model has its own in every picture.
 [[nodiscard]] std::vector<std::string> names_of(const EvaluatedDrive& drive);

@@ -173,6 +173,7 @@ Json summary_json(std::span<const EvaluatedDrive> drives) {
       one["estimates"][i]["innovations"] = innovations_json(drive.replays[i].summary);
       one["estimates"][i]["verdicts"] = verdicts_json(drive.replays[i].summary);
     }
+    one["warnings"] = worded(drive.warnings);
     json["drives"].push_back(std::move(one));
   }
   json["summary"] = Json::array();

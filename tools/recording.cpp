@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -17,6 +18,7 @@
 #include "tools/csv.hpp"
 #include "tools/files.hpp"
 #include "tools/recording_folder.hpp"
+#include "tools/source_doubts.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -264,12 +266,15 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
   summary.first_tick_ns = summary.last_tick_ns = drive.begin().tick.time_ns;
   while (const daemon::TickRecord* record = drive.next(summary)) {
     ++summary.ticks;
+    summary.take_flags(*pipeline);
     summary.last_tick_ns = drive.tick().time_ns;
     summary.last_mode = record->pose.mode;
     if (record->initialised) ++summary.poses;
     sink(*record, drive.tick());
   }
   summary.take_statistics(*pipeline);
+  for (std::string& doubt : source_doubts(pipeline->decoder(), summary))
+    result.warnings.push_back(std::move(doubt));
   result.warnings.insert(result.warnings.end(), drive.warnings().begin(), drive.warnings().end());
   return result;
 }

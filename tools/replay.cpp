@@ -50,12 +50,15 @@ daemon::Config configuration(const Options& options) {
   return config;
 }
 
-void report(const Options& options, const ReplaySummary& summary, double seconds) {
+void report(const Options& options, const ReplaySummary& summary, double seconds,
+            const std::vector<std::string>& warnings) {
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
-    std::cerr << replay_json(summary, seconds).dump() << '\n';
+    std::cerr << replay_json(summary, seconds, warnings).dump() << '\n';
     return;
   }
+  for (const std::string& warning : warnings)
+    std::cerr << "odom replay: warning: " << warning << '\n';
   std::cerr << fmt::format(
       "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
       "poses, "
@@ -134,9 +137,9 @@ void run(const Options& options) {
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   for (const auto& some :
-       {warnings, camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
-    for (const std::string& warning : some) std::cerr << "odom replay: " << warning << '\n';
-  report(options, summary, seconds.count());
+       {camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
+    warnings.insert(warnings.end(), some.begin(), some.end());
+  report(options, summary, seconds.count(), warnings);
 }
 
 }  // namespace
@@ -180,7 +183,7 @@ void add_replay(Command odom) {
       .add_flag("--verify", options->verify,
                 "Hold every tick of the recording against what was published, to the bit")
       .needs(recording);
-  replay.add_flag("--json", options->json, "Summary as JSON, on standard error");
+  replay.add_flag("--json", options->json, "Summary and warnings as JSON, on standard error");
   replay.footer(
       "Examples:\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"

@@ -6,10 +6,12 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "estimator/measurement.hpp"
 #include "tools/conditions.hpp"
 #include "tools/csv.hpp"
+#include "tools/source_doubts.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -76,6 +78,7 @@ std::vector<std::string> replay_doubts(const can::Decoder& decoder, const Replay
         "none of the {} camera poses arrives while the log lasts: name the camera's file of this "
         "drive, and put its times on the log's clock",
         camera_poses));
+  for (std::string& doubt : source_doubts(decoder, summary)) doubts.push_back(std::move(doubt));
   if (summary.fault_ns) doubts.push_back(fault(summary));
   if (summary.poses == 0)
     doubts.emplace_back(

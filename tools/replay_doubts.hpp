@@ -17,7 +17,7 @@ namespace odomd::tools {
                                                        const can::MessageCounters& counters);
 
 /// One line each: mapped messages of which no frame came or none was decoded, frames out of order,
-/// and a drive without a pose.
+/// sensors that were not believed (source_doubts.hpp), and, last, a drive without a pose.
 [[nodiscard]] std::vector<std::string> replay_doubts(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
 

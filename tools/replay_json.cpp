@@ -33,7 +33,8 @@ nlohmann::ordered_json verdicts_json(const ReplaySummary& summary) {
   return sources;
 }
 
-nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds) {
+nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
+                                   const std::vector<std::string>& warnings) {
   return {
       {"frames", summary.frames},
       {"camera_poses", summary.cameras},
@@ -44,6 +45,7 @@ nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds)
       {"last_mode", mode_name(summary.last_mode)},
       {"verdicts", verdicts_json(summary)},
       {"innovations", innovations_json(summary)},
+      {"warnings", warnings},
   };
 }
 

@@ -2,13 +2,17 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::tools {
 
-/// Counts, times, and by source how its samples were judged. `seconds`: how long the replay took.
-[[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds);
+/// Counts, times, by source how its samples were judged, and what there is to warn of. `seconds`:
+/// how long the replay took.
+[[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
+                                                 const std::vector<std::string>& warnings);
 
 /// By source, how its samples lay to what the filter expected of them; those that were tested.
 [[nodiscard]] nlohmann::ordered_json innovations_json(const ReplaySummary& summary);

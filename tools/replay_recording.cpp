@@ -4,6 +4,8 @@
 #include <iostream>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -18,16 +20,19 @@ namespace odomd::tools {
 namespace {
 
 void report(const RecordingOptions& options, const RecordingReplay& replayed, double seconds,
-            const std::optional<RecordingVerifier>& verifier) {
+            const std::optional<RecordingVerifier>& verifier,
+            const std::vector<std::string>& warnings) {
   const ReplaySummary& summary = replayed.summary;
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
-    nlohmann::ordered_json json = replay_json(summary, seconds);
+    nlohmann::ordered_json json = replay_json(summary, seconds, warnings);
     json["from_state"] = replayed.inexact.empty();
     if (verifier) json["bit_identical"] = replayed.inexact.empty() && !verifier->difference();
     std::cerr << json.dump() << '\n';
     return;
   }
+  for (const std::string& warning : warnings)
+    std::cerr << "odom replay: warning: " << warning << '\n';
   std::cerr << fmt::format(
       "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
       "ticks, at the end {}\n",
@@ -59,12 +64,12 @@ void replay_recording(const RecordingOptions& options) {
   if (file) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
-  for (const auto& some : {recording.warnings, replayed.warnings})
-    for (const std::string& warning : some) std::cerr << "odom replay: " << warning << '\n';
+  std::vector<std::string> warnings = recording.warnings;
+  warnings.insert(warnings.end(), replayed.warnings.begin(), replayed.warnings.end());
   if (!replayed.inexact.empty())
-    std::cerr << "odom replay: the replay begins at the recorded pose, not in the filter's state: "
-              << replayed.inexact << '\n';
-  report(options, replayed, seconds.count(), verifier);
+    warnings.push_back("the replay begins at the recorded pose, not in the filter's state: " +
+                       replayed.inexact);
+  report(options, replayed, seconds.count(), verifier, warnings);
   if (verifier && !replayed.inexact.empty())
     throw std::runtime_error("cannot be verified without the filter's state: " + replayed.inexact);
   if (verifier && verifier->difference())

@@ -5,6 +5,11 @@
 
 namespace odomd::tools {
 
+void ReplaySummary::take_flags(const daemon::Pipeline& pipeline) {
+  for (std::size_t source = 0; source < flagged.size(); ++source)
+    ++flagged[source].at(pipeline.statistics().sources[source].flag.get());
+}
+
 void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
   for (std::size_t source = 0; source < innovations.size(); ++source) {
     const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
@@ -45,6 +50,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
 
     const daemon::TickRecord& record = pipeline.tick(tick, tick_ns);
     if (judged) judged(pipeline.judgements());
+    summary.take_flags(pipeline);
     ++summary.ticks;
     summary.last_tick_ns = tick_ns;
     summary.last_mode = record.pose.mode;

@@ -12,6 +12,7 @@
 #include "can_protocol/frame.hpp"
 #include "daemon/pipeline.hpp"
 #include "estimator/measurement.hpp"
+#include "estimator/source_monitor.hpp"
 
 namespace odomd::tools {
 
@@ -41,6 +42,13 @@ struct ReplaySummary {
   std::array<daemon::InnovationStatistics, estimator::source_count> innovations;
   std::array<std::array<std::uint64_t, estimator::verdict_count>, estimator::source_count>
       verdicts{};
+  std::array<std::array<std::uint64_t, estimator::source_flag_names.size()>,
+             estimator::source_count>
+      flagged{};  ///< ticks with each flag
+
+  /// After every tick.
+  void take_flags(const daemon::Pipeline& pipeline);
+  /// After the last.
   void take_statistics(const daemon::Pipeline& pipeline);
 };
 

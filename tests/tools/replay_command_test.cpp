@@ -13,6 +13,8 @@
 namespace odomd::tools::replay_command_test {
 namespace {
 
+using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -169,6 +171,36 @@ TEST(ReplayCommand, TellsHowSamplesLayToWhatTheFullFilterExpected) {
   EXPECT_GT(full["wheel_rear_left"]["inside_95"], 0.5);
   EXPECT_FALSE(full.contains("steering"));
   EXPECT_TRUE(innovations("paper").empty());
+}
+
+TEST(ReplayCommand, SaysWhichSensorWasNotBelieved) {
+  const Scratch scratch;
+  const std::string drive = scratch.path("drive").string();
+  ASSERT_EQ(run_shell("odom sim --scenario lap --laps 1 --out " + drive).status, 0);
+  const auto replayed = [&](const std::string& role, const std::string& scale,
+                            const std::string& more) {
+    const auto config = scratch.write(
+        "drive/changed.toml", std::regex_replace(contents(drive + "/car.toml"),
+                                                 std::regex("(" + role + " = .*unit = \"[^\"]*\")"),
+                                                 "$1, scale = " + scale));
+    const Outcome outcome = run_shell("odom replay --config " + config.string() + " --can " +
+                                      drive + "/drive.log --camera " + drive +
+                                      "/camera.csv --out " + drive + "/pose.csv" + more);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(
+      replayed("yaw_rate", "-1", ""),
+      AllOf(ContainsRegex("odom replay: warning: yaw_rate \\(IMU\\) contradicts the other "
+                          "sensors: look at its scale, offset and mounting \\(for [0-9.]* of "
+                          "[0-9.]* s\\)"),
+            ContainsRegex("yaw_rate \\(IMU\\): [0-9]* of its [0-9]* samples \\([0-9]* %\\) "
+                          "were gated")));
+  const auto wheels = nlohmann::json::parse(replayed("wheel_rear_[a-z]*", "3.6", " --json"));
+  EXPECT_THAT(wheels["warnings"].dump(),
+              ContainsRegex("wheel_rear_left \\(WHEELS_REAR\\): [0-9]* of its [0-9]* samples"));
+  EXPECT_THAT(replayed("yaw_rate", "1", ""), Not(HasSubstr("warning")));
+  EXPECT_TRUE(nlohmann::json::parse(replayed("yaw_rate", "1", " --json"))["warnings"].empty());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 
 #include "tests/tools/markup.hpp"
@@ -149,6 +150,37 @@ TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
     EXPECT_TRUE(page.substr(at).starts_with("http://www.w3.org/")) << page.substr(at, 40);
   }
   EXPECT_GT(addresses, 0U);
+}
+
+TEST_F(Report, SaysWhichSensorWasNotBelieved) {
+  const auto wrong = scratch_->write(
+      "wrong.toml",
+      std::regex_replace(contents(lap() + "/car.toml"),
+                         std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
+  const auto html = scratch_->path("wrong.html");
+  const std::string arguments =
+      "--drive " + lap() + " --dead-reckoning --model kinematic --model full";
+  const Outcome outcome =
+      run(arguments + " --json --config " + wrong.string() + " --html " + html.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  // Whom the monitor blames on a circle is not the matter here: the accelerometer or the gyro.
+  const std::string flagged = " \\(IMU\\) contradicts the other sensors: look at its scale";
+  const std::string gated =
+      "full: yaw_rate \\(IMU\\): [0-9]* of its [0-9]* samples \\([0-9]* %\\) were gated";
+  // Of every model, once; of one, with its name.
+  EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap: [a-z_]*" + flagged));
+  EXPECT_THAT(outcome.err, Not(ContainsRegex("lap, [a-z]*: [a-z_]*" + flagged)));
+  EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap, " + gated));
+  const auto warnings = nlohmann::json::parse(outcome.out)["drives"][0]["warnings"].dump();
+  EXPECT_THAT(warnings, AllOf(ContainsRegex("\"[a-z_]*" + flagged), ContainsRegex("\"" + gated)));
+  const std::string page = contents(html);
+  EXPECT_THAT(page, AllOf(ContainsRegex("<p class=\"warning\">[a-z_]*" + flagged),
+                          ContainsRegex("<p class=\"warning\">" + gated)));
+
+  const Outcome right = run(arguments + " --json --html " + html.string());
+  EXPECT_EQ(right.err, "");
+  EXPECT_TRUE(nlohmann::json::parse(right.out)["drives"][0]["warnings"].empty());
+  EXPECT_THAT(contents(html), Not(HasSubstr("class=\"warning\"")));
 }
 
 TEST_F(Report, KeepsItsColumnsOnAPhone) {

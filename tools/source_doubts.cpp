@@ -1,0 +1,87 @@
+#include "tools/source_doubts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "daemon/source_complaint.hpp"
+#include "estimator/measurement.hpp"
+#include "estimator/source_monitor.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+using estimator::SourceFlag;
+using estimator::Verdict;
+
+constexpr double long_flagged_s = 1.0;
+constexpr double long_part = 0.1;  // of a shorter drive
+constexpr double large_part_gated = 0.25;
+constexpr std::uint64_t least_samples = 10;
+
+// Wheels slip and grip again, and a drive without a signal for a while has the mode to say so.
+constexpr std::array told{SourceFlag::out_of_range, SourceFlag::non_finite, SourceFlag::frozen,
+                          SourceFlag::drifting, SourceFlag::failed_protection};
+
+std::string complaint(SourceFlag flag) {
+  return flag == SourceFlag::failed_protection
+             ? " fails its protection: look at [can.e2e] and its message's counts in odom status"
+             : std::string{daemon::complaint(flag)};
+}
+
+// "yaw_rate (IMU)", "camera".
+std::string label(const can::Decoder& decoder, std::size_t source) {
+  for (const can::BoundMessage& message : decoder.messages())
+    if (std::ranges::find(message.channels, source) != message.channels.end())
+      return fmt::format("{} ({})", estimator::source_names[source], message.name);
+  return std::string{estimator::source_names[source]};
+}
+
+std::string_view what_to_look_at(Source source) {
+  switch (source) {
+    case Source::camera:
+      return "look at whether its poses are of this drive and this map, at its clock and its "
+             "sigmas";
+    case Source::yaw_rate:
+    case Source::accel_x:
+    case Source::accel_y:
+      return "look at its unit, sign, scale, offset and mounting";
+    default:
+      return "look at its unit, scale and sign, and at the vehicle";
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> source_doubts(const can::Decoder& decoder, const ReplaySummary& summary) {
+  std::vector<std::string> doubts;
+  const auto ticks = static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
+  const double drive_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
+  for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    for (const SourceFlag flag : told) {
+      const double part =
+          static_cast<double>(summary.flagged[source][static_cast<std::size_t>(flag)]) / ticks;
+      if (part <= 0.0 || part * drive_s < std::min(long_flagged_s, long_part * drive_s)) continue;
+      doubts.push_back(fmt::format("{}{} (for {:.1f} of {:.1f} s)", label(decoder, source),
+                                   complaint(flag), part * drive_s, drive_s));
+    }
+    const auto& verdicts = summary.verdicts[source];
+    const std::uint64_t gated = verdicts[static_cast<std::size_t>(Verdict::gated)];
+    const std::uint64_t judged = gated + verdicts[static_cast<std::size_t>(Verdict::fused)];
+    const double part =
+        static_cast<double>(gated) / static_cast<double>(std::max(judged, least_samples));
+    if (judged < least_samples || part <= large_part_gated) continue;
+    doubts.push_back(fmt::format(
+        "{}: {} of its {} samples ({:.0f} %) were gated, too far from what the others made the "
+        "filter expect: {}",
+        label(decoder, source), gated, judged, 100.0 * part,
+        what_to_look_at(static_cast<Source>(source))));
+  }
+  return doubts;
+}
+
+}  // namespace odomd::tools
