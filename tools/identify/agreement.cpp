@@ -19,7 +19,8 @@ namespace {
 using estimator::Source;
 
 constexpr double piece = 0.5, stride = 0.25, grid = 0.01;  // [s]
-constexpr double latest = 0.4, lag_step = 0.02;            // [s]
+constexpr double lag_step = 0.02;                          // [s]
+constexpr int latest = 20;                                 // steps
 constexpr double least_turn = 0.05;                        // rms of a piece's [rad]
 constexpr double least_way = 0.1;                          // in a piece [m]
 constexpr std::size_t fewest = 20;                         // pieces
@@ -65,7 +66,8 @@ double cosine(const std::vector<double>& a, const std::vector<double>& b) {
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
   bool turns = false, varies = false;
-  for (double lag = -latest; lag <= latest + 0.5 * lag_step; lag += lag_step) {
+  for (int step = -latest; step <= latest; ++step) {
+    const double lag = lag_step * step;
     std::vector<double> seen, told;
     for (const Piece& p : pieces) {
       const double begin = p.t + lag, end = begin + piece;
@@ -126,8 +128,11 @@ std::vector<Piece> pieces_of_poses(std::span<const estimator::CameraPose> poses,
 
 std::vector<Piece> pieces_of(const Resampled& turned) {
   std::vector<Piece> result;
-  for (double t = turned.begin; t + piece <= turned.end(); t += stride)
+  const double last = turned.end() - turned.begin - piece;
+  for (int k = 0; stride * k <= last; ++k) {
+    const double t = turned.begin + stride * k;
     result.push_back({t, turned.at(t + piece) - turned.at(t), 0.0});
+  }
   return result;
 }
 
@@ -153,7 +158,7 @@ class Signals {
 
   // Backwards where the gear says so.
   [[nodiscard]] Resampled speed(Source wheel) const {
-    const Resampled raw = on_grid(wheel);
+    Resampled raw = on_grid(wheel);
     if (!has(Source::direction)) return raw;
     return combined(raw, on_grid(Source::direction),
                     [](double v, double gear) { return gear < 0.0 ? -std::fabs(v) : v; });
@@ -183,6 +188,23 @@ class Signals {
 std::string key_of(Source source, std::string_view what) {
   return "can.signals." + std::string(estimator::source_names[estimator::index_of(source)]) + "." +
          std::string(what);
+}
+
+bool is_far_off(double ratio) {
+  return ratio > far_off || ratio < 1.0 / far_off;
+}
+
+std::string backwards(Source wheel, const std::string& eye) {
+  return std::string(estimator::source_names[estimator::index_of(wheel)]) +
+         " runs backwards where " + eye + " sees the car go ahead; look at the sign of " +
+         key_of(wheel, "scale") + ", or at camera.lever_arm[2]";
+}
+
+std::string wrong_speed(Source wheel, double ratio, const std::string& eye) {
+  const std::string name{estimator::source_names[estimator::index_of(wheel)]};
+  return name + " is " + fixed(ratio, 2) + " times as fast as " + eye +
+         " sees the car; look at can.signals." + name +
+         ": unit, scale, radius, or drive without spinning wheels";
 }
 
 // The way of a wheel over that of the poses, by the median of the pieces; empty: nothing to tell.
@@ -246,7 +268,7 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
            options.eye +
            "'s file of this drive, on the log's clock, and yaw_rate the right signal?");
   }
-  if (gyro.verdict == Verdict::same && (gyro.ratio > far_off || gyro.ratio < 1.0 / far_off))
+  if (gyro.verdict == Verdict::same && is_far_off(gyro.ratio))
     refuse("yaw_rate turns " + fixed(gyro.ratio, 2) + " times as far as " + eye +
            "; look at can.signals.yaw_rate: unit, scale");
 
@@ -254,19 +276,10 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
        {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
         Source::wheel_rear_right, Source::wheel_rear, Source::motor}) {
     if (!signals.has(wheel)) continue;
-    const std::string name{estimator::source_names[estimator::index_of(wheel)]};
     const auto ratio =
         ratio_of_ways(seen, signals.speed(wheel), std::max(least_way, 6.0 * median_of(sigmas)));
-    if (!ratio) continue;
-    if (*ratio < 0.0)
-      refuse(name + " runs backwards where " + eye +
-             " sees the car go ahead; look at the sign of " + key_of(wheel, "scale") +
-             ", or at camera.lever_arm[2]");
-    if (*ratio > far_off || *ratio < 1.0 / far_off)
-      refuse(name + " is " + fixed(*ratio, 2) + " times as fast as " + eye +
-             " sees the car; look at can.signals." + name +
-             ": unit, scale, radius, "
-             "or drive without spinning wheels");
+    if (ratio && *ratio < 0.0) refuse(backwards(wheel, eye));
+    if (ratio && is_far_off(*ratio)) refuse(wrong_speed(wheel, *ratio, eye));
   }
 
   if (!steered) return;

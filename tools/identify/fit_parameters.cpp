@@ -83,6 +83,7 @@ const ParameterInfo* find(std::string_view name) {
 
 std::vector<std::string> names_of_all() {
   std::vector<std::string> names;
+  names.reserve(table.size() + 1);
   for (const ParameterInfo& info : table) names.emplace_back(info.name);
   return names;
 }
