@@ -48,6 +48,7 @@ void check_wheelbase(const std::string& file, const Measured& wheelbase, Finding
 }
 
 void identify_cog(const Options& options) {
+  check(options.delivery);
   Weighings weighings = weighings_of(options.scale);
   const Dimensions dimensions = dimensions_of(options);
   const WheelLoads loads = loads_on_slopes(weighings, dimensions);

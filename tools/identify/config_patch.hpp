@@ -31,6 +31,10 @@ struct ConfigValue {
 [[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
                                               const std::string& key);
 
+/// Throws what patch_config would of the file itself: missing, no regular file, no TOML, or in a
+/// folder that cannot be written (std::runtime_error).
+void check_patchable(const std::filesystem::path& file);
+
 /// Patches a file as a whole or not at all; the result must load as a configuration, or nothing is
 /// written and the reason is thrown. Mode and owner stay, and a link stays a link.
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values);

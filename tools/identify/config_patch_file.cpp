@@ -80,6 +80,14 @@ void check_that_it_loads(const std::string& copy, const fs::path& file) {
   }
 }
 
+std::string text_of(const fs::path& file) {
+  std::string text = daemon::read_toml_file(file);
+  std::error_code error;
+  if (!fs::is_regular_file(file, error))
+    throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
+  return text;
+}
+
 }  // namespace
 
 std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
@@ -91,11 +99,13 @@ std::optional<double> number_in(const std::filesystem::path& file, const std::st
   }
 }
 
+void check_patchable(const std::filesystem::path& file) {
+  (void)daemon::parse_toml(text_of(file), file);
+  (void)Beside(fs::canonical(file));
+}
+
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values) {
-  const std::string before = daemon::read_toml_file(file);
-  std::error_code error;
-  if (!fs::is_regular_file(file, error))
-    throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
+  const std::string before = text_of(file);
   const std::string after = patched(before, file, values);
   const fs::path place = fs::canonical(file);  // a link stays one
   Beside copy(place);

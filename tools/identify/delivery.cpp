@@ -72,6 +72,14 @@ void print_warning(const std::string& method, const std::string& warning) {
   std::cerr << "odom identify " << method << ": warning: " << warning << '\n';
 }
 
+// "2 keys written to car.toml: vehicle.mass, ..."
+std::string told(const std::vector<ConfigValue>& values, const std::string& file) {
+  if (values.empty()) return "nothing written to " + file + ": no key's value was determined";
+  std::string keys;
+  for (const ConfigValue& value : values) keys += (keys.empty() ? "" : ", ") + value.key;
+  return fmt::format("{} written to {}: {}", counted(values.size(), "key"), file, keys);
+}
+
 }  // namespace
 
 void add_delivery(Command method, Delivery& delivery) {
@@ -117,15 +125,20 @@ nlohmann::ordered_json as_json(const Findings& findings) {
   return json;
 }
 
+void check(const Delivery& delivery) {
+  if (!delivery.write.empty()) check_patchable(delivery.write);
+}
+
 void deliver(const Findings& findings, const Delivery& delivery) {
   for (const std::string& warning : findings.warnings) print_warning(findings.method, warning);
-  if (!delivery.write.empty()) {
-    const std::vector<ConfigValue> values = config_values(findings);
-    const std::vector<std::string> doubts = doubts_of(values, delivery.write);
-    patch_config(delivery.write, values);
-    for (const std::string& doubt : doubts) print_warning(findings.method, doubt);
-  }
-  std::cout << (delivery.json ? json_text(as_json(findings)) + "\n" : as_text(findings));
+  std::cout << (delivery.json ? json_text(as_json(findings)) + "\n" : as_text(findings))
+            << std::flush;
+  if (delivery.write.empty()) return;
+  const std::vector<ConfigValue> values = config_values(findings);
+  const std::vector<std::string> doubts = doubts_of(values, delivery.write);
+  patch_config(delivery.write, values);
+  for (const std::string& doubt : doubts) print_warning(findings.method, doubt);
+  std::cerr << "odom identify " << findings.method << ": " << told(values, delivery.write) << '\n';
 }
 
 }  // namespace odomd::tools

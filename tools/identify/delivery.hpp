@@ -17,8 +17,11 @@ struct Delivery {
 /// Adds --json and --write to a method.
 void add_delivery(Command method, Delivery& delivery);
 
-/// Prints, and patches the configuration. Throws std::invalid_argument where that one cannot be
-/// patched; it is then as it was.
+/// Before the work: throws where there is no such configuration to patch, or it cannot be written.
+void check(const Delivery& delivery);
+
+/// Prints, then patches the configuration and tells on standard error which keys. Throws where that
+/// one cannot be patched; it is then as it was.
 void deliver(const Findings& findings, const Delivery& delivery);
 
 /// The table for people: name, value ± 2 sigma, unit, per cent, key, remark.

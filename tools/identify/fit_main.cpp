@@ -180,6 +180,7 @@ std::vector<Files> files_of(const FitOptions& options) {
 
 void fit(const FitOptions& options) {
   check(options);
+  check(options.delivery);
   daemon::Config config = config_of(options);
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
   Priors priors = priors_of(config, options);

@@ -144,6 +144,7 @@ void compare_with_axles(const std::string& file, double mass, double inertia, Fi
 }
 
 void identify_inertia(const InertiaOptions& options) {
+  check(options.delivery);
   Findings findings{.method = "inertia"};
   const Bifilar pendulum = pendulum_of(options);
   const Period period = period_of_car(options, pendulum, findings);

@@ -74,6 +74,7 @@ void into_configuration(Finding& finding, const std::string& key) {
 }
 
 Findings findings_of(const Options& options) {
+  check(options.delivery);
   daemon::Config config = daemon::load_config(options.config);
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
   const SignalLog log = read_signals(config, options.can);

@@ -38,6 +38,7 @@ Dimensions dimensions_of(const Options& options) {
 }
 
 void identify_mass(const Options& options) {
+  check(options.delivery);
   Weighings weighings = weighings_of(options.scale);
   const WheelLoads loads = loads_on_slopes(weighings, dimensions_of(options));
   const auto mass = mass_of(loads, weighings.scale);

@@ -32,6 +32,7 @@ void identify_noise(const Options& options) {
     if (!standing) throw std::invalid_argument("--plot draws a standing record; give one");
     chart::check_picture_name(options.plot);
   }
+  check(options.delivery);
   std::optional<daemon::Config> config;
   for (const std::string& file :
        {options.standing.config, options.delivery.write,

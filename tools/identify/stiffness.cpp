@@ -36,6 +36,7 @@ void require_measured(const daemon::Config& config) {
 
 void identify_stiffness(const StiffnessOptions& options) {
   check(options);
+  check(options.delivery);
   const MarkerPlaces places = marker_places(options);
   if (!options.plot.empty()) chart::check_picture_name(options.plot);
   const daemon::Config config = daemon::load_config(options.config);

@@ -50,7 +50,9 @@ TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
   std::filesystem::copy_file(afternoon() + "/car.toml", afternoon() + "/mine.toml");
   const Outcome outcome = identify(places + film + "--json --plot tyres.svg --write mine.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(outcome.err,
+            "odom identify stiffness: 2 keys written to mine.toml: "
+            "vehicle.cornering_stiffness_front, vehicle.cornering_stiffness_rear\n");
   const auto json = nlohmann::json::parse(outcome.out);
   const auto truth = nlohmann::json::parse(contents("plant.json"))["truth"];
   const double front = 20.0 * (1.0 + truth["stiffness_error_front"].get<double>());
@@ -87,6 +89,7 @@ TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
     for (std::size_t axle = 0; axle < 2; ++axle)
       EXPECT_EQ(json["values"][axle]["determined"], false) << options;
     EXPECT_EQ(contents("kept.toml"), car) << options;
+    EXPECT_THAT(outcome.err, HasSubstr("nothing written to kept.toml")) << options;
   };
   // Measured from the rear marker, the front one, the middle of the wheelbase.
   expect("--front 0.30,0 --rear 0,0 ", "centre of gravity 0.120 m ahead of where --front and");

@@ -194,6 +194,36 @@ TEST(IdentifyMass, ReportsAndWrites) {
   EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
 }
 
+TEST(IdentifyMass, TellsOfATargetThatCannotBeWrittenBeforeTheWork) {
+  const Scratch scratch;
+  const auto refused = [&](const std::string& target) {
+    const Outcome outcome = run_shell("cd " + scratch.path("").string() +
+                                      " && odom identify mass --total 3apples --write " + target);
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_EQ(outcome.out, "");
+    return outcome.err;
+  };
+  EXPECT_THAT(refused("nope.toml"), HasSubstr("nope.toml: cannot be read"));
+  EXPECT_THAT(refused("."), HasSubstr("is a directory"));
+  scratch.write("broken.toml", "[vehicle\n");
+  EXPECT_THAT(refused("broken.toml"), HasSubstr("broken.toml:"));
+  scratch.write("car.toml", car_toml);
+  EXPECT_THAT(refused("car.toml"), HasSubstr("3apples"));
+  EXPECT_EQ(contents(scratch.path("car.toml")), car_toml);
+}
+
+TEST(IdentifyMass, PrintsItsNumbersAlsoWhereTheyCannotBeWritten) {
+  const Scratch scratch;
+  const std::string text = "[vehicle]\nmass = \"heavy\"\n";
+  scratch.write("car.toml", text);
+  const Outcome outcome = run_shell("cd " + scratch.path("").string() +
+                                    " && odom identify mass --total 3 --scale-resolution 1g --write car.toml");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.out, HasSubstr("vehicle.mass"));
+  EXPECT_THAT(outcome.err, HasSubstr("car.toml:2"));
+  EXPECT_EQ(contents(scratch.path("car.toml")), text);
+}
+
 TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
   const Scratch scratch;
   const std::string car = scratch.write("car.toml", car_toml).string();
@@ -202,7 +232,8 @@ TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return outcome.err;
   };
-  EXPECT_EQ(weigh("3.1 --scale-resolution 1g"), "");
+  EXPECT_EQ(weigh("3.1 --scale-resolution 1g"),
+            "odom identify mass: 1 key written to " + car + ": vehicle.mass\n");
   EXPECT_THAT(weigh("2985 --scale-resolution 1"),
               HasSubstr("vehicle.mass was 3.1 and becomes 2985: another car, or another unit?"));
 }
