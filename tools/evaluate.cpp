@@ -1,4 +1,5 @@
 // odom evaluate: how good estimates are, of pose files or of whole drives.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fstream>
@@ -128,6 +129,13 @@ nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
 
 void run_evaluate(const Options& options) {
   const std::vector<EvaluatedDrive> drives = evaluated(options);
+  if (options.closed_loop && options.judging.frame == Frame::map &&
+      std::ranges::any_of(drives, [](const EvaluatedDrive& drive) {
+        return !drive.replays.empty() && !drive.cameras.empty();
+      }))
+    std::cerr
+        << "odom evaluate: warning: --closed-loop with a camera in: the end is only as good as "
+           "the camera; --dead-reckoning judges the odometry\n";
   for (const EvaluatedDrive& drive : drives) {
     warn_of(drive);
   }
@@ -209,7 +217,8 @@ void add_inputs(Command command, Options& options) {
       .needs(drive);
   command
       .add_flag("--closed-loop", options.closed_loop,
-                "Without a reference: the drive ends where it began")
+                "Without a reference: the drive ends where it began; with a camera in, the end is "
+                "only as good as the camera")
       .excludes(reference);
 }
 
@@ -283,7 +292,7 @@ void add_evaluate(Command odom) {
       "  odom evaluate --reference truth.csv --pose pose.csv --from +15 --to +25 --frame odom\n"
       "  odom evaluate --drive lap --dead-reckoning --html lap.html\n"
       "  odom evaluate --drive monday --drive tuesday --model kinematic --model full\n"
-      "  odom evaluate --drive drive-20261121-140300 --closed-loop\n"
+      "  odom evaluate --drive drive-20261121-140300 --closed-loop --dead-reckoning\n"
       "Only times that both cover count; the reference is interpolated, never extrapolated.\n"
       "A drive is replayed as odom replay does it, and its models are judged as pose files are.");
   command.callback([options] {

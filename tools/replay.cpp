@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -133,13 +134,14 @@ void run(const Options& options) {
       innovations.sink());
   poses.finish();
   innovations.finish();
-  if (file) file->finish();
+  if (file && summary.poses > 0) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   for (const auto& some :
        {camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
     warnings.insert(warnings.end(), some.begin(), some.end());
   report(options, summary, seconds.count(), warnings);
+  if (summary.poses == 0) throw std::runtime_error("no pose came about: no pose file is written");
 }
 
 }  // namespace

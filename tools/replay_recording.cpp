@@ -60,8 +60,9 @@ void replay_recording(const RecordingOptions& options) {
         if (verifier) verifier->take(record, live);
         if (poses && record.initialised) poses->add(record, live.time_ns);
       });
+  const bool lacks_poses = poses && replayed.summary.poses == 0;
   if (poses) poses->finish();
-  if (file) file->finish();
+  if (file && !lacks_poses) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   std::vector<std::string> warnings = recording.warnings;
@@ -74,6 +75,7 @@ void replay_recording(const RecordingOptions& options) {
     throw std::runtime_error("cannot be verified without the filter's state: " + replayed.inexact);
   if (verifier && verifier->difference())
     throw std::runtime_error("not what was published: " + *verifier->difference());
+  if (lacks_poses) throw std::runtime_error("the recording holds no pose: no pose file is written");
 }
 
 }  // namespace odomd::tools

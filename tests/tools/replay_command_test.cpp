@@ -47,7 +47,7 @@ class OdomReplay : public testing::Test {
 TEST_F(OdomReplay, SaysWhichMessagesNeverGaveAValue) {
   const Outcome outcome =
       replay("(1.000000) can0 101#000000\n(1.010000) can0 101#00\n(1.020000) can0 7FF#\n");
-  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.status, 1);  // nor a pose
   EXPECT_THAT(outcome.err,
               HasSubstr("message 'WHEEL' (wheel_rear): none of its 2 frames gave a value: "
                         "1 failed their protection ([can.e2e]), 1 are too short"));
@@ -73,7 +73,10 @@ TEST_F(OdomReplay, LeavesNoPoseFileOfADriveThatFailed) {
   EXPECT_EQ(replay("(1.000000) can0 101#95E803\n(9000.000000) can0 102#00\n").status, 2);
   EXPECT_EQ(contents(pose), "an earlier one");
   EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
-  EXPECT_EQ(replay("(1.000000) can0 102#00\n").status, 0);
+  EXPECT_EQ(replay("(1.000000) can0 102#00\n").status, 1);
+  EXPECT_EQ(contents(pose), "an earlier one");
+  EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
+  EXPECT_EQ(replay("(1.000000) can0 101#95E803\n", " --model kinematic").status, 0);
   EXPECT_THAT(contents(pose), StartsWith("t,x,y,yaw,"));
   EXPECT_FALSE(std::filesystem::exists(pose.string() + ".partial"));
 }
@@ -90,7 +93,7 @@ TEST_F(OdomReplay, NamesTheFolderThatAFileCannotGoInto) {
 
 TEST_F(OdomReplay, WritesThroughLinksAndIntoPipes) {
   std::filesystem::create_symlink("elsewhere.csv", scratch_.path("pose.csv"));
-  EXPECT_EQ(replay("(1.000000) can0 102#00\n").status, 0);
+  EXPECT_EQ(replay("(1.000000) can0 101#95E803\n", " --model kinematic").status, 0);
   EXPECT_TRUE(std::filesystem::is_symlink(scratch_.path("pose.csv")));
   EXPECT_THAT(contents(scratch_.path("elsewhere.csv")), StartsWith("t,x,y,yaw,"));
   const Outcome piped =
@@ -147,8 +150,11 @@ TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
   const auto camera = scratch_.write(
       "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");
   const Outcome outcome = replay("(1.000000) can0 102#00\n", " --camera " + camera.string());
-  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.err, HasSubstr("no pose: it begins with the first wheel speed"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("\nodom replay: no pose came about: no pose file is written\n"));
+  EXPECT_FALSE(std::filesystem::exists(scratch_.path("pose.csv")));
 }
 
 TEST(ReplayCommand, TellsHowSamplesLayToWhatTheFullFilterExpected) {

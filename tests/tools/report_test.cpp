@@ -116,6 +116,14 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   EXPECT_LT(paper["end_error_cm_per_m"], 3.0);
   EXPECT_FALSE(paper.contains("position"));
   EXPECT_FALSE(paper.contains("nees"));
+  // With the camera in, its end is the camera's: said once, whatever the number of drives.
+  constexpr auto note = "--closed-loop with a camera in: the end is only as good as the camera";
+  const std::string closed = "--drive " + lap() + " --closed-loop --model paper";
+  const std::string said = run(closed + " --drive " + lap()).err;
+  EXPECT_THAT(said, HasSubstr(note));
+  EXPECT_EQ(said.find(note), said.rfind(note));
+  EXPECT_THAT(run(closed + " --dead-reckoning").err, Not(HasSubstr(note)));
+  EXPECT_THAT(run(closed + " --frame odom").err, Not(HasSubstr(note)));
   // The first half of the lap does not close.
   const Outcome half = run("--drive " + lap() + " --closed-loop --model paper --to +3");
   EXPECT_EQ(half.status, 2);

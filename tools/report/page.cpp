@@ -135,6 +135,8 @@ std::string facts(const EvaluatedDrive& drive) {
                      fixed(e.path_length, 1) + " m. ";
   if (e.against == Against::closed_loop) {
     text += "Closed loop: held against its own start.";
+    if (!drive.replays.empty() && !drive.cameras.empty() && drive.report.frame == Frame::map)
+      text += " With a camera in, the end is only as good as the camera.";
   } else {
     text += "Reference " + drive.report.reference + "; alignment " +
             align_in_words(drive.report.align) + ".";
