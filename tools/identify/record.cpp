@@ -1,6 +1,7 @@
 #include "tools/identify/record.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <limits>
@@ -59,6 +60,10 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
     (columns.size() == 1 ? required : optional).push_back(name);
   }
   std::ifstream input = open_input(file);
+  if (columns.size() > 1 && input.peek() == std::ifstream::traits_type::eof())
+    throw std::invalid_argument(fmt::format(
+        "{}: is empty; a first line \"t,{}\" is expected, t [s] and one of the others at least",
+        file, fmt::join(optional, ",")));
   CsvReader rows(input, file, required, optional);
   SignalLog log;
   std::optional<std::int64_t> before;
@@ -80,9 +85,8 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
   log.warnings = rows.warnings();
   if (!before) throw std::invalid_argument(file + ": holds no row below its header");
   if (std::ranges::all_of(log.signals, &Series::empty)) {
-    std::string names;
-    for (const std::string& name : optional) names += (names.empty() ? "" : ", ") + name;
-    throw std::invalid_argument(file + ": has none of the columns " + names);
+    throw std::invalid_argument(
+        fmt::format("{}: has none of the columns {}", file, fmt::join(optional, ", ")));
   }
   return log;
 }

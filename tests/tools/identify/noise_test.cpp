@@ -282,6 +282,9 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   EXPECT_THAT(error("--drive " + folder + " --plot a.svg"), HasSubstr("--plot draws a standing"));
   EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere"));
   const std::string csv = scratch_.write("a.csv", "t,speed\n1,2\n").string();
+  const std::string nothing = scratch_.write("nothing.csv", "").string();
+  EXPECT_THAT(error("--csv " + nothing),
+              HasSubstr("a first line \"t,yaw_rate,accel_x,accel_y\" is expected, t [s] and one"));
   EXPECT_THAT(error("--csv " + csv), HasSubstr("none of the columns yaw_rate, accel_x, accel_y"));
 }
 
