@@ -48,14 +48,14 @@ int type_of(SocketType type) {
 }
 
 /// The directory of a socket that lies in /run is gone after a boot.
-void make_directory(const std::filesystem::path& path) {
+void make_directory(const LocalSocketSettings& settings) {
+  const std::filesystem::path& path = settings.path;
   const auto directory = path.parent_path();
   std::error_code error;
   if (std::filesystem::is_directory(directory, error)) return;
   if (::mkdir(directory.c_str(), 0755) != 0)
-    refuse(path, fmt::format("the directory {} is missing and cannot be made: {}; make it, or name "
-                             "another path",
-                             directory.string(), std::strerror(errno)));
+    refuse(path, fmt::format("the directory {} is missing and cannot be made: {}; make it, or {}",
+                             directory.string(), std::strerror(errno), settings.mend));
 }
 
 /// Takes a socket away that nobody listens on any more.
@@ -77,14 +77,14 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.p
   const sockaddr_un address = address_of(path_);
   // As chown has it: -1 changes nothing.
   const gid_t group = settings.group.empty() ? static_cast<gid_t>(-1) : group_named(settings.group);
-  make_directory(path_);
+  make_directory(settings);
   remove_stale(settings, address);
 
   can::FileDescriptor descriptor(
       ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!descriptor) fail(path_, "cannot make a socket");
   if (::bind(descriptor.get(), generic(address), sizeof address) != 0)
-    refuse(path_, fmt::format("cannot be made: {}", std::strerror(errno)));
+    refuse(path_, fmt::format("cannot be made: {}; {}", std::strerror(errno), settings.mend));
   struct stat status {};
   if (::lstat(path_.c_str(), &status) != 0) fail(path_, "cannot be found again");
   device_ = status.st_dev;

@@ -19,7 +19,8 @@ struct LocalSocketSettings {
   std::filesystem::path path;
   SocketType type = SocketType::stream;
   std::uint32_t mode = 0660;
-  std::string group;  ///< of the file; empty: the process's
+  std::string group;                       ///< of the file; empty: the process's
+  std::string mend = "name another path";  ///< said where the socket cannot be made there
 };
 
 /// Listens while it lives; takes its file away when it goes, and no other of that name.

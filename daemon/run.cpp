@@ -146,8 +146,8 @@ class BeatThread {
 /// The status is a convenience: without its socket the daemon still does its work.
 std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
   try {
-    return LocalSocket(
-        {config.socket, SocketType::stream, config.socket_mode, config.socket_group});
+    return LocalSocket({config.socket, SocketType::stream, config.socket_mode, config.socket_group,
+                        "name a path of yours by --status-socket PATH"});
   } catch (const std::exception& error) {
     journal.warn(fmt::format("no status: {}; see [status]", error.what()));
     return std::nullopt;
@@ -173,7 +173,9 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
 
 std::optional<LocalSocket> open_camera_socket(const CameraConfig& config) {
   if (!config.configured) return std::nullopt;
-  return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group});
+  return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group,
+                      "name a path of yours by --camera-socket PATH or [camera] socket, or a "
+                      "directory for all by --runtime-directory DIR"});
 }
 
 RealtimeFacts facts_of(const MachineGrant& machine, const ThreadGrant& beat,

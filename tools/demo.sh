@@ -65,9 +65,15 @@ watcher=$!
 children=("$daemon" "$simulator" "$client" "$watcher")
 
 # The daemon takes its counts with it when it ends: the last answer is kept.
+told=
 while kill -0 "$daemon" 2>/dev/null; do
   ! odom status --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.txt"
   ! odom status --json --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.json"
+  if [ -z "$told" ] && grep -qs not_realtime "$out/status.json"; then
+    echo "note: without real-time rights the mode is degraded (condition not_realtime): the pose is as good, but it may" \
+      "come late; docs/realtime.md, \"What is asked of the machine\""
+    told=yes
+  fi
   sleep 0.5
 done
 wait "$daemon" || fail "odomd failed"

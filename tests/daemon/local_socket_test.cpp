@@ -117,7 +117,12 @@ TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
   wanted.path = directory_ / std::string(200, 'x');
   EXPECT_THAT(refusal(wanted), HasSubstr("is too long for a socket"));
   wanted.path = directory_ / "a" / "b" / "camera.sock";
+  wanted.mend = "try --socket";
   EXPECT_THAT(refusal(wanted), HasSubstr("is missing and cannot be made"));
+  EXPECT_THAT(refusal(wanted), HasSubstr("; make it, or try --socket"));
+  wanted.path = "/proc/camera.sock";  // where even root makes no file
+  EXPECT_THAT(refusal(wanted), ::testing::StartsWith("/proc/camera.sock: cannot be made: "));
+  EXPECT_THAT(refusal(wanted), ::testing::EndsWith("; try --socket"));
   wanted = settings();
   wanted.group = "no-such-group-here";
   EXPECT_THAT(refusal(wanted), HasSubstr("there is no group \"no-such-group-here\""));
