@@ -216,8 +216,9 @@ TEST(IdentifyMass, PrintsItsNumbersAlsoWhereTheyCannotBeWritten) {
   const Scratch scratch;
   const std::string text = "[vehicle]\nmass = \"heavy\"\n";
   scratch.write("car.toml", text);
-  const Outcome outcome = run_shell("cd " + scratch.path("").string() +
-                                    " && odom identify mass --total 3 --scale-resolution 1g --write car.toml");
+  const Outcome outcome =
+      run_shell("cd " + scratch.path("").string() +
+                " && odom identify mass --total 3 --scale-resolution 1g --write car.toml");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.out, HasSubstr("vehicle.mass"));
   EXPECT_THAT(outcome.err, HasSubstr("car.toml:2"));
