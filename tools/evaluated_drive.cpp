@@ -155,6 +155,7 @@ std::vector<std::string> names_of(const EvaluatedDrive& drive) {
 
 std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings) {
   std::vector<std::string> lines;
+  lines.reserve(warnings.size());
   for (const EvaluationWarning& warning : warnings)
     lines.push_back(warning.estimate.empty() ? warning.text
                                              : warning.estimate + ": " + warning.text);
