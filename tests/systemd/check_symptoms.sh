@@ -4,7 +4,7 @@
 #   check_symptoms.sh SOURCE_DIR
 set -eu
 cd "$1"
-sources=$(cat daemon/*.cpp can_protocol/*.cpp tools/*.cpp shm_api/libodom/*.c)
+sources=$(cat daemon/*.[ch]pp can_protocol/*.cpp tools/*.cpp shm_api/libodom/*.c)
 page=$(cat docs/operations.md)
 # As the compiler sees it: adjacent literals are one.
 sources=$(printf '%s' "$sources" | tr '\n' ' ' | sed -E 's/" +"//g')
