@@ -67,9 +67,12 @@ double way_between(const Pose2& from, const Pose2& to) noexcept {
   return std::hypot(to.x - from.x, to.y - from.y);
 }
 
-/// How far apart two poses of one place may lie.
+/// How far apart two poses of one place may lie [m], and two headings that are one [rad].
 double noise_between(const std::array<double, 3>& sigma) noexcept {
   return 4.0 * std::numbers::sqrt2 * std::hypot(sigma[0], sigma[1]);
+}
+double yaw_noise_between(const std::array<double, 3>& sigma) noexcept {
+  return 4.0 * std::numbers::sqrt2 * sigma[2];
 }
 
 bool agree(const Sighting& before, const Sighting& now,
@@ -77,11 +80,11 @@ bool agree(const Sighting& before, const Sighting& now,
   const auto [dx, dy, turn] = apart(before, now);
   const double way = way_between(before.believed, now.believed);
   return std::hypot(dx, dy) <= agreeing_share * way + agreeing_distance + noise_between(sigma) &&
-         std::abs(turn) <= agreeing_yaw + 4.0 * std::numbers::sqrt2 * sigma[2];
+         std::abs(turn) <= agreeing_yaw + yaw_noise_between(sigma);
 }
 
-/// Whether the way since then is so long that a picture that stands still would not agree with it,
-/// or the car, if it is not just this, has hardly moved for so long.
+/// Whether the filter has gone so far since then that a picture that stands still would not have
+/// agreed with it all the way; or has crept for so long that little is lost by believing one.
 bool tells_frozen(const Sighting& before, const Sighting& now,
                   const std::array<double, 3>& sigma) noexcept {
   return way_between(before.believed, now.believed) >
@@ -118,8 +121,7 @@ bool seen_driving(const CameraContender& run, const std::array<double, 3>& sigma
   const Pose2& to = run.last.seen;
   return run.steady >= believed_rejections &&
          (way_between(from, to) > std::max(driven_distance, noise_between(sigma)) ||
-          std::abs(turn_between(from, to)) >
-              std::max(driven_yaw, 4.0 * std::numbers::sqrt2 * sigma[2]));
+          std::abs(turn_between(from, to)) > std::max(driven_yaw, yaw_noise_between(sigma)));
 }
 
 /// A pose that was wrong came of a motion that was: by as much as the run's own motion is not the

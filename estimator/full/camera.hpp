@@ -23,11 +23,12 @@ struct CameraGate {
 };
 
 /// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected are held
-/// against each other: where the motion along them is the filter's or a car's, six in a row move
-/// the filter's pose to the last of them (`resets`, `last_jump`). Velocity and gyro bias are
-/// doubted a little, and where the motion was not the filter's, it is the poses'. A picture that
-/// stands still while the car drives is no such run; a car that had to be moved does not stand,
-/// whatever its wheels say. The state is that at the time of the sample.
+/// against each other: where the motion along them is the filter's or a car's, six in a row, and of
+/// a slow car as many as tell it from a picture that stands still, move the filter's pose to the
+/// last of them (`resets`, `last_jump`). Velocity and gyro bias are doubted a little, and where the
+/// motion was not the filter's, it is the poses'. A picture that stands still while the car drives
+/// is no such run; a car that had to be moved does not stand, whatever its wheels say. The state is
+/// that at the time of the sample.
 [[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                                     const Sample& sample) noexcept;
 

@@ -10,7 +10,7 @@ namespace odomd::estimator::full {
 /// So much a car that has set off unseen has gained, one sigma [m/s²].
 inline constexpr double brisk_accel = 1.0;
 
-/// Ends a standstill: the car goes at most at this speed, and has gained it unseen.
+/// Ends a standstill: the car goes at most at this speed [m/s], and has gained it unseen.
 void set_off(const CarModel& model, State& state, double speed) noexcept;
 
 /// So long no wheel turns before the car is taken to stand [s].
