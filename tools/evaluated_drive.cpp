@@ -87,8 +87,7 @@ void warn_of_doubts(EvaluatedDrive& drive) {
     if (e.reference_jumps > 0) {
       drive.warnings.push_back({e.name, "the reference jumps " + std::to_string(e.reference_jumps) +
                                             " times faster than any car (100 m/s); path length, "
-                                            "maxima and 35 ms errors hold these "
-                                            "jumps"});
+                                            "maxima and 35 ms errors hold these jumps"});
     }
     if (e.first_ns != first.first_ns || e.last_ns != first.last_ns) {
       drive.warnings.push_back({e.name, "its common time differs from that of " + first.name +

@@ -13,6 +13,7 @@
 #include "daemon/pipeline.hpp"
 #include "estimator/measurement.hpp"
 #include "estimator/source_monitor.hpp"
+#include "tools/log_order.hpp"
 
 namespace odomd::tools {
 
@@ -54,10 +55,6 @@ struct ReplaySummary {
 
 /// The longest pause in a log that is played through; a longer one is a log of two drives.
 inline constexpr std::int64_t longest_pause_ns = 3600LL * 1'000'000'000;
-
-/// Logs are in the order of their stamps but for what adapters mix up; a frame this far behind is
-/// of another drive, or of a clock that was set back.
-inline constexpr std::int64_t late_ns = 1'000'000'000;
 
 /// A log of two drives, or a stamp that is wrong.
 class PauseError : public std::invalid_argument {

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "tools/identify/film_motion.hpp"
 #include "tools/identify/marker_track.hpp"
 #include "tools/identify/signal_log.hpp"
+#include "tools/median.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -71,14 +73,13 @@ void check_steering(std::span<const CircleRun> circles, double wheelbase) {
   std::vector<double> ratios;
   for (const CircleRun& run : circles)
     ratios.push_back(run.steering.value / std::atan(wheelbase * run.yaw_rate / run.speed));
-  const auto middle = ratios.begin() + std::ssize(ratios) / 2;
-  std::ranges::nth_element(ratios, middle);
-  if (*middle > far_off || *middle < 1.0 / far_off)
+  const double ratio = median_of(std::move(ratios));
+  if (ratio > far_off || ratio < 1.0 / far_off)
     throw std::invalid_argument(fmt::format(
         "{}: the log's steering is {:.3g} times the angle that the circles need: mend scale and "
         "unit of [can.signals] steering, which is the angle of the wheels; or the places of the "
         "markers (--front, --rear), which give the circles their size",
-        circles.front().film, *middle));
+        circles.front().film, ratio));
 }
 
 void warn_of_what_is_missing(std::span<const CircleRun> circles,
