@@ -177,9 +177,9 @@ void Housekeeping::tell_mode(const odom_pose& pose, std::int64_t now_ns) {
       conditions.empty() ? std::string() : fmt::format(" ({})", fmt::join(conditions, ", "));
   const std::string text =
       fmt::format("mode: {}{}, was {}", name_of_mode(pose.mode), because, name_of_mode(told_mode_));
-  const bool worse = pose.mode == ODOM_FAULT || pose.mode == ODOM_DEGRADED ||
-                     (pose.mode == ODOM_DEAD_RECKONING && told_mode_ == ODOM_TRACKING);
-  worse ? journal_.warn(text) : journal_.info(text);
+  const bool matters = pose.mode == ODOM_FAULT || pose.mode == ODOM_DEGRADED ||
+                       (pose.mode == ODOM_DEAD_RECKONING && told_mode_ == ODOM_TRACKING);
+  matters ? journal_.warn(text) : journal_.info(text);
   told_mode_ = pose.mode;
   mode_told_ns_ = now_ns;
 }
