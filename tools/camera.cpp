@@ -14,6 +14,7 @@
 #include "tools/choice.hpp"
 #include "tools/commands.hpp"
 #include "tools/daemon_options.hpp"
+#include "tools/daemon_segment.hpp"
 #include "tools/service_path.hpp"
 
 namespace odomd::tools {
@@ -21,6 +22,7 @@ namespace {
 
 struct Options {
   std::string socket;
+  bool socket_named = false;
   std::string shm;
   std::vector<double> pose;
   std::vector<double> sigma{0.01, 0.01, 0.01};
@@ -78,7 +80,10 @@ void send_log(const Options& options) {
   if (options.from_now) {
     played = play_from_now(feed, log.poses);
   } else {
-    odom::Client client = attach(options.shm, options.wait_s);
+    const bool of_socket = options.shm.empty() && options.socket_named;
+    odom::Client client =
+        attach(of_socket ? segment_behind_camera(options.socket, options.wait_s) : options.shm,
+               options.wait_s);
     played = play_with_daemon(feed, client, log.poses, options.wait_s);
   }
   if (played.daemon_ended) warn("the daemon ended before the log did");
@@ -154,9 +159,7 @@ void add_camera(Command odom) {
                          .excludes(pose);
   command.add_flag("--from-now", options->from_now, "Play the log by itself, beginning now")
       .needs(log);
-  command.add_option("--shm", options->shm, "Segment that tells the daemon's log clock")
-      .type_name("NAME")
-      .needs(log);
+  add_segment_option(command, options->shm, SegmentElse::of_socket).needs(log);
   const Option clock =
       add_choice<odom_clock>(
           command, "--clock", options->clock,
@@ -171,8 +174,10 @@ void add_camera(Command odom) {
       "  odom camera send --log camera.csv --wait 10\n"
       "  my_camera | odom camera send --clock realtime\n"
       "Without --pose and --log rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw,\n"
-      "with this header, are read from standard input and sent as they come.");
+      "with this header, are read from standard input and sent as they come. A --log is paced by\n"
+      "the daemon's log clock, which its segment (--shm) tells; --from-now needs none.");
   command.callback([options, clock] {
+    options->socket_named = !options->socket.empty();
     options->socket = service_path(options->socket, "camera.sock");
     options->clock_named = clock.is_given();
     run_send(*options);

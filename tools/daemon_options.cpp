@@ -6,11 +6,14 @@
 
 namespace odomd::tools {
 
-Option add_segment_option(Command command, std::string& name) {
+Option add_segment_option(Command command, std::string& name, SegmentElse otherwise) {
   return command
       .add_option("--shm", name,
-                  "Segment: a name (/odomd) or a path; else $ODOM_SHM, /odomd, or the service's, "
-                  "/run/odomd/can0/pose")
+                  fmt::format("Segment: a name (/odomd) or a path; else {}$ODOM_SHM, /odomd, or "
+                              "the service's, /run/odomd/can0/pose",
+                              otherwise == SegmentElse::of_socket
+                                  ? "that of the daemon behind --socket; else "
+                                  : ""))
       .type_name("NAME");
 }
 

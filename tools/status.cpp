@@ -21,19 +21,9 @@ struct Options {
   bool json = false;
 };
 
-nlohmann::json parsed(const std::string& document, const std::string& socket) {
-  try {
-    auto json = nlohmann::json::parse(document);
-    if (json.is_object()) return json;
-  } catch (const nlohmann::json::parse_error&) {
-    // said below
-  }
-  throw std::runtime_error(socket + ": the answer is no status document; is this odomd's socket?");
-}
-
 void run_status(const Options& options) {
   const std::string document = fetch_status(options.socket);
-  const nlohmann::json first = parsed(document, options.socket);
+  const nlohmann::json first = parse_status(document, options.socket);
   if (options.json) {
     std::cout << document;
     return;
@@ -41,7 +31,7 @@ void run_status(const Options& options) {
   // Rates are of now, not of the hours since start: ask twice.
   constexpr auto between = std::chrono::milliseconds{500};
   std::this_thread::sleep_for(between);
-  const nlohmann::json second = parsed(fetch_status(options.socket), options.socket);
+  const nlohmann::json second = parse_status(fetch_status(options.socket), options.socket);
   try {
     std::cout << status_as_text(second, first);
   } catch (const nlohmann::json::exception& error) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <system_error>
 
@@ -65,6 +66,14 @@ std::string fetch_status(const std::filesystem::path& socket, std::chrono::milli
     if (size < 0) throw std::runtime_error(path + ": " + why(errno));
     document.append(piece.data(), static_cast<std::size_t>(size));
   }
+}
+
+nlohmann::json parse_status(const std::string& document, const std::filesystem::path& socket) {
+  constexpr bool throwing = false;
+  auto json = nlohmann::json::parse(document, nullptr, throwing);
+  if (json.is_object()) return json;
+  throw std::runtime_error(socket.string() +
+                           ": the answer is no status document; is this odomd's socket?");
 }
 
 }  // namespace odomd::tools

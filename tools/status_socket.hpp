@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace odomd::tools {
@@ -12,5 +13,10 @@ namespace odomd::tools {
 [[nodiscard]] std::string fetch_status(const std::filesystem::path& socket,
                                        std::chrono::milliseconds patience = std::chrono::seconds{
                                            2});
+
+/// The document as an object. Throws std::runtime_error, which names the socket, where the answer
+/// is something else.
+[[nodiscard]] nlohmann::json parse_status(const std::string& document,
+                                          const std::filesystem::path& socket);
 
 }  // namespace odomd::tools

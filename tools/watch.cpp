@@ -103,11 +103,16 @@ bool has_reader() {
   return ::poll(&output, 1, 0) <= 0 || (output.revents & (POLLERR | POLLHUP)) == 0;
 }
 
+std::string why_absent(const watch::State& state) {
+  return state.segment_problem.empty() ? state.status_problem
+                                       : state.segment_name + ": " + state.segment_problem;
+}
+
 std::string why_waiting(const watch::State& state) {
-  return state.segment ? "the daemon is silent: this was its last word; waiting for it or its "
-                         "successor"
-                       : state.segment_name + ": " + state.segment_problem +
-                             " Waiting for it; --once does not";
+  if (state.segment)
+    return "the daemon is silent: this was its last word; waiting for it or its successor";
+  const std::string why = why_absent(state);
+  return why + (why.ends_with('?') ? "" : ".") + " Waiting for it; --once does not";
 }
 
 // A snapshot each interval; while there is no daemon, one, and a line on standard error.
@@ -141,8 +146,7 @@ void print_once(watch::Observer& observer, watch::Glyphs glyphs) {
     observer.look();
   }
   if (!observer.state().segment) {
-    throw std::runtime_error(observer.state().segment_name + ": " +
-                             observer.state().segment_problem);
+    throw std::runtime_error(why_absent(observer.state()));
   }
   print(observer.state(), glyphs);
   if (observer.state().segment->silent) {
@@ -167,7 +171,7 @@ void run(const Options& options) {
 void add_watch(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
-  add_segment_option(command, options->target.segment);
+  add_segment_option(command, options->target.segment, SegmentElse::of_socket);
   add_socket_option(command, options->target.socket, "status");
   command
       .add_option("--interval", options->interval_s,

@@ -8,12 +8,14 @@
 
 #include <chrono>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "can_protocol/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
+#include "tests/tools/answering_socket.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::camera_test {
@@ -119,6 +121,33 @@ TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].clock, ODOM_CLOCK_LOG);
   EXPECT_EQ(messages[0].capture_ns, 1'001'450'000'000);
+}
+
+TEST_F(CameraSend, TakesTheClockOfTheDaemonBehindTheSocket) {
+  listen();
+  const std::string segment = scratch_.path("pose").string();
+  odom_info info{};
+  info.period_ns = 1'000'000'000;
+  shm::Writer writer{{.name = segment, .slots = 16, .group = {}}, info};
+  writer.set_heartbeat(now_ns());
+  writer.set_log_offset(1'000'000'000'000 - now_ns());
+  const auto log = scratch_.write("camera.csv", header_ + "1001,1000.95,2,0,0,1,1,1\n");
+  {
+    const AnsweringSocket status{
+        scratch_.path("status.sock").string(),
+        R"({"shm":")" + segment + R"(","camera":{"socket":")" + path_ + "\"}}"};
+    const Outcome outcome = run("--log " + log.string());
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(received().size(), 1U);
+  }
+  std::filesystem::remove(scratch_.path("status.sock"));
+  const std::string refusal = path_ +
+                              ": no status socket beside it tells in which segment its "
+                              "daemon publishes; name that by --shm\n";
+  EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
+  const AnsweringSocket of_another{scratch_.path("status.sock").string(),
+                                   R"({"shm":")" + segment + R"(","camera":{"socket":"/else"}})"};
+  EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
 }
 
 TEST_F(CameraSend, SaysThatNobodyListens) {

@@ -1,17 +1,13 @@
 // odom status: the document as text, and asking for it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <sys/un.h>
 
 #include <odom/odom.h>
 
-#include <cstring>
 #include <string>
-#include <thread>
 
-#include "can_protocol/file_descriptor.hpp"
 #include "daemon/status.hpp"
+#include "tests/tools/answering_socket.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/conditions.hpp"
 #include "tools/status_text.hpp"
@@ -169,37 +165,11 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
   EXPECT_EQ(bits, 2U * ODOM_COND_WHEEL_SLIP - 1U);
 }
 
-// Answers `times` connections with a document, as the daemon does.
-class Answering {
- public:
-  Answering(const std::string& path, std::string text, int times)
-      : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-    EXPECT_EQ(::bind(socket_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-    EXPECT_EQ(::listen(socket_.get(), 4), 0);
-    thread_ = std::thread{[this, text = std::move(text), times] {
-      for (int i = 0; i < times; ++i) {
-        const can::FileDescriptor connection{::accept(socket_.get(), nullptr, nullptr)};
-        (void)::send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL);
-      }
-    }};
-  }
-  ~Answering() { thread_.join(); }
-  Answering(const Answering&) = delete;
-  Answering& operator=(const Answering&) = delete;
-
- private:
-  can::FileDescriptor socket_;
-  std::thread thread_;
-};
-
 TEST(Status, PassesTheDocumentOnOrShowsIt) {
   const Scratch scratch;
   const std::string socket = scratch.path("s").string();
   const std::string text = document(10.0, 2000).dump() + "\n";
-  const Answering daemon{socket, text, 3};
+  const AnsweringSocket daemon{socket, text};
   EXPECT_EQ(run_shell("odom status --json --socket " + socket).out, text);
   EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
 }
@@ -207,7 +177,7 @@ TEST(Status, PassesTheDocumentOnOrShowsIt) {
 TEST(Status, RefusesWhatIsNoStatus) {
   const Scratch scratch;
   const std::string socket = scratch.path("s").string();
-  const Answering stranger{socket, "{\"mode\":", 2};
+  const AnsweringSocket stranger{socket, "{\"mode\":"};
   for (const char* form : {" --json", ""}) {
     const Outcome outcome = run_shell("odom status --socket " + socket + form);
     EXPECT_EQ(outcome.status, 1);

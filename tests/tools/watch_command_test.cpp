@@ -15,6 +15,7 @@
 
 #include "can_protocol/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
+#include "tests/tools/answering_socket.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::watch_command_test {
@@ -197,6 +198,18 @@ TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
       run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT");
   EXPECT_EQ(silent.status, 0);
   EXPECT_THAT(silent.err, HasSubstr("the daemon is silent"));
+}
+
+TEST_F(WatchCommand, ShowsTheSegmentOfTheDaemonBehindTheSocket) {
+  const std::string socket = scratch_.path("s").string();
+  const Outcome nobody = run_shell("odom watch --once --socket " + socket);
+  EXPECT_EQ(nobody.status, 1);
+  EXPECT_THAT(nobody.err, HasSubstr("odom watch: " + socket + ": no such socket; is odomd"));
+  const Beating daemon{segment_};
+  const AnsweringSocket status{socket, R"({"shm":")" + segment_ + "\"}"};
+  const Outcome once = run_shell("odom watch --once --socket " + socket);
+  EXPECT_EQ(once.status, 0) << once.err;
+  EXPECT_THAT(once.out, HasSubstr("1.250 m"));
 }
 
 TEST_F(WatchCommand, SaysOnceThatNobodyIsThere) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tools/attach.hpp"
+#include "tools/daemon_segment.hpp"
 #include "tools/service_path.hpp"
 #include "tools/status_socket.hpp"
 #include "tools/status_values.hpp"
@@ -25,15 +26,31 @@ double uptime_of(const json& document) {
 
 }  // namespace
 
-Observer::Observer(Target target) : target_(std::move(target)) {
-  state_.segment_name = tools::segment_asked_for(target_.segment);
+Observer::Observer(Target target)
+    : target_(std::move(target)),
+      follows_socket_(target_.segment.empty() && !target_.socket.empty()) {
+  state_.segment_name =
+      follows_socket_ ? target_.socket : tools::segment_asked_for(target_.segment);
 }
 
 void Observer::look() {
   state_.now_ns =
       std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-  look_at_segment();
   look_at_status();
+  if (follows_socket_) follow_socket();
+  if (!follows_socket_ || !target_.segment.empty()) look_at_segment();
+}
+
+// The segment of the daemon that answers; that of the last one while nobody does.
+void Observer::follow_socket() {
+  const std::string segment = state_.status ? tools::segment_of(*state_.status) : target_.segment;
+  if (segment.empty()) {
+    state_.segment_problem = state_.status ? "its status tells no segment; name that by --shm" : "";
+  } else if (segment != target_.segment) {
+    client_.reset();
+    target_.segment = segment;
+    state_.segment_name = segment;
+  }
 }
 
 void Observer::look_at_segment() {
@@ -86,8 +103,8 @@ void Observer::look_at_status() {
   state_.status.reset();
   state_.before.reset();
   try {
-    json document = json::parse(tools::fetch_status(state_.socket, patience));
-    if (!document.is_object()) throw std::runtime_error("an answer that is no object");
+    json document =
+        tools::parse_status(tools::fetch_status(state_.socket, patience), state_.socket);
     const bool same = !documents_.empty() && tools::member(documents_.back(), "instance") ==
                                                  tools::member(document, "instance");
     if (!same) documents_.clear();
@@ -99,9 +116,6 @@ void Observer::look_at_status() {
     state_.status = documents_.back();
     if (documents_.size() > 1) state_.before = documents_.front();
     state_.status_problem.clear();
-  } catch (const json::exception&) {
-    state_.status_problem =
-        state_.socket + ": the answer is no status document; is this odomd's socket?";
   } catch (const std::runtime_error& error) {
     state_.status_problem = error.what();
   }

@@ -12,7 +12,7 @@ namespace odomd::watch {
 
 /// Where the daemon is looked for.
 struct Target {
-  std::string segment;  ///< empty: the library's defaults
+  std::string segment;  ///< empty: that of the daemon at `socket`, else the library's defaults
   std::string socket;   ///< empty: the service's
 };
 
@@ -28,11 +28,13 @@ class Observer {
   [[nodiscard]] const State& state() const { return state_; }
 
  private:
-  void look_at_segment();
   void look_at_status();
+  void follow_socket();
+  void look_at_segment();
   void follow_trail(const odom_pose& pose, const odom_info& info);
 
   Target target_;
+  const bool follows_socket_;  // its status tells the segment
   State state_;
   std::optional<odom::Client> client_;
   std::int64_t trail_ns_ = 0;             // newest pose that the trail has taken

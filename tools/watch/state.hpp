@@ -26,7 +26,7 @@ struct State {
 
   std::string segment_name;        ///< as it was asked for
   std::optional<Segment> segment;  ///< absent: never attached, or nothing published yet
-  std::string segment_problem;     ///< why it is absent
+  std::string segment_problem;     ///< why it is absent; empty: as the status is, which names it
   Trail trail;
 
   std::string socket;
