@@ -103,8 +103,8 @@ std::optional<double> number_in(const std::string& text, const std::filesystem::
   if (!node) return std::nullopt;
   const std::optional<double> value = node.value<double>();
   if (!value)
-    throw std::invalid_argument(file.string() + ": " + tools::quoted(key) +
-                                " is no number; name the number to tune");
+    throw std::invalid_argument("--set " + key + ": is no number in " + file.string() +
+                                "; name the number to tune");
   return value;
 }
 

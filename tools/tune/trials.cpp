@@ -1,5 +1,7 @@
 #include "tools/tune/trials.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -82,6 +84,30 @@ void work_off(const TrialSettings& settings, std::span<const Values> trials, Wor
   work.changed.notify_one();
 }
 
+/// The configuration's errors name a line, of a text here that nobody wrote.
+std::string without_place(const std::string& message, const std::filesystem::path& file) {
+  const std::string place = file.string() + ':';
+  if (!message.starts_with(place)) return message;
+  const std::size_t after = message.find_first_not_of("0123456789: ", place.size());
+  return after == std::string::npos ? message : message.substr(after);
+}
+
+/// What is refused is the fault of an option: of one where that alone is refused.
+daemon::Config parsed_with(const daemon::Config& own, std::span<const ConfigValue> patch) {
+  try {
+    return daemon::parse_config(patched(own.text, own.file, patch), own.file);
+  } catch (const std::invalid_argument& error) {
+    if (patch.empty()) throw;
+    if (patch.size() > 1)
+      for (std::size_t i = 0; i < patch.size(); ++i) (void)parsed_with(own, patch.subspan(i, 1));
+    std::string options;
+    for (const ConfigValue& set : patch)
+      options += fmt::format("--set {}={}: ", set.key, set.value);
+    throw std::invalid_argument(fmt::format(
+        "{}{} ({})", options, without_place(error.what(), own.file), own.file.string()));
+  }
+}
+
 }  // namespace
 
 daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
@@ -90,7 +116,7 @@ daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
   for (std::size_t i = 0; i < values.size(); ++i)
     if (values[i]) patch.push_back({settings.parameters[i].key, *values[i], ""});
   const daemon::Config& own = drive.config;
-  daemon::Config config = daemon::parse_config(patched(own.text, own.file, patch), own.file);
+  daemon::Config config = parsed_with(own, patch);
   config.can.sources = own.can.sources;
   config.can.dbc = own.can.dbc;
   std::vector<std::string> warnings;  // were given when the drive was read

@@ -22,7 +22,7 @@ using Values = std::vector<std::optional<double>>;
 
 struct TrialOutcome {
   std::vector<Score> scores;  ///< by drive; empty where it is impossible
-  std::string impossible;     ///< why, as the configuration's error has it
+  std::string impossible;     ///< why, as config_with() says it
 };
 
 /// The user has asked to stop.
@@ -50,7 +50,8 @@ using Watch = std::function<GoOn(std::size_t done, std::size_t all)>;
     const TrialSettings& settings, std::span<const Values> trials, const Watch& watch,
     const std::function<void(std::size_t trial, const TrialOutcome&)>& finished);
 
-/// The drive's configuration with these values in it. Throws std::invalid_argument.
+/// The drive's configuration with these values in it. Throws std::invalid_argument that names the
+/// option, --set KEY=VALUE, whose value is refused, and why.
 [[nodiscard]] daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
                                          const Values& values);
 

@@ -14,6 +14,7 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::MatchesRegex;
 
 class Tune : public testing::Test {
  protected:
@@ -118,9 +119,14 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
     EXPECT_EQ(outcome.out, "") << arguments;
     return outcome.err;
   };
-  EXPECT_THAT(refused("--drive " + one + " --set filter.wheel_slipp=0.01:1"),
-              HasSubstr("wheel_slip"));  // the nearest name
-  EXPECT_THAT(refused("--drive " + one + " --set can.dbc=0.01:1"), HasSubstr("is no number"));
+  EXPECT_THAT(
+      refused("--drive " + one + " --set filter.wheel_slipp=0.01,1"),
+      MatchesRegex("odom tune: --set filter.wheel_slipp=(0.01|1): \\[filter\\] wheel_slipp: "
+                   "unknown key; did you mean \"wheel_slip\"\\? \\(.*/one/car.toml\\)\n"));
+  EXPECT_THAT(refused("--drive " + one + " --set filter.wheel_slip=0.01,0.02 --set imu.yaw=9,8"),
+              HasSubstr("--set imu.yaw=8: [imu] yaw: 8 is not possible; it must be "));
+  EXPECT_THAT(refused("--drive " + one + " --set can.dbc=0.01:1"),
+              HasSubstr("--set can.dbc: is no number in " + one + "/car.toml"));
   EXPECT_THAT(refused("--drive " + one +
                       " --set filter.wheel_slip=0.01"
                       " --set filter.window=0.2:0.4"),
