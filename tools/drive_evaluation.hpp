@@ -42,9 +42,15 @@ struct ReplayedDrive {
                                          Frame frame = Frame::map,
                                          Judgements judgements = Judgements::forget);
 
+/// How poses are brought to the reference where nobody says it: by camera poses, which are in its
+/// frame, they are there already.
+[[nodiscard]] constexpr Align usual_align(bool camera_poses_came_in) {
+  return camera_poses_came_in ? Align::none : Align::first;
+}
+
 /// How a drive is held against its reference.
 struct Measure {
-  Align align = Align::first;
+  std::optional<Align> align;  ///< else usual_align()
   Frame frame = Frame::map;
   std::optional<estimator::Pose2> lever_arm;  ///< of the reference's point in the body frame
 };

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -30,7 +31,7 @@ struct Options {
   std::vector<std::string> set;
   std::vector<std::string> goals{"position", "heading", "prediction"};
   std::string model;
-  Align align = Align::first;
+  std::optional<Align> align;
   std::vector<double> lever_arm;
   bool no_camera = false;
   std::size_t trials = SearchSettings{}.trials;
@@ -191,9 +192,11 @@ void add_tune(Command odom) {
       .type_name("NAMES");
   command.add_option("--model", options->model, "Model instead of the configuration's")
       .type_name("MODEL");
-  add_choice(command, "--align", options->align,
-             Choices<Align>{{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
-             "How poses are brought to the reference, as in odom evaluate; default: first");
+  add_choice<std::optional<Align>>(
+      command, "--align", options->align,
+      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+      "How poses are brought to the reference, as in odom evaluate; default: none of a drive with "
+      "camera poses, else first");
   command
       .add_option("--lever-arm", options->lever_arm,
                   "Pose of the reference's point in the body frame: x,y,yaw")

@@ -8,11 +8,18 @@ namespace odomd::tools {
 namespace {
 
 constexpr double untold = std::numeric_limits<double>::quiet_NaN();
-constexpr double honest_nees = 3.0;  // of x, y and yaw
 constexpr std::int64_t second_ns = 1'000'000'000;
 
 /// Below this an error is none: a ratio of two of them says nothing.
 constexpr double least_error = 1e-9;
+
+/// What is to be lessened of a score.
+double error_of(const Score& score, Goal goal) {
+  const double told = score[static_cast<std::size_t>(goal)];
+  const double error =
+      goal == Goal::nees ? std::exp(std::fabs(std::log(told / honest_nees))) : told;
+  return std::isnan(error) ? error : std::max(error, least_error);
+}
 
 }  // namespace
 
@@ -27,7 +34,7 @@ Score score_of(const Evaluation& evaluation) {
     if (error.horizon_ns == second_ns) set(Goal::second, error.displacement.mean);
   if (evaluation.end_cm_per_m) set(Goal::end, *evaluation.end_cm_per_m);
   if (evaluation.consistency && evaluation.consistency->nees > 0.0)
-    set(Goal::nees, std::exp(std::fabs(std::log(evaluation.consistency->nees / honest_nees))));
+    set(Goal::nees, evaluation.consistency->nees);
   return score;
 }
 
@@ -37,12 +44,11 @@ double relative_error(std::span<const Score> tried, std::span<const Score> befor
   std::size_t count = 0;
   for (std::size_t drive = 0; drive < before.size(); ++drive) {
     for (const Goal goal : goals) {
-      const auto index = static_cast<std::size_t>(goal);
-      if (std::isnan(before[drive][index])) continue;
-      const double now = tried[drive][index];
+      const double then = error_of(before[drive], goal);
+      if (std::isnan(then)) continue;
+      const double now = error_of(tried[drive], goal);
       if (!std::isfinite(now)) return std::numeric_limits<double>::infinity();
-      logarithms +=
-          std::log(std::max(now, least_error) / std::max(before[drive][index], least_error));
+      logarithms += std::log(now / then);
       ++count;
     }
   }

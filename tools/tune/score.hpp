@@ -18,15 +18,19 @@ enum class Goal : std::uint8_t {
   prediction,  ///< mean over 35 ms [m]
   second,      ///< mean over 1 s [m]
   end,         ///< error at the end, per metre [cm/m]
-  nees,        ///< how far the sigmas are from honest: factor between mean NEES and 3
+  nees,        ///< how far the sigmas are from honest: the factor between the mean NEES and 3
   count
 };
 inline constexpr std::size_t goal_count = static_cast<std::size_t>(Goal::count);
 inline constexpr std::array<std::string_view, goal_count> goal_names{
     "position", "heading", "prediction", "second", "end", "nees"};
 
-/// By Goal; NaN where the drive does not tell.
+/// By Goal; NaN where the drive does not tell. Of Goal::nees it is the mean NEES itself, so that
+/// too confident and too modest are told apart.
 using Score = std::array<double, goal_count>;
+
+/// The mean NEES of honest sigmas: of x, y and yaw.
+inline constexpr double honest_nees = 3.0;
 
 [[nodiscard]] Score score_of(const Evaluation& evaluation);
 

@@ -26,7 +26,7 @@ constexpr std::array<Shown, goal_count> shown{{{"position mm", 1e3, 1},
                                                {"35 ms mm", 1e3, 3},
                                                {"1 s mm", 1e3, 2},
                                                {"end cm/m", 1.0, 2},
-                                               {"NEES off by", 1.0, 2}}};
+                                               {"NEES", 1.0, 2}}};
 
 constexpr std::array<std::string_view, 3> fate_names{"taken", "over_fitted", "idle"};
 
@@ -71,14 +71,21 @@ std::string keys_table(const TuneResult& result) {
   return table.text();
 }
 
+/// The goals, and how honest the sigmas are whether that is a goal or not.
+std::vector<Goal> goals_shown(const TuneJob& job) {
+  std::vector<Goal> goals = job.goals;
+  if (std::ranges::find(goals, Goal::nees) == goals.end()) goals.push_back(Goal::nees);
+  return goals;
+}
+
 std::string drives_table(const TuneJob& job, const TuneResult& result) {
   Table table{.header = {"drive", ""}, .rows = {}, .flush_left = {0, 1}};
-  for (const Goal goal : job.goals)
+  for (const Goal goal : goals_shown(job))
     table.header.emplace_back(shown[static_cast<std::size_t>(goal)].title);
   table.header.emplace_back("");
   const auto add = [&](const DriveScores& scores, const char* role) {
     std::vector<std::string> row{scores.drive, role};
-    for (const Goal goal : job.goals) {
+    for (const Goal goal : goals_shown(job)) {
       const auto i = static_cast<std::size_t>(goal);
       row.push_back(change(scores.before[i], scores.after[i], shown[i]));
     }
@@ -109,6 +116,24 @@ std::string verdict(const TuneResult& result) {
   return "Nothing better was found.\n";
 }
 
+/// The drive on which the sigmas have become the most overconfident, where on one they have.
+std::string overconfidence(const TuneResult& result) {
+  constexpr double too_confident = 2.0 * honest_nees;
+  constexpr double noticeably = 1.1;
+  constexpr auto nees = static_cast<std::size_t>(Goal::nees);
+  const DriveScores* worst = nullptr;
+  for (const auto* drives : {&result.drives, &result.held_out})
+    for (const DriveScores& drive : *drives)
+      if (drive.after[nees] > std::max(too_confident, noticeably * drive.before[nees]) &&
+          (worst == nullptr || drive.after[nees] > worst->after[nees]))
+        worst = &drive;
+  if (worst == nullptr) return {};
+  return fmt::format(
+      "The sigmas are too small with it: NEES {} on {}, where honest ones have {}; have nees among "
+      "the goals.\n",
+      fixed(worst->after[nees], 1), worst->drive, fixed(honest_nees, 0));
+}
+
 ordered_json json_of(const DriveScores& scores, const char* role) {
   ordered_json json{{"drive", scores.drive}, {"role", role}};
   for (std::size_t i = 0; i < goal_count; ++i)
@@ -125,7 +150,7 @@ std::string as_text(const TuneJob& job, const TuneResult& result) {
     text += fmt::format(", {} known from {}", result.from_state, job.state.string());
   if (result.impossible > 0)
     text += fmt::format(", {} refused (the last: {})", result.impossible, result.why_impossible);
-  return text + ". " + verdict(result);
+  return text + ". " + verdict(result) + overconfidence(result);
 }
 
 std::string as_json(const TuneJob& job, const TuneResult& result) {

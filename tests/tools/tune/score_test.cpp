@@ -48,7 +48,19 @@ TEST(TuneScore, IsMadeOfTheEvaluation) {
   EXPECT_EQ(result[static_cast<std::size_t>(Goal::prediction)], 4e-4);
   EXPECT_EQ(result[static_cast<std::size_t>(Goal::second)], 5e-3);
   EXPECT_TRUE(std::isnan(result[static_cast<std::size_t>(Goal::end)]));
-  EXPECT_NEAR(result[static_cast<std::size_t>(Goal::nees)], 2.0, 1e-12);  // half of 3
+  EXPECT_EQ(result[static_cast<std::size_t>(Goal::nees)], 1.5);
+}
+
+TEST(TuneScore, IsTheWorseTheFurtherNeesIsFromThreeEitherWay) {
+  constexpr std::array<Goal, 1> honesty{Goal::nees};
+  const auto told = [](double nees) {
+    Score result;
+    result.fill(untold);
+    result[static_cast<std::size_t>(Goal::nees)] = nees;
+    return std::array<Score, 1>{result};
+  };
+  EXPECT_NEAR(relative_error(told(1.5), told(3.0), honesty), 2.0, 1e-12);
+  EXPECT_NEAR(relative_error(told(6.0), told(1.5), honesty), 1.0, 1e-12);
 }
 
 }  // namespace
