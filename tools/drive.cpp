@@ -28,15 +28,6 @@ std::string name_of(const fs::path& folder) {
   return failed || !whole.has_filename() ? folder.string() : whole.filename().string();
 }
 
-fs::path log_of(const fs::path& folder) {
-  for (const char* name : {"drive.log", "can.log"}) {
-    if (const auto file = file_in(folder, name)) return *file;
-  }
-  throw std::invalid_argument(folder.string() +
-                              ": has no drive.log and no can.log; a drive is a folder as odom sim "
-                              "and odom record make them");
-}
-
 daemon::Config config_of(const DriveFiles& files) {
   if (!files.config.empty()) {
     daemon::Config config = daemon::load_config(files.config);
@@ -60,6 +51,20 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 
 }  // namespace
 
+std::optional<fs::path> log_in(const fs::path& folder) {
+  for (const char* name : {"drive.log", "can.log"}) {
+    if (auto file = file_in(folder, name)) return file;
+  }
+  return std::nullopt;
+}
+
+fs::path need_log_in(const fs::path& folder) {
+  if (auto file = log_in(folder)) return *std::move(file);
+  throw std::invalid_argument(folder.string() +
+                              ": has no drive.log and no can.log; a drive is a folder as odom sim "
+                              "and odom record make them");
+}
+
 Drive read_drive(const DriveFiles& files) {
   std::error_code ignored;
   if (!fs::is_directory(files.folder, ignored)) {
@@ -69,7 +74,7 @@ Drive read_drive(const DriveFiles& files) {
   drive.folder = files.folder;
   drive.name = name_of(files.folder);
   drive.config = config_of(files);
-  drive.config.can.sources = {log_of(files.folder).string()};
+  drive.config.can.sources = {need_log_in(files.folder).string()};
   drive.databases = daemon::load_databases(drive.config, drive.warnings);
 
   can::BusNames buses;

@@ -42,6 +42,11 @@ struct Drive {
   std::vector<std::string> warnings;
 };
 
+/// The log of a drive's folder: its drive.log, as odom sim names it, else its can.log, as odom
+/// record does; nothing where neither is there. need_log_in() throws std::invalid_argument then.
+[[nodiscard]] std::optional<std::filesystem::path> log_in(const std::filesystem::path& folder);
+[[nodiscard]] std::filesystem::path need_log_in(const std::filesystem::path& folder);
+
 /// Reads car.toml, the databases that it names, drive.log or can.log, camera.csv and truth.csv; the
 /// last two where they are there. Throws std::invalid_argument that names the file and the mend.
 [[nodiscard]] Drive read_drive(const DriveFiles& files);

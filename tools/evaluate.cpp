@@ -194,9 +194,10 @@ void add_inputs(Command command, Options& options) {
           .type_name("CSV");
   const Option drive =
       command
-          .add_option("--drive", options.drives,
-                      "Folder with drive.log, car.toml, truth.csv and camera.csv, to be "
-                      "replayed; several times: one after the other")
+          .add_option(
+              "--drive", options.drives,
+              "Folder with drive.log (or can.log), car.toml, truth.csv and camera.csv, to be "
+              "replayed; several times: one after the other")
           .repeatable()
           .type_name("DIR")
           .excludes(pose);

@@ -83,7 +83,8 @@ void add_export(Command odom) {
       odom.add_subcommand("export", "Export a drive to Foxglove (MCAP) and PlotJuggler (CSV)");
   command
       .add_option("SOURCE", options->source,
-                  "Pose file, folder of odom record, or folder with a drive (drive.log, car.toml, "
+                  "Pose file, folder of odom record, or folder with a drive (drive.log or can.log, "
+                  "car.toml, "
                   "camera.csv, truth.csv, pose.csv)")
       .type_name("");
   command.add_option("--mcap", options->mcap, "MCAP file to write, for Foxglove").type_name("FILE");

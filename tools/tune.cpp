@@ -164,9 +164,10 @@ void add_tune(Command odom) {
       "tune", "Search settings that lessen the errors of drives, and tell what was over-fitted");
   const auto options = std::make_shared<Options>();
   command
-      .add_option("--drive", options->drives,
-                  "Drive to tune on: a folder with drive.log, car.toml, truth.csv and perhaps "
-                  "camera.csv; several times")
+      .add_option(
+          "--drive", options->drives,
+          "Drive to tune on: a folder with drive.log (or can.log), car.toml, truth.csv and perhaps "
+          "camera.csv; several times")
       .required()
       .repeatable()
       .type_name("DIR");

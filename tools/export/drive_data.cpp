@@ -11,6 +11,7 @@
 #include "daemon/config.hpp"
 #include "daemon/pipeline.hpp"
 #include "tools/csv.hpp"
+#include "tools/drive.hpp"
 #include "tools/files.hpp"
 #include "tools/recording.hpp"
 #include "tools/recording_folder.hpp"
@@ -177,11 +178,11 @@ ExportSources sources_in(const fs::path& source) {
   }
   sources.config = there("car.toml");
   sources.truth = there("truth.csv");
-  if (const fs::path log = there("drive.log"); !log.empty()) sources.logs = {log.string()};
+  if (const auto log = log_in(source)) sources.logs = {log->string()};
   if (sources.pose.empty() && sources.logs.empty() && sources.truth.empty())
-    throw std::invalid_argument(
-        source.string() +
-        ": holds neither a recording nor a drive (pose.csv, drive.log with car.toml, truth.csv)");
+    throw std::invalid_argument(source.string() +
+                                ": holds neither a recording nor a drive (pose.csv, drive.log or "
+                                "can.log with car.toml, truth.csv)");
   return sources;
 }
 

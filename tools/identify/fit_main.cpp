@@ -12,6 +12,7 @@
 
 #include "tools/camera_csv.hpp"
 #include "tools/command_line.hpp"
+#include "tools/drive.hpp"
 #include "tools/identify/agreement.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/fit_findings.hpp"
@@ -165,12 +166,15 @@ std::vector<Files> files_of(const FitOptions& options) {
   for (const std::string& folder : options.drives) {
     const fs::path place = folder_of(folder);
     Files files{
-        .name = folder, .logs = {(place / "drive.log").string()}, .camera = "", .reference = ""};
-    if (options.use_reference) {
-      files.reference = (place / "truth.csv").string();
-    } else {
-      files.camera = (place / "camera.csv").string();
-    }
+        .name = folder, .logs = {need_log_in(place).string()}, .camera = "", .reference = ""};
+    const fs::path poses = place / (options.use_reference ? "truth.csv" : "camera.csv");
+    std::error_code ignored;
+    if (!fs::exists(poses, ignored))
+      throw std::invalid_argument(
+          folder + (options.use_reference ? ": has no truth.csv to fit to"
+                                          : ": has no camera.csv to fit to; take its truth.csv "
+                                            "by --use-reference, or another drive"));
+    (options.use_reference ? files.reference : files.camera) = poses.string();
     result.push_back(std::move(files));
   }
   if (!options.can.empty())

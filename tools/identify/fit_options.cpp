@@ -15,7 +15,7 @@ void describe_fit(Command command, FitOptions& options) {
       .type_name("TOML");
   command
       .add_option("--drive", options.drives,
-                  "Folder with drive.log and camera.csv (or truth.csv); repeatable")
+                  "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable")
       .type_name("DIR");
   command.add_option("--can", options.can, "Log of a drive, candump -L; repeatable")
       .type_name("LOG");

@@ -77,6 +77,18 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   expect_refused(run(fit + "--drive lap"), "steering");
 }
 
+TEST_F(FitCommand, TakesTheLogUnderEitherNameAndSaysWhatItLookedFor) {
+  const std::string fit = "odom identify fit --quiet ";
+  ASSERT_EQ(run("mv lap/drive.log lap/can.log").status, 0);
+  // Past the log, it is the duration that does not do.
+  expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
+  ASSERT_EQ(run("odom export lap --mcap lap.mcap").status, 0);
+  ASSERT_EQ(run("mv lap/can.log lap/bus.log").status, 0);
+  expect_refused(run(fit + "--drive lap"), "lap: has no drive.log and no can.log; a drive is");
+  ASSERT_EQ(run("mv lap/bus.log lap/drive.log && rm lap/camera.csv").status, 0);
+  expect_refused(run(fit + "--drive lap"), "lap: has no camera.csv to fit to; take its truth.csv");
+}
+
 TEST_F(FitCommand, TakesTheConfigurationOfTheDriveWhereNoneIsNamed) {
   const std::string fit = "odom identify fit --quiet ";
   // Past the configuration, it is the duration that does not do.
