@@ -26,6 +26,7 @@ constexpr double least_way = 0.1;                          // in a piece [m]
 constexpr std::size_t fewest = 20;                         // pieces
 constexpr double alike = 0.5, certain = 0.7;               // correlations
 constexpr double far_off = 1.5;
+constexpr double far_off_unseen = 3.0;  // of wheels and tyres that slip
 
 // What is seen of a piece of the drive.
 struct Piece {
@@ -243,6 +244,15 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
     if (gyro_to_steering.verdict == Verdict::other_way)
       refuse("yaw_rate turns the other way than wheels and steering; look at the signs of " +
              key_of(Source::yaw_rate, "scale") + " and " + key_of(Source::steering, "scale"));
+    if (!steered) return;
+    // From either side: what is held against a turn is bounded by it, and so is a small ratio.
+    const double far = compare(pieces_of(*steered), turned, least_turn).ratio;
+    const double little = gyro_to_steering.ratio;
+    if (std::max(far, little) > far_off_unseen)
+      refuse("yaw_rate turns " + fixed(std::max(far, little), 1) + " times as " +
+             (far > little ? "far" : "little") +
+             " as wheels and steering tell; look at unit and scale of can.signals.yaw_rate, of "
+             "steering and of the wheels, or drive without spinning wheels");
     return;
   }
 

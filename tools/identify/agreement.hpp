@@ -32,8 +32,9 @@ struct AgreementOptions {
 /// gyro and steering are compared.
 ///
 /// Throws std::invalid_argument that names the key: where yaw_rate or steering turns the other way,
-/// where yaw_rate or a wheel is more than 1.5 times off, or a wheel runs backwards; where the poses
-/// turn otherwise than the gyro; where none of them is taken while the log lasts.
+/// where yaw_rate or a wheel is more than 1.5 times off (without poses: yaw_rate 3 times off wheels
+/// and steering), or a wheel runs backwards; where the poses turn otherwise than the gyro; where
+/// none of them is taken while the log lasts.
 void check_agreement(const daemon::Config& config, const SignalLog& log,
                      std::span<const estimator::CameraPose> poses,
                      const AgreementOptions& options = {});

@@ -1,9 +1,9 @@
 // The findings of a drive.
-#include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "tools/identify/agreement.hpp"
 #include "tools/identify/driving_noise.hpp"
 #include "tools/identify/noise_findings.hpp"
 #include "tools/identify/noise_sources.hpp"
@@ -38,15 +38,14 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
   Drive drive = read_drive(
       {.folder = noisy.folder, .config = noisy.config, .reference = {}, .camera = noisy.camera});
   findings.warnings.insert(findings.warnings.end(), drive.warnings.begin(), drive.warnings.end());
-  std::vector<std::string> logs;
-  for (const char* name : {"drive.log", "can.log"})
-    if (logs.empty() && std::filesystem::exists(drive.folder / name))
-      logs.push_back((drive.folder / name).string());
+  const std::vector<std::string> logs{need_log_in(drive.folder).string()};
   const SignalLog log = read_signals(drive.config, logs);
   if (wheels_stand(log, 0.1))
     throw std::invalid_argument(drive.folder.string() +
                                 ": no wheel turns faster than 0.1 m/s; --drive takes a drive, and "
                                 "--config and --can a record of the standing car");
+  // A noise that makes up for a wrong sign is none.
+  check_agreement(drive.config, log, drive.cameras, {.drive = drive.folder.string()});
   const auto measure = [&](Source source, const std::string& unit) {
     const DrivingNoise noise = driving_noise(log.of(source));
     if (noise.samples == 0.0) return;

@@ -131,6 +131,18 @@ TEST(Agreement, AGyroInDegreesIsNamed) {
               AllOf(HasSubstr("times as far as the reference"), HasSubstr("can.signals.yaw_rate")));
 }
 
+TEST(Agreement, WithoutPosesAGyroFarOffWheelsAndSteeringIsNamed) {
+  Recorded drive = recorded();
+  drive.poses.clear();
+  drive.scale(Source::yaw_rate, 57.3);
+  EXPECT_THAT(drive.verdict(), AllOf(StartsWith("yaw_rate turns 6"),  // the gyro over-reads, too
+                                     HasSubstr("times as far as wheels and steering tell")));
+  drive.scale(Source::yaw_rate, 1.0 / 57.3 / 57.3);
+  EXPECT_THAT(drive.verdict(), HasSubstr("times as little as wheels and steering tell"));
+  drive.scale(Source::yaw_rate, 2.0 * 57.3);  // tyres that slip may do so
+  EXPECT_EQ(drive.verdict(), "they agree");
+}
+
 TEST(Agreement, AWheelFarOffIsNamed) {
   for (const double factor : {0.6, 1.7, 3.6}) {
     Recorded drive = recorded();

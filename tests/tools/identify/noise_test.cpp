@@ -262,6 +262,19 @@ TEST_F(IdentifyNoise, OfADriveMakesTheFilterConsistent) {
   EXPECT_EQ(json["details"]["nis"].size(), 2U);
 }
 
+TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
+  const std::string folder = scratch_.path("drive").string();
+  ASSERT_EQ(run_shell("odom sim --scenario slalom --duration 15 --out " + folder).status, 0);
+  ASSERT_EQ(run_shell("sed -i '/^yaw_rate/s/}/, scale = -1.0 }/' " + folder + "/car.toml").status,
+            0);
+  const Outcome seen = run_shell("odom identify noise --drive " + folder);
+  EXPECT_EQ(seen.status, 2);
+  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate turns the other way than the camera; look at"));
+  const Outcome blind = run_shell("odom identify noise --no-camera --drive " + folder);
+  EXPECT_EQ(blind.status, 2);
+  EXPECT_THAT(blind.err, HasSubstr("drive: yaw_rate turns the other way than wheels and steering"));
+}
+
 TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   const std::string folder = scratch_.path("drive").string();
   ASSERT_EQ(run_shell("odom sim --duration 10 --standstill 2 --out " + folder).status, 0);
