@@ -53,7 +53,8 @@ Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
   const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
   return evaluate(measure.lever_arm ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
                                     : *drive.reference,
-                  replayed.poses, measure.align.value_or(usual_align(!drive.cameras.empty())));
+                  replayed.poses,
+                  measure.align.value_or(usual_align(!drive.cameras.empty(), measure.frame)));
 }
 
 }  // namespace odomd::tools

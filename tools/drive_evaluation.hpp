@@ -43,9 +43,9 @@ struct ReplayedDrive {
                                          Judgements judgements = Judgements::forget);
 
 /// How poses are brought to the reference where nobody says it: by camera poses, which are in its
-/// frame, they are there already.
-[[nodiscard]] constexpr Align usual_align(bool camera_poses_came_in) {
-  return camera_poses_came_in ? Align::none : Align::first;
+/// frame, they are there already; the odometry frame, into which none goes, is not.
+[[nodiscard]] constexpr Align usual_align(bool camera_poses_came_in, Frame frame) {
+  return camera_poses_came_in && frame == Frame::map ? Align::none : Align::first;
 }
 
 /// How a drive is held against its reference.

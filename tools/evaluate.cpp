@@ -228,7 +228,7 @@ void add_judging(Command command, Options& options) {
       command, "--align", options.align,
       {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
       "Alignment at the first common time, by least squares, or none; default: none "
-      "of a drive with camera poses, else first");
+      "of the map's pose of a drive with camera poses, else first");
   add_choice<Frame>(command, "--frame", options.judging.frame,
                     {{"map", Frame::map}, {"odom", Frame::odom}},
                     "Which pose: the map's or the jump-free odometry frame's; default: map");

@@ -111,8 +111,8 @@ std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
 void judge(EvaluatedDrive& drive, const Judging& judging) {
   EvaluationReport& report = drive.report;
   report.frame = judging.frame;
-  report.align =
-      judging.align.value_or(usual_align(!drive.replays.empty() && !drive.cameras.empty()));
+  const bool has_cameras = !drive.replays.empty() && !drive.cameras.empty();
+  report.align = judging.align.value_or(usual_align(has_cameras, judging.frame));
   const std::int64_t first_ns =
       (judging.against == Against::reference ? drive.reference.value() : drive.estimates.front())
           .points.front()

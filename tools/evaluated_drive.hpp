@@ -44,7 +44,7 @@ struct EvaluatedDrive {
 /// How to judge, be it pose files or folders.
 struct Judging {
   Against against = Against::reference;
-  std::optional<Align> align;  ///< else `none` where camera poses came in, `first` elsewhere
+  std::optional<Align> align;  ///< else the usual one; of pose files `first`
   Frame frame = Frame::map;
   std::string from;  ///< a time of the files [s], "+T": after the first row of the reference, or of
   std::string to;    ///< the estimate where there is none; empty: all

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -74,13 +77,20 @@ TuneJob job_of(const Options& options) {
     job.parameters.push_back(std::move(parameter));
   }
   for (const std::string& name : options.goals) job.goals.push_back(goal_named(name));
-  for (const std::string& drive : options.held_out)
-    if (std::ranges::find(options.drives, drive) != options.drives.end())
-      throw std::invalid_argument("--held-out " + drive +
-                                  ": is tuned on as well; it is one or the "
-                                  "other");
+  const auto is_same = [](const std::string& one, const std::string& other) {
+    std::error_code missing;  // which the reader tells
+    return std::filesystem::equivalent(one, other, missing);
+  };
+  for (const std::string& held_out : options.held_out)
+    for (const std::string& drive : options.drives)
+      if (is_same(held_out, drive))
+        throw std::invalid_argument("--held-out " + held_out +
+                                    ": is tuned on as well; it is one or the other");
   if (!options.model.empty()) job.model = daemon::parse_model(options.model);
   job.measure.align = options.align;
+  for (const double value : options.lever_arm)
+    if (!std::isfinite(value))
+      throw std::invalid_argument("--lever-arm: must be three finite numbers x,y,yaw");
   if (!options.lever_arm.empty())
     job.measure.lever_arm = {options.lever_arm[0], options.lever_arm[1], options.lever_arm[2]};
   job.threads = options.jobs != 0 ? options.jobs
@@ -132,7 +142,11 @@ void write_config(const Options& options, const TuneJob& job, const TuneResult& 
 }
 
 void run_tune(const Options& options) {
+  // Whatever can be told of what is written is told before the work.
+  if (!options.write.empty()) check_patchable(options.write);
   const TuneJob job = job_of(options);
+  std::optional<WholeFile> trials;
+  if (!options.out.empty()) trials.emplace(options.out);
   Interrupt interrupt;
   Progress progress;
   TuneResult result;
@@ -148,10 +162,9 @@ void run_tune(const Options& options) {
                               : "stopped; the same command goes on from here by " + options.state);
   }
   progress.end();
-  if (!options.out.empty()) {
-    WholeFile file(options.out);
-    file.stream() << trials_csv(job, result);
-    file.finish();
+  if (trials) {
+    trials->stream() << trials_csv(job, result);
+    trials->finish();
   }
   std::cout << (options.json ? as_json(job, result) : as_text(job, result));
   if (!options.write.empty()) write_config(options, job, result);

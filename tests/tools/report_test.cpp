@@ -96,6 +96,7 @@ TEST_F(Report, TakesACameraInWithoutAligning) {
   };
   EXPECT_EQ(align(""), "none");
   EXPECT_EQ(align(" --dead-reckoning"), "first");
+  EXPECT_EQ(align(" --frame odom"), "first");  // no camera pose goes into it
   EXPECT_EQ(align(" --align fit"), "fit");
 }
 

@@ -23,6 +23,23 @@ double error_of(const Score& score, Goal goal) {
 
 }  // namespace
 
+std::string why_untold(Goal goal) {
+  switch (goal) {
+    case Goal::prediction:
+      return "they are shorter than 35 ms; take longer ones";
+    case Goal::second:
+      return "they are shorter than a second; take longer ones";
+    case Goal::end:
+      return "the car does not move; take drives on which it does";
+    case Goal::nees:
+      return "the covariance is that of the errors only in a map with camera poses that is not "
+             "aligned, or where what the filter did not know at the start is small beside what it "
+             "does not know at the end; take such drives, or other goals";
+    default:
+      return {};
+  }
+}
+
 Score score_of(const Evaluation& evaluation) {
   Score score;
   score.fill(untold);

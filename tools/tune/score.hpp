@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "tools/evaluation.hpp"
@@ -31,6 +32,9 @@ using Score = std::array<double, goal_count>;
 
 /// The mean NEES of honest sigmas: of x, y and yaw.
 inline constexpr double honest_nees = 3.0;
+
+/// Why a drive may not tell it, and the mend; empty where all do.
+[[nodiscard]] std::string why_untold(Goal goal);
 
 [[nodiscard]] Score score_of(const Evaluation& evaluation);
 

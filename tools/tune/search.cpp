@@ -30,7 +30,8 @@ Found compass_search(const Costs& costs, Point start, const SearchSettings& sett
 
   for (double length = settings.first_step; length >= settings.last_step;) {
     const std::vector<Step> steps = steps_from(best.point, length);
-    if (best.trials + steps.size() + 1 > settings.trials) break;
+    best.cut_short = best.trials + steps.size() + 1 > settings.trials;
+    if (best.cut_short) break;
     std::vector<Point> polled(steps.size(), best.point);
     for (std::size_t i = 0; i < steps.size(); ++i) polled[i][steps[i].axis] = steps[i].to;
     const std::vector<double> cost = costs(polled);

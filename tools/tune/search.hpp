@@ -26,6 +26,7 @@ struct Found {
   Point point;
   double cost = 0.0;
   std::size_t trials = 0;
+  bool cut_short = false;  ///< by SearchSettings::trials
 };
 
 /// Each round tries a step either way along every axis, and then all steps that helped at once;

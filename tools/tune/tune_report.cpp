@@ -150,6 +150,9 @@ std::string as_text(const TuneJob& job, const TuneResult& result) {
     text += fmt::format(", {} known from {}", result.from_state, job.state.string());
   if (result.impossible > 0)
     text += fmt::format(", {} refused (the last: {})", result.impossible, result.why_impossible);
+  if (result.cut_short)
+    text += fmt::format("; the search was cut short by --trials {}: there may be better",
+                        job.search.trials);
   return text + ". " + verdict(result) + overconfidence(result);
 }
 
@@ -186,6 +189,7 @@ std::string as_json(const TuneJob& job, const TuneResult& result) {
     json["trials"].push_back({{"values", values}, {"relative_error", trial.relative_error}});
   }
   json["impossible"] = result.impossible;
+  json["cut_short"] = result.cut_short;
   return json_text(json) + "\n";
 }
 

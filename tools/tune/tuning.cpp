@@ -38,8 +38,11 @@ class Bench {
     log_.check_unchanged(as_configured_, before);
     if (log_.find(as_configured_) == nullptr) log_.add(as_configured_, before);
     before_ = before.scores;
-    if (!job.held_out.empty())
+    check_told("tuned on", before_);
+    if (!job.held_out.empty()) {
       held_out_before_ = run(job_.held_out, std::span(&as_configured_, 1)).front().scores;
+      check_told("held out", held_out_before_);
+    }
     result_.from_state = log_.read();
   }
 
@@ -105,6 +108,17 @@ class Bench {
     return names;
   }
 
+  // A goal that no drive tells would be lessened by anything.
+  void check_told(const char* which, const std::vector<Score>& scores) const {
+    for (const Goal goal : job_.goals) {
+      const auto index = static_cast<std::size_t>(goal);
+      const auto tells = [index](const Score& score) { return !std::isnan(score[index]); };
+      if (std::ranges::none_of(scores, tells))
+        throw std::invalid_argument(fmt::format("--goal {}: none of the drives {} tells it: {}",
+                                                goal_names[index], which, why_untold(goal)));
+    }
+  }
+
   [[nodiscard]] double error_of(const TrialOutcome& outcome,
                                 const std::vector<Score>& before) const {
     return outcome.impossible.empty() ? relative_error(outcome.scores, before, job_.goals)
@@ -168,7 +182,9 @@ Values searched(const TuneJob& job, Bench& bench) {
     for (const Point& point : points) wanted.push_back(values_at(job, point));
     return bench.errors(wanted);
   };
-  return values_at(job, compass_search(costs, std::move(start), job.search).point);
+  const Found found = compass_search(costs, std::move(start), job.search);
+  bench.result().cut_short = found.cut_short;
+  return values_at(job, found.point);
 }
 
 Values swept(const TuneJob& job, Bench& bench) {

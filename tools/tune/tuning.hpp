@@ -63,6 +63,7 @@ struct TuneResult {
   std::vector<Trial> trials;   ///< all, in the order of the search
   std::size_t impossible = 0;  ///< of them, refused by the configuration
   std::string why_impossible;  ///< the last of these
+  bool cut_short = false;      ///< the search, by SearchSettings::trials
   std::size_t from_state = 0;  ///< read from the state, not tried again
 
   /// Whether to take the settings: better on the drives tuned on, and not worse on those held out.

@@ -56,6 +56,8 @@ TEST(CompassSearch, KeepsToItsTrials) {
   const Found found = compass_search(counted, {0.0, 0.0}, {.last_step = 1e-9, .trials = 30});
   EXPECT_LE(asked, 30U);
   EXPECT_EQ(found.trials, asked);
+  EXPECT_TRUE(found.cut_short);
+  EXPECT_FALSE(compass_search(counted, {0.0, 0.0}, {}).cut_short);
   EXPECT_LT(found.cost, bowl({0.0, 0.0}));
 }
 

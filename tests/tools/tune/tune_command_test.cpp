@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -111,6 +112,42 @@ TEST_F(Tune, SweepsEveryCombination) {
               testing::StartsWith("can.signals.yaw_rate.scale,vehicle.rear_axle,relative_error\n"));
 }
 
+TEST_F(Tune, JudgesADriveWithACameraInTheMapAsItIs) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string sweep = "--set filter.window=0.25 --goal position,nees --json ";
+  const auto rms = [&](const std::string& how) {
+    const Outcome tuned = run_shell("odom tune --drive " + one + " " + sweep + how);
+    EXPECT_EQ(tuned.status, 0) << tuned.err;
+    return json::parse(tuned.out)["drives"][0]["position"]["before"].get<double>();
+  };
+  EXPECT_EQ(rms(""), rms("--align none"));
+  const Outcome evaluated = run_shell("odom evaluate --drive " + one + " --model full --json");
+  ASSERT_EQ(evaluated.status, 0) << evaluated.err;
+  EXPECT_EQ(rms(""), json::parse(evaluated.out)["summary"][0]["position_rms"].get<double>());
+}
+
+TEST_F(Tune, SaysThatTheSearchWasCutShort) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string command = "odom tune --drive " + one + " " + gyro_ + how_;
+  EXPECT_THAT(run_shell(command + "--trials 4").out, HasSubstr("cut short by --trials 4"));
+  EXPECT_THAT(run_shell(command).out, testing::Not(HasSubstr("cut short")));
+}
+
+TEST_F(Tune, TellsBeforeTheWorkWhatCannotBeWritten) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string state = scratch_.path("tune.state");
+  const std::string command =
+      "odom tune --drive " + one + " " + gyro_ + how_ + "--state " + state + " ";
+  const std::string nowhere = scratch_.path("none").string();
+  for (const std::string& what : {"--write " + nowhere + ".toml", "--out " + nowhere + "/a.csv"}) {
+    const Outcome refused = run_shell(command + what);
+    EXPECT_EQ(refused.status, 2) << what;
+    EXPECT_EQ(refused.out, "") << what;
+    EXPECT_THAT(refused.err, HasSubstr(nowhere)) << what;
+    EXPECT_FALSE(std::filesystem::exists(state)) << what;
+  }
+}
+
 TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
   const std::string one = drive("one", "0", 1);
   const auto refused = [&](const std::string& arguments) {
@@ -133,6 +170,13 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
               HasSubstr("all the one or all the other"));
   EXPECT_THAT(refused("--drive " + one + " --held-out " + one + " --set filter.window=0.2:0.4"),
               HasSubstr("is tuned on as well"));
+  EXPECT_THAT(
+      refused("--drive " + one + " --held-out " + one + "/../one" + " --set filter.window=0.2:0.4"),
+      HasSubstr("is tuned on as well"));
+  EXPECT_THAT(refused("--drive " + one + " --no-camera --goal nees --set filter.window=0.2:0.4"),
+              HasSubstr("--goal nees: none of the drives tuned on tells it: "));
+  EXPECT_THAT(refused("--drive " + one + " --lever-arm nan,0,0 --set filter.window=0.2:0.4"),
+              HasSubstr("--lever-arm: must be three finite numbers"));
   EXPECT_THAT(refused("--drive " + scratch_.path("none").string() + " --set filter.window=0.2:0.4"),
               HasSubstr("is no folder"));
   EXPECT_THAT(refused("--drive " + one + " --goal speed --set filter.window=0.2:0.4"),
