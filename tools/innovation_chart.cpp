@@ -88,6 +88,16 @@ std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgement
     if (judgement.degrees < 1 || !(judgement.variance[0] > 0.0)) continue;
     by_source.at(static_cast<std::size_t>(judgement.source)).push_back(judgement);
   }
+  // One axis of time for all: a source that is tested for a while only is seen to be.
+  double first = std::numeric_limits<double>::infinity();
+  double last = -first;
+  for (const auto& samples : by_source) {
+    for (const Judgement& sample : samples) {
+      const double t = static_cast<double>(sample.time_ns - zero_ns) * 1e-9;
+      first = std::min(first, t);
+      last = std::max(last, t);
+    }
+  }
   std::vector<chart::Chart> charts;
   for (auto& samples : by_source) {
     if (samples.empty()) continue;
@@ -95,6 +105,7 @@ std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgement
     const auto dimensions = dimensions_of(samples.front().source);
     for (std::size_t i = 0; i < dimensions.size(); ++i) {
       charts.push_back(chart_of(samples, i, dimensions[i], zero_ns));
+      if (first < last) charts.back().x.range = chart::Range{first, last};
     }
   }
   return charts;

@@ -120,7 +120,12 @@ std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scal
 }
 
 std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
-  const std::vector<Point> points = decimated(series.points, x, columns);
+  // Dots are wider than a line is fine.
+  constexpr std::size_t columns_of_dots = 160;
+  constexpr std::size_t dots_each = 12;
+  const std::vector<Point> points = series.mark == Mark::dots
+                                        ? thinned(series.points, x, columns_of_dots, dots_each)
+                                        : decimated(series.points, x, columns);
   std::string out;
   if (series.mark == Mark::line || series.mark == Mark::line_and_dots)
     out += svg::line(path_of(points, x, y), series.colour, series.stroke);

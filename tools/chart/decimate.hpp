@@ -20,4 +20,9 @@ namespace odomd::tools::chart {
 [[nodiscard]] std::vector<BandPoint> decimated(std::span<const BandPoint> points, const Scale& x,
                                                std::size_t columns);
 
+/// Likewise of dots, of which each column keeps `each` at the most (three or more): its lowest, its
+/// highest and others as they come, so that dense ones still show where most of them lie.
+[[nodiscard]] std::vector<Point> thinned(std::span<const Point> points, const Scale& x,
+                                         std::size_t columns, std::size_t each);
+
 }  // namespace odomd::tools::chart

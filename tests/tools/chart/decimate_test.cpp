@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace odomd::tools::chart::decimate_test {
 namespace {
@@ -89,6 +91,27 @@ TEST(Decimated, OfABandIsNoNarrowerThanTheBand) {
   }
   EXPECT_EQ(low, -8.0);
   EXPECT_EQ(high, 9.0);
+}
+
+TEST(Thinned, ShowsWhereMostOfManyDotsLie) {
+  // All within ±1 but for one in a hundred at ±3.
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < 100'000; ++i) {
+    const double at = 100.0 * static_cast<double>(i) / 99'999.0;
+    const double usual = std::sin(static_cast<double>(i * i % 6283) * 1e-3);
+    points.push_back({at, i % 100 == 50 ? (i % 200 == 50 ? 3.0 : -3.0) : usual});
+  }
+  const auto thin = thinned(points, x, 100, 12);
+  EXPECT_LE(thin.size(), 100U * 12U);
+  const auto outer = std::ranges::count_if(thin, [](const Point& p) { return std::abs(p.y) > 2; });
+  EXPECT_GE(outer, 2 * 100);                                       // none is lost,
+  EXPECT_LT(outer, static_cast<std::ptrdiff_t>(thin.size()) / 3);  // and most are the usual
+  for (std::size_t i = 1; i < thin.size(); ++i) EXPECT_GT(thin[i].x, thin[i - 1].x);
+}
+
+TEST(Thinned, LeavesFewDotsAsTheyAre) {
+  const std::vector<Point> points = wave(400);
+  EXPECT_EQ(thinned(points, x, 160, 12).size(), points.size());
 }
 
 }  // namespace
