@@ -1,6 +1,7 @@
 #include "tools/evaluation_report.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -18,6 +19,16 @@ using Cell = std::function<std::optional<std::string>(const Evaluation&)>;
 
 double degrees(double radians) {
   return radians * 180.0 / std::numbers::pi;
+}
+
+// The number that reads as the stamp does: nanoseconds since 1970 are no double, and a quotient of
+// a rounded one is the neighbour of the right one.
+double stamp(std::int64_t time_ns) {
+  std::string text;
+  append_seconds(text, time_ns);
+  double seconds = 0.0;
+  std::from_chars(text.data(), text.data() + text.size(), seconds);
+  return seconds;
 }
 
 Json spread(const Spread& value) {
@@ -62,8 +73,8 @@ void add_reference_figures(const Evaluation& e, Json& json) {
 Json json_of(const Evaluation& e, const Evaluation* baseline) {
   Json json{{"pose", e.name},
             {"samples", e.samples},
-            {"t_first", static_cast<double>(e.first_ns) / 1e9},
-            {"t_last", static_cast<double>(e.last_ns) / 1e9},
+            {"t_first", stamp(e.first_ns)},
+            {"t_last", stamp(e.last_ns)},
             {"duration", static_cast<double>(e.last_ns - e.first_ns) / 1e9},
             {"path_length", e.path_length},
             {"end_error", e.end_error},
