@@ -94,7 +94,8 @@ std::vector<EvaluatedDrive> evaluated(const Options& options) {
 
 // What is shown of one drive alone; of the samples those of the last model, which is the best.
 std::string details_of(const EvaluatedDrive& drive) {
-  return as_text(drive.report) + "\nsamples of " + drive.estimates.back().name + "\n\n" +
+  return as_text(drive.report) + "\nsamples of " + drive.estimates.back().name +
+         (drive.is_part ? ", over the whole drive" : "") + "\n\n" +
          source_table(drive.replays.back().summary).text();
 }
 

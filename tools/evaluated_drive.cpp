@@ -10,6 +10,7 @@
 #include "tools/chart/style.hpp"
 #include "tools/closed_loop.hpp"
 #include "tools/csv.hpp"
+#include "tools/heading_doubt.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
@@ -64,6 +65,11 @@ Trajectory part_of(Trajectory estimate, const Judging& judging, std::int64_t fir
   return cut_to(std::move(estimate), from.value_or(Limits::min()), to.value_or(Limits::max()));
 }
 
+void doubt_heading(EvaluatedDrive& drive, const Trajectory& trajectory) {
+  const std::string doubt = heading_doubt(trajectory);
+  if (!doubt.empty()) drive.warnings.push_back({trajectory.name, doubt});
+}
+
 void warn_of_doubts(EvaluatedDrive& drive) {
   constexpr std::int64_t long_gap_ns = 200'000'000;
   constexpr double least_covered = 0.9;
@@ -110,6 +116,7 @@ std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
 // With the estimates and the reference (as its file has it) in place: everything else.
 void judge(EvaluatedDrive& drive, const Judging& judging) {
   EvaluationReport& report = drive.report;
+  drive.is_part = !judging.from.empty() || !judging.to.empty();
   report.frame = judging.frame;
   const bool has_cameras = !drive.replays.empty() && !drive.cameras.empty();
   report.align = judging.align.value_or(usual_align(has_cameras, judging.frame));
@@ -121,6 +128,8 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
     estimate = part_of(std::move(estimate), judging, first_ns);
   }
   report.baseline = baseline_of(drive, judging.baseline);
+  if (drive.replays.empty())  // files of whatever program
+    for (const Trajectory& estimate : drive.estimates) doubt_heading(drive, estimate);
   if (judging.against == Against::closed_loop) {
     for (const Trajectory& estimate : drive.estimates) {
       report.evaluations.push_back(evaluate_closed_loop(estimate));
@@ -138,6 +147,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
     report.fitted_windows = fit.windows;
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
+  doubt_heading(drive, *drive.reference);
   for (const Trajectory& estimate : drive.estimates) {
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
   }

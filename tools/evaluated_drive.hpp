@@ -29,6 +29,7 @@ struct EvaluatedDrive {
   std::vector<ReplayedDrive> replays;  ///< of each estimate, its poses moved to `estimates`; of
                                        ///< pose files none
   std::vector<estimator::CameraPose> cameras;
+  bool is_part = false;  ///< judged by --from or --to; what the filter says of samples is not
   std::optional<BeatHistogram> beat;
   std::optional<daemon::Config> config;  ///< of replays
   std::vector<EvaluationWarning> warnings;

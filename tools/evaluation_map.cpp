@@ -25,9 +25,10 @@ std::vector<chart::Point> points_between(const Trajectory& trajectory, std::int6
 }
 
 std::string note_of(const Evaluation& e) {
-  std::string heading = fixed(std::abs(e.heading_end) * 180.0 / std::numbers::pi, 1) + "°";
+  const double degrees = std::abs(e.heading_end) * 180.0 / std::numbers::pi;
+  std::string heading = fixed(degrees, degrees < 1.0 ? 2 : 1) + "°";
   if (!e.end_cm_per_m) return heading;
-  return fixed(*e.end_cm_per_m, 2) + " cm/m · " + heading;
+  return fixed(*e.end_cm_per_m, *e.end_cm_per_m < 0.1 ? 3 : 2) + " cm/m · " + heading;
 }
 
 }  // namespace

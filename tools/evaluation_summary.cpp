@@ -38,11 +38,11 @@ struct Column {
 
 // In the order of the paper's conclusion.
 constexpr std::array<Column, 7> columns{{
-    {"end [cm/m]", &Figures::cm_per_m, 2},
-    {"heading end [deg]", &Figures::heading_end, 1},
+    {"end [cm/m]", &Figures::cm_per_m, 3},
+    {"heading end [deg]", &Figures::heading_end, 2},
     {"35 ms [mm]", &Figures::short_term, 2},
     {"better by [%]", &Figures::better, 1},
-    {"position rms [m]", &Figures::position_rms, 3},
+    {"position rms [m]", &Figures::position_rms, 4},
     {"NEES", &Figures::nees, 2},
     {"path [m]", &Figures::path, 1},
 }};
@@ -143,7 +143,9 @@ Table summary_table(std::span<const EvaluatedDrive> drives) {
 Table source_table(const ReplaySummary& summary) {
   using estimator::Verdict;
   Table table{
-      {"source", "fused", "gated", "late", "other", "NIS / expected", "inside 95 % [%]"}, {}, {0}};
+      {"source", "fused", "gated", "late", "other", "tested", "NIS / expected", "inside 95 % [%]"},
+      {},
+      {0}};
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const auto& verdicts = summary.verdicts[source];
     const auto all = std::accumulate(verdicts.begin(), verdicts.end(), std::uint64_t{0});
@@ -158,7 +160,8 @@ Table source_table(const ReplaySummary& summary) {
     table.rows.push_back(
         {std::string{estimator::source_names[source]}, std::to_string(count(Verdict::fused)),
          std::to_string(count(Verdict::gated)), std::to_string(count(Verdict::too_old)),
-         std::to_string(other), tested ? fixed(told.mean_nis() / told.dimension(), 2) : "-",
+         std::to_string(other), std::to_string(told.count()),
+         tested ? fixed(told.mean_nis() / told.dimension(), 2) : "-",
          tested ? fixed(100.0 * told.inside_95(), 1) : "-"});
   }
   return table;

@@ -152,6 +152,26 @@ TEST_F(Evaluate, JudgesAWindowAlignedAtItsBegin) {
   EXPECT_EQ(judged("--to 0.5")["samples"], 101);
 }
 
+TEST_F(Evaluate, GivesTimesAsTheFilesHaveThem) {
+  std::string rows = "t,x,y,yaw\n";
+  for (int i = 0; i < 20; ++i)
+    rows += "17600000" + std::to_string(10 + i) + ".55," + std::to_string(i) + ",0,0\n";
+  const std::string file = scratch_.write("late.csv", rows).string();
+  const Outcome outcome = run("--json --reference " + file + " --pose " + file);
+  EXPECT_THAT(outcome.out, HasSubstr("\"t_first\": 1760000010.55,"));
+  EXPECT_THAT(outcome.out, HasSubstr("\"t_last\": 1760000029.55,"));
+}
+
+TEST_F(Evaluate, DoubtsHeadingsInDegrees) {
+  Trajectory degrees = wavy_drive(0.0, 8.0, 0.005);
+  for (auto& point : degrees.points) point.pose.yaw *= 180.0 / 3.14159265358979;
+  const std::string file = scratch_.write("degrees.csv", csv_of(degrees)).string();
+  constexpr auto doubt = "the headings do not go with the way that is driven";
+  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(file + ": " + doubt));
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
+              HasSubstr(file + ": " + doubt));
+}
+
 TEST_F(Evaluate, RefusesAWindowWithoutRows) {
   const std::string files = "--reference " + reference_ + " --pose " + good_;
   const Outcome late = run(files + " --from +60");

@@ -49,7 +49,8 @@ TEST_F(Report, OfADriveIsThePapersTable) {
   EXPECT_THAT(outcome.out,
               AllOf(HasSubstr("end [cm/m]"), HasSubstr("heading end [deg]"),
                     HasSubstr("35 ms [mm]"), HasSubstr("better by [%]"), HasSubstr("\nkinematic "),
-                    HasSubstr("\npaper "), HasSubstr("\nfull "), HasSubstr("samples of full")));
+                    HasSubstr("\npaper "), HasSubstr("\nfull "), HasSubstr("samples of full\n"),
+                    ContainsRegex("source +fused +gated +late +other +tested +NIS / expected")));
 }
 
 TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
@@ -159,6 +160,23 @@ TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
     EXPECT_TRUE(page.substr(at).starts_with("http://www.w3.org/")) << page.substr(at, 40);
   }
   EXPECT_GT(addresses, 0U);
+}
+
+TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
+  const auto page = [](const std::string& how) {
+    const auto file = scratch_->path("meaning.html");
+    EXPECT_EQ(run("--drive " + lap() + " --html " + file.string() + how).status, 0);
+    return contents(file);
+  };
+  EXPECT_THAT(page(" --model full --model paper --baseline full"),
+              AllOf(HasSubstr("distance of the last pose from the truth"),
+                    HasSubstr("the end's error beside that of full."), HasSubstr("NEES: "),
+                    Not(HasSubstr("over the whole drive"))));
+  EXPECT_THAT(page(" --model paper --closed-loop --dead-reckoning"),
+              AllOf(HasSubstr("distance of the last pose from the first"),
+                    Not(HasSubstr("35 ms: ")), Not(HasSubstr("Better by"))));
+  EXPECT_THAT(page(" --model paper --to +3"),
+              HasSubstr("Samples, as paper took them, over the whole drive"));
 }
 
 TEST_F(Report, SaysWhichSensorWasNotBelieved) {

@@ -181,14 +181,16 @@ std::optional<Table> calibration_table(const EvaluatedDrive& drive) {
 std::string samples(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   if (focus >= drive.replays.size()) return {};
-  std::string out = "<h3>Samples, as " + escaped(drive.estimates[focus].name) +
-                    " took them</h3>\n" + html_of(source_table(drive.replays[focus].summary));
+  std::string out = "<h3>Samples, as " + escaped(drive.estimates[focus].name) + " took them" +
+                    (drive.is_part ? ", over the whole drive" : "") + "</h3>\n" +
+                    html_of(source_table(drive.replays[focus].summary));
   const std::vector<Figure> figures = innovations(drive);
   if (!figures.empty()) {
     out += paragraph(
         "Innovations: how far each sample lay from what the filter expected at the sample's own "
-        "time, and three standard deviations of that. Where dots are dense, the outermost of each "
-        "column are drawn. NIS is the mean of their squares over S; honest is 1.",
+        "time, and three standard deviations of that. Where dots are dense, some are drawn for "
+        "all, "
+        "and the outermost of them. NIS is the mean of their squares over S; honest is 1.",
         "faint");
     out += html_of(figures, " small");
   }
@@ -235,19 +237,32 @@ std::string title_of(std::span<const EvaluatedDrive> drives, const PageInfo& inf
   return "Odometry of " + names;
 }
 
+// What the columns of the summary mean.
+std::string legend_of(std::span<const EvaluatedDrive> drives) {
+  const EvaluationReport& report = drives.front().report;
+  const bool closed_loop = report.evaluations.front().against == Against::closed_loop;
+  std::string text = closed_loop
+                         ? "End: distance of the last pose from the first, over the estimate's own "
+                           "path. Heading: at the end, to the nearest whole turn."
+                         : "End: distance of the last pose from the truth, over the path. Heading: "
+                           "accumulated, at the end.";
+  if (report.evaluations.size() > 1)
+    text += " Better by: the end's error beside that of " +
+            names_of(drives.front())[report.baseline] + ".";
+  if (!closed_loop)
+    text +=
+        " 35 ms: mean error of the displacement over seven ticks of 5 ms, in the body frame. NEES: "
+        "squared error over the filter's own covariance; honest is 3; none where the alignment "
+        "takes away what the filter did not know at the start.";
+  return text;
+}
+
 }  // namespace
 
 std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
   const std::string title = escaped(title_of(drives, info));
-  std::string body =
-      "<h1>" + title + "</h1>\n" + html_of(summary_table(drives)) +
-      paragraph(
-          "End: distance of the last pose from the truth, over the path. Heading: "
-          "accumulated, at the end. 35 ms: mean error of the displacement over seven "
-          "ticks of 5 ms, in the body frame. NEES: squared error over the filter's "
-          "own covariance; honest is 3; none where the alignment takes away what the filter "
-          "did not know at the start.",
-          "faint");
+  std::string body = "<h1>" + title + "</h1>\n" + html_of(summary_table(drives)) +
+                     paragraph(legend_of(drives), "faint");
   for (const EvaluatedDrive& drive : drives) {
     body += "<section>\n" + section(drive) + "</section>\n";
   }
