@@ -17,6 +17,11 @@ double degrees(double radians) {
   return radians * 180.0 / std::numbers::pi;
 }
 
+// Without the whole turns that the pose counts [deg].
+double heading(const odom_pose& pose) {
+  return degrees(std::remainder(pose.yaw, 2.0 * std::numbers::pi));
+}
+
 double sigma(const odom_pose& pose, std::size_t diagonal) {
   return std::sqrt(std::max(0.0, pose.covariance[diagonal]));
 }
@@ -39,7 +44,7 @@ std::string pose_as_text(const odom_pose& pose, std::int64_t age_ns) {
   }
   text += row("x     ", fixed(pose.x, 4), "m  ", fixed(sigma(pose, 0), 4));
   text += row("y     ", fixed(pose.y, 4), "m  ", fixed(sigma(pose, 3), 4));
-  text += row("yaw   ", fixed(degrees(pose.yaw), 3), "deg", fixed(degrees(sigma(pose, 5)), 3));
+  text += row("yaw   ", fixed(heading(pose), 3), "deg", fixed(degrees(sigma(pose, 5)), 3));
   text += "speed " + padded(fixed(pose.vx, 4), 12) + " m/s forward, " + fixed(pose.vy, 4) +
           " m/s to the left, " + fixed(degrees(pose.yaw_rate), 2) + " deg/s\n";
   text += "tick  " + padded(std::to_string(pose.tick), 12) + ", " +
@@ -85,8 +90,8 @@ std::string pose_as_line(const odom_pose& pose, std::int64_t t_ns) {
   std::string line;
   append_seconds(line, t_ns);
   return padded(line, 20) + "  x " + padded(fixed(pose.x, 3), 9) + "  y " +
-         padded(fixed(pose.y, 3), 9) + "  yaw " + padded(fixed(degrees(pose.yaw), 1), 7) +
-         " deg  v " + padded(fixed(pose.vx, 2), 6) + " m/s  " + mode_name(pose.mode) + '\n';
+         padded(fixed(pose.y, 3), 9) + "  yaw " + padded(fixed(heading(pose), 1), 7) + " deg  v " +
+         padded(fixed(pose.vx, 2), 6) + " m/s  " + mode_name(pose.mode) + '\n';
 }
 
 }  // namespace odomd::tools

@@ -1,6 +1,7 @@
 #include "tools/status_text.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "can_protocol/decoder.hpp"
 #include "tools/conditions.hpp"
@@ -30,15 +31,19 @@ std::string mode(const Json& now) {
   return text;
 }
 
+// Without the whole turns that the daemon counts.
+std::string heading(const Json& yaw) {
+  return yaw.is_null() ? "-" : fixed(degrees * std::remainder(yaw.get<double>(), full_turn), 2);
+}
+
 std::string pose(const Json& pose) {
   if (!pose.is_object()) return "pose        none published yet\n";
-  const auto with_sigma = [&](const char* key, const char* sigma, int decimals, double factor) {
-    return number(member(pose, key), decimals, factor) + " ± " +
-           number(member(pose, sigma), decimals, factor);
+  const auto with_sigma = [&](const char* key, const char* sigma) {
+    return number(member(pose, key), 3) + " ± " + number(member(pose, sigma), 3);
   };
-  return "pose        x " + with_sigma("x", "sigma_x", 3, 1.0) + " m,  y " +
-         with_sigma("y", "sigma_y", 3, 1.0) + " m,  yaw " +
-         with_sigma("yaw", "sigma_yaw", 2, degrees) + " deg\nmotion      " +
+  return "pose        x " + with_sigma("x", "sigma_x") + " m,  y " + with_sigma("y", "sigma_y") +
+         " m,  yaw " + heading(member(pose, "yaw")) + " ± " +
+         number(member(pose, "sigma_yaw"), 2, degrees) + " deg\nmotion      " +
          number(member(pose, "vx"), 3) + " m/s forward,  " + number(member(pose, "vy"), 3) +
          " m/s to the left,  " + number(member(pose, "yaw_rate"), 2, degrees) +
          " deg/s,  steering " + number(member(pose, "steering"), 2, degrees) +

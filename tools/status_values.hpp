@@ -16,6 +16,7 @@ namespace odomd::tools {
 using Json = nlohmann::json;
 
 inline constexpr double degrees = 180.0 / std::numbers::pi;  ///< in a radian
+inline constexpr double full_turn = 2.0 * std::numbers::pi;  ///< [rad]
 
 /// A member of an object, or null.
 [[nodiscard]] const Json& member(const Json& object, const std::string& key);

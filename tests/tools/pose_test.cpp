@@ -32,6 +32,7 @@ class PoseCommand : public ::testing::Test {
     pose.tick = 3;
     pose.time_ns = now_ns();
     pose.x = 1.25;
+    pose.yaw = 12.3;  // twice round, and 15.26 degrees less
     pose.mode = ODOM_DEGRADED;
     pose.conditions = ODOM_COND_BUS_DOWN;
     writer_->publish(pose, {});
@@ -54,8 +55,10 @@ TEST_F(PoseCommand, PrintsTheNewestPose) {
   EXPECT_THAT(outcome.out, HasSubstr("mode   degraded\n"));
   EXPECT_THAT(outcome.out, HasSubstr("bus_down: a bus is down or gone"));
   EXPECT_THAT(outcome.out, HasSubstr("1.2500 m"));
+  EXPECT_THAT(outcome.out, HasSubstr("-15.262 deg"));
   const auto json = nlohmann::json::parse(run("--json").out);
   EXPECT_EQ(json["x"], 1.25);
+  EXPECT_EQ(json["yaw"], 12.3);
   EXPECT_EQ(json["fresh"], true);
   EXPECT_EQ(json["conditions"][0], "bus_down");
 }

@@ -98,6 +98,12 @@ TEST(StatusText, ShowsModeConditionsPoseAndSources) {
   EXPECT_THAT(text, Not(HasSubstr("motor")));
 }
 
+TEST(StatusText, LeavesWholeTurnsOutOfTheHeading) {
+  json turned = document(10.0, 2000);
+  turned["pose"]["yaw"] = 12.3;  // twice round, and 15.26 degrees less
+  EXPECT_THAT(status_as_text(turned, {}), HasSubstr("yaw -15.26 ± 0.00 deg"));
+}
+
 TEST(StatusText, ShowsInnovationsWhereTheModelTestsItsSamples) {
   json now = document(10.0, 2000);
   EXPECT_THAT(status_as_text(now, {}),
