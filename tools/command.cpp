@@ -1,9 +1,26 @@
 #include "tools/command.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "tools/csv.hpp"
 
 namespace odomd::tools {
+namespace {
+
+// CLI11's own checks of a range take "nan".
+template <typename T, typename Check>
+bool is_number(std::string text, const Check& check) {
+  T value{};
+  return CLI::detail::lexical_cast(text, value) && std::isfinite(static_cast<double>(value)) &&
+         check(value);
+}
+
+}  // namespace
 
 Option Option::type_name(const std::string& name) const {
   option_->type_name(name);
@@ -36,20 +53,39 @@ Option Option::excludes(const std::string& other) const {
 }
 
 Option Option::positive() const {
-  option_->check(CLI::PositiveNumber);
+  option_->check(
+      [](const std::string& text) {
+        return is_number<double>(text, [](double value) { return value > 0.0; })
+                   ? ""
+                   : tools::quoted(text) + " is not a number greater than 0";
+      },
+      "POSITIVE");
   return *this;
 }
 
 Option Option::not_negative() const {
-  option_->check(CLI::NonNegativeNumber);
+  option_->check(
+      [](const std::string& text) {
+        return is_number<double>(text, [](double value) { return value >= 0.0; })
+                   ? ""
+                   : tools::quoted(text) + " is not a number that is 0 or greater";
+      },
+      "NONNEGATIVE");
   return *this;
 }
 
 template <typename T>
 Option Option::within(T least, T most, Bounds bounds) const {
-  CLI::Range range(least, most);
-  if (bounds == Bounds::told) range.description("");
-  option_->check(range);
+  option_->check(
+      [least, most](const std::string& text) {
+        return is_number<T>(text, [=](T value) { return value >= least && value <= most; })
+                   ? ""
+                   : fmt::format("{} is not a number from {} to {}", tools::quoted(text), least,
+                                 most);
+      },
+      bounds == Bounds::told
+          ? ""
+          : fmt::format("{} in [{} - {}]", CLI::detail::type_name<T>(), least, most));
   return *this;
 }
 template Option Option::within(int, int, Bounds) const;
