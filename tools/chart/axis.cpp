@@ -12,6 +12,20 @@
 namespace odomd::tools::chart {
 namespace {
 
+// Whole multiples of a step.
+std::vector<Tick> multiples(const Range& range, double step) {
+  const int decimals = decimals_for(step);
+  std::vector<Tick> result;
+  const double slack = 1e-9 * range.width();
+  const double first = std::ceil((range.low - slack) / step);
+  const auto steps = static_cast<int>(std::floor((range.high + slack) / step) - first);
+  for (int i = 0; i <= steps; ++i) {
+    const double value = (first + i) * step;
+    result.push_back({value, number(value, decimals)});
+  }
+  return result;
+}
+
 // Of a logarithmic axis: as fine as leaves no more than `count` of them.
 std::vector<Tick> decades(const Range& range, double count) {
   static constexpr std::array fine{1.0, 2.0, 5.0};
@@ -30,7 +44,14 @@ std::vector<Tick> decades(const Range& range, double count) {
     }
     return static_cast<double>(result.size()) <= count;
   };
-  if (take(fine, 1)) return result;
+  if (take(fine, 1)) {
+    constexpr std::size_t least = 3;  // fewer do not tell how large anything is
+    if (result.size() >= least) return result;
+    // Within a decade even steps do, by which those at the upper end, the closest, have their room.
+    const double closest = range.high * (1.0 - std::pow(range.low / range.high, 1.0 / count));
+    auto even = multiples(range, round_step(closest, 1.0));
+    return even.size() > result.size() ? even : result;
+  }
   for (int every = 1; !take(std::span(fine).first(1), every); ++every) continue;
   return result;
 }
@@ -51,17 +72,7 @@ double Scale::operator()(double value) const {
 
 std::vector<Tick> ticks(const Range& range, Scaling scaling, double count) {
   if (scaling == Scaling::logarithmic) return decades(range, count);
-  const double step = round_step(range.width(), count);
-  const int decimals = decimals_for(step);
-  std::vector<Tick> result;
-  const double slack = 1e-9 * range.width();
-  const double first = std::ceil((range.low - slack) / step);
-  const auto steps = static_cast<int>(std::floor((range.high + slack) / step) - first);
-  for (int i = 0; i <= steps; ++i) {
-    const double value = (first + i) * step;
-    result.push_back({value, number(value, decimals)});
-  }
-  return result;
+  return multiples(range, round_step(range.width(), count));
 }
 
 double round_step(double length, double count) {
