@@ -18,8 +18,10 @@ inline constexpr double tick_size = 27.0;
 /// Mean width of a letter over its size; generous, fonts differ.
 inline constexpr double letter_width = 0.57;
 
-inline constexpr std::array<const char*, 6> colours{"#0072B2", "#D55E00", "#009E73",
-                                                    "#CC79A7", "#56B4E9", "#8A6D00"};
+/// Behind the first six the same hues darker: eyes that do not tell hues tell these apart.
+inline constexpr std::array<const char*, 12> colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                                     "#56B4E9", "#8A6D00", "#003A5C", "#7A3500",
+                                                     "#00513B", "#7D3F63", "#1B6A8F", "#403200"};
 inline constexpr const char* reference_colour = "#A9AFB7";
 inline constexpr const char* dot_colour = "#E8A100";
 inline constexpr const char* refused_colour = "#C2185B";
