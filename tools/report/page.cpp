@@ -238,7 +238,11 @@ std::string title_of(std::span<const EvaluatedDrive> drives, const PageInfo& inf
 }
 
 // What the columns of the summary mean.
-std::string legend_of(std::span<const EvaluatedDrive> drives) {
+std::string legend_of(const Table& summary, std::span<const EvaluatedDrive> drives) {
+  const auto has = [&summary](std::string_view column) {
+    return std::ranges::any_of(
+        summary.header, [column](const std::string& header) { return header.starts_with(column); });
+  };
   const EvaluationReport& report = drives.front().report;
   const bool closed_loop = report.evaluations.front().against == Against::closed_loop;
   std::string text = closed_loop
@@ -246,14 +250,15 @@ std::string legend_of(std::span<const EvaluatedDrive> drives) {
                            "path. Heading: at the end, to the nearest whole turn."
                          : "End: distance of the last pose from the truth, over the path. Heading: "
                            "accumulated, at the end.";
-  if (report.evaluations.size() > 1)
+  if (has("better by"))
     text += " Better by: the end's error beside that of " +
             names_of(drives.front())[report.baseline] + ".";
-  if (!closed_loop)
+  if (has("35 ms"))
+    text += " 35 ms: mean error of the displacement over seven ticks of 5 ms, in the body frame.";
+  if (has("NEES"))
     text +=
-        " 35 ms: mean error of the displacement over seven ticks of 5 ms, in the body frame. NEES: "
-        "squared error over the filter's own covariance; honest is 3; none where the alignment "
-        "takes away what the filter did not know at the start.";
+        " NEES: squared error over the filter's own covariance; honest is 3; none where the "
+        "alignment takes away what the filter did not know at the start.";
   return text;
 }
 
@@ -261,8 +266,9 @@ std::string legend_of(std::span<const EvaluatedDrive> drives) {
 
 std::string page(std::span<const EvaluatedDrive> drives, const PageInfo& info) {
   const std::string title = escaped(title_of(drives, info));
-  std::string body = "<h1>" + title + "</h1>\n" + html_of(summary_table(drives)) +
-                     paragraph(legend_of(drives), "faint");
+  const Table summary = summary_table(drives);
+  std::string body = "<h1>" + title + "</h1>\n" + html_of(summary) +
+                     paragraph(legend_of(summary, drives), "faint");
   for (const EvaluatedDrive& drive : drives) {
     body += "<section>\n" + section(drive) + "</section>\n";
   }
