@@ -1,9 +1,7 @@
 // odom tune: better settings, found by replaying drives on all cores.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -20,6 +18,7 @@
 #include "tools/files.hpp"
 #include "tools/identify/config_patch.hpp"
 #include "tools/interrupt.hpp"
+#include "tools/progress.hpp"
 #include "tools/text.hpp"
 #include "tools/tune/tune_report.hpp"
 #include "tools/tune/tuning.hpp"
@@ -102,33 +101,11 @@ TuneJob job_of(const Options& options) {
   return job;
 }
 
-/// One line that is kept up to date on a terminal, a line every ten seconds elsewhere.
-class Progress {
- public:
-  void show(const TuneProgress& progress) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now < next_) return;
-    next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
-    const std::string text = fmt::format("{}, {} of {} replays of this round, best {:.1f} % better",
-                                         counted(progress.trials, "trial"), progress.done,
-                                         progress.all, 100.0 * (1.0 - progress.best));
-    if (terminal_) {
-      std::cerr << '\r' << text << "\x1b[K" << std::flush;
-      shown_ = true;
-    } else {
-      std::cerr << "odom tune: " + text + "\n" << std::flush;
-    }
-  }
-  void end() const {
-    if (shown_) std::cerr << '\n';
-  }
-
- private:
-  bool terminal_ = ::isatty(STDERR_FILENO) != 0;
-  bool shown_ = false;
-  std::chrono::steady_clock::time_point next_ =
-      std::chrono::steady_clock::now() + std::chrono::seconds(terminal_ ? 0 : 10);
-};
+std::string in_words(const TuneProgress& progress) {
+  return fmt::format("{}, {} of {} replays of this round, best {:.1f} % better",
+                     counted(progress.trials, "trial"), progress.done, progress.all,
+                     100.0 * (1.0 - progress.best));
+}
 
 void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
   if (!result.is_better()) {
@@ -148,11 +125,11 @@ void run_tune(const Options& options) {
   std::optional<WholeFile> trials;
   if (!options.out.empty()) trials.emplace(options.out);
   Interrupt interrupt;
-  Progress progress;
+  ProgressLine progress("odom tune");
   TuneResult result;
   try {
     result = tune(job, [&](const TuneProgress& now) {
-      progress.show(now);
+      progress.show(in_words(now));
       return interrupt.requested() ? GoOn::no : GoOn::yes;
     });
   } catch (const Stopped&) {

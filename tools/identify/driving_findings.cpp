@@ -9,6 +9,7 @@
 #include "tools/identify/noise_sources.hpp"
 #include "tools/identify/process_noise.hpp"
 #include "tools/identify/standstill.hpp"
+#include "tools/progress.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -77,7 +78,10 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
   for (const InertialSource& quantity : inertial_sources) measure(quantity.source, quantity.unit);
   for (const Source wheel : wheel_sources) measure(wheel, "m/s");
 
-  const ProcessNoise process = process_noise(drive, drive.config);
+  ProgressLine progress("odom identify noise");
+  const ProcessNoise process = process_noise(
+      drive, drive.config, [&progress](const std::string& now) { progress.show(now); });
+  progress.end();
   for (const SampleNoise& wheel : process.wheels) {
     const std::string key = sigma_key(wheel.source);
     for (Finding& other : findings.values)

@@ -9,6 +9,7 @@
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/latency_estimate.hpp"
 #include "tools/identify/methods.hpp"
+#include "tools/progress.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
@@ -80,7 +81,10 @@ Findings findings_of(const Options& options) {
   const SignalLog log = read_signals(config, options.can);
   CameraLog camera;
   if (!options.camera.empty()) camera = read_camera_log(options.camera);
-  const LatencyEstimate estimate = estimate_latencies(config, log, camera.poses);
+  ProgressLine progress("odom identify latency");
+  const LatencyEstimate estimate = estimate_latencies(
+      config, log, camera.poses, [&progress](const std::string& now) { progress.show(now); });
+  progress.end();
 
   Findings findings{
       .method = "latency", .origin = "", .values = {}, .warnings = log.warnings, .details = {}};

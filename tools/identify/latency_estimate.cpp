@@ -8,6 +8,7 @@
 #include "tools/identify/accel_latency.hpp"
 #include "tools/identify/agreement.hpp"
 #include "tools/identify/gyro_drive.hpp"
+#include "tools/identify/noise_sources.hpp"
 #include "tools/identify/offset_regression.hpp"
 #include "tools/identify/wheel_latency.hpp"
 #include "tools/text.hpp"
@@ -63,7 +64,11 @@ SourceOffset camera_yaw(const GyroDrive& drive, std::span<const estimator::Camer
 }  // namespace
 
 LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog& log,
-                                   std::span<const estimator::CameraPose> camera) {
+                                   std::span<const estimator::CameraPose> camera,
+                                   const TellProgress& tell) {
+  const auto begin = [&tell](const std::string& what) {
+    if (tell) tell(what);
+  };
   const Series& gyro = log.need(Source::yaw_rate);  // every latency is found against it
   GyroDrive drive{config, log, 0.0, 0.0, {}, {}};
   drive.begin = drive.seconds(gyro.t_ns.front());
@@ -83,6 +88,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   double camera_offset = 0.0;
   bool camera_placed = false;
   if (!camera.empty()) {
+    begin("yaw_rate against the camera");
     result.offsets.push_back(camera_yaw(drive, camera));
     camera_placed = result.offsets.back().doubt.empty();
     camera_offset = result.offsets.back().offset;
@@ -92,6 +98,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
          {std::pair{Source::wheel_front_left, Source::wheel_front_right},
           std::pair{Source::wheel_rear_left, Source::wheel_rear_right}}) {
       if (!mapped(left) || !mapped(right)) continue;
+      begin(name_of(left) + " and " + name_of(right) + " against yaw_rate");
       const SourceOffset found = wheel_pair(drive, left, right, front_wheels);
       for (const Source source : {left, right}) {
         std::erase_if(result.offsets,
@@ -107,7 +114,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   const auto rough = best_speed(drive, result.offsets);
   if (rough && mapped(Source::steering)) {
     result.steering = steering_response(config.vehicle, drive.on_grid(log.of(Source::steering)),
-                                        smooth(rough->value, 0.04), gyro, log.first_ns);
+                                        smooth(rough->value, 0.04), gyro, log.first_ns, tell);
     if (result.steering->doubt.empty())
       place_pairs(FrontWheels{result.steering->front_wheels, result.steering->side_speed});
   }
@@ -119,6 +126,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
         result.offsets, [source](const SourceOffset& done) { return done.source == source; });
     if (paired) continue;
     if (camera_placed) {
+      begin(name_of(source) + " against the camera's way");
       result.offsets.push_back(speed_by_camera(drive, source, camera, camera_offset));
     } else {
       result.offsets.push_back({source, "the camera's way", 0.0, 0.0, 0.0,
@@ -127,6 +135,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
     }
   }
   if (const auto speed = best_speed(drive, result.offsets)) {
+    begin("accelerations");
     if (mapped(Source::accel_x)) result.offsets.push_back(longitudinal(drive, *speed));
     if (mapped(Source::accel_y)) result.offsets.push_back(lateral(drive, *speed));
   }

@@ -13,6 +13,7 @@
 #include "estimator/measurement.hpp"
 #include "tools/identify/signal_log.hpp"
 #include "tools/identify/steering_response.hpp"
+#include "tools/progress.hpp"
 
 namespace odomd::tools {
 
@@ -33,8 +34,10 @@ struct LatencyEstimate {
 };
 
 /// The offsets that can be told. Throws std::invalid_argument where there is no gyro in the log,
-/// or less than ten seconds of drive, and what check_agreement() throws.
+/// or less than ten seconds of drive, and what check_agreement() throws. `tell` hears how far it
+/// is.
 [[nodiscard]] LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog& log,
-                                                 std::span<const estimator::CameraPose> camera);
+                                                 std::span<const estimator::CameraPose> camera,
+                                                 const TellProgress& tell = {});
 
 }  // namespace odomd::tools

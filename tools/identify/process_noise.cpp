@@ -21,6 +21,8 @@ constexpr Source wheels[] = {Source::wheel_front_left, Source::wheel_front_right
                              Source::wheel_rear_left,  Source::wheel_rear_right,
                              Source::wheel_rear,       Source::motor};
 
+constexpr int usual_replays = 45;
+
 /// Blocks of the drive know little of each other: how their means scatter is the uncertainty.
 std::vector<SourceConsistency> consistency(const std::vector<estimator::Judgement>& judgements) {
   std::vector<SourceConsistency> all;
@@ -55,10 +57,13 @@ std::optional<Measured> nis_of(const std::vector<SourceConsistency>& all, Source
 
 class Search {
  public:
-  Search(const Drive& drive, daemon::Config& config) : drive_(drive), config_(config) {}
+  Search(const Drive& drive, daemon::Config& config, const TellProgress& tell)
+      : drive_(drive), config_(config), tell_(tell) {}
 
   [[nodiscard]] std::vector<SourceConsistency> replay() {
     ++replays_;
+    if (tell_)
+      tell_("replay " + std::to_string(replays_) + " of some " + std::to_string(usual_replays));
     judgements_ = replay_drive(drive_, config_, Frame::map, Judgements::keep).judgements;
     return consistency(judgements_);
   }
@@ -159,12 +164,13 @@ class Search {
   const Drive& drive_;
   daemon::Config& config_;
   std::vector<estimator::Judgement> judgements_;  // of the last replay
+  const TellProgress& tell_;
   int replays_ = 0;
 };
 
 }  // namespace
 
-ProcessNoise process_noise(const Drive& drive, daemon::Config config) {
+ProcessNoise process_noise(const Drive& drive, daemon::Config config, const TellProgress& tell) {
   config.model = estimator::Model::full;
   ProcessNoise result;
   result.yaw_moment = {.name = "yaw moment error",
@@ -175,7 +181,7 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config) {
                        .key = "filter.tyre_force_error",
                        .unit = "m/s2",
                        .remark = "by the innovations of accel_y"};
-  Search search(drive, config);
+  Search search(drive, config, tell);
   result.before = search.replay();
   result.wheels = search.settle_wheels();
   const estimator::full::Noise given = config.full_noise;

@@ -9,6 +9,7 @@
 
 #include "tools/drive.hpp"
 #include "tools/identify/finding.hpp"
+#include "tools/progress.hpp"
 
 namespace odomd::tools {
 
@@ -35,8 +36,9 @@ struct ProcessNoise {
   int replays = 0;
 };
 
-/// Replays the drive some twenty times by the full filter. Throws std::invalid_argument for a drive
-/// that gives no pose.
-[[nodiscard]] ProcessNoise process_noise(const Drive& drive, daemon::Config config);
+/// Replays the drive some forty-five times by the full filter. Throws std::invalid_argument for a drive
+/// that gives no pose. `tell` hears of every replay.
+[[nodiscard]] ProcessNoise process_noise(const Drive& drive, daemon::Config config,
+                                         const TellProgress& tell = {});
 
 }  // namespace odomd::tools

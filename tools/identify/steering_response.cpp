@@ -1,5 +1,7 @@
 #include "tools/identify/steering_response.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
@@ -120,7 +122,7 @@ double rough_dead_time(const ResponseFit& problem, const Drive& drive) {
 
 SteeringResponse steering_response(const estimator::Vehicle& car, const Resampled& steering,
                                    const Resampled& speed, const Series& gyro,
-                                   std::int64_t origin_ns) {
+                                   std::int64_t origin_ns, const TellProgress& tell) {
   SteeringResponse result;
   Drive drive{car, steering, speed, {}, {}};
   const std::size_t every = std::max<std::size_t>(1, gyro.size() / 12000);
@@ -140,7 +142,13 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
     result.doubt = "the car does not turn";
     return result;
   }
-  problem.predicted = [&drive](const VectorXd& p) { return predicted(drive, p); };
+  int simulated = 0;
+  problem.predicted = [&](const VectorXd& p) {
+    ++simulated;
+    if (tell)
+      tell(fmt::format("steering: simulation {} of the drive, 50 to 400 as a rule", simulated));
+    return predicted(drive, p);
+  };
   problem.expected = VectorXd::Zero(count);
   problem.doubt = Eigen::Map<const VectorXd>(doubt.data(), count);
   problem.start = problem.expected;

@@ -7,6 +7,7 @@
 #include "estimator/vehicle.hpp"
 #include "tools/identify/finding.hpp"
 #include "tools/identify/resampled.hpp"
+#include "tools/progress.hpp"
 
 namespace odomd::tools {
 
@@ -23,8 +24,10 @@ struct SteeringResponse {
 /// The single-track model is driven over the whole log by steering and speed; dead time, time
 /// constant, the steering's scale and offset, the gyro's bias, and (within what is known of them)
 /// stiffnesses, inertia and relaxation are fitted to the gyro. `speed` and `yaw_rate` on one clock.
+/// `tell` hears of every drive.
 [[nodiscard]] SteeringResponse steering_response(const estimator::Vehicle& car,
                                                  const Resampled& steering, const Resampled& speed,
-                                                 const Series& gyro, std::int64_t origin_ns);
+                                                 const Series& gyro, std::int64_t origin_ns,
+                                                 const TellProgress& tell = {});
 
 }  // namespace odomd::tools

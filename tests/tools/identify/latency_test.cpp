@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/latency_estimate.hpp"
@@ -135,7 +137,10 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
       sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
   log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
       sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
-  const LatencyEstimate estimate = estimate_latencies(car(), log, {});
+  std::vector<std::string> told;
+  const LatencyEstimate estimate =
+      estimate_latencies(car(), log, {}, [&told](const std::string& now) { told.push_back(now); });
+  EXPECT_THAT(told, testing::Contains("wheel_rear_left and wheel_rear_right against yaw_rate"));
   for (const Source wheels : {Source::wheel_rear_left, Source::wheel_rear_right}) {
     const SourceOffset found = of(estimate, wheels);
     EXPECT_EQ(found.doubt, "");

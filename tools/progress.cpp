@@ -1,0 +1,41 @@
+#include "tools/progress.hpp"
+
+#include <unistd.h>
+
+#include <iostream>
+#include <utility>
+
+namespace odomd::tools {
+namespace {
+
+using std::chrono::steady_clock;
+
+}  // namespace
+
+ProgressLine::ProgressLine(std::string who)
+    : who_(std::move(who)),
+      terminal_(::isatty(STDERR_FILENO) != 0),
+      next_(steady_clock::now() + std::chrono::seconds(terminal_ ? 0 : 10)) {}
+
+ProgressLine::~ProgressLine() {
+  end();
+}
+
+void ProgressLine::show(const std::string& text) {
+  const auto now = steady_clock::now();
+  if (now < next_) return;
+  next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
+  if (terminal_) {
+    std::cerr << '\r' << text << "\x1b[K" << std::flush;
+    shown_ = true;
+  } else {
+    std::cerr << who_ + ": " + text + "\n" << std::flush;
+  }
+}
+
+void ProgressLine::end() {
+  if (shown_) std::cerr << '\n';
+  shown_ = false;
+}
+
+}  // namespace odomd::tools
