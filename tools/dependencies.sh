@@ -16,7 +16,7 @@ build='g++ cmake ninja-build pkg-config libeigen3-dev libspdlog-dev libtomlplusp
   libzstd-dev cyclonedds-dev cyclonedds-tools'
 test="$build libopencv-dev libceres-dev libgtest-dev libgmock-dev clang-format can-utils iproute2 rt-tests systemd udev
   jq strace python3 qemu-system-x86 busybox-static cpio kmod xz-utils util-linux mandoc"
-campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus"
+campaign="$test clang clang-tidy libclang-rt-14-dev libbenchmark-dev jq mypy dbus libfastrtps-dev"
 bench="$build libbenchmark-dev rt-tests libiceoryx-posh-dev iceoryx python3"
 aarch64="$test g++-aarch64-linux-gnu qemu-user"
 
