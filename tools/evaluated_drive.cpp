@@ -95,6 +95,13 @@ void warn_of_doubts(EvaluatedDrive& drive) {
                                             " times faster than any car (100 m/s); path length, "
                                             "maxima and 35 ms errors hold these jumps"});
     }
+    if (e.reference_stuck_ns > 0) {
+      drive.warnings.push_back(
+          {e.name, "the reference stays at one place for " +
+                       fixed(seconds(e.reference_stuck_ns), 1) +
+                       " s while the estimate drives on: look whether its tracker lost the car, or "
+                       "the wheels spin; --from and --to leave a part out"});
+    }
     if (e.first_ns != first.first_ns || e.last_ns != first.last_ns) {
       drive.warnings.push_back({e.name, "its common time differs from that of " + first.name +
                                             "; their numbers compare with care"});

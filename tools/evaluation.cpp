@@ -26,6 +26,27 @@ std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t fir
   return points;
 }
 
+// A tracker that has lost the car often goes on with the last place that it knew.
+std::int64_t stuck_ns(std::span<const Pair> pairs) {
+  constexpr double still = 0.005;  // m, of the reference
+  constexpr double driven = 0.5;   // m away, of the estimate
+  constexpr std::int64_t least_ns = 1'000'000'000;
+  std::int64_t all_ns = 0;
+  for (std::size_t first = 0; first < pairs.size();) {
+    const Pair& begin = pairs[first];
+    double away = 0.0;
+    std::size_t end = first + 1;
+    for (; end < pairs.size(); ++end) {
+      if (distance(begin.reference.pose, pairs[end].reference.pose) > still) break;
+      away = std::max(away, distance(begin.estimate.pose, pairs[end].estimate.pose));
+    }
+    const std::int64_t stood_ns = pairs[end - 1].estimate.t_ns - begin.estimate.t_ns;
+    if (stood_ns >= least_ns && away > driven) all_ns += stood_ns;
+    first = end;
+  }
+  return all_ns;
+}
+
 Motion velocity_rms(std::span<const Pair> pairs) {
   Gathered vx;
   Gathered vy;
@@ -55,6 +76,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
     result.reference_gap_ns = std::max(result.reference_gap_ns, gap_ns);
     if (step > fastest_car * static_cast<double>(gap_ns) * 1e-9) ++result.reference_jumps;
   }
+  result.reference_stuck_ns = stuck_ns(pairs);
   result.alignment = alignment(pairs, align);
 
   Gathered position;

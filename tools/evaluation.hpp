@@ -33,11 +33,12 @@ struct Evaluation {
   std::int64_t first_ns = 0;
   std::int64_t last_ns = 0;
   std::size_t samples = 0;
-  double path_length = 0.0;           ///< of the reference between first and last [m]
-  double farthest = 0.0;              ///< from the start, of a closed loop [m]
-  std::size_t reference_jumps = 0;    ///< steps of it that no car makes: over 100 m/s
-  std::int64_t reference_gap_ns = 0;  ///< the longest that was interpolated across
-  estimator::Pose2 alignment;         ///< of the estimate to the reference
+  double path_length = 0.0;             ///< of the reference between first and last [m]
+  double farthest = 0.0;                ///< from the start, of a closed loop [m]
+  std::size_t reference_jumps = 0;      ///< steps of it that no car makes: over 100 m/s
+  std::int64_t reference_gap_ns = 0;    ///< the longest that was interpolated across
+  std::int64_t reference_stuck_ns = 0;  ///< at one place while the estimate drives on, in all
+  estimator::Pose2 alignment;           ///< of the estimate to the reference
 
   // Of a closed loop, what is above and:
   double end_error = 0.0;              ///< [m]

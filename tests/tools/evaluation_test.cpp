@@ -167,6 +167,22 @@ TEST(Evaluation, SeesAReferenceThatJumps) {
   EXPECT_EQ(evaluate(reference, straight(1.0, 2.0, 0.01), Align::first).reference_jumps, 2U);
 }
 
+TEST(Evaluation, SeesAReferenceThatHasLostTheCar) {
+  const Trajectory drive = wavy_drive(0.0, 9.0, 0.01);
+  Trajectory lost = drive;
+  const auto& last_seen = drive.points[300];
+  for (auto& point : lost.points) {
+    if (point.t_ns > 3'000'000'000 && point.t_ns < 5'000'000'000) {
+      point.pose = last_seen.pose;
+      point.pose.x += 1e-4 * std::sin(static_cast<double>(point.t_ns));  // it still shakes
+    }
+  }
+  const Evaluation e = evaluate(lost, drive, Align::none);
+  EXPECT_NEAR(static_cast<double>(e.reference_stuck_ns), 2e9, 2e7);
+  EXPECT_EQ(evaluate(drive, drive, Align::none).reference_stuck_ns, 0);
+  EXPECT_EQ(evaluate(lost, lost, Align::none).reference_stuck_ns, 0);  // the car stood
+}
+
 TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_NEAR(improvement(0.174, 1.0).value(), 82.6, 1e-9);
   EXPECT_NEAR(improvement(2.0, 1.0).value(), -100.0, 1e-9);
