@@ -36,8 +36,8 @@ struct ProcessNoise {
   int replays = 0;
 };
 
-/// Replays the drive some forty-five times by the full filter. Throws std::invalid_argument for a drive
-/// that gives no pose. `tell` hears of every replay.
+/// Replays the drive some forty-five times by the full filter. Throws std::invalid_argument for a
+/// drive that gives no pose. `tell` hears of every replay.
 [[nodiscard]] ProcessNoise process_noise(const Drive& drive, daemon::Config config,
                                          const TellProgress& tell = {});
 
