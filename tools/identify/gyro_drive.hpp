@@ -33,6 +33,10 @@ struct GyroDrive {
 /// Two cycles of a signal, within bounds: what derivatives are taken over [s].
 [[nodiscard]] double two_cycles(const Series& series);
 
+/// Of a sample, by third differences, in which smooth motion is gone; the median of their size, so
+/// that jerks and outliers do not count.
+[[nodiscard]] double white_variance(const Series& series);
+
 [[nodiscard]] Resampled shifted(Resampled signal, double later);
 [[nodiscard]] Resampled times(const Resampled& a, const Resampled& b);
 [[nodiscard]] Resampled constant(const Resampled& like);

@@ -17,6 +17,9 @@ using Eigen::VectorXd;
 constexpr double grid_step = 5e-3;
 constexpr double huber = 2.0;  // in standard deviations
 
+// Of what seems to tell the offset this much must not be noise, or it is drawn anywhere.
+constexpr double least_told = 0.5;
+
 struct Linear {
   VectorXd coefficients;
   double cost = 0.0;
@@ -189,10 +192,14 @@ Offset solve(const OffsetRegression& r) {
       blocks > 4 ? static_cast<double>(blocks) / (static_cast<double>(blocks) - 2.0) : 4.0;
   const MatrixXd sandwich = bread * (few_blocks * b + prior_part) * bread;
   const double naive = noise * bread(basis, basis);
-  result.sigma = std::sqrt(std::max(sandwich(basis, basis), naive));
+  const double told = 1.0 - weight.sum() * result.coefficients[0] * result.coefficients[0] *
+                                r.slope_noise * bread(basis, basis);
+  result.sigma = std::sqrt(std::max(sandwich(basis, basis), naive)) / std::max(told, 0.1);
 
   if (std::fabs(offset) > r.range - 2.0 * grid_step)
     result.doubt = "no offset within " + fixed(r.range, 1) + " s makes them agree";
+  else if (told < least_told)
+    result.doubt = "too little happens in the drive beside noise; drive with more turns and stops";
   else if (result.explained < 0.3)
     result.doubt = "the two signals have too little in common: excitation, sign, mapping?";
   return result;

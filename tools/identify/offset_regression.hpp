@@ -8,6 +8,10 @@
 //
 // The covariance is the sandwich A⁻¹ B A⁻¹ with A = Xᵀ W X and B summed over blocks of time, so
 // that residuals that hang together within a block count as what they are, not as independent.
+//
+// Noise in φ_1 makes its derivative look larger than the signal's, and D better known than it is:
+// of the energy of that derivative, less what the other functions explain, only what is not noise
+// tells D.
 #pragma once
 
 #include <limits>
@@ -30,6 +34,7 @@ struct OffsetRegression {
   std::vector<BasisFunction> basis;  ///< of these, the first is the one that carries the offset
   double range = 0.6;                ///< offsets from minus to plus this are tried [s]
   double block = 2.0;                ///< residuals further apart are independent [s]
+  double slope_noise = 0.0;          ///< variance of the noise in the first function's derivative
 };
 
 struct Offset {

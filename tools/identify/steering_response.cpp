@@ -41,6 +41,7 @@ constexpr double step_s = 5e-3;
 // little.
 constexpr double unmodelled_share = 0.012;
 constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
+constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // ... of what a lag is longer than that
 
 struct Drive {
   const estimator::Vehicle& car;
@@ -168,8 +169,10 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   double force = 0.0;
   for (std::size_t i = 0; i < drive.t.size(); ++i)
     force += std::pow(speed.at(drive.t[i]) * drive.yaw_rate[i] / single_track::gravity, 2);
-  const double unmodelled =
-      unmodelled_sum + unmodelled_slip * force / static_cast<double>(drive.t.size());
+  const double slower = std::max(found.parameters[dead] + tau - slow_lag, 0.0);
+  const double unmodelled = unmodelled_sum +
+                            unmodelled_slip * force / static_cast<double>(drive.t.size()) +
+                            unmodelled_slow * slower;
   result.in_all = {found.parameters[dead] + tau,
                    std::hypot(unmodelled_factor * std::sqrt(of_all), unmodelled)};
   result.explained = found.explained;

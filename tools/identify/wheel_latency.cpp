@@ -10,11 +10,18 @@ namespace {
 
 using estimator::Source;
 
+constexpr double gravity = 9.80665;
+
 enum class Axle : std::uint8_t { front, rear };
 
 // What the model of an axle's wheels leaves out, as a standard uncertainty [s], seen on simulated
 // cars.
 constexpr double unmodelled_wheel = 0.3e-3;
+
+// ... and what load that moves to the outer wheels, late, makes of their slips; by metre of the
+// wheelbase, as bodies take their time, and by g of lateral acceleration, rms. On simulated cars of
+// 0.26 and of 2.7 m.
+constexpr double unmodelled_load = 15e-3;
 
 // How the front axle moves in a turn, by the gyro and the tyres: slip angle α and, of the axle's
 // motion, the angle to x,
@@ -70,6 +77,29 @@ Difference front_difference(const estimator::Vehicle& car, const Resampled& turn
   return result;
 }
 
+struct Turning {
+  Resampled yaw_rate;        // its mean
+  double slope_noise = 0.0;  // variance of the noise in its derivative
+};
+
+// The mean of the yaw rate over so long that in its derivative noise is a tenth of the motion, or
+// as long as turns may be.
+Turning turning_above_noise(const GyroDrive& drive, double shortest) {
+  const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
+  const double white = white_variance(drive.log.of(Source::yaw_rate));
+  constexpr double enough = 0.1, longest = 0.25;
+  for (double half = shortest;; half *= 2.0) {
+    // Twice a mean over ± h is a triangle, and its slope weighs by 1/(4 h²) over 4 h.
+    Turning turning{smooth(drive.yaw_rate, half), white * cycle / (4.0 * std::pow(half, 3))};
+    double slopes = 0.0;
+    const std::vector<double>& value = turning.yaw_rate.value;
+    for (std::size_t i = 1; i < value.size(); ++i)
+      slopes += std::pow((value[i] - value[i - 1]) / turning.yaw_rate.step, 2) /
+                static_cast<double>(value.size());
+    if (turning.slope_noise < enough * slopes || 2.0 * half > longest) return turning;
+  }
+}
+
 // A wheel's spin follows the ground late, by I v / (r² C_κ): I / r² is some 0.7 of a wheel's mass,
 // that some 1.5 % of the car's, the geared motor as much again, and a wheel's C_κ some two of its
 // C_α; within a factor of two or so. As a time by a speed [s per m/s].
@@ -91,10 +121,18 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   OffsetRegression regression;
   const Resampled right_side = drive.on_grid(r);
   const Resampled left_side = drive.on_grid(l);
-  for (std::size_t i = 0; i < l.size(); ++i) {
+  constexpr double creeping = 0.3;  // s
+  double moved = -creeping;
+  const auto moves = [&](std::size_t i) {
+    return l.value[i] != 0.0 || right_side.at(drive.seconds(l.t_ns[i])) != 0.0;
+  };
+  for (std::size_t i = 0, ahead = 0; i < l.size(); ++i) {
     const double t = drive.seconds(l.t_ns[i]);
+    for (; ahead < l.size() && drive.seconds(l.t_ns[ahead]) <= t + creeping; ++ahead)
+      if (moves(ahead)) moved = drive.seconds(l.t_ns[ahead]);
     if (t < drive.begin + regression.range || t > drive.end - regression.range) continue;
-    if (l.value[i] == 0.0 && right_side.at(t) == 0.0) continue;  // stands: neither noise nor time
+    // Stands: neither noise nor time. A wheel that creeps says 0, too, from count to count.
+    if (t > moved + creeping) continue;
     regression.t.push_back(t);
     regression.y.push_back(right_side.at(t) - l.value[i]);
   }
@@ -104,9 +142,11 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
       combined(left_side, right_side, [](double a, double b) { return 0.5 * (a + b); });
   // A wheel's speed is a mean over its cycle. And between two samples of the gyro its noise is less
   // than on one: without a mean the wheels would be drawn to the midst between them.
-  const Resampled turning =
-      smooth(drive.yaw_rate,
-             std::max(0.5 * two_cycles(drive.log.of(Source::yaw_rate)), 0.25 * two_cycles(l)));
+  // The quieter the turns, the longer the mean.
+  const Turning turn = turning_above_noise(
+      drive, std::max(0.5 * two_cycles(drive.log.of(Source::yaw_rate)), 0.25 * two_cycles(l)));
+  const Resampled& turning = turn.yaw_rate;
+  regression.slope_noise = car.track_width * car.track_width * turn.slope_noise;
   Difference difference{turning, {}};
   for (double& value : difference.turn.value) value *= car.track_width;
   if (axle == Axle::front && front_wheels)
@@ -137,7 +177,11 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   const Offset without = with_lag(0.0);
   SourceOffset result = as_offset(left, "the gyro, by the difference of both wheels", found);
   const double of_lag = spin_lag_doubt * (found.value - without.value);
-  result.sigma = std::hypot(result.sigma, unmodelled_wheel, of_lag);
+  double accel = 0.0;  // a_y² = (v ψ̇)², mean
+  for (const double t : regression.t)
+    accel += std::pow(speed.at(t) * turning.at(t), 2) / static_cast<double>(regression.t.size());
+  const double of_load = unmodelled_load * car.wheelbase() * std::sqrt(accel) / gravity;
+  result.sigma = std::hypot(result.sigma, std::hypot(unmodelled_wheel, of_load), of_lag);
   return result;
 }
 
