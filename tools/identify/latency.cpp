@@ -61,16 +61,26 @@ Finding finding_of(const std::string& name, double measured, double sigma, std::
   return finding;
 }
 
-// The configuration takes ages only: what is early, or by chance below zero, becomes 0.
-void into_configuration(Finding& finding, const std::string& key) {
+// Before it happened, and not by chance: the clock that it was held against is late.
+bool is_early(const Finding& finding) {
+  constexpr double chance = 3.0;  // standard uncertainties
+  return finding.value < -chance * finding.sigma;
+}
+
+// The configuration takes ages only: what is below zero by chance becomes 0, what is early is held
+// back.
+void into_configuration(Finding& finding, const std::string& key, const std::string& late) {
   if (finding.determined == Determined::no) return;
+  const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
+  if (is_early(finding)) {
+    finding.determined = Determined::no;
+    finding.remark = measured + ", before it happens; " + late;
+    return;
+  }
   finding.key = key;
   if (finding.value >= 0.0) return;
-  const std::string measured = fixed(1e3 * finding.value, 1) + " ms";
   if (!finding.remark.empty()) finding.remark += "; ";
-  finding.remark += finding.value > -2.0 * finding.sigma
-                        ? "measured " + measured + ", and no value is early"
-                        : "measured " + measured + ": is the camera late?";
+  finding.remark += measured + ", and no value is early";
   finding.value = 0.0;
 }
 
@@ -105,12 +115,13 @@ Findings findings_of(const Options& options) {
                       ? "against the camera's stamps"
                       : gyro.remark + "; is the camera's file of this drive?";
     findings.details["measured"]["yaw_rate"] = gyro.value;
-    clock_of_camera = gyro.determined == Determined::yes;
+    clock_of_camera = gyro.determined == Determined::yes && !is_early(gyro);
     if (clock_of_camera) {
       gyro_offset = -found.offset;
       gyro_sigma = found.sigma;
     }
-    into_configuration(gyro, "can.signals.yaw_rate.latency");
+    into_configuration(gyro, "can.signals.yaw_rate.latency",
+                       "t_capture is when the picture was taken: are the poses stamped later?");
     findings.values.push_back(std::move(gyro));
   }
   if (options.camera.empty() || !clock_of_camera)
@@ -119,6 +130,9 @@ Findings findings_of(const Options& options) {
                                 " ms, is taken for true: all others are relative to it" +
                                 (options.camera.empty() ? "; with --camera it is measured" : ""));
 
+  const std::string blame =
+      clock_of_camera ? "are the camera's poses stamped later than the pictures were taken?"
+                      : "is yaw_rate later than its configured latency?";
   for (const SourceOffset& found : estimate.offsets) {
     if (found.source == Source::camera) continue;
     const std::string role{estimator::source_names[static_cast<std::size_t>(found.source)]};
@@ -139,13 +153,13 @@ Findings findings_of(const Options& options) {
                     : finding_of("latency of " + role, finding.value, finding.sigma, measured);
       if (with_gyro) {
         finding.remark = "as the gyro, with which it comes";
-        into_configuration(finding, "can.signals." + role + ".latency");
+        into_configuration(finding, "can.signals." + role + ".latency", blame);
       }
       findings.values.push_back(std::move(finding));
       continue;
     }
     if (finding.determined == Determined::yes) finding.remark = "against " + found.against;
-    into_configuration(finding, "can.signals." + role + ".latency");
+    into_configuration(finding, "can.signals." + role + ".latency", blame);
     findings.values.push_back(std::move(finding));
   }
   if (estimate.steering) {
