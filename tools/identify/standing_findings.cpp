@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -35,6 +36,10 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
   add(", noise", configured ? sigma_key(quantity.source) : "", noise.sigma, quantity.unit,
       noise.resolution_hides_noise
           ? fmt::format("of the steps of {:.3g}, which hide the sensor's own", noise.resolution)
+      : noise.together > 1
+          ? fmt::format("at rest; some {} samples hang together, filtered or held: as large as "
+                        "makes their means right",
+                        noise.together)
           : "white, of a sample, at rest");
   add(", density", "", noise.density, std::string(quantity.unit) + "/√Hz");
   add(", bias", "", noise.bias, quantity.unit, "at the begin of the record");
@@ -46,7 +51,8 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
     walk.sigma = noise.walk->sigma;
   } else {
     walk.determined = Determined::no;
-    walk.remark = fmt::format("below {:.2g}: log longer to tell it", noise.walk_below);
+    walk.remark = noise.jump ? "the level jumps: see the warning"
+                             : fmt::format("below {:.2g}: log longer to tell it", noise.walk_below);
   }
   findings.values.push_back(walk);
   const BiasInstability instability = bias_instability(curve);
@@ -56,13 +62,33 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
           : fmt::format("at most: that the curve rises behind {:.3g} s is not certain; log longer",
                         instability.tau));
   if (noise.outliers > 0)
-    findings.warnings.push_back(
-        fmt::format("{}: {} lie 6 sigma off: was the car touched? Leave it alone, or cut with "
-                    "--from, --to",
-                    name, counted(static_cast<std::uint64_t>(noise.outliers), "sample")));
+    findings.warnings.push_back(fmt::format(
+        "{}: {} 6 sigma off{}: was the car touched? Leave it alone, or cut with --from, --to", name,
+        noise.outliers == 1 ? "1 sample lies" : fmt::format("{} samples lie", noise.outliers),
+        !noise.outliers_left_out ? ""
+        : noise.outliers == 1    ? ", and is left out"
+                                 : ", and are left out"));
+  if (noise.jump)
+    findings.warnings.push_back(fmt::format(
+        "{}: jumps by {:.2g} {} after {:.1f} s: was the car moved? Leave it alone, or cut with "
+        "--from, --to",
+        name, noise.jump->size, quantity.unit, noise.jump->after));
   for (const AllanPoint& point : curve)
     findings.details["allan"][name].push_back(
         {{"tau", point.tau}, {"deviation", point.deviation}, {"sigma", point.sigma}});
+}
+
+/// What no sensor says of a car that stands level: a record in other units, or of another axis.
+void refuse_other_units(const InertialSource& quantity, const StandingNoise& noise,
+                        const std::string& name) {
+  const bool turn = quantity.source == Source::yaw_rate;
+  const double most_bias = turn ? 0.35 : 5.0, most_noise = turn ? 0.2 : 20.0;
+  if (std::fabs(noise.bias.value) < most_bias && noise.sigma.value < most_noise) return;
+  throw std::invalid_argument(fmt::format(
+      "{}: at rest it reads {:.3g} +- {:.3g} {}: {}", name, noise.bias.value, noise.sigma.value,
+      quantity.unit,
+      turn ? "is that deg/s? Multiply by 0.0174533"
+           : "is that the axis that points up, or in mg? Multiply these by 0.00980665"));
 }
 
 /// Of both accelerometers the larger walk: there is one key for them.
@@ -137,8 +163,12 @@ void add_standing_findings(const RecordOptions& options, const std::string& plot
                                 ": no yaw_rate, accel_x or accel_y in it; map them in "
                                 "[can.signals], or log the IMU");
   }
+  check_that_imu_stands(log, curves, record);
+  for (const InertialSource& quantity : inertial_sources)
+    for (const AllanCurve& curve : curves)
+      if (curve.name == name_of(quantity.source))
+        refuse_other_units(quantity, curve.noise, record + ": " + curve.name);
   if (!has_wheels(log)) {
-    check_that_imu_stands(log, curves, record);
     findings.warnings.push_back(record +
                                 ": no wheel speed in it tells that the car stood; the IMU would "
                                 "not see a slow straight roll");

@@ -8,41 +8,12 @@
 #include <span>
 #include <stdexcept>
 
+#include "tools/identify/bias_filter.hpp"
 #include "tools/identify/quantisation.hpp"
+#include "tools/identify/standing_faults.hpp"
 
 namespace odomd::tools {
 namespace {
-
-/// A Kalman filter of the bias in units of the white noise's variance r: with λ = K²/r the bias
-/// grows by λ dt between samples, and the innovations' variances are r s.
-struct Filtered {
-  double log_sum = 0.0;   ///< Σ ln s
-  double squares = 0.0;   ///< Σ ν²/s
-  double bias = 0.0;      ///< after the last sample
-  double variance = 0.0;  ///< ... over r
-};
-
-enum class Direction { forwards, backwards };
-
-Filtered filter(const Series& series, double lambda, Direction direction) {
-  const std::size_t n = series.size();
-  const auto at = [&](std::size_t i) { return direction == Direction::forwards ? i : n - 1 - i; };
-  Filtered f;
-  f.bias = series.value[at(0)];
-  f.variance = 1.0;
-  for (std::size_t i = 1; i < n; ++i) {
-    const double dt =
-        1e-9 * std::fabs(static_cast<double>(series.t_ns[at(i)] - series.t_ns[at(i - 1)]));
-    f.variance += lambda * dt;
-    const double s = f.variance + 1.0;
-    const double innovation = series.value[at(i)] - f.bias;
-    f.log_sum += std::log(s);
-    f.squares += innovation * innovation / s;
-    f.bias += f.variance / s * innovation;
-    f.variance /= s;
-  }
-  return f;
-}
 
 /// The likelihood of λ with the best r for it: r = Σ ν²/s / n.
 class Likelihood {
@@ -51,11 +22,11 @@ class Likelihood {
       : series_(series), n_(static_cast<double>(series.size() - 1)) {}
 
   [[nodiscard]] double operator()(double lambda) const {
-    const Filtered f = filter(series_, lambda, Direction::forwards);
+    const FilteredBias f = filter_bias(series_, lambda, Direction::forwards);
     return -0.5 * (n_ * std::log(f.squares / n_) + f.log_sum);
   }
   [[nodiscard]] double variance(double lambda) const {
-    return filter(series_, lambda, Direction::forwards).squares / n_;
+    return filter_bias(series_, lambda, Direction::forwards).squares / n_;
   }
   [[nodiscard]] double samples() const { return n_; }
 
@@ -98,20 +69,6 @@ double falls_to(Function&& function, double value, double from, double to) {
   return 0.5 * (from + to);
 }
 
-int count_outliers(const Series& series, double lambda, double variance) {
-  double bias = series.value.front(), p = 1.0;
-  int outliers = 0;
-  for (std::size_t i = 1; i < series.size(); ++i) {
-    p += lambda * 1e-9 * static_cast<double>(series.t_ns[i] - series.t_ns[i - 1]);
-    const double s = p + 1.0;
-    const double innovation = series.value[i] - bias;
-    if (innovation * innovation > 36.0 * s * variance) ++outliers;
-    bias += p / s * innovation;
-    p /= s;
-  }
-  return outliers;
-}
-
 /// No sample is better than the step q in which it comes, and the mean of samples that are mostly
 /// the same lies anywhere in it. A bias that wanders by less than a few steps tells no walk.
 void allow_for_resolution(const Series& series, double range, double duration,
@@ -131,18 +88,16 @@ void allow_for_resolution(const Series& series, double range, double duration,
   noise.walk_below = std::max(noise.walk_below, noise.resolution / std::sqrt(duration));
 }
 
-}  // namespace
+/// The model and what it makes of a record.
+struct Explained {
+  StandingNoise noise;
+  double lambda = 0.0;     ///< K²/r, at most
+  double variance = 0.0;   ///< r
+  bool runs_away = false;  ///< the bias outruns the noise from sample to sample
+};
 
-StandingNoise standing_noise(const Series& series, const std::string& name) {
-  if (series.size() < 200)
-    throw std::invalid_argument(fmt::format(
-        "{}: {} samples are too few to tell noise; log a minute at least, ten for the bias's walk",
-        name, series.size()));
+Explained explain(const Series& series) {
   const auto [low, high] = std::ranges::minmax(series.value);
-  if (low == high)
-    throw std::invalid_argument(fmt::format(
-        "{}: always {}: a sensor that is switched off, or one whose resolution hides its noise",
-        name, low));
   const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
   const Likelihood likelihood(series);
   const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
@@ -163,7 +118,8 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
   best_value = of_log(best);
   const double none = likelihood(0.0);
 
-  StandingNoise noise;
+  Explained explained;
+  StandingNoise& noise = explained.noise;
   noise.sample_period = duration / likelihood.samples();
   const double lambda = best_value > none ? std::exp(best) : 0.0;
   const double variance = likelihood.variance(lambda);
@@ -191,16 +147,109 @@ StandingNoise standing_noise(const Series& series, const std::string& name) {
   noise.walk_below = std::sqrt(std::exp(limit) * likelihood.variance(std::exp(limit)));
   // Of a walk that the record does not tell what it might be still makes the bias uncertain.
   const double for_bias = told ? lambda : std::exp(limit);
-  const Filtered begin = filter(series, for_bias, Direction::backwards);
-  const Filtered end = filter(series, for_bias, Direction::forwards);
+  const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);
+  const FilteredBias end = filter_bias(series, for_bias, Direction::forwards);
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
   noise.bias_at_end = {end.bias, std::sqrt(end.variance * variance)};
   noise.resolution = resolution_of(series.value);
-  const double rounding = rounding_noise(noise.resolution);
-  noise.outliers = count_outliers(series, for_bias, std::max(variance, rounding * rounding));
+  noise.from_the_last = noise.sigma.value;
   allow_for_resolution(series, high - low, duration, noise);
   const double root = std::sqrt(noise.sample_period);
   noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
+  explained.lambda = for_bias;
+  explained.variance = variance;
+  explained.runs_away = best_value > none && best >= most - 4.0 * step;
+  return explained;
+}
+
+/// Without the samples that lie far off, where they are few.
+Explained without_outliers(Series& series) {
+  Explained explained = explain(series);
+  constexpr double few = 0.01;
+  int left_out = 0;
+  for (int round = 0; round < 4; ++round) {
+    const double rounding = rounding_noise(explained.noise.resolution);
+    const std::vector<std::size_t> far = far_off(series, explained.lambda, rounding * rounding);
+    if (far.empty()) break;
+    if (static_cast<double>(far.size()) > few * static_cast<double>(series.size())) {
+      explained.noise.outliers = left_out + static_cast<int>(far.size());
+      return explained;
+    }
+    left_out += static_cast<int>(far.size());
+    series = without(series, far);
+    explained = explain(series);
+  }
+  explained.noise.outliers = left_out;
+  explained.noise.outliers_left_out = left_out > 0;
+  return explained;
+}
+
+/// Means over 2, 4, ... samples, until they no longer hang together.
+void explain_by_means(const Series& series, Explained& explained) {
+  constexpr std::size_t most = 4096, fewest_means = 100;
+  constexpr double unexplained = 0.05;  // what still hangs together, and counts as none
+  const auto hang = [](const Series& samples, const Explained& model) {
+    return model.runs_away || hang_together(samples, model.lambda);
+  };
+  if (explained.noise.resolution_hides_noise || !hang(series, explained)) return;
+  const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= fewest_means; };
+  bool white = false;
+  for (std::size_t m = 2; enough(m); m *= 2) {
+    const Series means = means_of(series, m);
+    Explained by_means = explain(means);
+    // Those that are white at last still share a part with their neighbours: twice as many.
+    const bool last = white || !enough(2 * m);
+    white = !hang(means, by_means);
+    if (!last) continue;
+    const StandingNoise own = explained.noise;
+    explained = by_means;
+    StandingNoise& noise = explained.noise;
+    // One sample is no better than it scatters about the bias.
+    const double apart = std::sqrt(scatter_within(series, m) + by_means.variance);
+    const double together = std::sqrt(static_cast<double>(m)) * noise.sigma.value;
+    const double relative = std::hypot(noise.sigma.sigma / noise.sigma.value, unexplained);
+    noise.sigma.value = std::max(apart, together);
+    noise.sigma.sigma = relative * noise.sigma.value;
+    noise.together = m;
+    noise.sample_period = own.sample_period;
+    noise.resolution = own.resolution;
+    noise.outliers = own.outliers_left_out
+                         ? own.outliers
+                         : static_cast<int>(far_off(means, explained.lambda, 0.0).size());
+    noise.outliers_left_out = own.outliers_left_out;
+    noise.from_the_last = own.from_the_last;
+    const double root = std::sqrt(noise.sample_period);
+    noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
+    return;
+  }
+}
+
+}  // namespace
+
+StandingNoise standing_noise(const Series& series, const std::string& name) {
+  if (series.size() < 200)
+    throw std::invalid_argument(fmt::format(
+        "{}: {} samples are too few to tell noise; log a minute at least, ten for the bias's walk",
+        name, series.size()));
+  const auto [low, high] = std::ranges::minmax(series.value);
+  if (low == high)
+    throw std::invalid_argument(fmt::format(
+        "{}: always {}: a sensor that is switched off, or one whose resolution hides its noise",
+        name, low));
+  constexpr double slowest = 2.0;
+  const double period = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front()) /
+                        static_cast<double>(series.size() - 1);
+  if (period > slowest)
+    throw std::invalid_argument(fmt::format(
+        "{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name, period));
+  Series kept = series;
+  Explained explained = without_outliers(kept);
+  explain_by_means(kept, explained);
+  StandingNoise noise = explained.noise;
+  if (!noise.resolution_hides_noise)
+    noise.jump = find_jump(kept, noise.sigma.value * noise.sigma.value,
+                           noise.walk ? noise.walk->value : 0.0);
+  if (noise.jump) noise.walk.reset();
   return noise;
 }
 

@@ -23,10 +23,10 @@ inline constexpr std::array wheel_sources{
 /// Throws std::invalid_argument, with the time, where a wheel of the log turns.
 void check_that_wheels_stand(const SignalLog& log, const std::string& record);
 
-/// Without wheels the IMU tells what it can: throws std::invalid_argument for a yaw rate that
-/// leaves its median by 3 degrees a second where the noise of a sample is much smaller, and for a
-/// sensor whose Allan deviation turns below a second and then doubles, which no bias does.
-/// `curves` are those of the log.
+/// The IMU tells what it can: throws std::invalid_argument for a yaw rate that leaves its median by
+/// 3 degrees a second where the noise of a sample is much smaller, and, without wheels, for a
+/// sensor whose Allan deviation turns below a second and then doubles, which no bias does. `curves`
+/// are those of the log.
 void check_that_imu_stands(const SignalLog& log, const std::vector<AllanCurve>& curves,
                            const std::string& record);
 

@@ -71,12 +71,63 @@ TEST(StandingNoise, SeesAKick) {
   EXPECT_GE(standing_noise(series, "gyro").outliers, 1);
 }
 
+// What one sample makes of itself was as much as ten thousand others say.
+TEST(StandingNoise, LeavesOutWhatLiesFarOff) {
+  Series series = record({}, 30'000, 1);
+  for (std::size_t i = 0; i < 10; ++i) series.value[1'000 + 2'500 * i] += 4.0;
+  for (std::size_t i = 20'000; i < 20'030; ++i) series.value[i] += 0.1;
+  const StandingNoise noise = standing_noise(series, "gyro");
+  EXPECT_TRUE(is_inside(noise.sigma, 0.01, 3.0)) << noise.sigma.value;
+  EXPECT_GE(noise.outliers, 38);
+  EXPECT_TRUE(noise.outliers_left_out);
+  EXPECT_FALSE(noise.walk);
+}
+
+// A sensor that filters, or a message that comes more often than it is renewed: the means of many
+// samples scatter by as much as is said of them, and no bias walks.
+TEST(StandingNoise, OfSamplesThatHangTogetherIsThatOfTheirMeans) {
+  const Series white = record({}, 30'000, 1);
+  Series filtered = white, held = white;
+  for (std::size_t i = 7; i < white.size(); ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < 8; ++k) sum += white.value[i - k];
+    filtered.value[i] = sum / 8.0;
+  }
+  for (std::size_t i = 0; i < white.size(); ++i) held.value[i] = white.value[i - i % 5];
+  for (const auto& [series, sigma] :
+       {std::pair{&filtered, 0.01}, std::pair{&held, 0.01 * std::sqrt(5.0)}}) {
+    const StandingNoise noise = standing_noise(*series, "gyro");
+    EXPECT_GT(noise.together, 4U);
+    EXPECT_TRUE(is_inside(noise.sigma, sigma, 2.0)) << noise.sigma.value;
+    EXPECT_LT(noise.sigma.sigma, 0.1 * sigma);
+    EXPECT_TRUE(is_inside(noise.bias, 0.3, 2.5)) << noise.bias.value;
+    EXPECT_FALSE(noise.walk);
+  }
+  EXPECT_EQ(standing_noise(white, "gyro").together, 1U);
+}
+
+TEST(StandingNoise, SeesThatTheCarWasMoved) {
+  Series series = record({.sigma = 0.15}, 30'000, 1);
+  for (std::size_t i = 12'000; i < series.size(); ++i) series.value[i] += 0.2;
+  const StandingNoise noise = standing_noise(series, "accel_x");
+  ASSERT_TRUE(noise.jump);
+  EXPECT_NEAR(noise.jump->after, 120.0, 1.0);
+  EXPECT_NEAR(noise.jump->size, 0.2, 0.05);
+  EXPECT_FALSE(noise.walk);
+  for (std::uint64_t seed = 0; seed < 10; ++seed)
+    EXPECT_FALSE(standing_noise(record({.walk = 1e-3}, 30'000, seed), "gyro").jump);
+}
+
 TEST(StandingNoise, RefusesWhatHasNoNoise) {
   Series series = record({.sigma = 0.0}, 1'000, 1);
   EXPECT_THAT(message_of([&] { (void)standing_noise(series, "a.log: yaw_rate"); }),
               HasSubstr("a.log: yaw_rate: always 0.3"));
   EXPECT_THAT(message_of([&] { (void)standing_noise(record({}, 100, 1), "a.log"); }),
               HasSubstr("100 samples are too few"));
+  Series in_ms = record({}, 1'000, 1);
+  for (std::int64_t& time : in_ms.t_ns) time *= 1000;
+  EXPECT_THAT(message_of([&] { (void)standing_noise(in_ms, "a.csv"); }),
+              HasSubstr("a.csv: a sample every 10 s: are the times in ms?"));
 }
 
 // The same sensor as its last digit shows it.
