@@ -15,6 +15,8 @@ namespace {
 using estimator::Pose2;
 
 constexpr double fastest_car = 100.0;  // m/s
+constexpr double standing = 0.1;       // m: no car turns so tightly; the path of a reference that
+                                       // stays within is its noise
 
 // The rows of the reference between two times, and its interpolated ends.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
@@ -73,6 +75,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
     const double step = distance(path[i - 1].pose, path[i].pose);
     const std::int64_t gap_ns = path[i].t_ns - path[i - 1].t_ns;
     result.path_length += step;
+    result.farthest = std::max(result.farthest, distance(path.front().pose, path[i].pose));
     result.reference_gap_ns = std::max(result.reference_gap_ns, gap_ns);
     if (step > fastest_car * static_cast<double>(gap_ns) * 1e-9) ++result.reference_jumps;
   }
@@ -97,7 +100,7 @@ Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Ali
   const Pose2& end = errors.back().error;
   result.end_error = std::hypot(end.x, end.y);
   result.heading_end = end.yaw;
-  if (result.path_length > 0.0) {
+  if (result.farthest > standing) {
     result.end_cm_per_m = 100.0 * result.end_error / result.path_length;
   }
   if (consistency.count() > 0) {

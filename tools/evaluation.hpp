@@ -34,7 +34,7 @@ struct Evaluation {
   std::int64_t last_ns = 0;
   std::size_t samples = 0;
   double path_length = 0.0;             ///< of the reference between first and last [m]
-  double farthest = 0.0;                ///< from the start, of a closed loop [m]
+  double farthest = 0.0;                ///< from the start that it goes, or a closed loop [m]
   std::size_t reference_jumps = 0;      ///< steps of it that no car makes: over 100 m/s
   std::int64_t reference_gap_ns = 0;    ///< the longest that was interpolated across
   std::int64_t reference_stuck_ns = 0;  ///< at one place while the estimate drives on, in all
@@ -42,7 +42,7 @@ struct Evaluation {
 
   // Of a closed loop, what is above and:
   double end_error = 0.0;              ///< [m]
-  std::optional<double> end_cm_per_m;  ///< over the path; nothing where there is no path
+  std::optional<double> end_cm_per_m;  ///< over the path; nothing of a car that stands
   double heading_end = 0.0;            ///< accumulated, estimate - reference [rad]
 
   // Against a reference alone:

@@ -32,6 +32,9 @@ struct EvaluationReport {
 /// at the end makes a ratio of anything.
 [[nodiscard]] std::optional<double> improvement(double value, double baseline, double usual = 0.0);
 
+/// "12.3"; of what is more than twice as bad how many times: "94 x worse".
+[[nodiscard]] std::string improvement_text(double percent);
+
 /// What there is to say: a label and a cell an estimate.
 [[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);
 

@@ -41,7 +41,7 @@ constexpr std::array<Column, 7> columns{{
     {"end [cm/m]", &Figures::cm_per_m, 3},
     {"heading end [deg]", &Figures::heading_end, 2},
     {"35 ms [mm]", &Figures::short_term, 2},
-    {"better by [%]", &Figures::better, 1},
+    {"end better by [%]", &Figures::better, 1},
     {"position rms [m]", &Figures::position_rms, 4},
     {"NEES", &Figures::nees, 2},
     {"path [m]", &Figures::path, 1},
@@ -133,7 +133,9 @@ Table summary_table(std::span<const EvaluatedDrive> drives) {
     cells.push_back(row.estimate);
     for (const Column& column : shown) {
       const auto value = row.*column.value;
-      cells.push_back(value ? fixed(*value, column.decimals) : "-");
+      cells.push_back(!value                             ? "-"
+                      : column.value == &Figures::better ? improvement_text(*value)
+                                                         : fixed(*value, column.decimals));
     }
     table.rows.push_back(std::move(cells));
   }

@@ -106,6 +106,14 @@ TEST(Evaluation, HasNoRelativeFigureWithoutAPath) {
   EXPECT_NEAR(e.end_error, 0.1, 1e-12);
 }
 
+TEST(Evaluation, TakesTheNoiseOfAReferenceThatStandsForNoPath) {
+  Trajectory reference = straight(0.0, 1.0, 0.01);
+  for (std::size_t i = 0; i < reference.points.size(); i += 2) reference.points[i].pose.y = 0.02;
+  const Evaluation e = evaluate(reference, straight(0.1, 1.0, 0.01), Align::none);
+  EXPECT_GT(e.path_length, 1.9);
+  EXPECT_FALSE(e.end_cm_per_m);
+}
+
 TEST(Evaluation, NeesCountsErrorsInTheirOwnSigmas) {
   const Trajectory reference = straight(1.0, 2.0, 0.01);
   Trajectory estimate = reference;
@@ -189,6 +197,13 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_FALSE(improvement(1.0, 0.0));
   EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // a heading that passes through zero at the end
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
+}
+
+TEST(Improvement, OfWhatIsManyTimesWorseIsTheFactor) {
+  EXPECT_EQ(improvement_text(82.64), "82.6");
+  EXPECT_EQ(improvement_text(-99.95), "-100.0");
+  EXPECT_EQ(improvement_text(-595.4), "7.0 x worse");
+  EXPECT_EQ(improvement_text(-9331.3), "94 x worse");
 }
 
 TEST(ShortNames, AreStemsUnlessTheyWouldBeAlike) {

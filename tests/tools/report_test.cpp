@@ -46,11 +46,12 @@ TEST_F(Report, OfADriveIsThePapersTable) {
   const Outcome outcome = run("--drive " + lap() + " --dead-reckoning");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  EXPECT_THAT(outcome.out,
-              AllOf(HasSubstr("end [cm/m]"), HasSubstr("heading end [deg]"),
-                    HasSubstr("35 ms [mm]"), HasSubstr("better by [%]"), HasSubstr("\nkinematic "),
-                    HasSubstr("\npaper "), HasSubstr("\nfull "), HasSubstr("samples of full\n"),
-                    ContainsRegex("source +fused +gated +late +other +tested +NIS / expected")));
+  EXPECT_THAT(
+      outcome.out,
+      AllOf(HasSubstr("end [cm/m]"), HasSubstr("heading end [deg]"), HasSubstr("35 ms [mm]"),
+            HasSubstr("end better by [%]"), HasSubstr("\nkinematic "), HasSubstr("\npaper "),
+            HasSubstr("\nfull "), HasSubstr("samples of full\n"),
+            ContainsRegex("source +fused +gated +late +other +tested +NIS / expected")));
 }
 
 TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {

@@ -250,8 +250,8 @@ std::string legend_of(const Table& summary, std::span<const EvaluatedDrive> driv
                            "path. Heading: at the end, to the nearest whole turn."
                          : "End: distance of the last pose from the truth, over the path. Heading: "
                            "accumulated, at the end.";
-  if (has("better by"))
-    text += " Better by: the end's error beside that of " +
+  if (has("end better by"))
+    text += " End better by: the end's error beside that of " +
             names_of(drives.front())[report.baseline] + ".";
   if (has("35 ms"))
     text += " 35 ms: mean error of the displacement over seven ticks of 5 ms, in the body frame.";
