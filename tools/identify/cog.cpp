@@ -82,6 +82,7 @@ void identify_cog(const Options& options) {
     add("track width", "vehicle.track_width", dimensions.track_width, "m", "");
     add("centre of gravity left of the middle", "", centre.lateral, "m",
         "needs the load of a side, and of the other or the whole");
+    findings.values.back().share = Share::says_nothing;
   }
   add("mass", "", mass_of(loads, weighings.scale), "kg", "");
   if (centre.front_axle) findings.details["correlation"] = centre.correlation;

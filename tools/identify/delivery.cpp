@@ -29,10 +29,18 @@ double rounded(double value, double sigma) {
   return std::round(value / step) * step;
 }
 
-// Of a value that may as well be zero a share says nothing.
+bool share_tells(const Finding& finding) {
+  const std::string& key = finding.key;
+  return finding.share == Share::tells && 2.0 * finding.sigma < std::fabs(finding.value) &&
+         !key.ends_with(".offset") && !key.ends_with(".latency") && !key.starts_with("imu.") &&
+         !key.starts_with("camera.");
+}
+
+// With two digits, as the uncertainty itself.
 std::string in_per_cent(const Finding& finding) {
-  if (!(2.0 * finding.sigma < std::fabs(finding.value))) return "";
-  return fixed(200.0 * finding.sigma / std::fabs(finding.value), 2) + " %";
+  if (!share_tells(finding)) return "";
+  const double share = 200.0 * finding.sigma / std::fabs(finding.value);
+  return fixed(share, share < 1.0 ? 2 : share < 10.0 ? 1 : 0) + " %";
 }
 
 std::vector<ConfigValue> config_values(const Findings& findings) {

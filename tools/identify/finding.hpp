@@ -16,6 +16,10 @@ enum class Determined : std::uint8_t { yes, no };
 /// Whether a value that is determined goes into a configuration.
 enum class Use : std::uint8_t { write, leave };
 
+/// Whether the uncertainty as a share of the value tells something. Of a bias, an offset, a place
+/// or a latency it does not: zero is a value of theirs like any other.
+enum class Share : std::uint8_t { tells, says_nothing };
+
 struct Finding {
   std::string name;    ///< in words: "cornering stiffness, front"
   std::string key;     ///< where it belongs: "vehicle.mass", "camera.lever_arm[0]"; empty: nowhere
@@ -23,8 +27,9 @@ struct Finding {
   double sigma = 0.0;  ///< standard uncertainty (one sigma), in the value's unit
   std::string unit;    ///< "kg", "N/rad", "s"; empty: a pure number
   Determined determined = Determined::yes;  ///< no: shown with the reason, never written
-  std::string remark;    ///< what limits it, or why it is not determined; may be empty
-  Use use = Use::write;  ///< leave: shown with the reason, not written
+  std::string remark;          ///< what limits it, or why it is not determined; may be empty
+  Use use = Use::write;        ///< leave: shown with the reason, not written
+  Share share = Share::tells;  ///< of keys of that kind as_text() knows it
 };
 
 /// All that one run of a method says.

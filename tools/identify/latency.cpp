@@ -49,7 +49,8 @@ double configured_latency(const daemon::Config& config, Source source) {
 }
 
 Finding finding_of(const std::string& name, double measured, double sigma, std::string doubt) {
-  Finding finding{.name = name, .value = measured, .sigma = sigma, .unit = "s"};
+  Finding finding{
+      .name = name, .value = measured, .sigma = sigma, .unit = "s", .share = Share::says_nothing};
   if (doubt.empty() && !(sigma < known_below))
     doubt =
         "too little happens in the drive to tell it better than 20 ms; drive with more turns "

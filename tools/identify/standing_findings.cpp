@@ -30,7 +30,8 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
                                .value = measured.value,
                                .sigma = measured.sigma,
                                .unit = unit,
-                               .remark = remark});
+                               .remark = remark,
+                               .share = what == ", bias" ? Share::says_nothing : Share::tells});
   };
   const bool configured = is_configured(config, quantity.source);
   add(", noise", configured ? sigma_key(quantity.source) : "", noise.sigma, quantity.unit,

@@ -106,7 +106,8 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
                              .value = found.steering_offset.value,
                              .sigma = found.steering_offset.sigma,
                              .unit = "rad",
-                             .remark = "for the reader; fit tells it from a lap"});
+                             .remark = "for the reader; fit tells it from a lap",
+                             .share = Share::says_nothing});
   findings.values.push_back({.name = "steering angle reported per angle of the wheels",
                              .value = found.steering_scale.value,
                              .sigma = found.steering_scale.sigma,
@@ -116,7 +117,8 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
                                .value = 1e-9 * static_cast<double>(films.alignments[k].offset_ns),
                                .sigma = films.alignments[k].sigma_s,
                                .unit = "s",
-                               .remark = films.names[k]});
+                               .remark = films.names[k],
+                               .share = Share::says_nothing});
   for (const FilmAlignment& film : films.alignments)
     findings.details["films"].push_back({{"rate", film.rate}, {"rate_sigma", film.rate_sigma}});
 

@@ -161,7 +161,20 @@ TEST(Findings, OfWhatMayAsWellBeZeroHaveNoPerCent) {
   findings.values = {{.name = "lateral", .value = 1e-5, .sigma = 1e-3, .unit = "m"}};
   EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
   findings.values[0].value = 0.01;
-  EXPECT_THAT(as_text(findings), HasSubstr("20.00 %"));
+  EXPECT_THAT(as_text(findings), HasSubstr(" 20 %"));
+  findings.values[0].value = 1.0;
+  EXPECT_THAT(as_text(findings), HasSubstr(" 0.20 %"));
+}
+
+TEST(Findings, WhoseZeroIsAValueLikeAnyOtherHaveNoPerCent) {
+  Findings findings{.method = "latency"};
+  findings.values = {{.name = "bias", .value = 1.0, .sigma = 0.1, .share = Share::says_nothing}};
+  EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
+  for (const char* key : {"can.signals.yaw_rate.latency", "can.signals.accel_x.offset",
+                          "imu.position[0]", "camera.lever_arm[2]"}) {
+    findings.values = {{.name = "x", .key = key, .value = 1.0, .sigma = 0.1}};
+    EXPECT_THAT(as_text(findings), Not(HasSubstr("%"))) << key;
+  }
 }
 
 constexpr const char* car_toml =
