@@ -1,5 +1,6 @@
 #include "tools/drive.hpp"
 
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 #include <utility>
@@ -63,6 +64,15 @@ fs::path need_log_in(const fs::path& folder) {
   throw std::invalid_argument(folder.string() +
                               ": has no drive.log and no can.log; a drive is a folder as odom sim "
                               "and odom record make them");
+}
+
+std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders) {
+  std::vector<std::string> names;
+  for (const std::string& folder : folders) names.push_back(name_of(folder));
+  std::vector<std::string> several = names;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (std::ranges::count(names, names[i]) > 1) several[i] = folders[i];
+  return several;
 }
 
 Drive read_drive(const DriveFiles& files) {

@@ -47,6 +47,10 @@ struct Drive {
 [[nodiscard]] std::optional<std::filesystem::path> log_in(const std::filesystem::path& folder);
 [[nodiscard]] std::filesystem::path need_log_in(const std::filesystem::path& folder);
 
+/// What several drives are called side by side: the last part of each folder; of those that have
+/// it in common, the folder as it is given.
+[[nodiscard]] std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders);
+
 /// Reads car.toml, the databases that it names, drive.log or can.log, camera.csv and truth.csv; the
 /// last two where they are there. Throws std::invalid_argument that names the file and the mend.
 [[nodiscard]] Drive read_drive(const DriveFiles& files);

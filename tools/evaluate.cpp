@@ -89,6 +89,10 @@ std::vector<EvaluatedDrive> evaluated(const Options& options) {
                          .camera = options.dead_reckoning ? CameraUse::leave_out : CameraUse::take},
                         models_of(options), judging));
   }
+  if (drives.size() > 1) {
+    const std::vector<std::string> names = names_side_by_side(options.drives);
+    for (std::size_t i = 0; i < drives.size(); ++i) drives[i].name = names[i];
+  }
   return drives;
 }
 

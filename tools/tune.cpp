@@ -59,7 +59,7 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
 }
 
 Goal goal_named(const std::string& name) {
-  const auto found = std::ranges::find(goal_names, name);
+  const auto* const found = std::ranges::find(goal_names, name);
   if (found == goal_names.end())
     throw std::invalid_argument("--goal: \"" + name +
                                 "\" is none of position, heading, prediction, second, end, nees");
@@ -98,6 +98,13 @@ TuneJob job_of(const Options& options) {
   job.state = options.state;
   job.drives = read_drives(options.drives, options);
   job.held_out = read_drives(options.held_out, options);
+  std::vector<std::string> folders = options.drives;
+  folders.insert(folders.end(), options.held_out.begin(), options.held_out.end());
+  const std::vector<std::string> names = names_side_by_side(folders);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::size_t tuned_on = job.drives.size();
+    (i < tuned_on ? job.drives[i] : job.held_out[i - tuned_on]).name = names[i];
+  }
   return job;
 }
 

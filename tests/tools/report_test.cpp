@@ -106,8 +106,19 @@ TEST_F(Report, OfSeveralDrivesHasTheMeans) {
   const Outcome outcome =
       run("--drive " + lap() + " --drive " + lap() + " --model kinematic --model paper");
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.out, AllOf(HasSubstr("mean of 2  kinematic"), HasSubstr("mean of 2  paper"),
-                                 Not(HasSubstr("samples of"))));
+  EXPECT_THAT(outcome.out, AllOf(ContainsRegex("mean of 2 +kinematic"),
+                                 ContainsRegex("mean of 2 +paper"), Not(HasSubstr("samples of"))));
+}
+
+TEST_F(Report, TellsDrivesOfOneNameApart) {
+  const std::string folder = scratch_->path("other").string();
+  ASSERT_EQ(run_shell("mkdir " + folder + " && cp -r " + lap() + " " + folder).status, 0);
+  const std::string other = folder + "/lap";
+  const Outcome outcome =
+      run("--drive " + lap() + " --drive " + other + " --model kinematic --dead-reckoning");
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr('\n' + lap() + ' '), HasSubstr('\n' + other + ' ')));
+  EXPECT_THAT(run("--drive " + other + " --model kinematic --json").out,
+              HasSubstr("\"drive\": \"lap\""));
 }
 
 TEST_F(Report, OfAClosedLoopNeedsNoReference) {
