@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
 
 #include "tests/tools/markup.hpp"
+#include "tools/chart/style.hpp"
 #include "tools/chart/svg.hpp"
 
 namespace odomd::tools::chart::chart_test {
@@ -17,6 +19,12 @@ namespace {
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+
+TEST(Colours, TellADozenThingsApart) {
+  std::set<std::string> different;
+  for (std::size_t i = 0; i < 12; ++i) different.insert(colour_of(i));
+  EXPECT_EQ(different.size(), 12U);
+}
 
 Chart sine() {
   Chart chart;
