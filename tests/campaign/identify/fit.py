@@ -7,31 +7,11 @@ latency is what the simulated bus does: a frame takes 0.25 ms and is stamped 0.0
 the mean over a cycle of 10 ms before.
 """
 
-import json
-import random
-import re
+from .rows import MASS, SIGMA_MASS, command, each, findings, judge, measure_car, remove_drive, sample
 
-from .rows import command, each, findings, judge, sample
-
-SIGMA_MASS, SIGMA_AXLE = 0.005, 0.0005
-MASS, INERTIA, TRACK, RADIUS = 2.985, 0.0283384, 0.16, 0.033
+INERTIA, TRACK, RADIUS = 0.0283384, 0.16, 0.033
 WHEEL, MOTOR = 3.3e-5, 6e-5  # kg m^2, as in tools/sim/vehicle.cpp
 FRAME = 0.3e-3
-
-
-def measure(seed, folder):
-    """Writes what was weighed into car.toml; the truth of the car."""
-    truth = json.loads((folder / "plant.json").read_text())["truth"]
-    chance = random.Random(seed)
-    measured = {"mass": MASS * (1.0 + truth["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
-                "front_axle": 0.175 + chance.gauss(0.0, SIGMA_AXLE),
-                "rear_axle": 0.085 + chance.gauss(0.0, SIGMA_AXLE)}
-    config = folder / "car.toml"
-    text = config.read_text()
-    for key, value in measured.items():
-        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.5f}", text)
-    config.write_text(text)
-    return truth
 
 
 def rows_of(truth):
@@ -60,11 +40,10 @@ def run(seeds, work, odom):
     def one(seed):
         folder = work / str(seed)
         command(odom, "sim", "--scenario", "exercise", "--force", "--seed", seed, "--out", folder)
-        truth = measure(seed, folder)
+        truth = measure_car(seed, folder)["truth"]
         found, _ = findings(odom, "fit", "--quiet", "--config", folder / "car.toml", "--drive", folder,
                             "--prior", f"mass={SIGMA_MASS / MASS}")
-        for big in ("drive.log", "truth.csv", "camera.csv"):
-            (folder / big).unlink()
+        remove_drive(folder)
         return [(name, sample(true, found.get(name)), told) for name, true, told in rows_of(truth)]
 
     return [judge("fit: " + column[0][0], [seen for _, seen, _ in column], **column[0][2])

@@ -11,7 +11,7 @@ import json
 import random
 import re
 
-from .rows import command, each, findings, judge, sample
+from .rows import command, each, findings, judge, remove_drive, sample
 
 BAR = 2.0  # milliseconds
 MESSAGES = {"IMU": "yaw_rate accel_x accel_y", "STEERING": "steering",
@@ -55,8 +55,7 @@ def run(seeds, work, odom):
                      "latency of wheel_rear_left": ON_THE_WIRE + HALF_A_CYCLE,
                      "lag of the wheels behind steering, in all":
                          steering_lag(folder / "drive.log", json.loads((folder / "plant.json").read_text()))}
-            for big in "drive.log", "truth.csv", "camera.csv":
-                (folder / big).unlink()
+            remove_drive(folder)
             return {name: sample(value, found[name]) for name, value in truth.items()}
 
         samples = each(seeds, one)

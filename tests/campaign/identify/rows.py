@@ -5,8 +5,13 @@ import dataclasses
 import json
 import math
 import os
+import random
+import re
 import statistics
 import subprocess
+
+SIGMA_MASS, SIGMA_AXLE = 0.005, 0.0005  # of a person with a scale and a tape
+MASS, FRONT_AXLE, REAR_AXLE = 2.985, 0.175, 0.085  # of the car that odom sim drives, before its errors
 
 
 class Failed(Exception):
@@ -77,6 +82,27 @@ def sample(truth, finding):
     if finding is None or not finding["determined"]:
         return None
     return Sample(truth, finding["value"], finding["sigma"])
+
+
+def measure_car(seed, folder):
+    """Writes mass and axles as a person measures them into car.toml; what plant.json holds."""
+    plant = json.loads((folder / "plant.json").read_text())
+    chance = random.Random(seed)
+    measured = {"mass": MASS * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
+                "front_axle": FRONT_AXLE + chance.gauss(0.0, SIGMA_AXLE),
+                "rear_axle": REAR_AXLE + chance.gauss(0.0, SIGMA_AXLE)}
+    config = folder / "car.toml"
+    text = config.read_text()
+    for key, value in measured.items():
+        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.5f}", text)
+    config.write_text(text)
+    return plant
+
+
+def remove_drive(folder):
+    """The large files, which no seed needs once it has been judged."""
+    for name in ("drive.log", "truth.csv", "camera.csv"):
+        (folder / name).unlink()
 
 
 def each(seeds, work):

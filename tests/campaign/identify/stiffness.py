@@ -6,29 +6,19 @@ its own. The truth is the slope of the plant's tyres at zero slip under static l
 """
 
 import json
-import random
-import re
 
-from .rows import command, each, findings, judge, sample
+from .rows import (SIGMA_AXLE, SIGMA_MASS, command, each, findings, judge, measure_car, remove_drive,
+                   sample)
 
 BAR = 5.0  # per cent
-SIGMA_MASS, SIGMA_AXLE, SIGMA_MARKER = 0.005, 0.0005, 0.001
+SIGMA_MARKER = 0.001
 CONFIGURED = {"front": 20.0, "rear": 60.0}
 
 
 def measure(seed, folder):
     """Writes what was measured into car.toml; the truth, and what the method is told besides."""
-    plant = json.loads((folder / "plant.json").read_text())
-    chance = random.Random(seed)
-    measured = {"mass": 2.985 * (1.0 + plant["truth"]["mass_error"]) + chance.gauss(0.0, SIGMA_MASS),
-                "front_axle": 0.175 + chance.gauss(0.0, SIGMA_AXLE),
-                "rear_axle": 0.085 + chance.gauss(0.0, SIGMA_AXLE)}
-    config = folder / "car.toml"
-    text = config.read_text()
-    for key, value in measured.items():
-        text = re.sub(rf"(?m)^{key} = .*$", f"{key} = {value:.5f}", text)
-    config.write_text(text)
-    options = ["--config", config, "--sigma-mass", SIGMA_MASS, "--sigma-axle", SIGMA_AXLE,
+    plant = measure_car(seed, folder)
+    options = ["--config", folder / "car.toml", "--sigma-mass", SIGMA_MASS, "--sigma-axle", SIGMA_AXLE,
                "--sigma-marker", SIGMA_MARKER]
     options += [f"--{end}={x},{y}" for end, (x, y) in plant["markers"].items()]
     truth = {axle: value * (1.0 + plant["truth"][f"stiffness_error_{axle}"])
@@ -54,8 +44,7 @@ def run(seeds, work, odom):
         found, _ = findings(odom, "stiffness", *options, "--y-down",
                             "--run", f"{folder}/markers.csv,{folder}/drive.log")
         begin = begin_of_film(folder)
-        for big in ("drive.log", "truth.csv", "camera.csv"):
-            (folder / big).unlink()
+        remove_drive(folder)
         return [*(sample(truth[axle], found[f"cornering stiffness, {axle}"]) for axle in CONFIGURED),
                 sample(begin, found["begin of the film after the log"])]
 
