@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <stdexcept>
 
 #include "daemon/config.hpp"
 #include "tools/identify/delivery.hpp"
@@ -22,15 +23,28 @@ struct Options {
   Delivery delivery;
 };
 
+/// How well a length was measured; a tape that is off by a tenth is one in another unit.
+double tape_sigma(const std::string& text, const std::string& option, double length) {
+  const double sigma = parse_not_negative(text, Dimension::length, option);
+  if (sigma > 0.1 * length)
+    throw std::invalid_argument(
+        fmt::format("{}: {} is more than a tenth of {:g} m; in metres, or "
+                    "write 1mm",
+                    option, text, length));
+  return sigma;
+}
+
 Dimensions dimensions_of(const Options& options) {
   Dimensions dimensions;
-  dimensions.wheelbase = {
-      parse_plausible(options.wheelbase, Dimension::length, "--wheelbase", {0.05, 10.0}),
-      parse_not_negative(options.wheelbase_sigma, Dimension::length, "--wheelbase-sigma")};
-  if (!options.track_width.empty())
-    dimensions.track_width = Measured{
-        parse_plausible(options.track_width, Dimension::length, "--track-width", {0.02, 5.0}),
-        parse_not_negative(options.track_width_sigma, Dimension::length, "--track-width-sigma")};
+  const double base =
+      parse_plausible(options.wheelbase, Dimension::length, "--wheelbase", {0.05, 10.0});
+  dimensions.wheelbase = {base, tape_sigma(options.wheelbase_sigma, "--wheelbase-sigma", base)};
+  if (!options.track_width.empty()) {
+    const double width =
+        parse_plausible(options.track_width, Dimension::length, "--track-width", {0.02, 5.0});
+    dimensions.track_width =
+        Measured{width, tape_sigma(options.track_width_sigma, "--track-width-sigma", width)};
+  }
   set_level(options.level, dimensions);
   return dimensions;
 }
@@ -91,7 +105,11 @@ void identify_cog(const Options& options) {
     findings.warnings.push_back(
         "the centre of gravity lies far to one side; the models take it to lie in the middle: "
         "move the battery");
-  if (const auto line = contradiction(loads)) findings.warnings.push_back(*line);
+  const auto mass = mass_of(loads, weighings.scale);
+  if (const auto line = contradiction(loads))
+    findings.warnings.push_back(*line);
+  else if (const auto doubt = mass ? coarse(*mass) : std::nullopt)
+    findings.warnings.push_back(*doubt);
   const std::string config = options.config.empty() ? options.delivery.write : options.config;
   if (!config.empty()) check_wheelbase(config, dimensions.wheelbase, findings);
   deliver(findings, options.delivery);

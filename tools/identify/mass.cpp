@@ -52,7 +52,10 @@ void identify_mass(const Options& options) {
                              .value = mass->value,
                              .sigma = mass->sigma,
                              .unit = "kg"});
-  if (const auto line = contradiction(loads)) findings.warnings.push_back(*line);
+  if (const auto line = contradiction(loads))
+    findings.warnings.push_back(*line);
+  else if (const auto doubt = coarse(*mass))
+    findings.warnings.push_back(*doubt);
   deliver(findings, options.delivery);
 }
 

@@ -1,5 +1,7 @@
 #include "tools/identify/scale_options.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <stdexcept>
 
@@ -108,6 +110,10 @@ Weighings weighings_of(const ScaleOptions& options) {
       options.accuracy.empty()
           ? 1e-3
           : parse_not_negative(options.accuracy, Dimension::pure, "--scale-accuracy");
+  constexpr double worst_gain = 0.1;
+  if (result.scale.accuracy > worst_gain)
+    throw std::invalid_argument("--scale-accuracy: " + options.accuracy +
+                                " is more than a tenth; write per cent as 0.1%");
   if (newtons)  // a weight is a mass only as well as gravity is known
     result.scale.accuracy = std::hypot(result.scale.accuracy, gravity.sigma / gravity.value);
   result.origin = "scale, " + counted(result.weighings.size(), "weighing");
@@ -135,6 +141,15 @@ void set_level(const LevelOptions& options, Dimensions& dimensions) {
   dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
   if (dimensions.level_sigma > 0.2)
     throw std::invalid_argument("--level: so askew the loads say nothing; level the car");
+}
+
+std::optional<std::string> coarse(const Measured& mass) {
+  constexpr double good = 0.02;  // 2 sigma
+  if (2.0 * mass.sigma < good * mass.value) return std::nullopt;
+  return fmt::format(
+      "2 sigma of the mass are {:.1f} %, and 0.5 % are plenty: is the unit of --scale-resolution, "
+      "--scale-sigma, --scale-accuracy or --level meant?",
+      200.0 * mass.sigma / mass.value);
 }
 
 WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ void add_level_options(Command method, LevelOptions& options);
 
 /// Height and slope into the dimensions, of which the wheelbase must be there.
 void set_level(const LevelOptions& options, Dimensions& dimensions);
+
+/// Of a mass that is known to 2 % only, or worse: a line that asks for the units.
+[[nodiscard]] std::optional<std::string> coarse(const Measured& mass);
 
 /// The loads by a scale that has got the shifts of a car on slopes: so have `weighings` afterwards.
 [[nodiscard]] WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions);

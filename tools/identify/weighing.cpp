@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -78,12 +79,10 @@ void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& l
 
 }  // namespace
 
-WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
-  if (weighings.empty())
-    throw std::invalid_argument("no load is given; weigh the car, and give --total, --front, ...");
-  if (!(scale.sigma > 0.0) && !(scale.resolution > 0.0))
-    throw std::invalid_argument(
-        "how good is the scale? Give --scale-resolution, its last digit, or --scale-sigma");
+namespace {
+
+/// Generalised least squares, where every load is off by `unknown` [kg], too, once.
+WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double unknown) {
   const auto n = static_cast<Eigen::Index>(weighings.size());
   Eigen::MatrixXd design(n, 4);
   Eigen::VectorXd shown(n);
@@ -109,20 +108,11 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Weighing& weighing = weighings[static_cast<std::size_t>(i)];
-    if (!(weighing.mass > 0.0))
-      throw std::invalid_argument(
-          fmt::format("--{}: {} kg is not possible; it must be greater "
-                      "than 0",
-                      option_of(weighing.load), weighing.mass));
-    if (weighing.mass > most_digits * scale.resolution && scale.resolution > 0.0)
-      throw std::invalid_argument(
-          fmt::format("--{}: no scale shows {:g} kg by {:g} kg; grams are written 2985g",
-                      option_of(weighing.load), weighing.mass, scale.resolution));
     design.row(i) = wheels_of(weighing.load);
     shown(i) = weighing.mass;
     for (Eigen::Index j = 0; j < n; ++j)
       if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
-        variance(i, j) = once_a_load(weighing.load);
+        variance(i, j) = once_a_load(weighing.load) + unknown * unknown;
     // Weighings that repeat must not be singular, however small a scatter is told.
     variance(i, i) += std::max(scatter * scatter, 1e-4 * rounding);
   }
@@ -144,8 +134,58 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   }
   loads.chi_square = (target - whitened * loads.load).squaredNorm();
   loads.excess = static_cast<int>(n) - rank;
-  if (loads.excess > 0 && loads.chi_square > loads.excess)
-    loads.covariance *= loads.chi_square / loads.excess;
+  return loads;
+}
+
+void check(std::span<const Weighing> weighings, const Scale& scale) {
+  if (weighings.empty())
+    throw std::invalid_argument("no load is given; weigh the car, and give --total, --front, ...");
+  if (!(scale.sigma > 0.0) && !(scale.resolution > 0.0))
+    throw std::invalid_argument(
+        "how good is the scale? Give --scale-resolution, its last digit, or --scale-sigma");
+  for (const Weighing& weighing : weighings) {
+    if (!(weighing.mass > 0.0))
+      throw std::invalid_argument(
+          fmt::format("--{}: {} kg is not possible; it must be greater "
+                      "than 0",
+                      option_of(weighing.load), weighing.mass));
+    if (weighing.mass > most_digits * scale.resolution && scale.resolution > 0.0)
+      throw std::invalid_argument(
+          fmt::format("--{}: no scale shows {:g} kg by {:g} kg; grams are written 2985g",
+                      option_of(weighing.load), weighing.mass, scale.resolution));
+  }
+}
+
+}  // namespace
+
+// Where loads do not fit together one of them is wrong, and which nobody knows: each may be off by
+// as much as makes of chi² what is expected (Mandel and Paule, 1970). What one load scatters by
+// itself that does not explain, and all uncertainties grow.
+WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
+  check(weighings, scale);
+  WheelLoads loads = solve(weighings, scale, 0.0);
+  const double seen = loads.chi_square;
+  double heaviest = 0.0;
+  std::array<bool, static_cast<std::size_t>(Load::count)> weighed{};
+  for (const Weighing& weighing : weighings) {
+    heaviest = std::max(heaviest, weighing.mass);
+    weighed[static_cast<std::size_t>(weighing.load)] = true;
+  }
+  const auto repeated =
+      static_cast<int>(weighings.size()) - static_cast<int>(std::ranges::count(weighed, true));
+  const int checks = loads.excess - repeated;  // of loads by others
+  // Where each load may be off by anything only its own repetitions are left.
+  const double own = checks > 0 ? solve(weighings, scale, heaviest).chi_square : seen;
+  if (checks > 0 && contradiction({.chi_square = seen - own, .excess = checks})) {
+    double low = 0.0, high = heaviest;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (solve(weighings, scale, middle).chi_square - own > checks ? low : high) = middle;
+    }
+    loads = solve(weighings, scale, high);
+  }
+  if (loads.excess > 0) loads.covariance *= std::max(loads.chi_square / loads.excess, 1.0);
+  loads.chi_square = seen;
   refuse_another_car(weighings, loads);
   return loads;
 }

@@ -56,7 +56,8 @@ struct WheelLoads {
   [[nodiscard]] bool tells(const Eigen::Vector4d& sum) const;
 };
 
-/// The covariance grows where the weighings contradict each other by more than the scale explains.
+/// The covariance grows where the weighings contradict each other by more than the scale explains;
+/// where different loads do, each may be the wrong one.
 /// Throws std::invalid_argument for no weighing, for a load that is not positive, for one that is a
 /// tenth off what all say together, or a scale without any uncertainty.
 [[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);

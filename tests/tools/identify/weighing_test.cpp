@@ -94,6 +94,20 @@ TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreTold) {
   EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
 }
 
+// One of them is wrong, and nobody knows which: the truth may be what either says.
+TEST(Weighing, ThatContradictEachOtherLeaveRoomForEach) {
+  const std::vector<Weighing> weighings{
+      {Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.06}, {Load::total, 3.061}};
+  const auto mass = mass_of(wheel_loads(weighings, scale), scale);
+  EXPECT_NEAR(mass->value, 3.0, 2.0 * mass->sigma);
+  EXPECT_NEAR(mass->value, 3.06, 2.0 * mass->sigma);
+  // A load that scatters by itself says nothing against the others.
+  const std::vector<Weighing> scattering{{Load::total, 2.98}, {Load::total, 3.02}};
+  const auto both = mass_of(wheel_loads(scattering, scale), scale);
+  EXPECT_NEAR(both->value, 3.0, 1e-9);
+  EXPECT_NEAR(both->sigma, 0.02, 0.003);
+}
+
 TEST(Weighing, OfAnotherCarIsRefused) {
   const std::vector<Weighing> twice{{Load::total, 2.9}, {Load::total, 5.0}};
   EXPECT_THAT(message_of([&] { (void)wheel_loads(twice, scale); }),
@@ -267,6 +281,21 @@ TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
   EXPECT_NEAR(sigma("mass --wheelbase 0.26 --height 10cm"),
               sigma("cog --wheelbase 0.26 --height 10cm"), 1e-12);
   EXPECT_LT(sigma("mass --level 0"), 0.0032);
+}
+
+TEST(IdentifyMass, AsksForTheUnitsOfWhatIsCoarse) {
+  const auto said = [](const std::string& command) {
+    const Outcome outcome = run_shell("odom identify " + command);
+    return std::to_string(outcome.status) + " " + outcome.err;
+  };
+  EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1"),
+              HasSubstr("0 odom identify mass: warning: 2 sigma of the mass are 38.7 %"));
+  EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1g --scale-accuracy 5"),
+              HasSubstr("2 odom identify mass: --scale-accuracy: 5 is more than a tenth"));
+  EXPECT_THAT(
+      said("cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 "
+           "--wheelbase-sigma 1"),
+      HasSubstr("2 odom identify cog: --wheelbase-sigma: 1 is more than a tenth of 0.26 m"));
 }
 
 TEST(IdentifyMass, SaysWhatIsMissing) {
