@@ -81,10 +81,15 @@ void check_that_it_loads(const std::string& copy, const fs::path& file) {
 }
 
 std::string text_of(const fs::path& file) {
-  std::string text = daemon::read_toml_file(file);
+  // Before it is read: a pipe would never end.
   std::error_code error;
-  if (!fs::is_regular_file(file, error))
+  if (fs::exists(file, error) && !fs::is_regular_file(file, error) &&
+      !fs::is_directory(file, error))
     throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
+  std::string text = daemon::read_toml_file(file);
+  // It would be replaced, which its folder allows.
+  if (::access(file.c_str(), W_OK) != 0 && errno == EACCES)
+    throw std::runtime_error(file.string() + ": is write-protected; allow it with chmod u+w");
   return text;
 }
 

@@ -175,6 +175,13 @@ TEST(ConfigPatch, OfAFileKeepsItsModeAndLinks) {
   EXPECT_EQ(static_cast<unsigned>(std::filesystem::status(file).permissions()), 0640U);
 }
 
+TEST(ConfigPatch, OfAPipeDoesNotWait) {
+  const Scratch scratch;
+  ASSERT_EQ(run_shell("mkfifo " + scratch.path("pipe").string()).status, 0);
+  EXPECT_THAT(message_of([&] { check_patchable(scratch.path("pipe")); }),
+              testing::HasSubstr("is not a regular file"));
+}
+
 TEST(ConfigPatch, OfAFileIsWholeOrNotAtAll) {
   const Scratch scratch;
   const auto file = scratch.write("car.toml", car);
