@@ -176,6 +176,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   const Offset found = with_lag(lag);
   const Offset without = with_lag(0.0);
   SourceOffset result = as_offset(left, "the gyro, by the difference of both wheels", found);
+  if (result.doubt.empty() && found.coefficients[0] < 0.0)
+    result.doubt = "turns the other way than the gyro: are left and right exchanged?";
   const double of_lag = spin_lag_doubt * (found.value - without.value);
   double accel = 0.0;  // a_y² = (v ψ̇)², mean
   for (const double t : regression.t)

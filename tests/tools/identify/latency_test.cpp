@@ -233,6 +233,17 @@ TEST(Latency, OfOneSpeedIsToldByTheCamerasWayAlone) {
   EXPECT_NEAR(found.offset, 0.03, 3e-3);
 }
 
+TEST(Latency, OfWheelsThatAreExchangedIsNotTold) {
+  SignalLog log = log_with_gyro();
+  const auto wheel = [](double side) {
+    return sampled([side](double t) { return speed(t) + side * yaw_rate(t); }, {.noise = 0.005});
+  };
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = wheel(0.08);
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] = wheel(-0.08);
+  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).doubt,
+              testing::HasSubstr("left and right exchanged?"));
+}
+
 TEST(Latency, ADriveStraightAheadTellsNothing) {
   SignalLog log = log_with_gyro();
   log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
