@@ -112,6 +112,11 @@ void require_seen(const std::string& name, const YawRates& film) {
       std::ranges::count_if(film.value, [](double rate) { return !std::isnan(rate); }));
   const auto whole = static_cast<double>(film.size());
   if (3.0 * seen >= whole) return;
+  if (seen < 0.01 * whole)
+    throw std::invalid_argument(fmt::format(
+        "{}: by its times it is {:.0f} s long and both markers are never seen twice in half a "
+        "second: are these frames (--fps) or ms?",
+        name, YawRates::seconds(1) * whole));
   throw std::invalid_argument(fmt::format(
       "{}: of {:.0f} s of film both markers are seen often enough in {:.0f} s only; track them "
       "through at least a third of it",

@@ -157,7 +157,7 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
     const Finding& finding = findings.values[axle];
     if (finding.determined == Determined::yes && 2.0 * finding.sigma > 0.05 * finding.value)
       findings.warnings.push_back(fmt::format(
-          "{}: 2 sigma are {:.0f} %, and 5 % can be had: drive faster circles, and slow ones too",
+          "{}: 2 sigma are {:.1f} %, and 5 % can be had: drive faster circles, and slow ones too",
           finding.name, 200.0 * finding.sigma / finding.value));
   }
   return findings;
