@@ -76,6 +76,10 @@ bool is_moved_into(const std::filesystem::path& place) {
 
 }  // namespace
 
+void check_writable(const std::filesystem::path& file) {
+  if (is_moved_into(file)) const WholeFile probe(file);
+}
+
 WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_(file) {
   if (is_moved_into(file)) {
     place_ = resolved(file);

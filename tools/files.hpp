@@ -12,6 +12,10 @@ namespace odomd::tools {
 /// Opens a file for writing. Throws std::invalid_argument where that cannot be.
 [[nodiscard]] std::ofstream open_output(const std::filesystem::path& file);
 
+/// Before long work whose result goes there: throws std::invalid_argument where it could not be
+/// written. The file stays as it is.
+void check_writable(const std::filesystem::path& file);
+
 /// Flushes and closes; throws std::runtime_error when something could not be written.
 void close_output(std::ofstream& output, const std::filesystem::path& file);
 

@@ -126,6 +126,8 @@ void write_config(const Options& options, const TuneJob& job, const TuneResult& 
 }
 
 void run_tune(const Options& options) {
+  if (!options.out.empty()) check_writable(options.out);
+  if (!options.write.empty()) check_patchable(options.write);
   // Whatever can be told of what is written is told before the work.
   if (!options.write.empty()) check_patchable(options.write);
   const TuneJob job = job_of(options);

@@ -24,7 +24,7 @@ struct Drawing {
 /// ending or a file that cannot be written, std::runtime_error when the conversion fails.
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings);
 
-/// Throws std::invalid_argument where write_picture() would for the name's ending.
+/// Before long work: throws std::invalid_argument where write_picture() would.
 void check_picture_name(const std::filesystem::path& file);
 
 }  // namespace odomd::tools::chart

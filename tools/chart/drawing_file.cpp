@@ -72,6 +72,7 @@ void check_picture_name(const std::filesystem::path& file) {
   if (file.extension() != ".svg" && file.extension() != ".png") {
     throw std::invalid_argument(file.string() + ": pictures end in .svg or .png; rename it");
   }
+  check_writable(file);
 }
 
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings) {

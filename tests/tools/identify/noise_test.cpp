@@ -343,6 +343,7 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   EXPECT_THAT(error(imu), HasSubstr("the car moves: "));
   EXPECT_THAT(error(drive + " --to 0.5"), HasSubstr("samples are too few"));
   EXPECT_THAT(error(drive + " --plot a.gif"), HasSubstr(".svg"));
+  EXPECT_THAT(error(drive + " --plot /nonexistent/a.svg"), HasSubstr("no folder /nonexistent"));
   EXPECT_THAT(error("--drive " + folder + " --plot a.svg"), HasSubstr("--plot draws a standing"));
   EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere"));
   const std::string csv = scratch_.write("a.csv", "t,speed\n1,2\n").string();

@@ -181,6 +181,13 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
               HasSubstr("is no folder"));
   EXPECT_THAT(refused("--drive " + one + " --goal speed --set filter.window=0.2:0.4"),
               HasSubstr("is none of position"));
+  // Before the search, not after it.
+  const std::string state = scratch_.path("no.state").string();
+  const std::string turned =
+      "--drive " + one + " --set filter.window=0.2:0.4 --state " + state + " ";
+  EXPECT_THAT(refused(turned + "--out /nonexistent/t.csv"), HasSubstr("no folder /nonexistent"));
+  EXPECT_THAT(refused(turned + "--write " + one + "/none.toml"), HasSubstr("none.toml: cannot be"));
+  EXPECT_EQ(contents(state), "");
   ASSERT_EQ(run_shell("rm " + one + "/truth.csv").status, 0);
   EXPECT_THAT(refused("--drive " + one + " --set filter.window=0.2:0.4"),
               HasSubstr("has no truth.csv"));
