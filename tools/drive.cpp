@@ -52,6 +52,12 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 
 }  // namespace
 
+void check_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored))
+    throw std::invalid_argument(folder.string() + ": is no folder; check the path");
+}
+
 std::optional<fs::path> log_in(const fs::path& folder) {
   for (const char* name : {"drive.log", "can.log"}) {
     if (auto file = file_in(folder, name)) return file;
@@ -76,10 +82,7 @@ std::vector<std::string> names_side_by_side(const std::vector<std::string>& fold
 }
 
 Drive read_drive(const DriveFiles& files) {
-  std::error_code ignored;
-  if (!fs::is_directory(files.folder, ignored)) {
-    throw std::invalid_argument(files.folder.string() + ": is no folder; check the path");
-  }
+  check_folder(files.folder);
   Drive drive;
   drive.folder = files.folder;
   drive.name = name_of(files.folder);

@@ -42,6 +42,9 @@ struct Drive {
   std::vector<std::string> warnings;
 };
 
+/// Throws std::invalid_argument where it is none.
+void check_folder(const std::filesystem::path& folder);
+
 /// The log of a drive's folder: its drive.log, as odom sim names it, else its can.log, as odom
 /// record does; nothing where neither is there. need_log_in() throws std::invalid_argument then.
 [[nodiscard]] std::optional<std::filesystem::path> log_in(const std::filesystem::path& folder);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "tools/chart/drawing.hpp"
+#include "tools/drive.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/noise_findings.hpp"
@@ -33,6 +34,7 @@ void identify_noise(const Options& options) {
     chart::check_picture_name(options.plot);
   }
   check(options.delivery);
+  if (!options.drive.empty()) check_folder(options.drive);
   std::optional<daemon::Config> config;
   for (const std::string& file :
        {options.standing.config, options.delivery.write,

@@ -345,7 +345,7 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   EXPECT_THAT(error(drive + " --plot a.gif"), HasSubstr(".svg"));
   EXPECT_THAT(error(drive + " --plot /nonexistent/a.svg"), HasSubstr("no folder /nonexistent"));
   EXPECT_THAT(error("--drive " + folder + " --plot a.svg"), HasSubstr("--plot draws a standing"));
-  EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere"));
+  EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere: is no folder"));
   const std::string csv = scratch_.write("a.csv", "t,speed\n1,2\n").string();
   const std::string nothing = scratch_.write("nothing.csv", "").string();
   EXPECT_THAT(error("--csv " + nothing),
