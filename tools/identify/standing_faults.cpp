@@ -11,6 +11,7 @@ namespace odomd::tools {
 std::vector<std::size_t> far_off(const Series& series, double lambda, double least) {
   const std::vector<double> all = innovations(series, lambda);
   std::vector<double> squares;
+  squares.reserve(all.size());
   for (const double innovation : all) squares.push_back(innovation * innovation);
   constexpr double median_of_chi_square = 0.4549;
   const double variance = std::max(median_of(std::move(squares)) / median_of_chi_square, least);

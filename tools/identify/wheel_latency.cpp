@@ -88,7 +88,8 @@ Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
   const double white = white_variance(drive.log.of(Source::yaw_rate));
   constexpr double enough = 0.1, longest = 0.25;
-  for (double half = shortest;; half *= 2.0) {
+  double half = shortest;
+  while (true) {
     // Twice a mean over ± h is a triangle, and its slope weighs by 1/(4 h²) over 4 h.
     Turning turning{smooth(drive.yaw_rate, half), white * cycle / (4.0 * std::pow(half, 3))};
     double slopes = 0.0;
@@ -97,6 +98,7 @@ Turning turning_above_noise(const GyroDrive& drive, double shortest) {
       slopes += std::pow((value[i] - value[i - 1]) / turning.yaw_rate.step, 2) /
                 static_cast<double>(value.size());
     if (turning.slope_noise < enough * slopes || 2.0 * half > longest) return turning;
+    half *= 2.0;
   }
 }
 
