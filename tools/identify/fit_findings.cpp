@@ -16,8 +16,8 @@ using estimator::Source;
 constexpr double told_below = 0.5;
 
 /// What the model leaves out, as standard uncertainties of p: tyres' curves, springs, slip that
-/// builds up, wheels that follow by inertia, biases that walk. By the errors on simulated exercises
-/// of cars that are not among those of the campaign.
+/// builds up, how much the driven wheels spin, biases that walk. By the errors on simulated
+/// exercises of cars that are not among those of the campaign.
 Numbers<double> unmodelled(double wheelbase) {
   Numbers<double> sigma{};
   sigma[stiffness_front] = 0.008;
@@ -37,7 +37,8 @@ Numbers<double> unmodelled(double wheelbase) {
   sigma[imu_y] = 1e-3 * wheelbase;
   sigma[imu_yaw] = 2e-3;
   for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) sigma[k] = 1e-3;
-  sigma[wheel_latency_front] = sigma[wheel_latency_rear] = 0.95e-3;
+  sigma[wheel_latency_front] = 0.7e-3;
+  sigma[wheel_latency_rear] = 0.95e-3;  // half of the lag by spin among it
   sigma[camera_x] = 2e-3 * wheelbase;
   sigma[camera_y] = 1e-3 * wheelbase;
   sigma[camera_yaw] = 2e-4;

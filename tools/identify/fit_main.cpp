@@ -36,7 +36,7 @@ std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   std::array<bool, parameters> free{};
   free.fill(true);
   if (one_imu(config)) free[accel_latency] = false;
-  free[load_lag] = false;  // hardly shows, and draws the others along
+  free[load_lag] = free[drive_spin] = false;  // hardly show, and draw the others along
   constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
       {Source::wheel_front_left, wheel_scale_front_left},
       {Source::wheel_front_right, wheel_scale_front_right},

@@ -25,6 +25,8 @@ constexpr std::array<ParameterInfo, parameters> table{{
     {load_arm, "load_arm", Kind::factor, Role::aside, "m", "how stiffness goes with load"},
     {load_lag, "load_lag", Kind::factor, Role::aside, "s", "how late load follows a turn"},
     {wheel_spin, "wheel_spin", Kind::factor, Role::aside, "", "spin of the front wheels by mass"},
+    {drive_spin, "drive_spin", Kind::factor, Role::aside, "",
+     "spin of the rear wheels and what drives them, by mass"},
     {track_width, "track_width", Kind::factor, Role::result, "m", "track width"},
     {steering_offset, "steering_offset", Kind::shift, Role::result, "rad", "steering offset"},
     {steering_scale, "steering_scale", Kind::factor, Role::result, "", "steering scale"},
@@ -156,6 +158,7 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   value[load_arm] = 0.14 * car.wheelbase();
   value[load_lag] = 0.05 * std::sqrt(car.wheelbase());
   value[wheel_spin] = 0.015;
+  value[drive_spin] = 0.042;  // 0.7 of two wheels' mass, a geared motor as much again
   value[track_width] = car.track_width;
   value[steering_scale] = 1.0;
   value[steering_delay] = value[steering_lag] = 0.05;
@@ -185,6 +188,7 @@ Numbers<double> usual_doubts(const daemon::Config& config) {
   doubt[bend_front] = doubt[bend_rear] = 0.5;
   doubt[load_arm] = 0.5;
   doubt[load_lag] = doubt[wheel_spin] = 0.3;
+  doubt[drive_spin] = 0.5;
   doubt[track_width] = 0.03;
   doubt[steering_offset] = 0.05;
   doubt[steering_scale] = 0.05;

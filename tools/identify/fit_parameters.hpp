@@ -26,6 +26,7 @@ enum Parameter : std::size_t {
   load_arm,
   load_lag,
   wheel_spin,
+  drive_spin,
   track_width,
   steering_offset,
   steering_scale,

@@ -143,6 +143,7 @@ template <class T>
 struct Instant {
   single_track::State<T> x;
   T accel;
+  T side_accel, turn, steer_rate;  ///< of v_y, the yaw rate and the steering: their slopes
 };
 
 template <class T>
@@ -174,6 +175,15 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
     result.x[k] =
         mix(run.states[before][k], run.states[i][k], run.states[i + 1][k], run.states[after][k]);
   result.accel = mix(run.accel[before], run.accel[i], run.accel[i + 1], run.accel[after]);
+  const auto slope = [&](std::size_t k) {
+    const T &b = run.states[i][k], &c = run.states[i + 1][k];
+    return static_cast<T>((dw[0] * run.states[before][k] + (dw[1] - right * d11) * b +
+                           (dw[2] + left * d10) * c + dw[3] * run.states[after][k]) /
+                          setup.step);
+  };
+  result.side_accel = slope(single_track::v_y);
+  result.turn = slope(single_track::yaw_rate);
+  result.steer_rate = slope(single_track::steer);
   return result;
 }
 
@@ -217,6 +227,12 @@ std::array<T, 2> felt(const Setup& setup, const four_wheels::Car<T>& car, const 
 }
 
 /// The speed of a wheel, or of the axle's middle, along itself.
+//
+// A wheel of spin I / r² = m_w is sped up by its tyre's force F, so it slips: with C_κ = C / (2 p)
+// of a wheel, C its axle's cornering stiffness, and V its speed over the ground
+//   ω r = V (1 + κ),   κ = F / C_κ,   F = T / r - m_w V̇
+// In turns V̇ differs from side to side: the wheels' difference then is late by m_w V / C_κ, as if
+// their stamps were.
 template <class T>
 T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source source,
          const Instant<T>& now, const Numbers<T>& p) {
@@ -230,43 +246,44 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   const T half = 0.5 * setup.nominal[track_width] * exp(p[track_width]);
   const T& r = now.x[st::yaw_rate];
   const T forward = now.x[st::v_x];
-  if (source == Source::wheel_front_left || source == Source::wheel_front_right) {
-    const bool left = source == Source::wheel_front_left;
-    const T out = (left ? 1.0 : -1.0) * half;
+  const T per_force = usual_slip + p[wheel_slip];
+  const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
+  const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
+  const T out = (left ? 1.0 : -1.0) * half;
+  // The inner wheel carries less, and slips more.
+  const T wheelbase = car.front_axle + car.rear_axle;
+  const T share =
+      1.0 + out * car.load_arm * wheelbase * forward * (r - car.load_lag * now.turn) /
+                (st::gravity * 2.0 * half * half * (front ? car.rear_axle : car.front_axle));
+  if (front) {
     const T along = forward - out * r;
     const T side = now.x[st::v_y] + car.front_axle * r;
     // Ackermann: both front wheels point across the same centre, tan δ_i = l tan δ / (l - y_i tan
     // δ)
-    const T wheelbase = car.front_axle + car.rear_axle;
     const T slope = tan(now.x[st::steer]);
     const T steer = atan(wheelbase * slope / (wheelbase - out * slope));
-    const T speed = along * cos(steer) + side * sin(steer);
-    // The road spins it up, by slip.
-    const T slip = (usual_slip + p[wheel_slip]) / setup.nominal[stiffness_front] * car.spin *
-                   car.mass * (now.accel - now.x[st::v_y] * r);
+    const T c = cos(steer), s = sin(steer);
+    const T speed = along * c + side * s;
+    const T accel = (now.accel - out * now.turn) * c +
+                    (now.side_accel + car.front_axle * now.turn) * s +
+                    (side * c - along * s) * now.steer_rate;
+    const T slip = per_force / setup.nominal[stiffness_front] * car.spin * car.mass * accel * share;
     return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed *
            (static_cast<T>(1.0) - slip);
   }
   // κ = p D / C_h, D what drives the car
   const T accel_x = now.accel - now.x[st::v_y] * r;
-  const T slip = (usual_slip + p[wheel_slip]) / setup.nominal[stiffness_rear] *
-                 four_wheels::push(car, now.x, accel_x).drive;
-  // Both wheels get the same torque; the inner one carries less, and slips more.
-  const T moved = car.load_arm * (car.front_axle + car.rear_axle) * forward * r /
-                  (st::gravity * 2.0 * half * car.front_axle);
-  T speed = forward;
-  T share(1.0);
-  std::size_t scale = source == Source::motor ? wheel_scale_motor : wheel_scale_rear;
-  if (source == Source::wheel_rear_left) {
-    speed = forward - half * r;
-    share = static_cast<T>(1.0) + moved;
-    scale = wheel_scale_rear_left;
-  } else if (source == Source::wheel_rear_right) {
-    speed = forward + half * r;
-    share = static_cast<T>(1.0) - moved;
-    scale = wheel_scale_rear_right;
+  const T drive = four_wheels::push(car, now.x, accel_x).drive;
+  const T per_newton = per_force / setup.nominal[stiffness_rear];
+  if (source != Source::wheel_rear_left && source != Source::wheel_rear_right) {
+    const std::size_t scale = source == Source::motor ? wheel_scale_motor : wheel_scale_rear;
+    return exp(p[scale]) * forward * (static_cast<T>(1.0) + per_newton * drive);
   }
-  return exp(p[scale]) * speed * (static_cast<T>(1.0) + share * slip);
+  // Both wheels get the same torque, and the outer one spins up in a turn: F_i = D / 2 + m_w y_i ψ̈.
+  const T drive_spun = setup.nominal[drive_spin] * exp(p[drive_spin]) * car.mass;  // of both
+  const T slip = per_newton * (drive + drive_spun * out * now.turn) * share;
+  return exp(p[left ? wheel_scale_rear_left : wheel_scale_rear_right]) * (forward - out * r) *
+         (static_cast<T>(1.0) + slip);
 }
 
 /// What a source would have said.
