@@ -27,7 +27,7 @@ PoseSample pose_near(const Drive& drive, double t) {
 
 // Commands are given by another clock than they are reported by, and servos are jerky: how far the
 // signal moves in so many of its cycles.
-constexpr double doubtful_cycles = 1.75;
+constexpr double doubtful_cycles = 1.0;
 double steering_doubt(const Setup& setup, const Drive& drive, double begin) {
   double sum = 0.0;
   int count = 0;
