@@ -73,8 +73,8 @@ fs::path need_log_in(const fs::path& folder) {
 }
 
 std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders) {
-  std::vector<std::string> names;
-  for (const std::string& folder : folders) names.push_back(name_of(folder));
+  std::vector<std::string> names(folders.size());
+  std::ranges::transform(folders, names.begin(), name_of);
   std::vector<std::string> several = names;
   for (std::size_t i = 0; i < names.size(); ++i)
     if (std::ranges::count(names, names[i]) > 1) several[i] = folders[i];

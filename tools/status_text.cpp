@@ -219,8 +219,10 @@ std::string sources(const Json& now, const Rates& rates) {
 // What the filter has learnt, where its model learns.
 std::string calibrations(const Json& now) {
   Table table{{"calibration", "value", "", "learnt"}, {}, {0, 2, 3}};
-  for (const auto& [name, value, sigma, unit, valid] : calibrations_of(now))
-    table.rows.push_back({name, value, "± " + sigma + unit, valid ? "yes" : "not yet"});
+  for (const auto& [name, value, sigma, unit, valid] : calibrations_of(now)) {
+    table.rows.push_back({name, value, "± ", valid ? "yes" : "not yet"});
+    table.rows.back()[2].append(sigma).append(unit);
+  }
   return table.rows.empty() ? std::string{} : '\n' + table.text();
 }
 
