@@ -22,10 +22,10 @@ Numbers<double> unmodelled(double wheelbase) {
   Numbers<double> sigma{};
   sigma[stiffness_front] = 0.008;
   sigma[stiffness_rear] = 0.009;
-  sigma[yaw_inertia] = 0.004;
+  sigma[yaw_inertia] = 0.005;
   sigma[track_width] = 1e-3;
   sigma[steering_offset] = 1e-4;
-  sigma[steering_scale] = 2e-3;
+  sigma[steering_scale] = 3e-3;
   sigma[steering_delay] = 8e-3;
   sigma[steering_lag] = 0.3;
   sigma[gyro_bias] = 2e-4;
