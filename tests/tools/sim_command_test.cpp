@@ -16,6 +16,7 @@
 #include "can_protocol/candump.hpp"
 #include "can_protocol/file_descriptor.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/sim/vehicle.hpp"
 
 namespace odomd::tools::sim_command_test {
 namespace {
@@ -70,6 +71,31 @@ TEST(SimCommand, JsonTellsWhatWasDrawn) {
   EXPECT_EQ(report["seed"], 4);
   const auto file = nlohmann::json::parse(contents(scratch.path("drive/plant.json")));
   EXPECT_EQ(file["truth"], report["truth"]);
+}
+
+TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
+  const auto plant_of = [](const std::string& what, const std::string& seed) {
+    const Scratch scratch;
+    const std::string folder = scratch.path("made").string();
+    EXPECT_EQ(run_shell("odom sim " + what + " --seed " + seed + " --out " + folder).status, 0);
+    return nlohmann::json::parse(contents(folder + "/plant.json"));
+  };
+  // The car of every drive of the 1:10 car, but for the two errors that its owner weighs and
+  // swings.
+  const sim::PlantParameters car = sim::true_vehicle(sim::CarKind::scale_car, {});
+  for (const std::string seed : {"1", "2"}) {
+    const auto drawn = plant_of("--duration 2", seed).at("truth");
+    const double mass = car.mass * (1.0 + drawn.at("mass_error").get<double>());
+    const double inertia = car.yaw_inertia * (1.0 + drawn.at("inertia_error").get<double>());
+    const auto weighed = plant_of("weighing", seed).at("experiment");
+    EXPECT_DOUBLE_EQ(weighed.at("mass"), mass);
+    EXPECT_DOUBLE_EQ(weighed.at("front_axle"), car.front_axle);
+    EXPECT_DOUBLE_EQ(weighed.at("rear_axle"), car.rear_axle);
+    EXPECT_DOUBLE_EQ(weighed.at("track_width"), car.track_width);
+    const auto swung = plant_of("swing --duration 20", seed).at("experiment");
+    EXPECT_DOUBLE_EQ(swung.at("mass"), mass);
+    EXPECT_DOUBLE_EQ(swung.at("yaw_inertia"), inertia);
+  }
 }
 
 TEST(SimCommand, ListsItsScenarios) {

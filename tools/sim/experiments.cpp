@@ -154,9 +154,9 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
   const RunPlan plan = plan_of(options);
   RandomStream draw(options.seed, "the weighing");
   const double mass = plan.car.mass;
-  const double wheelbase = plan.car.front_axle + plan.car.rear_axle + 1e-3 * draw.normal();
+  const double wheelbase = plan.car.front_axle + plan.car.rear_axle;
   const double track = plan.car.track_width;
-  const double front_axle = plan.car.front_axle + 4e-3 * draw.normal();
+  const double front_axle = plan.car.front_axle;
   const double lateral = 2e-3 * draw.normal();
   const double height = draw.uniform(0.2, 0.3) * wheelbase;
   const double gain = 1.0 + 1e-3 * draw.normal();
@@ -168,7 +168,7 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
   plant["experiment"] = {{"mass", mass},
                          {"wheelbase", wheelbase},
                          {"front_axle", front_axle},
-                         {"rear_axle", wheelbase - front_axle},
+                         {"rear_axle", plan.car.rear_axle},
                          {"track_width", track},
                          {"lateral", lateral},
                          {"height", height},
