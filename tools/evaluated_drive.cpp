@@ -11,6 +11,7 @@
 #include "tools/closed_loop.hpp"
 #include "tools/csv.hpp"
 #include "tools/heading_doubt.hpp"
+#include "tools/initial_pose_doubt.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
@@ -95,7 +96,8 @@ void warn_of_doubts(EvaluatedDrive& drive) {
                                             " times faster than any car (100 m/s); path length, "
                                             "maxima and 35 ms errors hold these jumps"});
     }
-    if (e.reference_stuck_ns > 0) {
+    // An estimate that comes from elsewhere moves while the car stands.
+    if (e.reference_stuck_ns > 0 && !drive.begins_elsewhere) {
       drive.warnings.push_back(
           {e.name, "the reference stays at one place for " +
                        fixed(seconds(e.reference_stuck_ns), 1) +
@@ -241,6 +243,11 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     drive.estimates.push_back(std::exchange(replayed.poses, {}));
     drive.estimates.back().name = daemon::name_of(model);
     drive.replays.push_back(std::move(replayed));
+  }
+  if (auto doubt = initial_pose_doubt(read.config, read.cameras,
+                                      drive.replays.front().summary.first_tick_ns)) {
+    drive.warnings.push_back({"", *std::move(doubt)});
+    drive.begins_elsewhere = true;
   }
   append_doubts(drive);
   judge(drive, judging);

@@ -30,6 +30,7 @@ struct EvaluatedDrive {
                                        ///< pose files none
   std::vector<estimator::CameraPose> cameras;
   bool is_part = false;  ///< judged by --from or --to; what the filter says of samples is not
+  bool begins_elsewhere = false;  ///< the configuration's initial pose is of another drive
   std::optional<BeatHistogram> beat;
   std::optional<daemon::Config> config;  ///< of replays
   std::vector<EvaluationWarning> warnings;

@@ -16,6 +16,7 @@
 #include "tools/camera_csv.hpp"
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
+#include "tools/initial_pose_doubt.hpp"
 #include "tools/innovation_file.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/pose_file.hpp"
@@ -113,7 +114,6 @@ void run(const Options& options) {
   CameraLog camera;
   if (!options.camera.empty())
     camera = read_camera_log(options.camera);
-
   else if (config.camera.configured)
     warnings.push_back(
         fmt::format("{} has a [camera], but no --camera gives its poses: this is odometry alone",
@@ -140,6 +140,8 @@ void run(const Options& options) {
   for (const auto& some :
        {camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
     warnings.insert(warnings.end(), some.begin(), some.end());
+  if (auto doubt = initial_pose_doubt(config, camera.poses, summary.first_tick_ns))
+    warnings.push_back(*std::move(doubt));
   report(options, summary, seconds.count(), warnings);
   if (summary.poses == 0) throw std::runtime_error("no pose came about: no pose file is written");
 }

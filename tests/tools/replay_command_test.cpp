@@ -146,6 +146,21 @@ TEST_F(OdomReplay, SaysThatTheCameraSawAnotherDrive) {
   EXPECT_THAT(said_of("200"), HasSubstr(doubt));
 }
 
+TEST_F(OdomReplay, SaysThatTheInitialPoseIsOfAnotherDrive) {
+  const std::string log = "(100.000000) can0 101#95E803\n(101.000000) can0 101#95E803\n";
+  constexpr auto doubt = "lies 3.00 m and 0 deg from what the camera saw first: it is of another";
+  const auto said_from = [&](const std::string& initial, const std::string& capture) {
+    const auto camera = scratch_.write(
+        "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n100.5," + capture +
+                          ",3,1,0.5,.01,.01,.01\n");
+    return replay(log, " --initial=" + initial + " --camera " + camera.string()).err;
+  };
+  EXPECT_THAT(said_from("0,1,0.5", "100.02"), HasSubstr(doubt));
+  EXPECT_THAT(said_from("2.9,1,0.4", "100.02"), Not(HasSubstr("another drive")));
+  EXPECT_THAT(said_from("3,1,3.4", "100.02"), HasSubstr("lies 0.00 m and 166 deg"));
+  EXPECT_THAT(said_from("0,1,0.5", "100.45"), Not(HasSubstr("another drive")));  // it drove there
+}
+
 TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
   const auto camera = scratch_.write(
       "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");
