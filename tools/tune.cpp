@@ -121,7 +121,7 @@ void write_config(const Options& options, const TuneJob& job, const TuneResult& 
   }
   std::vector<ConfigValue> values;
   for (const TunedKey& key : result.keys)
-    if (key.fate == Fate::taken) values.push_back({key.key, key.after, note_of(job, result)});
+    if (key.fate == Fate::taken) values.push_back({key.key, key.after, note_of(job, result, key)});
   patch_config(options.write, values);
 }
 

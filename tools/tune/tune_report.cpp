@@ -51,7 +51,7 @@ std::string change(double before, double after, const Shown& how) {
 
 std::string remark(const TunedKey& key) {
   if (key.fate == Fate::over_fitted) return "over-fitted: put back";
-  if (key.fate == Fate::idle) return "does nothing: put back";
+  if (key.fate == Fate::idle) return "helps nowhere: put back";
   return key.at_end_of_range ? "at the end of its range: widen it" : "";
 }
 
@@ -151,8 +151,10 @@ std::string as_text(const TuneJob& job, const TuneResult& result) {
   if (result.impossible > 0)
     text += fmt::format(", {} refused (the last: {})", result.impossible, result.why_impossible);
   if (result.cut_short)
-    text += fmt::format("; the search was cut short by --trials {}: there may be better",
-                        job.search.trials);
+    text += fmt::format(
+        "; the search was cut short by --trials {}, which leave no whole round: there may be "
+        "better",
+        job.search.trials);
   return text + ". " + verdict(result) + overconfidence(result);
 }
 
@@ -208,9 +210,9 @@ std::string trials_csv(const TuneJob& job, const TuneResult& result) {
   return text;
 }
 
-std::string note_of(const TuneJob& job, const TuneResult& result) {
-  std::string note = "odom tune: " + in_words(result.relative_error) + " on " +
-                     counted(job.drives.size(), "drive");
+std::string note_of(const TuneJob& job, const TuneResult& result, const TunedKey& key) {
+  std::string note = "odom tune: helps by " + effect(key.without) + "; in all " +
+                     in_words(result.relative_error) + " on " + counted(job.drives.size(), "drive");
   if (result.held_out_error)
     note +=
         fmt::format(", {} on {} held out", in_words(*result.held_out_error), job.held_out.size());

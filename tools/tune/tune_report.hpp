@@ -17,6 +17,7 @@ namespace odomd::tools {
 [[nodiscard]] std::string trials_csv(const TuneJob& job, const TuneResult& result);
 
 /// "odom tune: 12.3 % better on 3 drives, 4.5 % on 2 held out": the note beside a written number.
-[[nodiscard]] std::string note_of(const TuneJob& job, const TuneResult& result);
+[[nodiscard]] std::string note_of(const TuneJob& job, const TuneResult& result,
+                                  const TunedKey& key);
 
 }  // namespace odomd::tools

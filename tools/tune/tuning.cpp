@@ -222,11 +222,7 @@ TunedKey judged(const TuneJob& job, std::size_t index, double value, double with
                .at_end_of_range = value == parameter.from || value == parameter.to,
                .without = without,
                .without_held_out = without_held_out};
-  if (without_held_out && *without_held_out < 1.0 - indifferent)
-    key.fate = Fate::over_fitted;
-  else if (std::fabs(without - 1.0) < idle &&
-           std::fabs(without_held_out.value_or(1.0) - 1.0) < idle)
-    key.fate = Fate::idle;
+  key.fate = fate_of(without, without_held_out);
   return key;
 }
 
@@ -262,6 +258,12 @@ Values what_to_take(const TuneJob& job, Bench& bench, const Values& best) {
 }
 
 }  // namespace
+
+Fate fate_of(double without, std::optional<double> without_held_out) {
+  if (without_held_out && *without_held_out < 1.0 - indifferent) return Fate::over_fitted;
+  const bool helps = without > 1.0 + idle || without_held_out.value_or(1.0) > 1.0 + idle;
+  return helps ? Fate::taken : Fate::idle;
+}
 
 bool TuneResult::is_better() const {
   return relative_error < 1.0 - indifferent &&

@@ -29,8 +29,11 @@ struct TuneJob {
 enum class Fate : std::uint8_t {
   taken,        ///< its value is the tuned one
   over_fitted,  ///< harms the drives held out: put back
-  idle,         ///< changes nothing: left as it was
+  idle,         ///< helps nowhere: left as it was
 };
+
+/// By TunedKey::without, without_held_out.
+[[nodiscard]] Fate fate_of(double without, std::optional<double> without_held_out);
 
 struct TunedKey {
   std::string key;

@@ -46,6 +46,35 @@ TEST(TuneReport, SaysThatABetterOptimumIsOverconfident) {
   EXPECT_THAT(report({"lap", score(0.010, 12.5), score(0.008, 12.0)}), Not(HasSubstr("too small")));
 }
 
+TEST(TuneReport, PutsBackAKeyThatHelpsNowhere) {
+  EXPECT_EQ(fate_of(1.0, std::nullopt), Fate::idle);
+  EXPECT_EQ(fate_of(1.0, 0.998), Fate::idle);  // harms a little
+  EXPECT_EQ(fate_of(1.0, 1.002), Fate::taken);
+  EXPECT_EQ(fate_of(1.002, 0.998), Fate::taken);
+  EXPECT_EQ(fate_of(1.2, 0.99), Fate::over_fitted);
+}
+
+TEST(TuneReport, NotesWhatEachKeyDoes) {
+  TuneJob job;
+  job.drives.resize(1);
+  TuneResult result;
+  result.relative_error = 0.758;
+  TunedKey key;
+  key.without = 1.31;
+  EXPECT_EQ(note_of(job, result, key),
+            "odom tune: helps by +31.0 %; in all 24.2 % better on 1 drive");
+}
+
+TEST(TuneReport, SaysThatNoWholeRoundWasLeft) {
+  TuneJob job;
+  job.goals = {Goal::position};
+  job.search.trials = 30;
+  TuneResult result;
+  result.cut_short = true;
+  EXPECT_THAT(as_text(job, result),
+              HasSubstr("cut short by --trials 30, which leave no whole round"));
+}
+
 TEST(TuneReport, HasADashWhereSigmasCannotBeJudged) {
   const double untold = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(report({"lap", score(0.010, untold), score(0.008, untold)}),
