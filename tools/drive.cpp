@@ -107,6 +107,10 @@ Drive read_drive(const DriveFiles& files) {
       CameraLog camera = read_camera_log(*file);
       drive.cameras = std::move(camera.poses);
       append(drive.warnings, camera.warnings);
+      if (drive.cameras.empty() && drive.config.camera.configured)
+        drive.warnings.push_back(file->string() +
+                                 ": holds no camera pose: this is odometry alone; look whether its "
+                                 "tracker saw the car");
     }
   }
   const auto reference =

@@ -112,9 +112,13 @@ void run(const Options& options) {
   can::MergedLog log(config.can.sources, buses);
 
   CameraLog camera;
-  if (!options.camera.empty())
+  if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
-  else if (config.camera.configured)
+    if (camera.poses.empty())
+      warnings.push_back(options.camera +
+                         ": holds no camera pose: this is odometry alone; look whether its tracker "
+                         "saw the car");
+  } else if (config.camera.configured)
     warnings.push_back(
         fmt::format("{} has a [camera], but no --camera gives its poses: this is odometry alone",
                     options.config));

@@ -25,6 +25,20 @@ std::string roles(const can::BoundMessage& message) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
+// A frame that is cut off in its middle reads like a short one.
+std::optional<std::string> cut_frames(const can::BoundMessage& message,
+                                      const can::MessageCounters& counters) {
+  const auto count = [&](FrameVerdict verdict) {
+    return counters.verdicts[static_cast<std::size_t>(verdict)].get();
+  };
+  const std::uint64_t cut = count(FrameVerdict::too_short);
+  if (cut == 0 || count(FrameVerdict::decoded) == 0) return std::nullopt;
+  return fmt::format(
+      "message '{}' ({}): {} of its frames ended before its signals and gave no value: look "
+      "whether the log is cut off in the middle of a line",
+      message.name, roles(message), cut);
+}
+
 // "mode fault from t = 12.345000000 on (2.345 s into the drive, ...)".
 std::string fault(const ReplaySummary& summary) {
   std::string t;
@@ -65,8 +79,10 @@ std::optional<std::string> message_doubt(const can::BoundMessage& message,
 std::vector<std::string> replay_doubts(const can::Decoder& decoder, const ReplaySummary& summary) {
   std::vector<std::string> doubts;
   const auto messages = decoder.messages();
-  for (std::size_t i = 0; i < messages.size(); ++i)
+  for (std::size_t i = 0; i < messages.size(); ++i) {
     if (auto doubt = message_doubt(messages[i], decoder.counters(i))) doubts.push_back(*doubt);
+    if (auto doubt = cut_frames(messages[i], decoder.counters(i))) doubts.push_back(*doubt);
+  }
   if (summary.late > 0)
     doubts.push_back(
         fmt::format("{} frames are stamped a second or more before frames ahead of them; sort the "

@@ -110,6 +110,22 @@ TEST_F(OdomReplay, SaysThatTheCameraIsMissing) {
   EXPECT_THAT(replay(log).err, HasSubstr(note));
 }
 
+TEST_F(OdomReplay, SaysThatTheCameraFileHoldsNoPose) {
+  const auto camera =
+      scratch_.write("camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n");
+  const Outcome outcome =
+      replay("(1.000000) can0 101#95E803\n", " --model kinematic --camera " + camera.string());
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr(camera.string() + ": holds no camera pose"));
+}
+
+TEST_F(OdomReplay, SaysThatALogIsCutInMidFrame) {
+  const std::string whole = "(1.000000) can0 101#95E803\n(1.010000) can0 101#95E803";
+  constexpr auto doubt = "message 'WHEEL' (wheel_rear): 1 of its frames ended before its signals";
+  EXPECT_THAT(replay(whole + "\n").err, Not(HasSubstr(doubt)));
+  EXPECT_THAT(replay(whole.substr(0, whole.size() - 2)).err, HasSubstr(doubt));
+}
+
 TEST_F(OdomReplay, SaysSinceWhenThePoseIsFaulty) {
   // 1 m/s, and -1 m/s, which the paper's filter does not drive.
   std::string log;
