@@ -10,6 +10,7 @@
 #include "tools/chart/style.hpp"
 #include "tools/closed_loop.hpp"
 #include "tools/csv.hpp"
+#include "tools/drive_mismatch.hpp"
 #include "tools/heading_doubt.hpp"
 #include "tools/initial_pose_doubt.hpp"
 #include "tools/text.hpp"
@@ -159,6 +160,8 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
   doubt_heading(drive, *drive.reference);
   for (const Trajectory& estimate : drive.estimates) {
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
+    const std::string mismatch = drive_mismatch(*drive.reference, estimate);
+    if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
   }
   warn_of_doubts(drive);
 }

@@ -108,6 +108,24 @@ TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
                              ": the reference covers 2.0 s of 4.0 s; the rest is not judged\n");
 }
 
+TEST_F(Evaluate, SaysThatTheReferenceIsOfAnotherDrive) {
+  Trajectory other = wavy_drive(0.0, 5.0, 0.01);
+  for (auto& point : other.points) point.pose.yaw = 0.6 * static_cast<double>(point.t_ns) * 1e-9;
+  const auto file = scratch_.write("other.csv", csv_of(other)).string();
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
+              HasSubstr(file + ": it turns quite otherwise than the reference does"));
+  EXPECT_EQ(run("--reference " + reference_ + " --pose " + drift_).err, "");
+}
+
+TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
+  std::string poses = "t,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
+  for (int i = 0; i < 5; ++i) poses += std::to_string(i) + ",0,0,0,.1,.1,.1\n";
+  const auto file = scratch_.write("poses.csv", poses).string();
+  constexpr auto doubt = "look whether --reference and --pose are exchanged";
+  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(doubt));
+  EXPECT_THAT(run("--reference " + good_ + " --pose " + file).err, testing::Not(HasSubstr(doubt)));
+}
+
 TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
   EXPECT_EQ(run("").status, 2);
   EXPECT_THAT(run("").err, HasSubstr("--pose or --drive is required; see odom evaluate --help"));
