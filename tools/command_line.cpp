@@ -1,14 +1,14 @@
 #include "tools/command_line.hpp"
 
 #include <CLI/CLI.hpp>
-#include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <exception>
 #include <iostream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+
+#include "tools/files.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -79,11 +79,8 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
         return report_usage(odom, error);
       }
     }
-    errno = 0;
-    if (!std::cout.flush()) {
-      const std::string reason = errno != 0 ? std::strerror(errno) : "write error";
-      return report(odom, "standard output: " + reason, exit_failed);
-    }
+    if (!std::cout.flush())
+      return report(odom, "standard output: " + why_unwritten(std::cout), exit_failed);
     return exit_done;
   } catch (const std::invalid_argument& error) {
     return report(odom, error.what(), exit_usage);

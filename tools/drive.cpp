@@ -81,6 +81,16 @@ std::vector<std::string> names_side_by_side(const std::vector<std::string>& fold
   return several;
 }
 
+std::vector<fs::path> files_of(const DriveFiles& files) {
+  check_folder(files.folder);
+  std::vector<fs::path> all = config_of(files).can.dbc;
+  append(all, {files.config, files.reference});
+  for (const char* name :
+       {"car.toml", "car.dbc", "drive.log", "can.log", "camera.csv", "truth.csv", "beat.csv"})
+    all.push_back(files.folder / name);
+  return all;
+}
+
 Drive read_drive(const DriveFiles& files) {
   check_folder(files.folder);
   Drive drive;

@@ -54,6 +54,10 @@ void check_folder(const std::filesystem::path& folder);
 /// it in common, the folder as it is given.
 [[nodiscard]] std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders);
 
+/// The files that a drive is read from, there or not; for what must not be overwritten. Throws as
+/// read_drive does where there is no configuration.
+[[nodiscard]] std::vector<std::filesystem::path> files_of(const DriveFiles& files);
+
 /// Reads car.toml, the databases that it names, drive.log or can.log, camera.csv and truth.csv; the
 /// last two where they are there. Throws std::invalid_argument that names the file and the mend.
 [[nodiscard]] Drive read_drive(const DriveFiles& files);

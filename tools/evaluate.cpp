@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <memory>
@@ -132,7 +133,20 @@ nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
   return json;
 }
 
+std::vector<std::filesystem::path> inputs_of(const Options& options) {
+  std::vector<std::filesystem::path> inputs{options.reference, options.camera, options.beat};
+  inputs.insert(inputs.end(), options.poses.begin(), options.poses.end());
+  for (const std::string& folder : options.drives) {
+    const auto files =
+        files_of({.folder = folder, .config = options.config, .reference = options.reference});
+    inputs.insert(inputs.end(), files.begin(), files.end());
+  }
+  return inputs;
+}
+
 void run_evaluate(const Options& options) {
+  check_outputs(std::vector<Output>{{"--html", options.html}, {"--picture", options.picture}},
+                inputs_of(options));
   const std::vector<EvaluatedDrive> drives = evaluated(options);
   if (options.closed_loop && options.judging.frame == Frame::map &&
       std::ranges::any_of(drives, [](const EvaluatedDrive& drive) {

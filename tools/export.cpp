@@ -6,8 +6,6 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <system_error>
-#include <utility>
 #include <vector>
 
 #include "tools/choice.hpp"
@@ -28,20 +26,12 @@ struct Options {
   McapCompression compression = McapCompression::zstd;
 };
 
-// What is read must outlive what is written.
-void refuse_outputs_that_are_inputs(const Options& options, const ExportSources& sources) {
-  std::vector<std::string> inputs{options.source, sources.pose, sources.config, sources.camera,
-                                  sources.truth};
+std::vector<std::filesystem::path> inputs_of(const Options& options, const ExportSources& sources) {
+  std::vector<std::filesystem::path> inputs{options.source, sources.pose, sources.config,
+                                            sources.camera, sources.truth};
   inputs.insert(inputs.end(), sources.logs.begin(), sources.logs.end());
   inputs.insert(inputs.end(), sources.databases.begin(), sources.databases.end());
-  for (const auto& [option, output] :
-       {std::pair{"--mcap", options.mcap}, std::pair{"--csv", options.csv}})
-    for (const std::string& input : inputs) {
-      std::error_code missing;
-      if (!output.empty() && !input.empty() && std::filesystem::equivalent(output, input, missing))
-        throw std::invalid_argument(
-            fmt::format("{}: {} is what is exported; name another file", option, output));
-    }
+  return inputs;
 }
 
 void export_drive(const Options& options) {
@@ -54,7 +44,8 @@ void export_drive(const Options& options) {
   if (!named.camera.empty()) sources.camera = named.camera;
   if (!named.truth.empty()) sources.truth = named.truth;
 
-  refuse_outputs_that_are_inputs(options, sources);
+  check_outputs(std::vector<Output>{{"--mcap", options.mcap}, {"--csv", options.csv}},
+                inputs_of(options, sources));
   const DriveData data = read_drive(sources);
   for (const std::string& warning : data.warnings) std::cerr << "odom export: " << warning << '\n';
   const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;

@@ -51,10 +51,22 @@ std::ofstream open_output(const std::filesystem::path& file) {
   return open_output_for(file, file);
 }
 
+std::string why_unwritten(std::ostream& failed) {
+  failed.clear();
+  errno = 0;
+  failed.put('\n').flush();
+  const std::string why = errno != 0 ? reason() : "some of it did not arrive; is the disk full?";
+  failed.setstate(std::ios::badbit);
+  return why;
+}
+
 void close_output(std::ofstream& output, const std::filesystem::path& file) {
+  const std::string unwritten = output.flush() ? "" : why_unwritten(output);
   errno = 0;
   output.close();
-  if (!output) throw std::runtime_error(file.string() + ": cannot be written: " + reason());
+  if (!output)
+    throw std::runtime_error(file.string() +
+                             ": cannot be written: " + (unwritten.empty() ? reason() : unwritten));
 }
 
 namespace {
@@ -74,7 +86,28 @@ bool is_moved_into(const std::filesystem::path& place) {
          type == std::filesystem::file_type::regular;
 }
 
+bool is_same(const std::filesystem::path& one, const std::filesystem::path& other) {
+  if (one.empty() || other.empty() || !is_moved_into(one) || !is_moved_into(other)) return false;
+  std::error_code missing;
+  if (std::filesystem::equivalent(one, other, missing)) return true;
+  return std::filesystem::weakly_canonical(one, missing) ==
+         std::filesystem::weakly_canonical(other, missing);
+}
+
 }  // namespace
+
+void check_outputs(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs) {
+  const auto refuse = [](const Output& output, const std::string& is) {
+    throw std::invalid_argument(output.option + ": " + output.file.string() + " is " + is +
+                                "; name another file");
+  };
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    for (const std::filesystem::path& input : inputs)
+      if (is_same(outputs[i].file, input)) refuse(outputs[i], "what is read");
+    for (std::size_t j = 0; j < i; ++j)
+      if (is_same(outputs[i].file, outputs[j].file)) refuse(outputs[i], outputs[j].option + " too");
+  }
+}
 
 void check_writable(const std::filesystem::path& file) {
   if (is_moved_into(file)) const WholeFile probe(file);

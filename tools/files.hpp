@@ -3,6 +3,9 @@
 
 #include <filesystem>
 #include <fstream>
+#include <ostream>
+#include <span>
+#include <string>
 
 namespace odomd::tools {
 
@@ -15,6 +18,19 @@ namespace odomd::tools {
 /// Before long work whose result goes there: throws std::invalid_argument where it could not be
 /// written. The file stays as it is.
 void check_writable(const std::filesystem::path& file);
+
+/// A file that an option names to be written; an empty name: none.
+struct Output {
+  std::string option;
+  std::filesystem::path file;
+};
+
+/// What is read must outlive what is written, and what is written needs a file each: throws
+/// std::invalid_argument that names the option. Pipes and devices may be both.
+void check_outputs(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs);
+
+/// Why a stream has failed, however long ago: it is tried once more. "No space left on device".
+[[nodiscard]] std::string why_unwritten(std::ostream& failed);
 
 /// Flushes and closes; throws std::runtime_error when something could not be written.
 void close_output(std::ofstream& output, const std::filesystem::path& file);

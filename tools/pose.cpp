@@ -108,7 +108,7 @@ class PoseWriter {
     buffer_.clear();
     if (!stream().flush()) {
       throw std::runtime_error((options_.out.empty() ? "standard output" : options_.out) +
-                               ": cannot be written");
+                               ": cannot be written: " + why_unwritten(stream()));
     }
   }
 

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -50,6 +51,14 @@ daemon::Config configuration(const Options& options) {
   if (!options.model.empty()) config.model = daemon::parse_model(options.model);
   if (!options.initial.empty()) config.initial_pose = daemon::parse_pose(options.initial);
   return config;
+}
+
+std::vector<std::filesystem::path> inputs_of(const Options& options, const daemon::Config& config) {
+  std::vector<std::filesystem::path> inputs = config.can.dbc;
+  inputs.insert(inputs.end(), {options.config, options.camera});
+  for (const std::string& source : config.can.sources)
+    inputs.emplace_back(source == "-" ? "/dev/stdin" : source);
+  return inputs;
 }
 
 void report(const Options& options, const ReplaySummary& summary, double seconds,
@@ -111,6 +120,9 @@ void run(const Options& options) {
     if (!binding.bus.empty()) buses.index_of(binding.bus);
   can::MergedLog log(config.can.sources, buses);
 
+  check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out},
+                                    {"--innovations", options.innovations}},
+                inputs_of(options, config));
   CameraLog camera;
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);

@@ -1,6 +1,7 @@
 #include "tools/replay_recording.hpp"
 
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <stdexcept>
@@ -13,11 +14,20 @@
 #include "tools/pose_csv.hpp"
 #include "tools/pose_file.hpp"
 #include "tools/recording.hpp"
+#include "tools/recording_folder.hpp"
 #include "tools/recording_verifier.hpp"
 #include "tools/replay_json.hpp"
 
 namespace odomd::tools {
 namespace {
+
+std::vector<std::filesystem::path> files_of(const Recording& recording) {
+  std::vector<std::filesystem::path> all = recording.config.can.dbc;
+  for (const char* name : {recorded_frames, recorded_cameras, recorded_beat, recorded_poses,
+                           recorded_info, recorded_state, recorded_config})
+    all.push_back(recording.folder / name);
+  return all;
+}
 
 void report(const RecordingOptions& options, const RecordingReplay& replayed, double seconds,
             const std::optional<RecordingVerifier>& verifier,
@@ -49,6 +59,8 @@ void replay_recording(const RecordingOptions& options) {
   const Recording recording = open_recording(options.folder);
   std::optional<RecordingVerifier> verifier;
   if (options.verify) verifier.emplace(recording.folder);
+  check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out}},
+                files_of(recording));
   std::optional<WholeFile> file;
   if (!options.out.empty() && options.out != "-") file.emplace(options.out);
   std::optional<PoseFile> poses;

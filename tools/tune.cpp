@@ -58,6 +58,16 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
   return drives;
 }
 
+std::vector<std::filesystem::path> inputs_of(const Options& options) {
+  std::vector<std::filesystem::path> inputs;
+  for (const auto* folders : {&options.drives, &options.held_out})
+    for (const std::string& folder : *folders) {
+      const auto files = files_of({.folder = folder, .config = options.config, .reference = {}});
+      inputs.insert(inputs.end(), files.begin(), files.end());
+    }
+  return inputs;
+}
+
 Goal goal_named(const std::string& name) {
   const auto* const found = std::ranges::find(goal_names, name);
   if (found == goal_names.end())
@@ -127,9 +137,14 @@ void write_config(const Options& options, const TuneJob& job, const TuneResult& 
 
 void run_tune(const Options& options) {
   if (!options.out.empty()) check_writable(options.out);
-  if (!options.write.empty()) check_patchable(options.write);
   // Whatever can be told of what is written is told before the work.
   if (!options.write.empty()) check_patchable(options.write);
+  check_outputs(
+      std::vector<Output>{
+          {"--write", options.write}, {"--state", options.state}, {"--out", options.out}},
+      {});
+  check_outputs(std::vector<Output>{{"--state", options.state}, {"--out", options.out}},
+                inputs_of(options));
   const TuneJob job = job_of(options);
   std::optional<WholeFile> trials;
   if (!options.out.empty()) trials.emplace(options.out);

@@ -82,6 +82,33 @@ TEST_F(Evaluate, DrawsAPicture) {
   EXPECT_THAT(contents(svg), StartsWith("<svg"));
 }
 
+TEST_F(Evaluate, KeepsWhatItReads) {
+  const std::string before = contents(good_);
+  const Outcome outcome =
+      run("--reference " + reference_ + " --pose " + good_ + " --html " + good_);
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err,
+            "odom evaluate: --html: " + good_ + " is what is read; name another file\n");
+  EXPECT_EQ(contents(good_), before);
+  const std::string drive = scratch_.path("drive");
+  ASSERT_EQ(run_shell("odom sim --ideal --duration 1 --out " + drive).status, 0);
+  for (const std::string file : {"car.toml", "car.dbc", "drive.log", "camera.csv", "truth.csv"}) {
+    const std::string text = contents(drive + "/" + file);
+    EXPECT_THAT(run("--drive " + drive + " --html " + drive + "/../drive/" + file).err,
+                HasSubstr("is what is read"))
+        << file;
+    EXPECT_EQ(contents(drive + "/" + file), text);
+  }
+}
+
+TEST_F(Evaluate, SaysWhyAReportCannotBeWritten) {
+  const Outcome outcome =
+      run("--reference " + reference_ + " --pose " + good_ + " --html /dev/full");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "odom evaluate: /dev/full: cannot be written: No space left on device\n");
+}
+
 TEST_F(Evaluate, RefusesBadFilesInOneLine) {
   expect_refused("t,x,y\n0,0,0\n", R"(:1: no column "yaw")");
   expect_refused("t,x,y,yaw\n0,0,nan,0\n", R"(:2: column "y": "nan" is not a finite number)");

@@ -68,6 +68,25 @@ TEST_F(OdomReplay, NamesTheLineOfAStampThatIsHoursAhead) {
   EXPECT_THAT(outcome.err, HasSubstr("drive.log:3: the log pauses for more than an hour"));
 }
 
+TEST_F(OdomReplay, KeepsWhatItReads) {
+  const std::string log = "(1.000000) can0 101#95E803\n(1.010000) can0 102#00\n";
+  const std::string camera = scratch_.write("camera.csv", "t_arrival,t_capture,x,y,yaw\n");
+  for (const char* name : {"drive.log", "car.toml", "car.dbc", "camera.csv"}) {
+    const std::string before =
+        name == std::string("drive.log") ? log : contents(scratch_.path(name));
+    const std::string file = scratch_.path(name);
+    for (const std::string option : {"--out ", "--out /dev/null --innovations "}) {
+      const Outcome outcome = replay(log, " --camera " + camera + " " + option + file);
+      EXPECT_EQ(outcome.status, 2) << outcome.err;
+      EXPECT_THAT(outcome.err, HasSubstr(file + " is what is read; name another file"));
+      EXPECT_EQ(contents(file), before);
+    }
+  }
+  const std::string both = scratch_.path("both.csv");
+  EXPECT_THAT(replay(log, " --out " + both + " --innovations " + both).err,
+              HasSubstr("--innovations: " + both + " is --out too; name another file"));
+}
+
 TEST_F(OdomReplay, LeavesNoPoseFileOfADriveThatFailed) {
   const auto pose = scratch_.write("pose.csv", "an earlier one");
   EXPECT_EQ(replay("(1.000000) can0 101#95E803\n(9000.000000) can0 102#00\n").status, 2);

@@ -113,7 +113,7 @@ void TrialLog::add(const Values& values, const TrialOutcome& outcome) {
   outcomes_.insert_or_assign(values, outcome);
   if (file_.empty()) return;
   output_ << line_of(values, outcome) << '\n' << std::flush;
-  if (!output_) throw std::runtime_error(file_.string() + ": cannot be written");
+  if (!output_) throw std::runtime_error(file_.string() + ": cannot be written; is the disk full?");
 }
 
 void TrialLog::check_unchanged(const Values& as_configured, const TrialOutcome& as_it_is) const {

@@ -208,7 +208,7 @@ class Export(unittest.TestCase):
         before = self.pose.read_bytes()
         for option in "--csv", "--mcap":
             said = odom("export", self.pose, option, self.pose, status=2)
-            self.assertIn("is what is exported; name another file", said)
+            self.assertIn("is what is read; name another file", said)
         self.assertEqual(self.pose.read_bytes(), before)
 
     def test_a_trajectory_will_do(self) -> None:

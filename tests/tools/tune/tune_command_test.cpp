@@ -187,6 +187,10 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
       "--drive " + one + " --set filter.window=0.2:0.4 --state " + state + " ";
   EXPECT_THAT(refused(turned + "--out /nonexistent/t.csv"), HasSubstr("no folder /nonexistent"));
   EXPECT_THAT(refused(turned + "--write " + one + "/none.toml"), HasSubstr("none.toml: cannot be"));
+  const std::string truth = one + "/truth.csv";
+  for (const std::string option : {"--out", "--state"})
+    EXPECT_THAT(refused("--drive " + one + " --set filter.window=0.2:0.4 " + option + " " + truth),
+                HasSubstr(option + ": " + truth + " is what is read; name another file"));
   EXPECT_EQ(contents(state), "");
   ASSERT_EQ(run_shell("rm " + one + "/truth.csv").status, 0);
   EXPECT_THAT(refused("--drive " + one + " --set filter.window=0.2:0.4"),
