@@ -19,6 +19,14 @@ void check(const Bifilar& pendulum) {
                                             pendulum.offset, pendulum.spacing_below));
 }
 
+std::string exchange_hint(const Bifilar& pendulum) {
+  if (pendulum.cord >= pendulum.spacing_above) return {};
+  return fmt::format(
+      "; the cords of {:g} m are shorter than the {:g} m that they are apart: are --spacing and "
+      "--cord exchanged?",
+      pendulum.cord, pendulum.spacing_above);
+}
+
 double inertia_of(const Bifilar& pendulum, double mass, double gravity, double period) {
   // J = m g p T² / (4 π² h(0))
   return mass * gravity * pendulum.product() * period * period /
@@ -32,8 +40,8 @@ void check_size(const Bifilar& pendulum, double period) {
   throw std::invalid_argument(fmt::format(
       "a swing of {:.3g} s on cords {:.3g} m long and {:.3g} m apart is that of a body with a "
       "radius of gyration of {:.2g} m: check --swings, --time, and the units of "
-      "--spacing and --cord",
-      period, pendulum.cord, spacing, radius));
+      "--spacing and --cord{}",
+      period, pendulum.cord, spacing, radius, exchange_hint(pendulum)));
 }
 
 // m / k³ with the radius of gyration k: some 3000 kg/m³ of a 1:10 car, some 800 of a full-size one.
@@ -44,8 +52,8 @@ void check_mass(const Bifilar& pendulum, double period, double mass) {
   if (mass > lightest * cube && mass < heaviest * cube) return;
   throw std::invalid_argument(fmt::format(
       "--mass: {:g} kg do not fit a car with a radius of gyration of {:.2g} m, as the swing says; "
-      "{:.2g} to {:.2g} kg do: check its unit, 2985g or 2.985, and those of --spacing and --cord",
-      mass, radius, lightest * cube, heaviest * cube));
+      "{:.2g} to {:.2g} kg do: check its unit, 2985g or 2.985, and those of --spacing and --cord{}",
+      mass, radius, lightest * cube, heaviest * cube, exchange_hint(pendulum)));
 }
 
 double small_period(const Bifilar& pendulum, double mass, double gravity, double inertia) {
@@ -57,8 +65,9 @@ double period_at(const Bifilar& pendulum, double mass, double gravity, double in
   const double p = pendulum.product();
   const double top = pendulum.height(amplitude);
   if (!(top > 0.0) || amplitude > 0.5 * pi)
-    throw std::invalid_argument(fmt::format(
-        "--amplitude: {:.3g} rad are too far for these cords; 0.1 to 0.4 are good", amplitude));
+    throw std::invalid_argument(
+        fmt::format("--amplitude: {:.3g} rad are too far for these cords; 0.1 to 0.4 are good{}",
+                    amplitude, exchange_hint(pendulum)));
   // ½ (J + m z'²) θ'² = m g (z(A) - z(θ)); with θ = A sin φ the integrand of T = 4 ∫ dθ/θ' is
   // smooth, and the midpoint rule exact after few points.
   constexpr int points = 64;

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 
 namespace odomd::tools {
 
@@ -39,6 +40,10 @@ struct Bifilar {
 
 /// Throws std::invalid_argument, naming the option, for what cannot hang.
 void check(const Bifilar& pendulum);
+
+/// What to add to a refusal where the cords are shorter than they are apart, which few hang a car
+/// by: whether the two lengths are exchanged. Else empty.
+[[nodiscard]] std::string exchange_hint(const Bifilar& pendulum);
 
 /// Throws std::invalid_argument for a period that no car on such cords swings with: its radius of
 /// gyration would be ten times the distance of the cords, or a tenth of it.

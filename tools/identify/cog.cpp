@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "daemon/config.hpp"
+#include "tools/identify/config_patch.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/quantity.hpp"
@@ -61,6 +62,23 @@ void check_wheelbase(const std::string& file, const Measured& wheelbase, Finding
         file, configured, wheelbase.value));
 }
 
+/// Is the heavy end where the configuration has it?
+void check_ends(const std::string& file, const CentreOfGravity& centre, Findings& findings) {
+  const auto front = number_in(file, "vehicle.front_axle");
+  const auto rear = number_in(file, "vehicle.rear_axle");
+  if (!front || !rear || !centre.front_axle || !centre.rear_axle) return;
+  const double configured = *front - *rear;
+  const double measured = centre.front_axle->value - centre.rear_axle->value;
+  constexpr double clear = 0.05;  // of the wheelbase
+  if (configured * measured > 0.0 || std::fabs(configured) < clear * (*front + *rear) ||
+      std::fabs(measured) < clear * (centre.front_axle->value + centre.rear_axle->value))
+    return;
+  findings.warnings.push_back(fmt::format(
+      "{}: [vehicle] front_axle is {:g} and rear_axle {:g}, which makes the {} axle the heavier "
+      "one, and by the loads it is the {} one: are --front and --rear exchanged?",
+      file, *front, *rear, configured > 0.0 ? "rear" : "front", measured > 0.0 ? "rear" : "front"));
+}
+
 void identify_cog(const Options& options) {
   check(options.delivery);
   Weighings weighings = weighings_of(options.scale);
@@ -111,7 +129,10 @@ void identify_cog(const Options& options) {
   else if (const auto doubt = mass ? coarse(*mass) : std::nullopt)
     findings.warnings.push_back(*doubt);
   const std::string config = options.config.empty() ? options.delivery.write : options.config;
-  if (!config.empty()) check_wheelbase(config, dimensions.wheelbase, findings);
+  if (!config.empty()) {
+    check_wheelbase(config, dimensions.wheelbase, findings);
+    check_ends(config, centre, findings);
+  }
   deliver(findings, options.delivery);
 }
 

@@ -1,12 +1,12 @@
 #include "tools/identify/fit_parameters.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
 
 #include "can_protocol/nearest_name.hpp"
+#include "tools/identify/quantity.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
@@ -90,9 +90,25 @@ std::vector<std::string> names_of_all() {
   return names;
 }
 
+std::string list_of(const std::vector<std::string>& names) {
+  std::string list = "; there are:";
+  for (const std::string& name : names) list += ' ' + name;
+  return list;
+}
+
 [[noreturn]] void refuse_name(std::string_view name, const std::vector<std::string>& names) {
+  const bool misspelt = resembles(name, nearest_name(name, names));
   throw std::invalid_argument("\"" + std::string(name) + "\" is no parameter of the fit" +
-                              nearest_hint(name, names));
+                              (misspelt ? nearest_hint(name, names) : list_of(names)));
+}
+
+// Of a prior's sigma: a factor's is a share of it, as the mass's, which is no parameter.
+Dimension dimension_of(const ParameterInfo* info) {
+  if (info == nullptr || info->kind == Kind::factor) return Dimension::pure;
+  if (info->unit == "m") return Dimension::length;
+  if (info->unit == "rad") return Dimension::angle;
+  if (info->unit == "s") return Dimension::time;
+  return Dimension::pure;
 }
 
 }  // namespace
@@ -109,13 +125,10 @@ const ParameterInfo& parameter_named(std::string_view name) {
 Prior parse_prior(const std::string& text) {
   const std::size_t equals = std::min(text.find('='), text.size());
   const std::string_view number = std::string_view{text}.substr(std::min(equals + 1, text.size()));
-  double sigma = 0.0;
-  const auto [end, status] = std::from_chars(number.data(), number.data() + number.size(), sigma);
-  if (status != std::errc{} || end != number.data() + number.size() || !(sigma > 0.0) ||
-      !std::isfinite(sigma))
+  if (number.empty())
     throw std::invalid_argument("--prior " + text +
                                 ": expected NAME=SIGMA with a SIGMA above 0, such as "
-                                "yaw_inertia=0.02");
+                                "yaw_inertia=0.02 or yaw_inertia=2%");
   const std::string name = text.substr(0, equals);
   const ParameterInfo* const info = find(name);
   if (info == nullptr && name != "mass") {
@@ -123,6 +136,7 @@ Prior parse_prior(const std::string& text) {
     names.emplace_back("mass");
     refuse_name(name, names);
   }
+  const double sigma = parse_positive(number, dimension_of(info), "--prior " + name);
   if (sigma > 1.0 && (info == nullptr || info->kind == Kind::factor))
     throw std::invalid_argument("--prior " + text + ": would be " + fixed(100.0 * sigma, 0) +
                                 " %; give how uncertain " + name +

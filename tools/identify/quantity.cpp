@@ -83,6 +83,9 @@ Quantity parse_quantity(std::string_view text, Dimension dimension, std::string_
   if (unit.empty()) return {value, names.front().unit};
   for (const UnitName& name : names)
     if (name.name == unit) return {value * name.factor, name.unit};
+  if (unit.front() == ',')
+    throw std::invalid_argument(
+        fmt::format("{}: {}: write a decimal point, not a comma", option, quoted(text)));
   throw std::invalid_argument(
       fmt::format("{}: {}: the unit must be {}", option, quoted(text), units_of(dimension)));
 }

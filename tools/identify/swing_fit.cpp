@@ -269,8 +269,9 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
             : peak;
   if (!whole || residual > 0.1 * peak)
     refuse(name, fmt::format("the yaw rate from {:.1f} s to {:.1f} s of the record is not that of "
-                             "a free swing by two cords; cut with --from, --to",
-                             record.t[section.begin], record.t[section.end - 1]));
+                             "a free swing by two cords; cut with --from, --to{}",
+                             record.t[section.begin], record.t[section.end - 1],
+                             exchange_hint(pendulum)));
 
   SwingFit result;
   result.period = std::exp(whole->x[log_period]);

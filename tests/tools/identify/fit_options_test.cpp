@@ -49,10 +49,22 @@ TEST(FitOptions, WhatDoesNotHangTogetherIsRefused) {
   EXPECT_THAT(refusal({"--drive=lap", "--plot=rest.jpg"}), HasSubstr(".svg"));
 }
 
+TEST(FitOptions, ANameLikeNoneIsToldAll) {
+  EXPECT_THAT(
+      refusal({"--drive=lap", "--fix=nosuch"}),
+      testing::AllOf(HasSubstr("there are: stiffness_front"), testing::Not(HasSubstr("nearest"))));
+}
+
 TEST(FitOptions, APriorIsANameAndASigma) {
   EXPECT_EQ(parse_prior("yaw_inertia=0.02").parameter, fitting::yaw_inertia);
   EXPECT_EQ(parse_prior("yaw_inertia=0.02").sigma, 0.02);
   EXPECT_FALSE(parse_prior("mass=0.002").parameter.has_value());
+  EXPECT_DOUBLE_EQ(parse_prior("mass=0.2%").sigma, 0.002);
+  EXPECT_DOUBLE_EQ(parse_prior("camera_x=5mm").sigma, 0.005);
+  EXPECT_DOUBLE_EQ(parse_prior("gyro_latency=2ms").sigma, 0.002);
+  EXPECT_THAT(message_of([] { (void)parse_prior("camera_x=2%"); }),
+              HasSubstr("the unit must be m, cm or mm"));
+  EXPECT_THAT(message_of([] { (void)parse_prior("yaw_inertia=200%"); }), HasSubstr("200 %"));
   for (const std::string wrong :
        {"mass", "mass=", "mass=0", "mass=-1", "mass=inf", "mass=1x", "", "=1", "mas=1"}) {
     EXPECT_THROW(static_cast<void>(parse_prior(wrong)), std::invalid_argument) << wrong;

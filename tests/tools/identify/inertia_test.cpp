@@ -40,6 +40,32 @@ TEST(Bifilar, RefusesAPeriodThatNoCarHas) {
                std::invalid_argument);
 }
 
+TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
+  const Bifilar hung{.spacing_above = 0.21, .spacing_below = 0.21, .cord = 1.16};
+  const Bifilar exchanged{.spacing_above = 1.16, .spacing_below = 1.16, .cord = 0.21};
+  const double period = small_period(hung, 3.0, 9.81, 0.04);
+  EXPECT_THAT(message_of([&] { check_mass(exchanged, period, 3.0); }),
+              HasSubstr("are --spacing and --cord exchanged?"));
+  EXPECT_THAT(message_of([&] { check_mass(hung, period, 3e4); }),
+              testing::AllOf(HasSubstr("--mass: "), testing::Not(HasSubstr("exchanged"))));
+  sim::RandomStream random(1, "no swing");
+  Series record;
+  double phase = 0.0, rate = 3.0, amplitude = 1.0;
+  for (int i = 0; i < 2000; ++i) {
+    phase += 0.01 * rate;
+    if (phase > 2.0 * pi) {
+      phase -= 2.0 * pi;
+      rate = random.uniform(2.0, 6.0);
+    }
+    record.t_ns.push_back(10'000'000LL * i);
+    record.value.push_back(amplitude * std::cos(phase));
+    amplitude *= 0.9995;
+  }
+  EXPECT_THAT(message_of([&] { (void)fit_swing(record, exchanged, "swing.log"); }),
+              HasSubstr("--from, --to; the cords of 0.21 m are shorter than the 1.16 m that they "
+                        "are apart: are --spacing and --cord exchanged?"));
+}
+
 TEST(Bifilar, RefusesAMassThatNothingOfThatSizeHas) {
   const double period = small_period(reference, mass, gravity, inertia);
   EXPECT_NO_THROW(check_mass(reference, period, mass));

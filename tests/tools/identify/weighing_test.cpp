@@ -37,6 +37,11 @@ TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
   EXPECT_THAT(refusal("-1", Dimension::mass), HasSubstr("must be greater than 0"));
 }
 
+TEST(Quantity, WithACommaIsToldOfThePoint) {
+  EXPECT_EQ(message_of([] { (void)parse_positive("3,015", Dimension::mass, "--total"); }),
+            "--total: \"3,015\": write a decimal point, not a comma");
+}
+
 TEST(Quantity, ThatNoCarHasIsRefusedWithWhatIsPlausible) {
   EXPECT_DOUBLE_EQ(parse_plausible("200mm", Dimension::length, "--spacing", {0.01, 10.0}), 0.2);
   EXPECT_EQ(message_of([] {
@@ -219,6 +224,21 @@ TEST(IdentifyMass, ReportsAndWrites) {
   EXPECT_THAT(cog.err, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m"));
   EXPECT_THAT(cog.out, HasSubstr("\"vehicle.rear_axle\""));
   EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
+}
+
+TEST(IdentifyCog, AsksWhetherFrontAndRearAreExchanged) {
+  const Scratch scratch;
+  scratch.write("car.toml", car_toml);
+  const auto said = [&](const std::string& loads) {
+    return run_shell("odom identify cog " + loads +
+                     " --scale-resolution 1g --wheelbase 260mm --config " +
+                     scratch.path("car.toml").string())
+        .err;
+  };
+  EXPECT_THAT(said("--front 1 --rear 2"), Not(HasSubstr("exchanged")));
+  EXPECT_THAT(said("--front 2 --rear 1"),
+              HasSubstr("makes the rear axle the heavier one, and by the loads it is the front "
+                        "one: are --front and --rear exchanged?"));
 }
 
 TEST(IdentifyMass, TellsOfATargetThatCannotBeWrittenBeforeTheWork) {
