@@ -44,6 +44,9 @@ void export_drive(const Options& options) {
   if (!named.camera.empty()) sources.camera = named.camera;
   if (!named.truth.empty()) sources.truth = named.truth;
 
+  if (std::filesystem::path(options.mcap).extension() == ".csv")
+    throw std::invalid_argument("--mcap: " + options.mcap +
+                                " is a table by its name; --csv writes one");
   check_outputs(std::vector<Output>{{"--mcap", options.mcap}, {"--csv", options.csv}},
                 inputs_of(options, sources));
   const DriveData data = read_drive(sources);

@@ -211,6 +211,10 @@ class Export(unittest.TestCase):
             self.assertIn("is what is read; name another file", said)
         self.assertEqual(self.pose.read_bytes(), before)
 
+    def test_a_table_is_no_mcap(self) -> None:
+        said = odom("export", self.pose, "--mcap", self.directory.path / "a.csv", status=2)
+        self.assertIn("--csv writes one", said)
+
     def test_a_trajectory_will_do(self) -> None:
         mcap = self.export(self.drive / "truth.csv")
         (transform,) = json.loads(mcap.on("/tf")[0].data)["transforms"]
