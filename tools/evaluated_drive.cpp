@@ -158,8 +158,11 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
   doubt_heading(drive, *drive.reference);
-  for (const Trajectory& estimate : drive.estimates) {
+  for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
+    const Trajectory& estimate = drive.estimates[i];
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
+    // A model that has stopped turns no more, and is told already.
+    if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
     const std::string mismatch = drive_mismatch(*drive.reference, estimate);
     if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
   }
