@@ -44,11 +44,11 @@ void export_drive(const Options& options) {
   if (!named.camera.empty()) sources.camera = named.camera;
   if (!named.truth.empty()) sources.truth = named.truth;
 
+  check_outputs(std::vector<Output>{{"--mcap", options.mcap}, {"--csv", options.csv}},
+                inputs_of(options, sources));
   if (std::filesystem::path(options.mcap).extension() == ".csv")
     throw std::invalid_argument("--mcap: " + options.mcap +
                                 " is a table by its name; --csv writes one");
-  check_outputs(std::vector<Output>{{"--mcap", options.mcap}, {"--csv", options.csv}},
-                inputs_of(options, sources));
   const DriveData data = read_drive(sources);
   for (const std::string& warning : data.warnings) std::cerr << "odom export: " << warning << '\n';
   const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;
