@@ -55,7 +55,7 @@ std::string why_unwritten(std::ostream& failed) {
   failed.clear();
   errno = 0;
   failed.put('\n').flush();
-  const std::string why = errno != 0 ? reason() : "some of it did not arrive; is the disk full?";
+  std::string why = errno != 0 ? reason() : "some of it did not arrive; is the disk full?";
   failed.setstate(std::ios::badbit);
   return why;
 }
