@@ -73,7 +73,7 @@ Judgement judge(double gate, State& state, const Sample& sample, const Predictio
   Rejection& rejection = state.rejected[index_of(sample.source)];
   if (!(judgement.squared_ratio <= gate)) {
     judgement.verdict = Verdict::gated;
-    count_rejected(state, sample);
+    count_rejected(state, sample, nu.value);
     const Patience patience = patience_with(sample.source, prediction, state.rest.standing);
     if (!insists(state, sample, vouched_until_ns(state, sample), patience.seconds)) {
       return judgement;

@@ -143,14 +143,15 @@ void note_heard(State& state, const Sample& sample) noexcept {
            sample.value[0], interval_s};
 }
 
-void count_rejected(State& state, const Sample& sample) noexcept {
+void count_rejected(State& state, const Sample& sample, double innovation) noexcept {
   const std::size_t index = index_of(sample.source);
   Rejection& rejection = state.rejected[index];
   const Reading& before = state.heard[index];
   const bool paused = before.interval_s > 0.0 && seconds_between(before.time_ns, sample.time_ns) >
                                                      3.0 * before.interval_s + slack_s;
-  if (rejection.count == 0 || paused || !agree(before, sample)) {
-    rejection = {0, sample.time_ns, state.mean[at::v_x]};
+  const bool above = innovation > 0.0;
+  if (rejection.count == 0 || paused || above != rejection.above || !agree(before, sample)) {
+    rejection = {0, sample.time_ns, state.mean[at::v_x], above};
   }
   rejection.count = std::min(rejection.count + 1, fewest_rejected);
 }

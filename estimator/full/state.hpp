@@ -74,6 +74,7 @@ struct Rejection {
   int count = 0;  ///< 0: the newest was fused
   std::int64_t since_ns = 0;
   double speed = 0.0;  ///< v_x when it began [m/s]
+  bool above = false;  ///< what was measured is more than was predicted
 };
 
 /// A camera pose, and where the filter was at its time.

@@ -95,7 +95,7 @@ bool sets_off(State& state, const Sample& sample, const WheelVote& vote) noexcep
                                 (turns(before.value, sample.sigma[0]) ||
                                  seconds_between(before.time_ns, sample.time_ns) > soon_s));
   }
-  count_rejected(state, sample);
+  count_rejected(state, sample, sample.value[0] - state.mean[at::v_x]);
   return vote.turning == vote.resting && (vote.free_turning || !vote.free_resting) &&
          insists(state, sample, 0, dead_after_s);
 }

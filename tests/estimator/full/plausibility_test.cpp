@@ -110,5 +110,22 @@ TEST(Plausibility, OneSpikeOfTheGyroIsLeftOut) {
   EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.005);
 }
 
+TEST(Plausibility, LateralAccelerationsToBothSidesNeverInsist) {
+  const Says heard = without(straight_at(2.0), Source::accel_y);
+  const auto fused_of = [&heard](double first, double second) {
+    Car car;
+    car.drive(2.0, heard);
+    int fused = 0;
+    for (int i = 0; i < 20; ++i) {
+      car.drive(0.1, heard);
+      const Judgement judgement = car.say(Source::accel_y, i % 2 == 0 ? first : second);
+      fused += judgement.verdict == Verdict::fused ? 1 : 0;
+    }
+    return fused;
+  };
+  EXPECT_EQ(fused_of(7.7, -6.2), 0);
+  EXPECT_GT(fused_of(7.7, 6.2), 0);
+}
+
 }  // namespace
 }  // namespace odomd::estimator::full::plausibility_test
