@@ -40,8 +40,7 @@ std::string way_back(const std::string& interface, const can::Controller& contro
   if (restart_ms > 0) return fmt::format("it restarts after {} ms", restart_ms);
   return fmt::format(
       "it does not restart by itself: ip link set {0} down; ip link set {0} type can restart-ms "
-      "100 "
-      "(where the driver can); ip link set {0} up",
+      "100 (where the driver can); ip link set {0} up",
       interface);
 }
 

@@ -59,4 +59,9 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
   return log;
 }
 
+std::string no_pose_doubt(const std::filesystem::path& file) {
+  return file.string() +
+         ": holds no camera pose: this is odometry alone; look whether its tracker saw the car";
+}
+
 }  // namespace odomd::tools

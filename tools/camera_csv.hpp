@@ -22,6 +22,9 @@ struct CameraLog {
 /// last line that is cut off, and rows out of the order of arrival, are warnings.
 [[nodiscard]] CameraLog read_camera_log(const std::filesystem::path& file);
 
+/// What to say of a log without a single pose.
+[[nodiscard]] std::string no_pose_doubt(const std::filesystem::path& file);
+
 /// A reader for the camera's columns, and the pose of its next row; nothing at the end.
 [[nodiscard]] CsvReader camera_reader(std::istream& input, const std::string& name);
 [[nodiscard]] std::optional<estimator::CameraPose> next_camera_pose(CsvReader& reader);

@@ -118,9 +118,7 @@ Drive read_drive(const DriveFiles& files) {
       drive.cameras = std::move(camera.poses);
       append(drive.warnings, camera.warnings);
       if (drive.cameras.empty() && drive.config.camera.configured)
-        drive.warnings.push_back(file->string() +
-                                 ": holds no camera pose: this is odometry alone; look whether its "
-                                 "tracker saw the car");
+        drive.warnings.push_back(no_pose_doubt(*file));
     }
   }
   const auto reference =

@@ -41,8 +41,7 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
 std::string drive_mismatch(const Trajectory& reference, const Trajectory& estimate) {
   if (turns_otherwise(reference, estimate))
     return "it turns quite otherwise than the reference does: look whether the two are of one "
-           "drive "
-           "and on one clock, and at the sign of the yaw";
+           "drive and on one clock, and at the sign of the yaw";
   if (reference.has_covariance && !estimate.has_covariance)
     return "the reference has sigmas and this has none: look whether --reference and --pose are "
            "exchanged";

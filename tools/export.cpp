@@ -78,8 +78,7 @@ void add_export(Command odom) {
   command
       .add_option("SOURCE", options->source,
                   "Pose file, folder of odom record, or folder with a drive (drive.log or can.log, "
-                  "car.toml, "
-                  "camera.csv, truth.csv, pose.csv)")
+                  "car.toml, camera.csv, truth.csv, pose.csv)")
       .type_name("");
   command.add_option("--mcap", options->mcap, "MCAP file to write, for Foxglove").type_name("FILE");
   command.add_option("--csv", options->csv, "CSV file to write, the poses for PlotJuggler")

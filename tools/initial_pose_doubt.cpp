@@ -62,9 +62,8 @@ std::optional<std::string> initial_pose_doubt(const daemon::Config& config,
   const Pose2 gap = apart(*config.initial_pose, *first, lever_arm);
   return fmt::format(
       "the initial pose ({:.2f} m, {:.2f} m, {:.0f} deg) lies {:.2f} m and {:.0f} deg from what "
-      "the "
-      "camera saw first: it is of another drive; remove [initial] pose, and the first camera pose "
-      "sets it, or give this drive's",
+      "the camera saw first: it is of another drive; remove [initial] pose, and the first camera "
+      "pose sets it, or give this drive's",
       config.initial_pose->x, config.initial_pose->y,
       config.initial_pose->yaw * 180.0 / std::numbers::pi, std::hypot(gap.x, gap.y),
       turn(gap) * 180.0 / std::numbers::pi);

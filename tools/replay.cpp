@@ -72,8 +72,7 @@ void report(const Options& options, const ReplaySummary& summary, double seconds
     std::cerr << "odom replay: warning: " << warning << '\n';
   std::cerr << fmt::format(
       "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
-      "poses, "
-      "at the end {}\n",
+      "poses, at the end {}\n",
       drive, seconds, drive / seconds, summary.frames, summary.cameras, summary.poses,
       mode_name(summary.last_mode));
 }
@@ -126,10 +125,7 @@ void run(const Options& options) {
   CameraLog camera;
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
-    if (camera.poses.empty())
-      warnings.push_back(options.camera +
-                         ": holds no camera pose: this is odometry alone; look whether its tracker "
-                         "saw the car");
+    if (camera.poses.empty()) warnings.push_back(no_pose_doubt(options.camera));
   } else if (config.camera.configured)
     warnings.push_back(
         fmt::format("{} has a [camera], but no --camera gives its poses: this is odometry alone",

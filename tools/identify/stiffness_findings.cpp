@@ -50,8 +50,7 @@ void require_slip(const CorneringStiffness& found) {
   throw std::invalid_argument(fmt::format(
       "the circles are too slow or too noisy: the largest slip angle is about {:.2f}°, of which "
       "the film resolves {:.2f}°; drive faster, or film sharper and closer, with the markers "
-      "farther "
-      "apart and their places better known",
+      "farther apart and their places better known",
       degrees * slip,
       degrees * std::max(sigma, slip * found.rear.stiffness.sigma / found.rear.stiffness.value)));
 }

@@ -318,8 +318,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   if (residual > 0.03 * peak)
     result.warnings.push_back(
         fmt::format("{}: the yaw rate differs from that of a free swing by {:.1f} % of its largest "
-                    "value (rms): "
-                    "the car sways, or something brakes it; let it go without a push",
+                    "value (rms): the car sways, or something brakes it; let it go without a push",
                     name, 100.0 * residual / peak));
   return result;
 }

@@ -77,10 +77,6 @@ void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& l
       option_of(worst->load), worst->mass, 100.0 * most, wheels_of(worst->load).dot(loads.load)));
 }
 
-}  // namespace
-
-namespace {
-
 /// Generalised least squares, where every load is off by `unknown` [kg], too, once.
 WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double unknown) {
   const auto n = static_cast<Eigen::Index>(weighings.size());

@@ -189,8 +189,7 @@ std::string samples(const EvaluatedDrive& drive) {
     out += paragraph(
         "Innovations: how far each sample lay from what the filter expected at the sample's own "
         "time, and three standard deviations of that. Where dots are dense, some are drawn for "
-        "all, "
-        "and the outermost of them. NIS is the mean of their squares over S; honest is 1.",
+        "all, and the outermost of them. NIS is the mean of their squares over S; honest is 1.",
         "faint");
     out += html_of(figures, " small");
   }

@@ -54,11 +54,10 @@ std::vector<std::string> calibrate_lens(const TrackOptions& options) {
     if (another) views.push_back(corners);
   }
   if (views.size() < least_views)
-    throw std::invalid_argument(
-        fmt::format("{}: shows a chessboard of {} x {} inner corners in {} different places, and "
-                    "{} are needed; "
-                    "hold it nearer and farther, tilted, and into the corners of the picture",
-                    options.film, size.columns, size.rows, views.size(), least_views));
+    throw std::invalid_argument(fmt::format(
+        "{}: shows a chessboard of {} x {} inner corners in {} different places, and {} are "
+        "needed; hold it nearer and farther, tilted, and into the corners of the picture",
+        options.film, size.columns, size.rows, views.size(), least_views));
 
   std::vector<cv::Point3f> places;
   for (int row = 0; row < size.rows; ++row)
