@@ -51,19 +51,27 @@ class Patch {
         value_(value),
         path_(parse_toml_path(value.key)),
         root_(daemon::parse_toml(text, file)),
-        lines_(toml_lines(text)) {
-    if (!std::isfinite(value.value))
-      throw std::invalid_argument(
-          fmt::format("{}: {}: {} cannot be written", file.string(), shown(path_), value.value));
-  }
+        lines_(toml_lines(text)) {}
 
   void apply() {
+    if (!std::isfinite(value_.value))
+      throw std::invalid_argument(
+          fmt::format("{}: {}: {} cannot be written", file_.string(), shown(path_), value_.value));
     const toml::node* const node = find();
     if (node == nullptr)
       add();
     else
       replace(path_.element ? element_of(*node) : *node);
     verify();
+  }
+
+  /// What stands there already.
+  [[nodiscard]] std::optional<ConfigValue> there() {
+    const toml::node* node = find();
+    if (node != nullptr && path_.element) node = &element_of(*node);
+    if (node == nullptr || !node->is_number()) return std::nullopt;
+    return ConfigValue{value_.key, *node->value<double>(),
+                       toml_note(text_, offset(node->source().begin), label())};
   }
 
  private:
@@ -276,6 +284,12 @@ class Patch {
 };
 
 }  // namespace
+
+std::optional<ConfigValue> value_in(const std::string& text, const std::filesystem::path& file,
+                                    const std::string& key) {
+  std::string same = text;
+  return Patch(same, file, {.key = key}).there();
+}
 
 std::string patched(const std::string& text, const std::filesystem::path& file,
                     std::span<const ConfigValue> values) {

@@ -27,7 +27,12 @@ struct ConfigValue {
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 
-/// The number that stands there, if there is one.
+/// The number that stands there with odom's note about it, if there is one; the note may be empty.
+[[nodiscard]] std::optional<ConfigValue> value_in(const std::string& text,
+                                                  const std::filesystem::path& file,
+                                                  const std::string& key);
+[[nodiscard]] std::optional<ConfigValue> value_in(const std::filesystem::path& file,
+                                                  const std::string& key);
 [[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
                                               const std::string& key);
 

@@ -95,13 +95,13 @@ std::string text_of(const fs::path& file) {
 
 }  // namespace
 
+std::optional<ConfigValue> value_in(const std::filesystem::path& file, const std::string& key) {
+  return value_in(daemon::read_toml_file(file), file, key);
+}
+
 std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
-  try {
-    const toml::table root = toml::parse(daemon::read_toml_file(file));
-    return root.at_path(key).value<double>();
-  } catch (const toml::parse_error&) {
-    return std::nullopt;  // patching says where
-  }
+  const std::optional<ConfigValue> there = value_in(file, key);
+  return there ? std::optional(there->value) : std::nullopt;
 }
 
 void check_patchable(const std::filesystem::path& file) {

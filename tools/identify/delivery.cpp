@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
+#include <string_view>
 
 #include "tools/identify/config_patch.hpp"
 #include "tools/json_text.hpp"
@@ -58,20 +60,46 @@ std::vector<ConfigValue> config_values(const Findings& findings) {
   return values;
 }
 
+// The uncertainty that a note of ours tells.
+double uncertainty_in(const std::string& note) {
+  constexpr std::string_view sign = ": +- ";
+  const std::size_t at = note.find(sign);
+  return at == std::string::npos ? 0.0 : std::strtod(note.c_str() + at + sign.size(), nullptr);
+}
+
 // What a car has is known to better than a factor of two before it is measured; its sensors' noise
 // and latencies are not.
+bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
+  constexpr double surprising = 2.0;
+  if (!value.key.starts_with("vehicle.") || !(before.value > 0.0) || !(value.value > 0.0))
+    return false;
+  const double times = value.value / before.value;
+  return times >= surprising || times <= 1.0 / surprising;
+}
+
+// By more than chance makes of one experiment done twice.
+bool less_sure(const ConfigValue& before, const ConfigValue& value) {
+  constexpr double clearly = 1.3;
+  const double was = uncertainty_in(before.note);
+  return was > 0.0 && uncertainty_in(value.note) > clearly * was;
+}
+
+// What replaces something that one should look at again.
 std::vector<std::string> doubts_of(const std::vector<ConfigValue>& values,
                                    const std::string& file) {
-  constexpr double surprising = 2.0;
   std::vector<std::string> doubts;
   for (const ConfigValue& value : values) {
-    if (!value.key.starts_with("vehicle.")) continue;
-    const std::optional<double> before = number_in(file, value.key);
-    if (!before || !(*before > 0.0) || !(value.value > 0.0)) continue;
-    const double times = value.value / *before;
-    if (times < surprising && times > 1.0 / surprising) continue;
-    doubts.push_back(fmt::format("{}: {} was {:g} and becomes {:g}: another car, or another unit?",
-                                 file, value.key, *before, value.value));
+    const std::optional<ConfigValue> before = value_in(file, value.key);
+    if (!before) continue;
+    if (of_another_car(*before, value))
+      doubts.push_back(
+          fmt::format("{}: {} was {:g} and becomes {:g}: another car, or another unit?", file,
+                      value.key, before->value, value.value));
+    if (less_sure(*before, value))
+      doubts.push_back(fmt::format(
+          "{}: {} was surer: {:.9g} ({}); it becomes {:.9g} +- {:g}: put it back unless "
+          "the car has changed since",
+          file, value.key, before->value, before->note, value.value, uncertainty_in(value.note)));
   }
   return doubts;
 }

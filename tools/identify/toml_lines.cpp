@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <optional>
 
 namespace odomd::tools {
 namespace {
@@ -46,6 +47,29 @@ std::string as_note(const std::string& label, const std::string& note) {
 std::string trimmed(std::string text) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.pop_back();
   return text;
+}
+
+/// The line at whose end the comment of an offset stands.
+TomlLine line_with_comment_of(std::string_view text, std::size_t offset) {
+  const std::vector<TomlLine> lines = toml_lines(text);
+  std::size_t index = toml_line_of(lines, offset);
+  while (lines[index].ends == TomlLine::Ends::inside_a_text) ++index;
+  return lines[index];
+}
+
+struct Span {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+/// Where odom's note with that label stands in a comment, its brackets among it.
+std::optional<Span> note_in(const std::string& comment, const std::string& label) {
+  std::string opening = as_note(label, "odom ");
+  opening.pop_back();
+  const std::size_t begin = comment.find(opening);
+  const std::size_t closing = comment.find(')', std::min(begin, comment.size()));
+  if (begin == std::string::npos || closing == std::string::npos) return std::nullopt;
+  return Span{begin, closing + 1};
 }
 
 }  // namespace
@@ -97,11 +121,7 @@ std::size_t toml_line_of(const std::vector<TomlLine>& lines, std::size_t offset)
 
 void set_toml_note(std::string& text, std::size_t offset, const std::string& label,
                    const std::string& note) {
-  const std::vector<TomlLine> lines = toml_lines(text);
-  std::size_t index = toml_line_of(lines, offset);
-  while (lines[index].ends == TomlLine::Ends::inside_a_text) ++index;
-  const TomlLine& line = lines[index];
-
+  const TomlLine line = line_with_comment_of(text, offset);
   const std::string added = note.empty() ? "" : as_note(label, note);
   if (!line.has_comment()) {
     if (added.empty()) return;
@@ -110,17 +130,23 @@ void set_toml_note(std::string& text, std::size_t offset, const std::string& lab
     return;
   }
   std::string comment = trimmed(text.substr(line.comment, line.end - line.comment));
-  std::string opening = as_note(label, "odom ");
-  opening.pop_back();
-  const std::size_t earlier = comment.find(opening);
-  const std::size_t closing = comment.find(')', std::min(earlier, comment.size()));
-  if (earlier != std::string::npos && closing != std::string::npos) {
-    comment.replace(earlier, closing + 1 - earlier, added);
+  if (const auto earlier = note_in(comment, label)) {
+    comment.replace(earlier->begin, earlier->end - earlier->begin, added);
     if (added.empty()) comment = trimmed(comment);
   } else if (!added.empty()) {
     comment += " " + added;
   }
   text.replace(line.comment, line.end - line.comment, comment == "#" ? "" : comment);
+}
+
+std::string toml_note(const std::string& text, std::size_t offset, const std::string& label) {
+  const TomlLine line = line_with_comment_of(text, offset);
+  if (!line.has_comment()) return "";
+  const std::string comment = text.substr(line.comment, line.end - line.comment);
+  const auto note = note_in(comment, label);
+  if (!note) return "";
+  const std::size_t begin = comment.find("odom ", note->begin);
+  return comment.substr(begin, note->end - 1 - begin);
 }
 
 std::string toml_key(std::string_view key) {

@@ -34,6 +34,11 @@ struct TomlLine {
 void set_toml_note(std::string& text, std::size_t offset, const std::string& label,
                    const std::string& note);
 
+/// odom's note with that label in the comment at the end of the line of an offset, without brackets
+/// and label; empty where there is none.
+[[nodiscard]] std::string toml_note(const std::string& text, std::size_t offset,
+                                    const std::string& label);
+
 /// A key as it stands in a file: in quotes where it must be.
 [[nodiscard]] std::string toml_key(std::string_view key);
 

@@ -51,6 +51,20 @@ TEST(ConfigPatch, PutsTheNoteBehindTheCommentThatIsThere) {
   EXPECT_EQ(patch("a = 1# (mine)", {{"a", 2, note}}), "a = 2.0# (mine) (" + note + ")");
 }
 
+TEST(ConfigPatch, ReadsANumberWithItsNoteBack) {
+  const std::string text =
+      patch("[imu]\nposition = [1, 2]  # where (odom knows)\n[vehicle]\nmass = 3 # kg (odometer)\n",
+            {{"imu.position[1]", 0.5, note}});
+  const auto there = [&](const std::string& key) { return value_in(text, "car.toml", key); };
+  EXPECT_EQ(there("imu.position[1]")->value, 0.5);
+  EXPECT_EQ(there("imu.position[1]")->note, note);
+  EXPECT_EQ(there("imu.position[0]")->value, 1.0);
+  EXPECT_EQ(there("imu.position[0]")->note, "");
+  EXPECT_EQ(there("vehicle.mass")->note, "");
+  EXPECT_FALSE(there("vehicle.front_axle"));
+  EXPECT_FALSE(there("vehicle"));
+}
+
 TEST(ConfigPatch, ANumberTooLongForItsColumnMovesTheComment) {
   EXPECT_EQ(patch("a = 1 # x", {{"a", 12.345, ""}}), "a = 12.345 # x");
 }

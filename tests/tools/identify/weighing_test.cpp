@@ -286,6 +286,22 @@ TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
               HasSubstr("vehicle.mass was 3.1 and becomes 2985: another car, or another unit?"));
 }
 
+TEST(IdentifyMass, TellsWhatWasSurerThanWhatReplacesIt) {
+  const Scratch scratch;
+  const std::string car = scratch.write("car.toml", car_toml).string();
+  const auto weigh = [&](const std::string& resolution) {
+    const Outcome outcome = run_shell("odom identify mass --total 3.1 --scale-resolution " +
+                                      resolution + " --write " + car);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(weigh("1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("50g"),
+              AllOf(HasSubstr("vehicle.mass was surer: 3.1 (odom identify mass: +- 0.00"),
+                    HasSubstr("it becomes 3.1 +- 0.0")));
+}
+
 TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
   const std::string loads = " --front 1 --rear 2 --scale-resolution 1g --json";
   const auto sigma = [&](const std::string& method) {
