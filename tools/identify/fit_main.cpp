@@ -16,6 +16,7 @@
 #include "tools/identify/agreement.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/fit_findings.hpp"
+#include "tools/identify/fit_judge.hpp"
 #include "tools/identify/fit_options.hpp"
 #include "tools/identify/fit_solver.hpp"
 #include "tools/identify/fit_trial.hpp"

@@ -3,12 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "tests/tools/scratch.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/identify/delivery.hpp"
+#include "tools/identify/fit_choice.hpp"
+#include "tools/identify/fit_judge.hpp"
 #include "tools/identify/fit_reference.hpp"
 #include "tools/identify/fit_trial.hpp"
 
@@ -109,6 +113,49 @@ TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
   EXPECT_THAT(as_json(findings).dump(), HasSubstr("\"left_as_configured\":true"));
   EXPECT_EQ(findings.values[1].use, Use::write);  // changes nothing
   EXPECT_TRUE(findings.details["trial"]["groups"]["yaw inertia"]["taken"]);
+}
+
+Candidate candidate(const std::string& name) {
+  return {.name = name, .patch = {{name, 1.0, ""}}};
+}
+
+/// The errors by which of the candidates are in, of all parts alike.
+Ratio errors(const Patch& patch, double (*error)(const std::set<std::string>& in)) {
+  std::set<std::string> in;
+  for (const ConfigValue& value : patch) in.insert(value.key);
+  const double all = error(in);
+  return {.all = all, .half = {all, all}};
+}
+
+TEST(Choice, LeavesAnExpedientAgainWhereTheCauseCameIn) {
+  Choice choice(
+      [](const Patch& patch) {
+        return errors(patch, [](const std::set<std::string>& in) {
+          if (!in.contains("expedient")) return in.contains("cause") ? 0.5 : 1.0;
+          return in.contains("cause") ? 0.7 : 0.8;
+        });
+      },
+      {candidate("cause"), candidate("harm that is none")});
+  choice.take(candidate("expedient"), {.all = 0.8, .half = {0.8, 0.8}});
+  EXPECT_EQ(choice.turn_best(), "cause");
+  EXPECT_EQ(choice.turn_best(), "harm that is none");
+  EXPECT_EQ(choice.turn_best(), "without expedient");
+  EXPECT_EQ(choice.turn_best(), std::nullopt);
+  EXPECT_EQ(choice.now().all, 0.5);
+  EXPECT_EQ(choice.patch().size(), 2U);
+}
+
+TEST(Choice, TakesNothingThatHarmsAHalf) {
+  Choice choice(
+      [](const Patch& patch) {
+        Ratio ratio{.all = 1.0, .half = {1.0, 1.0}};
+        if (!patch.empty()) ratio = {.all = 0.8, .half = {1.2, 0.5}};
+        return ratio;
+      },
+      {candidate("half")});
+  EXPECT_EQ(choice.turn_best(), std::nullopt);
+  EXPECT_EQ(choice.turned(0).all, 0.8);
+  EXPECT_TRUE(choice.patch().empty());
 }
 
 TEST_F(Trial, ADriveWithoutPosesIsRefused) {
