@@ -17,7 +17,8 @@ constexpr double told_below = 0.5;
 
 /// What the model leaves out, as standard uncertainties of p: tyres' curves, springs, slip that
 /// builds up, how much the driven wheels spin, biases that walk. By the errors on simulated
-/// exercises of cars that are not among those of the campaign.
+/// exercises of cars that are not among those of the campaign; the inertia's and the steering
+/// scale's by the campaign's too.
 Numbers<double> unmodelled(double wheelbase) {
   Numbers<double> sigma{};
   sigma[stiffness_front] = 0.008;

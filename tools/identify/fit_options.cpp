@@ -40,11 +40,10 @@ void describe_fit(Command command, FitOptions& options) {
   command.add_option("--free", options.freed, "Fit one that no mapped signal shows; repeatable")
       .type_name("NAME");
   command
-      .add_option("--prior", options.priors,
-                  "How well a parameter is known beforehand, as a standard uncertainty: a share "
-                  "of it (0.02: 2 %) for stiffnesses, inertia, scales, mass (0.01); else in its "
-                  "unit; "
-                  "repeatable")
+      .add_option(
+          "--prior", options.priors,
+          "How well a parameter is known beforehand, as a standard uncertainty: a share of it "
+          "(0.02: 2 %) for stiffnesses, inertia, scales, mass (0.01); else in its unit; repeatable")
       .type_name("NAME=SIGMA");
   command
       .add_option("--window", options.window,
