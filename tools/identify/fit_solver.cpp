@@ -135,6 +135,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     }
   }
 
+  result.speed_variety = speed_variety(chains);
   Unexplained rest = unexplained(setup, chains, result.p);
   for (std::size_t kind = 0; kind <= yaw_kind; ++kind)
     result.sources.push_back({name_of_kind(kind), rest.values[kind].size(), rest.stated[kind],

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "tests/tools/scratch.hpp"
@@ -50,7 +51,21 @@ TEST_F(FitCommand, WritesWhatTheDriveTellsAndLeavesTheRest) {
   const std::string written = contents(scratch_.path("lap/car.toml"));
   EXPECT_THAT(written, HasSubstr("odom identify fit:"));
   EXPECT_THAT(written, HasSubstr("cornering_stiffness_front = 20.0\n"));  // was fixed
+  EXPECT_THAT(outcome.err, Not(HasSubstr("same speed")));
   EXPECT_EQ(run("odom replay --config lap/car.toml --can lap/drive.log --out pose.csv").status, 0);
+}
+
+TEST_F(FitCommand, OneSpeedTellsTyresAndSteeringNotApart) {
+  std::string most = "odom identify fit --untried --quiet --config lap/car.toml --drive lap --json";
+  for (const char* name : {"relaxation_length", "bend_front", "bend_rear", "load_arm", "imu_yaw",
+                           "accel_scale", "wheel_slip", "camera_x", "steering_lag"})
+    most += std::string(" --fix ") + name;
+  const Outcome outcome = run(most);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("turns are driven at much the same speed"));
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_FALSE(json["details"]["parameters"]["steering_scale"]["determined"]);
+  EXPECT_LT(json["details"]["speed_variety"], 0.1);
 }
 
 TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/identify/fit_allowance.hpp"
 #include "tools/identify/fit_drive.hpp"
 #include "tools/identify/fit_findings.hpp"
 #include "tools/identify/fit_parameters.hpp"
@@ -120,6 +121,26 @@ TEST(Fit, AParameterThatIsNoneIsToldTheNearest) {
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), HasSubstr("gyro_bias"));
   }
+}
+
+TEST(Fit, AllowsForMoreWhereTheSpeedTellsNothingApart) {
+  Settings settings;
+  settings.free.fill(true);
+  const auto times = [&settings](Parameter k, double variety) {
+    return allowance(0.26, settings, variety)[k] / allowance(0.26, settings, 0.46)[k];
+  };
+  EXPECT_EQ(times(steering_scale, 0.4), 1.0);
+  EXPECT_EQ(times(steering_scale, 0.2), 4.0);
+  EXPECT_DOUBLE_EQ(times(stiffness_rear, 0.0), 30.0);
+  EXPECT_EQ(times(gyro_scale, 0.0), 1.0);
+  EXPECT_TRUE(at_one_speed(settings, 0.1));
+  EXPECT_FALSE(at_one_speed(settings, 0.4));
+  settings.free[steering_scale] = false;
+  EXPECT_EQ(times(stiffness_front, 0.0), 1.0);
+  EXPECT_TRUE(at_one_speed(settings, 0.1));
+  settings.free[camera_x] = false;
+  EXPECT_EQ(times(stiffness_rear, 0.0), 1.0);
+  EXPECT_FALSE(at_one_speed(settings, 0.1));
 }
 
 TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
