@@ -225,7 +225,9 @@ std::string read_toml_file(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file, error)) unusable("is a directory, not a configuration");
   errno = 0;
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) unusable(fmt::format("cannot be read: {}", std::strerror(errno)));
+  if (!stream)
+    unusable(fmt::format("cannot be read: {}{}", std::strerror(errno),
+                         errno == ENOENT ? "; check the path" : ""));
   std::string text;
   // Not by the file's size.
   for (char c = 0; text.size() <= largest_file && stream.get(c);) text.push_back(c);

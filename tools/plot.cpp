@@ -149,7 +149,7 @@ class Source {
 };
 
 void run_plot(const Options& options) {
-  if (options.out != "-") chart::check_picture_name(options.out);
+  if (options.out != "-") chart::check_picture(options.out);
   Drawings drawings;
   if (!options.title.empty()) drawings.push_back(chart::heading(options.title));
   Source source(options);

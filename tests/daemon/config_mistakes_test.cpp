@@ -15,7 +15,7 @@ namespace {
 // ------------------------------------------------------------------
 
 TEST_F(ConfigTest, RefusesAFileThatIsNotThere) {
-  EXPECT_EQ(error(), "car.toml: cannot be read: No such file or directory");
+  EXPECT_EQ(error(), "car.toml: cannot be read: No such file or directory; check the path");
 }
 
 TEST_F(ConfigTest, RefusesADirectory) {

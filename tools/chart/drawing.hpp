@@ -25,6 +25,6 @@ struct Drawing {
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings);
 
 /// Before long work: throws std::invalid_argument where write_picture() would.
-void check_picture_name(const std::filesystem::path& file);
+void check_picture(const std::filesystem::path& file);
 
 }  // namespace odomd::tools::chart

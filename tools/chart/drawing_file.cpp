@@ -68,7 +68,7 @@ void convert(const std::filesystem::path& svg, const std::filesystem::path& png)
 
 }  // namespace
 
-void check_picture_name(const std::filesystem::path& file) {
+void check_picture(const std::filesystem::path& file) {
   if (file.extension() != ".svg" && file.extension() != ".png") {
     throw std::invalid_argument(file.string() + ": pictures end in .svg or .png; rename it");
   }
@@ -76,7 +76,7 @@ void check_picture_name(const std::filesystem::path& file) {
 }
 
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings) {
-  check_picture_name(file);
+  check_picture(file);
   if (file.extension() == ".svg") {
     write_svg(file, as_svg(drawings));
     return;

@@ -110,7 +110,7 @@ void check(const FitOptions& o) {
   for (const std::string& name : o.freed) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& name : o.fixed) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& text : o.priors) static_cast<void>(fitting::parse_prior(text));
-  if (!o.plot.empty()) chart::check_picture_name(o.plot);
+  if (!o.plot.empty()) chart::check_picture(o.plot);
 }
 
 }  // namespace odomd::tools

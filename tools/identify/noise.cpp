@@ -31,7 +31,7 @@ void identify_noise(const Options& options) {
         "both; odom identify noise --help tells what each is for");
   if (!options.plot.empty()) {
     if (!standing) throw std::invalid_argument("--plot draws a standing record; give one");
-    chart::check_picture_name(options.plot);
+    chart::check_picture(options.plot);
   }
   check(options.delivery);
   if (!options.drive.empty()) check_folder(options.drive);

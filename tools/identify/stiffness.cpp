@@ -38,7 +38,7 @@ void identify_stiffness(const StiffnessOptions& options) {
   check(options);
   check(options.delivery);
   const MarkerPlaces places = marker_places(options);
-  if (!options.plot.empty()) chart::check_picture_name(options.plot);
+  if (!options.plot.empty()) chart::check_picture(options.plot);
   const daemon::Config config = daemon::load_config(options.config);
   require_measured(config);
 

@@ -2,10 +2,12 @@
 
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 #include <string_view>
 
 #include "tools/csv.hpp"
+#include "tools/files.hpp"
 #include "tools/json_text.hpp"
 
 namespace odomd::tools {
@@ -79,6 +81,8 @@ BoardSize parse_board(const std::string& text) {
 
 void check(const TrackOptions& o) {
   const auto refuse = [](const char* what) { throw std::invalid_argument(what); };
+  const std::vector<std::filesystem::path> inputs{o.film, o.lens, o.frame_times};
+  check_outputs(std::vector<Output>{{"--out", o.out}}, inputs);
   if (!o.calibrate.empty()) {
     static_cast<void>(parse_board(o.calibrate));
     if (!(o.square > 0.0)) refuse("--calibrate: tell the size of a square: --square 0.025");

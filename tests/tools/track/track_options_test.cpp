@@ -66,6 +66,8 @@ TEST(TrackOptions, WhatDoesNotHangTogetherIsRefused) {
               HasSubstr("ID=X,Y"));
   EXPECT_THAT(with({"--height=0.1"}), HasSubstr("--lens"));
   EXPECT_THAT(with({"--fps=0"}), HasSubstr("--fps"));
+  EXPECT_THAT(with({"--out=f.mp4"}), HasSubstr("--out: f.mp4 is what is read"));
+  EXPECT_THAT(with({"--lens=l.yaml", "--out=l.yaml"}), HasSubstr("--out: l.yaml is what is read"));
   EXPECT_THAT(refusal({"f.mp4", "--calibrate=9x6"}), HasSubstr("--square"));
   EXPECT_THAT(refusal({"f.mp4", "--calibrate=9", "--square=0.1", "--out=l.yaml"}),
               HasSubstr("COLUMNSxROWS"));
