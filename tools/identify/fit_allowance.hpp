@@ -6,7 +6,7 @@
 
 namespace odomd::tools::fitting {
 
-/// Whether turns were driven at too few speeds: Result::speed_variety.
+/// Whether turns were driven at too few speeds: Turns::speed_variety.
 [[nodiscard]] bool at_one_speed(const Settings& settings, double variety);
 
 /// Standard uncertainties of p beside what the residuals tell.

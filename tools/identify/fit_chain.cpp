@@ -151,20 +151,6 @@ Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
   return result;
 }
 
-double speed_variety(const std::vector<Chain>& chains) {
-  double bends = 0.0, both = 0.0, pushes = 0.0;
-  for (const Chain& chain : chains)
-    for (const Node<double>& node : chain.nodes) {
-      const double curvature = node[st::yaw_rate] / node[st::v_x];
-      const double accel = node[st::yaw_rate] * node[st::v_x];
-      bends += curvature * curvature;
-      both += curvature * accel;
-      pushes += accel * accel;
-    }
-  if (!(bends > 0.0) || !(pushes > 0.0)) return 0.0;
-  return std::sqrt(std::max(0.0, 1.0 - both * both / (bends * pushes)));
-}
-
 double robust_sigma(const std::vector<double>& values) {
   return values.empty() ? 0.0 : 1.4826 * median_of_magnitudes(values);
 }

@@ -57,9 +57,6 @@ struct Unexplained {
 [[nodiscard]] Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
                                       const Numbers<double>& p);
 
-/// Result::speed_variety of nodes, which are as far apart as windows are long.
-[[nodiscard]] double speed_variety(const std::vector<Chain>& chains);
-
 [[nodiscard]] double robust_sigma(const std::vector<double>& values);
 
 /// Noises from the residuals, where they show more than is stated: model errors count as noise of

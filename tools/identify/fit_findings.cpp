@@ -16,6 +16,9 @@ using estimator::Source;
 /// Told by the drive and not by the prior: below this share of the prior's uncertainty.
 constexpr double told_below = 0.5;
 
+/// A share of hard turns that spoils a fit.
+constexpr double much = 0.03;
+
 const can::SignalBinding* binding_of(const daemon::Config& config, Source source) {
   for (const can::SignalBinding& binding : config.can.bindings)
     if (binding.channel == static_cast<std::uint16_t>(source)) return &binding;
@@ -196,7 +199,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
 
   Numbers<double> sigma = result.sigma;
   const Numbers<double> beyond =
-      allowance(config.vehicle.wheelbase(), settings, result.speed_variety);
+      allowance(config.vehicle.wheelbase(), settings, result.turns.speed_variety);
   for (std::size_t k = 0; k < parameters; ++k)
     if (settings.free[k]) sigma[k] = std::hypot(sigma[k], beyond[k]);
   for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})
@@ -218,17 +221,24 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   b.add_value(camera_x, "camera.lever_arm[0]");
   b.add_value(camera_y, "camera.lever_arm[1]");
   b.add_value(camera_yaw, "camera.lever_arm[2]");
-  if (at_one_speed(settings, result.speed_variety))
+  if (at_one_speed(settings, result.turns.speed_variety))
     findings.warnings.push_back(
         "the turns are driven at much the same speed, where more steering and softer front tyres "
         "look alike, as do softer rear tyres and a camera farther ahead: these are not told well; "
         "drive turns at three speeds (odom sim --scenario exercise), or --fix what is known");
+  if (result.turns.hard > much)
+    findings.warnings.push_back(
+        fixed(100.0 * result.turns.hard, 0) +
+        " % of the drive is beyond a half of the grip (4.9 m/s2), where tyres are curves: "
+        "latencies "
+        "of the wheels and stiffnesses may be off by more than is stated; drive more calmly");
   if (!result.settled)
     findings.warnings.push_back(
         "the fit has not settled: poses and log may not belong together, or the drive tells too "
         "little; look at --plot, or leave parameters as they are (--fix)");
   findings.details = details_of(settings, result, nominal, sigma);
-  findings.details["speed_variety"] = result.speed_variety;
+  findings.details["turns"] = {{"speed_variety", result.turns.speed_variety},
+                               {"beyond_half_of_the_grip", result.turns.hard}};
   return findings;
 }
 

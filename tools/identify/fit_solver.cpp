@@ -60,6 +60,25 @@ double moved(const Numbers<double>& before, const Numbers<double>& after) {
   return most;
 }
 
+Turns turns_of(const std::vector<Chain>& chains) {
+  constexpr double hard = 0.5 * single_track::gravity;
+  double bends = 0.0, both = 0.0, pushes = 0.0;
+  std::size_t count = 0, beyond = 0;
+  for (const Chain& chain : chains)
+    for (const Node<double>& node : chain.nodes) {
+      const double v = node[single_track::v_x], yaw_rate = node[single_track::yaw_rate];
+      const double curvature = yaw_rate / v, accel = v * yaw_rate;
+      bends += curvature * curvature;
+      both += curvature * accel;
+      pushes += accel * accel;
+      ++count;
+      beyond += std::fabs(accel) > hard ? 1 : 0;
+    }
+  if (!(bends > 0.0) || !(pushes > 0.0)) return {};
+  return {.speed_variety = std::sqrt(std::max(0.0, 1.0 - both * both / (bends * pushes))),
+          .hard = static_cast<double>(beyond) / static_cast<double>(count)};
+}
+
 double rounded_window(double wanted, double knot) {
   return knot * std::max(2.0, std::round(wanted / knot));
 }
@@ -135,7 +154,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     }
   }
 
-  result.speed_variety = speed_variety(chains);
+  result.turns = turns_of(chains);
   Unexplained rest = unexplained(setup, chains, result.p);
   for (std::size_t kind = 0; kind <= yaw_kind; ++kind)
     result.sources.push_back({name_of_kind(kind), rest.values[kind].size(), rest.stated[kind],

@@ -45,6 +45,18 @@ struct SourceFit {
   double found = 0.0;   ///< what the residuals have, robustly
 };
 
+/// How the drive turns, by the states at the windows' ends.
+struct Turns {
+  /// How little the lateral acceleration goes with the curvature: 0 at one speed, 0.46 on the
+  /// exercise that the help asks for.
+  //
+  // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²:  sqrt(Σ (a - a_0)² / Σ a²). On a circle the
+  // bicycle has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the steering's scale
+  // and the tyres are one number.
+  double speed_variety = 0.0;
+  double hard = 0.0;  ///< share of the time beyond a half of the grip of dry tyres, 0.5 g
+};
+
 struct Result {
   Numbers<double> p{};
   Numbers<double> sigma{};         ///< standard uncertainties of p; 0 of what was fixed
@@ -55,13 +67,7 @@ struct Result {
   int iterations = 0;
   bool settled = false;  ///< or given up
   double cost = 0.0;
-  /// How little the lateral acceleration goes with the curvature: 0 at one speed, 0.46 on the
-  /// exercise that the help asks for.
-  //
-  // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²:  sqrt(Σ (a - a_0)² / Σ a²). On a circle the
-  // bicycle has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the steering's scale
-  // and the tyres are one number.
-  double speed_variety = 0.0;
+  Turns turns;
 };
 
 /// Throws std::runtime_error where the solver does not come to an end.

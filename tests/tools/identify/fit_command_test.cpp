@@ -65,7 +65,7 @@ TEST_F(FitCommand, OneSpeedTellsTyresAndSteeringNotApart) {
   EXPECT_THAT(outcome.err, HasSubstr("turns are driven at much the same speed"));
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_FALSE(json["details"]["parameters"]["steering_scale"]["determined"]);
-  EXPECT_LT(json["details"]["speed_variety"], 0.1);
+  EXPECT_LT(json["details"]["turns"]["speed_variety"], 0.1);
 }
 
 TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
