@@ -150,7 +150,8 @@ void count_rejected(State& state, const Sample& sample, double innovation) noexc
   const bool paused = before.interval_s > 0.0 && seconds_between(before.time_ns, sample.time_ns) >
                                                      3.0 * before.interval_s + slack_s;
   const bool above = innovation > 0.0;
-  if (rejection.count == 0 || paused || above != rejection.above || !agree(before, sample)) {
+  const bool noisy = sample.source == Source::accel_y && above != rejection.above;
+  if (rejection.count == 0 || paused || noisy || !agree(before, sample)) {
     rejection = {0, sample.time_ns, state.mean[at::v_x], above};
   }
   rejection.count = std::min(rejection.count + 1, fewest_rejected);
