@@ -69,8 +69,9 @@ class Patch {
   [[nodiscard]] std::optional<ConfigValue> there() {
     const toml::node* node = find();
     if (node != nullptr && path_.element) node = &element_of(*node);
-    if (node == nullptr || !node->is_number()) return std::nullopt;
-    return ConfigValue{value_.key, *node->value<double>(),
+    const std::optional<double> number = node == nullptr ? std::nullopt : node->value<double>();
+    if (!number) return std::nullopt;
+    return ConfigValue{value_.key, *number,
                        toml_note(text_, offset(node->source().begin), label())};
   }
 

@@ -77,11 +77,19 @@ bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
   return times >= surprising || times <= 1.0 / surprising;
 }
 
-// By more than chance makes of one experiment done twice.
+// By more than chance makes of one experiment done twice. A fit's inertia has the wheels' spin in
+// it, as the filter wants it, and a swing's has not: the one may replace the other.
 bool less_sure(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);
-  return was > 0.0 && uncertainty_in(value.note) > clearly * was;
+  return was > 0.0 && uncertainty_in(value.note) > clearly * was &&
+         value.key != "vehicle.yaw_inertia";
+}
+
+bool contradict(const ConfigValue& one, const ConfigValue& other) {
+  constexpr double sigmas = 3.0;
+  return std::fabs(one.value - other.value) >
+         0.5 * sigmas * std::hypot(uncertainty_in(one.note), uncertainty_in(other.note));
 }
 
 // What replaces something that one should look at again.
@@ -95,11 +103,13 @@ std::vector<std::string> doubts_of(const std::vector<ConfigValue>& values,
       doubts.push_back(
           fmt::format("{}: {} was {:g} and becomes {:g}: another car, or another unit?", file,
                       value.key, before->value, value.value));
-    if (less_sure(*before, value))
+    else if (less_sure(*before, value))
       doubts.push_back(fmt::format(
-          "{}: {} was surer: {:.9g} ({}); it becomes {:.9g} +- {:g}: put it back unless "
-          "the car has changed since",
-          file, value.key, before->value, before->note, value.value, uncertainty_in(value.note)));
+          "{}: {} was surer: {:.9g} ({}); it becomes {:.9g} +- {:g}: {}", file, value.key,
+          before->value, before->note, value.value, uncertainty_in(value.note),
+          contradict(*before, value)
+              ? "they contradict each other; unless the car has changed, measure again"
+              : "put it back unless the car has changed since"));
   }
   return doubts;
 }

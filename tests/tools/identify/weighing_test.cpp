@@ -289,17 +289,19 @@ TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
 TEST(IdentifyMass, TellsWhatWasSurerThanWhatReplacesIt) {
   const Scratch scratch;
   const std::string car = scratch.write("car.toml", car_toml).string();
-  const auto weigh = [&](const std::string& resolution) {
-    const Outcome outcome = run_shell("odom identify mass --total 3.1 --scale-resolution " +
-                                      resolution + " --write " + car);
+  const auto weigh = [&](const std::string& load) {
+    const Outcome outcome = run_shell("odom identify mass --write " + car + " --total " + load);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return outcome.err;
   };
-  EXPECT_THAT(weigh("1g"), Not(HasSubstr("surer")));
-  EXPECT_THAT(weigh("1g"), Not(HasSubstr("surer")));
-  EXPECT_THAT(weigh("50g"),
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 50g"),
               AllOf(HasSubstr("vehicle.mass was surer: 3.1 (odom identify mass: +- 0.00"),
-                    HasSubstr("it becomes 3.1 +- 0.0")));
+                    HasSubstr("it becomes 3.1 +- 0.0"), HasSubstr("put it back")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("3.5 --scale-resolution 50g"),
+              AllOf(HasSubstr("they contradict each other"), HasSubstr("measure again")));
 }
 
 TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
