@@ -6,10 +6,9 @@
 namespace odomd::tools::fitting {
 namespace {
 
-/// As standard uncertainties of p: tyres' curves, springs, slip that
-/// builds up, how much the driven wheels spin, biases that walk. By the errors on simulated
-/// exercises of cars that are not among those of the campaign; the inertia's and the steering
-/// scale's by the campaign's too.
+/// Where the speeds are many, for tyres' curves, springs, slip that builds up, how much the driven
+/// wheels spin, biases that walk. By the errors on simulated exercises of cars that are not among
+/// those of the campaign; the inertia's and the steering scale's by the campaign's too.
 Numbers<double> at_many_speeds(double wheelbase) {
   Numbers<double> sigma{};
   sigma[stiffness_front] = 0.008;
@@ -46,28 +45,37 @@ double times(double variety) {
   return std::clamp(std::pow(of_the_exercise / std::max(variety, 1e-3), 2), 1.0, most_times);
 }
 
+/// Neither is known as well beforehand as the fit would tell it of many speeds.
+bool are_open(const Settings& settings, const Numbers<double>& sigma, Parameter one,
+              Parameter other) {
+  const auto open = [&](Parameter k) { return settings.free[k] && settings.doubt[k] > sigma[k]; };
+  return open(one) && open(other);
+}
+
 // At one speed, more steering is softer front tyres.
-bool front_is_open(const Settings& settings) {
-  return settings.free[stiffness_front] && settings.free[steering_scale];
+bool front_is_open(const Settings& settings, const Numbers<double>& sigma) {
+  return are_open(settings, sigma, stiffness_front, steering_scale);
 }
 
 // And a camera farther ahead sees the drift of softer rear tyres.
-bool rear_is_open(const Settings& settings) {
-  return settings.free[stiffness_rear] && settings.free[camera_x];
+bool rear_is_open(const Settings& settings, const Numbers<double>& sigma) {
+  return are_open(settings, sigma, stiffness_rear, camera_x);
 }
 
 }  // namespace
 
-bool at_one_speed(const Settings& settings, double variety) {
-  return times(variety) > 2.0 && (front_is_open(settings) || rear_is_open(settings));
+bool at_one_speed(double wheelbase, const Settings& settings, double variety) {
+  const Numbers<double> sigma = at_many_speeds(wheelbase);
+  return times(variety) > 2.0 && (front_is_open(settings, sigma) || rear_is_open(settings, sigma));
 }
 
 Numbers<double> allowance(double wheelbase, const Settings& settings, double variety) {
-  Numbers<double> sigma = at_many_speeds(wheelbase);
-  if (front_is_open(settings))
+  const Numbers<double> known = at_many_speeds(wheelbase);
+  Numbers<double> sigma = known;
+  if (front_is_open(settings, known))
     for (const Parameter k : {stiffness_front, steering_scale, steering_offset})
       sigma[k] *= times(variety);
-  if (rear_is_open(settings))
+  if (rear_is_open(settings, known))
     for (const Parameter k : {stiffness_rear, camera_x, imu_x}) sigma[k] *= times(variety);
   return sigma;
 }

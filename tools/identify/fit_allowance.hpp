@@ -7,7 +7,7 @@
 namespace odomd::tools::fitting {
 
 /// Whether turns were driven at too few speeds: Turns::speed_variety.
-[[nodiscard]] bool at_one_speed(const Settings& settings, double variety);
+[[nodiscard]] bool at_one_speed(double wheelbase, const Settings& settings, double variety);
 
 /// Standard uncertainties of p beside what the residuals tell.
 [[nodiscard]] Numbers<double> allowance(double wheelbase, const Settings& settings, double variety);

@@ -6,7 +6,14 @@ namespace odomd::tools::fitting {
 namespace {
 
 constexpr double better = 0.995;      // errors that are clearly less
-constexpr double half_as_good = 1.1;  // and those of every other part alone
+constexpr double half_as_good = 1.1;  // errors of every other part that are not much worse
+
+/// The errors of a turn over those without it that are allowed at most. What the trial found itself
+/// must be worth it for as long as it stays.
+double allowed(const Candidate& candidate) {
+  if (candidate.own) return candidate.taken ? 1.0 / worth_it : worth_it;
+  return candidate.taken ? better : as_good;
+}
 
 }  // namespace
 
@@ -43,7 +50,7 @@ std::optional<Choice::Turn> Choice::best(Way way) {
   for (std::size_t i = 0; i < candidates_.size(); ++i) {
     if (candidates_[i].taken != (way == Way::out)) continue;
     const Ratio then = turned(i);
-    const bool fits = then.all <= (way == Way::out ? better : as_good) * now_.all &&
+    const bool fits = then.all < allowed(candidates_[i]) * now_.all &&
                       then.half[0] <= half_as_good * now_.half[0] &&
                       then.half[1] <= half_as_good * now_.half[1];
     if (fits && (!best || then.all < best->then.all)) best = {i, then};

@@ -15,6 +15,7 @@
 namespace odomd::tools::fitting {
 
 inline constexpr double as_good = 1.003;  ///< errors that are no worse
+inline constexpr double worth_it = 0.98;  ///< errors, by what more than a value must bring
 
 [[nodiscard]] Patch together(Patch one, const Patch& other);
 
@@ -44,8 +45,9 @@ class Choice {
   void take(Candidate candidate, const Ratio& with);
 
   /// Takes the one that is best taken, or where none is, leaves the one that is best left, and says
-  /// which. Nothing is taken that makes the errors more, nothing left that does not make them
-  /// clearly less, and neither where it makes those of a half much more.
+  /// which. Nothing is taken that makes the errors more, nothing left where that does not make them
+  /// clearly less, and neither where it makes those of a half much more; but what the trial found
+  /// itself is left as soon as it is worth no more.
   std::optional<std::string> turn_best();
 
  private:

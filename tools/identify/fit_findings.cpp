@@ -201,7 +201,8 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   const Numbers<double> beyond =
       allowance(config.vehicle.wheelbase(), settings, result.turns.speed_variety);
   for (std::size_t k = 0; k < parameters; ++k)
-    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], beyond[k]);
+    if (settings.free[k])  // and no worse than it was known
+      sigma[k] = std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.doubt[k]));
   for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})
     if (settings.free[k]) sigma[k] = std::hypot(sigma[k], mass_doubt);
 
@@ -221,7 +222,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   b.add_value(camera_x, "camera.lever_arm[0]");
   b.add_value(camera_y, "camera.lever_arm[1]");
   b.add_value(camera_yaw, "camera.lever_arm[2]");
-  if (at_one_speed(settings, result.turns.speed_variety))
+  if (at_one_speed(config.vehicle.wheelbase(), settings, result.turns.speed_variety))
     findings.warnings.push_back(
         "the turns are driven at much the same speed, where more steering and softer front tyres "
         "look alike, as do softer rear tyres and a camera farther ahead: these are not told well; "

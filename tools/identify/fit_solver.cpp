@@ -74,7 +74,7 @@ Turns turns_of(const std::vector<Chain>& chains) {
       ++count;
       beyond += std::fabs(accel) > hard ? 1 : 0;
     }
-  if (!(bends > 0.0) || !(pushes > 0.0)) return {};
+  if (!(bends > 0.0) || !(pushes > 0.0)) return {.speed_variety = 1.0};  // nothing turns
   return {.speed_variety = std::sqrt(std::max(0.0, 1.0 - both * both / (bends * pushes))),
           .hard = static_cast<double>(beyond) / static_cast<double>(count)};
 }

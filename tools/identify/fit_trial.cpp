@@ -16,8 +16,6 @@
 namespace odomd::tools::fitting {
 namespace {
 
-constexpr double worth_it = 0.98;  // what more than a value must bring
-
 bool is_wheel(std::string_view key) {
   return key.find(".wheel_") != std::string_view::npos ||
          key.find(".motor.") != std::string_view::npos;
@@ -67,7 +65,10 @@ void find_shares(Judge& judge, const daemon::Config& config, Choice& choice) {
   constexpr double spread = 0.2;  // between two of them, relative
   for (const std::string role : {"accel_x", "accel_y"}) {
     const auto binding = std::ranges::find(config.can.bindings, role, &can::SignalBinding::role);
-    if (binding == config.can.bindings.end()) continue;
+    const std::string name = "part of " + role;
+    if (binding == config.can.bindings.end() ||
+        std::ranges::count(choice.candidates(), name, &Candidate::name) > 0)
+      continue;
     const std::string key = "can.signals." + role + ".scale";
     const auto scaled = [&](double share) { return Patch{{key, binding->scale * share, ""}}; };
     std::array<Ratio, shares.size()> ratios;
@@ -83,9 +84,9 @@ void find_shares(Judge& judge, const daemon::Config& config, Choice& choice) {
     const auto* const best = best_of(&Ratio::all);
     if (!holds || best->all >= worth_it * all_of_it.all) continue;
     const double share = shares[static_cast<std::size_t>(best - ratios.begin())];
-    choice.take({.name = "part of " + role,
+    choice.take({.name = name,
                  .patch = scaled(share),
-                 .own = Finding{.name = "part of " + role + " to take",
+                 .own = Finding{.name = name + " to take",
                                 .key = key,
                                 .value = binding->scale * share,
                                 .sigma = std::fabs(binding->scale) * share * spread}},
@@ -127,17 +128,27 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives,
   const auto say = [&](const std::string& what) {
     if (progress)
       progress("trial, " + std::to_string(judge.replays()) + " replays of about " +
-               std::to_string(drives.size() * (20 + groups * (groups + 3) / 2)) + ": " + what);
+               std::to_string(drives.size() * (40 + groups * (groups + 5) / 2)) + ": " + what);
   };
-  find_shares(judge, drives.front().config, choice);
-  say("accelerometers " + in_words(choice.now().all));
-  // Twice in and once out for each, at most: what is in for nothing could otherwise go round.
-  for (std::size_t turns = 0; turns < 3 * groups; ++turns) {
+  const auto shares = [&] {
     const double before = choice.now().all;
-    const std::optional<std::string> turned = choice.turn_best();
-    if (!turned) break;
-    say(*turned + " " + in_words(choice.now().all / before));
-  }
+    find_shares(judge, drives.front().config, choice);
+    say("accelerometers " + in_words(choice.now().all / before));
+  };
+  const auto turns = [&] {
+    // The errors shrink with each that goes in and out again, so it ends; this is for rounding.
+    for (std::size_t turn = 0; turn < 4 * groups; ++turn) {
+      const double before = choice.now().all;
+      const std::optional<std::string> turned = choice.turn_best();
+      if (!turned) break;
+      say(*turned + " " + in_words(choice.now().all / before));
+    }
+  };
+  // First as the sensors are configured, and where that was not it, as they were found to be.
+  shares();
+  turns();
+  shares();
+  turns();
   nlohmann::ordered_json told;
   tell(choice, findings, told);
   findings.details["trial"] = {

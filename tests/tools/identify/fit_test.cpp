@@ -126,6 +126,7 @@ TEST(Fit, AParameterThatIsNoneIsToldTheNearest) {
 TEST(Fit, AllowsForMoreWhereTheSpeedTellsNothingApart) {
   Settings settings;
   settings.free.fill(true);
+  settings.doubt.fill(0.3);
   const auto times = [&settings](Parameter k, double variety) {
     return allowance(0.26, settings, variety)[k] / allowance(0.26, settings, 0.46)[k];
   };
@@ -133,14 +134,14 @@ TEST(Fit, AllowsForMoreWhereTheSpeedTellsNothingApart) {
   EXPECT_EQ(times(steering_scale, 0.2), 4.0);
   EXPECT_DOUBLE_EQ(times(stiffness_rear, 0.0), 30.0);
   EXPECT_EQ(times(gyro_scale, 0.0), 1.0);
-  EXPECT_TRUE(at_one_speed(settings, 0.1));
-  EXPECT_FALSE(at_one_speed(settings, 0.4));
+  EXPECT_TRUE(at_one_speed(0.26, settings, 0.1));
+  EXPECT_FALSE(at_one_speed(0.26, settings, 0.4));
   settings.free[steering_scale] = false;
   EXPECT_EQ(times(stiffness_front, 0.0), 1.0);
-  EXPECT_TRUE(at_one_speed(settings, 0.1));
-  settings.free[camera_x] = false;
+  EXPECT_TRUE(at_one_speed(0.26, settings, 0.1));
+  settings.doubt[camera_x] = 1e-4;  // as good as fixed
   EXPECT_EQ(times(stiffness_rear, 0.0), 1.0);
-  EXPECT_FALSE(at_one_speed(settings, 0.1));
+  EXPECT_FALSE(at_one_speed(0.26, settings, 0.1));
 }
 
 TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
