@@ -1,5 +1,7 @@
 #include "tools/camera_csv.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstddef>
 
@@ -49,6 +51,13 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
   }
   log.warnings = reader.warnings();
 
+  const auto before_seen = std::ranges::count_if(
+      log.poses, [](const auto& pose) { return pose.arrival_ns < pose.capture_ns; });
+  if (before_seen > 0)
+    log.warnings.push_back(fmt::format(
+        "{}: {} of {} poses arrive before they are captured, and are of no use: are the columns "
+        "t_arrival and t_capture exchanged?",
+        file.string(), before_seen, log.poses.size()));
   const auto by_arrival = [](const estimator::CameraPose& a, const estimator::CameraPose& b) {
     return a.arrival_ns < b.arrival_ns;
   };

@@ -17,6 +17,7 @@
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
 #include "tools/identify/config_patch.hpp"
+#include "tools/initial_pose_doubt.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
@@ -52,7 +53,13 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
                     .config = options.config,
                     .reference = {},
                     .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take}));
-    for (const std::string& warning : drives.back().warnings)
+    const Drive& drive = drives.back();
+    std::vector<std::string> warnings = drive.config.warnings;
+    warnings.insert(warnings.end(), drive.warnings.begin(), drive.warnings.end());
+    const std::int64_t first_ns = drive.frames.empty() ? 0 : drive.frames.front().time_ns;
+    if (auto doubt = initial_pose_doubt(drive.config, drive.cameras, first_ns))
+      warnings.push_back(*std::move(doubt));
+    for (const std::string& warning : warnings)
       std::cerr << "odom tune: warning: " << folder << ": " << warning << '\n';
   }
   return drives;

@@ -21,6 +21,7 @@ using estimator::Source;
 constexpr double piece = 0.5, stride = 0.25, grid = 0.01;  // [s]
 constexpr double lag_step = 0.02;                          // [s]
 constexpr int latest = 20;                                 // steps
+constexpr double off_clock = 0.15;                         // more than any sensor is late [s]
 constexpr double least_turn = 0.05;                        // rms of a piece's [rad]
 constexpr double least_way = 0.1;                          // in a piece [m]
 constexpr std::size_t fewest = 20;                         // pieces
@@ -40,6 +41,7 @@ enum class Verdict : std::uint8_t { silent, same, other_way, unlike };
 struct Comparison {
   Verdict verdict = Verdict::silent;
   double ratio = 1.0;  ///< of the second to the first, where they are the same
+  double lag = 0.0;    ///< how much later the second is [s]; 0 where that does not show
 };
 
 double rms(const std::vector<double>& values) {
@@ -66,6 +68,7 @@ double cosine(const std::vector<double>& a, const std::vector<double>& b) {
 // As they are, the turns tell the sense; about their means, whether they happen at the same times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
+  double best_lag = 0.0;
   bool turns = false, varies = false;
   for (int step = -latest; step <= latest; ++step) {
     const double lag = lag_step * step;
@@ -86,6 +89,7 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
     fewest_alike = std::min(fewest_alike, whole);
     const std::vector<double> a = without_mean(seen), b = without_mean(told);
     const double shape = cosine(a, b);
+    if (shape > most_shape) best_lag = lag;
     most_shape = std::max(most_shape, shape);
     least_shape = std::min(least_shape, shape);
     turns = turns || std::max(rms(seen), rms(told)) > least;
@@ -96,7 +100,8 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
   if (fewest_alike < -certain && most < alike && (!varies || least_shape < -certain))
     return {Verdict::other_way};
   if (varies && most_shape < alike) return {Verdict::unlike};
-  if (most > certain) return {Verdict::same, ratio};
+  const double shown = varies && most_shape > certain ? best_lag : 0.0;
+  if (most > certain) return {Verdict::same, ratio, shown};
   return {};
 }
 
@@ -278,6 +283,11 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
            options.eye +
            "'s file of this drive, on the log's clock, and yaw_rate the right signal?");
   }
+  if (options.strangers == Strangers::refuse && std::fabs(gyro.lag) > off_clock)
+    refuse("the times of the " + options.eye + "'s poses are " + fixed(std::fabs(gyro.lag), 1) +
+           (std::fabs(gyro.lag) < (latest - 0.5) * lag_step ? " s " : " s or more ") +
+           (gyro.lag < 0.0 ? "late" : "early") +
+           " beside yaw_rate: put them on the log's clock, each when the picture was taken");
   if (gyro.verdict == Verdict::same && is_far_off(gyro.ratio))
     refuse("yaw_rate turns " + fixed(gyro.ratio, 2) + " times as far as " + eye +
            "; look at can.signals.yaw_rate: unit, scale");

@@ -16,7 +16,7 @@ namespace odomd::tools {
 /// What to do where the poses' turn has nothing to do with the gyro's.
 enum class Strangers : std::uint8_t {
   refuse,
-  pass,  ///< whoever asks finds it out himself
+  pass,  ///< whoever asks finds it out himself, and how late they are
 };
 
 struct AgreementOptions {
@@ -33,7 +33,8 @@ struct AgreementOptions {
 ///
 /// Throws std::invalid_argument that names the key: where yaw_rate or steering turns the other way,
 /// where yaw_rate or a wheel is more than 1.5 times off (without poses: yaw_rate 3 times off wheels
-/// and steering), or a wheel runs backwards; where the poses turn otherwise than the gyro; where
+/// and steering), or a wheel runs backwards; where the poses turn otherwise than the gyro, or more
+/// than 0.15 s before or after it (strangers: pass: neither); where
 /// none of them is taken while the log lasts.
 void check_agreement(const daemon::Config& config, const SignalLog& log,
                      std::span<const estimator::CameraPose> poses,

@@ -88,8 +88,13 @@ std::string text_of(const fs::path& file) {
     throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
   std::string text = daemon::read_toml_file(file);
   // It would be replaced, which its folder allows.
-  if (::access(file.c_str(), W_OK) != 0 && errno == EACCES)
-    throw std::runtime_error(file.string() + ": is write-protected; allow it with chmod u+w");
+  if (::access(file.c_str(), W_OK) != 0 && errno == EACCES) {
+    struct stat status {};
+    const bool own = ::stat(file.c_str(), &status) == 0 && status.st_uid == ::geteuid();
+    throw std::runtime_error(file.string() +
+                             (own ? ": is write-protected; allow it with chmod u+w"
+                                  : ": belongs to another user; use sudo, or --write to a copy"));
+  }
   return text;
 }
 

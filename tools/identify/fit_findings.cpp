@@ -36,9 +36,13 @@ struct Builder {
   [[nodiscard]] std::string why_not(Parameter k) const {
     if (!settings.free[k]) return "fixed";
     if (sigma[k] < told_below * settings.doubt[k]) return "";
+    const ParameterInfo& info = parameter_table()[k];
+    const auto two_sigma = [&info](double one) {
+      return info.kind == Kind::factor ? fixed(200.0 * one, 1) + " %"
+                                       : fixed(2.0 * one, 4) + " " + std::string(info.unit);
+    };
     std::string reason = "the drive tells little more than was known (2 sigma " +
-                         fixed(2.0 * sigma[k], 4) + ", before " +
-                         fixed(2.0 * settings.doubt[k], 4) + ")";
+                         two_sigma(sigma[k]) + ", before " + two_sigma(settings.doubt[k]) + ")";
     double strongest = 0.0;
     std::size_t partner = k;
     for (std::size_t j = 0; j < parameters; ++j) {
@@ -223,18 +227,17 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   b.add_value(camera_y, "camera.lever_arm[1]");
   b.add_value(camera_yaw, "camera.lever_arm[2]");
   if (at_one_speed(config.vehicle.wheelbase(), settings, result.turns.speed_variety))
-    findings.warnings.push_back(
+    findings.warnings.emplace_back(
         "the turns are driven at much the same speed, where more steering and softer front tyres "
         "look alike, as do softer rear tyres and a camera farther ahead: these are not told well; "
         "drive turns at three speeds (odom sim --scenario exercise), or --fix what is known");
   if (result.turns.hard > much)
-    findings.warnings.push_back(
-        fixed(100.0 * result.turns.hard, 0) +
-        " % of the drive is beyond a half of the grip (4.9 m/s2), where tyres are curves: "
-        "latencies "
-        "of the wheels and stiffnesses may be off by more than is stated; drive more calmly");
+    findings.warnings.push_back(fixed(100.0 * result.turns.hard, 0) +
+                                " % of the drive is beyond a half of the grip (4.9 m/s2), where "
+                                "tyres are curves: latencies of the wheels and stiffnesses may be "
+                                "off by more than is stated; drive more calmly");
   if (!result.settled)
-    findings.warnings.push_back(
+    findings.warnings.emplace_back(
         "the fit has not settled: poses and log may not belong together, or the drive tells too "
         "little; look at --plot, or leave parameters as they are (--fix)");
   findings.details = details_of(settings, result, nominal, sigma);

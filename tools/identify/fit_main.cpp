@@ -190,7 +190,7 @@ void fit(const FitOptions& options) {
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
   Priors priors = priors_of(config, options);
 
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = config.warnings;
   std::vector<fitting::Drive> drives;
   std::vector<tools::Drive> trials;
   for (const Files& files : files_of(options)) {
@@ -221,7 +221,14 @@ void fit(const FitOptions& options) {
   findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
   if (!options.untried) try_out(findings, trials, priors.settings.progress);
   if (!options.plot.empty()) plot_residuals(options.plot, drives, result);
-  deliver(findings, options.delivery);
+  // A replay that is better by them speaks for numbers that are no result; nothing else does.
+  const bool kept_back = !result.settled && options.untried && !options.delivery.write.empty();
+  Delivery delivery = options.delivery;
+  if (kept_back) delivery.write.clear();
+  deliver(findings, delivery);
+  if (kept_back)
+    throw std::runtime_error("nothing is written to " + options.delivery.write +
+                             ": the fit has not settled, and --untried leaves out the trial");
 }
 
 }  // namespace

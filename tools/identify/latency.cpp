@@ -91,7 +91,10 @@ Findings findings_of(const Options& options) {
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
   const SignalLog log = read_signals(config, options.can);
   CameraLog camera;
-  if (!options.camera.empty()) camera = read_camera_log(options.camera);
+  if (!options.camera.empty()) {
+    camera = read_camera_log(options.camera);
+    if (camera.poses.empty()) camera.warnings.push_back(no_pose_doubt(options.camera));
+  }
   ProgressLine progress("odom identify latency");
   const LatencyEstimate estimate = estimate_latencies(
       config, log, camera.poses, [&progress](const std::string& now) { progress.show(now); });

@@ -161,6 +161,20 @@ TEST(Agreement, PosesOfAnotherDriveAreToldFromThoseOfThis) {
   EXPECT_EQ(drive.verdict({.strangers = Strangers::pass}), "they agree");
 }
 
+TEST(Agreement, PosesOfAnotherClockAreToldHowLateTheyAre) {
+  Recorded drive = recorded();
+  const auto shifted = [&drive](double by_s) {
+    Recorded other = drive;
+    for (estimator::CameraPose& pose : other.poses) pose.capture_ns += std::llround(1e9 * by_s);
+    return other;
+  };
+  EXPECT_EQ(shifted(0.1).verdict(), "they agree");
+  EXPECT_THAT(shifted(0.5).verdict(),
+              HasSubstr("the camera's poses are 0.4 s or more late beside"));
+  EXPECT_THAT(shifted(-0.3).verdict(), HasSubstr("0.3 s early"));
+  EXPECT_EQ(shifted(0.3).verdict({.strangers = Strangers::pass}), "they agree");
+}
+
 TEST(Agreement, PosesOfAnotherTimeAreToldAtOnce) {
   Recorded drive = recorded();
   for (estimator::CameraPose& pose : drive.poses) pose.capture_ns += 3'600'000'000'000;

@@ -12,7 +12,7 @@ namespace {
 using testing::HasSubstr;
 
 std::string patch(const std::string& text, const std::vector<ConfigValue>& values) {
-  const std::string once = patched(text, "car.toml", values);
+  std::string once = patched(text, "car.toml", values);
   EXPECT_EQ(patched(once, "car.toml", values), once) << "twice is not once";
   return once;
 }
