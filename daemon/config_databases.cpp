@@ -1,6 +1,5 @@
 // load_databases(): the configuration held against the databases that it names.
 #include <algorithm>
-#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -46,13 +45,11 @@ std::vector<std::string> expected_buses(const Config& config) {
 std::vector<can::Database> load_databases(Config& config, std::vector<std::string>& warnings) {
   std::vector<can::Database> databases;
   for (const auto& file : config.can.dbc) {
-    std::error_code ignored;
-    if (!std::filesystem::exists(file, ignored))
-      throw ConfigError(fmt::format(
-          "{}: cannot be read: there is no such file; copy it there, or name another: [can] dbc of "
-          "{}",
-          file.string(), config.file.string()));
-    databases.push_back(can::read_dbc(file));
+    try {
+      databases.push_back(can::read_dbc(file));
+    } catch (const can::DbcError& error) {
+      throw ConfigError(fmt::format("{} (a database for {})", error.what(), config.file.string()));
+    }
     for (const auto& warning : databases.back().warnings)
       warnings.push_back(can::describe(databases.back(), warning));
   }

@@ -181,7 +181,8 @@ TEST_F(DatabasesTest, RefusesAUnitThatContradictsTheDatabase) {
 
 TEST_F(DatabasesTest, RefusesADatabaseThatIsNotThere) {
   std::filesystem::remove(directory_ / "car.dbc");
-  EXPECT_THAT(error_of(wheel), HasSubstr("car.dbc"));
+  EXPECT_THAT(error_of(wheel), AllOf(HasSubstr("car.dbc: cannot be read"),
+                                     HasSubstr("(a database for "), HasSubstr("car.toml)")));
 }
 
 TEST_F(DatabasesTest, NumbersTheBusesThatBindingsName) {
