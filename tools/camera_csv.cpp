@@ -58,6 +58,7 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
         "{}: {} of {} poses arrive before they are captured, and are of no use: are the columns "
         "t_arrival and t_capture exchanged?",
         file.string(), before_seen, log.poses.size()));
+
   const auto by_arrival = [](const estimator::CameraPose& a, const estimator::CameraPose& b) {
     return a.arrival_ns < b.arrival_ns;
   };
@@ -70,7 +71,7 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
 
 std::string no_pose_doubt(const std::filesystem::path& file) {
   return file.string() +
-         ": holds no camera pose: this is odometry alone; look whether its tracker saw the car";
+         ": holds no camera pose, as if there were no camera; look whether its tracker saw the car";
 }
 
 }  // namespace odomd::tools

@@ -19,7 +19,8 @@ struct CameraLog {
 
 /// Reads a whole log. Throws std::invalid_argument with file, line and column where it is not
 /// usable: a missing column, a field that is no finite number, a sigma that is not positive. A
-/// last line that is cut off, and rows out of the order of arrival, are warnings.
+/// last line that is cut off, rows out of the order of arrival, and poses that arrive before they
+/// are captured are warnings.
 [[nodiscard]] CameraLog read_camera_log(const std::filesystem::path& file);
 
 /// What to say of a log without a single pose.
