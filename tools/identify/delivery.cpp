@@ -77,13 +77,20 @@ bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
   return times >= surprising || times <= 1.0 / surprising;
 }
 
-// By more than chance makes of one experiment done twice. A fit's inertia has the wheels' spin in
-// it, as the filter wants it, and a swing's has not: the one may replace the other.
+// A fit's inertia has the wheels' spin in it, as the filter wants it, and a swing's has not:
+// neither is the other measured worse.
+bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
+  constexpr std::string_view by_fit = "odom identify fit:";
+  return value.key == "vehicle.yaw_inertia" &&
+         before.note.starts_with(by_fit) != value.note.starts_with(by_fit);
+}
+
+// By more than chance makes of one experiment done twice.
 bool less_sure(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);
   return was > 0.0 && uncertainty_in(value.note) > clearly * was &&
-         value.key != "vehicle.yaw_inertia";
+         !of_another_quantity(before, value);
 }
 
 bool contradict(const ConfigValue& one, const ConfigValue& other) {

@@ -272,14 +272,17 @@ TEST(IdentifyMass, PrintsItsNumbersAlsoWhereTheyCannotBeWritten) {
   EXPECT_EQ(contents(scratch.path("car.toml")), text);
 }
 
+/// What is said where a mass goes into a configuration.
+std::string weighed_into(const std::string& car, const std::string& load) {
+  const Outcome outcome = run_shell("odom identify mass --write " + car + " --total " + load);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return outcome.err;
+}
+
 TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
   const Scratch scratch;
   const std::string car = scratch.write("car.toml", car_toml).string();
-  const auto weigh = [&](const std::string& load) {
-    const Outcome outcome = run_shell("odom identify mass --write " + car + " --total " + load);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return outcome.err;
-  };
+  const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
   EXPECT_EQ(weigh("3.1 --scale-resolution 1g"),
             "odom identify mass: 1 key written to " + car + ": vehicle.mass\n");
   EXPECT_THAT(weigh("2985 --scale-resolution 1"),
@@ -289,11 +292,7 @@ TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
 TEST(IdentifyMass, TellsWhatWasSurerThanWhatReplacesIt) {
   const Scratch scratch;
   const std::string car = scratch.write("car.toml", car_toml).string();
-  const auto weigh = [&](const std::string& load) {
-    const Outcome outcome = run_shell("odom identify mass --write " + car + " --total " + load);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    return outcome.err;
-  };
+  const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
   EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
   EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
   EXPECT_THAT(weigh("3.1 --scale-resolution 50g"),
