@@ -28,6 +28,7 @@ struct ConfigValue {
                                   std::span<const ConfigValue> values);
 
 /// The number that stands there with odom's note about it, if there is one; the note may be empty.
+/// Throws like patched().
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::string& text,
                                                   const std::filesystem::path& file,
                                                   const std::string& key);

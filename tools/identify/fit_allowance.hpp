@@ -6,10 +6,12 @@
 
 namespace odomd::tools::fitting {
 
-/// Whether turns were driven at too few speeds: Turns::speed_variety.
+/// Whether turns were driven at too few speeds to tell apart what is free and not known before.
+/// `wheelbase` in m, `variety`: Turns::speed_variety.
 [[nodiscard]] bool at_one_speed(double wheelbase, const Settings& settings, double variety);
 
-/// Standard uncertainties of p beside what the residuals tell.
+/// Standard uncertainties of p beside what the residuals tell, in the units of p: shares of
+/// factors, SI of shifts.
 [[nodiscard]] Numbers<double> allowance(double wheelbase, const Settings& settings, double variety);
 
 }  // namespace odomd::tools::fitting

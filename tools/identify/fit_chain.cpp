@@ -31,8 +31,12 @@ constexpr double doubtful_cycles = 1.0;
 double steering_doubt(const Setup& setup, const Drive& drive, double begin) {
   double sum = 0.0;
   int count = 0;
-  for (double t = begin; t < begin + setup.window; t += 0.2 * setup.knot, ++count)
+  double t = begin;
+  while (t < begin + setup.window) {
     sum += std::pow(drive.steering.at(t + drive.steering_cycle) - drive.steering.at(t), 2);
+    t += 0.2 * setup.knot;
+    ++count;
+  }
   return std::hypot(drive.steering_sigma, doubtful_cycles * std::sqrt(sum / count));
 }
 
@@ -77,8 +81,9 @@ Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, d
 }
 
 bool fast(const Setup& setup, const Drive& drive, double begin) {
-  for (double t = begin; t <= begin + setup.window; t += setup.knot)
-    if (std::fabs(drive.speed.at(t)) < setup.slow) return false;
+  for (std::size_t k = 0; k <= setup.knots(); ++k)
+    if (std::fabs(drive.speed.at(begin + static_cast<double>(k) * setup.knot)) < setup.slow)
+      return false;
   return true;
 }
 

@@ -77,7 +77,7 @@ struct Builder {
     findings.values.push_back(std::move(finding));
   }
 
-  [[nodiscard]] std::string meaning(Parameter k) const {
+  [[nodiscard]] static std::string meaning(Parameter k) {
     return std::string(parameter_table()[k].meaning);
   }
 
