@@ -45,37 +45,47 @@ double times(double variety) {
   return std::clamp(std::pow(of_the_exercise / std::max(variety, 1e-3), 2), 1.0, most_times);
 }
 
+/// At one speed, more steering is softer front tyres, and a camera farther ahead sees the drift of
+/// softer rear tyres.
+struct LookAlikes {
+  Parameter tyres, other;
+};
+constexpr LookAlikes front{stiffness_front, steering_scale};
+constexpr LookAlikes rear{stiffness_rear, camera_x};
+
 /// Neither is known as well beforehand as the fit would tell it of many speeds.
-bool are_open(const Settings& settings, const Numbers<double>& sigma, Parameter one,
-              Parameter other) {
+bool are_open(const LookAlikes& pair, const Settings& settings, const Numbers<double>& sigma) {
   const auto open = [&](Parameter k) { return settings.free[k] && settings.doubt[k] > sigma[k]; };
-  return open(one) && open(other);
-}
-
-// At one speed, more steering is softer front tyres.
-bool front_is_open(const Settings& settings, const Numbers<double>& sigma) {
-  return are_open(settings, sigma, stiffness_front, steering_scale);
-}
-
-// And a camera farther ahead sees the drift of softer rear tyres.
-bool rear_is_open(const Settings& settings, const Numbers<double>& sigma) {
-  return are_open(settings, sigma, stiffness_rear, camera_x);
+  return open(pair.tyres) && open(pair.other);
 }
 
 }  // namespace
 
 bool at_one_speed(double wheelbase, const Settings& settings, double variety) {
   const Numbers<double> sigma = at_many_speeds(wheelbase);
-  return times(variety) > 2.0 && (front_is_open(settings, sigma) || rear_is_open(settings, sigma));
+  return times(variety) > 2.0 &&
+         (are_open(front, settings, sigma) || are_open(rear, settings, sigma));
+}
+
+std::optional<Parameter> twin(double wheelbase, const Settings& settings, double variety,
+                              Parameter k) {
+  if (!at_one_speed(wheelbase, settings, variety)) return std::nullopt;
+  const Numbers<double> sigma = at_many_speeds(wheelbase);
+  for (const LookAlikes& pair : {front, rear}) {
+    if (!are_open(pair, settings, sigma)) continue;
+    if (k == pair.tyres) return pair.other;
+    if (k == pair.other) return pair.tyres;
+  }
+  return std::nullopt;
 }
 
 Numbers<double> allowance(double wheelbase, const Settings& settings, double variety) {
   const Numbers<double> known = at_many_speeds(wheelbase);
   Numbers<double> sigma = known;
-  if (front_is_open(settings, known))
+  if (are_open(front, settings, known))
     for (const Parameter k : {stiffness_front, steering_scale, steering_offset})
       sigma[k] *= times(variety);
-  if (rear_is_open(settings, known))
+  if (are_open(rear, settings, known))
     for (const Parameter k : {stiffness_rear, camera_x, imu_x}) sigma[k] *= times(variety);
   return sigma;
 }

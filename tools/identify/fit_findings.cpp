@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "tools/identify/fit_allowance.hpp"
@@ -15,6 +16,10 @@ using estimator::Source;
 
 /// Told by the drive and not by the prior: below this share of the prior's uncertainty.
 constexpr double told_below = 0.5;
+
+/// What is so many of its doubts away from what is configured was drawn there by something else,
+/// where another parameter can make up for it.
+constexpr double astray_doubts = 2.5;
 
 /// A share of hard turns that spoils a fit.
 constexpr double much = 0.03;
@@ -33,8 +38,21 @@ struct Builder {
   Numbers<double> sigma;  // with what the model leaves out
   Findings& findings;
 
+  [[nodiscard]] bool astray(Parameter k) const {
+    return std::fabs(result.p[k]) > astray_doubts * settings.doubt[k];
+  }
+
   [[nodiscard]] std::string why_not(Parameter k) const {
     if (!settings.free[k]) return "fixed";
+    const std::optional<Parameter> other =
+        twin(config.vehicle.wheelbase(), settings, result.turns.speed_variety, k);
+    if (other && (astray(k) || astray(*other))) {
+      const Parameter far = astray(k) ? k : *other;
+      return "at one speed not to be told from " + meaning(*other) +
+             (far == k ? ", and " : ", which came out ") +
+             fixed(std::fabs(result.p[far]) / settings.doubt[far], 1) +
+             " sigmas from what is configured";
+    }
     if (sigma[k] < told_below * settings.doubt[k]) return "";
     const ParameterInfo& info = parameter_table()[k];
     const auto two_sigma = [&info](double one) {
@@ -169,26 +187,25 @@ void add_wheels(Builder& b) {
   }
 }
 
-nlohmann::ordered_json details_of(const Settings& settings, const Result& result,
-                                  const Numbers<double>& nominal, const Numbers<double>& sigma) {
+nlohmann::ordered_json details_of(const Builder& b) {
   nlohmann::ordered_json json;
   for (const ParameterInfo& info : parameter_table()) {
     const Parameter k = info.parameter;
-    if (!settings.free[k]) continue;
+    if (!b.settings.free[k]) continue;
     json["parameters"][std::string(info.name)] = {
-        {"value", value_of(info, nominal[k], result.p[k])},
-        {"relative_to_configured", result.p[k]},
-        {"sigma", sigma[k]},
-        {"sigma_if_independent", result.naive[k]},
-        {"sigma_before", settings.doubt[k]},
-        {"determined", sigma[k] < told_below * settings.doubt[k]}};
+        {"value", value_of(info, b.nominal[k], b.result.p[k])},
+        {"relative_to_configured", b.result.p[k]},
+        {"sigma", b.sigma[k]},
+        {"sigma_if_independent", b.result.naive[k]},
+        {"sigma_before", b.settings.doubt[k]},
+        {"determined", b.why_not(k).empty()}};
   }
-  for (const SourceFit& source : result.sources)
+  for (const SourceFit& source : b.result.sources)
     if (source.count > 0)
       json["residuals"][source.name] = {
           {"samples", source.count}, {"stated_sigma", source.stated}, {"sigma", source.found}};
-  json["iterations"] = result.iterations;
-  json["settled"] = result.settled;
+  json["iterations"] = b.result.iterations;
+  json["settled"] = b.result.settled;
   return json;
 }
 
@@ -240,7 +257,7 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
     findings.warnings.emplace_back(
         "the fit has not settled: poses and log may not belong together, or the drive tells too "
         "little; look at --plot, or leave parameters as they are (--fix)");
-  findings.details = details_of(settings, result, nominal, sigma);
+  findings.details = details_of(b);
   findings.details["turns"] = {{"speed_variety", result.turns.speed_variety},
                                {"beyond_half_of_the_grip", result.turns.hard}};
   return findings;

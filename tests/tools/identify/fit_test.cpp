@@ -16,7 +16,9 @@ namespace odomd::tools::fitting::fit_test {
 namespace {
 
 using estimator::Source;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 namespace st = single_track;
 
 daemon::Config car() {
@@ -142,6 +144,33 @@ TEST(Fit, AllowsForMoreWhereTheSpeedTellsNothingApart) {
   settings.doubt[camera_x] = 1e-4;  // as good as fixed
   EXPECT_EQ(times(stiffness_rear, 0.0), 1.0);
   EXPECT_FALSE(at_one_speed(0.26, settings, 0.1));
+}
+
+TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfigured) {
+  const daemon::Config config = car();
+  Settings settings;
+  settings.free[stiffness_rear] = settings.free[camera_x] = settings.free[gyro_scale] = true;
+  settings.doubt.fill(0.4);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  const auto doubts = [&](double tyres, double variety) {
+    result.p[stiffness_rear] = tyres;
+    result.turns.speed_variety = variety;
+    std::vector<std::string> reasons;
+    for (const Finding& finding : findings_of(config, {}, settings, result, 0.0).values)
+      if (finding.determined == Determined::no) reasons.push_back(finding.remark);
+    return reasons;
+  };
+  EXPECT_THAT(doubts(-0.9, 0.2), IsEmpty());
+  EXPECT_THAT(doubts(-1.1, 0.4), IsEmpty());
+  EXPECT_THAT(
+      doubts(-1.1, 0.2),
+      ElementsAre("at one speed not to be told from camera's point ahead of the centre of gravity, "
+                  "and 2.8 sigmas from what is configured",
+                  "at one speed not to be told from cornering stiffness, rear, which came out 2.8 "
+                  "sigmas from what is configured"));
+  settings.free[camera_x] = false;
+  EXPECT_THAT(doubts(-1.1, 0.2), IsEmpty());
 }
 
 TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
