@@ -56,6 +56,15 @@ bool resembles(std::string_view a, std::string_view b) {
   return edit_distance(a, b) <= edits * whole_edit;
 }
 
+std::string_view likely_name(std::string_view given, std::span<const std::string> names) {
+  if (given.empty()) return {};
+  const auto longer = std::find_if(names.begin(), names.end(),
+                                   [given](const auto& name) { return name.starts_with(given); });
+  if (longer != names.end()) return *longer;
+  const std::string_view nearest = nearest_name(given, names);
+  return resembles(given, nearest) ? nearest : std::string_view{};
+}
+
 std::string nearest_hint(std::string_view wanted, std::span<const std::string> names) {
   if (names.empty()) return {};
   return std::string("; the nearest is '").append(nearest_name(wanted, names)).append("'");

@@ -11,6 +11,7 @@
 #include "daemon/check.hpp"
 #include "daemon/options.hpp"
 #include "daemon/run.hpp"
+#include "daemon/usage.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -48,7 +49,8 @@ int run_command_line(int argc, char** argv) {
     return std::cout.flush() ? done : report("standard output: cannot be written", failed);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
-    return report(fmt::format("{}; see odomd --help", error.what()), unusable);
+    const Mistake mistake = mistake_in(app, error);
+    return report(fmt::format("{}; see {} --help", mistake.what, mistake.command), unusable);
   } catch (const std::invalid_argument& error) {
     return report(error.what(), unusable);
   } catch (const std::exception& error) {

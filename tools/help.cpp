@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/usage.hpp"
 #include "tools/commands.hpp"
 
 namespace odomd::tools {
@@ -19,10 +20,10 @@ void print_help(Command odom, const std::vector<std::string>& words) {
     const auto found =
         std::ranges::find_if(below, [&word](const Command& sub) { return sub.name() == word; });
     if (found == below.end()) {
-      std::string names;
-      for (const Command& sub : below) names += (names.empty() ? "" : ", ") + sub.name();
-      throw std::invalid_argument("no command \"" + word + "\"" +
-                                  (names.empty() ? "" : "; there are: " + names));
+      std::vector<std::string> names;
+      names.reserve(below.size());
+      for (const Command& sub : below) names.push_back(sub.name());
+      throw std::invalid_argument(daemon::no_command(word, names));
     }
     before += (before.empty() ? "" : " ") + command.name();
     command = *found;

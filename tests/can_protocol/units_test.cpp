@@ -78,5 +78,16 @@ TEST(NearestName, FindsTheOneWithTheFewestEdits) {
   EXPECT_EQ(nearest_hint("Steer", names), "; the nearest is 'STEER'");
 }
 
+TEST(NearestName, IsLikelyWhereItResemblesOrWasCutShort) {
+  const std::vector<std::string> names{"plot", "pose", "evaluate"};
+  EXPECT_EQ(likely_name("eval", names), "evaluate");
+  EXPECT_EQ(likely_name("evalaute", names), "evaluate");
+  EXPECT_EQ(likely_name("pos", names), "pose");
+  EXPECT_EQ(likely_name("post", names), "pose");
+  EXPECT_EQ(likely_name("nonsense", names), "");
+  EXPECT_EQ(likely_name("", names), "");
+  EXPECT_EQ(likely_name("x", {}), "");
+}
+
 }  // namespace
 }  // namespace odomd::can::units_test

@@ -107,7 +107,7 @@ TEST(Help, IsToldByName) {
   EXPECT_EQ(run_shell("odom help camera send").out, run_shell("odom camera send --help").out);
   const Outcome outcome = run_shell("odom help camera sned");
   EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err, "odom help: no command \"sned\"; there are: send\n");
+  EXPECT_EQ(outcome.err, "odom help: no command \"sned\" (did you mean \"send\"?)\n");
 }
 
 TEST(Completions, OfBashOfferEveryOptionAndCommandOfTheHelp) {
