@@ -10,6 +10,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+[ $# = 0 ] || {
+  echo "demo: takes no arguments; for odom sim: ODOMD_DEMO_ARGUMENTS='$*' bash tools/demo.sh" >&2
+  exit 2
+}
 tools/dependencies.sh build
 echo "=== building"
 # The demonstration needs no tests; a tree that is configured already keeps its choice.
@@ -43,10 +47,17 @@ fail() {
   exit 1
 }
 
-read -r -a arguments <<<"--scenario lap --laps 1 ${ODOMD_DEMO_ARGUMENTS-}"
+read -r -a arguments <<<"${ODOMD_DEMO_ARGUMENTS-}"
+[[ " ${arguments[*]-} " == *" --scenario"[\ =]* ]] || arguments+=(--scenario lap)
+[[ " ${arguments[*]} " == *" --laps"[\ =]* ]] || arguments+=(--laps 1)
+simulator=(odom sim "${arguments[@]}" --live --can - --camera-socket "$run/camera.sock")
+"${simulator[@]}" --config-only --out "$run/car" >/dev/null || {
+  echo "demo: mend ODOMD_DEMO_ARGUMENTS='${ODOMD_DEMO_ARGUMENTS-}'; $out is as it was" >&2
+  exit 2
+}
+# What an earlier run left goes when nothing is wrong with this one.
 rm -rf "$out"
 mkdir -p "$out"
-odom sim "${arguments[@]}" --config-only --out "$run/car" >/dev/null
 
 echo "=== driving: odom sim | odomd, camera poses over a socket"
 mkfifo "$run/bus"
@@ -54,15 +65,14 @@ odomd --config "$run/car/car.toml" --can - --exit-at-end --shm "$shm" --log-leve
   --camera-socket "$run/camera.sock" --status-socket "$run/status.sock" \
   <"$run/bus" 2>"$run/odomd.log" &
 daemon=$!
-odom sim "${arguments[@]}" --live --can - --camera-socket "$run/camera.sock" --out "$run/drive" \
-  >"$run/bus" 2>"$run/sim.log" &
-simulator=$!
+"${simulator[@]}" --out "$run/drive" >"$run/bus" 2>"$run/sim.log" &
+driving=$!
 odom pose --shm "$shm" --wait 10 --follow --csv --clock log --until-stale \
   --out "$out/pose.csv" 2>"$run/client.log" &
 client=$!
 odom pose --shm "$shm" --wait 10 --follow --rate 1 --until-stale 2>/dev/null &
 watcher=$!
-children=("$daemon" "$simulator" "$client" "$watcher")
+children=("$daemon" "$driving" "$client" "$watcher")
 
 # The daemon takes its counts with it when it ends: the last answer is kept.
 told=
@@ -77,7 +87,7 @@ while kill -0 "$daemon" 2>/dev/null; do
   sleep 0.5
 done
 wait "$daemon" || fail "odomd failed"
-wait "$simulator" || fail "odom sim failed: $(tail -n 1 "$run/sim.log")"
+wait "$driving" || fail "odom sim failed: $(tail -n 1 "$run/sim.log")"
 wait "$client" || fail "the client failed: $(tail -n 1 "$run/client.log")"
 wait "$watcher" || true
 children=()

@@ -1,0 +1,64 @@
+// The demonstration, as far as it goes before it drives: builds and downloads are left out.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::demo_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A tree of its own with the demonstration in it, which finds everything built and an earlier
+// run's output in place.
+class Demo : public ::testing::Test {
+ protected:
+  Demo() {
+    for (const char* folder : {"tools", "stubs", "build/release", "build/demo"})
+      std::filesystem::create_directories(scratch_.path(folder));
+    std::filesystem::copy_file(ODOMD_DEMO, scratch_.path("tools/demo.sh"));
+    for (const char* program : {"tools/dependencies.sh", "stubs/cmake"})
+      std::filesystem::permissions(scratch_.write(program, "#!/bin/sh\n"),
+                                   std::filesystem::perms::owner_all);
+    std::filesystem::create_directory_symlink(ODOMD_BIN_DIR, scratch_.path("build/release/bin"));
+    scratch_.write("build/demo/evaluation.txt", "an earlier one");
+  }
+
+  [[nodiscard]] Outcome run(const std::string& arguments, const std::string& more = "") const {
+    return run_shell("PATH=" + scratch_.path("stubs").string() + ":$PATH ODOMD_DEMO_ARGUMENTS='" +
+                     arguments + "' timeout 60 bash " + scratch_.path("tools/demo.sh").string() +
+                     more);
+  }
+  [[nodiscard]] std::string earlier() const {
+    return contents(scratch_.path("build/demo/evaluation.txt"));
+  }
+
+ private:
+  Scratch scratch_;
+};
+
+TEST_F(Demo, KeepsAnEarlierOutputWhereAnOptionIsWrong) {
+  for (const char* wrong :
+       {"--scenari lap", "--laps none", "--can drive.log", "--scenario nowhere", "--json"}) {
+    const Outcome outcome = run(wrong);
+    EXPECT_EQ(outcome.status, 2) << wrong;
+    EXPECT_THAT(outcome.err, HasSubstr("odom sim: ")) << wrong;
+    EXPECT_THAT(outcome.err, HasSubstr(std::string("demo: mend ODOMD_DEMO_ARGUMENTS='") + wrong))
+        << wrong;
+    EXPECT_EQ(earlier(), "an earlier one") << wrong;
+  }
+}
+
+TEST_F(Demo, SaysWhereOptionsGo) {
+  const Outcome outcome = run("", " --laps 3");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err,
+            "demo: takes no arguments; for odom sim: ODOMD_DEMO_ARGUMENTS='--laps 3' bash "
+            "tools/demo.sh\n");
+}
+
+}  // namespace
+}  // namespace odomd::tools::demo_test
