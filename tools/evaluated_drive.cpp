@@ -14,6 +14,7 @@
 #include "tools/heading_doubt.hpp"
 #include "tools/initial_pose_doubt.hpp"
 #include "tools/text.hpp"
+#include "tools/unit_doubt.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -72,7 +73,42 @@ void doubt_heading(EvaluatedDrive& drive, const Trajectory& trajectory) {
   if (!doubt.empty()) drive.warnings.push_back({trajectory.name, doubt});
 }
 
-void warn_of_doubts(EvaluatedDrive& drive) {
+std::string unit_doubt_beside(const Trajectory& poses, const Trajectory& other,
+                              const std::string& whose) {
+  return unit_doubt(poses.points, {.trajectory = other, .way_of = whose, .turn_of = whose});
+}
+
+/// Those of reference and estimate. Where they are unlike, little else is said of the two, as it
+/// comes of this.
+enum class Units : std::uint8_t { alike, unlike };
+
+/// By estimate.
+std::vector<Units> compare_units(EvaluatedDrive& drive) {
+  const auto doubt = [&drive](const Trajectory& poses, const Trajectory& other,
+                              const std::string& whose) {
+    const std::string text = unit_doubt_beside(poses, other, whose);
+    if (!text.empty()) drive.warnings.push_back({poses.name, text});
+    return !text.empty();
+  };
+  std::vector<Units> units(drive.estimates.size(), Units::alike);
+  for (const Trajectory& estimate : drive.estimates) {
+    if (!doubt(*drive.reference, estimate, "the estimate")) continue;
+    std::ranges::fill(units, Units::unlike);
+    return units;
+  }
+  doubt_heading(drive, *drive.reference);
+  if (!drive.replays.empty()) return units;
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    const Trajectory& estimate = drive.estimates[i];  // of whatever program
+    if (doubt(estimate, *drive.reference, "the reference"))
+      units[i] = Units::unlike;
+    else
+      doubt_heading(drive, estimate);
+  }
+  return units;
+}
+
+void warn_of_doubts(EvaluatedDrive& drive, const std::vector<Units>& units) {
   constexpr std::int64_t long_gap_ns = 200'000'000;
   constexpr double least_covered = 0.9;
   const Evaluation& first = drive.report.evaluations.front();
@@ -92,13 +128,13 @@ void warn_of_doubts(EvaluatedDrive& drive) {
                        fixed(static_cast<double>(e.reference_gap_ns) * 1e-9, 2) +
                        " s, bridged by a straight line"});
     }
-    if (e.reference_jumps > 0) {
+    if (e.reference_jumps > 0 && units[i] == Units::alike) {
       drive.warnings.push_back({e.name, "the reference jumps " + std::to_string(e.reference_jumps) +
                                             " times faster than any car (100 m/s); path length, "
                                             "maxima and 35 ms errors hold these jumps"});
     }
     // An estimate that comes from elsewhere moves while the car stands.
-    if (e.reference_stuck_ns > 0 && !drive.begins_elsewhere) {
+    if (e.reference_stuck_ns > 0 && !drive.begins_elsewhere && units[i] == Units::alike) {
       drive.warnings.push_back(
           {e.name, "the reference stays at one place for " +
                        fixed(seconds(e.reference_stuck_ns), 1) +
@@ -138,10 +174,9 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
     estimate = part_of(std::move(estimate), judging, first_ns);
   }
   report.baseline = baseline_of(drive, judging.baseline);
-  if (drive.replays.empty())  // files of whatever program
-    for (const Trajectory& estimate : drive.estimates) doubt_heading(drive, estimate);
   if (judging.against == Against::closed_loop) {
     for (const Trajectory& estimate : drive.estimates) {
+      if (drive.replays.empty()) doubt_heading(drive, estimate);
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
     const std::string doubt = check_that_it_closes(drive.name, report.evaluations);
@@ -152,21 +187,25 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
   if (judging.lever_arm) {
     report.lever_arm = judging.lever_arm;
   } else if (judging.fit_lever_arm) {
+    const std::string doubt =
+        unit_doubt_beside(*drive.reference, drive.estimates.front(), "the estimate");
+    if (!doubt.empty()) throw std::invalid_argument(report.reference + ": " + doubt);
     const LeverArmFit fit = fit_lever_arm(*drive.reference, drive.estimates);
     report.lever_arm = fit.lever_arm;
     report.fitted_windows = fit.windows;
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
-  doubt_heading(drive, *drive.reference);
+  const std::vector<Units> units = compare_units(drive);
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Trajectory& estimate = drive.estimates[i];
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
     // A model that has stopped turns no more, and is told already.
     if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
+    if (units[i] == Units::unlike) continue;
     const std::string mismatch = drive_mismatch(*drive.reference, estimate);
     if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
   }
-  warn_of_doubts(drive);
+  warn_of_doubts(drive, units);
 }
 
 }  // namespace
@@ -252,8 +291,9 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
   }
   if (auto doubt = initial_pose_doubt(read.config, read.cameras,
                                       drive.replays.front().summary.first_tick_ns)) {
-    drive.warnings.push_back({"", *std::move(doubt)});
     drive.begins_elsewhere = true;
+    if (drive.replays.front().summary.camera_units.empty())
+      drive.warnings.push_back({"", *std::move(doubt)});
   }
   append_doubts(drive);
   judge(drive, judging);

@@ -19,6 +19,7 @@
 #include "tools/files.hpp"
 #include "tools/recording_folder.hpp"
 #include "tools/source_doubts.hpp"
+#include "tools/unit_doubt.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -159,6 +160,7 @@ class Drive {
   }
 
   [[nodiscard]] const RecordedTick& tick() const { return before_.tick; }
+  [[nodiscard]] const std::vector<estimator::CameraPose>& cameras() const { return cameras_; }
   [[nodiscard]] const std::vector<std::string>& warnings() const { return beat_.warnings(); }
 
  private:
@@ -269,10 +271,14 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
     summary.take_flags(*pipeline);
     summary.last_tick_ns = drive.tick().time_ns;
     summary.last_mode = record->pose.mode;
-    if (record->initialised) ++summary.poses;
+    if (record->initialised) {
+      ++summary.poses;
+      summary.take_odometry(record->pose);
+    }
     sink(*record, drive.tick());
   }
   summary.take_statistics(*pipeline);
+  summary.camera_units = unit_doubt(drive.cameras(), {.trajectory = summary.odometry});
   for (std::string& doubt : source_doubts(pipeline->decoder(), summary))
     result.warnings.push_back(std::move(doubt));
   result.warnings.insert(result.warnings.end(), drive.warnings().begin(), drive.warnings().end());

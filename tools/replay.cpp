@@ -152,7 +152,8 @@ void run(const Options& options) {
   for (const auto& some :
        {camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
     warnings.insert(warnings.end(), some.begin(), some.end());
-  if (auto doubt = initial_pose_doubt(config, camera.poses, summary.first_tick_ns))
+  if (auto doubt = initial_pose_doubt(config, camera.poses, summary.first_tick_ns);
+      doubt && summary.camera_units.empty())
     warnings.push_back(*std::move(doubt));
   report(options, summary, seconds.count(), warnings);
   if (summary.poses == 0) throw std::runtime_error("no pose came about: no pose file is written");

@@ -59,9 +59,12 @@ std::string_view what_to_look_at(Source source) {
 
 std::vector<std::string> source_doubts(const can::Decoder& decoder, const ReplaySummary& summary) {
   std::vector<std::string> doubts;
+  // All else that there is to say of the camera comes of this, and of others some.
+  if (!summary.camera_units.empty()) doubts.push_back("camera: " + summary.camera_units);
   const auto ticks = static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
   const double drive_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    if (static_cast<Source>(source) == Source::camera && !summary.camera_units.empty()) continue;
     for (const SourceFlag flag : told) {
       const double part =
           static_cast<double>(summary.flagged[source][static_cast<std::size_t>(flag)]) / ticks;

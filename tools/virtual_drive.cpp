@@ -3,7 +3,17 @@
 #include <stdexcept>
 #include <string>
 
+#include "tools/pose_point.hpp"
+#include "tools/unit_doubt.hpp"
+
 namespace odomd::tools {
+
+void ReplaySummary::take_odometry(const odom_pose& pose) {
+  constexpr std::int64_t spacing_ns = 100'000'000;
+  auto& points = odometry.points;
+  if (points.empty() || pose.time_ns - points.back().t_ns >= spacing_ns)
+    points.push_back(point_of(pose, Frame::odom));
+}
 
 void ReplaySummary::take_flags(const daemon::Pipeline& pipeline) {
   for (std::size_t source = 0; source < flagged.size(); ++source)
@@ -61,10 +71,12 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     }
     if (!record.initialised) continue;
     ++summary.poses;
+    summary.take_odometry(record.pose);
     sink(record);
   }
   summary.cameras_after = static_cast<std::uint64_t>(cameras.end() - camera);
   summary.take_statistics(pipeline);
+  summary.camera_units = unit_doubt(cameras, {.trajectory = summary.odometry});
   return summary;
 }
 

@@ -8,12 +8,14 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
 
 #include "can_protocol/frame.hpp"
 #include "daemon/pipeline.hpp"
 #include "estimator/measurement.hpp"
 #include "estimator/source_monitor.hpp"
 #include "tools/log_order.hpp"
+#include "tools/trajectory.hpp"
 
 namespace odomd::tools {
 
@@ -47,6 +49,13 @@ struct ReplaySummary {
              estimator::source_count>
       flagged{};  ///< ticks with each flag
 
+  /// Wheels and gyro alone, a point every 0.1 s; and what to say of the units that the camera's
+  /// poses are in beside it, empty where nothing is.
+  Trajectory odometry;
+  std::string camera_units;
+
+  /// After every tick with a pose.
+  void take_odometry(const odom_pose& pose);
   /// After every tick.
   void take_flags(const daemon::Pipeline& pipeline);
   /// After the last.

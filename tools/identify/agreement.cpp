@@ -12,6 +12,8 @@
 #include "tools/identify/resampled.hpp"
 #include "tools/median.hpp"
 #include "tools/text.hpp"
+#include "tools/trajectory.hpp"
+#include "tools/unit_doubt.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -170,19 +172,38 @@ class Signals {
                     [](double v, double gear) { return gear < 0.0 ? -std::fabs(v) : v; });
   }
 
-  // ∫ v tan δ / l; which way a car turns upon its steering no tyre changes.
-  [[nodiscard]] std::optional<Resampled> steered() const {
-    if (!has(Source::steering)) return std::nullopt;
+  // Of the first wheel that there is.
+  [[nodiscard]] std::optional<Resampled> speed() const {
     for (const Source wheel :
          {Source::wheel_rear_left, Source::wheel_rear_right, Source::wheel_rear, Source::motor,
-          Source::wheel_front_left, Source::wheel_front_right}) {
-      if (!has(wheel)) continue;
-      return integral(
-          combined(speed(wheel), on_grid(Source::steering), [this](double v, double delta) {
-            return v * std::tan(std::clamp(delta, -1.0, 1.0)) / config_.vehicle.wheelbase();
-          }));
-    }
+          Source::wheel_front_left, Source::wheel_front_right})
+      if (has(wheel)) return speed(wheel);
     return std::nullopt;
+  }
+
+  // ∫ v tan δ / l; which way a car turns upon its steering no tyre changes.
+  [[nodiscard]] std::optional<Resampled> steered() const {
+    const std::optional<Resampled> rolled = speed();
+    if (!rolled || !has(Source::steering)) return std::nullopt;
+    return integral(combined(*rolled, on_grid(Source::steering), [this](double v, double delta) {
+      return v * std::tan(std::clamp(delta, -1.0, 1.0)) / config_.vehicle.wheelbase();
+    }));
+  }
+
+  // The way as x, the turn as yaw.
+  [[nodiscard]] Trajectory driven() const {
+    const Resampled turned = integral(on_grid(Source::yaw_rate));
+    const std::optional<Resampled> rolled = speed();
+    const Resampled way = rolled ? integral(*rolled) : Resampled{};
+    Trajectory result;
+    constexpr std::size_t apart = 5;
+    for (std::size_t k = 0; k < turned.value.size(); k += apart) {
+      const double t = turned.begin + turned.step * static_cast<double>(k);
+      TrajectoryPoint& point = result.points.emplace_back();
+      point.t_ns = log_.first_ns + std::llround(1e9 * t);
+      point.pose = {rolled ? way.at(t) : 0.0, 0.0, turned.value[k]};
+    }
+    return result;
   }
 
  private:
@@ -260,6 +281,9 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
              "steering and of the wheels, or drive without spinning wheels");
     return;
   }
+
+  const std::string units = unit_doubt(poses, {.trajectory = signals.driven()});
+  if (!units.empty()) refuse(eye + "'s poses: " + units);
 
   const std::vector<Piece> seen =
       pieces_of_poses(poses, config, log.first_ns, signals.begin(), signals.end());

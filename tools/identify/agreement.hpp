@@ -34,8 +34,8 @@ struct AgreementOptions {
 /// Throws std::invalid_argument that names the key: where yaw_rate or steering turns the other way,
 /// where yaw_rate or a wheel is more than 1.5 times off (without poses: yaw_rate 3 times off wheels
 /// and steering), or a wheel runs backwards; where the poses turn otherwise than the gyro, or more
-/// than 0.15 s before or after it (strangers: pass: neither); where
-/// none of them is taken while the log lasts.
+/// than 0.15 s before or after it (strangers: pass: neither); where none of them is taken while the
+/// log lasts. First of all where the poses are in other units (unit_doubt.hpp).
 void check_agreement(const daemon::Config& config, const SignalLog& log,
                      std::span<const estimator::CameraPose> poses,
                      const AgreementOptions& options = {});

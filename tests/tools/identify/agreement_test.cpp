@@ -97,6 +97,23 @@ TEST(Agreement, AFewPosesUpsideDownDoNotMatter) {
   EXPECT_EQ(drive.verdict(), "they agree");
 }
 
+TEST(Agreement, PosesInOtherUnitsAreNotBlamedOnTheWheelsOrTheDrive) {
+  Recorded drive = recorded();
+  for (estimator::CameraPose& pose : drive.poses) {
+    pose.x *= 1000.0;
+    pose.y *= 1000.0;
+  }
+  for (const Strangers strangers : {Strangers::refuse, Strangers::pass})
+    EXPECT_EQ(drive.verdict({.drive = "lap", .eye = "reference", .strangers = strangers}),
+              "lap: the reference's poses: x and y go about 1000 times as far as the wheels: are "
+              "the positions in millimetres? they must be metres");
+  drive = recorded();
+  for (estimator::CameraPose& pose : drive.poses) pose.yaw *= 180.0 / std::numbers::pi;
+  EXPECT_EQ(drive.verdict({.strangers = Strangers::pass}),
+            "the camera's poses: yaw turns about 57 times as far as the gyro: is it in degrees? it "
+            "must be radians");
+}
+
 TEST(Agreement, AGyroOfTheWrongSignIsNamed) {
   Recorded drive = recorded();
   drive.scale(Source::yaw_rate, -1.0);

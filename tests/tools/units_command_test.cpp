@@ -1,0 +1,90 @@
+// Files in millimetres and degrees, as the commands tell of them: by their units, and not by what
+// comes of it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::units_command_test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr auto millimetres = "are the positions in millimetres? they must be metres";
+constexpr auto degrees = "is it in degrees? it must be radians";
+
+// A simulated drive, with its camera and its truth in other units beside them.
+class Units : public ::testing::Test {
+ protected:
+  Units() {
+    const std::string scale =
+        "; awk -F, -v OFS=, -v CONVFMT=%.9g 'NR > 1 { $c *= m; $(c + 1) *= m; $(c + 2) *= r } 1' ";
+    const Outcome made =
+        run_shell("cd " + scratch_.path("").string() +
+                  " && odom sim --scenario lap --duration 20 --out drive && cd drive || exit 1" +
+                  scale + "c=3 m=1000 r=1 camera.csv >camera_mm.csv" +  //
+                  scale + "c=3 m=1 r=57.29578 camera.csv >camera_deg.csv" + scale +
+                  "c=2 m=1000 r=1 truth.csv >truth_mm.csv" + scale +
+                  "c=2 m=1 r=57.29578 truth.csv >truth_deg.csv");
+    EXPECT_EQ(made.status, 0) << made.err;
+  }
+
+  [[nodiscard]] std::string said(const std::string& command) const {
+    const Outcome outcome = run_shell("cd " + scratch_.path("drive").string() + " && " + command);
+    return outcome.err;
+  }
+  [[nodiscard]] std::string replayed_with(const std::string& camera) const {
+    return said("odom replay --config car.toml --can drive.log --out pose.csv --camera " + camera);
+  }
+
+  Scratch scratch_;
+};
+
+TEST_F(Units, OfACameraAreToldByReplay) {
+  EXPECT_THAT(replayed_with("camera.csv"), Not(HasSubstr("warning")));
+  EXPECT_THAT(replayed_with("camera_mm.csv"),
+              AllOf(HasSubstr("warning: camera: x and y go about 1000 times as far as the wheels"),
+                    HasSubstr(millimetres), Not(HasSubstr("scale")), Not(HasSubstr("gated")),
+                    Not(HasSubstr("another drive"))));
+  EXPECT_THAT(replayed_with("camera_deg.csv"),
+              AllOf(HasSubstr("warning: camera: yaw turns about 57 times as far as the gyro"),
+                    HasSubstr(degrees), Not(HasSubstr("mounting"))));
+}
+
+TEST_F(Units, OfAReferenceAndAPoseFileAreToldByEvaluate) {
+  static_cast<void>(replayed_with("camera.csv"));
+  const std::string evaluate = "odom evaluate --pose pose.csv --reference ";
+  EXPECT_THAT(said(evaluate + "truth.csv"), Not(HasSubstr("warning")));
+  EXPECT_THAT(said(evaluate + "truth_mm.csv"),
+              AllOf(HasSubstr("truth_mm.csv: x and y go about 1000 times as far as the estimate"),
+                    HasSubstr(millimetres), Not(HasSubstr("jumps"))));
+  EXPECT_THAT(said(evaluate + "truth_mm.csv --fit-lever-arm"),
+              AllOf(HasSubstr(millimetres), Not(HasSubstr("too differently"))));
+  EXPECT_THAT(said(evaluate + "truth_deg.csv"),
+              AllOf(HasSubstr("truth_deg.csv: yaw turns about 57 times as far as the estimate"),
+                    HasSubstr(degrees), Not(HasSubstr("do not go with")),
+                    Not(HasSubstr("quite otherwise"))));
+  EXPECT_THAT(said("odom evaluate --reference truth.csv --pose truth.csv --pose truth_mm.csv"),
+              AllOf(HasSubstr("truth_mm.csv: x and y go about 1000 times as far as the reference"),
+                    Not(HasSubstr("stays at one place"))));
+}
+
+TEST_F(Units, OfADriveAreToldOnce) {
+  EXPECT_THAT(said("odom evaluate --drive . --model kinematic --reference truth_mm.csv"),
+              AllOf(HasSubstr("drive, truth_mm.csv: x and y go about 1000 times"),
+                    Not(HasSubstr("jumps"))));
+  const std::string both =
+      said("cp camera_mm.csv camera.csv; cp truth_deg.csv truth.csv; odom evaluate --drive .");
+  EXPECT_THAT(both, AllOf(HasSubstr("drive: camera: x and y go about 1000 times"),
+                          HasSubstr("drive, ./truth.csv: yaw turns about 57 times"),
+                          Not(HasSubstr("another drive"))));
+  EXPECT_EQ(std::ranges::count(both, '\n'), 2) << both;
+}
+
+}  // namespace
+}  // namespace odomd::tools::units_command_test
