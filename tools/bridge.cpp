@@ -18,7 +18,7 @@ namespace {
   static_cast<void>(domain_of(options));  // what is wrong with it is said here, too
   become("odom-bridge", arguments_of(options),
          "ROS 2 topics need odom-bridge: install the package odom-bridge, or cyclonedds-dev and "
-         "cyclonedds-tools and build again; --udp works without");
+         "cyclonedds-tools, and configure and build again; --udp works without");
 }
 
 void run_here(const BridgeOptions& options) {

@@ -14,8 +14,8 @@ void add_fit(Command identify) {
   method.callback([options, method] {
     check(*options);
     become("odom-fit", method.given(),
-           "fitting needs odom-fit: install the package odom-fit, or libceres-dev, and build all: "
-           "cmake --build --preset release");
+           "fitting needs odom-fit: install the package odom-fit; or install libceres-dev, and "
+           "configure and build all: cmake --preset release && cmake --build --preset release");
   });
 }
 

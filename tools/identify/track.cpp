@@ -13,10 +13,9 @@ void add_track(Command identify) {
   describe_track(method, *options);
   method.callback([options] {
     check(*options);
-    become(
-        "odom-track", arguments_of(*options),
-        "films need odom-track: install the package odom-track, or libopencv-dev and build again; "
-        "tracks of other programs do for odom identify stiffness too");
+    become("odom-track", arguments_of(*options),
+           "films need odom-track: install the package odom-track, or libopencv-dev, and configure "
+           "and build again; tracks of other programs do for odom identify stiffness too");
   });
 }
 
