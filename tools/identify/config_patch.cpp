@@ -69,8 +69,9 @@ class Patch {
   [[nodiscard]] std::optional<ConfigValue> there() {
     const toml::node* node = find();
     if (node != nullptr && path_.element) node = &element_of(*node);
-    const std::optional<double> number = node == nullptr ? std::nullopt : node->value<double>();
-    if (!number) return std::nullopt;
+    if (node == nullptr) return std::nullopt;
+    const std::optional<double> number = node->value<double>();
+    if (!number) fail(*node, "is not a number; write one there, or name another key");
     return ConfigValue{value_.key, *number,
                        toml_note(text_, offset(node->source().begin), label())};
   }
@@ -290,6 +291,12 @@ std::optional<ConfigValue> value_in(const std::string& text, const std::filesyst
                                     const std::string& key) {
   std::string same = text;
   return Patch(same, file, {.key = key}).there();
+}
+
+std::optional<double> number_in(const std::string& text, const std::filesystem::path& file,
+                                const std::string& key) {
+  const std::optional<ConfigValue> there = value_in(text, file, key);
+  return there ? std::optional(there->value) : std::nullopt;
 }
 
 std::string patched(const std::string& text, const std::filesystem::path& file,

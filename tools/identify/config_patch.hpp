@@ -27,13 +27,16 @@ struct ConfigValue {
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 
-/// The number that stands there with odom's note about it, if there is one; the note may be empty.
-/// Throws like patched().
+/// The number that stands there with odom's note about it; the note may be empty. Nothing where the
+/// key is not there. Throws like patched().
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::string& text,
                                                   const std::filesystem::path& file,
                                                   const std::string& key);
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::filesystem::path& file,
                                                   const std::string& key);
+[[nodiscard]] std::optional<double> number_in(const std::string& text,
+                                              const std::filesystem::path& file,
+                                              const std::string& key);
 [[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
                                               const std::string& key);
 

@@ -105,8 +105,7 @@ std::optional<ConfigValue> value_in(const std::filesystem::path& file, const std
 }
 
 std::optional<double> number_in(const std::filesystem::path& file, const std::string& key) {
-  const std::optional<ConfigValue> there = value_in(file, key);
-  return there ? std::optional(there->value) : std::nullopt;
+  return number_in(daemon::read_toml_file(file), file, key);
 }
 
 void check_patchable(const std::filesystem::path& file) {

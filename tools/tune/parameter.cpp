@@ -8,7 +8,6 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "daemon/config_toml.hpp"
 #include "tools/csv.hpp"
 
 namespace odomd::tools {
@@ -94,18 +93,6 @@ double place_of(const Parameter& parameter, double value) {
   return parameter.scale == Scale::logarithmic
              ? std::log(held / parameter.from) / std::log(parameter.to / parameter.from)
              : (held - parameter.from) / (parameter.to - parameter.from);
-}
-
-std::optional<double> number_in(const std::string& text, const std::filesystem::path& file,
-                                const std::string& key) {
-  const toml::table parsed = daemon::parse_toml(text, file);
-  const toml::node_view<const toml::node> node = parsed.at_path(key);
-  if (!node) return std::nullopt;
-  const std::optional<double> value = node.value<double>();
-  if (!value)
-    throw std::invalid_argument("--set " + key + ": is no number in " + file.string() +
-                                "; name the number to tune");
-  return value;
 }
 
 }  // namespace odomd::tools

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,11 +26,5 @@ struct Parameter {
 /// value, held to the range.
 [[nodiscard]] double value_at(const Parameter& parameter, double place);
 [[nodiscard]] double place_of(const Parameter& parameter, double value);
-
-/// What a configuration's text has at a key; nothing where it is not there. Throws
-/// std::invalid_argument where it is no number.
-[[nodiscard]] std::optional<double> number_in(const std::string& text,
-                                              const std::filesystem::path& file,
-                                              const std::string& key);
 
 }  // namespace odomd::tools

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <stdexcept>
+
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::config_patch_test {
@@ -62,7 +64,20 @@ TEST(ConfigPatch, ReadsANumberWithItsNoteBack) {
   EXPECT_EQ(there("imu.position[0]")->note, "");
   EXPECT_EQ(there("vehicle.mass")->note, "");
   EXPECT_FALSE(there("vehicle.front_axle"));
-  EXPECT_FALSE(there("vehicle"));
+  EXPECT_THROW((void)there("vehicle"), std::invalid_argument);
+}
+
+TEST(ConfigPatch, FindsTheNumberOfAKeyAndRefusesWhatIsNone) {
+  const std::string text =
+      "[imu]\nposition = [0.25, 1]\n[can.signals]\nyaw_rate = { sigma = 3e-2, message = \"M\" }\n";
+  EXPECT_EQ(number_in(text, "car.toml", "can.signals.yaw_rate.sigma"), 0.03);
+  EXPECT_EQ(number_in(text, "car.toml", "imu.position[1]"), 1.0);
+  EXPECT_EQ(number_in(text, "car.toml", "filter.wheel_slip"), std::nullopt);
+  EXPECT_EQ(message_of([&] { (void)number_in(text, "car.toml", "can.signals.yaw_rate.message"); }),
+            "car.toml:4: [can.signals.yaw_rate] message: is not a number; write one there, or name "
+            "another key");
+  const Scratch scratch;
+  EXPECT_EQ(number_in(scratch.write("car.toml", text), "imu.position[0]"), 0.25);
 }
 
 TEST(ConfigPatch, ANumberTooLongForItsColumnMovesTheComment) {

@@ -51,15 +51,5 @@ TEST(TunedParameter, WhatIsNoRangeIsRefusedWithAnExample) {
   }
 }
 
-TEST(TunedParameter, StartsAtWhatTheConfigurationHas) {
-  const std::string text =
-      "[imu]\nposition = [0.25, 1]\n[can.signals]\nyaw_rate = { sigma = 3e-2, message = \"M\" }\n";
-  EXPECT_EQ(number_in(text, "car.toml", "can.signals.yaw_rate.sigma"), 0.03);
-  EXPECT_EQ(number_in(text, "car.toml", "imu.position[1]"), 1.0);
-  EXPECT_EQ(number_in(text, "car.toml", "filter.wheel_slip"), std::nullopt);
-  EXPECT_THROW((void)number_in(text, "car.toml", "can.signals.yaw_rate.message"),
-               std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace odomd::tools::parameter_test

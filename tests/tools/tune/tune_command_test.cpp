@@ -163,7 +163,8 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
   EXPECT_THAT(refused("--drive " + one + " --set filter.wheel_slip=0.01,0.02 --set imu.yaw=9,8"),
               HasSubstr("--set imu.yaw=8: [imu] yaw: 8 is not possible; it must be "));
   EXPECT_THAT(refused("--drive " + one + " --set can.dbc=0.01:1"),
-              HasSubstr("--set can.dbc: is no number in " + one + "/car.toml"));
+              MatchesRegex("odom tune: .*/one/car.toml:[0-9]+: \\[can\\] dbc: is not a number; "
+                           "write one there, or name another key\n"));
   EXPECT_THAT(refused("--drive " + one +
                       " --set filter.wheel_slip=0.01"
                       " --set filter.window=0.2:0.4"),
