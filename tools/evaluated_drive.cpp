@@ -9,6 +9,7 @@
 
 #include "tools/chart/style.hpp"
 #include "tools/closed_loop.hpp"
+#include "tools/coverage_doubt.hpp"
 #include "tools/csv.hpp"
 #include "tools/drive_mismatch.hpp"
 #include "tools/heading_doubt.hpp"
@@ -121,6 +122,10 @@ void warn_of_doubts(EvaluatedDrive& drive, const std::vector<Units>& units) {
     if (covered_s < least_covered * whole_s) {
       drive.warnings.push_back({e.name, "the reference covers " + fixed(covered_s, 1) + " s of " +
                                             fixed(whole_s, 1) + " s; the rest is not judged"});
+    }
+    if (!drive.is_part) {
+      const std::string doubt = coverage_doubt(*drive.reference, drive.estimates[i]);
+      if (!doubt.empty()) drive.warnings.push_back({e.name, doubt});
     }
     if (e.reference_gap_ns > long_gap_ns) {
       drive.warnings.push_back(

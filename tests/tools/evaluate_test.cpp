@@ -13,12 +13,13 @@ namespace odomd::tools::evaluate_test {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 class Evaluate : public ::testing::Test {
  protected:
   void SetUp() override {
-    reference_ = scratch_.write("ref.csv", csv_of(wavy_drive(0.0, 5.0, 0.01))).string();
+    reference_ = scratch_.write("ref.csv", csv_of(wavy_drive(0.0, 4.2, 0.01))).string();
     good_ = scratch_.write("good.csv", csv_of(wavy_drive(0.0, 4.0, 0.005))).string();
     Trajectory drift = wavy_drive(0.0, 4.0, 0.005);
     for (auto& point : drift.points) point.pose.x *= 1.02;
@@ -133,6 +134,18 @@ TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
   EXPECT_EQ(outcome.status, 0);
   EXPECT_EQ(outcome.err, "odom evaluate: warning: " + good_ +
                              ": the reference covers 2.0 s of 4.0 s; the rest is not judged\n");
+}
+
+TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
+  const auto part = scratch_.write("part.csv", csv_of(wavy_drive(1.0, 2.0, 0.005))).string();
+  const Outcome outcome = run("--reference " + reference_ + " --pose " + part + " --pose " + good_);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("warning: " + part +
+                                     ": it covers 1.0 s and 1.0 m of the 4.2 s and 4.2 m of the "
+                                     "reference; all figures are of that part alone\n"));
+  EXPECT_THAT(outcome.err, Not(HasSubstr(good_ + ": it covers")));
+  // Who asks for a part knows.
+  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --from +1 --to +2").err, "");
 }
 
 TEST_F(Evaluate, SaysThatTheReferenceIsOfAnotherDrive) {

@@ -1,0 +1,51 @@
+#include "tools/coverage_doubt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "tools/se2.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr double least_covered = 0.9;
+constexpr double piece = 0.05;                    // m: the jitter of a reference at rest is less
+constexpr std::int64_t longest_ns = 500'000'000;  // between two rows of an estimate without a hole
+
+bool covers(const Trajectory& estimate, std::int64_t t_ns) {
+  const auto& points = estimate.points;
+  const auto after = std::ranges::lower_bound(points, t_ns, {}, &TrajectoryPoint::t_ns);
+  if (after == points.end()) return false;
+  if (after->t_ns == t_ns) return true;
+  return after != points.begin() && after->t_ns - (after - 1)->t_ns <= longest_ns;
+}
+
+}  // namespace
+
+std::string coverage_doubt(const Trajectory& reference, const Trajectory& estimate) {
+  double whole_m = 0.0, covered_m = 0.0;
+  std::int64_t covered_ns = 0;
+  TrajectoryPoint from = reference.points.front();
+  TrajectoryPoint before = from;
+  for (const TrajectoryPoint& point : reference.points) {
+    const bool is_covered = covers(estimate, point.t_ns);
+    if (is_covered && covers(estimate, before.t_ns)) covered_ns += point.t_ns - before.t_ns;
+    before = point;
+    const double step = distance(from.pose, point.pose);
+    if (step < piece) continue;
+    whole_m += step;
+    if (is_covered && covers(estimate, from.t_ns)) covered_m += step;
+    from = point;
+  }
+  if (covered_m >= least_covered * whole_m) return {};
+  const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
+  return fmt::format(
+      "it covers {:.1f} s and {:.1f} m of the {:.1f} s and {:.1f} m of the reference; all figures "
+      "are of that part alone",
+      seconds(covered_ns), covered_m,
+      seconds(reference.points.back().t_ns - reference.points.front().t_ns), whole_m);
+}
+
+}  // namespace odomd::tools
