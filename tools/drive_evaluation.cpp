@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "daemon/pipeline.hpp"
 #include "tools/pose_point.hpp"
@@ -10,14 +11,16 @@
 
 namespace odomd::tools {
 ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Frame frame,
-                           Judgements judgements) try {
+                           Judgements judgements, CameraUse camera) try {
   ReplayedDrive result;
   result.poses.name = drive.name;
   result.poses.has_motion = true;
   result.poses.has_covariance = frame == Frame::map;
 
-  const auto pipeline = std::make_unique<daemon::Pipeline>(config, drive.databases, drive.buses,
-                                                           !drive.cameras.empty());
+  std::span<const estimator::CameraPose> cameras;
+  if (camera == CameraUse::take) cameras = drive.cameras;
+  const auto pipeline =
+      std::make_unique<daemon::Pipeline>(config, drive.databases, drive.buses, !cameras.empty());
   JudgementSink keep;
   if (judgements == Judgements::keep) {
     keep = [&result](std::span<const estimator::Judgement> some) {
@@ -28,7 +31,7 @@ ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Fra
   result.summary = replay(
       *pipeline, config.realtime.period_ns,
       [&]() -> const can::Frame* { return next == drive.frames.end() ? nullptr : &*next++; },
-      drive.cameras,
+      cameras,
       [&](const daemon::TickRecord& record) {
         result.poses.points.push_back(point_of(record.pose, frame));
         result.last = record;
@@ -41,6 +44,19 @@ ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Fra
   return result;
 } catch (const std::invalid_argument& error) {
   throw std::invalid_argument(drive.folder.string() + ": " + error.what());
+}
+
+std::optional<Trajectory> dead_reckoning(const Drive& drive) {
+  daemon::Config config = drive.config;
+  config.model = estimator::Model::full;
+  try {
+    ReplayedDrive replayed =
+        replay_drive(drive, config, Frame::odom, Judgements::forget, CameraUse::leave_out);
+    if (replayed.summary.fault_ns) return std::nullopt;
+    return std::move(replayed.poses);
+  } catch (const std::invalid_argument&) {  // whoever needs the poses is told
+    return std::nullopt;
+  }
 }
 
 Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,

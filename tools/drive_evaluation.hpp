@@ -36,11 +36,16 @@ struct ReplayedDrive {
 
 /// `config` is the drive's own or a changed copy of it (model, vehicle, noise, signals, initial
 /// pose, ...); buses and databases are the drive's. The same inputs give the same bits, and those
-/// of `odom replay`. Throws std::invalid_argument for settings that are impossible, and for a drive
-/// during which no pose came about.
+/// of `odom replay`. The camera's poses can be left out. Throws std::invalid_argument for settings
+/// that are impossible, and for a drive during which no pose came about.
 [[nodiscard]] ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config,
                                          Frame frame = Frame::map,
-                                         Judgements judgements = Judgements::forget);
+                                         Judgements judgements = Judgements::forget,
+                                         CameraUse camera = CameraUse::take);
+
+/// How the car moved by its own sensors alone, through the full filter: of the bus and its clock,
+/// whatever a camera says. Nothing where no pose comes of that.
+[[nodiscard]] std::optional<Trajectory> dead_reckoning(const Drive& drive);
 
 /// How poses are brought to the reference where nobody says it: by camera poses, which are in its
 /// frame, they are there already; the odometry frame, into which none goes, is not.

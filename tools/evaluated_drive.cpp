@@ -15,6 +15,7 @@
 #include "tools/heading_doubt.hpp"
 #include "tools/initial_pose_doubt.hpp"
 #include "tools/text.hpp"
+#include "tools/time_doubt.hpp"
 #include "tools/unit_doubt.hpp"
 
 namespace odomd::tools {
@@ -164,8 +165,9 @@ std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
                               "; there are: " + all);
 }
 
-// With the estimates and the reference (as its file has it) in place: everything else.
-void judge(EvaluatedDrive& drive, const Judging& judging) {
+// With the estimates and the reference (as its file has it) in place: everything else. `read` is
+// what was replayed; of pose files nothing.
+void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   EvaluationReport& report = drive.report;
   drive.is_part = !judging.from.empty() || !judging.to.empty();
   report.frame = judging.frame;
@@ -201,6 +203,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
   const std::vector<Units> units = compare_units(drive);
+  bool is_of_the_drive = false;
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Trajectory& estimate = drive.estimates[i];
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
@@ -209,6 +212,13 @@ void judge(EvaluatedDrive& drive, const Judging& judging) {
     if (units[i] == Units::unlike) continue;
     const std::string mismatch = drive_mismatch(*drive.reference, estimate);
     if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
+    is_of_the_drive = is_of_the_drive || mismatch.empty();
+  }
+  if (is_of_the_drive) {
+    std::string doubt = read != nullptr
+                            ? time_doubt(*drive.reference, *read, report.align)
+                            : time_doubt(*drive.reference, drive.estimates, report.align);
+    if (!doubt.empty()) drive.warnings.push_back({"", std::move(doubt)});
   }
   warn_of_doubts(drive, units);
 }
@@ -262,7 +272,7 @@ EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<st
   }
   drive.name = std::filesystem::path{reference.empty() ? poses.front() : reference}.stem().string();
   if (!judging.beat.empty()) drive.beat = read_beat_log(judging.beat);
-  judge(drive, judging);
+  judge(drive, judging, nullptr);
   return drive;
 }
 
@@ -301,7 +311,7 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
       drive.warnings.push_back({"", *std::move(doubt)});
   }
   append_doubts(drive);
-  judge(drive, judging);
+  judge(drive, judging, &read);
   return drive;
 }
 

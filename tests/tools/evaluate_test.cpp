@@ -2,12 +2,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <utility>
 
 #include "tests/tools/drives.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/csv.hpp"
 
 namespace odomd::tools::evaluate_test {
 namespace {
@@ -146,6 +149,65 @@ TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
   EXPECT_THAT(outcome.err, Not(HasSubstr(good_ + ": it covers")));
   // Who asks for a part knows.
   EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --from +1 --to +2").err, "");
+}
+
+TEST_F(Evaluate, SaysThatTheTimesOfTheReferenceAreOff) {
+  Trajectory late = wavy_drive(0.0, 20.0, 0.01);
+  for (auto& point : late.points) point.t_ns += 60'000'000;
+  const auto reference = scratch_.write("late.csv", csv_of(late)).string();
+  const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 20.0, 0.005))).string();
+  const Outcome outcome = run("--reference " + reference + " --pose " + pose);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, StartsWith("odom evaluate: warning: " + reference +
+                                      ": its times look 60 ms late beside the poses': put both "));
+  EXPECT_EQ(run("--reference " + pose + " --pose " + pose).err, "");
+}
+
+// The file of a drive with its first columns later by so many seconds.
+std::string later(const std::string& file, std::size_t columns, double seconds) {
+  std::istringstream text(contents(file));
+  std::string line, moved;
+  std::getline(text, line);
+  moved = line + '\n';
+  while (std::getline(text, line)) {
+    for (std::size_t i = 0; i < columns; ++i) {
+      const std::size_t comma = line.find(',');
+      append_seconds(
+          moved, *parse_seconds(line.substr(0, comma)) + static_cast<std::int64_t>(seconds * 1e9));
+      moved += ',';
+      line.erase(0, comma + 1);
+    }
+    moved += line + '\n';
+  }
+  return moved;
+}
+
+TEST_F(Evaluate, SaysWhoseTimesAreOffInADrive) {
+  const std::string drive = scratch_.path("lap");
+  ASSERT_EQ(run_shell("odom sim --duration 30 --standstill 1 --out " + drive).status, 0);
+  const std::string truth = contents(drive + "/truth.csv");
+  const auto told = [&](const std::string& how = "") {
+    const Outcome outcome = run("--drive " + drive + how);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_EQ(told(), "");
+  EXPECT_EQ(told(" --dead-reckoning"), "");
+
+  scratch_.write("lap/truth.csv", later(drive + "/truth.csv", 1, 0.08));
+  constexpr auto of_reference =
+      "/truth.csv: its times look 80 ms late against the bus: put them on";
+  EXPECT_THAT(told(), HasSubstr(of_reference));
+  EXPECT_THAT(told(" --dead-reckoning"), HasSubstr(of_reference));
+
+  const std::string moved = later(drive + "/camera.csv", 2, 0.08);
+  scratch_.write("lap/camera.csv", moved);
+  EXPECT_THAT(told(" --model full"), HasSubstr("/truth.csv, camera.csv: their times look 8"));
+
+  scratch_.write("lap/truth.csv", truth);
+  EXPECT_THAT(
+      told(),
+      HasSubstr("warning: lap: camera.csv: its times look 80 ms late against the bus: put"));
 }
 
 TEST_F(Evaluate, SaysThatTheReferenceIsOfAnotherDrive) {
