@@ -1,8 +1,12 @@
 #include "tools/tune/trial_log.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -53,17 +57,34 @@ bool same_bits(const Score& one, const Score& other) {
 
 }  // namespace
 
+namespace {
+
+// Two runs that write into one file would each go on from a part of it.
+can::FileDescriptor locked(const std::filesystem::path& file) {
+  constexpr mode_t permissions = S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH;
+  can::FileDescriptor lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, permissions));
+  if (!lock) {
+    (void)open_output(file);  // says why
+    return lock;
+  }
+  // A file system without locks does without.
+  if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    throw std::invalid_argument(file.string() +
+                                ": another odom tune is running with it; wait for its end, or name "
+                                "another --state");
+  return lock;
+}
+
+}  // namespace
+
 TrialLog::TrialLog(std::filesystem::path file, std::span<const Parameter> parameters,
                    const std::vector<std::string>& drives)
     : file_(std::move(file)), header_(header_of(parameters, drives)) {
   if (file_.empty()) return;
-  std::error_code ignored;
-  std::string text;
-  if (std::filesystem::exists(file_, ignored)) {
-    std::ostringstream all;
-    all << open_input(file_).rdbuf();
-    text = all.str();
-  }
+  lock_ = locked(file_);
+  std::ostringstream all;
+  all << open_input(file_).rdbuf();
+  const std::string text = all.str();
   std::size_t number = 0;
   std::size_t kept = 0;
   for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos;

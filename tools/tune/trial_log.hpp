@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "can_protocol/file_descriptor.hpp"
 #include "tools/tune/parameter.hpp"
 #include "tools/tune/trials.hpp"
 
@@ -18,7 +19,7 @@ namespace odomd::tools {
 class TrialLog {
  public:
   /// Reads what is there. Throws std::invalid_argument where the file is something else, or of
-  /// other keys or drives.
+  /// other keys or drives, or while another run has it.
   TrialLog(std::filesystem::path file, std::span<const Parameter> parameters,
            const std::vector<std::string>& drives);
 
@@ -36,6 +37,7 @@ class TrialLog {
   void take_line(const std::string& line, std::size_t number);
 
   std::filesystem::path file_;
+  can::FileDescriptor lock_;  ///< of the file, while this lives
   std::string header_;
   std::map<Values, TrialOutcome> outcomes_;
   std::size_t read_ = 0;

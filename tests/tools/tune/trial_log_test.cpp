@@ -85,6 +85,18 @@ TEST(TrialLog, RefusesWhatIsNotItsOwn) {
               HasSubstr("tune.state:2: is damaged"));
 }
 
+TEST(TrialLog, IsOfOneRunAtATime) {
+  const Scratch scratch;
+  const auto file = scratch.path("tune.state");
+  {
+    TrialLog first(file, keys, drives);
+    EXPECT_THAT(error_of(file, drives),
+                HasSubstr("tune.state: another odom tune is running with it; wait for its end"));
+    first.add({0.1}, outcome(0.5));
+  }
+  EXPECT_EQ(TrialLog(file, keys, drives).read(), 1U);
+}
+
 TEST(TrialLog, TellsWhenTheConfigurationAsItIsDoesOtherwise) {
   const Scratch scratch;
   TrialLog log(scratch.path("tune.state"), keys, drives);
