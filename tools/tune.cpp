@@ -21,6 +21,7 @@
 #include "tools/interrupt.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
+#include "tools/tune/drive_doubts.hpp"
 #include "tools/tune/tune_report.hpp"
 #include "tools/tune/tuning.hpp"
 
@@ -131,6 +132,16 @@ std::string in_words(const TuneProgress& progress) {
                      100.0 * (1.0 - progress.best));
 }
 
+void warn_of_drives(const TuneJob& job) {
+  const auto warn = [&](const std::vector<Drive>& drives) {
+    for (const Drive& drive : drives)
+      for (const std::string& doubt : drive_doubts(drive, job.model, job.measure))
+        std::cerr << "odom tune: warning: " << drive.folder.string() << ": " << doubt << '\n';
+  };
+  warn(job.drives);
+  warn(job.held_out);
+}
+
 void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
   if (!result.is_better()) {
     std::cerr << "odom tune: " << options.write << " is left as it was\n";
@@ -153,6 +164,7 @@ void run_tune(const Options& options) {
   check_outputs(std::vector<Output>{{"--state", options.state}, {"--out", options.out}},
                 inputs_of(options));
   const TuneJob job = job_of(options);
+  warn_of_drives(job);
   std::optional<WholeFile> trials;
   if (!options.out.empty()) trials.emplace(options.out);
   Interrupt interrupt;

@@ -69,6 +69,24 @@ TEST_F(Tune, PutsBackWhatHarmsTheDrivesHeldOutAndWritesNothing) {
   EXPECT_EQ(contents(config), before);
 }
 
+TEST_F(Tune, WarnsOfACameraOfAnotherDriveAndOfTimesThatAreOff) {
+  const std::string one = scratch_.path("one"), other = scratch_.path("other");
+  const std::string sim = "odom sim --start-time 100 --duration 20 --standstill 1 --out ";
+  ASSERT_EQ(run_shell(sim + one).status, 0);
+  ASSERT_EQ(run_shell(sim + other + " --scenario slalom").status, 0);
+  const std::string sweep = "odom tune --set filter.wheel_slip=0.02 --drive " + one;
+  EXPECT_EQ(run_shell(sweep).err, "");
+  ASSERT_EQ(run_shell("awk -F, -v OFS=, 'NR > 1 {$1 = sprintf(\"%.9f\", $1 + 0.08)} 1' " + one +
+                      "/truth.csv > " + one + "/late && mv " + one + "/late " + one + "/truth.csv")
+                .status,
+            0);
+  EXPECT_THAT(run_shell(sweep).err, HasSubstr("odom tune: warning: " + one + ": " + one +
+                                              "/truth.csv: its times look 80 ms late against"));
+  ASSERT_EQ(run_shell("cp " + other + "/camera.csv " + one).status, 0);
+  EXPECT_THAT(run_shell(sweep).err,
+              HasSubstr("odom tune: warning: " + one + ": camera contradicts the other sensors"));
+}
+
 TEST_F(Tune, TheSameWhateverTheThreadsAndHoweverOftenItWasStopped) {
   const std::string one = drive("one", "0.05", 1);
   const std::string state = scratch_.path("tune.state");
