@@ -19,8 +19,10 @@
 #include "tools/identify/config_patch.hpp"
 #include "tools/initial_pose_doubt.hpp"
 #include "tools/interrupt.hpp"
+#include "tools/json_text.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
+#include "tools/tune/config_difference.hpp"
 #include "tools/tune/drive_doubts.hpp"
 #include "tools/tune/tune_report.hpp"
 #include "tools/tune/tuning.hpp"
@@ -142,6 +144,31 @@ void warn_of_drives(const TuneJob& job) {
   warn(job.held_out);
 }
 
+void warn_of_other_config(const TuneJob& job, const Options& options) {
+  if (options.write.empty()) return;
+  const daemon::Config written = daemon::load_config(options.write);
+  for (const Drive& drive : job.drives) {
+    const std::string difference = config_difference(drive.config, written, job.parameters);
+    if (difference.empty()) continue;
+    std::cerr << "odom tune: warning: the search runs with " << drive.config.file.string()
+              << ", which differs from " << options.write << ": " << difference
+              << "; what suits the one need not suit the other: search with --config "
+              << options.write << '\n';
+    if (!options.config.empty()) return;  // of all drives
+  }
+}
+
+/// "filter.wheel_slip 0.02 > 0.011", as the file had it and has it now.
+std::string changes(const std::string& file, const std::vector<ConfigValue>& values) {
+  std::string text;
+  for (const ConfigValue& value : values) {
+    const std::optional<double> before = number_in(file, value.key);
+    text += fmt::format("{}{} {} > {}", text.empty() ? "" : ", ", value.key,
+                        before ? shortest(*before) : "default", shortest(value.value));
+  }
+  return text;
+}
+
 void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
   if (!result.is_better()) {
     std::cerr << "odom tune: " << options.write << " is left as it was\n";
@@ -150,7 +177,10 @@ void write_config(const Options& options, const TuneJob& job, const TuneResult& 
   std::vector<ConfigValue> values;
   for (const TunedKey& key : result.keys)
     if (key.fate == Fate::taken) values.push_back({key.key, key.after, note_of(job, result, key)});
+  const std::string written = changes(options.write, values);
   patch_config(options.write, values);
+  std::cerr << "odom tune: " << counted(values.size(), "key") << " written to " << options.write
+            << ": " << written << '\n';
 }
 
 void run_tune(const Options& options) {
@@ -165,6 +195,7 @@ void run_tune(const Options& options) {
                 inputs_of(options));
   const TuneJob job = job_of(options);
   warn_of_drives(job);
+  warn_of_other_config(job, options);
   std::optional<WholeFile> trials;
   if (!options.out.empty()) trials.emplace(options.out);
   Interrupt interrupt;

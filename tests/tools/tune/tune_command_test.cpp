@@ -69,6 +69,40 @@ TEST_F(Tune, PutsBackWhatHarmsTheDrivesHeldOutAndWritesNothing) {
   EXPECT_EQ(contents(config), before);
 }
 
+TEST_F(Tune, SaysWhatItHasWritten) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string config = one + "/car.toml";
+  const std::string sweep =
+      "odom tune --drive " + one + " --set can.signals.yaw_rate.scale=0.952 " + how_ + "--json ";
+  const Outcome tuned = run_shell(sweep + "--write " + config);
+  ASSERT_EQ(tuned.status, 0) << tuned.err;
+  EXPECT_EQ(tuned.err, "odom tune: 1 key written to " + config +
+                           ": can.signals.yaw_rate.scale default > 0.952\n");
+  EXPECT_TRUE(json::accept(tuned.out));
+  const Outcome again =
+      run_shell("odom tune --drive " + one + " --set can.signals.yaw_rate.scale=0.9524 " + how_ +
+                "--json --write " + config);
+  EXPECT_THAT(again.err,
+              testing::AnyOf(HasSubstr("scale 0.952 > 0.9524"), HasSubstr("is left as it was")));
+}
+
+TEST_F(Tune, WarnsOfAnotherConfigurationThanTheOneThatIsWritten) {
+  const std::string one = drive("one", "0.05", 1);
+  const std::string sweep =
+      "odom tune --drive " + one + " --set can.signals.yaw_rate.scale=0.9,0.952 " + how_;
+  const std::string master = scratch_.path("car.toml").string();
+  ASSERT_EQ(run_shell("cp " + one + "/car.toml " + master).status, 0);
+  EXPECT_THAT(run_shell(sweep + "--write " + master).err,
+              testing::Not(HasSubstr("warning")));  // but for the key that it tunes, it is the same
+
+  ASSERT_EQ(run_shell("sed -i 's/^rear_axle = .*/rear_axle = 0.09/' " + master).status, 0);
+  EXPECT_THAT(run_shell(sweep + "--write " + master).err,
+              HasSubstr("warning: the search runs with " + one + "/car.toml, which differs from " +
+                        master + ": vehicle.rear_axle (0.085, 0.09); what suits the one"));
+  EXPECT_THAT(run_shell(sweep + "--config " + master + " --write " + master).err,
+              testing::Not(HasSubstr("warning")));
+}
+
 TEST_F(Tune, WarnsOfACameraOfAnotherDriveAndOfTimesThatAreOff) {
   const std::string one = scratch_.path("one"), other = scratch_.path("other");
   const std::string sim = "odom sim --start-time 100 --duration 20 --standstill 1 --out ";
