@@ -152,10 +152,10 @@ void add_accelerometers(Builder& b) {
   const double c = std::cos(b.config.imu_yaw), s = std::sin(b.config.imu_yaw);
   const double bx = b.result.p[accel_bias_x], by = b.result.p[accel_bias_y];
   if (x != nullptr)
-    b.add(accel_bias_x, b.meaning(accel_bias_x), "can.signals.accel_x.offset",
+    b.add(accel_bias_x, Builder::meaning(accel_bias_x), "can.signals.accel_x.offset",
           x->offset - (c * bx + s * by), b.sigma[accel_bias_x]);
   if (y != nullptr)
-    b.add(accel_bias_y, b.meaning(accel_bias_y), "can.signals.accel_y.offset",
+    b.add(accel_bias_y, Builder::meaning(accel_bias_y), "can.signals.accel_y.offset",
           y->offset - (c * by - s * bx), b.sigma[accel_bias_y]);
   b.add_value(imu_x, "imu.position[0]");
   b.add_value(imu_y, "imu.position[1]");
@@ -178,7 +178,7 @@ void add_wheels(Builder& b) {
     const can::SignalBinding* binding = binding_of(b.config, source);
     if (binding == nullptr) continue;
     const double factor = std::exp(-b.result.p[scale]);
-    b.add(scale, b.meaning(scale), "can.signals." + binding->role + ".scale",
+    b.add(scale, Builder::meaning(scale), "can.signals." + binding->role + ".scale",
           binding->scale * factor, std::fabs(binding->scale) * factor * b.sigma[scale]);
   }
   for (const auto& [source, scale] : wheels) {
