@@ -58,9 +58,12 @@ bool resembles(std::string_view a, std::string_view b) {
 
 std::string_view likely_name(std::string_view given, std::span<const std::string> names) {
   if (given.empty()) return {};
-  const auto longer = std::find_if(names.begin(), names.end(),
-                                   [given](const auto& name) { return name.starts_with(given); });
-  if (longer != names.end()) return *longer;
+  const auto begun = [given](const std::string& name) { return name.starts_with(given); };
+  const auto longer = std::find_if(names.begin(), names.end(), begun);
+  constexpr std::size_t telling = 3;  // letters
+  if (longer != names.end() &&
+      (given.size() >= telling || std::none_of(longer + 1, names.end(), begun)))
+    return *longer;
   const std::string_view nearest = nearest_name(given, names);
   return resembles(given, nearest) ? nearest : std::string_view{};
 }

@@ -15,8 +15,8 @@ namespace odomd {
 /// Whether one is likely the other misspelt: an edit or two, the second from eight characters on.
 [[nodiscard]] bool resembles(std::string_view a, std::string_view b);
 
-/// The name that someone likely meant: one that begins with what was given, else the nearest where
-/// it resembles that. Empty if there is none such.
+/// The name that someone likely meant: one that begins with what was given (the only one, where
+/// that is a letter or two), else the nearest where it resembles that. Empty if there is none such.
 [[nodiscard]] std::string_view likely_name(std::string_view given,
                                            std::span<const std::string> names);
 

@@ -13,6 +13,9 @@
 namespace odomd::tools {
 namespace {
 
+// So that the difference of two times is one, too: the year 2115.
+constexpr std::int64_t latest_ns = 4'600'000'000LL * 1'000'000'000;
+
 // No row of ours comes near; a file that is not text is told from one that is.
 constexpr std::size_t max_line = 65'536;
 
@@ -102,7 +105,7 @@ double CsvReader::number(std::size_t column) const {
 std::int64_t CsvReader::time_ns(std::size_t column) const {
   const std::string_view field = text(column);
   const auto value = parse_seconds(field);
-  if (!value) {
+  if (!value || *value > latest_ns || *value < -latest_ns) {
     fail(column, quoted(field) + " is not a time in seconds; mend or remove the line");
   }
   return *value;

@@ -51,7 +51,7 @@ read -r -a arguments <<<"${ODOMD_DEMO_ARGUMENTS-}"
 [[ " ${arguments[*]-} " == *" --scenario"[\ =]* ]] || arguments+=(--scenario lap)
 [[ " ${arguments[*]} " == *" --laps"[\ =]* ]] || arguments+=(--laps 1)
 simulator=(odom sim "${arguments[@]}" --live --can - --camera-socket "$run/camera.sock")
-"${simulator[@]}" --config-only --out "$run/car" >/dev/null || {
+"${simulator[@]}" --config-only --out "$run/car" >/dev/null && [ -f "$run/car/car.toml" ] || {
   echo "demo: mend ODOMD_DEMO_ARGUMENTS='${ODOMD_DEMO_ARGUMENTS-}'; $out is as it was" >&2
   exit 2
 }

@@ -41,16 +41,21 @@ std::optional<std::int64_t> time_of(const std::string& option, const std::string
 // No drive is so long: a time that was meant to count from the reference's first row.
 constexpr std::int64_t longest_before_ns = 86'400LL * 1'000'000'000;
 
-Trajectory part_of(Trajectory estimate, const Judging& judging, std::int64_t first_ns) {
+/// What is judged, in times of the files.
+struct Part {
+  std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();
+  std::int64_t to_ns = std::numeric_limits<std::int64_t>::max();
+};
+
+Part part_of(const Judging& judging, std::int64_t first_ns) {
   const auto from = time_of("--from", judging.from, first_ns);
   const auto to = time_of("--to", judging.to, first_ns);
   if (from && first_ns - *from > longest_before_ns)
     throw std::invalid_argument("--from: " + tools::quoted(judging.from) +
                                 " lies more than a day before the reference's first row; +" +
                                 judging.from + " counts from there");
-  if (!from && !to) return estimate;
-  using Limits = std::numeric_limits<std::int64_t>;
-  return cut_to(std::move(estimate), from.value_or(Limits::min()), to.value_or(Limits::max()));
+  const Part whole;
+  return {from.value_or(whole.from_ns), to.value_or(whole.to_ns)};
 }
 
 std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
@@ -76,9 +81,9 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
       (judging.against == Against::reference ? drive.reference.value() : drive.estimates.front())
           .points.front()
           .t_ns;
-  for (Trajectory& estimate : drive.estimates) {
-    estimate = part_of(std::move(estimate), judging, first_ns);
-  }
+  const Part part = part_of(judging, first_ns);
+  for (Trajectory& estimate : drive.estimates)
+    if (drive.is_part) estimate = cut_to(std::move(estimate), part.from_ns, part.to_ns);
   report.baseline = baseline_of(drive, judging.baseline);
   if (judging.against == Against::closed_loop) {
     for (const Trajectory& estimate : drive.estimates) {
@@ -113,13 +118,19 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
     if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
     is_of_the_drive = is_of_the_drive || mismatch.empty();
   }
+  // What is not judged is not doubted.
+  Trajectory judged = *drive.reference;
+  const auto is_outside = [&part](const TrajectoryPoint& point) {
+    return point.t_ns < part.from_ns || point.t_ns > part.to_ns;
+  };
+  std::erase_if(judged.points, is_outside);
+  if (judged.points.size() < 2) judged = *drive.reference;
   if (is_of_the_drive) {
-    std::string doubt = read != nullptr
-                            ? time_doubt(*drive.reference, *read, report.align)
-                            : time_doubt(*drive.reference, drive.estimates, report.align);
+    std::string doubt = read != nullptr ? time_doubt(judged, *read, report.align)
+                                        : time_doubt(judged, drive.estimates, report.align);
     if (!doubt.empty()) drive.warnings.push_back({"", std::move(doubt)});
   }
-  doubt_coverage(drive, units);
+  doubt_coverage(drive, judged, units);
 }
 
 }  // namespace

@@ -58,7 +58,8 @@ std::vector<Units> doubt_units(EvaluatedDrive& drive) {
   return units;
 }
 
-void doubt_coverage(EvaluatedDrive& drive, const std::vector<Units>& units) {
+void doubt_coverage(EvaluatedDrive& drive, const Trajectory& judged,
+                    const std::vector<Units>& units) {
   constexpr std::int64_t long_gap_ns = 200'000'000;
   constexpr double least_covered = 0.9;
   const Evaluation& first = drive.report.evaluations.front();
@@ -72,10 +73,8 @@ void doubt_coverage(EvaluatedDrive& drive, const std::vector<Units>& units) {
       drive.warnings.push_back({e.name, "the reference covers " + fixed(covered_s, 1) + " s of " +
                                             fixed(whole_s, 1) + " s; the rest is not judged"});
     }
-    if (!drive.is_part) {
-      const std::string doubt = coverage_doubt(*drive.reference, drive.estimates[i]);
-      if (!doubt.empty()) drive.warnings.push_back({e.name, doubt});
-    }
+    const std::string doubt = coverage_doubt(judged, drive.estimates[i]);
+    if (!doubt.empty()) drive.warnings.push_back({e.name, doubt});
     if (e.reference_gap_ns > long_gap_ns) {
       drive.warnings.push_back(
           {e.name, "the reference has a gap of " +

@@ -28,7 +28,9 @@ enum class Units : std::uint8_t { alike, unlike };
 /// Of each estimate; doubts the headings of those that are alike, and of the reference.
 [[nodiscard]] std::vector<Units> doubt_units(EvaluatedDrive& drive);
 
-/// Parts that are not judged; jumps, gaps and standstills of the reference. Needs the evaluations.
-void doubt_coverage(EvaluatedDrive& drive, const std::vector<Units>& units);
+/// Parts of the reference (`judged`: as far as it is asked for) that are not judged; its jumps,
+/// gaps and standstills. Needs the evaluations.
+void doubt_coverage(EvaluatedDrive& drive, const Trajectory& judged,
+                    const std::vector<Units>& units);
 
 }  // namespace odomd::tools

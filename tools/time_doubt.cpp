@@ -14,6 +14,10 @@ namespace {
 
 constexpr double same_clock = 0.015;  // s
 
+constexpr auto on_one_clock =
+    " against the bus: put them on the log's clock, or state the latencies of the signals (odom "
+    "identify latency)";
+
 // Of several the one that explains the most: a poor model is off in its own time, too.
 void keep_the_better(std::optional<TimeOffset>& best, const std::optional<TimeOffset>& other) {
   if (other && (!best || other->after < best->after)) best = other;
@@ -78,8 +82,7 @@ std::string time_doubt(const Trajectory& reference, const Drive& drive, Align al
   const std::string its_times = reference.name + ": its times ";
   if (drive.cameras.empty()) {
     if (!of_reference) return {};
-    return its_times + look(of_reference->late_s) +
-           " against the bus: put them on the log's clock" +
+    return its_times + look(of_reference->late_s) + on_one_clock +
            by_how_much(*of_reference, "error over a second");
   }
   const auto& arm = drive.config.camera.lever_arm;
@@ -92,8 +95,7 @@ std::string time_doubt(const Trajectory& reference, const Drive& drive, Align al
         std::fabs(of_reference->late_s - of_camera->late_s) > same_clock)
       return {};
     return reference.name + ", camera.csv: their times " + look(of_reference->late_s) +
-           " against the bus: put them on the log's clock, or state the latencies of the signals "
-           "(odom identify latency)";
+           on_one_clock;
   }
   const std::string difference = by_how_much(*between, "rms between the two");
   // The bus says which of the two is off; by how much, they know better themselves.
@@ -104,8 +106,11 @@ std::string time_doubt(const Trajectory& reference, const Drive& drive, Align al
   if (of_reference && !of_camera)
     return its_times + look(between->late_s) + " against the bus: put them on the log's clock" +
            difference;
-  return its_times + look(between->late_s) +
-         " beside those of camera.csv: put both on the log's clock" + difference;
+  return fmt::format(
+      "{} and camera.csv: their times look {:.0f} ms apart, {} later: put both on "
+      "the log's clock{}",
+      reference.name, std::fabs(1e3 * between->late_s),
+      between->late_s > 0.0 ? "the reference's" : "the camera's", difference);
 }
 
 }  // namespace odomd::tools

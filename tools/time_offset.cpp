@@ -143,7 +143,7 @@ std::optional<TimeOffset> offset_by_motion(const Trajectory& reference,
     estimator::Pose2 moved;
   };
   std::vector<Window> windows;
-  for (std::int64_t t = span.from; t + window_ns <= span.to; t += stride) {
+  for (std::int64_t t = span.from; t <= span.to - window_ns; t += stride) {
     const auto from = at(estimate, t), to = at(estimate, t + window_ns);
     if (!from || !to || from->reset_count != to->reset_count) continue;
     windows.push_back({t, relative(from->pose, to->pose)});

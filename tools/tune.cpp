@@ -17,7 +17,6 @@
 #include "tools/commands.hpp"
 #include "tools/files.hpp"
 #include "tools/identify/config_patch.hpp"
-#include "tools/initial_pose_doubt.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/json_text.hpp"
 #include "tools/progress.hpp"
@@ -59,9 +58,6 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
     const Drive& drive = drives.back();
     std::vector<std::string> warnings = drive.config.warnings;
     warnings.insert(warnings.end(), drive.warnings.begin(), drive.warnings.end());
-    const std::int64_t first_ns = drive.frames.empty() ? 0 : drive.frames.front().time_ns;
-    if (auto doubt = initial_pose_doubt(drive.config, drive.cameras, first_ns))
-      warnings.push_back(*std::move(doubt));
     for (const std::string& warning : warnings)
       std::cerr << "odom tune: warning: " << folder << ": " << warning << '\n';
   }
@@ -148,7 +144,12 @@ void warn_of_other_config(const TuneJob& job, const Options& options) {
   if (options.write.empty()) return;
   const daemon::Config written = daemon::load_config(options.write);
   for (const Drive& drive : job.drives) {
-    const std::string difference = config_difference(drive.config, written, job.parameters);
+    std::string difference = config_difference(drive.config, written, job.parameters);
+    // What --model says is its own choice.
+    if (!job.model && drive.config.model != written.model)
+      difference =
+          fmt::format("filter.model ({}, {}){}{}", daemon::name_of(drive.config.model),
+                      daemon::name_of(written.model), difference.empty() ? "" : ", ", difference);
     if (difference.empty()) continue;
     std::cerr << "odom tune: warning: the search runs with " << drive.config.file.string()
               << ", which differs from " << options.write << ": " << difference

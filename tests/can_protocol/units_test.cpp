@@ -86,6 +86,8 @@ TEST(NearestName, IsLikelyWhereItResemblesOrWasCutShort) {
   EXPECT_EQ(likely_name("post", names), "pose");
   EXPECT_EQ(likely_name("nonsense", names), "");
   EXPECT_EQ(likely_name("", names), "");
+  EXPECT_EQ(likely_name("s", std::vector<std::string>{"seed", "speed"}), "");
+  EXPECT_EQ(likely_name("s", std::vector<std::string>{"seed", "laps"}), "seed");
   EXPECT_EQ(likely_name("x", {}), "");
 }
 

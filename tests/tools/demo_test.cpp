@@ -50,6 +50,12 @@ TEST_F(Demo, KeepsAnEarlierOutputWhereAnOptionIsWrong) {
         << wrong;
     EXPECT_EQ(earlier(), "an earlier one") << wrong;
   }
+  for (const char* no_drive : {"--help", "--list"}) {
+    const Outcome outcome = run(no_drive);
+    EXPECT_EQ(outcome.status, 2) << no_drive;
+    EXPECT_THAT(outcome.err, HasSubstr("demo: mend ODOMD_DEMO_ARGUMENTS='")) << no_drive;
+    EXPECT_EQ(earlier(), "an earlier one") << no_drive;
+  }
 }
 
 TEST_F(Demo, SaysWhereOptionsGo) {

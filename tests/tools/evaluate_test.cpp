@@ -144,11 +144,13 @@ TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
   const Outcome outcome = run("--reference " + reference_ + " --pose " + part + " --pose " + good_);
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.err, HasSubstr("warning: " + part +
-                                     ": it covers 1.0 s and 1.0 m of the 4.2 s and 4.2 m of the "
+                                     ": it covers 1.0 s and 0.8 m of the 4.2 s and 4.2 m of the "
                                      "reference; all figures are of that part alone\n"));
   EXPECT_THAT(outcome.err, Not(HasSubstr(good_ + ": it covers")));
-  // Who asks for a part knows.
+  // Who asks for a part knows, as far as there is one.
   EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --from +1 --to +2").err, "");
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + part + " --from +0.5 --to +3").err,
+              HasSubstr(part + ": it covers 1.0 s"));
 }
 
 TEST_F(Evaluate, SaysThatTheTimesOfTheReferenceAreOff) {
@@ -180,6 +182,24 @@ std::string later(const std::string& file, std::size_t columns, double seconds) 
     moved += line + '\n';
   }
   return moved;
+}
+
+TEST_F(Evaluate, DoubtsTheTimesOfThePartThatIsJudged) {
+  Trajectory reference = wavy_drive(0.0, 40.0, 0.01);
+  for (auto& point : reference.points)
+    if (point.t_ns > 20'000'000'000) point.t_ns += 60'000'000;
+  const auto late = scratch_.write("late.csv", csv_of(reference)).string();
+  const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 40.0, 0.005))).string();
+  const std::string both = "--reference " + late + " --pose " + pose;
+  EXPECT_EQ(run(both + " --to +20").err, "");
+  EXPECT_THAT(run(both + " --from +21").err, HasSubstr("its times look 60 ms late"));
+}
+
+TEST_F(Evaluate, RefusesTimesThatNoDriveHas) {
+  const auto far =
+      scratch_.write("far.csv", "t,x,y,yaw\n9223372036.8,0,0,0\n9223372036.85,1,0,0\n");
+  EXPECT_THAT(run("--reference " + far.string() + " --pose " + far.string()).err,
+              HasSubstr("far.csv:2: column \"t\": \"9223372036.8\" is not a time in seconds"));
 }
 
 TEST_F(Evaluate, SaysWhoseTimesAreOffInADrive) {

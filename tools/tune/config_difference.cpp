@@ -24,9 +24,11 @@ constexpr std::size_t most_named = 3;
 bool matters(std::string_view key) {
   // A recording names its buses as they were called when it was made.
   if (key.ends_with(".bus")) return false;
-  constexpr std::array<std::string_view, 7> parts{
-      "vehicle.", "can.signals.", "camera.lever_arm", "camera.max_latency",
-      "imu.",     "filter.",      "realtime.period"};
+  // What a search runs with is its own choice.
+  if (key == "filter.model") return false;
+  constexpr std::array<std::string_view, 8> parts{
+      "vehicle.",           "can.signals.", "can.e2e.", "camera.lever_arm",
+      "camera.max_latency", "imu.",         "filter.",  "realtime.period"};
   return std::ranges::any_of(parts, [key](std::string_view part) { return key.starts_with(part); });
 }
 

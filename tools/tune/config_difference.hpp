@@ -10,9 +10,10 @@
 
 namespace odomd::tools {
 
-/// In which keys that a pose depends on (vehicle, signals, lever arms, filter, period) the two
-/// differ, but for those that are tuned: "vehicle.mass (3, 2.9), filter.window (0.25, 0.3) and 2
-/// more". What one leaves out counts as its default. Empty where they agree.
+/// In which keys that a pose depends on (vehicle, signals and their protection, lever arms, filter
+/// but for its model, period) the two differ, but for those that are tuned: "vehicle.mass (3, 2.9),
+/// filter.window (0.25, 0.3) and 2 more". What one leaves out counts as its default. Empty where
+/// they agree.
 [[nodiscard]] std::string config_difference(const daemon::Config& one, const daemon::Config& other,
                                             std::span<const Parameter> tuned);
 

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "tools/files.hpp"
@@ -55,18 +56,14 @@ bool same_bits(const Score& one, const Score& other) {
   return true;
 }
 
-}  // namespace
-
-namespace {
-
 // Two runs that write into one file would each go on from a part of it.
 can::FileDescriptor locked(const std::filesystem::path& file) {
   constexpr mode_t permissions = S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH;
   can::FileDescriptor lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, permissions));
-  if (!lock) {
-    (void)open_output(file);  // says why
-    return lock;
-  }
+  if (!lock)
+    throw std::invalid_argument(
+        fmt::format("{}: cannot be read and written: {}; name another --state", file.string(),
+                    std::generic_category().message(errno)));
   // A file system without locks does without.
   if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
     throw std::invalid_argument(file.string() +

@@ -51,6 +51,7 @@ std::optional<double> value_in_force(const daemon::Config& config, std::string_v
       {"imu.position[0]", config.imu_position[0]},
       {"imu.position[1]", config.imu_position[1]},
       {"imu.yaw", config.imu_yaw},
+      {"realtime.period", seconds(config.realtime.period_ns)},
       {"filter.window", config.window_s},
       {"filter.camera_gate", config.camera_gate},
       {"filter.gyro_bias_walk", noise.gyro_bias},

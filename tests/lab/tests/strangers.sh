@@ -66,7 +66,7 @@ check_stands() { # NAME ACCELERATION-IN-M/S2
       (0.005 * ($p.tick - $b.tick)) as $seconds |
       ($p.x - $b.x | fabs) <= 3 * $p.sigma_x and ($p.y - $b.y | fabs) <= 3 * $p.sigma_y and
       ($p.yaw - $b.yaw | fabs) <= 3 * $p.sigma_yaw and
-      ($p.x - $b.x | fabs) < 0.3 and $p.sigma_x < 0.5 * $acceleration * $seconds * $seconds and
+      ($p.x - $b.x | fabs) < 0.3 and $p.sigma_x < 0.5 * $acceleration * $seconds * $seconds and $p.sigma_x < 60 and
       $p.sigma_y < 0.3 and $p.sigma_yaw < 0.3' after.json
 }
 

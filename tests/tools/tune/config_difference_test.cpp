@@ -33,6 +33,7 @@ TEST(ConfigDifference, IsOfKeysThatAPoseDependsOn) {
 TEST(ConfigDifference, CountsWhatIsLeftOutAsItsDefault) {
   EXPECT_EQ(difference("[filter]\nwindow = 0.25\n", ""), "");
   EXPECT_EQ(difference("[filter]\nwindow = 0.3\n", ""), "filter.window (0.3, 0.25)");
+  EXPECT_EQ(difference("[realtime]\nperiod = 0.005\n", "[filter]\nmodel = \"full\"\n"), "");
 }
 
 TEST(ConfigDifference, LeavesOutWhatIsTunedAndNamesAFew) {

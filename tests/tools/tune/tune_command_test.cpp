@@ -121,6 +121,28 @@ TEST_F(Tune, WarnsOfACameraOfAnotherDriveAndOfTimesThatAreOff) {
               HasSubstr("odom tune: warning: " + one + ": camera contradicts the other sensors"));
 }
 
+TEST_F(Tune, AsksWhetherAReferenceOrACameraIsInMillimetres) {
+  const std::string one = scratch_.path("one");
+  ASSERT_EQ(run_shell("odom sim --start-time 100 --duration 20 --standstill 1 --out " + one).status,
+            0);
+  const std::string sweep = "odom tune --set filter.wheel_slip=0.02 --drive " + one;
+  const auto in_millimetres = [&](const std::string& file, const std::string& x) {
+    ASSERT_EQ(
+        run_shell("awk -F, -v OFS=, 'NR > 1 {$" + x + " *= 1000; $(" + x + " + 1) *= 1000} 1' " +
+                  one + "/" + file + " > " + one + "/mm && mv " + one + "/mm " + one + "/" + file)
+            .status,
+        0);
+  };
+  in_millimetres("camera.csv", "3");
+  const std::string camera = run_shell(sweep).err;
+  EXPECT_THAT(camera, HasSubstr(": camera: x and y go about 1000 times as far"));
+  EXPECT_THAT(camera, testing::Not(HasSubstr("initial pose")));
+  in_millimetres("truth.csv", "2");
+  EXPECT_THAT(run_shell(sweep + " --no-camera").err,
+              HasSubstr(one + "/truth.csv: x and y go about 1000 times as far as the estimate: are "
+                              "the positions in millimetres?"));
+}
+
 TEST_F(Tune, TheSameWhateverTheThreadsAndHoweverOftenItWasStopped) {
   const std::string one = drive("one", "0.05", 1);
   const std::string state = scratch_.path("tune.state");
