@@ -215,6 +215,14 @@ class Drive {
 
 Recording open_recording(const std::filesystem::path& folder) {
   const auto file = folder / recorded_info;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored) &&
+      std::filesystem::exists(folder / "drive.log", ignored))
+    throw std::invalid_argument(
+        fmt::format("{0}: is a drive, and no recording of odom record: replay it by --config "
+                    "{0}/car.toml --can "
+                    "{0}/drive.log",
+                    folder.string()));
   Recording recording;
   recording.folder = folder;
   try {

@@ -381,6 +381,10 @@ TEST(ReplayOfARecording, ExcludesWhatTheRecordingKnows) {
   EXPECT_EQ(run_shell("odom replay --recording x").status, 2);
   EXPECT_EQ(run_shell("odom replay --config y --out - --verify").status, 2);
   EXPECT_EQ(run_shell("odom replay --out -").status, 2);
+  const Scratch drive;
+  drive.write("drive.log", "");
+  EXPECT_THAT(run_shell("odom replay --out - --recording " + drive.path(".").string()).err,
+              testing::HasSubstr("is a drive, and no recording of odom record: replay it by"));
   EXPECT_THAT(run_shell("odom replay --recording x --out -").err,
               HasSubstr("x/info.json: no such"));
 }

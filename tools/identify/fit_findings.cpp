@@ -253,6 +253,15 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
                                 " % of the drive is beyond a half of the grip (4.9 m/s2), where "
                                 "tyres are curves: latencies of the wheels and stiffnesses may be "
                                 "off by more than is stated; drive more calmly");
+  const auto before_the_poses = [](const Finding& finding) {
+    return finding.name.starts_with("latency of ") && finding.value < 0.0;
+  };
+  const auto early = std::ranges::find_if(findings.values, before_the_poses);
+  if (early != findings.values.end())
+    findings.warnings.push_back(
+        early->name + " came out " + fixed(-1e3 * early->value, 0) +
+        " ms before the poses: their stamps look late, and latencies and the steering's delay are "
+        "off by as much; give them the time when the picture was taken");
   if (!result.settled)
     findings.warnings.emplace_back(
         "the fit has not settled: poses and log may not belong together, or the drive tells too "

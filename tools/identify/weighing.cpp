@@ -29,8 +29,15 @@ constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_tabl
     {"rear-right", {0, 0, 0, 1}},
 }};
 
-// More digits than this no scale has, and a unit is wrong.
+// More digits than this no scale has, a big one fewer: a unit is wrong.
 constexpr double most_digits = 1e6;
+constexpr double most_digits_of_a_heavy_one = 2e5;
+constexpr double heavy = 60.0;  // kg
+
+bool shows(const Scale& scale, double mass) {
+  return !(scale.resolution > 0.0) ||
+         mass <= (mass > heavy ? most_digits_of_a_heavy_one : most_digits) * scale.resolution;
+}
 
 // A load that lies so far off what all of them say together is no scatter: it was another car, or
 // half of it.
@@ -145,7 +152,7 @@ void check(std::span<const Weighing> weighings, const Scale& scale) {
           fmt::format("--{}: {} kg is not possible; it must be greater "
                       "than 0",
                       option_of(weighing.load), weighing.mass));
-    if (weighing.mass > most_digits * scale.resolution && scale.resolution > 0.0)
+    if (!shows(scale, weighing.mass))
       throw std::invalid_argument(
           fmt::format("--{}: no scale shows {:g} kg by {:g} kg; grams are written 2985g",
                       option_of(weighing.load), weighing.mass, scale.resolution));

@@ -173,6 +173,23 @@ TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfi
   EXPECT_THAT(doubts(-1.1, 0.2), IsEmpty());
 }
 
+TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
+  Settings settings;
+  settings.free[gyro_latency] = true;
+  settings.doubt.fill(0.05);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  result.turns.speed_variety = 0.5;
+  result.settled = true;
+  const auto warnings = [&](double latency) {
+    result.p[gyro_latency] = latency;
+    return findings_of(car(), {}, settings, result, 0.0).warnings;
+  };
+  EXPECT_THAT(warnings(0.01), IsEmpty());
+  EXPECT_THAT(warnings(-0.08),
+              ElementsAre(HasSubstr("latency of yaw_rate came out 80 ms before the poses")));
+}
+
 TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
   const daemon::Config config = car();
   const Recorded drive = recorded(config);

@@ -122,6 +122,9 @@ TEST(Weighing, OfAnotherCarIsRefused) {
   const std::vector<Weighing> grams{{Load::total, 2985.0}};
   EXPECT_EQ(message_of([&] { (void)wheel_loads(grams, {.resolution = 0.001}); }),
             "--total: no scale shows 2985 kg by 0.001 kg; grams are written 2985g");
+  const std::vector<Weighing> axles{{Load::front, 978.0}, {Load::rear, 2.006}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(axles, {.resolution = 0.001}); }),
+              HasSubstr("--front: no scale shows 978 kg by 0.001 kg"));
 }
 
 TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
