@@ -36,11 +36,14 @@ std::int64_t stuck_ns(std::span<const Pair> pairs) {
   std::int64_t all_ns = 0;
   for (std::size_t first = 0; first < pairs.size();) {
     const Pair& begin = pairs[first];
+    TrajectoryPoint from = begin.estimate;  // a pose that jumps does not drive
     double away = 0.0;
     std::size_t end = first + 1;
     for (; end < pairs.size(); ++end) {
       if (distance(begin.reference.pose, pairs[end].reference.pose) > still) break;
-      away = std::max(away, distance(begin.estimate.pose, pairs[end].estimate.pose));
+      const TrajectoryPoint& now = pairs[end].estimate;
+      if (now.reset_count != from.reset_count) from = now;
+      away = std::max(away, distance(from.pose, now.pose));
     }
     const std::int64_t stood_ns = pairs[end - 1].estimate.t_ns - begin.estimate.t_ns;
     if (stood_ns >= least_ns && away > driven) all_ns += stood_ns;

@@ -189,6 +189,12 @@ TEST(Evaluation, SeesAReferenceThatHasLostTheCar) {
   EXPECT_NEAR(static_cast<double>(e.reference_stuck_ns), 2e9, 2e7);
   EXPECT_EQ(evaluate(drive, drive, Align::none).reference_stuck_ns, 0);
   EXPECT_EQ(evaluate(lost, lost, Align::none).reference_stuck_ns, 0);  // the car stood
+  Trajectory elsewhere = lost;  // at first, until its filter jumps
+  for (auto& point : elsewhere.points) {
+    point.reset_count = point.t_ns < 4'000'000'000 ? 1.0 : 2.0;
+    if (point.t_ns < 4'000'000'000) point.pose.y += 3.0;
+  }
+  EXPECT_EQ(evaluate(lost, elsewhere, Align::none).reference_stuck_ns, 0);
 }
 
 TEST(Improvement, IsInPercentOfTheBaseline) {
