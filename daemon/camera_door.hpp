@@ -13,7 +13,7 @@
 #include "daemon/camera_wire.hpp"
 #include "daemon/event.hpp"
 #include "daemon/local_socket.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 

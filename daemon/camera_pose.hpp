@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 

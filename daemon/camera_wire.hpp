@@ -11,7 +11,7 @@
 #include <odom/odom.h>
 
 #include "can_protocol/wall_clock.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 

@@ -13,9 +13,9 @@
 #include "can_protocol/dbc.hpp"
 #include "can_protocol/signal_binding.hpp"
 #include "daemon/config_error.hpp"
-#include "estimator/measurement.hpp"
-#include "estimator/model.hpp"
-#include "estimator/settings.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/model.hpp"
+#include "estimator/common/settings.hpp"
 
 namespace odomd::daemon {
 

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "daemon/config_sections.hpp"
-#include "estimator/full/sample_window.hpp"
+#include "estimator/ekf/sample_window.hpp"
 
 namespace odomd::daemon {
 namespace {

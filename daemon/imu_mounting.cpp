@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 namespace {

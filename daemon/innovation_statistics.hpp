@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "can_protocol/counter.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 

@@ -6,7 +6,7 @@
 
 #include "daemon/camera_pose.hpp"
 #include "daemon/imu_mounting.hpp"
-#include "estimator/admission.hpp"
+#include "estimator/common/admission.hpp"
 
 namespace odomd::daemon {
 namespace {

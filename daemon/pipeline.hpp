@@ -22,7 +22,7 @@
 #include "daemon/record.hpp"
 #include "daemon/source_watch.hpp"
 #include "estimator/filter.hpp"
-#include "estimator/source_monitor.hpp"
+#include "estimator/integrity/source_monitor.hpp"
 
 namespace odomd::daemon {
 

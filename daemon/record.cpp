@@ -6,7 +6,7 @@
 #include <tuple>
 #include <type_traits>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <odom/types.h>
 
-#include "estimator/estimate.hpp"
+#include "estimator/common/estimate.hpp"
 
 namespace odomd::daemon {
 

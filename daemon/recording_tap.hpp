@@ -21,7 +21,7 @@
 #include "can_protocol/spsc_ring.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/record.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 

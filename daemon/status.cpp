@@ -12,7 +12,7 @@
 
 #include "daemon/json.hpp"
 #include "daemon/record.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {
 namespace {

@@ -9,14 +9,14 @@
 #include <type_traits>
 #include <variant>
 
-#include "estimator/estimate.hpp"
+#include "estimator/baselines/kinematic_filter.hpp"
+#include "estimator/baselines/paper_filter.hpp"
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/model.hpp"
+#include "estimator/common/settings.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "estimator/full_filter.hpp"
-#include "estimator/kinematic_filter.hpp"
-#include "estimator/measurement.hpp"
-#include "estimator/model.hpp"
-#include "estimator/paper_filter.hpp"
-#include "estimator/settings.hpp"
-#include "estimator/vehicle.hpp"
 
 namespace odomd::estimator {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/admission.hpp"
-#include "estimator/full/bounds.hpp"
-#include "estimator/full/publication.hpp"
-#include "estimator/pose.hpp"
-#include "estimator/predecessor.hpp"
-#include "estimator/time.hpp"
+#include "estimator/common/admission.hpp"
+#include "estimator/common/pose.hpp"
+#include "estimator/common/predecessor.hpp"
+#include "estimator/common/time.hpp"
+#include "estimator/ekf/bounds.hpp"
+#include "estimator/ekf/publication.hpp"
 
 namespace odomd::estimator {
 namespace {

@@ -17,14 +17,14 @@
 #include <optional>
 #include <span>
 
-#include "estimator/estimate.hpp"
-#include "estimator/full/sample_window.hpp"
-#include "estimator/full/state.hpp"
-#include "estimator/full/take.hpp"
-#include "estimator/measurement.hpp"
-#include "estimator/mode_monitor.hpp"
-#include "estimator/pose.hpp"
-#include "estimator/settings.hpp"
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/mode_monitor.hpp"
+#include "estimator/common/pose.hpp"
+#include "estimator/common/settings.hpp"
+#include "estimator/ekf/sample_window.hpp"
+#include "estimator/ekf/state.hpp"
+#include "estimator/take.hpp"
 
 namespace odomd::estimator {
 

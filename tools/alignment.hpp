@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "estimator/estimate.hpp"
+#include "estimator/common/estimate.hpp"
 #include "tools/trajectory.hpp"
 
 namespace odomd::tools {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/csv.hpp"
 
 namespace odomd::tools {

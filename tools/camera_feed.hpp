@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::tools {
 

@@ -11,7 +11,7 @@
 #include "can_protocol/dbc.hpp"
 #include "can_protocol/frame.hpp"
 #include "daemon/config.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/trajectory.hpp"
 
 namespace odomd::tools {

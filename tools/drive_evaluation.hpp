@@ -12,8 +12,8 @@
 
 #include "daemon/config.hpp"
 #include "daemon/record.hpp"
-#include "estimator/estimate.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/drive.hpp"
 #include "tools/evaluation.hpp"
 #include "tools/virtual_drive.hpp"

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "estimator/measurement.hpp"
-#include "estimator/model.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/model.hpp"
 #include "tools/beat_histogram.hpp"
 #include "tools/drive_evaluation.hpp"
 #include "tools/evaluation_report.hpp"

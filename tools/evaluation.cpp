@@ -5,7 +5,7 @@
 #include <iterator>
 #include <span>
 
-#include "estimator/symmetric3.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "tools/pose_error.hpp"
 #include "tools/se2.hpp"
 

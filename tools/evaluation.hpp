@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/estimate.hpp"
+#include "estimator/common/estimate.hpp"
 #include "tools/alignment.hpp"
 #include "tools/horizon.hpp"
 #include "tools/spread.hpp"

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "daemon/config.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::tools {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/chart/chart.hpp"
 
 namespace odomd::tools {

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::tools {
 

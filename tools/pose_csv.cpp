@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "estimator/estimate.hpp"
+#include "estimator/common/estimate.hpp"
 #include "tools/csv.hpp"
 
 namespace odomd::tools {

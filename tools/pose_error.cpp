@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimator/symmetric3.hpp"
+#include "estimator/common/symmetric3.hpp"
 #include "tools/se2.hpp"
 
 namespace odomd::tools {

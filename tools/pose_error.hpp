@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "estimator/estimate.hpp"
+#include "estimator/common/estimate.hpp"
 #include "tools/alignment.hpp"
 
 namespace odomd::tools {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/conditions.hpp"
 #include "tools/csv.hpp"
 #include "tools/source_doubts.hpp"

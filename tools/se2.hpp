@@ -1,10 +1,10 @@
 // Rigid motions in the plane: a pose seen as the transformation from its own frame to the map.
-// estimator/pose.hpp has their composition.
+// estimator/common/pose.hpp has their composition.
 #pragma once
 
 #include <cmath>
 
-#include "estimator/pose.hpp"
+#include "estimator/common/pose.hpp"
 
 namespace odomd::tools {
 

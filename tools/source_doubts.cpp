@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "daemon/source_complaint.hpp"
-#include "estimator/measurement.hpp"
-#include "estimator/source_monitor.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/integrity/source_monitor.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/drive.hpp"
 #include "tools/time_offset.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/estimate.hpp"
+#include "estimator/common/estimate.hpp"
 
 namespace odomd::tools {
 

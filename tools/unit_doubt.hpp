@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/trajectory.hpp"
 
 namespace odomd::tools {

@@ -12,8 +12,8 @@
 
 #include "can_protocol/frame.hpp"
 #include "daemon/pipeline.hpp"
-#include "estimator/measurement.hpp"
-#include "estimator/source_monitor.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/integrity/source_monitor.hpp"
 #include "tools/log_order.hpp"
 #include "tools/trajectory.hpp"
 

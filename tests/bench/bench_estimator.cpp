@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <optional>
 
+#include "estimator/baselines/paper_ekf.hpp"
+#include "estimator/common/pose.hpp"
 #include "estimator/filter.hpp"
-#include "estimator/paper_ekf.hpp"
-#include "estimator/pose.hpp"
 
 namespace odomd::estimator {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon::imu_mounting_test {
 namespace {

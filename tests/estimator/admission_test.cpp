@@ -1,4 +1,4 @@
-#include "estimator/admission.hpp"
+#include "estimator/common/admission.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The dynamic bicycle: Jacobians against automatic differentiation, the steady turn of the errata,
 // and that the reversible form holds where the printed one does not.
-#include "estimator/dynamic_model.hpp"
+#include "estimator/common/dynamic_model.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "autodiff.hpp"
-#include "estimator/kinematic_model.hpp"
+#include "estimator/baselines/kinematic_model.hpp"
 
 namespace odomd::estimator::dynamic_model_test {
 namespace {

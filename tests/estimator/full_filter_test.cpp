@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "estimator/pose.hpp"
+#include "estimator/common/pose.hpp"
 #include "full/circle_drive.hpp"
 
 namespace odomd::estimator::full_filter_test {

@@ -1,5 +1,5 @@
 // One verdict for each sample, and the newest value held.
-#include "estimator/held_signals.hpp"
+#include "estimator/baselines/held_signals.hpp"
 
 #include <gtest/gtest.h>
 

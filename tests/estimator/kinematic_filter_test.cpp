@@ -1,5 +1,5 @@
 // Dead reckoning with the kinematic model.
-#include "estimator/kinematic_filter.hpp"
+#include "estimator/baselines/kinematic_filter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The kinematic bicycle: geometry, and Jacobians against automatic differentiation.
-#include "estimator/kinematic_model.hpp"
+#include "estimator/baselines/kinematic_model.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The paper's filter against its author's own, and where it stops.
-#include "estimator/paper_filter.hpp"
+#include "estimator/baselines/paper_filter.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "drive.hpp"
-#include "estimator/dynamic_model.hpp"
+#include "estimator/common/dynamic_model.hpp"
 #include "estimator/filter.hpp"
 #include "golden.hpp"
 

@@ -1,5 +1,5 @@
 // Late camera poses against a known odometry: where they re-anchor, and which are refused.
-#include "estimator/pose_anchor.hpp"
+#include "estimator/baselines/pose_anchor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Pose algebra and the two ways to integrate a velocity.
-#include "estimator/pose.hpp"
+#include "estimator/common/pose.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The source monitor on a made-up drive: what each fault looks like, and what is none.
-#include "estimator/source_monitor.hpp"
+#include "estimator/integrity/source_monitor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Packed covariances against the same with full matrices.
-#include "estimator/symmetric3.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // v_x from the wheels of a car on a circle, whichever of them report.
-#include "estimator/wheel_speed.hpp"
+#include "estimator/baselines/wheel_speed.hpp"
 
 #include <gtest/gtest.h>
 

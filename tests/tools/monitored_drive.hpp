@@ -17,7 +17,7 @@
 #include "can_protocol/log_reader.hpp"
 #include "daemon/camera_pose.hpp"
 #include "daemon/config.hpp"
-#include "estimator/source_monitor.hpp"
+#include "estimator/integrity/source_monitor.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/virtual_drive.hpp"
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "estimator/estimate.hpp"
+#include "estimator/common/estimate.hpp"
 #include "tools/bridge/sample.hpp"
 
 namespace odomd::tools {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/pose_fields.hpp"
 #include "tools/trajectory.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "daemon/config.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/identify/signal_log.hpp"
 
 namespace odomd::tools {

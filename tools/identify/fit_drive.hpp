@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/config.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/identify/finding.hpp"
 #include "tools/identify/resampled.hpp"
 #include "tools/identify/signal_log.hpp"

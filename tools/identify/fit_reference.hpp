@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/trajectory.hpp"
 
 namespace odomd::tools::fitting {

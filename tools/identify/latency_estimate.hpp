@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "daemon/config.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/identify/signal_log.hpp"
 #include "tools/identify/steering_response.hpp"
 #include "tools/progress.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/config.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 
 namespace odomd::tools {
 

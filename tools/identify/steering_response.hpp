@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "estimator/vehicle.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "tools/identify/finding.hpp"
 #include "tools/identify/resampled.hpp"
 #include "tools/progress.hpp"

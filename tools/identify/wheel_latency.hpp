@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/identify/gyro_drive.hpp"
 
 namespace odomd::tools {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/sim/parameters.hpp"
 #include "tools/sim/plant.hpp"
 #include "tools/sim/random.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "can_protocol/frame.hpp"
-#include "estimator/measurement.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/sim/camera.hpp"
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/driver.hpp"

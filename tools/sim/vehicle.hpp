@@ -1,7 +1,7 @@
 // The two cars of the simulation: what a configuration says of them, and what they really are.
 #pragma once
 
-#include "estimator/vehicle.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "tools/sim/parameters.hpp"
 #include "tools/sim/plant.hpp"
 

@@ -1,12 +1,12 @@
 // The lateral accelerometer's prediction against the model it is made of and differences.
-#include "estimator/full/accel_y.hpp"
+#include "estimator/ekf/accel_y.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "derivatives.hpp"
-#include "estimator/dynamic_model.hpp"
+#include "estimator/common/dynamic_model.hpp"
 #include "states.hpp"
 
 namespace odomd::estimator::full::accel_y_test {

@@ -1,4 +1,4 @@
-#include "estimator/full/bounds.hpp"
+#include "estimator/ekf/bounds.hpp"
 
 #include <gtest/gtest.h>
 

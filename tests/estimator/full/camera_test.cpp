@@ -1,5 +1,5 @@
 // The camera's gate and update, and what becomes of a filter that disagrees with it.
-#include "estimator/full/camera.hpp"
+#include "estimator/integrity/camera.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "estimator/pose.hpp"
+#include "estimator/common/pose.hpp"
 #include "states.hpp"
 
 namespace odomd::estimator::full::camera_test {

@@ -9,8 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "estimator/common/pose.hpp"
 #include "estimator/full_filter.hpp"
-#include "estimator/pose.hpp"
 #include "tests/estimator/drive.hpp"
 
 namespace odomd::estimator::testing {

@@ -1,8 +1,8 @@
 // What a prediction says of its dependence on the state, against central differences.
 #pragma once
 
-#include "estimator/full/prediction.hpp"
-#include "estimator/full/state.hpp"
+#include "estimator/ekf/prediction.hpp"
+#include "estimator/ekf/state.hpp"
 
 namespace odomd::estimator::full::testing {
 

@@ -1,13 +1,13 @@
 // The motion of the full filter against automatic differentiation, and against the models it is
 // made of.
-#include "estimator/full/model.hpp"
+#include "estimator/ekf/model.hpp"
 
 #include <gtest/gtest.h>
 
 #include <utility>
 #include <vector>
 
-#include "estimator/dynamic_model.hpp"
+#include "estimator/common/dynamic_model.hpp"
 #include "tests/estimator/autodiff.hpp"
 
 namespace odomd::estimator::full::model_test {

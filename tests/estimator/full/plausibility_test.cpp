@@ -1,5 +1,5 @@
 // One strange reading among honest ones, and which of two that contradict each other is believed.
-#include "estimator/full/plausibility.hpp"
+#include "estimator/integrity/plausibility.hpp"
 
 #include <gtest/gtest.h>
 

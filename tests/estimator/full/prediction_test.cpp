@@ -1,5 +1,5 @@
 // The update of mean and covariance by a scalar sample, against the textbook's.
-#include "estimator/full/prediction.hpp"
+#include "estimator/ekf/prediction.hpp"
 
 #include <gtest/gtest.h>
 

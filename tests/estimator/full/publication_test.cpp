@@ -1,12 +1,12 @@
 // What of the state is published, and what a successor makes of it.
-#include "estimator/full/publication.hpp"
+#include "estimator/ekf/publication.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "estimator/predecessor.hpp"
-#include "estimator/symmetric3.hpp"
+#include "estimator/common/predecessor.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator::full::publication_test {
 namespace {

@@ -1,6 +1,6 @@
 // The window of samples: its order, what it keeps of two that claim to be the same, and what it
 // gives up.
-#include "estimator/full/sample_window.hpp"
+#include "estimator/ekf/sample_window.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <map>
 
-#include "estimator/full/take.hpp"
+#include "estimator/take.hpp"
 #include "states.hpp"
 #include "tests/estimator/drive.hpp"
 

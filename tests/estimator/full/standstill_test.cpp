@@ -1,5 +1,5 @@
 // When the car is taken to stand, when to have set off, and what is learnt meanwhile.
-#include "estimator/full/standstill.hpp"
+#include "estimator/integrity/standstill.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "estimator/full/take.hpp"
+#include "estimator/take.hpp"
 #include "states.hpp"
 
 namespace odomd::estimator::full::standstill_test {

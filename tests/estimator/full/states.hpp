@@ -6,7 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-#include "estimator/full/state.hpp"
+#include "estimator/ekf/state.hpp"
 
 namespace odomd::estimator::full::testing {
 

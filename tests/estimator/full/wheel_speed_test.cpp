@@ -1,6 +1,6 @@
 // The prediction of a wheel's speed: each wheel at its place, what it teaches, and what it counts
 // as known.
-#include "estimator/full/wheel_speed.hpp"
+#include "estimator/ekf/wheel_speed.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "derivatives.hpp"
-#include "estimator/full/take.hpp"
+#include "estimator/take.hpp"
 #include "states.hpp"
 
 namespace odomd::estimator::full::wheel_speed_test {

@@ -1,5 +1,5 @@
 // The gyro's prediction against its header's equation and differences.
-#include "estimator/full/yaw_rate.hpp"
+#include "estimator/ekf/yaw_rate.hpp"
 
 #include <gtest/gtest.h>
 

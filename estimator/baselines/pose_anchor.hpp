@@ -1,0 +1,142 @@
+// Where the odometry frame lies in the map: map <- odometry, the covariance of the map pose, and
+// what a late camera pose does to both.
+//
+// The odometry pose never jumps. A ring of its last 256 ticks (1.28 s at 5 ms) remembers it, so
+// that a camera pose re-anchors the frame at the time the picture was taken:
+//
+//   map_from_odom = camera ∘ odom(t_capture)⁻¹
+//
+// The covariance of the map pose grows open-loop with each tick,
+//
+//   P ← F P Fᵀ + Q,   F = [1 0 -Δy; 0 1 Δx; 0 0 1],   Q = Δt² G V Gᵀ,
+//
+// V the covariance of the velocity, G its rotation into the frame, its errors taken as white from
+// tick to tick. An accepted camera pose replaces it at t_capture by the camera's own, from where
+// it grows again along the ring.
+//
+// When camera poses agree with each other but not with the odometry (wheels that spin or lock), the
+// camera is believed, and the odometry distrusted for a while: P grows faster, the gate opens.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/pose.hpp"
+#include "estimator/common/settings.hpp"
+#include "estimator/common/symmetric3.hpp"
+
+namespace odomd::estimator {
+
+class PoseAnchor {
+ public:
+  static constexpr std::size_t ring_ticks = 256;
+  /// So many rejected camera poses in a row that agree with each other are believed after all. They
+  /// agree where the motion from one to the next is the odometry's, give or take half of it and
+  /// 0.5 m/s and 1 rad/s; a pause of more than half a second begins a new run.
+  static constexpr int agreeing_rejections = 10;
+  /// For so long after that the odometry is distrusted [s].
+  static constexpr double distrust_s = 2.0;
+
+  explicit PoseAnchor(const FilterSettings& settings) noexcept;
+
+  /// Sets the map pose of the newest tick, and its covariance from the settings. The first time
+  /// this initialises, and the odometry frame starts there too.
+  void set_pose(const Pose2& pose) noexcept;
+
+  /// Goes on from a predecessor: its poses in both frames, and the covariance of the map's.
+  void resume(const Pose2& map, const Pose2& odom, const Symmetric3& covariance,
+              std::uint32_t reset_count) noexcept;
+
+  /// Makes `time_ns` the start of the history, with the pose known so far.
+  void start(std::int64_t time_ns) noexcept;
+
+  /// Appends a tick. `noise` is the covariance that the step has added to the odometry pose, in
+  /// odometry axes; `velocity` serves captures just after the tick.
+  void extend(std::int64_t time_ns, const Pose2& odom, const Symmetric3& noise,
+              const BodyVelocity& velocity) noexcept;
+
+  /// Judges a camera pose and, when it is fused, re-anchors. At t_capture, with ν the difference to
+  /// the map pose there and S the sum of both covariances, νᵀS⁻¹ν must not exceed the gate.
+  /// `latest_ns` is the limit for captures, `now_ns` the arrival if the pose does not know its own.
+  /// One that initialises may have been taken before the history begins, or come before it does.
+  Verdict take(const CameraPose& camera, std::int64_t latest_ns, std::int64_t now_ns) noexcept;
+
+  [[nodiscard]] bool initialised() const noexcept { return initialised_; }
+  [[nodiscard]] const Pose2& odom() const noexcept { return newest().odom; }
+  [[nodiscard]] Pose2 map() const noexcept { return compose(map_from_odom_, newest().odom); }
+  [[nodiscard]] const Symmetric3& covariance() const noexcept { return newest().covariance; }
+
+  [[nodiscard]] std::uint32_t reset_count() const noexcept { return reset_count_; }
+  [[nodiscard]] const Pose2& last_jump() const noexcept { return last_jump_; }
+  [[nodiscard]] std::int64_t camera_ns() const noexcept { return fused_capture_ns_; }
+  [[nodiscard]] double test_ratio() const noexcept { return test_ratio_; }
+
+ private:
+  struct Tick {
+    std::int64_t time_ns = 0;
+    Pose2 odom;
+    Symmetric3 noise{};       ///< of the step that led here, odometry axes
+    Symmetric3 covariance{};  ///< of the map pose, map axes
+  };
+
+  /// A capture time among the ticks.
+  struct Located {
+    Pose2 odom;
+    Symmetric3 covariance;    ///< of the map pose there
+    std::size_t ticks_after;  ///< how many ticks of the ring come after it
+    double rest;              ///< share of the step to the first of those that lies after it; with
+                              ///< none after it: of a step, how far it lies past the newest
+  };
+
+  /// The last of the rejected camera poses, and how many before it say the same.
+  struct Contender {
+    int agreeing = 0;
+    std::int64_t capture_ns = 0;
+    Pose2 map;
+    Pose2 odom;
+    Symmetric3 covariance{};
+  };
+
+  [[nodiscard]] const Tick& newest() const noexcept { return ring_[head_]; }
+  [[nodiscard]] Tick& by_age(std::size_t age) noexcept {
+    return ring_[(head_ + ring_ticks - age) % ring_ticks];
+  }
+  [[nodiscard]] const Tick& by_age(std::size_t age) const noexcept {
+    return ring_[(head_ + ring_ticks - age) % ring_ticks];
+  }
+
+  [[nodiscard]] std::optional<Located> locate(std::int64_t time_ns) const noexcept;
+  [[nodiscard]] std::optional<Located> before_history(std::int64_t time_ns) const noexcept;
+  [[nodiscard]] bool contenders_agree(const Contender& rejected) noexcept;
+  [[nodiscard]] Symmetric3 distrust_noise(std::int64_t time_ns, const Pose2& odom) const noexcept;
+  void re_anchor(const Located& at, const Pose2& map, const Symmetric3& covariance) noexcept;
+  void rebase(const Pose2& odom_from_old) noexcept;
+
+  double max_latency_s_ = 0.2;
+  double gate_ = 16.27;
+  double period_s_ = 0.005;
+  bool initialise_from_camera_ = false;
+  Symmetric3 initial_covariance_{};
+
+  std::array<Tick, ring_ticks> ring_{};
+  std::size_t head_ = 0;
+  std::size_t count_ = 0;  ///< ticks in the ring; 0 before start()
+  BodyVelocity velocity_;
+
+  bool initialised_ = false;
+  Pose2 map_from_odom_;
+  Contender contender_;
+  std::int64_t distrusted_until_ns_ = 0;
+
+  std::uint32_t reset_count_ = 0;
+  Pose2 last_jump_;
+  std::int64_t judged_capture_ns_ = 0;  ///< of the last camera pose that came as far as the gate
+  std::int64_t fused_capture_ns_ = 0;
+  double test_ratio_ = 0.0;
+};
+
+}  // namespace odomd::estimator

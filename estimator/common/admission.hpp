@@ -1,0 +1,64 @@
+// What no filter looks at, whatever its state: samples and poses that are not numbers, or that no
+// car makes.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/measurement.hpp"
+
+namespace odomd::estimator {
+
+/// Largest magnitudes, of a car of any size: a sample beyond is a broken sensor or a wrong scale.
+/// In the order of Source.
+inline constexpr std::array<double, source_count> physical_limit{
+    35.0,                        // yaw_rate [rad/s]
+    200.0, 200.0,                // accel_x, accel_y [m/s²]
+    150.0, 150.0, 150.0, 150.0,  // wheels [m/s]
+    150.0, 150.0,                // wheel_rear, motor [m/s]
+    1.4,                         // steering [rad], short of the tangent's pole
+    1.0,                         // direction
+    0.0,                         // camera: not a signal
+};
+
+/// Farther off [m], a double resolves a step no longer.
+inline constexpr double largest_coordinate = 1e8;
+/// ... and farther round [rad] no turn.
+inline constexpr double largest_yaw = 1e6;
+
+/// Whether a pose to start from is possible: finite, and not that far off.
+[[nodiscard]] inline bool is_possible(const Pose2& pose) noexcept {
+  return std::abs(pose.yaw) <= largest_yaw && std::abs(pose.x) <= largest_coordinate &&
+         std::abs(pose.y) <= largest_coordinate;
+}
+
+/// A sample that claims to be better than this would leave a covariance without digits.
+inline constexpr double smallest_sigma = 1e-6;
+inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
+
+/// Why a signal's sample is refused: source_off (a camera's, or no source), non_finite, gated
+/// (beyond physical_limit); nothing where it may be looked at.
+[[nodiscard]] inline std::optional<Verdict> refusal(const Measurement& sample) noexcept {
+  const std::size_t index = index_of(sample.source);
+  if (index >= source_count || sample.source == Source::camera) {
+    return Verdict::source_off;
+  }
+  if (!std::isfinite(sample.value) || !std::isfinite(sample.sigma) || sample.sigma < 0.0) {
+    return Verdict::non_finite;
+  }
+  if (std::abs(sample.value) > physical_limit[index]) {
+    return Verdict::gated;
+  }
+  return std::nullopt;
+}
+
+/// Whether a camera pose's numbers are those of a pose: finite, the standard deviations positive.
+[[nodiscard]] inline bool is_usable(const CameraPose& pose) noexcept {
+  const auto is_sigma = [](double sigma) { return std::isfinite(sigma) && sigma > 0.0; };
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw) &&
+         is_sigma(pose.sigma_x) && is_sigma(pose.sigma_y) && is_sigma(pose.sigma_yaw);
+}
+
+}  // namespace odomd::estimator

@@ -1,0 +1,74 @@
+// Poses and velocities in the plane: composition, and how a pose moves at a given velocity.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "estimator/common/estimate.hpp"
+
+namespace odomd::estimator {
+
+/// Velocity of the centre of gravity in the body frame [m/s, m/s, rad/s].
+struct BodyVelocity {
+  double v_x = 0.0;
+  double v_y = 0.0;
+  double yaw_rate = 0.0;
+};
+
+/// The same angle in [-π, π].
+[[nodiscard]] inline double wrap_angle(double angle) noexcept {
+  return std::remainder(angle, 2.0 * std::numbers::pi);
+}
+
+/// a ∘ b: the pose b, given in the frame a, in the frame that a is given in.
+[[nodiscard]] inline Pose2 compose(const Pose2& a, const Pose2& b) noexcept {
+  const double c = std::cos(a.yaw);
+  const double s = std::sin(a.yaw);
+  return {a.x + c * b.x - s * b.y, a.y + s * b.x + c * b.y, a.yaw + b.yaw};
+}
+
+/// The T with T ∘ local = world, i.e. world ∘ local⁻¹.
+[[nodiscard]] inline Pose2 frame_of(const Pose2& world, const Pose2& local) noexcept {
+  const double yaw = world.yaw - local.yaw;
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
+  return {world.x - (c * local.x - s * local.y), world.y - (s * local.x + c * local.y), yaw};
+}
+
+/// One forward Euler step, with the heading before its own update.
+[[nodiscard]] inline Pose2 moved_euler(const Pose2& pose, const BodyVelocity& v,
+                                       double dt) noexcept {
+  const double c = std::cos(pose.yaw);
+  const double s = std::sin(pose.yaw);
+  return {
+      // X_k = X_{k-1} + Δt (v_x cos ψ - v_y sin ψ)          (eq. 28, discrete_X)
+      pose.x + dt * (v.v_x * c - v.v_y * s),
+      // Y_k = Y_{k-1} + Δt (v_x sin ψ + v_y cos ψ)          (eq. 29, discrete_Y)
+      pose.y + dt * (v.v_x * s + v.v_y * c),
+      // ψ_k = ψ_{k-1} + Δt ψ̇                                (eq. 30, discrete_psi)
+      pose.yaw + dt * v.yaw_rate,
+  };
+}
+
+/// The exact solution of eqs 8 (x_dot) and 9 for a velocity that is constant in the body frame: an
+/// arc. `dt` may be negative.
+[[nodiscard]] inline Pose2 moved(const Pose2& pose, const BodyVelocity& v, double dt) noexcept {
+  const double turn = v.yaw_rate * dt;
+  // ∫ cos = sin(Δψ)/Δψ and ∫ sin = (1 - cos Δψ)/Δψ, per unit of time; by their series where the
+  // quotients lose digits.
+  const bool straight = std::abs(turn) < 1e-4;
+  const double along = straight ? 1.0 - turn * turn / 6.0 : std::sin(turn) / turn;
+  const double across = straight ? turn / 2.0 : (1.0 - std::cos(turn)) / turn;
+  return compose(
+      pose, {dt * (v.v_x * along - v.v_y * across), dt * (v.v_x * across + v.v_y * along), turn});
+}
+
+[[nodiscard]] inline bool is_finite(const Pose2& pose) noexcept {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw);
+}
+
+[[nodiscard]] inline bool is_finite(const BodyVelocity& v) noexcept {
+  return std::isfinite(v.v_x) && std::isfinite(v.v_y) && std::isfinite(v.yaw_rate);
+}
+
+}  // namespace odomd::estimator

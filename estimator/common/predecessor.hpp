@@ -1,0 +1,49 @@
+// The last estimate of a filter that has ended, for one that goes on from it.
+#pragma once
+
+#include <cmath>
+
+#include "estimator/common/admission.hpp"
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/pose.hpp"
+#include "estimator/common/symmetric3.hpp"
+
+namespace odomd::estimator {
+
+/// What an unobserved time of `gap_s` [s] adds to the covariance of a pose: the car may have
+/// braked, sped up or steered, σ = ½ a t², with a = 2 m/s² and 5 rad/s².
+[[nodiscard]] inline Symmetric3 gap_noise(double gap_s) noexcept {
+  const double half_square = 0.5 * gap_s * gap_s;
+  const double position = 2.0 * half_square;
+  const double yaw = 5.0 * half_square;
+  return diagonal(position * position, position * position, yaw * yaw);
+}
+
+/// The same for the velocity: σ = a t.
+[[nodiscard]] inline Symmetric3 velocity_gap_noise(double gap_s) noexcept {
+  const double speed = 2.0 * gap_s;
+  const double yaw_rate = 5.0 * gap_s;
+  return diagonal(speed * speed, speed * speed, yaw_rate * yaw_rate);
+}
+
+[[nodiscard]] inline BodyVelocity velocity_of(const Estimate& estimate) noexcept {
+  return {estimate.v_x, estimate.v_y, estimate.yaw_rate};
+}
+
+/// Whether an estimate that is `gap_s` [s] old may be gone on from: initialised, no fault of its
+/// model, finite, a positive definite covariance of the pose.
+[[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
+  return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
+         std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&
+         is_finite(velocity_of(predecessor)) && is_finite(predecessor.covariance) &&
+         is_positive_definite(predecessor.covariance);
+}
+
+/// Of (v_x, v_y, ψ̇), where the predecessor has published a usable one; else that of a filter that
+/// begins, (1 m/s)² and (1 rad/s)².
+[[nodiscard]] inline Symmetric3 velocity_covariance_of(const Estimate& predecessor) noexcept {
+  const Symmetric3& given = predecessor.velocity_covariance;
+  return is_finite(given) && is_positive_definite(given) ? given : diagonal(1.0, 1.0, 1.0);
+}
+
+}  // namespace odomd::estimator

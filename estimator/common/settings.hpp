@@ -1,0 +1,54 @@
+// What a filter is told at start, in SI units.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/vehicle.hpp"
+#include "estimator/ekf/model.hpp"
+#include "estimator/ekf/wheel_speed.hpp"
+
+namespace odomd::estimator {
+
+/// Noise of the paper's filter, per 5 ms step as it is printed (errata, 6): diagonals.
+struct PaperNoise {
+  std::array<double, 3> Q{0.05, 0.01, 0.01};  ///< of (v_x, v_y, ψ̇)
+  std::array<double, 2> R{0.125, 0.10};       ///< of (ψ̇, v_x)
+};
+
+/// In the order of Source: typical of a car's own sensors. The camera states its own.
+inline constexpr std::array<double, source_count> default_sigma{
+    0.03,                    // yaw_rate [rad/s]
+    0.3,  0.3,               // accel_x, accel_y [m/s²]
+    0.05, 0.05, 0.05, 0.05,  // wheels [m/s]
+    0.05, 0.05,              // wheel_rear, motor [m/s]
+    0.02,                    // steering [rad]
+    1.0,                     // direction
+    1.0,                     // camera
+};
+
+struct FilterSettings {
+  Vehicle vehicle;
+  double period_s = 0.005;
+  PaperNoise paper;
+  full::Noise full;
+  full::WheelNoise wheels;
+  std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
+  double window_s = 0.25;                ///< so late a sample may be
+
+  /// Standard deviations of each source's samples where a sample does not state its own. 0: the
+  /// default of the source.
+  std::array<double, source_count> sigma{};
+
+  double initial_sigma_position = 0.05;  ///< of a pose that is set, not seen [m]
+  double initial_sigma_yaw = 0.05;       ///< [rad]
+
+  bool initialise_from_camera = false;  ///< wait for a camera pose when no initial pose is set
+  double camera_max_latency_s = 0.2;    ///< older poses are too_old
+  double camera_gate = 16.27;           ///< χ² with 3 degrees of freedom, 99.9 %
+  double camera_timeout_s = 0.5;        ///< without a fused camera pose for so long: dead reckoning
+};
+
+}  // namespace odomd::estimator

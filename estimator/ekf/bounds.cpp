@@ -1,0 +1,66 @@
+#include "estimator/ekf/bounds.hpp"
+
+#include <array>
+#include <cmath>
+
+namespace odomd::estimator::full {
+namespace {
+
+// No car and no sensor gets here; numbers that do would overflow somewhere.
+constexpr double largest_position = 1e9;
+constexpr double largest_state = 1e4;
+constexpr double fastest = 300.0;       // [m/s]
+constexpr double fastest_turn = 100.0;  // [rad/s]
+
+/// What nothing is known beyond: half a turn, a kilometre, 100 m/s.
+constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2, 1e2, 1e2, 35.0, 1e2, 1e2,
+                                                         10.0, 0.5, 0.9, 1.0, 0.5, 10.0, 0.5};
+
+// Rounding takes the last digits of a strongly correlated P; this keeps it positive definite, and
+// makes it 1.7 % larger in a day.
+constexpr double inflation = 1.0 + 1e-9;
+
+/// P = L D Lᵀ, all of D finite and positive: so exactly where P is positive definite, but for
+/// rounding, and has no number in its lower half that is not finite. (Of a NaN, or of infinities
+/// beside the diagonal, some later element of D is made.)
+bool is_positive_definite(const Matrix& P) noexcept {
+  Matrix rest = P;
+  for (Eigen::Index k = 0; k < at::size; ++k) {
+    const double d = rest(k, k);
+    if (!(d > 0.0) || !std::isfinite(d)) {
+      return false;
+    }
+    const double per_d = 1.0 / d;
+    for (Eigen::Index j = k + 1; j < at::size; ++j) {
+      const double l = rest(j, k) * per_d;
+      for (Eigen::Index i = j; i < at::size; ++i) {
+        rest(i, j) -= l * rest(i, k);
+      }
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+void limit(Matrix& P) noexcept {
+  P.diagonal() *= inflation;
+  for (Eigen::Index i = 0; i < at::size; ++i) {
+    const double largest = largest_deviation[static_cast<std::size_t>(i)];
+    if (P(i, i) > largest * largest) {
+      const double factor = largest / std::sqrt(P(i, i));
+      P.row(i) *= factor;
+      P.col(i) *= factor;
+    }
+  }
+}
+
+bool sound(const State& state) noexcept {
+  return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
+         state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
+         state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&
+         std::abs(state.mean[at::yaw_rate]) < fastest_turn &&
+         is_positive_definite(state.covariance);
+}
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,15 @@
+// What no state is beyond: limits of the covariance, and the check that stands before everything
+// that is published.
+#pragma once
+
+#include "estimator/ekf/state.hpp"
+
+namespace odomd::estimator::full {
+
+/// Once a tick: P against rounding, and brought down to what nothing is known beyond, by D P D.
+void limit(Matrix& P) noexcept;
+
+/// Finite, of a size that a car can have, P positive definite.
+[[nodiscard]] bool sound(const State& state) noexcept;
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,64 @@
+#include "estimator/ekf/sample_window.hpp"
+
+namespace odomd::estimator::full {
+
+Insertion SampleWindow::insert(const Sample& sample) noexcept {
+  // From the back: nearly always the newest.
+  std::size_t at = end_;
+  while (at > begin_ && sample < samples_[at - 1]) {
+    --at;
+  }
+  const auto same = [&](const Sample& other) {
+    return other.time_ns == sample.time_ns && other.source == sample.source;
+  };
+  if (at > begin_ && same(samples_[at - 1])) {
+    return Insertion::duplicate;
+  }
+  if (at < end_ && same(samples_[at])) {
+    const bool judged = samples_[at].judged;
+    samples_[at] = sample;
+    samples_[at].judged = judged;
+    return Insertion::replaced;
+  }
+  if (end_ - begin_ == capacity) {
+    if (at == begin_) {
+      lost_until_ns_ = std::max(lost_until_ns_, sample.time_ns);
+      return Insertion::given_up;
+    }
+    const Sample& oldest = samples_[begin_];
+    lost_until_ns_ = oldest.time_ns;
+    given_up_[index_of(oldest.source)] += oldest.judged ? 0 : 1;
+    ++begin_;
+  }
+  if (end_ == samples_.size()) {
+    std::copy(samples_.begin() + static_cast<std::ptrdiff_t>(begin_), samples_.end(),
+              samples_.begin());
+    at -= begin_;
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  std::move_backward(samples_.begin() + static_cast<std::ptrdiff_t>(at),
+                     samples_.begin() + static_cast<std::ptrdiff_t>(end_),
+                     samples_.begin() + static_cast<std::ptrdiff_t>(end_ + 1));
+  samples_[at] = sample;
+  ++end_;
+  return Insertion::inserted;
+}
+
+std::span<const Sample> SampleWindow::until(std::int64_t time_ns) const noexcept {
+  std::size_t end = begin_;
+  while (end < end_ && samples_[end].time_ns <= time_ns) {
+    ++end;
+  }
+  return {samples_.data() + begin_, end - begin_};
+}
+
+std::span<Sample> SampleWindow::after(std::int64_t time_ns) noexcept {
+  std::size_t first = end_;
+  while (first > begin_ && samples_[first - 1].time_ns > time_ns) {
+    --first;
+  }
+  return {samples_.data() + first, end_ - first};
+}
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,63 @@
+// Whether a reading can be believed beside the one before it, whatever the filter holds: what no
+// car does between two samples is no motion. A telegram that is wrong in spite of its checksum, or
+// the first after a silence, thereby needs a second one that says the same.
+#pragma once
+
+#include <cstdint>
+
+#include "estimator/ekf/sample_window.hpp"
+#include "estimator/ekf/state.hpp"
+
+namespace odomd::estimator::full {
+
+/// A source that none was fused of for so long is silent [s].
+inline constexpr double silence_s = 1.0;
+
+/// A source that is heard less often is not waited for [s].
+inline constexpr double soon_s = 0.05;
+
+/// How many readings of the sample's source in a row, up to the one before it, can be of one motion
+/// with it; of a wheel, of whichever wheel says most for it. What is allowed from one to the next
+/// is in the .cpp.
+[[nodiscard]] int vouchers(const State& state, const Sample& sample) noexcept;
+
+/// When the first of those wheels was heard that agree with a wheel's sample; its own time where
+/// none does.
+[[nodiscard]] std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcept;
+
+/// What the wheels say that were heard in the last quarter of a second, each by its newest reading,
+/// a wheel's sample among them.
+struct WheelVote {
+  int turning = 0;
+  int resting = 0;
+  bool free_turning = false;  ///< one that is not driven is among them
+  bool free_resting = false;
+  double slowest = 0.0;  ///< of those that turn [m/s]
+};
+[[nodiscard]] WheelVote wheel_vote(const State& state, const Sample& sample) noexcept;
+
+/// When the newest sample of a wheel was fused; 0: never.
+[[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;
+
+/// A wheel that rests for so long beside one that turns is dead [s].
+inline constexpr double dead_after_s = 0.5;
+
+/// Whether the wheels that are rejected and say what this one says are more than those that are
+/// fused; or as many, which have turned for long enough beside others that all rest.
+[[nodiscard]] bool outvotes_the_fused(const State& state, const Sample& sample) noexcept;
+
+/// Notes what the source has said, after the sample was taken.
+void note_heard(State& state, const Sample& sample) noexcept;
+
+/// Counts a sample that fails its gate by this innovation, before it is noted: those that do not
+/// contradict each other, without a pause, make one rejection; of the lateral accelerometer, which
+/// feels vibration, to one side only. (So one that is read 10 times a second never insists on a
+/// weave of 2.5 Hz.)
+void count_rejected(State& state, const Sample& sample, double innovation) noexcept;
+
+/// Whether the source of a sample that was just counted has been rejected for so long, with none of
+/// its kind fused since `fused_ns`, and by no fewer than three samples.
+[[nodiscard]] bool insists(const State& state, const Sample& sample, std::int64_t fused_ns,
+                           double patience_s) noexcept;
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,143 @@
+#include "estimator/integrity/standstill.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "estimator/common/time.hpp"
+#include "estimator/ekf/prediction.hpp"
+#include "estimator/integrity/plausibility.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+// A wheel turns above twice its noise, but not below the first and surely above the second speed.
+constexpr double slowest_turning = 0.01;  // [m/s]
+constexpr double surely_turning = 0.03;   // [m/s]
+
+// How far the readings of a resting gyro lie from each other, with the noise of many thousands, and
+// from a bias that is known, with that of one. A bias drifts with the warmth, so the outermost
+// readings are slowly forgotten.
+constexpr double quiet_swing = 0.02;   // [rad/s]
+constexpr double swing_sigmas = 10.0;  // and so many of its noise
+constexpr double bias_sigmas = 6.0;
+constexpr double memory_s = 5.0;
+// A bias that is known so well [rad/s] is believed for so long, against readings that stay
+// elsewhere.
+constexpr double known_bias = 0.01;
+constexpr double bias_trusted_s = 5.0;
+constexpr double surprising_ratio = 9.0;
+// More than that is a turn, however steady.
+constexpr double largest_gyro_bias = 0.5;  // [rad/s]
+
+/// What is known of the velocity of a car that stands, and of one that has just set off.
+constexpr double held_sigma = 1e-4;
+constexpr double departing_speed = 0.05;     // [m/s]
+constexpr double departing_side = 0.02;      // [m/s]
+constexpr double departing_yaw_rate = 0.05;  // [rad/s]
+
+void begin_rest(Rest& rest, std::int64_t time_ns) noexcept {
+  rest = {.resting = true, .since_ns = time_ns};
+  rest.lowest_gyro = std::numeric_limits<double>::max();
+  rest.highest_gyro = std::numeric_limits<double>::lowest();
+}
+
+/// v = 0, measured: what is correlated with the velocity learns from it.
+void stand(State& state, std::int64_t time_ns) noexcept {
+  Rest& rest = state.rest;
+  rest.standing = true;
+  if (rest.lowest_gyro <= rest.highest_gyro) {
+    // What the gyro reads is its bias, however little that was expected.
+    const double surprise =
+        0.5 * (rest.lowest_gyro + rest.highest_gyro) - state.mean[at::gyro_bias];
+    double& variance = state.covariance(at::gyro_bias, at::gyro_bias);
+    if (surprise * surprise > surprising_ratio * variance) {
+      variance += surprise * surprise;
+      // Until now it was taken for a turn.
+      const double turned = surprise * seconds_between(rest.since_ns, time_ns);
+      state.covariance(at::yaw, at::yaw) += turned * turned;
+    }
+  }
+  for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate}) {
+    Prediction zero;
+    zero.value = state.mean[index];
+    zero.variance = held_sigma * held_sigma;
+    zero.depends_on(index, 1.0);
+    const Innovation nu = innovation(state, zero, 0.0);
+    correct(state, nu, gain_of_own_sensors(state, nu, 0.0, {.yaw_rate = true, .gyro_bias = true}));
+  }
+  state.mean.segment<5>(at::v_x).setZero();  // v_x, v_y, yaw_rate, front_force, yaw_moment
+}
+
+}  // namespace
+
+/// The wheels may have been turning for a while below the slowest speed that they resolve: the way
+/// is ½ v² / a.
+void set_off(const CarModel& model, State& state, double speed) noexcept {
+  state.rest = {};
+  const double yaw = state.mean[at::yaw];
+  const Eigen::Vector2d way =
+      0.5 * speed * speed / brisk_accel * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+  state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
+  forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
+  forget(state, at::v_y, departing_side);
+  forget(state, at::yaw_rate, departing_yaw_rate);
+  forget(state, at::front_force, model.noise.front_force);
+  forget(state, at::yaw_moment, model.noise.yaw_moment);
+}
+
+bool turns(double speed, double sigma) noexcept {
+  return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
+}
+
+void rest_by_wheel(State& state, std::int64_t time_ns) noexcept {
+  Rest& rest = state.rest;
+  if (!rest.resting) {
+    begin_rest(rest, time_ns);
+  } else if (!rest.standing && seconds_between(rest.since_ns, time_ns) >=
+                                   (rest.turned ? bias_trusted_s : standing_after_s)) {
+    stand(state, time_ns);
+  }
+}
+
+void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, double yaw_rate,
+                  double sigma) noexcept {
+  Rest& rest = state.rest;
+  if (!rest.resting) {
+    return;
+  }
+  const bool first = rest.highest_gyro < rest.lowest_gyro;
+  const bool known = state.covariance(at::gyro_bias, at::gyro_bias) < known_bias * known_bias;
+  const auto far_from_bias = [&](double reading) {
+    return known &&
+           std::abs(reading - state.mean[at::gyro_bias]) > quiet_swing + bias_sigmas * sigma;
+  };
+  const auto leaves = [&](double reading) {
+    return std::max(reading, rest.highest_gyro) - std::min(reading, rest.lowest_gyro) >
+               quiet_swing + swing_sigmas * sigma ||
+           std::abs(reading) > largest_gyro_bias || (rest.standing && far_from_bias(reading));
+  };
+  const Reading& before = state.heard[index_of(Source::yaw_rate)];
+  if (rest.standing && !first && leaves(yaw_rate) && before.agreeing > 0 && !leaves(before.value) &&
+      seconds_between(before.time_ns, time_ns) <= soon_s) {
+    return;  // one telegram alone sets no car off
+  }
+  const bool left = !first && leaves(yaw_rate);
+  const double forgotten = std::clamp(seconds_between(rest.gyro_ns, time_ns) / memory_s, 0.0, 1.0);
+  const auto after = [&](double extreme) {
+    return first ? yaw_rate : extreme + forgotten * (yaw_rate - extreme);
+  };
+  rest.gyro_ns = time_ns;
+  rest.lowest_gyro = std::min(yaw_rate, after(rest.lowest_gyro));
+  rest.highest_gyro = std::max(yaw_rate, after(rest.highest_gyro));
+  rest.turned = far_from_bias(yaw_rate);
+  if (!left && std::abs(yaw_rate) <= largest_gyro_bias) {
+    return;
+  }
+  if (rest.standing) {
+    set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
+  }
+  begin_rest(rest, time_ns);
+}
+
+}  // namespace odomd::estimator::full

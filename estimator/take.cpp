@@ -1,0 +1,301 @@
+#include "estimator/take.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/common/pose.hpp"
+#include "estimator/common/time.hpp"
+#include "estimator/ekf/accel_y.hpp"
+#include "estimator/ekf/prediction.hpp"
+#include "estimator/ekf/yaw_rate.hpp"
+#include "estimator/integrity/judge.hpp"
+#include "estimator/integrity/plausibility.hpp"
+#include "estimator/integrity/standstill.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+// An input that is older says nothing of now.
+constexpr double steering_lifetime_s = 0.5;
+constexpr double longest_accel_lifetime_s = 0.35;
+constexpr double shortest_accel_lifetime_s = 0.12;
+// A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
+constexpr double gyro_lifetime_s = 0.35;
+
+// No car is known to stand whose wheels are unheard for so long.
+constexpr double wheels_needed_s = 2.5;
+
+// No car that goes faster [m/s] turns round before it has been heard again that it does.
+constexpr double fastest_turn_round = 0.5;
+// One that goes faster [m/s] in neutral rolls on as it did.
+constexpr double slowest_rolling = 0.1;
+
+// By how much a wheel's speed may be wrong after the camera has shown the filter to be.
+constexpr double doubted_share = 0.5;
+constexpr double shortest_interval_s = 0.001;
+
+void hold(HeldInput& held, const Sample& sample) noexcept {
+  const double interval_s =
+      held.seen ? std::min(seconds_between(held.time_ns, sample.time_ns), longest_unheard_s) : 0.0;
+  held = {true, sample.time_ns, sample.value[0], sample.sigma[0], interval_s};
+}
+
+bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexcept {
+  return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
+}
+
+/// An acceleration is a speed for as long as it is held: of a sensor that has fallen silent, for
+/// four of its periods.
+double accel_lifetime_s(const HeldInput& accel) noexcept {
+  return std::clamp(4.0 * accel.interval_s, shortest_accel_lifetime_s, longest_accel_lifetime_s);
+}
+
+bool gyro_alive(const State& state) noexcept {
+  const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
+  return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
+}
+
+/// What is not tested: an input that is held, and what there is nothing to test against.
+Judgement held(Source source) noexcept {
+  return {.source = source, .verdict = Verdict::fused, .degrees = 0};
+}
+Judgement gated(Source source) noexcept {
+  return {.source = source, .verdict = Verdict::gated, .degrees = 0};
+}
+
+/// The motion is followed from here on, at this speed; and made up for since the wheel that vouches
+/// for it was heard, half of it uncertain. From a camera's pose until then the car may have gone as
+/// fast, or stood.
+void begin_motion(State& state, const Sample& sample) noexcept {
+  const double speed = sample.value[0];
+  const double yaw_rate = state.mean[at::yaw_rate];
+  const std::int64_t heard_ns = vouching_since_ns(state, sample);
+  const std::int64_t seen_ns = state.fused_ns[index_of(Source::camera)];
+  const Pose2 pose = moved(state.pose(), {speed, 0.0, yaw_rate},
+                           seconds_between(std::max(heard_ns, seen_ns), sample.time_ns));
+  const double made_up = 0.5 * std::hypot(pose.x - state.mean[at::x], pose.y - state.mean[at::y]);
+  state.covariance.diagonal().head<2>().array() += made_up * made_up;
+  state.moving = true;
+  state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, speed;
+  if (seen_ns != 0 && seen_ns < heard_ns) {
+    const double unknown_s = seconds_between(seen_ns, heard_ns);
+    const double way = speed * unknown_s;
+    const double turn = yaw_rate * unknown_s;
+    state.covariance.diagonal().head<3>() += Eigen::Vector3d(way * way, way * way, turn * turn);
+  }
+}
+
+/// Whether a car that stands sets off with a wheel that turns: most wheels do, two of them or one
+/// that has said so before, where the next is not long in coming; or half of them for so long that
+/// the others must be dead. Driven wheels that spin while the others rest move no car.
+bool sets_off(State& state, const Sample& sample, const WheelVote& vote) noexcept {
+  const Reading& before = state.heard[index_of(sample.source)];
+  if (vote.turning > vote.resting) {
+    return vote.turning > 1 || (vouchers(state, sample) > 0 &&
+                                (turns(before.value, sample.sigma[0]) ||
+                                 seconds_between(before.time_ns, sample.time_ns) > soon_s));
+  }
+  count_rejected(state, sample, sample.value[0] - state.mean[at::v_x]);
+  return vote.turning == vote.resting && (vote.free_turning || !vote.free_resting) &&
+         insists(state, sample, 0, dead_after_s);
+}
+
+Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
+  const double speed = sample.value[0];
+  const double sigma = sample.sigma[0];
+  const bool turning = turns(speed, sigma);
+  if (!state.moving) {
+    if (vouchers(state, sample) == 0) {
+      return held(sample.source);
+    }
+    begin_motion(state, sample);
+  }
+  if (state.rest.standing) {
+    if (!turning) {
+      state.fused_ns[index_of(sample.source)] = sample.time_ns;
+      state.rejected[index_of(sample.source)] = {};
+      return held(sample.source);
+    }
+    const WheelVote vote = wheel_vote(state, sample);
+    if (!sets_off(state, sample, vote)) {
+      return gated(sample.source);
+    }
+    set_off(context.model, state, vote.slowest);
+  }
+  const bool gyro = gyro_alive(state);
+  Prediction z = predict_wheel_speed(context.model, context.wheels, input_of(state), state,
+                                     sample.source, sigma, gyro);
+  const bool doubted = sample.time_ns < state.wheels_doubted_until_ns;
+  if (doubted) {
+    // Not anew with every sample: one error for as long as the doubt lasts.
+    const double doubt = doubted_share * std::max(std::abs(speed), std::abs(state.mean[at::v_x]));
+    const double interval_s = state.heard[index_of(sample.source)].interval_s;
+    z.variance += doubt * doubt * wheels_doubted_s / std::max(interval_s, shortest_interval_s);
+  }
+  const Judgement judgement = judge(context.signal_gate, state, sample, z, {.yaw_rate = !gyro});
+
+  if (turning && !state.rest.resting) {
+    return judgement;
+  }
+  // A few wheels that turn or are locked neither begin a rest nor end one.
+  const WheelVote vote = wheel_vote(state, sample);
+  const bool most_rest = vote.resting > vote.turning;
+  if (most_rest && !turning && !doubted && judgement.verdict == Verdict::fused) {
+    rest_by_wheel(state, sample.time_ns);
+  } else if (!most_rest || !turning) {
+    state.rest.resting = false;
+  }
+  return judgement;
+}
+
+Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
+  if (state.accel_x.seen && vouchers(state, sample) == 0) {
+    return gated(sample.source);
+  }
+  hold(state.accel_x, sample);
+  if (!state.rest.standing) {
+    state.fused_ns[index_of(sample.source)] = sample.time_ns;
+    return held(sample.source);
+  }
+  // Standing, it says its bias.
+  Prediction z;
+  z.value = state.mean[at::accel_bias_x];
+  z.variance = sample.sigma[0] * sample.sigma[0];
+  z.depends_on(at::accel_bias_x, 1.0);
+  return judge(context.signal_gate, state, sample, z, {});
+}
+
+/// What tells which way the car goes, for wheels that do not: until now they may have had the wrong
+/// sign. Where it says that it does not know, the last that did counts until the car may have
+/// stood.
+Judgement take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
+  const Reading before = state.heard[index_of(Source::direction)];
+  note_heard(state, sample);
+  const double way = sample.value[0];
+  const double v_x = state.mean[at::v_x];
+  if (way == 0.0) {
+    if (state.rest.resting || std::abs(v_x) < slowest_rolling) {
+      hold(state.direction, sample);
+    }
+    return held(sample.source);
+  }
+  const bool turned_round = way * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
+  if (turned_round && state.moving && !state.rest.standing && way * v_x < 0.0) {
+    if (std::abs(v_x) > fastest_turn_round && way * before.value <= 0.0) {
+      return gated(sample.source);  // one telegram alone turns no car round
+    }
+    state.mean.segment<5>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0;
+    set_off(model, state, 2.0 * v_x);
+  }
+  hold(state.direction, sample);
+  return held(sample.source);
+}
+
+/// How the car moves is not known yet, so nothing is learnt of it; but it begins with the turn that
+/// the gyro tells.
+Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
+  if (vouchers(state, sample) == 0) {
+    return held(sample.source);
+  }
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  if (sample.source == Source::yaw_rate) {
+    state.mean[at::yaw_rate] = sample.value[0] - state.mean[at::gyro_bias];
+  } else {
+    hold(sample.source == Source::accel_x ? state.accel_x : state.accel_y, sample);
+  }
+  return held(sample.source);
+}
+
+/// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
+/// tell: it takes two others that agree with it.
+Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
+  const std::int64_t fused_ns = last_fused_ns(state, sample.source);
+  if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
+      vouchers(state, sample) < 2) {
+    return gated(sample.source);
+  }
+  if (!state.moving && !is_wheel(sample.source)) {
+    return hold_before_motion(state, sample);
+  }
+  switch (sample.source) {
+    case Source::yaw_rate:
+      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
+      return judge(context.signal_gate, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+                   {.yaw_rate = !state.rest.standing, .gyro_bias = state.rest.standing});
+    case Source::accel_x:
+      return take_accel_x(context, state, sample);
+    case Source::accel_y:
+      hold(state.accel_y, sample);
+      return judge(
+          context.signal_gate, state, sample,
+          predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
+          {.yaw_rate = !gyro_alive(state)});
+    default:
+      return take_wheel(context, state, sample);
+  }
+}
+
+}  // namespace
+
+Input input_of(const State& state) noexcept {
+  return {.steering = state.steering.value,
+          .accel_x = state.accel_x.value,
+          .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s),
+          .has_accel_x = alive(state.accel_x, state.time_ns, accel_lifetime_s(state.accel_x)),
+          .accel_x_density = state.accel_x.sigma * std::sqrt(state.accel_x.interval_s)};
+}
+
+void advance(const Context& context, State& state, std::int64_t time_ns) noexcept {
+  double left = seconds_between(state.time_ns, time_ns);
+  if (!(left > 0.0)) {
+    return;
+  }
+  if (!state.moving) {
+    state.time_ns = time_ns;
+    return;
+  }
+  if (state.rest.standing) {
+    const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
+    if (unheard_s > wheels_needed_s) {
+      set_off(context.model, state, brisk_accel * unheard_s);
+    }
+  }
+  if (state.rest.standing) {
+    propagate_standing(context.model, left, state.covariance);
+    state.time_ns = time_ns;
+    return;
+  }
+  const Input input = input_of(state);
+  while (left > 1.5 * context.period_s) {
+    propagate(context.model, input, context.period_s, state.mean, state.covariance);
+    left -= context.period_s;
+  }
+  propagate(context.model, input, left, state.mean, state.covariance);
+  state.time_ns = time_ns;
+}
+
+Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
+  switch (sample.source) {
+    case Source::camera:
+      return take_camera(context.model, context.camera, state, sample);
+    case Source::steering:
+      hold(state.steering, sample);
+      return held(sample.source);
+    case Source::direction:
+      return take_direction(context.model, state, sample);
+    case Source::count:
+      return {.source = sample.source, .verdict = Verdict::source_off, .degrees = 0};
+    default:
+      break;
+  }
+  Sample reading = sample;
+  if (is_wheel(sample.source) && state.direction.seen && state.direction.value < 0.0) {
+    // Speeds of sensors that know no sign take that of the direction.
+    reading.value[0] = -std::abs(sample.value[0]);
+  }
+  const Judgement judgement = take_signal(context, state, reading);
+  note_heard(state, reading);
+  return judgement;
+}
+
+}  // namespace odomd::estimator::full
