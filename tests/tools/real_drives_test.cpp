@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using estimator::Model;
 
-constexpr std::size_t recorded_drives = 12;
+constexpr std::size_t recorded_drives = 13;
 
 struct Drive {
   std::string name;

@@ -71,7 +71,7 @@ TEST(SourceFlags, TellWhatFails) {
   EXPECT_GE(shown, 18);
 }
 
-constexpr std::size_t recorded_drives = 12;
+constexpr std::size_t recorded_drives = 13;
 
 TEST(SourceFlags, RaiseNoAlarmOnRecordedDrives) {
   const char* const data = std::getenv("ODOMD_DRIVES");
