@@ -3,8 +3,8 @@
 
 Each course (scenario, speed, errors, camera) is driven with the seeds 1 to N, replayed through the models
 and evaluated against the truth. Standard output is a table in Markdown, a row a bar; a folder gets it with
-charts. Where ODOMD_DRIVES names a folder of recorded drives, and no bar is asked for by name, their tables
-follow. Exit status 1 where a bar is missed or the work failed, 2 on wrong usage.
+charts. Where ODOMD_DRIVES names a folder of recorded drives, and no bar is asked for by name, the tables of those
+for training follow. Exit status 1 where a bar is missed or the work failed, 2 on wrong usage.
 """
 
 import argparse
@@ -80,10 +80,11 @@ def measure_all(given, wanted, models):
 
 
 def recorded_drives(odom, models):
-    """The tables of the recorded drives; nothing where there are none."""
+    """The tables of the training drives; nothing where there are none."""
     if not os.environ.get("ODOMD_DRIVES"):
         return ""
-    done = drives.run("env", f"ODOM={odom.resolve()}", ROOT / "tests/campaign/drives.sh", *models)
+    done = drives.run(ROOT / "tests/campaign/drives.py", "--training", "--odom", odom.resolve(),
+                      *(f"--model={model}" for model in models))
     return f"\n{done.stdout}"
 
 

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""The recorded drives through every model: by dead reckoning from the reference's first pose, and with the camera.
+
+  ODOMD_DRIVES=DIRECTORY tests/campaign/drives.py --training [--check | --update]
+  ODOMD_DRIVES=DIRECTORY tests/campaign/drives.py --judge
+
+Numbers are tuned on simulated cars and on the training drives, and judged on the others, when a version is
+finished: so --training runs the training drives alone, as often as one likes, and --judge runs all and appends
+date, commit and figures to docs/judged.md, where every look is counted. Training drives of which a part is for
+training are cut there. --check holds the figures against tests/data/drives/training.csv: exit status 1 where
+full is worse by more than 3 % in one of them, or another model is not what it was; --update writes that file.
+
+Configurations are tests/data/drives/SET.toml; SET is how the drive's folder begins. The camera's lever arm there
+is the reference's too. Output is Markdown. Exit status 1 where a check or the work failed, 2 on wrong usage.
+"""
+
+import argparse
+import datetime
+import os
+import pathlib
+import subprocess
+import sys
+
+from recorded import measure, tables, training
+
+DEFAULT_MODELS = ["kinematic", "paper", "inertial", "full"]
+GROUPS = [("Training drives", measure.TRAINING, True), ("Judged drives", measure.JUDGED, True),
+          ("Cut drives as a whole", measure.WHOLE, True), ("Apart, in no verdict", measure.APART, False)]
+
+
+def arguments() -> argparse.Namespace:
+    every = sorted({part.drive for _, parts, _ in GROUPS for part in parts})
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    mode = parser.add_mutually_exclusive_group(required=True)
+    mode.add_argument("--training", action="store_true", help="the training drives alone")
+    mode.add_argument("--judge", action="store_true", help="all drives, and append the figures to the log")
+    then = parser.add_mutually_exclusive_group()
+    then.add_argument("--check", action="store_true", help="with --training: hold against training.csv")
+    then.add_argument("--update", action="store_true", help="with --training: write training.csv")
+    parser.add_argument("--tolerance", type=float, default=training.TOLERANCE, metavar="X",
+                        help=f"what --check lets full be worse by; default: {training.TOLERANCE:g}")
+    parser.add_argument("--model", action="append", choices=measure.MODELS, metavar="MODEL",
+                        help=f"this model; several times: these. Default: {', '.join(DEFAULT_MODELS)}")
+    parser.add_argument("--only", action="append", choices=every, metavar="DRIVE",
+                        help="this drive; several times: these")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
+                        help="replays at a time; default: one a processor")
+    parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
+                        default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
+                        help="the program; default: $ODOM, else that of the release build")
+    parser.add_argument("--log", type=pathlib.Path, default=measure.ROOT / "docs/judged.md", metavar="FILE",
+                        help="what --judge appends to; default: docs/judged.md")
+    given = parser.parse_args()
+    if (given.check or given.update) and not given.training:
+        parser.error("--check and --update go with --training")
+    if given.update and (given.model or given.only):
+        parser.error("--update writes all models and drives: leave --model and --only out")
+    if given.jobs < 1:
+        parser.error("--jobs: 1 or more")
+    if not os.access(given.odom, os.X_OK):
+        parser.error(f"{given.odom} is missing: cmake --preset release && cmake --build --preset release")
+    return given
+
+
+def commit() -> str:
+    def git(*words: str) -> str:
+        return subprocess.run(["git", "-C", str(measure.ROOT), *words], capture_output=True, text=True,
+                              check=False).stdout.strip()
+    changed = git("status", "--porcelain", "--untracked-files=no")
+    return (git("rev-parse", "--short=12", "HEAD") or "unknown") + (", with changes" if changed else "")
+
+
+def main() -> int:
+    given = arguments()
+    groups = [(title, [part for part in parts if not given.only or part.drive in given.only], verdict)
+              for title, parts, verdict in GROUPS[:1 if given.training else None]]
+    parts = [part for _, some, _ in groups for part in some]
+    models = given.model or DEFAULT_MODELS
+    folder = os.environ.get("ODOMD_DRIVES")
+    if not folder:
+        print(f"not run: {len(parts)}")
+        return 0 if given.check else 2
+    try:
+        rows = measure.measure(given.odom, pathlib.Path(folder), parts, models, given.jobs)
+    except (measure.Failed, OSError) as error:
+        print(f"drives: {error}", file=sys.stderr)
+        return 1
+
+    lines: list[str] = []
+    for title, some, verdict in groups:
+        lines += tables.section(title, [row for row in rows if row.part in some], verdict)
+    text = "\n".join(lines)
+    print(text)
+    if given.judge:
+        head = f"## {datetime.datetime.now(datetime.timezone.utc):%F %H:%M} UTC, commit {commit()}"
+        what = f"Models: {', '.join(models)}." + (f" Only {', '.join(given.only)}." if given.only else "")
+        with given.log.open("a") as log:
+            log.write(f"\n{head}\n\n{what}\n\n{text}")
+    if given.update:
+        training.write(rows)
+    worse = list(training.complaints(rows, given.tolerance)) if given.check else []
+    for line in worse:
+        print(f"drives: {line}", file=sys.stderr)
+    return 1 if worse else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,171 @@
+"""The recorded drives, which part of each is for training and which is judged, and how a model does there."""
+
+import concurrent.futures
+import csv
+import json
+import math
+import pathlib
+import subprocess
+import tempfile
+import tomllib
+from typing import Any, NamedTuple
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent.parent
+CONFIGS = ROOT / "tests/data/drives"
+MODELS = ["kinematic", "kinematic_printed", "paper", "inertial", "full"]
+
+
+class Failed(Exception):
+    """A command that did not do its work; in one line."""
+
+
+class Part(NamedTuple):
+    """A drive, or what `odom evaluate` is given of it."""
+
+    drive: str
+    what: str = ""  # "" the whole
+    options: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return f"{self.drive}, {self.what}" if self.what else self.drive
+
+
+# Numbers may be set from these alone.
+TRAINING = [
+    Part("dart_free1"),
+    Part("dart_slow_steerid"),
+    Part("ini_2026_01_16_01_22_28"),
+    Part("genesis_slow", "first half", ("--to", "+180.575")),
+    Part("rav4", "first 20 s", ("--to", "+20")),
+    Part("revs_250lm", "first half", ("--to", "+275")),
+]
+JUDGED = [
+    Part("dart_circles1"),
+    Part("dart_free2"),
+    Part("dart_tire1"),
+    Part("ini_2025_12_17_07_40_02"),
+    Part("ini_2026_01_16_01_45_24"),
+    Part("genesis_slow", "second half", ("--from", "+180.575")),
+    Part("rav4", "after 20 s", ("--from", "+20")),
+    Part("revs_250lm", "second half", ("--from", "+275")),
+]
+# Those that are cut above, from end to end.
+WHOLE = [Part("genesis_slow", "whole"), Part("rav4", "whole"), Part("revs_250lm", "whole")]
+# In one the wheels spin, in the other the reference loses the car: shown, and part of no verdict.
+APART = [Part("dart_drift1"), Part("dart_track_v1")]
+
+# Whose position and heading are the gyro's own integral.
+VELOCITIES_ONLY = {"revs_250lm"}
+
+# Of a model on a part, in the units of the column's name; "" where it has none.
+COLUMNS = ["heading_rms_deg", "position_rms_m", "error_35ms_mm", "vx_rms", "vy_rms",
+           "camera_position_rms_m", "camera_nees"]
+CELLS = COLUMNS[:3]
+
+Figures = dict[str, float]
+
+
+class Row(NamedTuple):
+    part: Part
+    model: str
+    figures: Figures
+    remark: str
+
+
+def run(*command: object) -> str:
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        lines = done.stderr.strip().splitlines()
+        raise Failed(lines[-1] if lines else f"{command[0]}: exit status {done.returncode}")
+    return done.stdout
+
+
+def config_of(drive: str) -> pathlib.Path:
+    return CONFIGS / f"{drive.split('_')[0]}.toml"
+
+
+def lever_arm(config: pathlib.Path) -> str:
+    with config.open("rb") as file:
+        arm = tomllib.load(file).get("camera", {}).get("lever_arm", [0, 0, 0])
+    return ",".join(map(str, arm))
+
+
+def first_pose(truth: pathlib.Path) -> str:
+    with truth.open() as file:
+        row = next(csv.DictReader(file))
+    return ",".join(row[column] for column in ("x", "y", "yaw"))
+
+
+def stopped_after(poses: pathlib.Path) -> str:
+    """When the model left its domain, as the paper's does in reverse."""
+    with poses.open() as file:
+        begin = None
+        for row in csv.DictReader(file):
+            begin = float(row["t"]) if begin is None else begin
+            if row["mode"] == "fault":
+                return f"stopped after {float(row['t']) - begin:.0f} s: the car reverses"
+    return ""
+
+
+class Replays(NamedTuple):
+    """Of one drive through one model: by dead reckoning, and with the camera."""
+
+    alone: pathlib.Path
+    with_camera: pathlib.Path | None
+
+
+def replays(odom: pathlib.Path, folder: pathlib.Path, model: str, work: pathlib.Path) -> Replays:
+    given = [odom, "replay", "--config", config_of(folder.name), "--dbc", folder / "car.dbc",
+             "--can", folder / "drive.log", "--model", model]
+    alone = work / "alone.csv"
+    run(*given, f"--initial={first_pose(folder / 'truth.csv')}", "--out", alone)
+    if folder.name in VELOCITIES_ONLY or not (folder / "camera.csv").exists():
+        return Replays(alone, None)
+    with_camera = work / "camera.csv"
+    run(*given, "--camera", folder / "camera.csv", "--out", with_camera)
+    return Replays(alone, with_camera)
+
+
+def figures_of(odom: pathlib.Path, folder: pathlib.Path, part: Part, poses: Replays) -> Figures:
+    def errors(pose: pathlib.Path, align: str) -> dict[str, Any]:
+        text = run(odom, "evaluate", "--reference", folder / "truth.csv", "--pose", pose, "--align", align,
+                   f"--lever-arm={lever_arm(config_of(folder.name))}", "--json", *part.options)
+        found: dict[str, Any] = json.loads(text)["estimates"][0]
+        return found
+
+    alone = errors(poses.alone, "first")
+    figures = {"error_35ms_mm": 1e3 * alone["error_35ms"]["position"]["mean"]}
+    if folder.name in VELOCITIES_ONLY:
+        velocity = alone["velocity_rms"]
+        return {**figures, "vx_rms": velocity["vx"], "vy_rms": velocity["vy"]}
+    figures["heading_rms_deg"] = math.degrees(alone["heading"]["rms"])
+    figures["position_rms_m"] = alone["position"]["rms"]
+    if poses.with_camera:
+        seen = errors(poses.with_camera, "none")
+        figures["camera_position_rms_m"] = seen["position"]["rms"]
+        if "nees" in seen:
+            figures["camera_nees"] = seen["nees"]["mean"]
+    return figures
+
+
+def rows_of(odom: pathlib.Path, folder: pathlib.Path, model: str, parts: list[Part]) -> list[Row]:
+    with tempfile.TemporaryDirectory(prefix="drives-") as scratch:
+        try:
+            poses = replays(odom, folder, model, pathlib.Path(scratch))
+            remark = stopped_after(poses.alone)
+            return [Row(part, model, figures_of(odom, folder, part, poses), remark) for part in parts]
+        except Failed as error:
+            raise Failed(f"{folder.name}, {model}: {error}") from error
+
+
+def measure(odom: pathlib.Path, drives: pathlib.Path, parts: list[Part], models: list[str],
+            jobs: int) -> list[Row]:
+    """In the order of the parts, then of the models. A drive is replayed once, whatever its parts."""
+    of_drive: dict[str, list[Part]] = {}
+    for part in parts:
+        of_drive.setdefault(part.drive, []).append(part)
+    tasks = [(odom, drives / drive, model, own) for drive, own in of_drive.items() for model in models]
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        found = [row for rows in pool.map(lambda task: rows_of(*task), tasks) for row in rows]
+    return sorted(found, key=lambda row: (parts.index(row.part), models.index(row.model)))

@@ -1,0 +1,82 @@
+"""Tables in Markdown: errors of every model on every drive, and full against the model to beat."""
+
+import math
+from collections.abc import Iterator
+
+from .measure import CELLS, Part, Row
+
+JUDGED_MODEL = "full"
+TO_BEAT = "inertial"
+
+GOOD_RATIO = 1.05  # in three quarters of the cells
+BAD_RATIO = 1.3  # is to be explained by an experiment
+
+ERRORS = [("heading rms [°]", "heading_rms_deg", 1), ("position rms [m]", "position_rms_m", 2),
+          ("35 ms mean [mm]", "error_35ms_mm", 2), ("v_x rms [m/s]", "vx_rms", 3), ("v_y rms [m/s]", "vy_rms", 3)]
+WITH_CAMERA = [("position rms [m]", "camera_position_rms_m", 3), ("NEES", "camera_nees", 1)]
+NAMES = {"heading_rms_deg": "heading", "position_rms_m": "position", "error_35ms_mm": "35 ms"}
+
+
+def table(rows: list[Row], columns: list[tuple[str, str, int]]) -> Iterator[str]:
+    yield "| drive | model | " + " | ".join(header for header, _, _ in columns) + " | remark |"
+    yield "|---|---|" + "--:|" * len(columns) + "---|"
+    for row in rows:
+        cells = [f"{row.figures[name]:.{digits}f}" if name in row.figures else "" for _, name, digits in columns]
+        yield f"| {row.part.name} | {row.model} | " + " | ".join(cells) + f" | {row.remark} |"
+
+
+def ratios(rows: list[Row]) -> dict[Part, dict[str, float]]:
+    """full / inertial, by drive and cell; nothing where one of them was not measured."""
+    of = {(row.part, row.model): row.figures for row in rows}
+    found = {}
+    for part in dict.fromkeys(row.part for row in rows):
+        mine, theirs = of.get((part, JUDGED_MODEL)), of.get((part, TO_BEAT))
+        if mine and theirs:
+            found[part] = {cell: mine[cell] / theirs[cell] for cell in CELLS if cell in mine}
+    return found
+
+
+def geometric_mean(values: list[float]) -> float:
+    return math.exp(sum(map(math.log, values)) / len(values))
+
+
+def comparison(rows: list[Row]) -> Iterator[str]:
+    found = ratios(rows)
+    if not found:
+        return
+    yield f"{JUDGED_MODEL} / {TO_BEAT}:"
+    yield ""
+    yield "| drive | heading rms | position rms | 35 ms |"
+    yield "|---|--:|--:|--:|"
+    for part, cells in found.items():
+        yield f"| {part.name} | " + " | ".join(f"{cells[cell]:.2f}" if cell in cells else "" for cell in CELLS) + " |"
+    means = {cell: [cells[cell] for cells in found.values() if cell in cells] for cell in CELLS}
+    yield "| geometric mean | " + " | ".join(
+        f"{geometric_mean(values):.2f}" if values else "" for values in means.values()) + " |"
+    yield ""
+    every = [(part, cell, ratio) for part, cells in found.items() for cell, ratio in cells.items()]
+    good = sum(ratio <= GOOD_RATIO for _, _, ratio in every)
+    yield f"- at most {GOOD_RATIO}: {good} of {len(every)} cells, {100 * good / len(every):.0f} %"
+    bad = [f"{part.name} {NAMES[cell]} {ratio:.2f}" for part, cell, ratio in every if ratio > BAD_RATIO]
+    yield f"- above {BAD_RATIO}: {', '.join(bad) or 'none'}"
+
+
+def section(title: str, rows: list[Row], verdict: bool) -> Iterator[str]:
+    """Of a group of drives: dead reckoning, the comparison, and with the camera."""
+    if not rows:
+        return
+    yield f"### {title}"
+    yield ""
+    yield "Dead reckoning:"
+    yield ""
+    yield from table(rows, ERRORS)
+    yield ""
+    if verdict and ratios(rows):
+        yield from comparison(rows)
+        yield ""
+    seen = [row for row in rows if "camera_position_rms_m" in row.figures]
+    if seen:
+        yield "With the camera:"
+        yield ""
+        yield from table(seen, WITH_CAMERA)
+        yield ""

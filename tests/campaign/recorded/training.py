@@ -1,0 +1,65 @@
+"""tests/data/drives/training.csv: every model's figures on the training drives, and what may not get worse."""
+
+import csv
+import pathlib
+from collections.abc import Iterator
+
+from .measure import CONFIGS, COLUMNS, Row
+from .tables import JUDGED_MODEL
+
+FILE = CONFIGS / "training.csv"
+
+TOLERANCE = 0.03  # by so much a figure of the judged model may be worse than the file's
+UNCHANGED = 0.002  # and one of the others be another: rounding, and other compilers
+
+# The mean NEES of a pose with an honest covariance: three degrees of freedom.
+HONEST_NEES = 3.0
+
+
+def shown(figures: dict[str, float], column: str) -> str:
+    return f"{figures[column]:.4g}" if column in figures else ""
+
+
+def write(rows: list[Row], file: pathlib.Path = FILE) -> None:
+    with file.open("w", newline="") as out:
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(["drive", "model", *COLUMNS])
+        for row in rows:
+            writer.writerow([row.part.name, row.model, *(shown(row.figures, column) for column in COLUMNS)])
+
+
+def read(file: pathlib.Path = FILE) -> dict[tuple[str, str], dict[str, float]]:
+    with file.open() as text:
+        return {(row["drive"], row["model"]): {column: float(row[column]) for column in COLUMNS if row[column]}
+                for row in csv.DictReader(text)}
+
+
+def badness(column: str, value: float) -> float:
+    """What is to be small: an error itself, of an NEES by how much it is off, either way."""
+    if column == "camera_nees":
+        return max(value / HONEST_NEES, HONEST_NEES / value)
+    return value
+
+
+def complaints(rows: list[Row], tolerance: float = TOLERANCE, file: pathlib.Path = FILE) -> Iterator[str]:
+    """What is worse than the file says, of the judged model; what is another, of the rest."""
+    known = read(file)
+    for row in rows:
+        old = known.get((row.part.name, row.model))
+        if old is None:
+            yield f"{row.part.name}, {row.model}: not in {file.name}; write it with --update"
+            continue
+        for column in COLUMNS:
+            if (column in old) != (column in row.figures):
+                yield f"{row.part.name}, {row.model}: {column} came or went; if that is right, --update"
+                continue
+            if column not in old:
+                continue
+            before, now = old[column], row.figures[column]
+            if row.model == JUDGED_MODEL:
+                if badness(column, now) > badness(column, before) * (1.0 + tolerance):
+                    yield (f"{row.part.name}, {row.model}: {column} {now:.4g} is worse than {before:.4g} by more "
+                           f"than {100 * tolerance:g} %; find out why, and if it is worth it, --update")
+            elif abs(now - before) > UNCHANGED * abs(before):
+                yield (f"{row.part.name}, {row.model}: {column} {now:.4g} is not the {before:.4g} that it was; "
+                       "this model is to stay as it is")
