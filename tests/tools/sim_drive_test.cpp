@@ -43,7 +43,7 @@ TEST_P(EveryScenario, EndsStandingWhereItBegan) {
       ASSERT_TRUE(std::isfinite(value));
   EXPECT_EQ(d.end.v_x, 0.0);
   EXPECT_EQ(d.end.yaw_rate, 0.0);
-  const double scale = d.plan.scenario.car == CarKind::full_size ? 10.0 : 1.0;
+  const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.04 * scale);
   EXPECT_NEAR(std::remainder(d.end.yaw - d.plan.start.heading, 6.283185307), 0.0, 0.05);
   // It stood still at first, and its stamps are in order.
