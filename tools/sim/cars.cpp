@@ -238,6 +238,7 @@ PlantParameters published_car(CarKind car) {
   p.tyre_damping = 0.02;
   p.rolling_resistance = 0.012;
   p.motor_inertia = 1.0;
+  p.torque_limit = 0.6;
   p.load_lag = 0.02;
   p.drive_lag = 0.1;
   p.steering_limit = 0.6;

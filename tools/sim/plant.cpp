@@ -288,8 +288,12 @@ Plant::GroundForces Plant::wheel_forces(const State& s, State& d) const {
 
     // I ω̇ = T - r F_x; an open differential gives both wheels of an axle the same torque.
     const double front_share = pedal == Pedal::brake ? p.brake_front_share : p.drive_front_share;
-    const double torque = 0.5 * (front ? front_share : 1.0 - front_share) * s[drive] * radius *
-                          torque_part(p, pedal, s[vel_x], radius * s[at(wheel, spin)], s[drive]);
+    double torque = 0.5 * (front ? front_share : 1.0 - front_share) * s[drive] * radius *
+                    torque_part(p, pedal, s[vel_x], radius * s[at(wheel, spin)], s[drive]);
+    if (p.torque_limit > 0.0) {
+      const double most = p.torque_limit * friction * load[wheel] * radius;
+      torque = std::clamp(torque, -most, most);
+    }
     d[at(wheel, spin)] = (torque - radius * tyre.x) / spin_inertia(p, wheel);
     d[at(wheel, turned)] = s[at(wheel, spin)];
     d[at(wheel, bend_x)] =

@@ -48,16 +48,17 @@ struct PlantParameters {
   double motor_inertia = 0.0;                      ///< added to each driven wheel [kg m²]
   double drive_front_share = 0.0;                  ///< 0: rear-wheel drive, 1: front-wheel drive
   double brake_front_share = 0.0;                  ///< of a braking force
-  double roll_front_share = 0.5;                   ///< of the lateral load transfer; rigid body
-  double load_lag = 0.0;                           ///< time constant of load transfer [s]
-  double top_speed = 0.0;                          ///< of the drive, wheels in the air [m/s]
-  double drive_lag = 0.0;                          ///< time constant of the drive force [s]
-  double steering_delay = 0.0;                     ///< dead time before the actuator [s]
-  double steering_lag = 0.0;                       ///< time constant of the actuator [s]
-  double steering_rate_limit = 0.0;                ///< [rad/s]
-  double steering_limit = 0.0;                     ///< [rad]
-  double rest_speed = 0.0;                         ///< below it, undriven, the car is at rest [m/s]
-  Suspension suspension;                           ///< none: the body is rigid
+  double torque_limit = 0.0;  ///< anti-lock and traction control, as a share of the grip; 0: none
+  double roll_front_share = 0.5;     ///< of the lateral load transfer; rigid body
+  double load_lag = 0.0;             ///< time constant of load transfer [s]
+  double top_speed = 0.0;            ///< of the drive, wheels in the air [m/s]
+  double drive_lag = 0.0;            ///< time constant of the drive force [s]
+  double steering_delay = 0.0;       ///< dead time before the actuator [s]
+  double steering_lag = 0.0;         ///< time constant of the actuator [s]
+  double steering_rate_limit = 0.0;  ///< [rad/s]
+  double steering_limit = 0.0;       ///< [rad]
+  double rest_speed = 0.0;           ///< below it, undriven, the car is at rest [m/s]
+  Suspension suspension;             ///< none: the body is rigid
 
   /// Below it rolling resistance and brakes fade towards standstill [m/s].
   [[nodiscard]] double walking_speed() const { return 20.0 * rest_speed; }
