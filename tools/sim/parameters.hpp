@@ -19,7 +19,7 @@ enum class Parameter : std::uint8_t {
   steering_delay,
   steering_lag,
   steering_rate_limit,
-  suspension_stiffness,
+  roll_stiffness,
   road_grade,
   road_bank,
   stiffness_error_front,

@@ -62,15 +62,13 @@ PlantParameters untold(CarKind car) {
 constexpr double front_compliance = 0.85;
 
 // The load of a car that is heavier than published sits on its springs. Dampers go with the springs
-// so that the body swings as many times as before.
+// so that the body rolls out as many times as before.
 Suspension true_suspension(Suspension s, double load, double stiffness) {
   s.sprung_mass += load;
   s.roll_stiffness_front *= stiffness;
   s.roll_stiffness_rear *= stiffness;
-  s.pitch_stiffness *= stiffness;
   s.roll_damping_front *= std::sqrt(stiffness);
   s.roll_damping_rear *= std::sqrt(stiffness);
-  s.pitch_damping *= std::sqrt(stiffness);
   return s;
 }
 
@@ -122,7 +120,7 @@ PlantParameters true_vehicle(CarKind car, const ParameterSet& truth) {
   p.steering_lag = truth[steering_lag];
   p.steering_rate_limit = truth[steering_rate_limit];
   p.suspension = is_sprung(car) ? true_suspension(p.suspension, p.mass - configured.mass,
-                                                  truth[suspension_stiffness])
+                                                  truth[roll_stiffness])
                                 : Suspension{};
   const double radius = configured_wheel_radius(car) * (1.0 + truth[wheel_radius_error]);
   p.wheel_radius = {radius * (1.0 + truth[wheel_radius_error_front_left]),
