@@ -136,6 +136,10 @@ inline constexpr std::string_view pose_too_far =
 /// The buses that bindings ask for by name, in the order in which the decoder is to number them.
 [[nodiscard]] std::vector<std::string> expected_buses(const Config& config);
 
+/// Throws ConfigError where the model cannot do without a role that is not mapped. load_databases()
+/// asks it of the configuration's own model, a Pipeline of the one that it is given.
+void require_roles(const Config& config);
+
 /// What the filter is told, but for `initialise_from_camera`, which the surroundings know.
 [[nodiscard]] estimator::FilterSettings filter_settings(const Config& config);
 

@@ -19,7 +19,7 @@ bool is_mapped(const Config& config, Source source) {
   return config.can.signals[static_cast<std::size_t>(source)].configured;
 }
 
-/// What a model cannot do without, and what it does without it.
+/// That a speed is there, and what the model does without the other roles.
 void check_roles(const Config& config, std::vector<std::string>& warnings) {
   constexpr Source speeds[] = {Source::wheel_front_left, Source::wheel_front_right,
                                Source::wheel_rear_left,  Source::wheel_rear_right,
@@ -28,6 +28,7 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
     throw ConfigError(fmt::format(
         "{}: [can.signals]: no speed is mapped; map wheel_rear, the four wheels or motor",
         config.file.string()));
+  require_roles(config);
   const auto warn = [&](Source source, std::string_view without) {
     if (!is_mapped(config, source))
       warnings.push_back(
@@ -35,8 +36,9 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
                       estimator::source_names[static_cast<std::size_t>(source)], without));
   };
   const bool full = config.model == Model::full;
-  warn(Source::steering, full ? "the car's turning is left to the gyro and the wheels"
-                              : "the car is taken to steer straight ahead");
+  if (config.model != Model::inertial)
+    warn(Source::steering, full ? "the car's turning is left to the gyro and the wheels"
+                                : "the car is taken to steer straight ahead");
   if (config.model == Model::paper) warn(Source::yaw_rate, "the filter takes it to measure 0");
   if (full) warn(Source::yaw_rate, "the car's turning is left to steering and wheels");
 }
@@ -86,6 +88,14 @@ void check_window(const Config& config) {
 }
 
 }  // namespace
+
+void require_roles(const Config& config) {
+  if (config.model == Model::inertial && !is_mapped(config, Source::yaw_rate))
+    throw ConfigError(fmt::format(
+        "{}: [can.signals]: yaw_rate is not mapped, and the model inertial has its heading from "
+        "the gyro alone; map yaw_rate, or choose another model, such as full",
+        config.file.string()));
+}
 
 void check_model(const Config& config, std::vector<std::string>& warnings) {
   check_roles(config, warnings);

@@ -20,6 +20,7 @@ constexpr auto camera = static_cast<std::size_t>(Source::camera);
 constexpr std::int64_t recovery_shown_ns = 1'000'000'000;
 
 estimator::Filter initial_filter(const Config& config, bool camera_expected) {
+  require_roles(config);
   estimator::FilterSettings settings = filter_settings(config);
   settings.initialise_from_camera = camera_expected && !config.initial_pose;
   estimator::Filter filter = estimator::make_filter(config.model, settings);

@@ -71,6 +71,8 @@ Filter make_filter(Model model, const FilterSettings& settings) {
       return PaperFilter{PaperMotion{settings}, settings};
     case Model::full:
       return Filter(std::in_place_type<FullFilter>, settings);
+    case Model::inertial:
+      return InertialFilter{InertialMotion{settings.vehicle, settings.period_s}, settings};
   }
   throw std::invalid_argument("no such model");
 }

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "estimator/baselines/inertial_filter.hpp"
 #include "estimator/baselines/kinematic_filter.hpp"
 #include "estimator/baselines/paper_filter.hpp"
 #include "estimator/common/estimate.hpp"
@@ -33,8 +34,9 @@ concept FilterLike = requires(F filter, const Pose2& pose, const Estimate& estim
 };
 
 /// One alternative per family of models. A richer filter joins here, and in make_filter().
-using Filter = std::variant<KinematicFilter, PaperFilter, FullFilter>;
-static_assert(FilterLike<KinematicFilter> && FilterLike<PaperFilter> && FilterLike<FullFilter>);
+using Filter = std::variant<KinematicFilter, PaperFilter, FullFilter, InertialFilter>;
+static_assert(FilterLike<KinematicFilter> && FilterLike<PaperFilter> && FilterLike<FullFilter> &&
+              FilterLike<InertialFilter>);
 
 /// Settings of all models are one struct; each takes its own. Throws std::invalid_argument, naming
 /// the setting, where a number is impossible.

@@ -64,9 +64,7 @@ Judging judging_of(const Options& options) {
 }
 
 std::vector<estimator::Model> models_of(const Options& options) {
-  using estimator::Model;
-  if (options.models.empty()) return {Model::kinematic, Model::paper, Model::full};
-  std::vector<Model> models;
+  std::vector<estimator::Model> models;
   for (const std::string& name : options.models) models.push_back(daemon::parse_model(name));
   return models;
 }
@@ -222,7 +220,8 @@ void add_inputs(Command command, Options& options) {
           .excludes(pose);
   command
       .add_option("--model", options.models,
-                  "Model to replay it through; several times; default: kinematic, paper, full")
+                  "Model to replay it through; several times; default: kinematic, paper, "
+                  "inertial (where there is a gyro), full")
       .repeatable()
       .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
       .needs(drive);

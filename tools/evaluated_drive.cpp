@@ -151,8 +151,8 @@ std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings) 
 }
 
 std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
-  // kinematic, kinematic_printed, paper, full
-  static constexpr std::array<std::size_t, estimator::model_names.size()> of_model{0, 4, 1, 2};
+  // kinematic, kinematic_printed, paper, full, inertial
+  static constexpr std::array<std::size_t, estimator::model_names.size()> of_model{0, 4, 1, 2, 3};
   const std::vector<std::string> names = names_of(drive);
   std::vector<std::string> colours;
   bool models = true;
@@ -186,6 +186,14 @@ EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<st
   return drive;
 }
 
+std::vector<estimator::Model> usual_models(const daemon::Config& config) {
+  using estimator::Model;
+  const bool has_gyro =
+      config.can.signals[estimator::index_of(estimator::Source::yaw_rate)].configured;
+  if (!has_gyro) return {Model::kinematic, Model::paper, Model::full};
+  return {Model::kinematic, Model::paper, Model::inertial, Model::full};
+}
+
 EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estimator::Model>& models,
                                const Judging& judging) {
   Drive read = read_drive(files);
@@ -206,7 +214,7 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
   const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
   if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);
 
-  for (const estimator::Model model : models) {
+  for (const estimator::Model model : models.empty() ? usual_models(read.config) : models) {
     daemon::Config config = read.config;
     config.model = model;
     ReplayedDrive replayed = replay_drive(read, config, judging.frame, judging.judgements);

@@ -62,7 +62,11 @@ struct Judging {
                                             const std::vector<std::string>& poses,
                                             const Judging& judging);
 
-/// A drive's folder through each of the models. Throws std::invalid_argument.
+/// What a drive is compared by unless models are named: inertial only where there is a gyro.
+[[nodiscard]] std::vector<estimator::Model> usual_models(const daemon::Config& config);
+
+/// A drive's folder through each of the models, through usual_models() where none is named. Throws
+/// std::invalid_argument.
 [[nodiscard]] EvaluatedDrive evaluate_folder(const DriveFiles& files,
                                              const std::vector<estimator::Model>& models,
                                              const Judging& judging);

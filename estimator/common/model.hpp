@@ -12,10 +12,11 @@ enum class Model : std::uint8_t {
   kinematic_printed,  ///< eqs 1-3 as printed, for comparison only
   paper,              ///< the paper's extended Kalman filter
   full,               ///< late samples at their own time, biases and scales, reverse, standstill
+  inertial,           ///< the slip odometer: gyro, wheels and a steady turn's slip, no filter
 };
 
 /// As the configuration and the command line call them, in the order of the enumeration.
-inline constexpr std::array<std::string_view, 4> model_names{"kinematic", "kinematic_printed",
-                                                             "paper", "full"};
+inline constexpr std::array<std::string_view, 5> model_names{"kinematic", "kinematic_printed",
+                                                             "paper", "full", "inertial"};
 
 }  // namespace odomd::estimator

@@ -101,6 +101,20 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
                                            "steering and wheels")));
 }
 
+TEST_F(DatabasesTest, RefusesTheModelInertialWithoutAGyro) {
+  const auto file = [](const std::string& signals) {
+    return signals + "[filter]\nmodel = \"inertial\"\n";
+  };
+  EXPECT_THAT(error_of(file(wheel)),
+              testing::EndsWith("car.toml: [can.signals]: yaw_rate is not mapped, and the model "
+                                "inertial has its heading from the gyro alone; map yaw_rate, or "
+                                "choose another model, such as full"));
+  Config config = load(file(std::string(wheel) + gyro));
+  std::vector<std::string> warnings;
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, IsEmpty());  // it does without steering
+}
+
 TEST_F(DatabasesTest, RefusesALatencyThatTheWindowOfTheFullModelDoesNotReach) {
   const std::string late =
       "wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", latency = 0.3 }\n";

@@ -223,7 +223,7 @@ const Mistake mistakes[] = {
 
     {"UnknownModel", also("[filter]\nmodel = \"particle\"\n"),
      R"(car.toml:3: [filter] model: "particle" is not a model of this version; there are: kinematic, )"
-     "kinematic_printed, paper, full"},
+     "kinematic_printed, paper, full, inertial"},
     {"ShortNoise", also("[filter]\npaper_q = [1, 2]\n"),
      "car.toml:3: [filter] paper_q: must be a list of 3 numbers"},
     {"NegativeNoise", also("[filter]\npaper_r = [1, -2]\n"),

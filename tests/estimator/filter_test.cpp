@@ -31,7 +31,7 @@ constexpr std::int64_t millisecond = 1'000'000;
 class EveryModel : public ::testing::TestWithParam<Model> {};
 INSTANTIATE_TEST_SUITE_P(, EveryModel,
                          ::testing::Values(Model::kinematic, Model::kinematic_printed, Model::full,
-                                           Model::paper),
+                                           Model::paper, Model::inertial),
                          [](const auto& model) {
                            return std::string(model_names[static_cast<std::size_t>(model.param)]);
                          });

@@ -50,8 +50,20 @@ TEST_F(Report, OfADriveIsThePapersTable) {
       outcome.out,
       AllOf(HasSubstr("end [cm/m]"), HasSubstr("heading end [deg]"), HasSubstr("35 ms [mm]"),
             HasSubstr("end better by [%]"), HasSubstr("\nkinematic "), HasSubstr("\npaper "),
-            HasSubstr("\nfull "), HasSubstr("samples of full\n"),
+            HasSubstr("\ninertial "), HasSubstr("\nfull "), HasSubstr("samples of full\n"),
             ContainsRegex("source +fused +gated +late +other +tested +NIS / expected")));
+}
+
+TEST_F(Report, ComparesWithTheModelInertialOnlyWhereThereIsAGyro) {
+  const auto file = scratch_->path("no_gyro.toml").string();
+  ASSERT_EQ(run_shell("grep -v ^yaw_rate " + lap() + "/car.toml > " + file).status, 0);
+  const std::string drive = "--drive " + lap() + " --config " + file;
+  const Outcome usual = run(drive);
+  EXPECT_EQ(usual.status, 0) << usual.err;
+  EXPECT_THAT(usual.out, AllOf(HasSubstr("\npaper "), Not(HasSubstr("inertial"))));
+  const Outcome named = run(drive + " --model inertial");
+  EXPECT_EQ(named.status, 2);
+  EXPECT_THAT(named.err, HasSubstr("no_gyro.toml: [can.signals]: yaw_rate is not mapped"));
 }
 
 TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
