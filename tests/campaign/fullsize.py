@@ -2,10 +2,10 @@
 """How good the filter is on full-size cars whose bodies roll and pitch: every bar, over drives of odom sim.
 
 Three cars of published data, and one of them on stiffer anti-roll bars, drive laps, a slalom, stop-and-go, a
-car park and hills with the seeds 1 to N, stand for 3 s first, and are replayed by dead reckoning through
-the judged and the reference model, and with the camera through the judged one. Standard output is a
-table in Markdown, a row a bar, and one of all courses. Exit status 1 where a bar is missed or the work
-failed, 2 on wrong usage.
+car park and hills, each course with N seeds of its own. They stand for 3 s first, and are replayed by dead
+reckoning through the judged and the reference model, and with the camera through the judged one. Standard
+output is a table in Markdown, a row a bar, and one of all courses. Exit status 1 where a bar is missed or
+the work failed, 2 on wrong usage.
 """
 
 import argparse
@@ -71,7 +71,8 @@ def main():
     given = arguments()
     begun = datetime.datetime.now(datetime.timezone.utc)
     models = [*dict.fromkeys((given.reference, given.model))]
-    tasks = [(given, course, seed, models) for course in given.courses for seed in range(1, given.seeds + 1)]
+    tasks = [(given, course, fullsize.seed_of(course, number), models)
+             for course in given.courses for number in range(1, given.seeds + 1)]
     try:
         measured = runner.side_by_side(given.jobs, measure, tasks)
     except drives.Failed as error:

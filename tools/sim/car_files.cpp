@@ -157,10 +157,11 @@ nlohmann::ordered_json describe(const RunPlan& plan) {
   result["errors"] = plan.options.errors == ErrorModel::ideal ? "ideal" : "realistic";
   if (plan.car.suspension.present()) {
     // a_y reads (1 + g·roll_gradient) times what it is in a steady turn
-    constexpr double gravity = 9.80665, degree = std::numbers::pi / 180.0;
-    result["body"] = {
-        {"roll_gradient_deg_per_g", plan.car.suspension.roll_gradient() * gravity / degree},
-        {"pitch_gradient_deg_per_g", plan.car.suspension.pitch_gradient() * gravity / degree}};
+    constexpr double degree = std::numbers::pi / 180.0;
+    result["body"] = {{"roll_gradient_deg_per_g",
+                       plan.car.suspension.roll_gradient() * standard_gravity / degree},
+                      {"pitch_gradient_deg_per_g",
+                       plan.car.suspension.pitch_gradient() * standard_gravity / degree}};
   }
   result["sizes"] = values(plan.sizes);
   result["truth"] = values(plan.truth);

@@ -7,8 +7,6 @@
 namespace odomd::sim {
 namespace {
 
-constexpr double gravity = 9.80665;
-
 // The data's units: pounds (force), feet, slugs.
 constexpr double foot = 0.3048;          // m
 constexpr double slug = 14.593903;       // kg; also N/m of a lb/ft, N s/m of a lb s/ft
@@ -221,7 +219,7 @@ PlantParameters published_car(CarKind car) {
   p.centre_height = data.centre_height * foot;
   p.suspension = suspension(data);
 
-  const double load = p.mass * gravity / (p.front_axle + p.rear_axle);
+  const double load = p.mass * standard_gravity / (p.front_axle + p.rear_axle);
   p.cornering_stiffness_front = cornering_stiffness_per_load * load * p.rear_axle;
   p.cornering_stiffness_rear = cornering_stiffness_per_load * load * p.front_axle;
   p.slip_stiffness_ratio = slip_stiffness_per_load / cornering_stiffness_per_load;

@@ -5,8 +5,6 @@
 namespace odomd::sim {
 namespace {
 
-constexpr double gravity = 9.80665;
-
 // m_s h: what links the body's tilting to the car's motion.
 double first_moment(const Suspension& s) {
   return s.sprung_mass * s.sprung_height;
@@ -34,13 +32,13 @@ double pitch_moment(const Suspension& s, const Attitude& a) {
 // K φ = m_s h (a_y + g φ)
 double Suspension::roll_gradient() const {
   const double moment = sprung_mass * sprung_height;
-  return moment / (roll_stiffness_front + roll_stiffness_rear - moment * gravity);
+  return moment / (roll_stiffness_front + roll_stiffness_rear - moment * standard_gravity);
 }
 
 // K θ = m_s h (-a_x + g θ)
 double Suspension::pitch_gradient() const {
   const double moment = sprung_mass * sprung_height;
-  return moment / (pitch_stiffness - moment * gravity);
+  return moment / (pitch_stiffness - moment * standard_gravity);
 }
 
 Up up_on(const RoadTilt& road) {
@@ -61,16 +59,16 @@ BodyAcceleration body_acceleration(const Suspension& s, double mass, const Attit
   const double roll_inertia = roll_inertia_on_ground(s);
   const double pitch_inertia = pitch_inertia_on_ground(s);
   const double rolling =
-      moment * gravity * up.z * std::sin(attitude.roll) - roll_moment(s, attitude);
+      moment * standard_gravity * up.z * std::sin(attitude.roll) - roll_moment(s, attitude);
   const double pitching =
-      moment * gravity * up.z * std::sin(attitude.pitch) - pitch_moment(s, attitude);
+      moment * standard_gravity * up.z * std::sin(attitude.pitch) - pitch_moment(s, attitude);
   // Specific forces f = a + g n
   const double felt_y =
       (force_y + moment * rolling / roll_inertia) / (mass - moment * moment / roll_inertia);
   const double felt_x =
       (force_x - moment * pitching / pitch_inertia) / (mass - moment * moment / pitch_inertia);
-  return {.x = felt_x - gravity * up.x,
-          .y = felt_y - gravity * up.y,
+  return {.x = felt_x - standard_gravity * up.x,
+          .y = felt_y - standard_gravity * up.y,
           .roll = (moment * felt_y + rolling) / roll_inertia,
           .pitch = (-moment * felt_x + pitching) / pitch_inertia};
 }
@@ -78,7 +76,7 @@ BodyAcceleration body_acceleration(const Suspension& s, double mass, const Attit
 BodyAcceleration body_acceleration_at_rest(const Suspension& s, const Attitude& attitude,
                                            const RoadTilt& road) {
   const Up up = up_on(road);
-  const double weight = first_moment(s) * gravity;
+  const double weight = first_moment(s) * standard_gravity;
   return {
       .roll = (weight * (up.y + up.z * std::sin(attitude.roll)) - roll_moment(s, attitude)) /
               roll_inertia_on_ground(s),

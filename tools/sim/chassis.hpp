@@ -8,6 +8,8 @@
 
 namespace odomd::sim {
 
+inline constexpr double standard_gravity = 9.80665;  // m/s²
+
 /// SI units. A rigid body has a sprung mass of 0.
 struct Suspension {
   double sprung_mass = 0.0;

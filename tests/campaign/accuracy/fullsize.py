@@ -49,6 +49,11 @@ def all_courses():
             yield courses.Course(f"{car}-{drive.name}", (*options, *drive.options()), {})
 
 
+def seed_of(course, number):
+    """No two courses have the errors of their sensors in common."""
+    return 1000 * [one.name for one in all_courses()].index(course.name) + number
+
+
 def measure(odom, course, seed, models, folder, scratch):
     """The drive by dead reckoning through all models, and with the camera through the last."""
     drives.simulate(odom, course, seed, folder)
