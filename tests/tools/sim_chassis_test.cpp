@@ -7,6 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -282,12 +283,14 @@ TEST(Chassis, ARigidCarIsWhatItWas) {
 
 TEST(Road, IsBankedTowardsItsCurvesAndEndsAtItsHeight) {
   std::vector<Point> line;
+  line.reserve(720);
   for (int k = 0; k < 720; ++k)
     line.push_back({40.0 * std::sin(k * degree / 2.0), 40.0 * (1.0 - std::cos(k * degree / 2.0))});
   const Track track(line, Shape::closed, 8.0);
   const RoadProfile profile{.grade = 0.05, .bank = 4.0 * degree};
   double climbed = 0.0, steepest = 0.0;
-  for (double s = 0.0; s < track.length(); s += 0.1) {
+  for (int k = 0; k < 10.0 * track.length(); ++k) {
+    const double s = 0.1 * k;
     const RoadTilt road = tilt_at(profile, track, s, 10.0);
     EXPECT_NEAR(road.bank, -4.0 * degree, 1e-3);  // to the left: the left side down
     climbed += 0.1 * std::tan(road.grade);

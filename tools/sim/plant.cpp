@@ -9,8 +9,6 @@
 
 namespace odomd::sim {
 
-using namespace plant_state;
-
 namespace {
 
 void require(bool holds, const std::string& what) {
@@ -112,24 +110,24 @@ Plant::Derivative Plant::derivative(const State& s, const PlantInput& input) con
 }
 
 // Classic Runge-Kutta of fourth order.
-void Plant::step(const PlantInput& wanted, double dt) {
-  PlantInput input = wanted;
-  input.steering = delayed(wanted.steering, dt);
-  if (parameters_.suspension.present()) road_ = wanted.road;
+void Plant::step(const PlantInput& input, double dt) {
+  PlantInput acting = input;
+  acting.steering = delayed(input.steering, dt);
+  if (parameters_.suspension.present()) road_ = input.road;
   const auto moved = [this](const Derivative& k, double h) {
     State result = state_;
     for (std::size_t i = 0; i < state_count; ++i) result[i] += h * k.rate[i];
     return result;
   };
-  const Derivative k1 = derivative(state_, input);
-  const Derivative k2 = derivative(moved(k1, 0.5 * dt), input);
-  const Derivative k3 = derivative(moved(k2, 0.5 * dt), input);
-  const Derivative k4 = derivative(moved(k3, dt), input);
+  const Derivative k1 = derivative(state_, acting);
+  const Derivative k2 = derivative(moved(k1, 0.5 * dt), acting);
+  const Derivative k3 = derivative(moved(k2, 0.5 * dt), acting);
+  const Derivative k4 = derivative(moved(k3, dt), acting);
   for (std::size_t i = 0; i < state_count; ++i)
     state_[i] += dt / 6.0 * (k1.rate[i] + 2.0 * k2.rate[i] + 2.0 * k3.rate[i] + k4.rate[i]);
   come_to_rest_or_go();
-  write_output(input);
-  output_.commanded_steering = wanted.steering;
+  write_output(acting);
+  output_.commanded_steering = input.steering;
 }
 
 // The command of `steering_delay` ago; before the first there was none.

@@ -118,7 +118,7 @@ class Plant {
   };
 
   [[nodiscard]] Derivative derivative(const State& state, const PlantInput& input) const;
-  [[nodiscard]] GroundForces wheel_forces(const State& state, State& rate) const;
+  [[nodiscard]] GroundForces wheel_forces(const State& state, State& rates) const;
   [[nodiscard]] double delayed(double steering, double dt);
   [[nodiscard]] std::array<double, wheel_count> loads(const State& state) const;
   [[nodiscard]] double friction_at(double x, double y) const;

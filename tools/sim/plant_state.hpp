@@ -6,7 +6,7 @@
 
 #include "tools/sim/chassis.hpp"
 
-namespace odomd::sim::plant_state {
+namespace odomd::sim {
 
 // Where things lie in the state.
 enum : std::size_t {
@@ -47,4 +47,4 @@ Attitude attitude(const State& s) {
       .roll = s[roll], .roll_rate = s[roll_rate], .pitch = s[pitch], .pitch_rate = s[pitch_rate]};
 }
 
-}  // namespace odomd::sim::plant_state
+}  // namespace odomd::sim

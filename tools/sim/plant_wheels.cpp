@@ -8,8 +8,6 @@
 
 namespace odomd::sim {
 
-using namespace plant_state;
-
 namespace {
 
 Vector2 wheel_position(const PlantParameters& p, std::size_t wheel) {
@@ -121,9 +119,10 @@ double Plant::friction_at(double x, double y) const {
   return parameters_.friction;
 }
 
-// What wheels and air do to the car, and in `d` what becomes of the wheels.
-Plant::GroundForces Plant::wheel_forces(const State& s, State& d) const {
+// What wheels and air do to the car, and in `rates` what becomes of the wheels.
+Plant::GroundForces Plant::wheel_forces(const State& state, State& rates) const {
   const PlantParameters& p = parameters_;
+  const State& s = state;
   const std::array<double, wheel_count> load = loads(s);
   const Pedal pedal = s[drive] * s[vel_x] < 0.0 && std::abs(s[vel_x]) > p.walking_speed()
                           ? Pedal::brake
@@ -154,11 +153,11 @@ Plant::GroundForces Plant::wheel_forces(const State& s, State& d) const {
       const double most = p.torque_limit * friction * load[wheel] * radius;
       torque = std::clamp(torque, -most, most);
     }
-    d[at(wheel, spin)] = (torque - radius * tyre.x) / p.spin_inertia(wheel);
-    d[at(wheel, turned)] = s[at(wheel, spin)];
-    d[at(wheel, bend_x)] =
+    rates[at(wheel, spin)] = (torque - radius * tyre.x) / p.spin_inertia(wheel);
+    rates[at(wheel, turned)] = s[at(wheel, spin)];
+    rates[at(wheel, bend_x)] =
         -motion.slide_x - motion.transport_x * s[at(wheel, bend_x)] / (0.5 * p.relaxation_length);
-    d[at(wheel, bend_y)] =
+    rates[at(wheel, bend_y)] =
         -motion.slide_y - motion.transport_y * s[at(wheel, bend_y)] / p.relaxation_length;
   }
   return force;
