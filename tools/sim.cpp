@@ -14,6 +14,7 @@
 #include "tools/commands.hpp"
 #include "tools/csv.hpp"
 #include "tools/sim/can_output.hpp"
+#include "tools/sim/cars.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/live.hpp"
 #include "tools/sim/progress.hpp"
@@ -29,12 +30,14 @@ struct Arguments {
       std::vector<std::optional<double>>(sim::parameter_count);
   std::vector<std::string> fixed;
   std::vector<std::string> dropouts;
+  std::string car;
   std::string start_time;
   std::string out;
   std::string can;
   std::string camera_socket;
   int decimals = 6;
   bool ideal = false;
+  bool servo = false;
   bool list = false;
   bool live = false;
   bool force = false;
@@ -46,7 +49,9 @@ struct Arguments {
 
 sim::RunOptions run_options(const Arguments& arguments) {
   sim::RunOptions run = arguments.run;
+  if (!arguments.car.empty()) run.car = sim::find_car(arguments.car);
   if (arguments.ideal) run.errors = sim::ErrorModel::ideal;
+  if (arguments.servo) run.sizes = sim::slow_servo();
   for (const sim::ParameterInfo& info : sim::parameter_table())
     if (const auto& size = arguments.sizes[static_cast<std::size_t>(info.parameter)])
       run.sizes.push_back({info.parameter, *size});
@@ -179,7 +184,8 @@ void simulate(const Arguments& arguments) {
 std::string scenario_names() {
   std::string names;
   for (const sim::Scenario& scenario : sim::all_scenarios())
-    names += (names.empty() ? "" : "|") + std::string(scenario.name);
+    if (names.find(scenario.name) == std::string::npos)
+      names += (names.empty() ? "" : "|") + std::string(scenario.name);
   return names;
 }
 
@@ -190,10 +196,12 @@ void add_parameter_options(Command command, Arguments& arguments) {
       if (letter == '_') letter = '-';
     std::string defaults;
     append_number(defaults, info.scale_car);
-    if (info.full_size != info.scale_car) {
+    if (info.saloon != info.scale_car) {
       defaults += ", road ";
-      append_number(defaults, info.full_size);
+      append_number(defaults, info.saloon);
     }
+    if (const double sprung = sim::sprung_default(info.parameter); sprung != info.saloon)
+      defaults += fmt::format(", sprung cars {:.4g}", sprung);
     const std::string_view draw = info.draw == sim::Draw::normal    ? ", standard deviation"
                                   : info.draw == sim::Draw::uniform ? ", +-"
                                                                     : "";
@@ -224,6 +232,7 @@ void add_sim(Command odom) {
       "  odom sim --scenario slalom --speed 2 --seed 7 --camera-outliers 0.01 --out drive\n"
       "  odom sim --ideal --gyro-scale-error 0.03 --out drive\n"
       "  odom sim --fix gyro_bias=0.01 --camera-dropout 20:2 --camera-dropout 40:5 --out drive\n"
+      "  odom sim --car bmw_320i --scenario slalom --speed 12 --out drive\n"
       "  odom sim --scenario circles --markers --out circles\n"
       "  odom sim --live --can can0 --camera-socket /run/odomd/camera.sock --out drive\n"
       "  odom sim --config-only --out drive\n"
@@ -236,6 +245,11 @@ void add_sim(Command odom) {
       .add_option("--speed", arguments->run.speed,
                   "On the straights [m/s]; default: the scenario's")
       .type_name("V");
+  command
+      .add_option("--car", arguments->car,
+                  "Who drives: the 1:10 car, a saloon on rigid springs, or a car of published data "
+                  "whose body rolls and pitches; default: the scenario's")
+      .type_name(sim::car_names());
   command.add_option("--laps", arguments->run.laps, "How often round; default: the scenario's")
       .type_name("N");
   command.add_option("--duration", arguments->run.duration, "End after this time [s], on the move")
@@ -294,6 +308,12 @@ void add_sim(Command odom) {
 
   const std::string errors = "Errors";
   command.add_flag("--ideal", arguments->ideal, "Without any error, but for those given")
+      .group(errors);
+  command
+      .add_flag(
+          "--servo", arguments->servo,
+          "A slow steering servo behind the command: 60 ms dead time, 100 ms lag, 3 rad/s; the "
+          "bus carries the command")
       .group(errors);
   command
       .add_option("--fix", arguments->fixed,

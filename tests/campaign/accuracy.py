@@ -8,7 +8,6 @@ for training follow. Exit status 1 where a bar is missed or the work failed, 2 o
 """
 
 import argparse
-import concurrent.futures
 import datetime
 import json
 import os
@@ -16,7 +15,7 @@ import pathlib
 import sys
 import tempfile
 
-from accuracy import bars, charts, courses, drives
+from accuracy import bars, charts, courses, drives, runner
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 
@@ -63,20 +62,8 @@ def measure(given, course, seed, models):
 
 def measure_all(given, wanted, models):
     """All drives of all courses, side by side, in the order of courses and seeds."""
-    tasks = [(course, seed) for course in wanted for seed in range(1, given.seeds + 1)]
-    with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
-        started = [pool.submit(measure, given, course, seed, models) for course, seed in tasks]
-        try:
-            for done, _ in enumerate(concurrent.futures.as_completed(started), start=1):
-                if sys.stderr.isatty():
-                    print(f"\r{done} of {len(tasks)} drives ", end="", file=sys.stderr, flush=True)
-            return [one.result() for one in started]
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
-        finally:
-            if sys.stderr.isatty():
-                print(file=sys.stderr)
+    tasks = [(given, course, seed, models) for course in wanted for seed in range(1, given.seeds + 1)]
+    return runner.side_by_side(given.jobs, measure, tasks)
 
 
 def recorded_drives(odom, models):
@@ -86,13 +73,6 @@ def recorded_drives(odom, models):
     done = drives.run(ROOT / "tests/campaign/drives.py", "--training", "--odom", odom.resolve(),
                       *(f"--model={model}" for model in models))
     return f"\n{done.stdout}"
-
-
-def table(rows):
-    yield "| bar | what | required | measured | met |"
-    yield "|---|---|---|---|---|"
-    for bar, row in rows:
-        yield f"| {bar} | {row.what} | {row.required} | {row.measured} | {'yes' if row.met else '**no**'} |"
 
 
 def main():
@@ -115,7 +95,7 @@ def main():
     took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
     heading = (f"`--model {given.model}`, {begun:%F}, {given.seeds} seeds a course; medians (smallest to "
                "largest):")
-    text = "\n".join([heading, "", *table(rows), ""]) + recorded
+    text = "\n".join([heading, "", *runner.table(rows), ""]) + recorded
     (given.out / "table.md").write_text(text)
     charts.write(results, given.out)
     print(text)

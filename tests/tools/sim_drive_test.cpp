@@ -4,6 +4,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -43,7 +44,7 @@ TEST_P(EveryScenario, EndsStandingWhereItBegan) {
       ASSERT_TRUE(std::isfinite(value));
   EXPECT_EQ(d.end.v_x, 0.0);
   EXPECT_EQ(d.end.yaw_rate, 0.0);
-  const double scale = d.plan.scenario.car == CarKind::full_size ? 10.0 : 1.0;
+  const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
   EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.04 * scale);
   EXPECT_NEAR(std::remainder(d.end.yaw - d.plan.start.heading, 6.283185307), 0.0, 0.05);
   // It stood still at first, and its stamps are in order.
@@ -61,6 +62,64 @@ INSTANTIATE_TEST_SUITE_P(Sim, EveryScenario,
                              if (letter == '-') letter = '_';
                            return name;
                          });
+
+// Every car of published data on every course of its size, at its slowest and fastest.
+class EveryFullSizeDrive
+    : public ::testing::TestWithParam<std::tuple<CarKind, std::string, double>> {};
+
+TEST_P(EveryFullSizeDrive, EndsStandingWhereItBegan) {
+  const auto& [car, scenario, speed] = GetParam();
+  const Drive d = drive(
+      {.scenario = scenario, .car = car, .speed = speed, .laps = 1, .standstill = 0.5, .seed = 3});
+  EXPECT_EQ(d.end.v_x, 0.0);
+  EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.5);
+  double lateral = 0.0, fastest = 0.0;
+  for (const TruthRow& row : d.all.truth) {
+    ASSERT_TRUE(std::isfinite(row.x) && std::isfinite(row.v_y));
+    lateral = std::max(lateral, std::abs(row.v_x * row.yaw_rate));
+    fastest = std::max(fastest, row.v_x);
+  }
+  EXPECT_LT(lateral, 8.5);
+  EXPECT_GT(fastest, 0.9 * speed);
+}
+
+using FullSizeDrive = std::tuple<CarKind, std::string, double>;
+INSTANTIATE_TEST_SUITE_P(Sim, EveryFullSizeDrive,
+                         ::testing::Values(FullSizeDrive{CarKind::bmw_320i, "lap", 22.0},
+                                           FullSizeDrive{CarKind::ford_escort, "lap", 22.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "lap", 22.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "slalom", 22.0},
+                                           FullSizeDrive{CarKind::ford_escort, "slalom", 8.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "slalom", 15.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "hills", 18.0},
+                                           FullSizeDrive{CarKind::ford_escort, "parking", 3.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "circle", 14.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "stop-and-go", 15.0}));
+
+TEST(Sim, ACarOfPublishedDataRepeatsAndSpeaksAtItsOwnPace) {
+  const RunOptions options{.scenario = "slalom", .car = CarKind::vw_vanagon, .duration = 20.0};
+  const Drive a = drive(options), b = drive(options);
+  ASSERT_EQ(a.all.frames.size(), b.all.frames.size());
+  int imu = 0, wheels = 0;
+  for (std::size_t i = 0; i < a.all.frames.size(); ++i) {
+    EXPECT_EQ(a.all.frames[i].data, b.all.frames[i].data);
+    imu += a.all.frames[i].id == 0x1A2 ? 1 : 0;
+    wheels += a.all.frames[i].id == 0x1A1 ? 1 : 0;
+  }
+  EXPECT_EQ(a.all.truth.back().x, b.all.truth.back().x);
+  EXPECT_NEAR(imu, 2000, 2);
+  EXPECT_NEAR(wheels, 1000, 2);
+  EXPECT_NE(bus_database_text(a.plan.truth).find("\"GenMsgCycleTime\" BO_ 418 10;"),
+            std::string::npos);
+  EXPECT_EQ(bus_database_text(make_plan({}).truth), bus_database_text());
+}
+
+TEST(Sim, ASlowServoStillDrivesTheLap) {
+  RunOptions options{.scenario = "lap", .speed = 2.0, .laps = 1, .standstill = 0.0};
+  options.sizes = slow_servo();
+  const Drive d = drive(options);
+  EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1);
+}
 
 TEST(Sim, LapsCloseAtEverySpeed) {
   for (const double speed : {1.0, 2.0, 2.5}) {
@@ -209,6 +268,10 @@ TEST(Sim, ACarThatSlidesAwayIsFailedWork) {
 
 TEST(Sim, RefusesWhatDoesNotFit) {
   EXPECT_THROW((void)make_plan({.scenario = "nowhere"}), std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.scenario = "patch", .car = CarKind::bmw_320i}),
+               std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.scenario = "hills", .car = CarKind::scale_car}),
+               std::invalid_argument);
   EXPECT_THROW((void)make_plan({.speed = 50.0}), std::invalid_argument);
   EXPECT_THROW((void)make_plan({.laps = 0}), std::invalid_argument);
   EXPECT_THROW((void)make_plan({.standstill = -1.0}), std::invalid_argument);

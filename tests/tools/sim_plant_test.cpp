@@ -137,7 +137,7 @@ TEST(Plant, DrivenWheelsSlipAndFreeOnesDoNot) {
 }
 
 TEST(Plant, OnIceTheWheelsSpinUpToTheTopSpeedAndLockWhenBraked) {
-  for (const CarKind kind : {CarKind::scale_car, CarKind::full_size}) {
+  for (const CarKind kind : {CarKind::scale_car, CarKind::saloon}) {
     ParameterSet parameters = default_parameters(kind);
     make_ideal(parameters);
     parameters[Parameter::friction] = 0.05;

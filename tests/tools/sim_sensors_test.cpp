@@ -117,6 +117,57 @@ TEST(Imu, ScalesBiasesAndTurnsWhatItFeels) {
   EXPECT_NEAR(reading.accel_y, -std::sin(0.1) * at_x + std::cos(0.1) * at_y, 1e-12);
 }
 
+// The noise at rest and at a speed, of gyro and accelerometer.
+std::array<double, 2> noise_at(const ParameterSet& truth, double speed) {
+  Imu imu(truth, 3);
+  Moments gyro, accel;
+  PlantOutput car;
+  car.v_x = speed;
+  for (int k = 0; k < 20'000; ++k) {
+    const ImuReading reading = imu.read(car, 0.01);
+    gyro.add(reading.yaw_rate);
+    accel.add(reading.accel_y);
+  }
+  return {gyro.deviation(), accel.deviation()};
+}
+
+TEST(Imu, VibratesOnTheMove) {
+  ParameterSet truth = ideal();
+  truth[gyro_noise] = 0.01;
+  truth[accel_noise] = 0.2;
+  for (const double speed : {0.0, 3.0}) EXPECT_NEAR(noise_at(truth, speed)[0], 0.01, 3e-4);
+  truth[noise_at_rest] = 0.2;
+  truth[vibration_speed] = 2.0;
+  EXPECT_NEAR(noise_at(truth, 0.0)[0], 0.002, 1e-4);
+  EXPECT_NEAR(noise_at(truth, 0.0)[1], 0.04, 2e-3);
+  EXPECT_NEAR(noise_at(truth, -1.0)[0], 0.006, 2e-4);
+  EXPECT_NEAR(noise_at(truth, 5.0)[0], 0.01, 3e-4);
+}
+
+TEST(Parameters, SprungCarsHaveTheSensorsThatAreStated) {
+  const ParameterSet sizes = default_parameters(CarKind::ford_escort);
+  constexpr double degree = std::numbers::pi / 180.0;
+  EXPECT_DOUBLE_EQ(sizes[gyro_noise], 0.1 * degree);
+  EXPECT_DOUBLE_EQ(sizes[gyro_bias], 0.3 * degree);
+  EXPECT_EQ(sizes[accel_noise], 0.1);
+  EXPECT_EQ(sizes[wheel_step], 0.01);
+  EXPECT_EQ(sizes[wheel_radius_error_rear_right], 0.005);
+  EXPECT_DOUBLE_EQ(sizes[steering_offset], 0.3 * degree);
+  EXPECT_EQ(sizes[noise_at_rest], 0.2);
+  EXPECT_EQ(sprung_default(camera_noise), 0.05);
+  EXPECT_EQ(default_parameters(CarKind::scale_car)[noise_at_rest], 1.0);
+}
+
+TEST(WheelEncoder, SpeaksInSteps) {
+  ParameterSet truth = ideal();
+  truth[wheel_step] = 0.01;
+  WheelEncoder encoder(truth, rear_left, 0.3, 1);
+  PlantOutput car;
+  (void)encoder.read(car, 0.02);
+  car.wheel_angle[rear_left] = 1.2345 * 0.02 / 0.3;
+  EXPECT_NEAR(encoder.read(car, 0.02), 1.23, 1e-12);
+}
+
 TEST(WheelEncoder, QuantisesWithoutDrift) {
   ParameterSet truth = ideal();
   truth[encoder_counts] = 100;

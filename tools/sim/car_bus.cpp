@@ -21,6 +21,25 @@ std::int64_t nanoseconds(double s) {
 
 }  // namespace
 
+// Whole milliseconds, as the database states it.
+std::int64_t cycle_ns(const ParameterSet& truth, std::string_view message) {
+  const Parameter cycle = message == "IMU"        ? imu_cycle
+                          : message == "STEERING" ? steering_cycle
+                                                  : wheel_cycle;
+  return 1'000'000 * std::llround(1000.0 * truth[cycle]);
+}
+
+std::string bus_database_text(const ParameterSet& truth) {
+  std::string text(bus_database_text());
+  for (const can::Message& message : bus_database().messages) {
+    const std::string key = "BA_ \"GenMsgCycleTime\" BO_ " + std::to_string(message.id) + " ";
+    const std::size_t begin = text.find(key) + key.size();
+    const std::size_t end = text.find(';', begin);
+    text.replace(begin, end - begin, std::to_string(cycle_ns(truth, message.name) / 1'000'000));
+  }
+  return text;
+}
+
 const can::Database& bus_database() {
   static const can::Database database = can::parse_dbc(bus_database_text(), "odomd.dbc");
   return database;
@@ -53,7 +72,7 @@ CarBus::CarBus(const ParameterSet& truth, double configured_wheel_radius, std::u
   for (const can::Message& message : bus_database().messages) {
     Unit unit{.encoder = can::MessageEncoder(message, bus_protection(message)),
               .jitter = RandomStream(seed, "clock of " + message.name),
-              .cycle_ns = message.cycle_time_ns};
+              .cycle_ns = cycle_ns(truth, message.name)};
     unit.phase_ns = nanoseconds(unit.jitter.uniform() * seconds(unit.cycle_ns));
     schedule(unit);
     units_.push_back(std::move(unit));

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -12,8 +13,12 @@
 
 namespace odomd::sim {
 
-/// The text of odomd.dbc.
+/// The text of odomd.dbc, as it stands and with the cycle times of a car.
 [[nodiscard]] std::string_view bus_database_text();
+[[nodiscard]] std::string bus_database_text(const ParameterSet& truth);
+
+/// Cycle time of a message [ns].
+[[nodiscard]] std::int64_t cycle_ns(const ParameterSet& truth, std::string_view message);
 
 /// Its messages, each protected by Profile 1 with its identifier as the data id.
 [[nodiscard]] const can::Database& bus_database();

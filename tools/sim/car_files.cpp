@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <numbers>
 #include <string_view>
 
 #include "tools/csv.hpp"
+#include "tools/sim/cars.hpp"
 #include "tools/sim/vehicle.hpp"
 
 namespace odomd::sim {
@@ -68,10 +70,17 @@ Quality quality(const RunPlan& plan, const Role& role) {
     return {role.signal == "YawRate" ? std::max(plan.sizes[gyro_noise], 5e-4)
                                      : std::max(plan.sizes[accel_noise], 5e-3)};
   if (role.message == "STEERING") return {steering_sigma(plan.sizes)};
-  const can::Message& message = *can::find_message(bus_database(), role.message);
-  const double cycle = 1e-9 * static_cast<double>(message.cycle_time_ns);
-  const double radius = configured_wheel_radius(plan.scenario.car);
+  const double cycle = 1e-9 * static_cast<double>(cycle_ns(plan.truth, role.message));
+  const double radius = configured_wheel_radius(plan.car_kind);
   return {wheel_speed_sigma(plan.sizes, radius, cycle), 0.5 * cycle};
+}
+
+// The 1:10 car goes without a name.
+std::string made_for(const RunPlan& plan) {
+  const std::string car =
+      is_sprung(plan.car_kind) ? "car " + std::string(car_name(plan.car_kind)) + ", " : "";
+  return car + "scenario " + std::string(plan.scenario.name) + ", seed " +
+         std::to_string(plan.options.seed);
 }
 
 nlohmann::ordered_json values(const ParameterSet& set) {
@@ -84,9 +93,8 @@ nlohmann::ordered_json values(const ParameterSet& set) {
 }  // namespace
 
 std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
-  const estimator::Vehicle car = configured_vehicle(plan.scenario.car);
-  std::string text = "# Made by odom sim: scenario " + std::string(plan.scenario.name) + ", seed " +
-                     std::to_string(plan.options.seed) + ".\n\n[vehicle]\n";
+  const estimator::Vehicle car = configured_vehicle(plan.car_kind);
+  std::string text = "# Made by odom sim: " + made_for(plan) + ".\n\n[vehicle]\n";
   const auto line = [&text](std::string_view key, const std::string& value) {
     text.append(key).append(" = ").append(value).append("\n");
   };
@@ -135,6 +143,7 @@ std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
 nlohmann::ordered_json describe(const RunPlan& plan) {
   nlohmann::ordered_json result;
   result["scenario"] = plan.scenario.name;
+  result["car"] = car_name(plan.car_kind);
   result["seed"] = plan.options.seed;
   result["speed"] = plan.speed;
   result["laps"] = plan.laps;
@@ -142,10 +151,18 @@ nlohmann::ordered_json describe(const RunPlan& plan) {
   result["route_length"] = plan.length;
   result["start_pose"] = {plan.start.x, plan.start.y, plan.start.heading};
   result["start_time_ns"] = plan.options.start_ns;
-  const MarkerPlaces markers = configured_markers(plan.scenario.car);
+  const MarkerPlaces markers = configured_markers(plan.car_kind);
   result["markers"] = {{"front", {markers.front.x, markers.front.y}},
                        {"rear", {markers.rear.x, markers.rear.y}}};
   result["errors"] = plan.options.errors == ErrorModel::ideal ? "ideal" : "realistic";
+  if (plan.car.suspension.present()) {
+    // a_y reads (1 + g·roll_gradient) times what it is in a steady turn
+    constexpr double degree = std::numbers::pi / 180.0;
+    result["body"] = {{"roll_gradient_deg_per_g",
+                       plan.car.suspension.roll_gradient() * standard_gravity / degree},
+                      {"pitch_gradient_deg_per_g",
+                       plan.car.suspension.pitch_gradient() * standard_gravity / degree}};
+  }
   result["sizes"] = values(plan.sizes);
   result["truth"] = values(plan.truth);
   return result;

@@ -52,7 +52,7 @@ void make_drive_folder(const std::filesystem::path& folder, Existing existing) {
 
 void write_car_files(const std::filesystem::path& folder, const RunPlan& plan,
                      const Wiring& wiring) {
-  write_whole(folder / "car.dbc", bus_database_text());
+  write_whole(folder / "car.dbc", bus_database_text(plan.truth));
   write_whole(folder / "car.toml", configuration_text(plan, wiring));
   write_whole(folder / "plant.json", describe(plan).dump(2) + "\n");
 }

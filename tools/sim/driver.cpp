@@ -84,7 +84,7 @@ double Driver::steering(const PlantOutput& car) const {
   const double speed = std::abs(car.v_x);
 
   const TrackPoint here = leg.track->at(s_);
-  const double preview = (car_.steering_lag + 0.07) * speed;
+  const double preview = (car_.steering_delay + car_.steering_lag + 0.07) * speed;
   const double curvature = leg.track->at(s_ + preview).curvature;
   const double e =
       (rear_y - here.y) * std::cos(here.heading) - (rear_x - here.x) * std::sin(here.heading);
@@ -93,7 +93,7 @@ double Driver::steering(const PlantOutput& car) const {
     course += std::atan((car.v_y - car_.rear_axle * car.yaw_rate) / car.v_x);
   const double theta = course - here.heading;
 
-  const double reach = std::max(1.5 * wheelbase, 0.45 * speed);
+  const double reach = std::max(1.5 * wheelbase, limits_.horizon * speed);
   const double u = wheelbase * (curvature - std::clamp(e, -reach, reach) / (reach * reach) -
                                 2.0 * std::sin(theta) / reach);
   const double understeer = car_.mass / wheelbase *

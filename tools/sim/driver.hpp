@@ -1,6 +1,7 @@
 // Who drives: follows a track leg by leg from the true state, as well as a good controller would.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -28,6 +29,7 @@ struct DriverLimits {
   double lateral = 5.0;       ///< slows down for curves to this a_y [m/s²]
   double acceleration = 2.0;  ///< [m/s²]
   double deceleration = 2.0;  ///< [m/s²]
+  double horizon = 0.45;      ///< comes back to the line within about so long [s]
 };
 
 class Driver {
@@ -41,6 +43,10 @@ class Driver {
 
   /// So far off the track that there is no way back.
   [[nodiscard]] bool lost() const { return off_track_ > 5.0 * (car_.front_axle + car_.rear_axle); }
+
+  /// Where on which track it is; there is one, whatever the time.
+  [[nodiscard]] const Leg& leg() const { return legs_[std::min(leg_, legs_.size() - 1)]; }
+  [[nodiscard]] double along_track() const { return s_; }
 
   /// Way driven along the legs and in all [m].
   [[nodiscard]] double progress() const {

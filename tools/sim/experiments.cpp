@@ -92,7 +92,7 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
   make_drive_folder(options.folder, options.existing);
   write_car_files(options.folder, plan, {});
   DriveWriter writer(options.folder, log_interface, can::StampDecimals::six);
-  CarBus bus(plan.truth, configured_wheel_radius(plan.scenario.car), options.seed,
+  CarBus bus(plan.truth, configured_wheel_radius(plan.car_kind), options.seed,
              plan.options.stamp_step_ns);
 
   constexpr std::int64_t held_ns = 2'000'000'000;

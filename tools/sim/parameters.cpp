@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,10 +25,18 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
      "friction of the patches (scenario patch)"},
     {relaxation_length, "relaxation_length", "m", "Road and car", exact, property, 0.04, 0.5, 0.01,
      5, "way on which a tyre builds up its side force"},
+    {steering_delay, "steering_delay", "s", "Road and car", exact, property, 0.0, 0.0, 0.0, 0.5,
+     "dead time between the steering's command and its actuator"},
     {steering_lag, "steering_lag", "s", "Road and car", exact, property, 0.03, 0.08, 0.005, 1,
      "time constant of the steering actuator"},
     {steering_rate_limit, "steering_rate_limit", "rad/s", "Road and car", exact, property, 5.0, 0.6,
      0.05, 50, "fastest turn of the front wheels"},
+    {roll_stiffness, "roll_stiffness", "1", "Road and car", exact, property, 1.0, 1.0, 0.5, 10,
+     "roll stiffness, so many times the published, by anti-roll bars (sprung cars)"},
+    {road_grade, "road_grade", "1", "Road and car", exact, property, 0.0, 0.0, 0.0, 0.15,
+     "steepest grade of the road (sprung cars; scenario hills: 0.05)"},
+    {road_bank, "road_bank", "rad", "Road and car", exact, property, 0.0, 0.0, 0.0, 0.2,
+     "most that the road is banked in its curves (sprung cars; hills: 0.07)"},
     {stiffness_error_front, "stiffness_error_front", "1", "Road and car", uniform, error, 0.12,
      0.15, 0.0, 0.8, "how far the front tyres differ from the configuration"},
     {stiffness_error_rear, "stiffness_error_rear", "1", "Road and car", uniform, error, 0.12, 0.15,
@@ -54,10 +63,17 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
      0.001, 0.0, 1, "random walk of both biases"},
     {accel_noise, "accel_noise", "m/s2", "Accelerometer", exact, error, 0.15, 0.08, 0.0, 20,
      "noise of the accelerometers"},
+    {noise_at_rest, "noise_at_rest", "1", "Vibration", exact, property, 1.0, 1.0, 0.0, 1,
+     "share of the noise of gyro and accelerometers that is there at rest; the rest comes with "
+     "speed"},
+    {vibration_speed, "vibration_speed", "m/s", "Vibration", exact, property, 0.5, 8.0, 0.01, 100,
+     "speed from which on all of it is there"},
     {imu_x, "imu_x", "m", "IMU mounting", exact, property, 0.04, 0.35, -10, 10,
      "place of the IMU ahead of the centre of gravity"},
     {imu_y, "imu_y", "m", "IMU mounting", exact, property, 0.015, 0.1, -10, 10,
      "place of the IMU left of the centre of gravity"},
+    {imu_z, "imu_z", "m", "IMU mounting", exact, property, 0.04, 0.45, 0, 3,
+     "place of the IMU above the ground (sprung cars)"},
     {imu_yaw_error, "imu_yaw_error", "rad", "IMU mounting", normal, error, 0.005, 0.005, 0.0, 1,
      "how far the IMU is mounted askew"},
     {wheel_radius_error, "wheel_radius_error", "1", "Wheels", normal, error, 0.015, 0.01, 0.0, 0.3,
@@ -72,6 +88,8 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
      0.002, 0.001, 0.0, 0.1, "... and the rear right one on top of that"},
     {wheel_noise, "wheel_noise", "m/s", "Wheels", exact, error, 0.005, 0.01, 0.0, 5,
      "noise of a rolling wheel's speed"},
+    {wheel_step, "wheel_step", "m/s", "Wheels", exact, error, 0.0, 0.0, 0.0, 1,
+     "resolution of a wheel's speed; 0: not quantised"},
     {encoder_counts, "encoder_counts", "1", "Wheels", exact, error, 2048, 8192, 0.0, 1e+06,
      "counts of a wheel's encoder in a turn; 0: not quantised"},
     {steering_offset, "steering_offset", "rad", "Steering", normal, error, 0.006, 0.003, 0.0, 0.3,
@@ -84,6 +102,12 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
      "resolution of the steering angle; 0: not quantised"},
     {steering_commanded, "steering_commanded", "1", "Steering", exact, error, 1.0, 0.0, 0.0, 1,
      "1: the bus carries what is commanded, not where the wheels are"},
+    {imu_cycle, "imu_cycle", "s", "Control units and bus", exact, property, 0.005, 0.005, 0.002,
+     0.1, "time between two messages of the IMU, whole milliseconds"},
+    {wheel_cycle, "wheel_cycle", "s", "Control units and bus", exact, property, 0.01, 0.01, 0.002,
+     0.1, "... of the wheels"},
+    {steering_cycle, "steering_cycle", "s", "Control units and bus", exact, property, 0.01, 0.01,
+     0.002, 0.1, "... of the steering"},
     {clock_error, "clock_error", "1", "Control units and bus", normal, error, 5e-5, 5e-5, 0.0, 0.01,
      "rate error of the control units' clock"},
     {cycle_jitter, "cycle_jitter", "s", "Control units and bus", exact, error, 2e-4, 2e-4, 0.0,
@@ -130,6 +154,37 @@ constexpr std::array<ParameterInfo, parameter_count> table{{
      "... and how far left of it"},
 }};
 
+// Where the cars of published data differ from the saloon: issue 14's sensors, and what its list
+// does not name is exact or as the saloon's.
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr std::array sprung{
+    Assignment{friction, 1.0489},          // of their tyres, p_Dy1: cars.cpp
+    Assignment{steering_rate_limit, 0.4},  // likewise published, v_max of the road wheels
+    Assignment{stiffness_error_front, 0.1},
+    Assignment{stiffness_error_rear, 0.1},
+    Assignment{gyro_scale_error, 0.0},
+    Assignment{gyro_bias, 0.3 * degree},
+    Assignment{gyro_noise, 0.1 * degree},
+    Assignment{accel_noise, 0.1},
+    Assignment{noise_at_rest, 0.2},
+    Assignment{wheel_radius_error, 0.0},
+    Assignment{wheel_radius_error_front_left, 0.005},
+    Assignment{wheel_radius_error_front_right, 0.005},
+    Assignment{wheel_radius_error_rear_left, 0.005},
+    Assignment{wheel_radius_error_rear_right, 0.005},
+    Assignment{wheel_noise, 0.0},
+    Assignment{wheel_step, 0.01},
+    Assignment{encoder_counts, 0.0},
+    Assignment{steering_offset, 0.3 * degree},
+    Assignment{imu_cycle, 0.01},
+    Assignment{wheel_cycle, 0.02},
+    Assignment{camera_period, 0.05},
+    Assignment{camera_latency_min, 0.06},
+    Assignment{camera_latency_max, 0.1},
+    Assignment{camera_noise, 0.05},
+    Assignment{camera_yaw_noise, 0.3 * degree},
+};
+
 std::string shortest(double value) {
   std::array<char, 32> text{};
   char* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
@@ -152,8 +207,14 @@ std::span<const ParameterInfo, parameter_count> parameter_table() {
 ParameterSet default_parameters(CarKind car) {
   ParameterSet result;
   for (const ParameterInfo& info : table)
-    result[info.parameter] = car == CarKind::scale_car ? info.scale_car : info.full_size;
+    result[info.parameter] = car == CarKind::scale_car ? info.scale_car : info.saloon;
+  if (is_sprung(car))
+    for (const Assignment& own : sprung) result[own.parameter] = own.value;
   return result;
+}
+
+double sprung_default(Parameter parameter) {
+  return default_parameters(CarKind::bmw_320i)[parameter];
 }
 
 void make_ideal(ParameterSet& parameters) {
@@ -188,6 +249,13 @@ Assignment parse_assignment(std::string_view text) {
     throw std::invalid_argument("\"" + std::string(text) + "\": \"" + std::string(number) +
                                 "\" is not a finite number");
   return {info.parameter, value};
+}
+
+std::vector<Assignment> slow_servo() {
+  return {{steering_delay, 0.06},
+          {steering_lag, 0.1},
+          {steering_rate_limit, 3.0},
+          {steering_commanded, 1.0}};
 }
 
 void check(const ParameterInfo& info, double value) {

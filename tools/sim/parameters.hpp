@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace odomd::sim {
 
@@ -15,8 +16,12 @@ enum class Parameter : std::uint8_t {
   friction,
   patch_friction,
   relaxation_length,
+  steering_delay,
   steering_lag,
   steering_rate_limit,
+  roll_stiffness,
+  road_grade,
+  road_bank,
   stiffness_error_front,
   stiffness_error_rear,
   mass_error,
@@ -32,9 +37,13 @@ enum class Parameter : std::uint8_t {
   accel_bias_y,
   accel_bias_walk,
   accel_noise,
+  // vibration
+  noise_at_rest,
+  vibration_speed,
   // where the IMU sits
   imu_x,
   imu_y,
+  imu_z,
   imu_yaw_error,
   // wheels
   wheel_radius_error,
@@ -43,6 +52,7 @@ enum class Parameter : std::uint8_t {
   wheel_radius_error_rear_left,
   wheel_radius_error_rear_right,
   wheel_noise,
+  wheel_step,
   encoder_counts,
   // steering
   steering_offset,
@@ -51,6 +61,9 @@ enum class Parameter : std::uint8_t {
   steering_step,
   steering_commanded,
   // the control units and their bus
+  imu_cycle,
+  wheel_cycle,
+  steering_cycle,
   clock_error,
   cycle_jitter,
   stamp_jitter,
@@ -97,7 +110,7 @@ struct ParameterInfo {
   Draw draw;
   Nature nature;
   double scale_car;  ///< default of the 1:10 car
-  double full_size;  ///< default of the full-size car
+  double saloon;     ///< default of the saloon of scenario road
   double minimum;    ///< of what may be asked for; what is drawn may be its negative
   double maximum;
   std::string_view meaning;
@@ -118,9 +131,24 @@ class ParameterSet {
   std::array<double, parameter_count> values_{};
 };
 
-enum class CarKind : std::uint8_t { scale_car, full_size };
+/// The 1:10 car and the saloon, whose bodies are rigid, and cars of published data, whose bodies
+/// roll and pitch.
+enum class CarKind : std::uint8_t { scale_car, saloon, bmw_320i, ford_escort, vw_vanagon };
+
+enum class CarSize : std::uint8_t { scale, full };
+[[nodiscard]] constexpr CarSize size_of(CarKind car) {
+  return car == CarKind::scale_car ? CarSize::scale : CarSize::full;
+}
+
+/// Whether the car's body stands on springs.
+[[nodiscard]] constexpr bool is_sprung(CarKind car) {
+  return car != CarKind::scale_car && car != CarKind::saloon;
+}
 
 [[nodiscard]] ParameterSet default_parameters(CarKind car);
+
+/// Default of all sprung cars.
+[[nodiscard]] double sprung_default(Parameter parameter);
 
 /// Sets every error to zero.
 void make_ideal(ParameterSet& parameters);
@@ -135,6 +163,9 @@ struct Assignment {
 
 /// Takes "name=value". Throws std::invalid_argument for what is not one.
 [[nodiscard]] Assignment parse_assignment(std::string_view text);
+
+/// A steering servo with dead time, lag and a rate limit, whose command is what the bus carries.
+[[nodiscard]] std::vector<Assignment> slow_servo();
 
 /// Throws std::invalid_argument for a value that may not be asked for.
 void check(const ParameterInfo& info, double value);

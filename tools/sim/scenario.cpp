@@ -10,6 +10,7 @@
 
 #include "tools/sim/circles.hpp"
 #include "tools/sim/exercise.hpp"
+#include "tools/sim/full_size.hpp"
 
 namespace odomd::sim {
 namespace {
@@ -128,22 +129,14 @@ Route patch(double speed, int laps) {
   return route;
 }
 
-// A winding country road of 1.5 km that closes.
-Route road(double speed, int laps) {
-  static const std::vector<Corner> corners{
-      {150, 0, 60},   {330, 0, 60},   {420, 110, 45}, {330, 190, 35}, {380, 290, 40},
-      {270, 330, 40}, {200, 230, 30}, {110, 250, 35}, {90, 350, 30},  {-30, 330, 40},
-      {-60, 190, 50}, {30, 110, 30},  {-50, 40, 30},  {20, 0, 40},
-  };
-  auto track =
-      std::make_shared<Track>(rounded_polygon(corners, Shape::closed, 0.2), Shape::closed, 20.0);
-  return {{rounds(std::move(track), speed, laps)}, {}};
-}
-
 constexpr DriverLimits brisk{.lateral = 5.0, .acceleration = 2.0, .deceleration = 2.0};
 constexpr DriverLimits gentle{.lateral = 3.0, .acceleration = 0.8, .deceleration = 0.8};
 constexpr DriverLimits blind{.lateral = 50.0, .acceleration = 1.5, .deceleration = 1.5};
 constexpr DriverLimits on_the_road{.lateral = 3.5, .acceleration = 1.8, .deceleration = 2.0};
+constexpr DriverLimits on_the_course{
+    .lateral = 4.7, .acceleration = 2.5, .deceleration = 3.5, .horizon = 1.0};
+constexpr DriverLimits in_the_car_park{.lateral = 2.0, .acceleration = 1.0, .deceleration = 1.0};
+constexpr double degree = pi / 180.0;
 
 constexpr std::array scenarios{
     Scenario{"lap", "laps on an 8 m x 5 m competition track, back to the start line",
@@ -162,8 +155,20 @@ constexpr std::array scenarios{
              0.6, 1.5, 3, gentle, parking},
     Scenario{"patch", "laps with ice in two curves and on the straight", CarKind::scale_car, 1.6,
              3.0, 3, blind, patch},
-    Scenario{"road", "a full-size car on 1.5 km of winding road", CarKind::full_size, 18.0, 30.0, 1,
-             on_the_road, road},
+    Scenario{"road", "a full-size car on 1.5 km of winding road", CarKind::saloon, 18.0, 30.0, 1,
+             on_the_road, country_road},
+    Scenario{"hills", "a full-size car on that road, uphill, downhill and banked",
+             CarKind::bmw_320i, 18.0, 30.0, 1, on_the_road, country_road, 0.05, 4.0 * degree},
+    Scenario{"lap", "full-size cars: laps of a handling course, up to 7 m/s2", CarKind::bmw_320i,
+             15.0, 25.0, 2, on_the_course, course_laps},
+    Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", CarKind::bmw_320i,
+             14.0, 20.0, 3, on_the_course, skid_pad},
+    Scenario{"slalom", "full-size cars: cones at a distance that asks for 4.5 m/s2",
+             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course, cone_slalom},
+    Scenario{"stop-and-go", "full-size cars: the course with stops after 15 to 130 m",
+             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course, course_stops},
+    Scenario{"parking", "full-size cars: into a bay and to the kerb", CarKind::bmw_320i, 3.0, 6.0,
+             2, in_the_car_park, car_park},
 };
 
 }  // namespace
@@ -172,13 +177,16 @@ std::span<const Scenario> all_scenarios() {
   return scenarios;
 }
 
-const Scenario& find_scenario(std::string_view name) {
+const Scenario& find_scenario(std::string_view name, std::optional<CarSize> size) {
   std::string names;
   for (const Scenario& scenario : scenarios) {
+    if (size && size_of(scenario.car) != *size) continue;
     if (scenario.name == name) return scenario;
-    names += (names.empty() ? "" : ", ") + std::string(scenario.name);
+    if (names.find(scenario.name) == std::string::npos)
+      names += (names.empty() ? "" : ", ") + std::string(scenario.name);
   }
-  throw std::invalid_argument("no scenario \"" + std::string(name) + "\"; there are: " + names);
+  throw std::invalid_argument("no scenario \"" + std::string(name) + "\"" +
+                              (size ? " for a car of this size" : "") + "; there are: " + names);
 }
 
 }  // namespace odomd::sim

@@ -65,6 +65,7 @@ class WheelEncoder {
   double radius_;
   double counts_;
   double noise_;
+  double step_;
   RandomStream stream_;
   double phase_;  ///< of the marks when the wheel is at 0 [turns]
   std::optional<double> last_;

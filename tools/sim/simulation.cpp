@@ -44,8 +44,10 @@ void move_first(std::vector<T>& from, std::vector<T>& to, Test has_come) {
 }  // namespace
 
 RunPlan make_plan(const RunOptions& options) {
-  RunPlan plan{.options = options, .scenario = find_scenario(options.scenario)};
+  const auto of_size = options.car ? std::optional(size_of(*options.car)) : std::nullopt;
+  RunPlan plan{.options = options, .scenario = find_scenario(options.scenario, of_size)};
   const Scenario& scenario = plan.scenario;
+  plan.car_kind = options.car.value_or(scenario.car);
 
   plan.speed = options.speed.value_or(scenario.speed);
   if (!(plan.speed >= 0.1 && plan.speed <= scenario.max_speed))
@@ -66,7 +68,9 @@ RunPlan make_plan(const RunOptions& options) {
         static_cast<int>(std::min(*options.duration * plan.speed / lap + 1.0, double{most_laps}));
   }
 
-  plan.sizes = default_parameters(scenario.car);
+  plan.sizes = default_parameters(plan.car_kind);
+  plan.sizes[Parameter::road_grade] = scenario.grade;
+  plan.sizes[Parameter::road_bank] = scenario.bank;
   if (options.errors == ErrorModel::ideal) make_ideal(plan.sizes);
   for (const Assignment& size : options.sizes) {
     check(parameter_table()[static_cast<std::size_t>(size.parameter)], size.value);
@@ -87,7 +91,7 @@ RunPlan make_plan(const RunOptions& options) {
   plan.length = route_length(plan.route);
   for (FrictionPatch& patch : plan.route.patches)
     patch.friction = plan.truth[Parameter::patch_friction];
-  plan.car = true_vehicle(scenario.car, plan.truth);
+  plan.car = true_vehicle(plan.car_kind, plan.truth);
   plan.car.patches = plan.route.patches;
   plan.start = standing_pose(plan.car, plan.route.legs.front());
   return plan;
@@ -100,10 +104,21 @@ Simulation::Simulation(const RunPlan& plan)
       deadline_ns_(deadline(plan)),
       plant_(plan.car, plan.start.x, plan.start.y, plan.start.heading),
       driver_(plan.car, plan.route.legs, plan.scenario.limits, plan.options.standstill),
-      bus_(plan.truth, configured_wheel_radius(plan.scenario.car), plan.options.seed,
+      bus_(plan.truth, configured_wheel_radius(plan.car_kind), plan.options.seed,
            plan.options.stamp_step_ns),
       camera_(plan.truth, plan.options.dropouts, plan.options.seed, plan.options.stamp_step_ns),
-      film_(plan.scenario.car, plan.truth, plan.options.seed) {}
+      film_(plan.car_kind, plan.truth, plan.options.seed),
+      road_{.grade = plan.truth[Parameter::road_grade], .bank = plan.truth[Parameter::road_bank]} {}
+
+// Seen from the car, which may go along the track in reverse.
+RoadTilt Simulation::road_here(std::int64_t since_ns) const {
+  const Leg& leg = driver_.leg();
+  const double side = leg.gear == Gear::reverse ? -1.0 : 1.0;
+  const double speed = plant_.output().v_x;
+  const double s = driver_.along_track() + side * speed * 1e-9 * static_cast<double>(since_ns);
+  const RoadTilt along = tilt_at(road_, *leg.track, s, side * speed);
+  return {side * along.grade, side * along.bank, side * along.grade_rate, side * along.bank_rate};
+}
 
 RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
   RunState state = RunState::running;
@@ -120,6 +135,7 @@ RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
                                " s; drive slower, or give it more grip");
     if (now_ns_ % driver_period_ns == 0)
       input_ = driver_.drive(plant_.output(), 1e-9 * double{driver_period_ns});
+    if (!road_.is_level()) input_.road = road_here(now_ns_ % driver_period_ns);
     const PlantOutput before = plant_.output();
     plant_.step(input_, 1e-9 * double{plant_step_ns});
     const std::int64_t from_ns = now_ns_;

@@ -14,6 +14,7 @@
 #include "tools/sim/film.hpp"
 #include "tools/sim/parameters.hpp"
 #include "tools/sim/plant.hpp"
+#include "tools/sim/road.hpp"
 #include "tools/sim/scenario.hpp"
 
 namespace odomd::sim {
@@ -23,6 +24,7 @@ enum class ErrorModel : std::uint8_t { realistic, ideal };
 /// What to simulate. Where nothing is given the scenario's own values hold.
 struct RunOptions {
   std::string scenario = "lap";
+  std::optional<CarKind> car;
   std::optional<double> speed;  ///< [m/s]
   std::optional<int> laps;
   std::optional<double> duration;  ///< ends then, wherever the car is [s]
@@ -40,6 +42,7 @@ struct RunOptions {
 struct RunPlan {
   RunOptions options;
   Scenario scenario;
+  CarKind car_kind = CarKind::scale_car;
   double speed = 0.0;
   int laps = 0;
   ParameterSet sizes;
@@ -98,6 +101,8 @@ class Simulation {
  private:
   void hand_over(Happenings& happenings);
 
+  [[nodiscard]] RoadTilt road_here(std::int64_t since_ns) const;
+
   std::int64_t start_ns_;
   std::int64_t end_ns_;
   std::int64_t deadline_ns_;
@@ -107,6 +112,7 @@ class Simulation {
   CarBus bus_;
   Camera camera_;
   Film film_;
+  RoadProfile road_;
   PlantInput input_;
   std::vector<can::Frame> frames_;                   // sent, not yet received
   std::vector<estimator::CameraPose> camera_poses_;  // taken, not yet arrived

@@ -1,4 +1,4 @@
-// The two cars of the simulation: what a configuration says of them, and what they really are.
+// The cars of the simulation: what a configuration says of them, and what they really are.
 #pragma once
 
 #include "estimator/common/vehicle.hpp"

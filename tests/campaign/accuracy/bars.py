@@ -226,6 +226,37 @@ def shift(results):
                   results.within(max(values), 10))
 
 
+def standing(results):
+    """What a gyro is worth that is quieter at rest than on the move."""
+    for speed in results.speeds:
+        course = f"shaken-lap-{speed:g}"
+        for figure, limit, unit, what in ((heading, 1, "°", "heading at the end of a minute"),
+                                          (drift, 0.25, "cm/m", "drift")):
+            values = results.figures(course, "whole", figure)
+            yield Row(f"{course}: {what}", f"≤ {limit} {unit}", spread(values, unit),
+                      results.within(statistics.median(values), limit))
+
+
+def close(results):
+    """How close the filter gets with the camera, and what it makes of that afterwards."""
+    for speed, at_most, ahead in ((1.0, 3, 0.12), (2.0, 4, 0.35)):
+        if speed not in results.speeds:
+            continue
+        course = f"camera-lap-{speed:g}"
+        values = results.figures(course, "map", position_mm)
+        yield Row(f"{course}: position, rms", f"≤ {at_most} mm",
+                  f"{rms(values):.3g} mm; of a drive {spread(values)}", results.within(rms(values), at_most))
+        values = results.figures(course, "odom", short_term_mm)
+        yield Row(f"{course}: 35 ms after ten seconds of camera", f"≤ {ahead} mm", spread(values, "mm"),
+                  results.within(statistics.median(values), ahead))
+    for speed in results.speeds:
+        if speed <= 2.0:
+            course = f"lost-15-lap-{speed:g}"
+            values = results.figures(course, "after", drift)
+            yield Row(f"{course}: 20 m after the loss", "≤ 0.2 cm/m", spread(values, "cm/m"),
+                      results.within(statistics.median(values), 0.2))
+
+
 MANOEUVRES = (*courses.MANOEUVRES, *(f"camera-{name}" for name in courses.MANOEUVRES))
 BARS = {  # by name: the function, and how the names of the courses begin that it reads
     "dead-reckoning": (dead_reckoning, ("lap-", "stop-and-go", "slalom")),
@@ -239,6 +270,8 @@ BARS = {  # by name: the function, and how the names of the courses begin that i
     "nis": (nis_of_laps, ("camera-lap-",)),
     "shift": (shift, ("camera-lap-",)),
     "finite": (finite, MANOEUVRES),
+    "standing": (standing, ("shaken-",)),
+    "close": (close, ("camera-lap-", "lost-15-")),
 }
 
 

@@ -9,6 +9,8 @@ LATEST = 0.05  # s, after which nothing of a lost camera arrives any more
 FOREVER = 10000  # s
 
 CALIBRATED = ("--gyro-scale-error", "0.003")  # as after a calibration; else 3 %, for the camera to teach
+# A gyro whose noise at rest is the usual one, and five times as much on the move.
+SHAKEN = ("--noise-at-rest", "0.2", "--gyro-noise", "0.025")
 MANOEUVRES = ("stop-and-go", "slalom", "parking", "patch")
 
 
@@ -51,6 +53,12 @@ def lost(name, speed, begin, **views):
     return Course(name, lap(speed, "--camera-dropout", f"{begin}:{FOREVER}"), views, camera=True)
 
 
+def shaken_lap(speed):
+    """For a minute after 3 s of standing, with a gyro whose scale is exact."""
+    exact = ("--scenario", "lap", "--speed", f"{speed:g}", "--duration", "63", "--gyro-scale-error", "0")
+    return Course(f"shaken-lap-{speed:g}", (*exact, *SHAKEN), {"whole": View()})
+
+
 def all_courses(speeds=SPEEDS):
     for speed in speeds:
         yield without_camera(f"lap-{speed:g}", *lap(speed))
@@ -70,3 +78,5 @@ def all_courses(speeds=SPEEDS):
     yield with_camera("gaps-lap", *lap(GAP_SPEED, *dropouts), **{
         f"gap-{begin}": View(align="none", begin=begin, end=begin + length + LATEST)
         for begin, length in GAPS})
+    for speed in speeds:
+        yield shaken_lap(speed)
