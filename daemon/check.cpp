@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -69,6 +70,15 @@ std::string access(std::uint32_t mode, const std::string& group) {
                        : fmt::format("mode {:04o}, group {}", mode, group);
 }
 
+/// Of a limit that 0 switches off.
+std::string most(double limit, std::string_view unit) {
+  return limit > 0.0 ? fmt::format("at most {} {}", limit, unit) : std::string("without limit");
+}
+
+std::string gradient(std::optional<double> configured) {
+  return configured ? fmt::format("{} rad per g", *configured) : std::string("learnt");
+}
+
 void add_signals(Lines& lines, const Config& config) {
   lines.title("signals");
   for (const auto& binding : config.can.bindings) {
@@ -96,6 +106,16 @@ std::string summary(const Config& config, std::span<const can::Database> databas
             "{} kg, {} + {} m to the axles, {} kg m2, stiffness {} + {} N/rad, track {} m",
             car.mass, car.front_axle, car.rear_axle, car.yaw_inertia, car.cornering_stiffness_front,
             car.cornering_stiffness_rear, car.track_width);
+  if (car.grip_front > 0.0 || car.grip_rear > 0.0)
+    lines.add("grip", "front {}, rear {}", most(car.grip_front, "m/s2"),
+              most(car.grip_rear, "m/s2"));
+  if (const auto& servo = car.steering;
+      servo.delay_s > 0.0 || servo.lag_s > 0.0 || servo.rate_limit > 0.0)
+    lines.add("steering", "a command: {} s delay, {} s lag, rate {}", servo.delay_s, servo.lag_s,
+              most(servo.rate_limit, "rad/s"));
+  if (config.roll_gradient || config.pitch_gradient)
+    lines.add("lean", "roll {}, pitch {}", gradient(config.roll_gradient),
+              gradient(config.pitch_gradient));
   lines.add("model", "{}, every {}", name_of(config.model), seconds(config.realtime.period_ns));
   lines.add("real time", "priority {}, {}", config.realtime.priority,
             config.realtime.cpu < 0 ? std::string("any CPU")

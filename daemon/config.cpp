@@ -16,6 +16,9 @@ namespace {
 constexpr std::array<std::string_view, 7> level_names{"trace", "debug",    "info", "warn",
                                                       "error", "critical", "off"};
 
+/// In the order of estimator::Driven.
+constexpr std::array<std::string_view, 3> driven_names{"rear", "front", "all"};
+
 /// All or nothing: half a car with the other half of another would drive somewhere else.
 estimator::Vehicle read_vehicle(TableReader table) {
   estimator::Vehicle vehicle;
@@ -29,10 +32,23 @@ estimator::Vehicle read_vehicle(TableReader table) {
       {"track_width", &vehicle.track_width},
   };
   for (const auto& [key, value] : keys) table.read(key, *value, positive);
+  table.read("grip_front", vehicle.grip_front, positive);
+  table.read("grip_rear", vehicle.grip_rear, positive);
+  if (const auto axle = table.read_choice("driven", driven_names))
+    vehicle.driven = static_cast<estimator::Driven>(*axle);
   table.finish();
   for (const auto& [key, value] : keys)
     if (!table.has(key)) table.fail(key, "is missing; a car is described whole or not at all");
   return vehicle;
+}
+
+estimator::SteeringActuator read_steering(TableReader table) {
+  estimator::SteeringActuator actuator;
+  table.read("delay", actuator.delay_s, {0.0, 0.5, true, "0 to 0.5 (s)"});
+  table.read("lag", actuator.lag_s, {0.0, 1.0, true, "0 to 1 (s)"});
+  table.read("rate_limit", actuator.rate_limit, positive);
+  table.finish();
+  return actuator;
 }
 
 CameraConfig read_camera(TableReader table) {
@@ -93,23 +109,28 @@ LogConfig read_log(TableReader table) {
   return log;
 }
 
-/// Of the noise of the full model what a team would turn; docs/model.md tells which for what.
-void read_full_noise(TableReader& table, estimator::full::Noise& noise,
-                     estimator::full::WheelNoise& wheels) {
+/// Of the tuning of the full model what a team would turn; docs/model.md says which for what.
+void read_tuning(TableReader& table, estimator::Tuning& tuning) {
   const std::pair<std::string_view, double*> walks[] = {
-      {"gyro_bias_walk", &noise.gyro_bias},
-      {"gyro_scale_walk", &noise.gyro_scale},
-      {"accel_bias_walk", &noise.accel_bias},
-      {"wheel_scale_walk", &noise.wheel_scale},
-      {"steering_offset_walk", &noise.steering_offset},
-      {"stiffness_scale_walk", &noise.stiffness_scale},
+      {"gyro_bias_walk", &tuning.gyro_bias_walk},
+      {"gyro_scale_walk", &tuning.gyro_scale_walk},
+      {"accel_bias_walk", &tuning.accel_bias_walk},
+      {"wheel_scale_walk", &tuning.wheel_scale_walk},
+      {"steering_offset_walk", &tuning.steering_offset_walk},
+      {"stiffness_scale_walk", &tuning.stiffness_scale_walk},
   };
   for (const auto& [key, value] : walks)
     table.read(key, *value, {0.0, 1.0, false, "above 0, at most 1"});
-  table.read("tyre_force_error", noise.front_force, {0.0, 100.0, false, "above 0, at most 100"});
-  table.read("yaw_moment_error", noise.yaw_moment, {0.0, 1e3, false, "above 0, at most 1000"});
-  table.read("wheel_radius_error", wheels.radius, {0.0, 0.5, true, "0 to 0.5"});
-  table.read("wheel_slip", wheels.driven_slip, {0.0, 1.0, true, "0 to 1"});
+  const std::pair<std::string_view, std::string_view> removed[] = {
+      {"tyre_force_error", "side_slip_error, the error of v_y per side acceleration, replaces it"},
+      {"yaw_moment_error", "front_angle_error, an angle at the front wheels in rad, replaces it"},
+  };
+  for (const auto& [key, instead] : removed)
+    if (table.contains(key)) table.fail(key, fmt::format("is gone; {}", instead));
+  table.read("front_angle_error", tuning.front_angle, {0.0, 1.0, false, "above 0, at most 1"});
+  table.read("side_slip_error", tuning.side_slip, {0.0, 10.0, false, "above 0, at most 10"});
+  table.read("wheel_radius_error", tuning.wheel_radius, {0.0, 0.5, true, "0 to 0.5"});
+  table.read("wheel_slip", tuning.wheel_slip, {0.0, 1.0, false, "above 0, at most 1"});
 }
 
 void read_filter(TableReader table, Config& config) {
@@ -125,9 +146,21 @@ void read_filter(TableReader table, Config& config) {
   table.read("window", config.window_s,
              {shortest_window_s, longest_window_s, true, "0.2 to 1 (s)"});
   table.read("camera_gate", config.camera_gate, {1.0, 1e6, true, "1 to 1e6"});
-  read_full_noise(table, config.full_noise, config.wheel_noise);
+  read_tuning(table, config.tuning);
   table.read("paper_q", config.paper_noise.Q, positive);
   table.read("paper_r", config.paper_noise.R, positive);
+  table.finish();
+}
+
+void read_imu(TableReader table, Config& config) {
+  table.read("position", config.imu_position, any_number);
+  table.read("yaw", config.imu_yaw, {-3.15, 3.15, true, "-3.15 to 3.15 (rad)"});
+  for (auto& [key, value] :
+       {std::pair<std::string_view, std::optional<double>*>{"roll_gradient", &config.roll_gradient},
+        {"pitch_gradient", &config.pitch_gradient}}) {
+    if (!table.has(key)) continue;
+    table.read(key, value->emplace(), {-0.5, 0.5, true, "-0.5 to 0.5 (rad per g)"});
+  }
   table.finish();
 }
 
@@ -164,11 +197,9 @@ Config parse_config(std::string text, const std::filesystem::path& file) {
   auto can = root.table("can", "[can]");
   config.can = read_can(*can);
   if (auto table = root.table("camera", "[camera]")) config.camera = read_camera(*table);
-  if (auto table = root.table("imu", "[imu]")) {
-    table->read("position", config.imu_position, any_number);
-    table->read("yaw", config.imu_yaw, {-3.15, 3.15, true, "-3.15 to 3.15 (rad)"});
-    table->finish();
-  }
+  if (auto table = root.table("steering", "[steering]"))
+    config.vehicle.steering = read_steering(*table);
+  if (auto table = root.table("imu", "[imu]")) read_imu(*table, config);
   if (auto table = root.table("initial", "[initial]")) read_initial(*table, config);
   if (auto table = root.table("filter", "[filter]")) read_filter(*table, config);
   if (auto table = root.table("realtime", "[realtime]")) config.realtime = read_realtime(*table);

@@ -87,12 +87,14 @@ struct Config {
   CameraConfig camera;
   std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
   double imu_yaw = 0.0;                  ///< of the accelerometer's x axis in the body frame [rad]
+  /// Of the accelerometers on the leaning body: a measured = (1 + gradient) a. Nothing: learnt.
+  std::optional<double> roll_gradient;
+  std::optional<double> pitch_gradient;
   std::optional<estimator::Pose2> initial_pose;
   estimator::Model model = estimator::Model::full;
   double window_s = 0.25;  ///< history for late samples
   double camera_gate = estimator::FilterSettings{}.camera_gate;
-  estimator::full::Noise full_noise;
-  estimator::full::WheelNoise wheel_noise;
+  estimator::Tuning tuning;
   estimator::PaperNoise paper_noise;
   RealtimeConfig realtime;
   ShmConfig shm;

@@ -19,6 +19,7 @@ constexpr Range mass_of_cube{5.0, 3000.0};    // m/l³ [kg/m³]; a lorry 80, a 1
 constexpr Range inertia_of_axles{0.15, 6.0};  // J_z/(m l_v l_h); 0.4 to 1.2
 constexpr Range track_of_base{0.2, 2.0};      // 0.5 to 0.8
 constexpr Range stiffness_of_weight{0.05, 80.0};  // C/(m g) [1/rad]; 0.6 to 10
+constexpr Range grip{0.3, 50.0};                  // [m/s²]; ice 1, a racing car's with wings 40
 constexpr double farthest_sensor = 3.0;           // wheelbases from the centre of gravity
 constexpr double gravity = 9.81;                  // [m/s²]
 
@@ -50,6 +51,13 @@ void doubt_vehicle(const Config& config, std::vector<std::string>& warnings) {
           fmt::format("{} {} is {:.2g} times the car's weight per radian, of tyres it is 0.5 to 10 "
                       "times: write it in N/rad, of the whole axle",
                       key, value, share));
+  for (const auto& [key, value] :
+       {std::pair{"grip_front", car.grip_front}, std::pair{"grip_rear", car.grip_rear}})
+    if (value > 0.0 && !grip.holds(value))
+      warn(
+          fmt::format("{} {} is what no tyre has, on a road it is 5 to 15: write it in m/s², of "
+                      "the side force over the mass that the axle carries",
+                      key, value));
 }
 
 }  // namespace

@@ -40,6 +40,13 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
     warn(Source::steering, full ? "the car's turning is left to the gyro and the wheels"
                                 : "the car is taken to steer straight ahead");
   if (config.model == Model::paper) warn(Source::yaw_rate, "the filter takes it to measure 0");
+  const estimator::SteeringActuator& actuator = config.vehicle.steering;
+  if (full && !is_mapped(config, Source::steering) &&
+      (actuator.delay_s > 0.0 || actuator.lag_s > 0.0 || actuator.rate_limit > 0.0))
+    warnings.push_back(
+        fmt::format("{}: [steering]: steering is not mapped: no command is delayed; map it, or "
+                    "leave [steering] out",
+                    config.file.string()));
   if (full) warn(Source::yaw_rate, "the car's turning is left to steering and wheels");
 }
 
@@ -130,9 +137,10 @@ estimator::FilterSettings filter_settings(const Config& config) {
   settings.vehicle = config.vehicle;
   settings.period_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
   settings.paper = config.paper_noise;
-  settings.full = config.full_noise;
-  settings.wheels = config.wheel_noise;
+  settings.tuning = config.tuning;
   settings.imu_position = config.imu_position;
+  settings.roll_gradient = config.roll_gradient;
+  settings.pitch_gradient = config.pitch_gradient;
   settings.window_s = config.window_s;
   for (std::size_t i = 0; i < estimator::source_count; ++i)
     settings.sigma[i] = config.can.signals[i].sigma;

@@ -44,6 +44,8 @@ class TableReader {
       : table_(&table), name_(std::move(name)), file_(&file) {}
 
   [[nodiscard]] bool has(std::string_view key);
+  /// The same of a key that must not be there: no suggestion shall name it.
+  [[nodiscard]] bool contains(std::string_view key) const { return table_->contains(key); }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::filesystem::path& file() const { return *file_; }
 

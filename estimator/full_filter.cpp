@@ -31,13 +31,12 @@ BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) noexcept {
 }  // namespace
 
 FullFilter::FullFilter(const FilterSettings& settings) noexcept
-    : initial_sigma_(full::prior_sigma(settings)),
-      period_ns_(std::llround(settings.period_s * ns_per_second)),
+    : period_ns_(std::llround(settings.period_s * ns_per_second)),
       window_ns_(std::llround(settings.window_s * ns_per_second)),
       camera_latency_ns_(std::llround(settings.camera_max_latency_s * ns_per_second)),
+      steering_delay_ns_(std::llround(settings.vehicle.steering.delay_s * ns_per_second)),
       modes_(settings.camera_timeout_s) {
-  context_.model = {settings.vehicle, settings.imu_position, settings.full};
-  context_.wheels = settings.wheels;
+  context_.model = {settings.vehicle, settings.imu_position, settings.tuning};
   context_.camera = {settings.camera_gate, settings.initialise_from_camera};
   context_.period_s = settings.period_s;
   for (std::size_t i = 0; i < source_count; ++i) {
@@ -45,7 +44,9 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
   }
   const std::int64_t window_ticks = window_ns_ / period_ns_ + 1;
   stride_ = window_ticks / static_cast<std::int64_t>(kept_states - 3) + 1;
-  now_.covariance.diagonal() = initial_sigma_.array().square();
+  context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
+  fresh_ = full::fresh_state(settings);
+  now_ = fresh_;
 }
 
 void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
@@ -56,7 +57,8 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   now_.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
   now_.covariance.topRows<3>().setZero();
   now_.covariance.leftCols<3>().setZero();
-  now_.covariance.diagonal().head<3>() = initial_sigma_.head<3>().array().square();
+  now_.covariance.diagonal().head<3>() = fresh_.covariance.diagonal().head<3>();
+  now_.lasting.sensitivity.topRows<3>().setZero();
   const bool located_before = now_.located;
   now_.located = true;
   // Nothing that came before may be replayed across it.
@@ -79,11 +81,13 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   }
   const std::size_t index = index_of(sample.source);
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
-  return insert({.time_ns = sample.time_ns,
+  // A command turns the wheels later.
+  const std::int64_t delay_ns = sample.source == Source::steering ? steering_delay_ns_ : 0;
+  return insert({.time_ns = ns_after(sample.time_ns, delay_ns),
                  .source = sample.source,
                  .value = {sample.value},
                  .sigma = {std::clamp(sigma, smallest_sigma, physical_limit[index])}},
-                sample.arrival_ns);
+                sample.arrival_ns, delay_ns);
 }
 
 std::optional<Verdict> FullFilter::add(const CameraPose& camera) noexcept {
@@ -105,13 +109,15 @@ std::optional<Verdict> FullFilter::add(const CameraPose& camera) noexcept {
        .source = Source::camera,
        .value = {camera.x, camera.y, wrap_angle(camera.yaw)},
        .sigma = {bounded(camera.sigma_x), bounded(camera.sigma_y), bounded(camera.sigma_yaw)}},
-      camera.arrival_ns);
+      camera.arrival_ns, 0);
 }
 
-std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arrival_ns) noexcept {
+std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arrival_ns,
+                                          std::int64_t delay_ns) noexcept {
   const std::int64_t next_tick_ns = last_tick_ns_ ? ns_after(*last_tick_ns_, period_ns_)
                                                   : std::numeric_limits<std::int64_t>::max();
-  if (sample.time_ns > ns_after(arrival_ns != 0 ? arrival_ns : next_tick_ns, period_ns_)) {
+  if (sample.time_ns >
+      ns_after(arrival_ns != 0 ? arrival_ns : next_tick_ns, period_ns_ + delay_ns)) {
     return Verdict::future;
   }
   if (last_tick_ns_ &&
@@ -167,7 +173,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
       std::min(ns_after(tick_ns, -window_ns_), kept(kept_count_ - 1).time_ns);
   refuse(window_.until(oldest_ns), Verdict::too_old);
   window_.forget_until(oldest_ns);
-  const std::int64_t newest_ns = ns_after(tick_ns, period_ns_);
+  const std::int64_t newest_ns = ns_after(tick_ns, period_ns_ + steering_delay_ns_);
   refuse(window_.after(newest_ns), Verdict::future);
   window_.forget_after(newest_ns);
   last_ = estimate(tick_ns);
@@ -271,7 +277,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
     now_.covariance.diagonal().segment<3>(at::v_x) +=
         Eigen::Vector3d(change[0], change[3], change[5]);
     now_.rest = {};
-    full::limit(now_.covariance);
+    full::limit(now_);
     kept_count_ = 0;
     keep();
     samples = window_.after(now_.time_ns);
@@ -290,7 +296,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
       samples = samples.subspan(1);
     }
     full::advance(context_, now_, grid_ns);
-    full::limit(now_.covariance);
+    full::limit(now_);
     if (now_.moving && grid_ns > *last_tick_ns_) {
       const BodyVelocity next = velocity_of(now_);
       odom_ = moved(odom_, mean(velocity, next), seconds_between(*last_tick_ns_, grid_ns));
@@ -308,7 +314,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
 /// now; the wheels tell it.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
-  State fresh;
+  State fresh = fresh_;
   fresh.time_ns = tick_ns;
   fresh.located = now_.located;
   fresh.moving = now_.moving;
@@ -316,7 +322,6 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   fresh.last_jump = seen_jump_;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   fresh.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
-  fresh.covariance.diagonal() = initial_sigma_.array().square();
   fresh.covariance(at::v_x, at::v_x) += last_.v_x * last_.v_x;
   now_ = fresh;
   kept_count_ = 0;
@@ -328,7 +333,7 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
     return false;
   }
   const std::int64_t time_ns = now_.time_ns;
-  now_ = full::resumed(predecessor, gap_s, initial_sigma_);
+  now_ = full::resumed(predecessor, gap_s, fresh_);
   now_.time_ns = time_ns;
   seen_resets_ = now_.resets;
   seen_jump_ = now_.last_jump;
@@ -344,7 +349,8 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
 }
 
 Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
-  Estimate e = full::publication(context_, now_, initial_sigma_);
+  Estimate e =
+      full::publication(context_.model, full::input_of(now_), context_.period_s, now_, fresh_);
   e.time_ns = tick_ns;
   e.odom = odom_;
   e.reset_count = reset_count_;

@@ -50,7 +50,8 @@ class FullFilter {
   /// Kept states, enough for the longest window with one every `stride_` ticks.
   static constexpr std::size_t kept_states = 64;
 
-  std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns) noexcept;
+  std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns,
+                                std::int64_t delay_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
   void count_resets() noexcept;
   void tell(const Judgement& judgement) noexcept;
@@ -67,10 +68,11 @@ class FullFilter {
 
   full::Context context_;
   std::array<double, source_count> sigma_{};
-  full::Vector initial_sigma_ = full::Vector::Zero();
+  full::State fresh_;  ///< before anything was measured
   std::int64_t period_ns_ = 5'000'000;
   std::int64_t window_ns_ = 250'000'000;
   std::int64_t camera_latency_ns_ = 200'000'000;
+  std::int64_t steering_delay_ns_ = 0;
   std::int64_t stride_ = 1;  ///< ticks between two kept states
 
   full::SampleWindow window_;

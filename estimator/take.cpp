@@ -5,9 +5,11 @@
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/accel_y.hpp"
-#include "estimator/ekf/prediction.hpp"
-#include "estimator/ekf/yaw_rate.hpp"
+#include "estimator/ekf/accelerometer.hpp"
+#include "estimator/ekf/gyro.hpp"
+#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/update.hpp"
+#include "estimator/ekf/wheel_speed.hpp"
 #include "estimator/integrity/judge.hpp"
 #include "estimator/integrity/plausibility.hpp"
 #include "estimator/integrity/standstill.hpp"
@@ -17,10 +19,11 @@ namespace {
 
 // An input that is older says nothing of now.
 constexpr double steering_lifetime_s = 0.5;
-constexpr double longest_accel_lifetime_s = 0.35;
-constexpr double shortest_accel_lifetime_s = 0.12;
 // A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
 constexpr double gyro_lifetime_s = 0.35;
+
+// No front wheels turn faster [rad/s].
+constexpr double quickest_steering = 20.0;
 
 // No car is known to stand whose wheels are unheard for so long.
 constexpr double wheels_needed_s = 2.5;
@@ -42,12 +45,6 @@ void hold(HeldInput& held, const Sample& sample) noexcept {
 
 bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexcept {
   return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
-}
-
-/// An acceleration is a speed for as long as it is held: of a sensor that has fallen silent, for
-/// four of its periods.
-double accel_lifetime_s(const HeldInput& accel) noexcept {
-  return std::clamp(4.0 * accel.interval_s, shortest_accel_lifetime_s, longest_accel_lifetime_s);
 }
 
 bool gyro_alive(const State& state) noexcept {
@@ -116,15 +113,15 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
       state.rejected[index_of(sample.source)] = {};
       return held(sample.source);
     }
-    const WheelVote vote = wheel_vote(state, sample);
+    const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
     if (!sets_off(state, sample, vote)) {
       return gated(sample.source);
     }
     set_off(context.model, state, vote.slowest);
   }
   const bool gyro = gyro_alive(state);
-  Prediction z = predict_wheel_speed(context.model, context.wheels, input_of(state), state,
-                                     sample.source, sigma, gyro);
+  Prediction z =
+      predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
   const bool doubted = sample.time_ns < state.wheels_doubted_until_ns;
   if (doubted) {
     // Not anew with every sample: one error for as long as the doubt lasts.
@@ -132,17 +129,20 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     const double interval_s = state.heard[index_of(sample.source)].interval_s;
     z.variance += doubt * doubt * wheels_doubted_s / std::max(interval_s, shortest_interval_s);
   }
-  const Judgement judgement = judge(context.signal_gate, state, sample, z, {.yaw_rate = !gyro});
+  const Judgement judgement = judge(context.model, state, sample, z, {.heading = !gyro});
 
   if (turning && !state.rest.resting) {
     return judgement;
   }
   // A few wheels that turn or are locked neither begin a rest nor end one.
-  const WheelVote vote = wheel_vote(state, sample);
+  const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
   const bool most_rest = vote.resting > vote.turning;
   if (most_rest && !turning && !doubted && judgement.verdict == Verdict::fused) {
     rest_by_wheel(state, sample.time_ns);
-  } else if (!most_rest || !turning) {
+  } else if (!most_rest || (!turning && (doubted || seconds_between(last_wheel_ns(state),
+                                                                    sample.time_ns) > soon_s))) {
+    // Wheels that slide are all gated. Where only those of one side are, a biased gyro makes a turn
+    // about the others.
     state.rest.resting = false;
   }
   return judgement;
@@ -153,16 +153,8 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
-  if (!state.rest.standing) {
-    state.fused_ns[index_of(sample.source)] = sample.time_ns;
-    return held(sample.source);
-  }
-  // Standing, it says its bias.
-  Prediction z;
-  z.value = state.mean[at::accel_bias_x];
-  z.variance = sample.sigma[0] * sample.sigma[0];
-  z.depends_on(at::accel_bias_x, 1.0);
-  return judge(context.signal_gate, state, sample, z, {});
+  return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
+               {.lasting = only(lasting::pitch_gradient)});
 }
 
 /// What tells which way the car goes, for wheels that do not: until now they may have had the wrong
@@ -184,10 +176,26 @@ Judgement take_direction(const CarModel& model, State& state, const Sample& samp
     if (std::abs(v_x) > fastest_turn_round && way * before.value <= 0.0) {
       return gated(sample.source);  // one telegram alone turns no car round
     }
-    state.mean.segment<5>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0;
+    state.mean.segment<6>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0, 0.0;
     set_off(model, state, 2.0 * v_x);
   }
   hold(state.direction, sample);
+  return held(sample.source);
+}
+
+/// A steering that jumps further than one turns may be a telegram's alone: by the rest of the jump
+/// the front wheels may be turned otherwise.
+Judgement take_steering(State& state, const Sample& sample) noexcept {
+  if (!state.steering.seen) {
+    state.front_wheels = sample.value[0];
+  } else {
+    const double elapsed_s =
+        std::min(seconds_between(state.steering.time_ns, sample.time_ns), longest_unheard_s);
+    const double jump = std::abs(sample.value[0] - state.steering.value);
+    const double strange = std::max(jump - quickest_steering * elapsed_s, 0.0);
+    state.covariance(at::front_angle, at::front_angle) += strange * strange;
+  }
+  hold(state.steering, sample);
   return held(sample.source);
 }
 
@@ -199,7 +207,7 @@ Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
   }
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
   if (sample.source == Source::yaw_rate) {
-    state.mean[at::yaw_rate] = sample.value[0] - state.mean[at::gyro_bias];
+    state.mean[at::yaw_rate] = sample.value[0] - state.lasting.mean[lasting::gyro_bias];
   } else {
     hold(sample.source == Source::accel_x ? state.accel_x : state.accel_y, sample);
   }
@@ -208,7 +216,8 @@ Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
 
 /// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
 /// tell: it takes two others that agree with it.
-Judgement take_signal(const Context& context, State& state, const Sample& sample) noexcept {
+Judgement take_signal(const Context& context, State& state, const Sample& sample,
+                      double stated_sigma) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
       vouchers(state, sample) < 2) {
@@ -219,30 +228,40 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   }
   switch (sample.source) {
     case Source::yaw_rate:
-      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], sample.sigma[0]);
-      return judge(context.signal_gate, state, sample, predict_yaw_rate(state, sample.sigma[0]),
-                   {.yaw_rate = !state.rest.standing, .gyro_bias = state.rest.standing});
+      // By the noise as it is stated: that of a calm hour makes a turn of every bump.
+      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], stated_sigma);
+      return judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+                   {.heading = !state.rest.standing,
+                    .lasting = state.rest.standing ? only(lasting::gyro_bias) : none()});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
       hold(state.accel_y, sample);
       return judge(
-          context.signal_gate, state, sample,
+          context.model, state, sample,
           predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
-          {.yaw_rate = !gyro_alive(state)});
+          {.heading = !gyro_alive(state), .lasting = only(lasting::roll_gradient)});
     default:
       return take_wheel(context, state, sample);
   }
 }
 
+/// The front wheels follow the command: δ' = δ + (δ_c - δ) (1 - exp(-Δt / T)), no faster than they
+/// can.
+void steer(const SteeringActuator& actuator, double dt, State& state) noexcept {
+  const double share = actuator.lag_s > 0.0 ? -std::expm1(-dt / actuator.lag_s) : 1.0;
+  double change = share * (state.steering.value - state.front_wheels);
+  if (actuator.rate_limit > 0.0) {
+    change = std::clamp(change, -actuator.rate_limit * dt, actuator.rate_limit * dt);
+  }
+  state.front_wheels += change;
+}
+
 }  // namespace
 
 Input input_of(const State& state) noexcept {
-  return {.steering = state.steering.value,
-          .accel_x = state.accel_x.value,
-          .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s),
-          .has_accel_x = alive(state.accel_x, state.time_ns, accel_lifetime_s(state.accel_x)),
-          .accel_x_density = state.accel_x.sigma * std::sqrt(state.accel_x.interval_s)};
+  return {.steering = state.front_wheels,
+          .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s)};
 }
 
 void advance(const Context& context, State& state, std::int64_t time_ns) noexcept {
@@ -261,16 +280,18 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     }
   }
   if (state.rest.standing) {
-    propagate_standing(context.model, left, state.covariance);
+    steer(context.model.car.steering, left, state);
+    propagate_standing(context.model, left, state);
     state.time_ns = time_ns;
     return;
   }
-  const Input input = input_of(state);
   while (left > 1.5 * context.period_s) {
-    propagate(context.model, input, context.period_s, state.mean, state.covariance);
+    steer(context.model.car.steering, context.period_s, state);
+    propagate(context.model, input_of(state), context.period_s, state);
     left -= context.period_s;
   }
-  propagate(context.model, input, left, state.mean, state.covariance);
+  steer(context.model.car.steering, left, state);
+  propagate(context.model, input_of(state), left, state);
   state.time_ns = time_ns;
 }
 
@@ -279,8 +300,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     case Source::camera:
       return take_camera(context.model, context.camera, state, sample);
     case Source::steering:
-      hold(state.steering, sample);
-      return held(sample.source);
+      return take_steering(state, sample);
     case Source::direction:
       return take_direction(context.model, state, sample);
     case Source::count:
@@ -293,7 +313,10 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     // Speeds of sensors that know no sign take that of the direction.
     reading.value[0] = -std::abs(sample.value[0]);
   }
-  const Judgement judgement = take_signal(context, state, reading);
+  if (!is_wheel(sample.source)) {
+    measure_noise(state, reading);
+  }
+  const Judgement judgement = take_signal(context, state, reading, sample.sigma[0]);
   note_heard(state, reading);
   return judgement;
 }

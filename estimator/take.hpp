@@ -2,10 +2,9 @@
 // that keeps disagreeing. A pure function of state and sample, so that a window can be replayed.
 #pragma once
 
-#include "estimator/ekf/model.hpp"
+#include "estimator/ekf/process.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
 #include "estimator/integrity/camera.hpp"
 
 namespace odomd::estimator::full {
@@ -13,22 +12,21 @@ namespace odomd::estimator::full {
 /// Everything that does not change while the filter runs.
 struct Context {
   CarModel model;
-  WheelNoise wheels;
   CameraGate camera;
-  double signal_gate = 20.0;  ///< ν²/S of a scalar sample, 4.5 σ
   double period_s = 0.005;
 };
 
-/// Moves the state to `time_ns`, not before its own time. Steps are at most a period long.
+/// Moves the state to `time_ns`, not before its own time. A step is at most one and a half
+/// periods long.
 void advance(const Context& context, State& state, std::int64_t time_ns) noexcept;
 
 /// The model's inputs as they stand at the state's time: too old ones do not count.
 [[nodiscard]] Input input_of(const State& state) noexcept;
 
-/// Takes a sample whose time is the state's. Of a source that is rejected for too long (the
-/// gyro 50 ms, the lateral accelerometer 0.2 s, the other one, which is judged at a standstill
-/// only, 1.5 s, the wheels 0.25 s of which none was fused) the filter gives in: what it measures is
-/// doubted as far as the sample is off, and the sample is fused.
+/// Takes a sample whose time is the state's. Of a source that is rejected for too long (the gyro
+/// 50 ms, the lateral accelerometer 0.2 s, the other one 1.5 s, the wheels 0.25 s of which none was
+/// fused) the filter gives in: the variance of what it measures, of an accelerometer of its bias,
+/// grows as far as the sample is off, and the sample is fused.
 [[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -3,12 +3,12 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
+#include "estimator/common/tuning.hpp"
 #include "estimator/common/vehicle.hpp"
-#include "estimator/ekf/model.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
 
 namespace odomd::estimator {
 
@@ -33,10 +33,13 @@ struct FilterSettings {
   Vehicle vehicle;
   double period_s = 0.005;
   PaperNoise paper;
-  full::Noise full;
-  full::WheelNoise wheels;
+  Tuning tuning;
   std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
-  double window_s = 0.25;                ///< so late a sample may be
+  /// What the body's lean adds to the accelerometers, a measured = (1 + gradient) a, where it is
+  /// known; else it is learnt, from none on.
+  std::optional<double> roll_gradient;
+  std::optional<double> pitch_gradient;
+  double window_s = 0.25;  ///< so late a sample may be
 
   /// Standard deviations of each source's samples where a sample does not state its own. 0: the
   /// default of the source.

@@ -1,7 +1,20 @@
-// The car as the models see it: a bicycle with a mass, a yaw inertia and two linear tyres.
+// The car as the models see it: a bicycle with a mass, a yaw inertia and two tyres.
 #pragma once
 
+#include <cstdint>
+
 namespace odomd::estimator {
+
+/// What lies between a steering command and the front wheels. Where the angle itself is measured:
+/// nothing.
+struct SteeringActuator {
+  double delay_s = 0.0;
+  double lag_s = 0.0;       ///< time constant of a first-order lag
+  double rate_limit = 0.0;  ///< [rad/s]; 0: none
+};
+
+/// Which axle the engine drives.
+enum class Driven : std::uint8_t { rear, front, all };
 
 /// SI units. The defaults are the reference car (the paper author's published 1:10 car).
 /// Stiffnesses are positive, for a whole axle; the signs stand in the formulas (errata, 2).
@@ -13,6 +26,13 @@ struct Vehicle {
   double cornering_stiffness_front = 20.0;  ///< C_v [N/rad]
   double cornering_stiffness_rear = 60.0;   ///< C_h [N/rad]
   double track_width = 0.16;                ///< [m]
+  /// The most an axle's tyres push sideways, over the mass it carries [m/s²]; 0: linear, without
+  /// end.
+  double grip_front = 0.0;
+  double grip_rear = 0.0;
+
+  SteeringActuator steering;
+  Driven driven = Driven::rear;
 
   [[nodiscard]] constexpr double wheelbase() const { return front_axle + rear_axle; }
 };

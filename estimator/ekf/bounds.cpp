@@ -1,3 +1,4 @@
+// docs/model.md, "Bounds".
 #include "estimator/ekf/bounds.hpp"
 
 #include <array>
@@ -13,8 +14,9 @@ constexpr double fastest = 300.0;       // [m/s]
 constexpr double fastest_turn = 100.0;  // [rad/s]
 
 /// What nothing is known beyond: half a turn, a kilometre, 100 m/s.
-constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2, 1e2, 1e2, 35.0, 1e2, 1e2,
-                                                         10.0, 0.5, 0.9, 1.0, 0.5, 10.0, 0.5};
+constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,
+                                                         50.0, 1.0, 50.0, 10.0, 10.0, 0.5};
+constexpr std::array<double, lasting::size> largest_lasting{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0};
 
 // Rounding takes the last digits of a strongly correlated P; this keeps it positive definite, and
 // makes it 1.7 % larger in a day.
@@ -23,17 +25,17 @@ constexpr double inflation = 1.0 + 1e-9;
 /// P = L D Lᵀ, all of D finite and positive: so exactly where P is positive definite, but for
 /// rounding, and has no number in its lower half that is not finite. (Of a NaN, or of infinities
 /// beside the diagonal, some later element of D is made.)
-bool is_positive_definite(const Matrix& P) noexcept {
-  Matrix rest = P;
-  for (Eigen::Index k = 0; k < at::size; ++k) {
+template <int Size>
+bool is_positive_definite(Eigen::Matrix<double, Size, Size> rest) noexcept {
+  for (Eigen::Index k = 0; k < Size; ++k) {
     const double d = rest(k, k);
     if (!(d > 0.0) || !std::isfinite(d)) {
       return false;
     }
     const double per_d = 1.0 / d;
-    for (Eigen::Index j = k + 1; j < at::size; ++j) {
+    for (Eigen::Index j = k + 1; j < Size; ++j) {
       const double l = rest(j, k) * per_d;
-      for (Eigen::Index i = j; i < at::size; ++i) {
+      for (Eigen::Index i = j; i < Size; ++i) {
         rest(i, j) -= l * rest(i, k);
       }
     }
@@ -41,12 +43,12 @@ bool is_positive_definite(const Matrix& P) noexcept {
   return true;
 }
 
-}  // namespace
-
-void limit(Matrix& P) noexcept {
+template <int Size, std::size_t Count>
+void limit(Eigen::Matrix<double, Size, Size>& P, const std::array<double, Count>& most) noexcept {
+  static_assert(Size == Count);
   P.diagonal() *= inflation;
-  for (Eigen::Index i = 0; i < at::size; ++i) {
-    const double largest = largest_deviation[static_cast<std::size_t>(i)];
+  for (Eigen::Index i = 0; i < Size; ++i) {
+    const double largest = most[static_cast<std::size_t>(i)];
     if (P(i, i) > largest * largest) {
       const double factor = largest / std::sqrt(P(i, i));
       P.row(i) *= factor;
@@ -55,12 +57,21 @@ void limit(Matrix& P) noexcept {
   }
 }
 
+}  // namespace
+
+void limit(State& state) noexcept {
+  limit(state.covariance, largest_deviation);
+  limit(state.lasting.covariance, largest_lasting);
+}
+
 bool sound(const State& state) noexcept {
   return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
          state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
          state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&
-         std::abs(state.mean[at::yaw_rate]) < fastest_turn &&
-         is_positive_definite(state.covariance);
+         std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.lasting.mean.allFinite() &&
+         state.lasting.mean.cwiseAbs().maxCoeff() < largest_state &&
+         state.lasting.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
+         is_positive_definite(state.lasting.covariance);
 }
 
 }  // namespace odomd::estimator::full

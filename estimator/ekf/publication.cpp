@@ -1,42 +1,61 @@
+// docs/model.md, "Publication".
 #include "estimator/ekf/publication.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/symmetric3.hpp"
-#include "estimator/ekf/model.hpp"
+#include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
 namespace {
 
-/// The states that a Calibration tells of, in its order, and what it adds to them.
-struct Calibrated {
-  at::Index state;
-  double neutral;
-};
-constexpr std::array<Calibrated, calibration_count> calibrated{{{at::gyro_bias, 0.0},
-                                                                {at::gyro_scale, 1.0},
-                                                                {at::accel_bias_x, 0.0},
-                                                                {at::accel_bias_y, 0.0},
-                                                                {at::wheel_scale, 1.0},
-                                                                {at::steering_offset, 0.0},
-                                                                {at::stiffness_scale, 1.0}}};
 // Learnt is what is known so much better than at first.
 constexpr double learnt_share = 0.4;
+
+// A gradient that is configured is known so much better than one that is not.
+constexpr double configured_share = 1.0 / 3.0;
 
 // So far ahead look the published time derivatives [s].
 constexpr double look_ahead_s = 0.06;
 
-Calibration calibration_of(const State& state, const Vector& prior_sigma) noexcept {
+/// A calibration's number and variance, among the states or among the lasting errors, and what a
+/// sensor without error has.
+struct Calibrated {
+  double& value;
+  double& variance;
+  double neutral = 0.0;
+};
+
+/// In the order of Calibration.
+std::array<Calibrated, calibration_count> calibrated(State& state) noexcept {
+  const auto own = [&](at::Index index) {
+    return Calibrated{state.mean[index], state.covariance(index, index)};
+  };
+  const auto lasts = [&](lasting::Index index, double neutral) {
+    return Calibrated{state.lasting.mean[index], state.lasting.covariance(index, index), neutral};
+  };
+  return {lasts(lasting::gyro_bias, 0.0),
+          lasts(lasting::gyro_scale, 1.0),
+          own(at::accel_bias_x),
+          own(at::accel_bias_y),
+          lasts(lasting::wheel_scale, 1.0),
+          own(at::steering_offset),
+          lasts(lasting::stiffness_scale, 1.0)};
+}
+
+Calibration calibration_of(State state, State fresh) noexcept {
+  const auto now = calibrated(state);
+  const auto before = calibrated(fresh);
   Calibration calibration;
   for (std::size_t i = 0; i < calibration_count; ++i) {
-    const auto [index, neutral] = calibrated[i];
-    calibration.value[i] = state.mean[index] + neutral;
-    calibration.sigma[i] = std::sqrt(state.covariance(index, index));
-    if (calibration.sigma[i] < learnt_share * prior_sigma[index]) {
+    calibration.value[i] = now[i].value + now[i].neutral;
+    calibration.sigma[i] = std::sqrt(now[i].variance);
+    if (now[i].variance < learnt_share * learnt_share * before[i].variance) {
       calibration.valid |= std::uint64_t{1} << i;
     }
   }
@@ -45,17 +64,21 @@ Calibration calibration_of(const State& state, const Vector& prior_sigma) noexce
 
 /// What a client integrates for up to 100 ms: the mean rate of the next 60 ms, in which the tyres
 /// settle. The rate of this instant would run away from the filter's own propagation.
-BodyVelocity mean_rate_ahead(const Context& context, const State& state) noexcept {
-  const Input input = input_of(state);
+BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double period_s,
+                             const State& state) noexcept {
   const Eigen::Vector3d now = state.mean.segment<3>(at::v_x);
-  Eigen::Matrix<double, 8, 1> ahead = state.mean.segment<8>(at::v_x);
-  const long steps = std::max(1L, std::lround(look_ahead_s / context.period_s));
+  Moving ahead = moving(state, input);
+  const long steps = std::max(1L, std::lround(look_ahead_s / period_s));
   const double dt = look_ahead_s / static_cast<double>(steps);
   for (long done = 0; done < steps; ++done) {
-    ahead.head<3>() = next_velocity<double>(context.model, input, ahead, dt);
+    const Eigen::Vector3d next = velocity_step(model.car, ahead, dt).velocity;
+    ahead.v_x = next[0];
+    ahead.v_y = next[1];
+    ahead.yaw_rate = next[2];
+    ahead.accel_x *= model.tuning.drive_accel_s / (model.tuning.drive_accel_s + dt);
   }
-  return {(ahead[0] - now[0]) / look_ahead_s, (ahead[1] - now[1]) / look_ahead_s,
-          (ahead[2] - now[2]) / look_ahead_s};
+  return {(ahead.v_x - now[0]) / look_ahead_s, (ahead.v_y - now[1]) / look_ahead_s,
+          (ahead.yaw_rate - now[2]) / look_ahead_s};
 }
 
 Eigen::Matrix3d unpacked(const Symmetric3& s) noexcept {
@@ -68,31 +91,35 @@ Eigen::Matrix3d unpacked(const Symmetric3& s) noexcept {
 
 }  // namespace
 
-Vector prior_sigma(const FilterSettings& settings) noexcept {
-  const std::array<double, at::size> sigma{
-      settings.initial_sigma_position,
-      settings.initial_sigma_position,
+State fresh_state(const FilterSettings& settings) noexcept {
+  const Tuning& t = settings.tuning;
+  State state;
+  Vector sigma;
+  sigma << settings.initial_sigma_position, settings.initial_sigma_position,
       settings.initial_sigma_yaw,  //
-      1.0,
-      0.5,
-      1.0,   // v_x, v_y [m/s], yaw_rate [rad/s]
-      1.5,   // front_force [m/s²]
-      1.5,   // yaw_moment [rad/s²]
-      0.3,   // accel_bias_x [m/s²]
-      0.02,  // steering_offset [rad]
-      0.15,  // stiffness_scale
-      0.03,  // gyro_bias [rad/s]
-      0.02,  // gyro_scale
-      0.3,   // accel_bias_y [m/s²]
-      0.03,  // wheel_scale
-  };
-  return Vector(sigma.data());
+      1.0, 0.5, 1.0,               // v_x, v_y [m/s], yaw_rate [rad/s]
+      t.drive_accel * gravity, t.front_angle, t.side_force_floor * gravity, t.accel_bias,
+      t.accel_bias, t.steering_offset;
+  state.covariance.diagonal() = sigma.array().square();
+  LastingVector lasting_sigma;
+  lasting_sigma << t.gyro_bias, t.gyro_scale, t.wheel_scale, t.wheel_slip, t.stiffness_scale,
+      t.roll_gradient, t.pitch_gradient;
+  for (const auto& [index, configured] :
+       {std::pair{lasting::roll_gradient, settings.roll_gradient},
+        std::pair{lasting::pitch_gradient, settings.pitch_gradient}}) {
+    if (configured) {
+      state.lasting.mean[index] = *configured;
+      lasting_sigma[index] *= configured_share;
+    }
+  }
+  state.lasting.covariance.diagonal() = lasting_sigma.array().square();
+  return state;
 }
 
-Estimate publication(const Context& context, const State& state,
-                     const Vector& prior_sigma) noexcept {
+Estimate publication(const CarModel& model, const Input& input, double period_s, const State& state,
+                     const State& fresh) noexcept {
   const Vector& x = state.mean;
-  const Matrix& P = state.covariance;
+  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   Estimate e;
   e.time_ns = state.time_ns;
   e.initialised = state.located && state.moving;
@@ -111,9 +138,9 @@ Estimate publication(const Context& context, const State& state,
   e.steering = state.steering.value;
   e.camera_ns = state.fused_ns[index_of(Source::camera)];
   e.camera_test_ratio = state.camera_test_ratio;
-  e.calibration = calibration_of(state, prior_sigma);
+  e.calibration = calibration_of(state, fresh);
   if (e.initialised && !state.rest.standing) {
-    const BodyVelocity rate = mean_rate_ahead(context, state);
+    const BodyVelocity rate = mean_rate_ahead(model, input, period_s, state);
     e.v_x_dot = rate.v_x;
     e.v_y_dot = rate.v_y;
     e.yaw_accel = rate.yaw_rate;
@@ -121,8 +148,8 @@ Estimate publication(const Context& context, const State& state,
   return e;
 }
 
-State resumed(const Estimate& predecessor, double gap_s, const Vector& prior_sigma) noexcept {
-  State state;
+State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noexcept {
+  State state = fresh;
   // The car has most likely gone on as it went.
   const BodyVelocity velocity = velocity_of(predecessor);
   const Pose2 map = moved(predecessor.map, velocity, gap_s);
@@ -137,18 +164,18 @@ State resumed(const Estimate& predecessor, double gap_s, const Vector& prior_sig
   const Symmetric3 P =
       sum(displaced(predecessor.covariance, map.x - predecessor.map.x, map.y - predecessor.map.y),
           scaled(rotated(V, c, s), gap_s * gap_s));
-  state.covariance.diagonal() = prior_sigma.array().square();
   state.covariance.topLeftCorner<3, 3>() = unpacked(sum(P, gap_noise(gap_s)));
   state.covariance.block<3, 3>(at::v_x, at::v_x) = unpacked(sum(V, velocity_gap_noise(gap_s)));
 
   const Calibration& known = predecessor.calibration;
+  const auto calibrations = calibrated(state);
   for (std::size_t i = 0; i < calibration_count; ++i) {
-    const auto [index, neutral] = calibrated[i];
-    const double value = known.value[i] - neutral;
-    const double sigma = known.sigma[i];
-    if (std::isfinite(value) && sigma > 0.0 && sigma < prior_sigma[index]) {
-      state.mean[index] = value;
-      state.covariance(index, index) = sigma * sigma;
+    const Calibrated& mine = calibrations[i];
+    const double value = known.value[i] - mine.neutral;
+    const double variance = known.sigma[i] * known.sigma[i];
+    if (std::isfinite(value) && variance > 0.0 && variance < mine.variance) {
+      mine.value = value;
+      mine.variance = variance;
     }
   }
   state.fused_ns[index_of(Source::camera)] = predecessor.camera_ns;

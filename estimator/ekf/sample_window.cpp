@@ -1,3 +1,4 @@
+// docs/model.md, "Late samples".
 #include "estimator/ekf/sample_window.hpp"
 
 namespace odomd::estimator::full {

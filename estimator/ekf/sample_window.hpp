@@ -1,5 +1,7 @@
 // The samples of the last fraction of a second, in the order of their own times: whatever the order
 // they arrive in, the filter sees the same sequence.
+//
+// docs/model.md, "Late samples".
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,7 @@
 // The state of the full filter: which quantities it estimates, in which order, and all that one
 // instant hands to the next. A value: the filter keeps one for every tick of its window.
+//
+// docs/model.md, "State".
 #pragma once
 
 #include <array>
@@ -12,11 +14,8 @@
 
 namespace odomd::estimator::full {
 
-/// The states, SI units. The pose is that of the centre of gravity in the map frame, the velocity
-/// that of the same point in the body frame.
-///
-/// The order keeps together what a step of the motion couples: rows 0-5 change, from columns 2-10.
-/// Those from `accel_bias_x` on vary slowly, by random walks.
+/// What is estimated, SI units. The pose is that of the centre of gravity in the map frame, the
+/// velocity that of the same point in the body frame.
 namespace at {
 enum Index : Eigen::Index {
   x,
@@ -25,21 +24,46 @@ enum Index : Eigen::Index {
   v_x,
   v_y,
   yaw_rate,
-  front_force,      ///< e [m/s²]: what the front tyres push sideways beyond their model, over m
-  yaw_moment,       ///< e_M [rad/s²]: what turns the car beyond the model of the tyres, over J_z
+  accel_x,          ///< a_x [m/s²]: specific force along x at the centre of gravity
+  front_angle,      ///< ε [rad]: what the front wheels are turned beyond what is known of them
+  side_force,       ///< e [m/s²]: what pushes the car sideways beyond its tyres' model, over m
   accel_bias_x,     ///< b_ax [m/s²]
-  steering_offset,  ///< δ_0 [rad]: measured = true + offset
-  stiffness_scale,  ///< κ: C = (1 + κ) C as configured
-  gyro_bias,        ///< b_g [rad/s]
-  gyro_scale,       ///< s_g: measured = (1 + s_g) ψ̇ + b_g
   accel_bias_y,     ///< b_ay [m/s²]
-  wheel_scale,      ///< s_w: measured = (1 + s_w) v
+  steering_offset,  ///< δ_0 [rad]: measured = true + offset
   size
 };
 }  // namespace at
 
+/// What errs in proportion, or for good, and what the car's own sensors cannot tell from motion.
+/// The state is estimated as if these were known; how far it would be off if they were otherwise
+/// stands in `sensitivity`. A camera teaches
+/// them; the gyro its bias at a standstill, the accelerometers what a body's roll and pitch add.
+namespace lasting {
+enum Index : Eigen::Index {
+  gyro_bias,        ///< b_g [rad/s]
+  gyro_scale,       ///< s_g: measured = (1 + s_g) ψ̇ + b_g
+  wheel_scale,      ///< s_w: measured = (1 + s_w) v
+  wheel_slip,       ///< c_s [s²/m]: a driven wheel turns faster by c_s a_x v
+  stiffness_scale,  ///< κ: C = (1 + κ) C as configured
+  roll_gradient,    ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
+  pitch_gradient,   ///< ρ_x: likewise along x
+  size
+};
+}  // namespace lasting
+
 using Vector = Eigen::Matrix<double, at::size, 1>;
 using Matrix = Eigen::Matrix<double, at::size, at::size>;
+using LastingVector = Eigen::Matrix<double, lasting::size, 1>;
+using LastingMatrix = Eigen::Matrix<double, lasting::size, lasting::size>;
+
+/// The errors that last: s, P_s; and B = ∂(x error)/∂(s error), so that the error of the state is
+/// x̃ + B s̃, with x̃ of covariance P independent of s̃ of covariance P_s.
+struct Lasting {
+  LastingVector mean = LastingVector::Zero();
+  LastingMatrix covariance = LastingMatrix::Zero();
+  Eigen::Matrix<double, at::size, lasting::size> sensitivity =
+      Eigen::Matrix<double, at::size, lasting::size>::Zero();
+};
 
 /// The newest sample of a signal that is an input of the model, not a measurement of its state.
 struct HeldInput {
@@ -48,6 +72,19 @@ struct HeldInput {
   double value = 0.0;
   double sigma = 0.0;       ///< of the sample
   double interval_s = 0.0;  ///< since the one before
+};
+
+/// How noisy an inertial sensor is, by how its samples scatter from one to the next: vibration
+/// makes it several times noisier on the move than at rest. Variances over that of the stated
+/// sigma.
+struct NoiseLevel {
+  double at_rest = 1.0;
+  double moving = 1.0;
+  int rest_samples = 0;  ///< that `at_rest` is the mean of
+  int moving_samples = 0;
+  std::array<double, 2> last{};  ///< the two samples before, in stated sigmas
+  int run = 0;                   ///< how many of them are of the same kind, at rest or moving
+  bool resting = false;
 };
 
 /// Whether the car stands, judged from wheels and gyro; see standstill.hpp.
@@ -94,10 +131,23 @@ struct CameraContender {
   Sighting last;
 };
 
+constexpr std::array<double, source_count> filled(double value) noexcept {
+  std::array<double, source_count> all{};
+  all.fill(value);
+  return all;
+}
+
 struct State {
   std::int64_t time_ns = 0;
   Vector mean = Vector::Zero();
-  Matrix covariance = Matrix::Zero();
+  Matrix covariance = Matrix::Zero();  ///< of the state, were the lasting errors known
+  Lasting lasting;
+  double drive_unrest = 1.0;  ///< variance of what drives a_x, over what is usual; by the wheels
+  double turn_unrest = 1.0;   ///< likewise of ε, by the gyro
+  std::array<double, source_count> wheel_unrest = filled(1.0);  ///< of each wheel's relative error
+  double way_unrest = 1.0;    ///< likewise of the way's error, by the camera
+  double front_wheels = 0.0;  ///< δ behind the steering's actuator [rad]
+  std::array<NoiseLevel, source_count> noise{};
 
   bool moving = false;   ///< a wheel speed was there: the motion is being followed
   bool located = false;  ///< there is a pose to start from

@@ -1,6 +1,9 @@
+// docs/model.md, "Wheels".
 #include "estimator/ekf/wheel_speed.hpp"
 
 #include <algorithm>
+
+#include "estimator/common/time.hpp"
 
 namespace odomd::estimator::full {
 namespace {
@@ -9,8 +12,8 @@ namespace {
 // nothing.
 constexpr double largest_steering = 0.6;
 constexpr double slowest_steered = 0.3;
-// No tyre makes more [m/s²]: an accelerometer that reads more is broken, and says nothing of slip.
-constexpr double strongest_grip = 12.0;
+// A wheel that was not heard for so long says nothing of the others [s].
+constexpr double silent_s = 0.5;
 
 /// δ: as measured, or as the front axle goes, atan((v_y + l_v ψ̇) / v_x).
 double steering_of(const Vehicle& car, const Input& input, const Vector& x) noexcept {
@@ -43,10 +46,10 @@ WheelPlace wheel_place(const Vehicle& car, Source source) noexcept {
   }
 }
 
-Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise, const Input& input,
-                               const State& state, Source source, double sigma,
-                               bool gyro) noexcept {
+Prediction predict_wheel_speed(const CarModel& model, const Input& input, const State& state,
+                               Source source, double sigma, bool gyro) noexcept {
   const WheelPlace place = wheel_place(model.car, source);
+  const Tuning& tuning = model.tuning;
   const Vector& x = state.mean;
   const double yaw_rate = x[at::yaw_rate];
   const double steering = steering_of(model.car, input, x);
@@ -56,28 +59,45 @@ Prediction predict_wheel_speed(const CarModel& model, const WheelNoise& noise, c
   const double along = x[at::v_x] - place.left * yaw_rate;
   const double across = x[at::v_y] + place.ahead * yaw_rate;
   const double rolling = along * c + across * s;
-  const double scale = 1.0 + x[at::wheel_scale];
-
-  // What drives the car beyond what its accelerometer feels: the front tyres' drag in a turn,
+  const bool drives = is_driven(model.car.driven, source);
+  // What drives the car beyond what accelerates it: the front tyres' drag in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
-  const double felt = input.has_accel_x ? input.accel_x - x[at::accel_bias_x] : 0.0;
-  const bool driven = is_driven(source);
-  const double drag = driven ? model.car.rear_axle / model.car.wheelbase() * x[at::v_x] * yaw_rate *
-                                   std::sin(steering)
-                             : 0.0;
-  const double slip = (driven ? noise.driven_slip : noise.free_slip) *
-                      std::clamp(felt + drag, -strongest_grip, strongest_grip);
+  const double drag =
+      model.car.rear_axle / model.car.wheelbase() * x[at::v_x] * yaw_rate * std::sin(steering);
+  const double driven = drives ? x[at::accel_x] + drag : 0.0;
+  const double slip = 1.0 + state.lasting.mean[lasting::wheel_slip] * driven;
+  const double scale = (1.0 + state.lasting.mean[lasting::wheel_scale]) * slip;
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
 
+  const auto squared = [](double value) { return value * value; };
   Prediction z;
   z.value = scale * rolling;
-  const auto squared = [](double value) { return value * value; };
-  z.variance = squared(sigma) + (squared(noise.radius) + squared(slip)) * squared(rolling) +
-               squared(by_delta * noise.front_angle) +
+  // Of wheels that err, the one that errs least counts in full: they may be inconsistent with each
+  // other, but no accelerometer outvotes them.
+  double least = state.wheel_unrest[index_of(source)];
+  bool free = !drives;
+  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
+    const Reading& heard = state.heard[i];
+    if (heard.agreeing > 0 && seconds_between(heard.time_ns, state.time_ns) <= silent_s) {
+      least = std::min(least, state.wheel_unrest[i]);
+      free = free || !is_driven(model.car.driven, static_cast<Source>(i));
+    }
+  }
+  const double unrest = state.wheel_unrest[index_of(source)];
+  const double radius = squared(tuning.wheel_radius * rolling);
+  const double slipping = squared(tuning.slip_noise * driven * rolling);
+  z.slack = (unrest - unrest / least) * radius + (free ? 0.0 : slipping);
+  z.variance = squared(sigma) + unrest * radius + slipping +
+               squared(by_delta * tuning.front_wheel) +
                squared(s) * state.covariance(at::v_y, at::v_y);
   z.depends_on(at::v_x, scale * c);
-  z.depends_on(at::wheel_scale, rolling);
+  z.by_lasting[lasting::wheel_scale] = slip * rolling;
+  const double scale_alone = 1.0 + state.lasting.mean[lasting::wheel_scale];
+  z.by_lasting[lasting::wheel_slip] = scale_alone * driven * rolling;
+  if (drives) {
+    z.depends_on(at::accel_x, scale_alone * state.lasting.mean[lasting::wheel_slip] * rolling);
+  }
   if (gyro) {
     z.variance += squared(by_yaw_rate) * state.covariance(at::yaw_rate, at::yaw_rate);
   } else {

@@ -7,7 +7,8 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/prediction.hpp"
+#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/update.hpp"
 #include "estimator/integrity/standstill.hpp"
 
 namespace odomd::estimator::full {
@@ -40,9 +41,13 @@ constexpr double changed_yaw_rate = 0.5;  // [rad/s]
 
 /// What no tyre and no sensor is off by, and where the model would lose its sense.
 void keep_scales_possible(State& state) noexcept {
-  state.mean[at::stiffness_scale] = std::clamp(state.mean[at::stiffness_scale], -0.7, 2.0);
-  state.mean[at::gyro_scale] = std::clamp(state.mean[at::gyro_scale], -0.5, 0.5);
-  state.mean[at::wheel_scale] = std::clamp(state.mean[at::wheel_scale], -0.5, 0.5);
+  LastingVector& scales = state.lasting.mean;
+  const auto keep = [&scales](lasting::Index index, double lowest, double highest) {
+    scales[index] = std::clamp(scales[index], lowest, highest);
+  };
+  keep(lasting::stiffness_scale, -0.7, 2.0);
+  keep(lasting::gyro_scale, -0.5, 0.5);
+  keep(lasting::wheel_scale, -0.5, 0.5);
 }
 
 /// The nearer way round: each heading was seen next to the filter's, which the other's was not.
@@ -140,7 +145,7 @@ void doubt_motion(State& state, const CameraContender& run,
   state.covariance(at::v_x, at::v_x) += speed;
   state.covariance(at::v_y, at::v_y) += speed;
   state.covariance(at::yaw_rate, at::yaw_rate) += yaw_rate;
-  state.covariance(at::gyro_bias, at::gyro_bias) +=
+  state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) +=
       std::min(squared(doubted_bias) + yaw_rate, squared(largest_doubted_bias));
   if (way > 0.0) {
     state.wheels_doubted_until_ns =
@@ -159,9 +164,10 @@ void take_motion(const CarModel& model, State& state, const Sighting& before, co
     const Innovation nu = innovation(state, z, seen);
     correct(state, nu, optimal_gain(nu));
   };
-  state.mean[at::front_force] = state.mean[at::yaw_moment] = 0.0;
-  forget(state, at::front_force, model.noise.front_force);
-  forget(state, at::yaw_moment, model.noise.yaw_moment);
+  state.mean[at::accel_x] = state.mean[at::front_angle] = state.mean[at::side_force] = 0.0;
+  forget(state, at::accel_x, model.tuning.drive_accel * gravity);
+  forget(state, at::front_angle, model.tuning.front_angle);
+  forget(state, at::side_force, model.tuning.side_force_floor * gravity);
 
   const double step_s = seconds_between(before.capture_ns, now.capture_ns);
   const double turn = turn_between(before.seen, now.seen);
@@ -209,7 +215,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   const Pose2 believed = state.pose();
   judgement.degrees = 3;
   judgement.innovation = {z_x - believed.x, z_y - believed.y, wrap_angle(z_yaw - believed.yaw)};
-  const auto& P = state.covariance;
+  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   const Symmetric3 S{P(0, 0) + sample.sigma[0] * sample.sigma[0],
                      P(0, 1),
                      P(0, 2),
@@ -232,8 +238,14 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
       z.depends_on(pose_states[i], 1.0);
       const Innovation nu = full::innovation(state, z, measured[i]);
       correct(state, nu, optimal_gain(nu));
+      teach(state, nu, all());
     }
     keep_scales_possible(state);
+    const std::int64_t before_ns = state.fused_ns[index_of(Source::camera)];
+    if (before_ns != 0) {
+      follow_way_unrest(model.tuning, state, judgement.squared_ratio,
+                        seconds_between(before_ns, sample.time_ns));
+    }
     fused();
     return judgement;
   }

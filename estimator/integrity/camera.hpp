@@ -2,7 +2,7 @@
 // done when the filter is wrong and the camera right.
 #pragma once
 
-#include "estimator/ekf/model.hpp"
+#include "estimator/ekf/process.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/noise.hpp"
 #include "estimator/integrity/plausibility.hpp"
 #include "estimator/integrity/standstill.hpp"
 
@@ -12,6 +13,9 @@ namespace {
 
 // A car that slides on locked wheels slows down at least so much, and its accelerometer feels it.
 constexpr double slide_slows = 1.0;  // [m/s²]
+
+// By so much [g] brakes and motor change a_x at once, one sigma.
+constexpr double pedal = 0.3;
 
 /// Until when the filter had one of the same kind to go by: wheels that are outvoted by those that
 /// are rejected count no longer.
@@ -25,17 +29,13 @@ struct Patience {
   at::Index doubted;  ///< the state that gives way
 };
 
-/// So fast the tyres would pull ψ̇ back to where the model wants it [s].
-constexpr double yaw_settling_s = 0.05;
-
 /// Of a car that stands nothing moves: there, it is the sensor's bias that has changed.
-Patience patience_with(Source source, const Prediction& prediction, bool standing) noexcept {
+Patience patience_with(Source source) noexcept {
   switch (source) {
     case Source::yaw_rate:
-      return {0.05, standing ? at::gyro_bias : at::yaw_rate};
+      return {0.05, at::yaw_rate};
     case Source::accel_y:
-      // Of a slow car, too, nothing but the bias explains it.
-      return {0.2, prediction.count() == 1 ? at::accel_bias_y : at::front_force};
+      return {0.2, at::accel_bias_y};
     case Source::accel_x:
       // Standing; but a car whose wheels are blind to slow speeds sets off like this.
       return {1.5, at::accel_bias_x};
@@ -52,6 +52,39 @@ bool slides(const State& state, const Sample& sample) noexcept {
          std::abs(rejection.speed) - std::abs(state.mean[at::v_x]) >= slide_slows * elapsed_s;
 }
 
+/// How far a sample may be off without being an outlier, beyond S, however calmly the car went: a
+/// gyro by as much as tyres turn a car in since it was last believed, an accelerometer by a pedal,
+/// and where there is none a wheel by what that makes of the speed.
+double possible_change(const CarModel& model, const State& state, const Sample& sample) noexcept {
+  if (state.rest.standing) {
+    return 0.0;
+  }
+  const auto since_s = [&](std::int64_t time_ns) {
+    return std::min(seconds_between(time_ns, sample.time_ns), longest_unheard_s);
+  };
+  const std::int64_t fused_ns = last_fused_ns(state, sample.source);
+  if (sample.source == Source::yaw_rate) {
+    return model.tuning.turn_in * gravity / model.car.wheelbase() * since_s(fused_ns);
+  }
+  if (sample.source == Source::accel_x) {
+    return pedal * gravity;
+  }
+  const bool accel_alive = state.accel_x.seen && since_s(state.accel_x.time_ns) < longest_unheard_s;
+  return is_wheel(sample.source) && !accel_alive ? pedal * gravity * since_s(fused_ns) : 0.0;
+}
+
+/// What the driver has changed so suddenly that S does not explain it is a change of a_x, and of
+/// what it has made of the speed; not of a bias or a gradient, which would be dragged along.
+void doubt_acceleration(State& state, const Sample& sample, double off) noexcept {
+  double& a_x = state.covariance(at::accel_x, at::accel_x);
+  if (sample.source == Source::accel_x) {
+    a_x += off * off;
+  } else if (is_wheel(sample.source)) {
+    a_x += pedal * gravity * pedal * gravity;
+    state.covariance(at::v_x, at::v_x) += off * off;
+  }
+}
+
 }  // namespace
 
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
@@ -61,20 +94,23 @@ std::int64_t last_fused_ns(const State& state, Source source) noexcept {
   return last_wheel_ns(state);
 }
 
-Judgement judge(double gate, State& state, const Sample& sample, const Prediction& prediction,
-                Teaches teaches) noexcept {
+Judgement judge(const CarModel& model, State& state, const Sample& sample,
+                const Prediction& prediction, Teaches teaches) noexcept {
   Innovation nu = innovation(state, prediction, sample.value[0]);
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
   judgement.innovation[0] = nu.value;
   judgement.variance[0] = nu.variance;
   judgement.squared_ratio = nu.squared_ratio();
-  judgement.test_ratio = judgement.squared_ratio / gate;
+  const double possible = possible_change(model, state, sample);
+  judgement.test_ratio =
+      nu.value * nu.value / (nu.variance + possible * possible) / model.tuning.signal_gate;
 
+  follow_unrest(model.tuning, state, sample, nu);
   Rejection& rejection = state.rejected[index_of(sample.source)];
-  if (!(judgement.squared_ratio <= gate)) {
+  if (!(judgement.test_ratio <= 1.0)) {
     judgement.verdict = Verdict::gated;
     count_rejected(state, sample, nu.value);
-    const Patience patience = patience_with(sample.source, prediction, state.rest.standing);
+    const Patience patience = patience_with(sample.source);
     if (!insists(state, sample, vouched_until_ns(state, sample), patience.seconds)) {
       return judgement;
     }
@@ -83,20 +119,39 @@ Judgement judge(double gate, State& state, const Sample& sample, const Predictio
       return judgement;
     }
     judgement.verdict = Verdict::fused;
-    state.covariance(patience.doubted, patience.doubted) += nu.value * nu.value;
-    if (patience.doubted == at::yaw_rate) {
-      // What turns the car is not what the model says, or ψ̇ would not stay.
-      const double moment = nu.value / yaw_settling_s;
-      state.covariance(at::yaw_moment, at::yaw_moment) += moment * moment;
+    const double off = nu.value * nu.value;
+    if (sample.source == Source::yaw_rate && state.rest.standing) {
+      state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) += off;
+    } else {
+      state.covariance(patience.doubted, patience.doubted) += off;
     }
+    nu = innovation(state, prediction, sample.value[0]);
+  } else if (nu.squared_ratio() > model.tuning.signal_gate && sample.source != Source::yaw_rate) {
+    count_rejected(state, sample, nu.value);
+    if (rejection.count < 2) {
+      judgement.verdict = Verdict::gated;  // one telegram alone brakes no car
+      return judgement;
+    }
+    doubt_acceleration(state, sample, nu.value);
     nu = innovation(state, prediction, sample.value[0]);
   }
   rejection = {};
-  std::int64_t& fused_ns = state.fused_ns[index_of(sample.source)];
-  const double unheard_s =
-      fused_ns == 0 ? 0.0 : std::min(seconds_between(fused_ns, sample.time_ns), longest_unheard_s);
-  fused_ns = sample.time_ns;
-  correct(state, nu, gain_of_own_sensors(state, nu, unheard_s, teaches));
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  Vector gain = optimal_gain(nu);
+  // The way is what was driven at the speeds that were believed: a speed that is put right moves no
+  // position.
+  gain[at::x] = gain[at::y] = 0.0;
+  if (sample.source == Source::yaw_rate || sample.source == Source::accel_y) {
+    // Nor does a turn say how fast a car goes whose wheels do: at walking pace a biased gyro would
+    // be explained by a speed that no wheel has.
+    gain[at::v_x] = gain[at::accel_x] = gain[at::accel_bias_x] = 0.0;
+  }
+  if (!teaches.heading) {
+    // Forces and wheels rest on models that are no better than what they would correct.
+    gain[at::yaw] = gain[at::yaw_rate] = gain[at::front_angle] = 0.0;
+  }
+  correct(state, nu, gain);
+  teach(state, nu, teaches.lasting);
   return judgement;
 }
 

@@ -97,10 +97,10 @@ std::int64_t last_wheel_ns(const State& state) noexcept {
   return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
 }
 
-WheelVote wheel_vote(const State& state, const Sample& sample) noexcept {
+WheelVote wheel_vote(Driven driven, const State& state, const Sample& sample) noexcept {
   WheelVote vote;
   const auto count = [&](std::size_t source, double speed) {
-    const bool free = !is_driven(static_cast<Source>(source));
+    const bool free = !is_driven(driven, static_cast<Source>(source));
     if (!turns(speed, sample.sigma[0])) {
       ++vote.resting;
       vote.free_resting |= free;

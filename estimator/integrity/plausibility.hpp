@@ -5,6 +5,7 @@
 
 #include <cstdint>
 
+#include "estimator/common/vehicle.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 
@@ -34,7 +35,8 @@ struct WheelVote {
   bool free_resting = false;
   double slowest = 0.0;  ///< of those that turn [m/s]
 };
-[[nodiscard]] WheelVote wheel_vote(const State& state, const Sample& sample) noexcept;
+[[nodiscard]] WheelVote wheel_vote(Driven driven, const State& state,
+                                   const Sample& sample) noexcept;
 
 /// When the newest sample of a wheel was fused; 0: never.
 [[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/prediction.hpp"
+#include "estimator/ekf/update.hpp"
 #include "estimator/integrity/plausibility.hpp"
 
 namespace odomd::estimator::full {
@@ -46,11 +46,13 @@ void begin_rest(Rest& rest, std::int64_t time_ns) noexcept {
 void stand(State& state, std::int64_t time_ns) noexcept {
   Rest& rest = state.rest;
   rest.standing = true;
+  // What the gyro now says of its bias does not move the pose that was driven with another.
+  settle(state, lasting::gyro_bias);
   if (rest.lowest_gyro <= rest.highest_gyro) {
     // What the gyro reads is its bias, however little that was expected.
     const double surprise =
-        0.5 * (rest.lowest_gyro + rest.highest_gyro) - state.mean[at::gyro_bias];
-    double& variance = state.covariance(at::gyro_bias, at::gyro_bias);
+        0.5 * (rest.lowest_gyro + rest.highest_gyro) - state.lasting.mean[lasting::gyro_bias];
+    double& variance = state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias);
     if (surprise * surprise > surprising_ratio * variance) {
       variance += surprise * surprise;
       // Until now it was taken for a turn.
@@ -58,15 +60,20 @@ void stand(State& state, std::int64_t time_ns) noexcept {
       state.covariance(at::yaw, at::yaw) += turned * turned;
     }
   }
-  for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate}) {
+  for (const at::Index index : {at::v_x, at::v_y, at::yaw_rate, at::accel_x}) {
     Prediction zero;
     zero.value = state.mean[index];
     zero.variance = held_sigma * held_sigma;
     zero.depends_on(index, 1.0);
     const Innovation nu = innovation(state, zero, 0.0);
-    correct(state, nu, gain_of_own_sensors(state, nu, 0.0, {.yaw_rate = true, .gyro_bias = true}));
+    correct(state, nu, optimal_gain(nu));
   }
-  state.mean.segment<5>(at::v_x).setZero();  // v_x, v_y, yaw_rate, front_force, yaw_moment
+  // From here on nothing is learnt of the motion: it is none, whatever a bias turns out to be.
+  state.mean.segment<6>(at::v_x).setZero();  // v_x ... side_force
+  for (const at::Index index :
+       {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle, at::side_force}) {
+    forget(state, index, std::sqrt(state.covariance(index, index)));
+  }
 }
 
 }  // namespace
@@ -82,8 +89,9 @@ void set_off(const CarModel& model, State& state, double speed) noexcept {
   forget(state, at::v_x, std::max(departing_speed, std::abs(speed)));
   forget(state, at::v_y, departing_side);
   forget(state, at::yaw_rate, departing_yaw_rate);
-  forget(state, at::front_force, model.noise.front_force);
-  forget(state, at::yaw_moment, model.noise.yaw_moment);
+  forget(state, at::accel_x, model.tuning.drive_accel * gravity);
+  forget(state, at::front_angle, model.tuning.front_angle);
+  forget(state, at::side_force, model.tuning.side_force_floor * gravity);
 }
 
 bool turns(double speed, double sigma) noexcept {
@@ -107,10 +115,11 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
     return;
   }
   const bool first = rest.highest_gyro < rest.lowest_gyro;
-  const bool known = state.covariance(at::gyro_bias, at::gyro_bias) < known_bias * known_bias;
+  const bool known =
+      state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) < known_bias * known_bias;
   const auto far_from_bias = [&](double reading) {
-    return known &&
-           std::abs(reading - state.mean[at::gyro_bias]) > quiet_swing + bias_sigmas * sigma;
+    return known && std::abs(reading - state.lasting.mean[lasting::gyro_bias]) >
+                        quiet_swing + bias_sigmas * sigma;
   };
   const auto leaves = [&](double reading) {
     return std::max(reading, rest.highest_gyro) - std::min(reading, rest.lowest_gyro) >

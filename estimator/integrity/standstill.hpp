@@ -2,7 +2,7 @@
 // and known to be, the pose is held, and whatever the inertial sensors say is their bias.
 #pragma once
 
-#include "estimator/ekf/model.hpp"
+#include "estimator/ekf/process.hpp"
 #include "estimator/ekf/state.hpp"
 
 namespace odomd::estimator::full {

@@ -36,7 +36,7 @@ def main() -> int:
         for _ in range(options.rounds):
             for n in jobs:
                 begin = time.monotonic()
-                done = subprocess.run([odom, "tune", *drives, "--set", "filter.yaw_moment_error=2:50:8",
+                done = subprocess.run([odom, "tune", *drives, "--set", "filter.front_angle_error=0.02:0.5:8",
                                        "--jobs", str(n), "--json"], check=True, capture_output=True, text=True)
                 times[n].append(time.monotonic() - begin)
                 results.add(done.stdout)

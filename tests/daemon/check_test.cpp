@@ -54,6 +54,20 @@ TEST(CheckSummary, ShowsWhoMayReachWhat) {
   EXPECT_THAT(text, HasSubstr("/run/odomd/status.sock (mode 0666)\n"));
 }
 
+TEST(CheckSummary, ShowsServoGripAndLeanWhereTheyAreGiven) {
+  Config config = with_signal(30'000'000, 0);
+  const auto plain = summary(config, {}, {});
+  for (const char* const line : {"  grip ", "  steering ", "  lean "})
+    EXPECT_THAT(plain, Not(HasSubstr(line)));
+  config.vehicle.grip_rear = 9.5;
+  config.vehicle.steering = {.delay_s = 0.06, .lag_s = 0.1, .rate_limit = 3.0};
+  config.roll_gradient = 0.12;
+  const auto text = summary(config, {}, {});
+  EXPECT_THAT(text, HasSubstr("front without limit, rear at most 9.5 m/s2\n"));
+  EXPECT_THAT(text, HasSubstr("a command: 0.06 s delay, 0.1 s lag, rate at most 3 rad/s\n"));
+  EXPECT_THAT(text, HasSubstr("roll 0.12 rad per g, pitch learnt\n"));
+}
+
 TEST(CheckSummary, EndsWithTheWarnings) {
   const std::string warnings[] = {"car.toml: steering is not mapped"};
   EXPECT_THAT(summary(with_signal(30'000'000, 0), {}, warnings),

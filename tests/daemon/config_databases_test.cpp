@@ -101,6 +101,21 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
                                            "steering and wheels")));
 }
 
+TEST_F(DatabasesTest, WarnsOfAServoWithoutACommand) {
+  const std::string servo = "[steering]\ndelay = 0.06\n";
+  const auto expected = Contains(HasSubstr("[steering]: steering is not mapped"));
+  std::vector<std::string> warnings;
+  Config config = load(std::string(wheel) + gyro + servo);
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, expected);
+
+  config = load(std::string(wheel) + gyro +
+                "steering = { message = \"STEER\", signal = \"Angle\", unit = \"rad\" }\n" + servo);
+  warnings.clear();
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, IsEmpty());
+}
+
 TEST_F(DatabasesTest, RefusesTheModelInertialWithoutAGyro) {
   const auto file = [](const std::string& signals) {
     return signals + "[filter]\nmodel = \"inertial\"\n";

@@ -43,6 +43,11 @@ TEST(ConfigDoubts, NameTheNumberThatIsInAnotherUnit) {
   EXPECT_THAT(doubts([](Config& c) { c.vehicle.track_width = 160.0; }), one("track_width 160 m"));
   EXPECT_THAT(doubts([](Config& c) { c.vehicle.cornering_stiffness_rear = 0.6; }),
               one("cornering_stiffness_rear 0.6 is 0.02 times"));
+  EXPECT_THAT(doubts([](Config& c) { c.vehicle.grip_front = 9500.0; }),
+              one("grip_front 9500 is what no tyre has"));
+  EXPECT_THAT(doubts([](Config& c) { c.vehicle.grip_rear = 0.1; }), one("grip_rear 0.1"));
+  EXPECT_THAT(doubts([](Config& c) { c.vehicle.grip_front = c.vehicle.grip_rear = 9.0; }),
+              IsEmpty());
   EXPECT_THAT(doubts([](Config& c) {
                 c.camera.lever_arm = {50.0, 0.0, 0.0};
               }),

@@ -38,6 +38,14 @@ yaw_inertia = 0.03
 cornering_stiffness_front = 25.0
 cornering_stiffness_rear = 65.0
 track_width = 0.18
+grip_front = 9.5
+grip_rear = 8.5
+driven = "front"
+
+[steering]
+delay = 0.06
+lag = 0.1
+rate_limit = 3
 
 [can]
 source = "can0"
@@ -68,6 +76,8 @@ max_latency = 0.3
 [imu]
 position = [0.05, -0.01]
 yaw = -0.2
+roll_gradient = 0.12
+pitch_gradient = 0.05
 
 [initial]
 pose = [1, 2.0, 0.5]
@@ -82,8 +92,8 @@ accel_bias_walk = 3e-5
 wheel_scale_walk = 4e-5
 steering_offset_walk = 5e-5
 stiffness_scale_walk = 6e-5
-tyre_force_error = 2
-yaw_moment_error = 7
+front_angle_error = 0.3
+side_slip_error = 0.05
 wheel_radius_error = 0
 wheel_slip = 0.01
 paper_q = [0.1, 0.02, 0.03]
@@ -108,6 +118,12 @@ level = "debug"
 )");
   EXPECT_EQ(config.vehicle.mass, 3.5);
   EXPECT_EQ(config.vehicle.track_width, 0.18);
+  EXPECT_EQ(config.vehicle.grip_front, 9.5);
+  EXPECT_EQ(config.vehicle.grip_rear, 8.5);
+  EXPECT_EQ(config.vehicle.driven, estimator::Driven::front);
+  EXPECT_EQ(config.vehicle.steering.delay_s, 0.06);
+  EXPECT_EQ(config.vehicle.steering.lag_s, 0.1);
+  EXPECT_EQ(config.vehicle.steering.rate_limit, 3.0);
   EXPECT_THAT(config.can.sources, ElementsAre("can0"));
   EXPECT_THAT(config.can.dbc, ElementsAre(directory_ / "car.dbc"));
   EXPECT_EQ(config.can.timestamps, Timestamps::hardware);
@@ -166,22 +182,24 @@ level = "debug"
   EXPECT_EQ(config.camera.max_latency_s, 0.3);
   EXPECT_THAT(config.imu_position, ElementsAre(0.05, -0.01));
   EXPECT_EQ(config.imu_yaw, -0.2);
+  EXPECT_EQ(config.roll_gradient, 0.12);
+  EXPECT_EQ(config.pitch_gradient, 0.05);
   ASSERT_TRUE(config.initial_pose.has_value());
   EXPECT_EQ(config.initial_pose->x, 1.0);
   EXPECT_EQ(config.initial_pose->yaw, 0.5);
   EXPECT_EQ(config.model, estimator::Model::kinematic);
   EXPECT_EQ(config.window_s, 0.3);
   EXPECT_EQ(config.camera_gate, 11.3);
-  EXPECT_EQ(config.full_noise.gyro_bias, 1e-5);
-  EXPECT_EQ(config.full_noise.gyro_scale, 2e-5);
-  EXPECT_EQ(config.full_noise.accel_bias, 3e-5);
-  EXPECT_EQ(config.full_noise.wheel_scale, 4e-5);
-  EXPECT_EQ(config.full_noise.steering_offset, 5e-5);
-  EXPECT_EQ(config.full_noise.stiffness_scale, 6e-5);
-  EXPECT_EQ(config.full_noise.front_force, 2.0);
-  EXPECT_EQ(config.full_noise.yaw_moment, 7.0);
-  EXPECT_EQ(config.wheel_noise.radius, 0.0);
-  EXPECT_EQ(config.wheel_noise.driven_slip, 0.01);
+  EXPECT_EQ(config.tuning.gyro_bias_walk, 1e-5);
+  EXPECT_EQ(config.tuning.gyro_scale_walk, 2e-5);
+  EXPECT_EQ(config.tuning.accel_bias_walk, 3e-5);
+  EXPECT_EQ(config.tuning.wheel_scale_walk, 4e-5);
+  EXPECT_EQ(config.tuning.steering_offset_walk, 5e-5);
+  EXPECT_EQ(config.tuning.stiffness_scale_walk, 6e-5);
+  EXPECT_EQ(config.tuning.front_angle, 0.3);
+  EXPECT_EQ(config.tuning.side_slip, 0.05);
+  EXPECT_EQ(config.tuning.wheel_radius, 0.0);
+  EXPECT_EQ(config.tuning.wheel_slip, 0.01);
   EXPECT_THAT(config.paper_noise.Q, ElementsAre(0.1, 0.02, 0.03));
   EXPECT_THAT(config.paper_noise.R, ElementsAre(0.2, 0.3));
   EXPECT_EQ(config.realtime.period_ns, 10'000'000);
@@ -202,9 +220,30 @@ TEST_F(ConfigTest, TakesDefaultsWhereTheFileIsSilent) {
   EXPECT_FALSE(config.camera.configured);
   EXPECT_FALSE(config.initial_pose.has_value());
   EXPECT_EQ(config.model, estimator::Model::full);
+  EXPECT_EQ(config.vehicle.grip_front, 0.0);
+  EXPECT_EQ(config.vehicle.grip_rear, 0.0);
+  EXPECT_EQ(config.vehicle.driven, estimator::Driven::rear);
+  EXPECT_EQ(config.vehicle.steering.delay_s, 0.0);
+  EXPECT_EQ(config.vehicle.steering.lag_s, 0.0);
+  EXPECT_EQ(config.vehicle.steering.rate_limit, 0.0);
+  EXPECT_FALSE(config.roll_gradient.has_value());
+  EXPECT_FALSE(config.pitch_gradient.has_value());
   EXPECT_EQ(config.realtime.period_ns, 5'000'000);
   EXPECT_EQ(config.shm.name, "/odomd");
   EXPECT_GT(config.can.signals[static_cast<std::size_t>(Source::wheel_rear)].sigma, 0.0);
+}
+
+TEST_F(ConfigTest, PutsTheServoIntoTheReferenceCarToo) {
+  const Config config = load(std::string("[steering]\nlag = 0.1\n") + small_bus);
+  EXPECT_EQ(config.vehicle.steering.lag_s, 0.1);
+  EXPECT_EQ(filter_settings(config).vehicle.steering.lag_s, 0.1);
+}
+
+// Zero is a number too: a car that does not lean, not one of which nothing is known.
+TEST_F(ConfigTest, GivesTheFilterTheGradientsThatAreConfigured) {
+  const Config config = load(std::string("[imu]\nroll_gradient = 0\n") + small_bus);
+  EXPECT_EQ(filter_settings(config).roll_gradient, 0.0);
+  EXPECT_FALSE(filter_settings(config).pitch_gradient.has_value());
 }
 
 TEST_F(ConfigTest, WarnsWhereTheCarIsNotDescribed) {

@@ -148,6 +148,8 @@ TEST_F(ConfigurationPage, ItsExampleHasTheDefaults) {
   const Config taken = load(smallest);
   EXPECT_EQ(shown.vehicle.mass, taken.vehicle.mass);
   EXPECT_EQ(shown.vehicle.cornering_stiffness_rear, taken.vehicle.cornering_stiffness_rear);
+  EXPECT_EQ(shown.vehicle.steering.delay_s, taken.vehicle.steering.delay_s);
+  EXPECT_EQ(shown.vehicle.steering.lag_s, taken.vehicle.steering.lag_s);
   EXPECT_EQ(shown.can.timestamps, taken.can.timestamps);
   EXPECT_EQ(shown.can.receive_buffer, taken.can.receive_buffer);
   EXPECT_EQ(shown.camera.socket, taken.camera.socket);
@@ -159,16 +161,16 @@ TEST_F(ConfigurationPage, ItsExampleHasTheDefaults) {
   EXPECT_EQ(shown.model, taken.model);
   EXPECT_EQ(shown.window_s, taken.window_s);
   EXPECT_EQ(shown.camera_gate, taken.camera_gate);
-  EXPECT_EQ(shown.full_noise.gyro_bias, taken.full_noise.gyro_bias);
-  EXPECT_EQ(shown.full_noise.gyro_scale, taken.full_noise.gyro_scale);
-  EXPECT_EQ(shown.full_noise.accel_bias, taken.full_noise.accel_bias);
-  EXPECT_EQ(shown.full_noise.wheel_scale, taken.full_noise.wheel_scale);
-  EXPECT_EQ(shown.full_noise.steering_offset, taken.full_noise.steering_offset);
-  EXPECT_EQ(shown.full_noise.stiffness_scale, taken.full_noise.stiffness_scale);
-  EXPECT_EQ(shown.full_noise.front_force, taken.full_noise.front_force);
-  EXPECT_EQ(shown.full_noise.yaw_moment, taken.full_noise.yaw_moment);
-  EXPECT_EQ(shown.wheel_noise.radius, taken.wheel_noise.radius);
-  EXPECT_EQ(shown.wheel_noise.driven_slip, taken.wheel_noise.driven_slip);
+  EXPECT_EQ(shown.tuning.gyro_bias_walk, taken.tuning.gyro_bias_walk);
+  EXPECT_EQ(shown.tuning.gyro_scale_walk, taken.tuning.gyro_scale_walk);
+  EXPECT_EQ(shown.tuning.accel_bias_walk, taken.tuning.accel_bias_walk);
+  EXPECT_EQ(shown.tuning.wheel_scale_walk, taken.tuning.wheel_scale_walk);
+  EXPECT_EQ(shown.tuning.steering_offset_walk, taken.tuning.steering_offset_walk);
+  EXPECT_EQ(shown.tuning.stiffness_scale_walk, taken.tuning.stiffness_scale_walk);
+  EXPECT_EQ(shown.tuning.front_angle, taken.tuning.front_angle);
+  EXPECT_EQ(shown.tuning.side_slip, taken.tuning.side_slip);
+  EXPECT_EQ(shown.tuning.wheel_radius, taken.tuning.wheel_radius);
+  EXPECT_EQ(shown.tuning.wheel_slip, taken.tuning.wheel_slip);
   EXPECT_EQ(shown.imu_yaw, taken.imu_yaw);
   EXPECT_EQ(shown.paper_noise.Q, taken.paper_noise.Q);
   EXPECT_EQ(shown.paper_noise.R, taken.paper_noise.R);
@@ -277,7 +279,7 @@ std::string with_a_date(const std::string& table, const std::string& key) {
 
 TEST_F(ConfigurationPage, ListsNoKeyThatIsUnknown) {
   const auto all = listed_keys();
-  EXPECT_EQ(all.size(), 14U);
+  EXPECT_EQ(all.size(), 15U);
   for (const auto& [table, keys] : all) {
     EXPECT_THAT(error_of(with_a_date(table, "never_a_key")), HasSubstr("unknown key")) << table;
     for (const auto& key : keys) {

@@ -184,8 +184,9 @@ TEST_F(RealDrives, DoNotFollowATrackerThatHasLostTheCar) {
     const auto tick =
         static_cast<std::size_t>((found->capture_ns - poses.front().time_ns) / 5'000'000);
     ASSERT_LT(tick, poses.size());
-    EXPECT_LT(std::hypot(found->x - poses[tick].x, found->y - poses[tick].y), 0.1);
-    EXPECT_LT(std::abs(std::remainder(found->yaw - poses[tick].yaw, 6.283185307179586)), 0.05);
+    EXPECT_LT(std::hypot(found->x - poses[tick].x, found->y - poses[tick].y),
+              0.2);  // 1.4 % of the way
+    EXPECT_LT(std::abs(std::remainder(found->yaw - poses[tick].yaw, 6.283185307179586)), 0.08);
   }
 }
 

@@ -93,8 +93,8 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
                                .unit = "m/s",
                                .remark = "by its innovations, slip with it"});
   }
-  findings.values.push_back(process.yaw_moment);
-  findings.values.push_back(process.tyre_force);
+  findings.values.push_back(process.front_angle);
+  findings.values.push_back(process.side_slip);
   add_consistency("before", process.before, findings);
   add_consistency("after", process.after, findings);
   for (const SourceConsistency& one : process.after)

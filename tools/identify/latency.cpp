@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/camera_csv.hpp"
+#include "tools/identify/actuator_findings.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/latency_estimate.hpp"
 #include "tools/identify/methods.hpp"
@@ -172,15 +173,15 @@ Findings findings_of(const Options& options) {
     const auto sigma = [&](const Measured& m) { return std::hypot(m.sigma, gyro_sigma); };
     Finding all = finding_of("lag of the wheels behind steering, in all", s.in_all.value - late,
                              sigma(s.in_all), s.doubt);
-    if (all.determined == Determined::yes) all.remark = "dead time and time constant together";
+    if (all.determined == Determined::yes) all.remark = "delay and lag together";
     findings.values.push_back(all);
-    Finding dead =
-        finding_of("... of this dead time", s.dead_time.value - late, sigma(s.dead_time), s.doubt);
-    findings.values.push_back(dead);
-    findings.values.push_back(
-        finding_of("... and time constant", s.time_constant.value, s.time_constant.sigma, s.doubt));
+    ActuatorFindings actuator =
+        actuator_findings(s, {gyro_offset, gyro_sigma}, config.vehicle.steering);
+    for (Finding& finding : actuator.values) findings.values.push_back(std::move(finding));
+    for (std::string& warning : actuator.warnings) findings.warnings.push_back(std::move(warning));
     findings.details["measured"]["steering_lag"] = all.value;
-    findings.details["measured"]["steering_dead_time"] = dead.value;
+    findings.details["measured"]["steering_dead_time"] = s.dead_time.value - late;
+    findings.details["measured"]["steering_time_constant"] = s.time_constant.value;
     findings.details["explained"]["steering"] = s.explained;
     // A sensor of where the wheels are may be late itself: then they move before it says so.
     if (all.determined == Determined::yes && all.value < -2.0 * all.sigma) {
@@ -226,9 +227,9 @@ void add_latency(Command identify) {
       "  accel_x      as the gyro where it comes in its message; else shown only, over the\n"
       "               wheels' acceleration\n"
       "  accel_y      likewise, over speed times yaw rate\n"
-      "  steering     the yaw rate that a car with these tyres would have, over the gyro: dead "
-      "time\n"
-      "               and time constant of what lies between the signal and the wheels\n"
+      "  steering     the yaw rate that a car with these tyres would have, over the gyro: delay\n"
+      "               and lag of what lies between a command and the wheels, for [steering];\n"
+      "               none where the angle is measured\n"
       "With a camera its capture stamps are the clock, and the gyro's own latency is found too.\n"
       "Without, the gyro's configured latency is believed. What is found adds to what the\n"
       "configuration has: run it again after --write, and all offsets are small.\n"

@@ -173,24 +173,24 @@ class Search {
 ProcessNoise process_noise(const Drive& drive, daemon::Config config, const TellProgress& tell) {
   config.model = estimator::Model::full;
   ProcessNoise result;
-  result.yaw_moment = {.name = "yaw moment error",
-                       .key = "filter.yaw_moment_error",
-                       .unit = "rad/s2",
-                       .remark = "by the gyro's innovations"};
-  result.tyre_force = {.name = "tyre force error",
-                       .key = "filter.tyre_force_error",
-                       .unit = "m/s2",
-                       .remark = "by the innovations of accel_y"};
+  result.front_angle = {.name = "front angle error",
+                        .key = "filter.front_angle_error",
+                        .unit = "rad",
+                        .remark = "by the gyro's innovations"};
+  result.side_slip = {.name = "side slip error",
+                      .key = "filter.side_slip_error",
+                      .unit = "",
+                      .remark = "by the innovations of accel_y"};
   Search search(drive, config, tell);
   result.before = search.replay();
   result.wheels = search.settle_wheels();
-  const estimator::full::Noise given = config.full_noise;
+  const estimator::Tuning given = config.tuning;
   // Each moves the other's innovations a little.
   for (int round = 0; round < 2; ++round) {
-    if (!search.settle(config.full_noise.yaw_moment, Source::yaw_rate, result.yaw_moment))
-      config.full_noise.yaw_moment = given.yaw_moment;
-    if (!search.settle(config.full_noise.front_force, Source::accel_y, result.tyre_force))
-      config.full_noise.front_force = given.front_force;
+    if (!search.settle(config.tuning.front_angle, Source::yaw_rate, result.front_angle))
+      config.tuning.front_angle = given.front_angle;
+    if (!search.settle(config.tuning.side_slip, Source::accel_y, result.side_slip))
+      config.tuning.side_slip = given.side_slip;
   }
   result.after = search.replay();
   result.replays = search.replays();

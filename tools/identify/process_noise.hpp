@@ -29,8 +29,8 @@ struct SampleNoise {
 
 struct ProcessNoise {
   std::vector<SampleNoise> wheels;        ///< [can.signals] sigma, no less than it was given
-  Finding yaw_moment;                     ///< [filter] yaw_moment_error, by the gyro's innovations
-  Finding tyre_force;                     ///< [filter] tyre_force_error, by those of accel_y
+  Finding front_angle;                    ///< [filter] front_angle_error, by the gyro's innovations
+  Finding side_slip;                      ///< [filter] side_slip_error, by those of accel_y
   std::vector<SourceConsistency> before;  ///< with the configuration as it was given
   std::vector<SourceConsistency> after;
   int replays = 0;

@@ -105,6 +105,7 @@ std::string configuration_text(const RunPlan& plan, const Wiring& wiring) {
   line("cornering_stiffness_front", number(car.cornering_stiffness_front));
   line("cornering_stiffness_rear", number(car.cornering_stiffness_rear));
   line("track_width", number(car.track_width));
+  if (car.driven == estimator::Driven::front) line("driven", quote("front"));
 
   text += "\n[can]\n";
   line("source", quote(wiring.can));

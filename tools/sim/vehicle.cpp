@@ -78,13 +78,15 @@ estimator::Vehicle configured_vehicle(CarKind car) {
   if (car == CarKind::scale_car) return {};  // the reference car
   if (is_sprung(car)) {
     const PlantParameters p = published_car(car);
-    return {.mass = std::round(p.mass),
-            .front_axle = millimetres(p.front_axle),
-            .rear_axle = millimetres(p.rear_axle),
-            .yaw_inertia = std::round(p.yaw_inertia),
-            .cornering_stiffness_front = 1000.0 * std::round(0.001 * p.cornering_stiffness_front),
-            .cornering_stiffness_rear = 1000.0 * std::round(0.001 * p.cornering_stiffness_rear),
-            .track_width = millimetres(p.track_width)};
+    return {
+        .mass = std::round(p.mass),
+        .front_axle = millimetres(p.front_axle),
+        .rear_axle = millimetres(p.rear_axle),
+        .yaw_inertia = std::round(p.yaw_inertia),
+        .cornering_stiffness_front = 1000.0 * std::round(0.001 * p.cornering_stiffness_front),
+        .cornering_stiffness_rear = 1000.0 * std::round(0.001 * p.cornering_stiffness_rear),
+        .track_width = millimetres(p.track_width),
+        .driven = p.drive_front_share > 0.5 ? estimator::Driven::front : estimator::Driven::rear};
   }
   return {.mass = 1700.0,
           .front_axle = 1.25,

@@ -26,9 +26,9 @@ bool matters(std::string_view key) {
   if (key.ends_with(".bus")) return false;
   // What a search runs with is its own choice.
   if (key == "filter.model") return false;
-  constexpr std::array<std::string_view, 8> parts{
-      "vehicle.",           "can.signals.", "can.e2e.", "camera.lever_arm",
-      "camera.max_latency", "imu.",         "filter.",  "realtime.period"};
+  constexpr std::array<std::string_view, 9> parts{
+      "vehicle.",           "steering.", "can.signals.", "can.e2e.",       "camera.lever_arm",
+      "camera.max_latency", "imu.",      "filter.",      "realtime.period"};
   return std::ranges::any_of(parts, [key](std::string_view part) { return key.starts_with(part); });
 }
 

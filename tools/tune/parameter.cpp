@@ -16,9 +16,10 @@ namespace {
 constexpr std::size_t most_values = 1000;
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
-  throw std::invalid_argument("--set " + tools::quoted(text) + ": " + why +
-                              "; as in --set filter.tyre_force_error=0.3:3 (a range to search), "
-                              "=0.3:3:5 (five values) or =0.3,1,3 (these)");
+  throw std::invalid_argument(
+      "--set " + tools::quoted(text) + ": " + why +
+      "; as in --set filter.front_angle_error=0.01:0.2 (a range to search), "
+      "=0.01:0.2:5 (five values) or =0.01,0.1,0.2 (these)");
 }
 
 double number(const std::string& whole, std::string_view text) {

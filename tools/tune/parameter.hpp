@@ -11,7 +11,7 @@ namespace odomd::tools {
 enum class Scale : std::uint8_t { linear, logarithmic };
 
 struct Parameter {
-  std::string key;  ///< "filter.tyre_force_error", "can.signals.yaw_rate.sigma", "imu.position[0]"
+  std::string key;  ///< "filter.front_angle_error", "can.signals.yaw_rate.sigma", "imu.position[0]"
   double from = 0.0;
   double to = 0.0;
   Scale scale = Scale::linear;

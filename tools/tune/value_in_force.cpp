@@ -35,7 +35,15 @@ std::optional<double> value_in_force(const daemon::Config& config, std::string_v
     return of_signal(config, rest.substr(0, dot), rest.substr(dot + 1));
   }
   const estimator::Vehicle& car = config.vehicle;
-  const estimator::full::Noise& noise = config.full_noise;
+  const estimator::Tuning& tuning = config.tuning;
+  // Limits: without one there is no number.
+  const std::pair<std::string_view, double> limits[] = {
+      {"vehicle.grip_front", car.grip_front},
+      {"vehicle.grip_rear", car.grip_rear},
+      {"steering.rate_limit", car.steering.rate_limit},
+  };
+  for (const auto& [name, limit] : limits)
+    if (name == key) return limit > 0.0 ? std::optional(limit) : std::nullopt;
   const std::pair<std::string_view, double> numbers[] = {
       {"vehicle.mass", car.mass},
       {"vehicle.front_axle", car.front_axle},
@@ -44,6 +52,8 @@ std::optional<double> value_in_force(const daemon::Config& config, std::string_v
       {"vehicle.cornering_stiffness_front", car.cornering_stiffness_front},
       {"vehicle.cornering_stiffness_rear", car.cornering_stiffness_rear},
       {"vehicle.track_width", car.track_width},
+      {"steering.delay", car.steering.delay_s},
+      {"steering.lag", car.steering.lag_s},
       {"camera.lever_arm[0]", config.camera.lever_arm[0]},
       {"camera.lever_arm[1]", config.camera.lever_arm[1]},
       {"camera.lever_arm[2]", config.camera.lever_arm[2]},
@@ -51,19 +61,21 @@ std::optional<double> value_in_force(const daemon::Config& config, std::string_v
       {"imu.position[0]", config.imu_position[0]},
       {"imu.position[1]", config.imu_position[1]},
       {"imu.yaw", config.imu_yaw},
+      {"imu.roll_gradient", config.roll_gradient.value_or(0.0)},
+      {"imu.pitch_gradient", config.pitch_gradient.value_or(0.0)},
       {"realtime.period", seconds(config.realtime.period_ns)},
       {"filter.window", config.window_s},
       {"filter.camera_gate", config.camera_gate},
-      {"filter.gyro_bias_walk", noise.gyro_bias},
-      {"filter.gyro_scale_walk", noise.gyro_scale},
-      {"filter.accel_bias_walk", noise.accel_bias},
-      {"filter.wheel_scale_walk", noise.wheel_scale},
-      {"filter.steering_offset_walk", noise.steering_offset},
-      {"filter.stiffness_scale_walk", noise.stiffness_scale},
-      {"filter.tyre_force_error", noise.front_force},
-      {"filter.yaw_moment_error", noise.yaw_moment},
-      {"filter.wheel_radius_error", config.wheel_noise.radius},
-      {"filter.wheel_slip", config.wheel_noise.driven_slip},
+      {"filter.gyro_bias_walk", tuning.gyro_bias_walk},
+      {"filter.gyro_scale_walk", tuning.gyro_scale_walk},
+      {"filter.accel_bias_walk", tuning.accel_bias_walk},
+      {"filter.wheel_scale_walk", tuning.wheel_scale_walk},
+      {"filter.steering_offset_walk", tuning.steering_offset_walk},
+      {"filter.stiffness_scale_walk", tuning.stiffness_scale_walk},
+      {"filter.front_angle_error", tuning.front_angle},
+      {"filter.side_slip_error", tuning.side_slip},
+      {"filter.wheel_radius_error", tuning.wheel_radius},
+      {"filter.wheel_slip", tuning.wheel_slip},
       {"filter.paper_q[0]", config.paper_noise.Q[0]},
       {"filter.paper_q[1]", config.paper_noise.Q[1]},
       {"filter.paper_q[2]", config.paper_noise.Q[2]},

@@ -46,7 +46,7 @@ TEST(TunedParameter, WhatIsNoRangeIsRefusedWithAnExample) {
       FAIL() << text;
     } catch (const std::invalid_argument& error) {
       EXPECT_THAT(error.what(), HasSubstr("--set")) << text;
-      EXPECT_THAT(error.what(), HasSubstr("0.3:3:5")) << text;
+      EXPECT_THAT(error.what(), HasSubstr("0.01:0.2:5")) << text;
     }
   }
 }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 
 #include "tools/identify/config_patch.hpp"
 
@@ -21,14 +22,29 @@ daemon::Config config_of(const std::string& words) {
 // Whatever the program takes for a key, to write it there changes nothing, and to write another
 // number there is what is in force then.
 TEST(ValueInForce, IsWhatTheKeySaysAndWithoutItTheDefault) {
-  for (const char* key :
-       {"filter.window", "filter.camera_gate", "filter.gyro_bias_walk", "filter.gyro_scale_walk",
-        "filter.accel_bias_walk", "filter.wheel_scale_walk", "filter.steering_offset_walk",
-        "filter.stiffness_scale_walk", "filter.tyre_force_error", "filter.yaw_moment_error",
-        "filter.wheel_radius_error", "filter.wheel_slip", "camera.max_latency", "imu.yaw",
-        "can.signals.wheel_rear.scale", "can.signals.wheel_rear.offset",
-        "can.signals.wheel_rear.latency", "can.signals.wheel_rear.sigma",
-        "can.signals.wheel_rear.timeout"}) {
+  for (const char* key : {"filter.window",
+                          "filter.camera_gate",
+                          "filter.gyro_bias_walk",
+                          "filter.gyro_scale_walk",
+                          "filter.accel_bias_walk",
+                          "filter.wheel_scale_walk",
+                          "filter.steering_offset_walk",
+                          "filter.stiffness_scale_walk",
+                          "filter.front_angle_error",
+                          "filter.side_slip_error",
+                          "filter.wheel_radius_error",
+                          "filter.wheel_slip",
+                          "camera.max_latency",
+                          "imu.yaw",
+                          "imu.roll_gradient",
+                          "imu.pitch_gradient",
+                          "steering.delay",
+                          "steering.lag",
+                          "can.signals.wheel_rear.scale",
+                          "can.signals.wheel_rear.offset",
+                          "can.signals.wheel_rear.latency",
+                          "can.signals.wheel_rear.sigma",
+                          "can.signals.wheel_rear.timeout"}) {
     const auto before = value_in_force(config_of(text), key);
     ASSERT_TRUE(before) << key;
     const double other = *before > 0.0 ? 1.01 * *before : 0.01;
@@ -48,6 +64,21 @@ TEST(ValueInForce, OfListsIsOfTheirElements) {
   EXPECT_EQ(value_in_force(config, "camera.lever_arm[2]"), 3.0);
   EXPECT_EQ(value_in_force(config, "filter.paper_q[1]"), 5.0);
   EXPECT_EQ(value_in_force(config, "filter.paper_r[0]"), 7.0);
+}
+
+TEST(ValueInForce, OfALimitIsNothingWhereThereIsNone) {
+  const std::string car =
+      "[vehicle]\nmass = 3\nfront_axle = 0.1\nrear_axle = 0.1\nyaw_inertia = 0.03\n"
+      "cornering_stiffness_front = 20\ncornering_stiffness_rear = 20\ntrack_width = 0.16\n";
+  const daemon::Config linear = config_of(car + text);
+  const daemon::Config limited =
+      config_of("[steering]\nrate_limit = 3\n" + car + "grip_front = 9\ngrip_rear = 8\n" + text);
+  const std::pair<const char*, double> limits[] = {
+      {"vehicle.grip_front", 9.0}, {"vehicle.grip_rear", 8.0}, {"steering.rate_limit", 3.0}};
+  for (const auto& [key, limit] : limits) {
+    EXPECT_FALSE(value_in_force(linear, key)) << key;
+    EXPECT_EQ(value_in_force(limited, key), limit) << key;
+  }
 }
 
 TEST(ValueInForce, IsNothingForWhatIsNoNumberOfTheConfiguration) {

@@ -1,0 +1,74 @@
+// Every number that was chosen, not measured: what the filter takes for granted of cars, drivers
+// and sensors. All are dimensionless, or scale with gravity, the wheelbase, the speed or a sensor's
+// stated sigma, so that they hold for a car of any size.
+//
+// docs/model.md, "The tuned numbers", has them as a table: tests/estimator/tuning_table.py writes
+// it. What it reads: one number a line, its meaning after it, its unit in brackets (none: a ratio).
+#pragma once
+
+namespace odomd::estimator {
+
+inline constexpr double gravity = 9.81;  // [m/s²]
+
+/// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
+struct Tuning {
+  // --- how the car is driven ---
+  double drive_accel = 0.1;    ///< a_x, GM: how hard a driver brakes and speeds up [g] ...
+  double drive_accel_s = 0.5;  ///< ... and for how long [s]
+  double front_angle = 0.2;    ///< ε, GM: by how much steering and tyres mislead [rad] ...
+  double front_angle_s = 0.5;  ///< ... and for how long [s]
+  double unsteered = 0.3;      ///< ε where no steering is measured [rad]
+
+  // --- what the models leave out ---
+  double side_force = 0.1;         ///< e, GM: error of the tyres' force, in shares of it ...
+  double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
+  double side_force_s = 0.05;      ///< ... and how long it lasts [s]
+  double side_slip = 0.03;         ///< white error of v̇_y per side acceleration [√s]
+  double side_slip_floor = 0.01;   ///< ... and in a straight line [g √s]
+  double turn = 0.3;               ///< white error of ψ̈, in sigmas of the gyro [1/√s]
+  double way = 1e-3;               ///< white error of the way, per √(way · wheelbase)
+  double way_turn = 1e-4;          ///< white error of the heading, per √(way / wheelbase) [rad]
+  double slope = 0.015;            ///< how the road's slope walks, along [rad/√m] ...
+  double bank = 0.007;             ///< ... and across [rad/√m]
+  double accel_scale = 0.02;       ///< by how much an accelerometer's scale may be off
+
+  // --- wheels ---
+  double wheel_radius = 0.0025;  ///< by how much one wheel's radius differs from the others'
+  double slip_noise = 0.005;     ///< how a driven wheel's slip varies, per acceleration [s²/m]
+  double front_wheel = 0.05;     ///< how well δ is known where a front wheel rolls [rad]
+
+  // --- gates ---
+  double signal_gate = 20.0;  ///< ν²/S of a scalar sample: 4.5 σ
+  double turn_in = 2.0;       ///< the quickest change of ψ̇ that is no outlier [g / wheelbase]
+
+  // --- noise from the data: how quickly it follows, and how far (ratios of variances) ---
+  double drive_unrest_s = 5.0;       ///< of a_x, by the wheels [s]
+  double drive_unrest_range = 10.0;  ///< ... up and down
+  double turn_unrest_s = 2.0;        ///< of ε, by the gyro [s]
+  double turn_unrest_range = 400.0;  ///< ... down
+  double wheel_unrest_s = 5.0;       ///< of a wheel's relative error, by the wheel [s]
+  double wheel_unrest_range = 36.0;  ///< ... up
+  double way_unrest_s = 0.5;         ///< of the way's error, by the camera [s]
+  double way_unrest_range = 1e4;     ///< ... up
+
+  // --- lasting errors and calibrations: prior standard deviations ---
+  double gyro_bias = 0.03;        ///< b_g [rad/s]
+  double gyro_scale = 0.02;       ///< s_g
+  double wheel_scale = 0.03;      ///< s_w
+  double wheel_slip = 0.02;       ///< c_s: of a driven wheel, per acceleration [s²/m]
+  double stiffness_scale = 0.15;  ///< κ
+  double roll_gradient = 0.1;     ///< ρ_y [rad/g]
+  double pitch_gradient = 0.05;   ///< ρ_x [rad/g]
+  double accel_bias = 0.3;        ///< b_ax, b_ay [m/s²]
+  double steering_offset = 0.02;  ///< δ_0 [rad]
+
+  // --- and how they walk, per √s ---
+  double gyro_bias_walk = 6e-5;        ///< b_g [rad/s/√s]
+  double gyro_scale_walk = 2e-5;       ///< s_g [1/√s]
+  double accel_bias_walk = 3e-3;       ///< b_ax, b_ay [m/s²/√s]
+  double wheel_scale_walk = 1.5e-3;    ///< s_w [1/√s]
+  double steering_offset_walk = 1e-4;  ///< δ_0 [rad/√s]
+  double stiffness_scale_walk = 2e-3;  ///< κ [1/√s]
+};
+
+}  // namespace odomd::estimator

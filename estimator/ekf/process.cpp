@@ -1,0 +1,244 @@
+// docs/model.md, "Process".
+#include "estimator/ekf/process.hpp"
+
+#include <algorithm>
+
+namespace odomd::estimator::full {
+namespace {
+
+double squared(double value) noexcept {
+  return value * value;
+}
+
+/// What the random walks add.
+void add_walks(const Tuning& walks, double dt, State& state) noexcept {
+  Matrix& P = state.covariance;
+  P(at::accel_bias_x, at::accel_bias_x) += squared(walks.accel_bias_walk) * dt;
+  P(at::accel_bias_y, at::accel_bias_y) += squared(walks.accel_bias_walk) * dt;
+  P(at::steering_offset, at::steering_offset) += squared(walks.steering_offset_walk) * dt;
+  LastingMatrix& P_s = state.lasting.covariance;
+  P_s(lasting::gyro_bias, lasting::gyro_bias) += squared(walks.gyro_bias_walk) * dt;
+  P_s(lasting::gyro_scale, lasting::gyro_scale) += squared(walks.gyro_scale_walk) * dt;
+  P_s(lasting::wheel_scale, lasting::wheel_scale) += squared(walks.wheel_scale_walk) * dt;
+  P_s(lasting::stiffness_scale, lasting::stiffness_scale) +=
+      squared(walks.stiffness_scale_walk) * dt;
+}
+
+/// A step's F: the identity but for its first nine rows, x ... side_force.
+struct Jacobian {
+  VelocityStep velocity;
+  double steered = 0.0;  ///< 1 where δ_0 counts
+  double dt = 0.0;
+  double v_y = 0.0;  ///< before the step
+  double yaw_rate = 0.0;
+  double dx = 0.0;  ///< the way of the step, which a change of yaw swings
+  double dy = 0.0;
+  double c = 1.0;  ///< cos ψ_m, sin ψ_m
+  double s = 0.0;
+  double accel_decay = 1.0;
+  double angle_decay = 1.0;
+  double force_decay = 1.0;
+};
+
+/// A ← F A. Column by column; the rows from accel_bias_x on stay.
+template <int Columns>
+void apply(const Jacobian& F, Eigen::Matrix<double, at::size, Columns>& A) noexcept {
+  const auto& by = F.velocity.by;
+  const auto& by_front = F.velocity.by_front_wheel;
+  const double half = 0.5 * F.dt;
+  for (Eigen::Index column = 0; column < Columns; ++column) {
+    double* const a = A.data() + column * at::size;
+    const double v_x = a[at::v_x];
+    const double v_y = a[at::v_y];
+    const double turn = a[at::yaw_rate];
+    const double front = a[at::front_angle] - F.steered * a[at::steering_offset];
+    const double v_x_next = v_x + by(0, 1) * v_y + by(0, 2) * turn + F.dt * a[at::accel_x];
+    const double v_y_next = by(1, 0) * v_x + by(1, 1) * v_y + by(1, 2) * turn +
+                            by_front[0] * front + F.velocity.by_side_force * a[at::side_force];
+    const double turn_next =
+        by(2, 0) * v_x + by(2, 1) * v_y + by(2, 2) * turn + by_front[1] * front;
+    // The pose by the mean velocity, ½ (v + v'), and by the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
+    const double along = half * (v_x + v_x_next);
+    const double across = half * (v_y + v_y_next);
+    const double turned = half * (turn + turn_next);
+    const double middle = a[at::yaw] + 0.5 * turned;
+    a[at::x] += F.c * along - F.s * across - F.dy * middle;
+    a[at::y] += F.s * along + F.c * across + F.dx * middle;
+    a[at::yaw] += turned;
+    a[at::v_x] = v_x_next;
+    a[at::v_y] = v_y_next;
+    a[at::yaw_rate] = turn_next;
+    a[at::accel_x] *= F.accel_decay;
+    a[at::front_angle] *= F.angle_decay;
+    a[at::side_force] *= F.force_decay;
+  }
+}
+
+/// Adds to B what a change of κ makes of the velocity in the step, and of the pose.
+void add_stiffness(const Jacobian& F, State& state) noexcept {
+  auto by = state.lasting.sensitivity.col(lasting::stiffness_scale);
+  const double across = F.velocity.by_stiffness[0];
+  const double turn = F.velocity.by_stiffness[1];
+  const double half = 0.5 * F.dt;
+  const double middle = 0.5 * half * turn;
+  by[at::x] += -F.s * half * across - F.dy * middle;
+  by[at::y] += F.c * half * across + F.dx * middle;
+  by[at::yaw] += half * turn;
+  by[at::v_y] += across;
+  by[at::yaw_rate] += turn;
+}
+
+/// The mean after the step, and F.
+Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& state) noexcept {
+  const Tuning& tuning = model.tuning;
+  Vector& x = state.mean;
+  Jacobian F;
+  F.velocity = velocity_step(model.car, moving(state, input), dt);
+  F.steered = input.has_steering ? 1.0 : 0.0;
+  F.dt = dt;
+
+  // X' = X + Δt (v̄_x cos ψ_m - v̄_y sin ψ_m),  Y' = Y + Δt (v̄_x sin ψ_m + v̄_y cos ψ_m),
+  // ψ' = ψ + Δt ψ̇_m,  ψ_m = ψ + Δt ψ̇_m / 2                                       (eqs 8 and 9)
+  const Eigen::Vector3d mean = 0.5 * (x.segment<3>(at::v_x) + F.velocity.velocity);
+  const double middle = x[at::yaw] + 0.5 * dt * mean[2];
+  F.c = std::cos(middle);
+  F.s = std::sin(middle);
+  F.dx = dt * (mean[0] * F.c - mean[1] * F.s);
+  F.dy = dt * (mean[0] * F.s + mean[1] * F.c);
+  x[at::x] += F.dx;
+  x[at::y] += F.dy;
+  x[at::yaw] += dt * mean[2];
+  x.segment<3>(at::v_x) = F.velocity.velocity;
+  F.accel_decay = tuning.drive_accel_s / (tuning.drive_accel_s + dt);
+  F.angle_decay = tuning.front_angle_s / (tuning.front_angle_s + dt);
+  x[at::accel_x] *= F.accel_decay;
+  x[at::front_angle] *= F.angle_decay;
+  F.force_decay = tuning.side_force_s / (tuning.side_force_s + dt);
+  x[at::side_force] *= F.force_decay;
+  return F;
+}
+
+void add_noise(const CarModel& model, const Input& input, const Jacobian& F,
+               State& state) noexcept {
+  const Tuning& tuning = model.tuning;
+  Matrix& P = state.covariance;
+  const Vector& x = state.mean;
+  const double speed = std::abs(x[at::v_x]);
+  const double wheelbase = model.car.wheelbase();
+  const double on_road = squared(gravity) * speed * F.dt;
+  P(at::accel_bias_x, at::accel_bias_x) += squared(tuning.slope) * on_road;
+  P(at::accel_bias_y, at::accel_bias_y) += squared(tuning.bank) * on_road;
+  const double way = state.way_unrest * squared(tuning.way) * wheelbase * speed * F.dt;
+  P(at::x, at::x) += way;
+  P(at::y, at::y) += way;
+  P(at::yaw, at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
+  const double side = tuning.side_slip * x[at::v_x] * x[at::yaw_rate];
+  P(at::v_y, at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
+  const double force = tuning.side_force * x[at::v_x] * x[at::yaw_rate];
+  P(at::side_force, at::side_force) +=
+      (squared(force) + squared(tuning.side_force_floor * gravity)) *
+      (1.0 - squared(F.force_decay));
+  P(at::yaw_rate, at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
+  P(at::accel_x, at::accel_x) +=
+      state.drive_unrest * squared(tuning.drive_accel * gravity) * (1.0 - squared(F.accel_decay));
+  P(at::front_angle, at::front_angle) +=
+      state.turn_unrest * squared(input.has_steering ? tuning.front_angle : tuning.unsteered) *
+      (1.0 - squared(F.angle_decay));
+  add_walks(model.tuning, F.dt, state);
+}
+
+}  // namespace
+
+double secant_stiffness(double stiffness, double slip_angle, double grip,
+                        double share_of_mass) noexcept {
+  if (!(grip > 0.0)) {
+    return stiffness;
+  }
+  const double most = grip * share_of_mass;
+  const double linear = stiffness * std::abs(slip_angle);
+  const double q = linear / (3.0 * most);
+  return q < 1.0 ? stiffness * (1.0 - q + q * q / 3.0) : stiffness * most / linear;
+}
+
+VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept {
+  const double m = car.mass;
+  const double j_z = car.yaw_inertia;
+  const double l_v = car.front_axle;
+  const double l_h = car.rear_axle;
+  const double v_x = now.v_x;
+  const double v_y = now.v_y;
+  const double r = now.yaw_rate;
+  const double delta = now.front_wheel;
+  const double k = now.stiffness;
+  const double w = std::abs(v_x);
+  // dw/dv_x; at v_x = 0, where |v_x| has a kink, the mean of both sides.
+  const double sign = (v_x > 0.0 ? 1.0 : 0.0) - (v_x < 0.0 ? 1.0 : 0.0);
+
+  // α |v_x| of the axles (eqs 6 and 7), and what their tyres are as stiff as there
+  double c_v = car.cornering_stiffness_front;
+  double c_h = car.cornering_stiffness_rear;
+  if (w > 0.0) {
+    const double l = car.wheelbase();
+    c_v = secant_stiffness(c_v, (v_x * delta - v_y - l_v * r) / w, car.grip_front, m * l_h / l);
+    c_h = secant_stiffness(c_h, (l_h * r - v_y) / w, car.grip_rear, m * l_v / l);
+  }
+  // Everything that stiffness multiplies, per unit of k
+  const double coupling = dt * (l_v * c_v - l_h * c_h);
+  const double steer_by_delta = dt * c_v * v_x;
+  const double steer = steer_by_delta * delta;
+  const double damping_y = dt * (c_v + c_h);
+  const double damping_yaw = dt * (l_v * l_v * c_v + l_h * l_h * c_h);
+
+  // v_y,k = N_y / D_y and ψ̇_k = N_ψ / D_ψ                                  (eqs 32 and 33)
+  const double per_y = 1.0 / (m * w + k * damping_y);
+  const double per_yaw = 1.0 / (j_z * w + k * damping_yaw);
+  const double v_y_next =
+      (m * w * v_y + k * (steer - coupling * r) - dt * m * w * (v_x * r - now.side_force)) * per_y;
+  const double r_next = (j_z * w * r + k * (l_v * steer - coupling * v_y)) * per_yaw;
+
+  VelocityStep step;
+  step.velocity << v_x + dt * (now.accel_x + v_y * r), v_y_next, r_next;
+  // ∂(N/D) = (∂N - (N/D) ∂D) / D, the secant stiffnesses held
+  step.by << 1.0, dt * r, dt * v_y,  //
+      (m * sign * (v_y - v_y_next + dt * now.side_force) + k * dt * c_v * delta -
+       dt * m * r * (w + v_x * sign)) *
+          per_y,
+      m * w * per_y, -(k * coupling + dt * m * v_x * w) * per_y,  //
+      (j_z * sign * (r - r_next) + k * l_v * dt * c_v * delta) * per_yaw, -k * coupling * per_yaw,
+      j_z * w * per_yaw;
+  step.by_side_force = dt * m * w * per_y;
+  step.by_front_wheel << k * steer_by_delta * per_y, k * l_v * steer_by_delta * per_yaw;
+  step.by_stiffness << (steer - coupling * r - v_y_next * damping_y) * per_y,
+      (l_v * steer - coupling * v_y - r_next * damping_yaw) * per_yaw;
+  return step;
+}
+
+Moving moving(const State& state, const Input& input) noexcept {
+  const Vector& x = state.mean;
+  const double known = input.has_steering ? input.steering - x[at::steering_offset] : 0.0;
+  return {x[at::v_x],
+          x[at::v_y],
+          x[at::yaw_rate],
+          x[at::accel_x],
+          known + x[at::front_angle],
+          x[at::side_force],
+          1.0 + state.lasting.mean[lasting::stiffness_scale]};
+}
+
+void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept {
+  const Jacobian F = step_mean(model, input, dt, state);
+  // P ← F P Fᵀ + Q as F (F P)ᵀ, B ← F B + ∂f/∂s
+  apply(F, state.covariance);
+  state.covariance.transposeInPlace();
+  apply(F, state.covariance);
+  state.covariance.triangularView<Eigen::StrictlyUpper>() = state.covariance.transpose();
+  apply(F, state.lasting.sensitivity);
+  add_stiffness(F, state);
+  add_noise(model, input, F, state);
+}
+
+void propagate_standing(const CarModel& model, double dt, State& state) noexcept {
+  add_walks(model.tuning, dt, state);
+}
+
+}  // namespace odomd::estimator::full

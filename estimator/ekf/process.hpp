@@ -1,0 +1,71 @@
+// The motion of the filter: the reversible discrete bicycle (errata, 5) on two tyres that may
+// saturate, its front wheels turned by what steers them and by an unknown part; the pose by the
+// mean velocity of the step; Jacobian and process noise.
+//
+// docs/model.md, "Process".
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include "estimator/common/tuning.hpp"
+#include "estimator/common/vehicle.hpp"
+#include "estimator/ekf/state.hpp"
+
+namespace odomd::estimator::full {
+
+/// What steers the car in one step.
+struct Input {
+  double steering = 0.0;  ///< δ behind the actuator [rad]
+  bool has_steering = false;
+};
+
+/// Parameters of the motion that do not change.
+struct CarModel {
+  Vehicle car;
+  std::array<double, 2> imu_position{};  ///< (p_x, p_y), from the centre of gravity [m]
+  Tuning tuning;
+  double gyro_sigma = 0.03;  ///< as stated [rad/s]
+};
+
+/// What the velocity changes by, the lateral part implicit in the tyres.
+struct Moving {
+  double v_x, v_y, yaw_rate;
+  double accel_x;      ///< a_x
+  double front_wheel;  ///< δ - δ_0 + ε
+  double side_force;   ///< e
+  double stiffness;    ///< 1 + κ
+};
+
+/// Secant stiffness F(α) / α of an axle with a brush tyre: C (1 - q + q²/3), q = C |α| / (3 F_max),
+/// and F_max / |α| where all of it slides (q ≥ 1). `grip` is F_max over the axle's share of m
+/// [m/s²]; 0: linear.
+[[nodiscard]] double secant_stiffness(double stiffness, double slip_angle, double grip,
+                                      double share_of_mass) noexcept;
+
+/// A step of (v_x, v_y, ψ̇) and its derivatives.
+///
+///   v_x,k = v_x + Δt (a_x + v_y ψ̇)                                            (errata, 4)
+///   v_y,k, ψ̇_k: eqs 32 and 33 with |v_x| where v_x stands for inertia (errata, 1, 2 and 5), with
+///   the secant stiffnesses of the step's beginning for C, and δ - δ_0 + ε for δ
+struct VelocityStep {
+  Eigen::Vector3d velocity;
+  Eigen::Matrix<double, 3, 3> by;  ///< ∂/∂(v_x, v_y, ψ̇)
+  double by_side_force = 0.0;      ///< ∂v_y/∂e
+  Eigen::Vector2d by_front_wheel;  ///< ∂(v_y, ψ̇)/∂(δ - δ_0 + ε)
+  Eigen::Vector2d by_stiffness;    ///< ∂(v_y, ψ̇)/∂κ
+};
+[[nodiscard]] VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept;
+
+/// What of a state moves it.
+[[nodiscard]] Moving moving(const State& state, const Input& input) noexcept;
+
+/// Mean, covariance and sensitivity after `dt` > 0 on the move.
+void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept;
+
+/// The covariances after `dt` of standing: only what varies slowly does so.
+void propagate_standing(const CarModel& model, double dt, State& state) noexcept;
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,139 @@
+// What a scalar sample should read at a state, how that depends on the state, and the update of
+// mean and covariance by it.
+//
+// docs/model.md, "Update".
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "estimator/ekf/state.hpp"
+
+namespace odomd::estimator::full {
+
+/// h(x, s), its derivatives that are not zero, and R: the variance of the sample about h, its own
+/// noise and what the model leaves out.
+class Prediction {
+ public:
+  double value = 0.0;
+  double variance = 0.0;
+  double slack = 0.0;                                ///< how much of R the gain makes light of
+  LastingVector by_lasting = LastingVector::Zero();  ///< ∂h/∂s
+
+  /// Adds `by` to ∂h/∂(state).
+  void depends_on(at::Index state, double by) noexcept {
+    states_[count_] = state;
+    by_[count_] = by;
+    ++count_;
+  }
+  [[nodiscard]] std::size_t count() const noexcept { return count_; }
+  [[nodiscard]] at::Index state(std::size_t i) const noexcept { return states_[i]; }
+  [[nodiscard]] double by(std::size_t i) const noexcept { return by_[i]; }
+
+ private:
+  std::array<at::Index, 8> states_{};
+  std::array<double, 8> by_{};
+  std::size_t count_ = 0;
+};
+
+/// ν = z - h and its variance S, in two parts: what the state's and the sample's own noise make of
+/// it, H P Hᵀ + R, and what the lasting errors do, G P_s Gᵀ with G = H B + ∂h/∂s.
+struct Innovation {
+  double value = 0.0;
+  double variance = 1.0;                                          ///< S
+  double variance_of_noise = 1.0;                                 ///< H P Hᵀ + R
+  double sample_variance = 0.0;                                   ///< R
+  double slack = 0.0;                                             ///< of R, see Prediction
+  Vector covariance_with_state = Vector::Zero();                  ///< P Hᵀ
+  LastingVector by_lasting = LastingVector::Zero();               ///< Gᵀ
+  LastingVector covariance_with_lasting = LastingVector::Zero();  ///< P_s Gᵀ
+
+  /// νᵀ S⁻¹ ν: χ² with one degree of freedom where the filter is consistent.
+  [[nodiscard]] double squared_ratio() const noexcept { return value * value / variance; }
+};
+
+[[nodiscard]] inline Innovation innovation(const State& state, const Prediction& prediction,
+                                           double measured) noexcept {
+  Innovation nu;
+  nu.value = measured - prediction.value;
+  nu.variance_of_noise = prediction.variance;
+  nu.sample_variance = prediction.variance;
+  nu.slack = prediction.slack;
+  nu.by_lasting = prediction.by_lasting;
+  for (std::size_t i = 0; i < prediction.count(); ++i) {
+    nu.covariance_with_state += prediction.by(i) * state.covariance.col(prediction.state(i));
+    nu.by_lasting +=
+        prediction.by(i) * state.lasting.sensitivity.row(prediction.state(i)).transpose();
+  }
+  for (std::size_t i = 0; i < prediction.count(); ++i) {
+    nu.variance_of_noise += prediction.by(i) * nu.covariance_with_state[prediction.state(i)];
+  }
+  nu.covariance_with_lasting = state.lasting.covariance * nu.by_lasting;
+  nu.variance = nu.variance_of_noise + nu.by_lasting.dot(nu.covariance_with_lasting);
+  return nu;
+}
+
+/// K = P Hᵀ / (H P Hᵀ + R): the gain were the lasting errors known.
+[[nodiscard]] inline Vector optimal_gain(const Innovation& nu) noexcept {
+  return nu.covariance_with_state / (nu.variance_of_noise - nu.slack);
+}
+
+/// x ← x + K ν, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, B ← B - K G: Joseph's form, right for any
+/// gain. With a = P Hᵀ and b = a - (H P Hᵀ + R) K / 2 it is P - K bᵀ - b Kᵀ, symmetric to the bit.
+inline void correct(State& state, const Innovation& nu, const Vector& gain) noexcept {
+  const Vector b = nu.covariance_with_state - (0.5 * nu.variance_of_noise) * gain;
+  for (Eigen::Index j = 0; j < at::size; ++j) {
+    state.covariance.col(j) -= gain * b[j] + b * gain[j];
+  }
+  state.lasting.sensitivity -= gain * nu.by_lasting.transpose();
+  state.mean += gain * nu.value;
+}
+
+/// What a sample teaches of the lasting errors, after correct(): by its gain L = P_s Gᵀ / S, whose
+/// rows outside `taught` are zero, s ← s + L ν, and x ← x + B L ν with it. Friedland's form of the
+/// joint filter: equal to it where correct() took the optimal gain and nothing walks.
+inline void teach(State& state, const Innovation& nu, const LastingVector& taught) noexcept {
+  Lasting& s = state.lasting;
+  const LastingVector gain = nu.covariance_with_lasting.cwiseProduct(taught) / nu.variance;
+  const LastingVector b = nu.covariance_with_lasting - (0.5 * nu.variance) * gain;
+  s.covariance -= gain * b.transpose() + b * gain.transpose();
+  const LastingVector change = gain * nu.value;
+  s.mean += change;
+  state.mean += s.sensitivity * change;
+}
+
+/// Which lasting errors a sample may teach: see teach().
+[[nodiscard]] inline LastingVector none() noexcept {
+  return LastingVector::Zero();
+}
+[[nodiscard]] inline LastingVector all() noexcept {
+  return LastingVector::Ones();
+}
+[[nodiscard]] inline LastingVector only(lasting::Index index) noexcept {
+  return LastingVector::Unit(index);
+}
+
+/// What an error has made of the state so far does not follow it any longer: it was another then.
+inline void settle(State& state, lasting::Index index) noexcept {
+  auto by = state.lasting.sensitivity.col(index);
+  const Vector made = std::sqrt(state.lasting.covariance(index, index)) * by;
+  state.covariance += made * made.transpose();
+  by.setZero();
+}
+
+/// What is known of one of the states becomes `sigma`, and nothing else is related to it.
+inline void forget(State& state, at::Index index, double sigma) noexcept {
+  state.covariance.row(index).setZero();
+  state.covariance.col(index).setZero();
+  state.covariance(index, index) = sigma * sigma;
+  state.lasting.sensitivity.row(index).setZero();
+}
+
+/// P + B P_s Bᵀ of pose and velocity: how far they may be off, all errors taken together.
+[[nodiscard]] inline Eigen::Matrix<double, 6, 6> covariance_of_motion(const State& state) noexcept {
+  const auto B = state.lasting.sensitivity.topRows<6>();
+  return state.covariance.topLeftCorner<6, 6>() + B * state.lasting.covariance * B.transpose();
+}
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,220 @@
+// Dead reckoning by gyro, wheels and a steady turn's slip.
+#include "estimator/baselines/inertial_filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "estimator/baselines/inertial_model.hpp"
+#include "estimator/common/dynamic_model.hpp"
+#include "tests/estimator/drive.hpp"
+
+namespace odomd::estimator::inertial_filter_test {
+namespace {
+
+using testing::Drive;
+using testing::start;
+
+constexpr double pi = std::numbers::pi;
+const Vehicle car;
+
+TEST(InertialModel, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
+  for (const double v_x : {2.0, -2.0}) {
+    for (const double yaw_rate : {0.7, -0.7}) {
+      const BodyVelocity v = inertial_velocity(car, v_x, yaw_rate);
+      // With front wheels along their own way, α_v = 0, only the rear axle turns the car.
+      const double delta = (v.v_y + car.front_axle * v.yaw_rate) / v.v_x;
+      const Eigen::Vector3d rate =
+          dynamic_rate<double>(car, {v.v_x, v.v_y, v.yaw_rate}, {delta, 0.0}, 0.1);
+      const double rear_force = -rate[2] * car.yaw_inertia / car.rear_axle;
+      EXPECT_NEAR(rear_force, car.front_axle / car.wheelbase() * car.mass * v_x * yaw_rate, 1e-12);
+    }
+  }
+}
+
+TEST(InertialModel, ReversingMirrorsTheVelocity) {
+  const BodyVelocity forward = inertial_velocity(car, 1.5, 0.8);
+  const BodyVelocity backward = inertial_velocity(car, -1.5, 0.8);
+  // The lever arm's part turns with ψ̇, the slip with a_y = v_x ψ̇ and the way the axle rolls.
+  const double slip = forward.v_y - car.rear_axle * 0.8;
+  EXPECT_LT(slip, 0.0);
+  EXPECT_DOUBLE_EQ(backward.v_y - car.rear_axle * 0.8, -slip);
+}
+
+TEST(InertialModel, JacobianIsThatOfTheVelocity) {
+  constexpr double step = 1e-6;
+  for (const double v_x : {-2.0, 0.4, 3.0}) {
+    for (const double yaw_rate : {-1.2, 0.0, 0.9}) {
+      const auto j = inertial_velocity_jacobian(car, v_x, yaw_rate);
+      const auto v_y = [](double v, double r) { return inertial_velocity(car, v, r).v_y; };
+      EXPECT_NEAR(j(1, 0), (v_y(v_x + step, yaw_rate) - v_y(v_x - step, yaw_rate)) / (2.0 * step),
+                  1e-8);
+      EXPECT_NEAR(j(1, 1), (v_y(v_x, yaw_rate + step) - v_y(v_x, yaw_rate - step)) / (2.0 * step),
+                  1e-8);
+      EXPECT_EQ(j(0, 0), 1.0);
+      EXPECT_EQ(j(2, 1), 1.0);
+    }
+  }
+}
+
+TEST(InertialFilter, StartsAtTheWheelSpeedWithThePoseWhereItWasSet) {
+  Drive drive = start(Model::inertial, {}, Pose2{1.0, 2.0, 0.5});
+  const Estimate e = drive.tick({.speed = 2.0, .yaw_rate = 0.3});
+  EXPECT_TRUE(e.initialised);
+  EXPECT_EQ(e.v_x, 2.0);
+  EXPECT_EQ(e.yaw_rate, 0.3);
+  EXPECT_EQ(e.map.x, 1.0);
+  EXPECT_EQ(e.map.y, 2.0);
+  EXPECT_EQ(e.map.yaw, 0.5);
+}
+
+TEST(InertialFilter, DrivesTheCircleThatItsSlipMakes) {
+  const double v_x = 2.0;
+  const double yaw_rate = 0.8;
+  const double v_y = 0.085 * yaw_rate -
+                     v_x * v_x * yaw_rate * 0.175 * 2.985 / (0.26 * 60.0);  // of the default car
+  const double radius = std::hypot(v_x, v_y) / yaw_rate;
+  Drive drive = start(Model::inertial);
+  drive.tick({.speed = v_x, .yaw_rate = yaw_rate});
+  // The centre lies abeam of the velocity: at (-v_y, v_x) / ψ̇.
+  for (int i = 0; i < 1000; ++i) {
+    const Estimate e = drive.tick({.speed = v_x, .yaw_rate = yaw_rate});
+    EXPECT_NEAR(e.v_y, v_y, 1e-15);
+    EXPECT_NEAR(std::hypot(e.map.x + v_y / yaw_rate, e.map.y - v_x / yaw_rate), radius, 1e-12);
+  }
+  EXPECT_NEAR(drive.last.map.yaw, 5.0 * yaw_rate, 1e-12);
+}
+
+TEST(InertialFilter, HeadingIsTheIntegralOfTheGyroWhateverTheSteering) {
+  Drive drive = start(Model::inertial);
+  drive.tick({.speed = 1.0, .steering = -0.3, .yaw_rate = 0.0});
+  double heading = 0.0;
+  for (int i = 1; i <= 2000; ++i) {
+    const double rate = 1.5 * std::sin(0.01 * i);
+    heading += 0.005 * rate;
+    drive.tick({.speed = 1.0, .steering = -0.3, .yaw_rate = rate});
+  }
+  EXPECT_NEAR(drive.last.map.yaw, heading, 1e-12);
+}
+
+TEST(InertialFilter, ReversesOnTheSameWayWhereTyresDoNotSlip) {
+  FilterSettings stiff;
+  stiff.vehicle.cornering_stiffness_rear = 1e12;
+  Drive drive = start(Model::inertial, stiff);
+  drive.ticks(1, {.speed = 0.0, .yaw_rate = 0.0});
+  drive.ticks(200, {.speed = 0.8, .yaw_rate = 0.5});
+  drive.ticks(200, {.speed = -0.8, .yaw_rate = -0.5});
+  const Estimate e = drive.tick({.speed = 0.0, .yaw_rate = 0.0});
+  EXPECT_NEAR(e.map.yaw, 0.0, 1e-12);
+  EXPECT_NEAR(e.map.x, 0.0, 1e-9);
+  EXPECT_NEAR(e.map.y, 0.0, 1e-9);
+}
+
+TEST(InertialFilter, DirectionIsTheSignOfSpeedsThatHaveNone) {
+  Drive drive = start(Model::inertial);
+  add(drive.filter, Measurement{Source::direction, drive.now_ns + 1, -1.0, 0.0});
+  const Estimate e = drive.ticks(201, {.speed = 1.5, .yaw_rate = 0.0});
+  EXPECT_EQ(e.v_x, -1.5);
+  EXPECT_NEAR(e.map.x, -1.5, 1e-12);
+}
+
+TEST(InertialFilter, FrontWheelsAreTakenToTheRearAxle) {
+  const double yaw_rate = 0.6;
+  const double delta = 0.2;
+  Drive drive = start(Model::inertial);
+  for (int i = 0; i < 10; ++i) {
+    const std::int64_t now = drive.now_ns + testing::period_ns;
+    add(drive.filter, Measurement{Source::wheel_front_left, now,
+                                  (1.0 - yaw_rate * car.track_width / 2.0) / std::cos(delta), 0.0});
+    drive.tick({.steering = delta, .yaw_rate = yaw_rate});
+  }
+  EXPECT_NEAR(drive.last.v_x, 1.0, 1e-12);
+}
+
+TEST(InertialFilter, DoesNotListenToTheLateralAccelerometer) {
+  Drive drive = start(Model::inertial);
+  EXPECT_EQ(add(drive.filter, Measurement{Source::accel_y, 1, 1.0, 0.1}), Verdict::source_off);
+  EXPECT_EQ(add(drive.filter, Measurement{Source::yaw_rate, 1, 1.0, 0.1}), Verdict::fused);
+  EXPECT_EQ(add(drive.filter, Measurement{Source::wheel_rear, 1, 1.0, 0.1}), Verdict::fused);
+}
+
+TEST(InertialFilter, IgnoresTheLatencyOfItsSamples) {
+  Drive fresh = start(Model::inertial);
+  Drive late = start(Model::inertial);
+  for (int i = 0; i < 400; ++i) {
+    const double yaw_rate = std::sin(0.02 * i);
+    add(late.filter, Measurement{Source::yaw_rate, late.now_ns + testing::period_ns - 50'000'000,
+                                 yaw_rate, 0.0});
+    late.tick({.speed = 1.0});
+    fresh.tick({.speed = 1.0, .yaw_rate = yaw_rate});
+    ASSERT_EQ(late.last.map.yaw, fresh.last.map.yaw);
+  }
+}
+
+TEST(InertialFilter, AccelerationFollowsTheAccelerometerWithTheYawRateHeld) {
+  Drive drive = start(Model::inertial);
+  EXPECT_EQ(drive.tick({.speed = 2.0, .yaw_rate = 0.5}).v_x_dot, 0.0);
+  const Estimate e = drive.tick({.speed = 2.0, .yaw_rate = 0.5, .accel_x = 0.5});
+  EXPECT_DOUBLE_EQ(e.v_x_dot, 0.5 + e.v_y * e.yaw_rate);
+  EXPECT_EQ(e.yaw_accel, 0.0);
+  constexpr double step = 1e-6;
+  const double ahead = inertial_velocity(car, 2.0 + e.v_x_dot * step, 0.5).v_y;
+  EXPECT_NEAR(e.v_y_dot, (ahead - e.v_y) / step, 1e-5);
+}
+
+TEST(InertialFilter, CovarianceComesFromTheSigmasOfTheSamples) {
+  const auto yaw_sigma_after = [](double sigma_yaw_rate) {
+    Drive drive = start(Model::inertial);
+    for (int i = 0; i < 1000; ++i) {
+      add(drive.filter, Measurement{Source::yaw_rate, drive.now_ns + 1, 0.0, sigma_yaw_rate});
+      drive.tick({.speed = 2.0});
+    }
+    return std::sqrt(drive.last.covariance[5] - 0.05 * 0.05);
+  };
+  // σ_ψ = √n Δt σ_ψ̇
+  const double expected = std::sqrt(1000.0) * 0.005 * 0.1;
+  EXPECT_NEAR(yaw_sigma_after(0.1), expected, 0.01 * expected);
+  EXPECT_NEAR(yaw_sigma_after(0.2), 2.0 * expected, 0.01 * expected);
+}
+
+TEST(InertialFilter, CovariancesArePositiveDefiniteAtRestAndInFastTurns) {
+  Drive drive = start(Model::inertial);
+  for (const double yaw_rate : {0.0, 5.0, -5.0}) {
+    for (const double speed : {0.0, 3.0, -3.0}) {
+      const Estimate e = drive.ticks(300, {.speed = speed, .yaw_rate = yaw_rate});
+      EXPECT_TRUE(is_positive_definite(e.covariance));
+      EXPECT_TRUE(is_positive_definite(e.velocity_covariance));
+    }
+  }
+}
+
+TEST(InertialFilter, CameraPoseAnchorsTheMapAndNotTheOdometry) {
+  Drive drive = start(Model::inertial);
+  drive.ticks(200, {.speed = 1.0, .yaw_rate = 0.0});
+  const Estimate before = drive.last;
+  const CameraPose seen{.capture_ns = drive.now_ns,
+                        .arrival_ns = drive.now_ns,
+                        .x = before.map.x + 0.05,
+                        .y = before.map.y - 0.02,
+                        .yaw = before.map.yaw + 0.01,
+                        .sigma_x = 0.02,
+                        .sigma_y = 0.02,
+                        .sigma_yaw = 0.02};
+  EXPECT_EQ(add(drive.filter, seen), Verdict::fused);
+  const Estimate e = drive.tick({.speed = 1.0, .yaw_rate = 0.0});
+  EXPECT_NEAR(e.map.x, seen.x + 0.005 * std::cos(seen.yaw), 1e-12);
+  EXPECT_NEAR(e.map.yaw, seen.yaw, 1e-12);
+  EXPECT_NEAR(e.odom.x, before.odom.x + 0.005, 1e-12);
+  EXPECT_EQ(e.odom.y, before.odom.y);
+}
+
+TEST(InertialFilter, YawCountsTurns) {
+  Drive drive = start(Model::inertial);
+  const Estimate e = drive.ticks(4001, {.speed = 1.0, .yaw_rate = 1.5});
+  EXPECT_NEAR(e.map.yaw, 30.0, 1e-9);
+  EXPECT_GT(e.map.yaw, 4.0 * 2.0 * pi);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::inertial_filter_test

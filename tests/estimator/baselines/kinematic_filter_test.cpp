@@ -1,0 +1,158 @@
+// Dead reckoning with the kinematic model.
+#include "estimator/baselines/kinematic_filter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/estimator/drive.hpp"
+
+namespace odomd::estimator::kinematic_filter_test {
+namespace {
+
+using testing::Drive;
+using testing::start;
+
+constexpr double pi = std::numbers::pi;
+const Vehicle car;
+
+TEST(KinematicFilter, StartsAtTheWheelSpeedWithThePoseWhereItWasSet) {
+  Drive drive = start(Model::kinematic, {}, Pose2{1.0, 2.0, 0.5});
+  const Estimate e = drive.tick({.speed = 2.0});
+  EXPECT_TRUE(e.initialised);
+  EXPECT_EQ(e.v_x, 2.0);
+  EXPECT_EQ(e.map.x, 1.0);
+  EXPECT_EQ(e.map.y, 2.0);
+  EXPECT_EQ(e.map.yaw, 0.5);
+}
+
+TEST(KinematicFilter, DrivesStraight) {
+  Drive drive = start(Model::kinematic);
+  const Estimate e = drive.ticks(201, {.speed = 1.5});
+  EXPECT_NEAR(e.map.x, 1.5, 1e-12);
+  EXPECT_EQ(e.map.y, 0.0);
+  EXPECT_EQ(e.map.yaw, 0.0);
+}
+
+TEST(KinematicFilter, CentreOfGravityDrivesItsCircle) {
+  // The rear axle's radius is l / tan δ, the centre of gravity's the hypotenuse with l_h.
+  const double delta = 0.3;
+  const double rear_radius = car.wheelbase() / std::tan(delta);
+  const double radius = std::hypot(rear_radius, car.rear_axle);
+  Drive drive = start(Model::kinematic);
+  drive.tick({.speed = 1.0, .steering = delta});
+  // The centre lies abeam of the rear axle.
+  for (int i = 0; i < 1000; ++i) {
+    const Estimate e = drive.tick({.speed = 1.0, .steering = delta});
+    EXPECT_NEAR(std::hypot(e.map.x + car.rear_axle, e.map.y - rear_radius), radius, 1e-12);
+    EXPECT_NEAR(e.v_y, car.rear_axle * e.yaw_rate, 1e-15);
+  }
+  EXPECT_NEAR(drive.last.map.yaw, 5.0 / rear_radius, 1e-10);
+}
+
+TEST(KinematicFilter, AsPrintedTheCentreOfGravityDrivesTheRearAxlesCircle) {
+  const double delta = 0.3;
+  const double radius = car.wheelbase() / std::tan(delta);
+  Drive drive = start(Model::kinematic_printed);
+  for (int i = 0; i < 1000; ++i) {
+    const Estimate e = drive.tick({.speed = 1.0, .steering = delta});
+    EXPECT_NEAR(std::hypot(e.map.x, e.map.y - radius), radius, 1e-12);
+  }
+}
+
+TEST(KinematicFilter, PrintedFormErrsByMillimetresOverACameraGap) {
+  // 3.5 mm over 35 ms at 1 m/s, δ = 0.3 (errata, 7).
+  Drive right = start(Model::kinematic);
+  Drive printed = start(Model::kinematic_printed);
+  for (int i = 0; i < 8; ++i) {
+    right.tick({.speed = 1.0, .steering = 0.3});
+    printed.tick({.speed = 1.0, .steering = 0.3});
+  }
+  const double apart =
+      std::hypot(right.last.map.x - printed.last.map.x, right.last.map.y - printed.last.map.y);
+  EXPECT_NEAR(apart, 0.0035, 0.0001);
+}
+
+TEST(KinematicFilter, ReversesOnTheSameCircle) {
+  Drive drive = start(Model::kinematic);
+  drive.ticks(1, {.speed = 0.0, .steering = 0.4});
+  drive.ticks(200, {.speed = 0.8, .steering = 0.4});
+  drive.ticks(200, {.speed = -0.8, .steering = 0.4});
+  // Speed is a ramp between ticks: the two half ticks at the turn and the start are left.
+  const Estimate e = drive.tick({.speed = 0.0, .steering = 0.4});
+  EXPECT_NEAR(e.map.x, 0.0, 1e-12);
+  EXPECT_NEAR(e.map.y, 0.0, 1e-12);
+  EXPECT_NEAR(e.map.yaw, 0.0, 1e-12);
+}
+
+TEST(KinematicFilter, DoesNotListenToTheGyro) {
+  Drive drive = start(Model::kinematic);
+  EXPECT_EQ(add(drive.filter, Measurement{Source::yaw_rate, 1, 1.0, 0.1}), Verdict::source_off);
+  EXPECT_EQ(add(drive.filter, Measurement{Source::accel_y, 1, 1.0, 0.1}), Verdict::source_off);
+  EXPECT_EQ(add(drive.filter, Measurement{Source::steering, 1, 0.1, 0.1}), Verdict::fused);
+  EXPECT_EQ(add(drive.filter, Measurement{Source::wheel_rear, 1, 1.0, 0.1}), Verdict::fused);
+}
+
+TEST(KinematicFilter, SingleRearWheelDrivesTheSameCircleAsTheAxle) {
+  const double delta = 0.3;
+  const double yaw_rate = std::tan(delta) / car.wheelbase();
+  Drive axle = start(Model::kinematic);
+  Drive wheel = start(Model::kinematic);
+  for (int i = 0; i < 2000; ++i) {
+    axle.tick({.speed = 1.0, .steering = delta});
+    add(wheel.filter, Measurement{Source::wheel_rear_left, wheel.now_ns + 1,
+                                  1.0 - yaw_rate * car.track_width / 2.0, 0.05});
+    wheel.tick({.steering = delta});
+  }
+  // The turn that corrects the wheel is that of the tick before: it settles within a few.
+  EXPECT_NEAR(wheel.last.v_x, 1.0, 1e-12);
+  EXPECT_NEAR(wheel.last.map.yaw, axle.last.map.yaw, 0.005);
+}
+
+TEST(KinematicFilter, AccelerationFollowsTheAccelerometer) {
+  const double delta = 0.2;
+  Drive drive = start(Model::kinematic);
+  EXPECT_EQ(drive.tick({.speed = 1.0, .steering = delta}).v_x_dot, 0.0);
+  const Estimate e = drive.tick({.speed = 1.0, .steering = delta, .accel_x = 0.5});
+  EXPECT_DOUBLE_EQ(e.v_x_dot, 0.5 + e.v_y * e.yaw_rate);
+  EXPECT_DOUBLE_EQ(e.yaw_accel, e.v_x_dot * std::tan(delta) / car.wheelbase());
+  EXPECT_DOUBLE_EQ(e.v_y_dot, car.rear_axle * e.yaw_accel);
+  EXPECT_EQ(e.accel_x, 0.5);
+  EXPECT_EQ(e.steering, delta);
+}
+
+TEST(KinematicFilter, CovarianceComesFromTheSigmasOfTheSamples) {
+  const auto yaw_sigma_after = [](double sigma_steering) {
+    Drive drive = start(Model::kinematic);
+    for (int i = 0; i < 1000; ++i) {
+      add(drive.filter, Measurement{Source::steering, drive.now_ns + 1, 0.0, sigma_steering});
+      drive.tick({.speed = 2.0});
+    }
+    return std::sqrt(drive.last.covariance[5] - 0.05 * 0.05);
+  };
+  // σ_ψ = √n Δt v_x / l σ_δ, straight ahead
+  const double expected = std::sqrt(1000.0) * 0.005 * 2.0 / car.wheelbase() * 0.02;
+  EXPECT_NEAR(yaw_sigma_after(0.02), expected, 0.02 * expected);
+  EXPECT_NEAR(yaw_sigma_after(0.04), 2.0 * expected, 0.02 * expected);
+}
+
+TEST(KinematicFilter, CovariancesArePositiveDefiniteAtRestAndAtFullLock) {
+  Drive drive = start(Model::kinematic);
+  for (const double delta : {0.0, 0.5, -0.5}) {
+    for (const double speed : {0.0, 3.0, -3.0}) {
+      const Estimate e = drive.ticks(300, {.speed = speed, .steering = delta});
+      EXPECT_TRUE(is_positive_definite(e.covariance));
+      EXPECT_TRUE(is_positive_definite(e.velocity_covariance));
+    }
+  }
+}
+
+TEST(KinematicFilter, YawCountsTurns) {
+  Drive drive = start(Model::kinematic);
+  const Estimate e = drive.ticks(4000, {.speed = 1.0, .steering = 0.4});
+  EXPECT_GT(e.map.yaw, 4.0 * 2.0 * pi);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::kinematic_filter_test

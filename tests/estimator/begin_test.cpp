@@ -1,0 +1,170 @@
+// How the filter begins: by a camera pose, standing, or with what a predecessor has learnt.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include "circle_drive.hpp"
+#include "estimator/full_filter.hpp"
+
+namespace odomd::estimator::full::begin_test {
+namespace {
+
+using estimator::testing::Arrival;
+using estimator::testing::circle;
+using estimator::testing::drive_on_a_circle;
+using estimator::testing::expect_same_frames;
+using estimator::testing::hand_in;
+using estimator::testing::millisecond;
+using estimator::testing::period_ns;
+using estimator::testing::run;
+using estimator::testing::start_ns;
+using estimator::testing::started;
+using estimator::testing::tick_of;
+
+TEST(Begin, ACameraPoseFromBeforeTheFirstTickInitialises) {
+  FilterSettings settings;
+  settings.initialise_from_camera = true;
+  FullFilter filter(settings);
+  const std::int64_t tick = start_ns + 100 * millisecond;
+  for (std::int64_t t = start_ns; t < tick; t += period_ns) {
+    (void)filter.add(Measurement{Source::wheel_rear, t, 2.0, 0.01});
+    (void)filter.add(Measurement{Source::yaw_rate, t, 0.0, 0.01});
+    (void)filter.add(Measurement{Source::steering, t, 0.0, 0.001});
+  }
+  const std::int64_t captured = tick - 50 * millisecond;
+  EXPECT_EQ(filter.add(CameraPose{captured, tick, 1.0, 2.0, 0.5, 0.008, 0.008, 0.009}),
+            std::nullopt);
+  const Estimate e = filter.step(tick);
+  EXPECT_TRUE(e.initialised);
+  EXPECT_EQ(e.reset_count, 1U);
+  // Where it is now, not where it was seen.
+  EXPECT_NEAR(e.map.x, 1.0 + 0.1 * std::cos(0.5), 0.01);
+  EXPECT_NEAR(e.map.y, 2.0 + 0.1 * std::sin(0.5), 0.01);
+  EXPECT_NEAR(e.map.yaw, 0.5, 0.01);
+  EXPECT_EQ(e.odom.x, e.map.x);
+  EXPECT_EQ(e.camera_ns, captured);
+}
+
+TEST(Begin, ItsFirstPoseIsTheSameInBothFrames) {
+  // Samples may wait for the first tick for a whole window, and the car go a long way in it.
+  FullFilter filter({});
+  filter.set_initial_pose({1.0, 2.0, 0.5});
+  const std::int64_t tick = start_ns + 240 * millisecond;
+  for (std::int64_t t = start_ns; t < tick; t += 2 * millisecond + 1) {
+    (void)filter.add(Measurement{Source::wheel_rear, t, 2.0, 0.01});
+    (void)filter.add(Measurement{Source::yaw_rate, t, 1.0, 0.01});
+    (void)filter.add(Measurement{Source::steering, t, 0.13, 0.001});
+  }
+  const Estimate first = filter.step(tick);
+  ASSERT_TRUE(first.initialised);
+  EXPECT_EQ(first.reset_count, 1U);
+  EXPECT_GT(std::hypot(first.map.x - 1.0, first.map.y - 2.0), 0.4);
+  EXPECT_EQ(first.odom.x, first.map.x);
+  EXPECT_EQ(first.odom.y, first.map.y);
+  EXPECT_EQ(first.odom.yaw, first.map.yaw);
+
+  // From there on each goes its way: at the car's speed.
+  const Estimate second = filter.step(tick + period_ns);
+  EXPECT_NEAR(std::hypot(second.odom.x - first.odom.x, second.odom.y - first.odom.y), 0.01, 1e-3);
+}
+
+TEST(Begin, AWheelThatIsHeardLateSetsBothFramesOffTogether) {
+  FullFilter filter = started();
+  for (std::int64_t k = 1; k <= 60; ++k) {
+    EXPECT_FALSE(filter.step(start_ns + k * period_ns).initialised);
+  }
+  const std::int64_t now = start_ns + 61 * period_ns;
+  for (std::int64_t age = 200; age > 0; age -= 10) {
+    (void)filter.add(Measurement{Source::wheel_rear, now - age * millisecond, 2.0, 0.01});
+  }
+  const Estimate first = filter.step(now);
+  ASSERT_TRUE(first.initialised);
+  EXPECT_NEAR(first.map.x, 0.4, 0.03);
+  EXPECT_EQ(first.odom.x, first.map.x);
+  EXPECT_EQ(first.odom.y, first.map.y);
+}
+
+TEST(Begin, WithoutLeaveACameraPoseDoesNotInitialise) {
+  FullFilter filter({});
+  (void)filter.add(Measurement{Source::wheel_rear, start_ns, 0.0, 0.01});
+  (void)filter.add(CameraPose{start_ns, start_ns, 1.0, 2.0, 0.5, 0.008, 0.008, 0.009});
+  EXPECT_FALSE(filter.step(start_ns).initialised);
+  const auto judgements = filter.judgements();
+  const auto camera = std::ranges::find(judgements, Source::camera, &Judgement::source);
+  ASSERT_NE(camera, judgements.end());
+  EXPECT_EQ(camera->verdict, Verdict::source_off);
+}
+
+TEST(Begin, ResumesWithWhatItsPredecessorHasLearnt) {
+  FullFilter before = started();
+  Estimate predecessor = run(before, drive_on_a_circle(2'000 * millisecond), 400).back();
+  Calibration& learnt = predecessor.calibration;
+  learnt.value = {0.011, 1.004, 0.12, -0.08, 1.013, 0.007, 0.93};
+  learnt.sigma = {0.001, 0.002, 0.01, 0.01, 0.001, 0.001, 0.03};
+
+  FullFilter filter({});
+  ASSERT_TRUE(filter.resume(predecessor, 0.3));
+  const Calibration& resumed = filter.step(start_ns).calibration;
+  for (std::size_t i = 0; i < calibration_count; ++i) {
+    EXPECT_NEAR(resumed.value[i], learnt.value[i], 1e-12) << i;
+    EXPECT_GE(resumed.sigma[i], learnt.sigma[i]) << i;
+    // The road's slope may have changed in a tick, and is a bias of the accelerometers.
+    const double slope = i == 2 || i == 3 ? 0.015 * std::sqrt(circle.v_x * 0.005) * gravity : 0.0;
+    EXPECT_LT(resumed.sigma[i], 1.1 * std::hypot(learnt.sigma[i], slope)) << i;
+  }
+  EXPECT_EQ(resumed.valid, (std::uint64_t{1} << calibration_count) - 1);
+}
+
+TEST(Begin, ResumesInTheMiddleOfADriveAsWellAsAtItsBegin) {
+  FullFilter before = started();
+  const Estimate predecessor = run(before, drive_on_a_circle(500 * millisecond), 100).back();
+  FullFilter filter = started();
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  (void)run(filter, arrivals, 100);
+  ASSERT_TRUE(filter.resume(predecessor, 0.0));
+  const Estimate e = filter.step(start_ns + 101 * period_ns);
+  EXPECT_NEAR(e.map.x, predecessor.map.x, 0.02);
+  EXPECT_NEAR(e.map.y, predecessor.map.y, 0.02);
+  EXPECT_EQ(e.reset_count, predecessor.reset_count + 1);
+  EXPECT_LT(std::sqrt(e.covariance[0]), 0.05);
+}
+
+TEST(Begin, ResumesWithoutCalibrationsThatMeanNothing) {
+  FullFilter before = started();
+  Estimate predecessor = run(before, drive_on_a_circle(500 * millisecond), 100).back();
+  predecessor.calibration.value.fill(std::nan(""));
+  predecessor.calibration.sigma = {0.001, 0.0, -1.0, 1e9, std::nan(""), 0.001, 0.0};
+  FullFilter filter({});
+  ASSERT_TRUE(filter.resume(predecessor, 0.3));
+  const Calibration fresh = Calibration{};
+  const Estimate e = filter.step(start_ns);
+  EXPECT_EQ(e.calibration.value, fresh.value);
+  EXPECT_EQ(e.calibration.valid, 0U);
+}
+
+TEST(Begin, ItsBytesAreAllThereIs) {
+  // A recording keeps them, and goes on from them.
+  const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
+  FullFilter filter = started();
+  (void)run(filter, arrivals, 100);
+  FullFilter other({});
+  static_assert(std::is_trivially_destructible_v<FullFilter>);
+  std::memcpy(static_cast<void*>(&other), static_cast<const void*>(&filter), sizeof filter);
+  for (std::int64_t k = 101; k <= 200; ++k) {
+    for (const Arrival& arrival : arrivals) {
+      if (tick_of(arrival.arrival_ns) == k) {
+        hand_in(filter, arrival);
+        hand_in(other, arrival);
+      }
+    }
+    const std::int64_t now = start_ns + k * period_ns;
+    expect_same_frames(filter.step(now), other.step(now));
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::begin_test

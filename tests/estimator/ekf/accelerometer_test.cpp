@@ -1,0 +1,148 @@
+// The accelerometers' predictions against the model they are made of and differences.
+#include "estimator/ekf/accelerometer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "derivatives.hpp"
+#include "estimator/common/dynamic_model.hpp"
+#include "states.hpp"
+
+namespace odomd::estimator::full::accelerometer_test {
+namespace {
+
+constexpr double dt = 0.005;
+constexpr double sigma = 0.3;
+
+CarModel car_with_imu_aside() {
+  CarModel model;
+  model.imu_position = {0.04, 0.015};
+  return model;
+}
+
+Input input_at(const State& state, bool steering) {
+  return {state.steering.value, steering};
+}
+
+bool resolved(const CarModel& model, const State& state) {
+  return std::abs(state.mean[at::v_x]) >= slowest_resolved_speed(model.car, dt);
+}
+
+TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
+  const CarModel model = car_with_imu_aside();
+  for (State state : testing::grid_of_states()) {
+    const double yaw_rate = state.mean[at::yaw_rate];
+    EXPECT_NEAR(predict_accel_x(model, state, sigma).value,
+                0.97 * (0.6 - yaw_rate * yaw_rate * 0.04) - 0.08, 1e-14);
+    EXPECT_EQ(predict_accel_x(model, state, sigma).variance, sigma * sigma);
+    state.rest.standing = true;
+    EXPECT_EQ(predict_accel_x(model, state, sigma).value, -0.08);
+  }
+}
+
+TEST(AccelX, DependsOnTheStateAsItSays) {
+  const CarModel model = car_with_imu_aside();
+  for (State state : testing::grid_of_states()) {
+    for (const bool standing : {false, true}) {
+      state.rest.standing = standing;
+      const auto predict = [&](const State& at) { return predict_accel_x(model, at, sigma); };
+      Vector expected = testing::differences(state, predict);
+      expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro knows it better
+      const Prediction z = predict(state);
+      EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-8);
+      EXPECT_LT(
+          (z.by_lasting - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
+          1e-8);
+    }
+  }
+}
+
+TEST(AccelY, DependsOnTheStateAsItSays) {
+  const CarModel model = car_with_imu_aside();
+  for (const bool steering : {true, false}) {
+    for (const State& state : testing::grid_of_states()) {
+      if (!resolved(model, state)) {
+        continue;
+      }
+      const auto predict = [&](const State& at) {
+        return predict_accel_y(model, input_at(state, steering), at, sigma, dt);
+      };
+      const Prediction z = predict(state);
+      const Vector by = testing::stated(z);
+      EXPECT_LT((by - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
+                1e-6 * (1.0 + by.cwiseAbs().maxCoeff()))
+          << state.mean.transpose();
+      EXPECT_LT(
+          (z.by_lasting - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
+          1e-6 * (1.0 + z.by_lasting.cwiseAbs().maxCoeff()))
+          << state.mean.transpose();
+    }
+  }
+}
+
+TEST(AccelY, IsTheForceOfTheTyresOverTheMassAtTheImu) {
+  // On a steady circle ψ̈ = 0, and the force is m v_x ψ̇.
+  CarModel model = car_with_imu_aside();
+  State state;
+  const Input input{0.1, true};
+  const auto step = [&] { return velocity_step(model.car, moving(state, input), dt).velocity; };
+  state.mean[at::v_x] = 1.5;
+  for (int i = 0; i < 2000; ++i) {
+    state.mean.segment<3>(at::v_x) = step();
+    state.mean[at::v_x] = 1.5;
+  }
+  const double yaw_rate = state.mean[at::yaw_rate];
+  ASSERT_GT(yaw_rate, 0.3);
+  state.mean[at::accel_bias_y] = 0.25;
+  state.lasting.mean[lasting::roll_gradient] = 0.1;
+  EXPECT_NEAR(predict_accel_y(model, input, state, sigma, dt).value,
+              1.1 * (1.5 * yaw_rate - yaw_rate * yaw_rate * 0.015) + 0.25, 1e-6);
+
+  // Off the circle the lever arm ahead feels ψ̈.
+  state.lasting.mean.setZero();
+  state.mean[at::yaw_rate] = 0.0;
+  const double at_imu = predict_accel_y(model, input, state, sigma, dt).value;
+  const double yaw_accel = step()[2] / dt;
+  model.imu_position = {0.0, 0.0};
+  EXPECT_NEAR(at_imu - predict_accel_y(model, input, state, sigma, dt).value, 0.04 * yaw_accel,
+              1e-9);
+  EXPECT_GT(std::abs(yaw_accel), 1.0);
+}
+
+TEST(AccelY, OfTyresThatSlideIsWhatTheyHold) {
+  CarModel model;
+  model.car.grip_front = model.car.grip_rear = 4.0;
+  State state;
+  state.mean[at::v_x] = 3.0;
+  state.mean[at::v_y] = 3.0;  // sideways
+  EXPECT_NEAR(predict_accel_y(model, {0.0, true}, state, sigma, 1e-4).value, -4.0, 0.05);
+}
+
+TEST(AccelY, AtWalkingPaceAndStandingTeachesItsBiasAlone) {
+  const CarModel model = car_with_imu_aside();
+  Vector bias = Vector::Zero();
+  bias[at::accel_bias_y] = 1.0;
+  int slow = 0;
+  for (State state : testing::grid_of_states()) {
+    const Input input = input_at(state, true);
+    if (!resolved(model, state)) {
+      const Prediction z = predict_accel_y(model, input, state, sigma, dt);
+      const double side = state.mean[at::v_x] * state.mean[at::yaw_rate];
+      EXPECT_EQ(testing::stated(z), bias);
+      // By what is not modelled: as much as there is.
+      EXPECT_NEAR(z.variance, sigma * sigma + side * side, 1e-15);
+      ++slow;
+    }
+    state.rest.standing = true;
+    const Prediction z = predict_accel_y(model, input, state, sigma, dt);
+    EXPECT_EQ(testing::stated(z), bias);
+    EXPECT_EQ(z.by_lasting, LastingVector(LastingVector::Zero()));
+    EXPECT_EQ(z.value, state.mean[at::accel_bias_y]);
+    EXPECT_EQ(z.variance, sigma * sigma);
+  }
+  EXPECT_GT(slow, 50);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::accelerometer_test

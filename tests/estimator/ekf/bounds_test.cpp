@@ -1,0 +1,148 @@
+#include "estimator/ekf/bounds.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include "states.hpp"
+
+namespace odomd::estimator::full::bounds_test {
+namespace {
+
+using testing::grid_of_states;
+using testing::some_covariance;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+State some_state() {
+  State state = grid_of_states().front();
+  state.covariance = some_covariance();
+  state.lasting = testing::some_lasting();
+  return state;
+}
+
+TEST(Sound, IsWhatACarMayBe) {
+  for (State state : grid_of_states()) {
+    state.covariance = some_covariance();
+    state.lasting = testing::some_lasting();
+    EXPECT_TRUE(sound(state));
+  }
+}
+
+TEST(Sound, IsNoStateWithANumberThatIsNone) {
+  for (const double value : {nan, infinity, -infinity}) {
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      State state = some_state();
+      state.mean[i] = value;
+      EXPECT_FALSE(sound(state)) << value << ' ' << i;
+    }
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        State state = some_state();
+        state.covariance(i, j) = state.covariance(j, i) = value;
+        EXPECT_FALSE(sound(state)) << value << ' ' << i << ' ' << j;
+      }
+    }
+    for (Eigen::Index i = 0; i < lasting::size; ++i) {
+      State state = some_state();
+      state.lasting.mean[i] = value;
+      EXPECT_FALSE(sound(state)) << value << ' ' << i;
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        state = some_state();
+        state.lasting.covariance(i, j) = state.lasting.covariance(j, i) = value;
+        EXPECT_FALSE(sound(state)) << value << ' ' << i << ' ' << j;
+      }
+      for (Eigen::Index j = 0; j < at::size; ++j) {
+        state = some_state();
+        state.lasting.sensitivity(j, i) = value;
+        EXPECT_FALSE(sound(state)) << value << ' ' << j << ' ' << i;
+      }
+    }
+  }
+}
+
+TEST(Sound, IsNoStateBeyondWhatACarDoes) {
+  for (const auto& [index, value] : {std::pair{at::x, 2e9},
+                                     {at::y, -2e9},
+                                     {at::v_x, 301.0},
+                                     {at::yaw_rate, -101.0},
+                                     {at::front_angle, 2e4},
+                                     {at::steering_offset, -2e4}}) {
+    State state = some_state();
+    state.mean[index] = value;
+    EXPECT_FALSE(sound(state)) << index;
+  }
+  State state = some_state();
+  state.lasting.mean[lasting::wheel_scale] = 2e4;
+  EXPECT_FALSE(sound(state));
+}
+
+TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  int indefinite = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    // One eigenvalue about zero, the others from 1e-6 to 1.
+    Matrix root;
+    for (Eigen::Index i = 0; i < root.size(); ++i) {
+      root(i) = normal(random);
+    }
+    const Matrix basis =
+        Eigen::SelfAdjointEigenSolver<Matrix>(root + root.transpose()).eigenvectors();
+    Vector values;
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      values[i] = std::pow(10.0, -0.4 * static_cast<double>(i));
+    }
+    values[trial % at::size] = 1e-9 * normal(random);
+    const Matrix product = basis * values.asDiagonal() * basis.transpose();
+    State state = some_state();
+    state.covariance = 0.5 * (product + product.transpose());
+    const double smallest =
+        Eigen::SelfAdjointEigenSolver<Matrix>(state.covariance, Eigen::EigenvaluesOnly)
+            .eigenvalues()
+            .minCoeff();
+    indefinite += smallest < 0.0 ? 1 : 0;
+    EXPECT_EQ(sound(state), smallest > 0.0) << smallest;
+  }
+  EXPECT_GT(indefinite, 50);
+}
+
+TEST(Limit, BringsVariancesDownAndLeavesCorrelations) {
+  State state = some_state();
+  Matrix& P = state.covariance;
+  P = some_covariance(1e9);
+  state.lasting = testing::some_lasting(1e6);
+  const Vector before = P.diagonal();
+  const double correlation = P(0, 4) / std::sqrt(P(0, 0) * P(4, 4));
+  limit(state);
+  EXPECT_LE(P(at::x, at::x), 1e6 * (1.0 + 1e-8));
+  EXPECT_LE(P(at::yaw, at::yaw), 10.24 * (1.0 + 1e-8));
+  EXPECT_LT(P(at::v_y, at::v_y), before[at::v_y]);
+  EXPECT_NEAR(P(0, 4) / std::sqrt(P(0, 0) * P(4, 4)), correlation, 1e-8);
+  EXPECT_TRUE(testing::is_covariance(P));
+  EXPECT_LE(state.lasting.covariance.diagonal().maxCoeff(), 1.0 + 1e-8);
+  EXPECT_TRUE(testing::is_covariance(state.lasting.covariance));
+}
+
+TEST(Limit, HardlyTouchesWhatIsBelow) {
+  State state = some_state();
+  const State before = state;
+  limit(state);
+  const auto grown = [](const auto& after, const auto& earlier) {
+    return (after.diagonal().array() > earlier.diagonal().array()).all() &&
+           (after - earlier).cwiseAbs().maxCoeff() < 2e-9 * earlier.cwiseAbs().maxCoeff();
+  };
+  EXPECT_TRUE(grown(state.covariance, before.covariance));
+  EXPECT_TRUE(grown(state.lasting.covariance, before.lasting.covariance));
+  EXPECT_EQ(state.mean, before.mean);
+  EXPECT_EQ(state.lasting.sensitivity, before.lasting.sensitivity);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::bounds_test

@@ -1,0 +1,83 @@
+// What a prediction says of its dependence on the state, against central differences; and what a
+// step of the process makes of a small change.
+#pragma once
+
+#include "estimator/ekf/process.hpp"
+#include "estimator/ekf/state.hpp"
+#include "estimator/ekf/update.hpp"
+
+namespace odomd::estimator::full::testing {
+
+/// ∂h/∂x as the prediction states it.
+inline Vector stated(const Prediction& prediction) {
+  Vector by = Vector::Zero();
+  for (std::size_t i = 0; i < prediction.count(); ++i) {
+    by[prediction.state(i)] += prediction.by(i);
+  }
+  return by;
+}
+
+/// The same by differences. `predict`: a State to its Prediction.
+template <typename Predict>
+Vector differences(const State& at, const Predict& predict, double step = 1e-6) {
+  Vector by;
+  for (Eigen::Index i = 0; i < at::size; ++i) {
+    State above = at;
+    State below = at;
+    above.mean[i] += step;
+    below.mean[i] -= step;
+    by[i] = (predict(above).value - predict(below).value) / (2.0 * step);
+  }
+  return by;
+}
+
+/// ∂h/∂s by differences.
+template <typename Predict>
+LastingVector differences_by_lasting(const State& at, const Predict& predict, double step = 1e-6) {
+  LastingVector by;
+  for (Eigen::Index i = 0; i < lasting::size; ++i) {
+    State above = at;
+    State below = at;
+    above.lasting.mean[i] += step;
+    below.lasting.mean[i] -= step;
+    by[i] = (predict(above).value - predict(below).value) / (2.0 * step);
+  }
+  return by;
+}
+
+/// What propagate() does at a state: x' = f(x, s), F, ∂f/∂s, and what it adds to the covariances.
+struct LinearStep {
+  Vector mean = Vector::Zero();
+  Matrix F = Matrix::Zero();
+  Eigen::Matrix<double, at::size, lasting::size> by_lasting =
+      Eigen::Matrix<double, at::size, lasting::size>::Zero();
+  Matrix noise = Matrix::Zero();
+  LastingMatrix lasting_noise = LastingMatrix::Zero();
+};
+
+/// Read off the sensitivity, B ← F B + ∂f/∂s: of B = 0, and of unit vectors.
+inline LinearStep linear_step(const CarModel& model, const Input& input, double dt, State state) {
+  state.covariance.setZero();
+  state.lasting.covariance.setZero();
+  state.lasting.sensitivity.setZero();
+  const auto stepped = [&](const auto& change) {
+    State after = state;
+    change(after);
+    propagate(model, input, dt, after);
+    return after;
+  };
+  const State plain = stepped([](State&) {});
+  LinearStep step{.mean = plain.mean,
+                  .by_lasting = plain.lasting.sensitivity,
+                  .noise = plain.covariance,
+                  .lasting_noise = plain.lasting.covariance};
+  for (Eigen::Index i = 0; i < at::size; ++i) {
+    const State after =
+        stepped([i](State& changed) { changed.lasting.sensitivity(i, lasting::gyro_bias) = 1.0; });
+    step.F.col(i) = after.lasting.sensitivity.col(lasting::gyro_bias) -
+                    plain.lasting.sensitivity.col(lasting::gyro_bias);
+  }
+  return step;
+}
+
+}  // namespace odomd::estimator::full::testing

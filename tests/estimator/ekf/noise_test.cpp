@@ -1,0 +1,169 @@
+// Noise from the data: what is made of a sensor's scatter and of the filter's surprises, and how
+// far it goes at most.
+#include "estimator/ekf/noise.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace odomd::estimator::full::noise_test {
+namespace {
+
+constexpr double stated = 0.03;
+
+/// The sigma that is used in the end, of a sensor that scatters by `scatter` stated sigmas about
+/// `signal` of the sample's number.
+template <typename Signal>
+double used(State& state, Source source, bool resting, double scatter, const Signal& signal,
+            int samples = 2000) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  state.rest.resting = resting;
+  double sigma = 0.0;
+  for (int i = 0; i < samples; ++i) {
+    Sample sample{.source = source, .sigma = {stated}};
+    sample.value[0] = signal(i) + scatter * stated * normal(random);
+    measure_noise(state, sample);
+    sigma = sample.sigma[0] / stated;
+  }
+  return sigma;
+}
+
+constexpr auto nothing = [](int) { return 0.0; };
+
+TEST(MeasuredNoise, IsWhatTheSamplesScatterBy) {
+  for (const double scatter : {0.15, 0.5, 0.9}) {
+    State state;
+    EXPECT_NEAR(used(state, Source::yaw_rate, true, scatter, nothing), scatter, 0.15 * scatter);
+  }
+  for (const double scatter : {0.5, 1.0, 2.5}) {
+    State state;
+    EXPECT_NEAR(used(state, Source::accel_x, false, scatter, nothing), scatter, 0.15 * scatter);
+  }
+}
+
+TEST(MeasuredNoise, IsBoundedAroundWhatIsStated) {
+  struct Case {
+    Source source;
+    bool resting;
+    double scatter;
+    double expected;
+  };
+  for (const Case& c : {Case{Source::yaw_rate, true, 0.0, 0.1},
+                        {Source::yaw_rate, true, 20.0, 1.0},
+                        {Source::yaw_rate, false, 0.0, std::sqrt(0.1)},
+                        {Source::yaw_rate, false, 20.0, 1.0},
+                        {Source::accel_y, true, 20.0, 1.0},
+                        {Source::accel_y, false, 0.0, std::sqrt(0.1)},
+                        {Source::accel_y, false, 20.0, 3.0}}) {
+    State state;
+    EXPECT_NEAR(used(state, c.source, c.resting, c.scatter, nothing), c.expected, 1e-12)
+        << c.scatter;
+  }
+}
+
+TEST(MeasuredNoise, AtRestAndOnTheMoveAreApart) {
+  State state;
+  EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing), 0.2, 0.03);
+  EXPECT_NEAR(used(state, Source::accel_x, false, 2.0, nothing), 2.0, 0.3);
+  // Back at rest it is at once what it was there.
+  EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing, 5), 0.2, 0.03);
+}
+
+TEST(MeasuredNoise, MotionHardlyEntersIt) {
+  State state;
+  // 2 rad/s, three times a second, by samples of a 5 ms period
+  const auto weave = [](int i) { return 2.0 * std::sin(20.0 * 0.005 * i) * stated; };
+  EXPECT_NEAR(used(state, Source::accel_y, false, 1.0, weave), 1.0, 0.1);
+  const auto ramp = [](int i) { return 5.0 * i * stated; };
+  State other;
+  EXPECT_NEAR(used(other, Source::accel_y, false, 1.0, ramp), 1.0, 0.1);
+}
+
+TEST(MeasuredNoise, IsTheStatedOneUntilThereAreSamples) {
+  State state;
+  EXPECT_EQ(used(state, Source::yaw_rate, true, 0.0, nothing, 5), 1.0);
+}
+
+/// Surprises of so many sigmas for ten seconds, 100 a second; `share`: of the sample's own noise.
+State surprised(Source source, double sigmas, double share, State state = {}) {
+  state.heard[index_of(source)].interval_s = 0.01;
+  const Sample sample{.source = source};
+  Innovation nu;
+  nu.variance_of_noise = nu.variance = 4.0;
+  nu.sample_variance = 4.0 * share;
+  for (int i = 0; i < 10'000; ++i) {
+    nu.value = 2.0 * sigmas * (i % 2 == 0 ? 1.0 : -1.0);
+    follow_unrest({}, state, sample, nu);
+  }
+  return state;
+}
+
+TEST(Unrest, GrowsAndShrinksToItsBoundsWithTheSurprises) {
+  const Tuning t;
+  constexpr Source wheel = Source::wheel_rear_left;
+  const State restless = surprised(wheel, 3.0, 0.5);
+  EXPECT_EQ(restless.drive_unrest, t.drive_unrest_range);
+  EXPECT_EQ(restless.wheel_unrest[index_of(wheel)], t.wheel_unrest_range);
+  EXPECT_EQ(restless.wheel_unrest[index_of(Source::wheel_rear_right)], 1.0);
+  EXPECT_EQ(restless.turn_unrest, 1.0);
+  const State calm = surprised(wheel, 0.1, 0.5, restless);
+  EXPECT_EQ(calm.drive_unrest, 1.0 / t.drive_unrest_range);
+  EXPECT_EQ(calm.wheel_unrest[index_of(wheel)], 1.0);
+
+  const State straight = surprised(Source::yaw_rate, 0.1, 0.5);
+  EXPECT_EQ(straight.turn_unrest, 1.0 / t.turn_unrest_range);
+  EXPECT_EQ(straight.drive_unrest, 1.0);
+  EXPECT_EQ(surprised(Source::yaw_rate, 3.0, 0.5, straight).turn_unrest, 1.0);
+}
+
+TEST(Unrest, StaysWhereSurprisesAreAsExpected) {
+  const State state = surprised(Source::wheel_rear_left, 1.0, 0.5);
+  EXPECT_NEAR(state.drive_unrest, 1.0, 1e-9);
+  EXPECT_NEAR(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0, 1e-9);
+}
+
+TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
+  // All of S is the wheel's own noise: it says nothing of a_x; and nothing of it, nothing of the
+  // wheel.
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_unrest, 1.0);
+  EXPECT_EQ(
+      surprised(Source::wheel_rear_left, 3.0, 0.0).wheel_unrest[index_of(Source::wheel_rear_left)],
+      1.0);
+  // Nor does what is heard of a car that stands.
+  State standing;
+  standing.rest.standing = true;
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_unrest, 1.0);
+  EXPECT_EQ(surprised(Source::yaw_rate, 0.1, 0.5, standing).turn_unrest, 1.0);
+}
+
+TEST(Unrest, OneWildSampleMovesItByLittle) {
+  State state;
+  state.heard[index_of(Source::wheel_rear_left)].interval_s = 1.0;
+  Innovation nu;
+  nu.value = 1e6;
+  nu.variance_of_noise = nu.variance = 1.0;
+  nu.sample_variance = 0.5;
+  follow_unrest({}, state, {.source = Source::wheel_rear_left}, nu);
+  EXPECT_LT(state.drive_unrest, 1.5);
+  EXPECT_LT(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.5);
+}
+
+TEST(Unrest, OfTheWayFollowsTheCamera) {
+  const Tuning t;
+  State state;
+  for (int i = 0; i < 5000; ++i) {
+    follow_way_unrest(t, state, 12.0, 0.035);
+  }
+  EXPECT_EQ(state.way_unrest, t.way_unrest_range);
+  for (int i = 0; i < 5000; ++i) {
+    follow_way_unrest(t, state, 1.0, 0.035);
+  }
+  EXPECT_EQ(state.way_unrest, 1.0);
+  follow_way_unrest(t, state, 3.0, 0.035);  // as expected of three degrees of freedom
+  EXPECT_EQ(state.way_unrest, 1.0);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::noise_test

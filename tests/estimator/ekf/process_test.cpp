@@ -1,0 +1,289 @@
+// The motion of the full filter against automatic differentiation, and against the models it is
+// made of.
+#include "estimator/ekf/process.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "derivatives.hpp"
+#include "estimator/common/dynamic_model.hpp"
+#include "states.hpp"
+#include "tests/estimator/autodiff.hpp"
+
+namespace odomd::estimator::full::process_test {
+namespace {
+
+using estimator::testing::jacobian;
+using estimator::testing::variables;
+
+constexpr double dt = 0.005;
+
+/// The states, then κ.
+constexpr int variable_count = at::size + 1;
+using Dual = estimator::testing::Dual<variable_count>;
+using DualVector = Eigen::Matrix<Dual, at::size, 1>;
+
+struct Stiffnesses {
+  double front;
+  double rear;
+};
+
+/// Eqs 32 and 33 with |v_x| and the stiffnesses of one step, and eqs 8 and 9 by its mean velocity,
+/// written down once more.
+DualVector next(const CarModel& model, const Input& input, const Stiffnesses& tyres,
+                const DualVector& x, const Dual& kappa) {
+  using std::abs;
+  using std::cos;
+  using std::sin;
+  const Vehicle& car = model.car;
+  const Dual c_v = tyres.front * (1.0 + kappa);
+  const Dual c_h = tyres.rear * (1.0 + kappa);
+  const double l_v = car.front_axle;
+  const double l_h = car.rear_axle;
+  const Dual v_x = x[at::v_x];
+  const Dual v_y = x[at::v_y];
+  const Dual yaw_rate = x[at::yaw_rate];
+  const Dual w = abs(v_x);
+  Dual delta = x[at::front_angle];
+  if (input.has_steering) {
+    delta += input.steering - x[at::steering_offset];
+  }
+  const Dual a = car.mass * w * v_y - dt * (l_v * c_v - l_h * c_h) * yaw_rate;
+  const Dual b = -dt * c_v * delta * v_x + dt * car.mass * v_x * w * yaw_rate -
+                 dt * car.mass * w * x[at::side_force];
+  const Dual c = car.yaw_inertia * w * yaw_rate - dt * (l_v * c_v - l_h * c_h) * v_y;
+  const Dual d = -dt * l_v * c_v * delta * v_x;
+
+  DualVector after = x;
+  after[at::v_x] = v_x + dt * (x[at::accel_x] + v_y * yaw_rate);
+  after[at::v_y] = (a - b) / (car.mass * w + dt * (c_v + c_h));
+  after[at::yaw_rate] = (c - d) / (car.yaw_inertia * w + dt * (l_v * l_v * c_v + l_h * l_h * c_h));
+  const Dual along = 0.5 * (v_x + after[at::v_x]);
+  const Dual across = 0.5 * (v_y + after[at::v_y]);
+  const Dual turn = 0.5 * (yaw_rate + after[at::yaw_rate]);
+  const Dual yaw = x[at::yaw] + 0.5 * dt * turn;
+  after[at::x] = x[at::x] + dt * (along * cos(yaw) - across * sin(yaw));
+  after[at::y] = x[at::y] + dt * (along * sin(yaw) + across * cos(yaw));
+  after[at::yaw] = x[at::yaw] + dt * turn;
+  const Tuning& tuning = model.tuning;
+  after[at::accel_x] = x[at::accel_x] * (tuning.drive_accel_s / (tuning.drive_accel_s + dt));
+  after[at::front_angle] =
+      x[at::front_angle] * (tuning.front_angle_s / (tuning.front_angle_s + dt));
+  after[at::side_force] = x[at::side_force] * (tuning.side_force_s / (tuning.side_force_s + dt));
+  return after;
+}
+
+/// Of a brush tyre (Pacejka): F = C α (1 - q + q²/3), and all it holds where it slides.
+double force(double stiffness, double alpha, double most) {
+  const double q = stiffness * std::abs(alpha) / (3.0 * most);
+  return q < 1.0 ? stiffness * alpha * (1.0 - q + q * q / 3.0) : std::copysign(most, alpha);
+}
+
+/// F(α)/α of both axles at a state.
+Stiffnesses tyres_at(const CarModel& model, const Input& input, const State& state) {
+  const Vehicle& car = model.car;
+  Stiffnesses tyres{car.cornering_stiffness_front, car.cornering_stiffness_rear};
+  const double v_x = state.mean[at::v_x];
+  const double delta = moving(state, input).front_wheel;
+  const double v_y = state.mean[at::v_y];
+  const double yaw_rate = state.mean[at::yaw_rate];
+  const double front =
+      delta * (v_x > 0.0 ? 1.0 : -1.0) - (v_y + car.front_axle * yaw_rate) / std::abs(v_x);
+  const double rear = -(v_y - car.rear_axle * yaw_rate) / std::abs(v_x);
+  const double m_front = car.mass * car.rear_axle / car.wheelbase();
+  if (car.grip_front > 0.0 && front != 0.0) {
+    tyres.front = force(tyres.front, front, car.grip_front * m_front) / front;
+  }
+  if (car.grip_rear > 0.0 && rear != 0.0) {
+    tyres.rear = force(tyres.rear, rear, car.grip_rear * (car.mass - m_front)) / rear;
+  }
+  return tyres;
+}
+
+void expect_step_of_automatic_differentiation(const CarModel& model) {
+  for (const State& state : testing::grid_of_states()) {
+    if (state.mean[at::v_x] == 0.0) {
+      continue;  // the kink of |v_x|
+    }
+    for (const bool steering : {true, false}) {
+      const Input input{state.front_wheels, steering};
+      const DualVector x = variables<variable_count, at::size>(state.mean, 0);
+      const Dual kappa(state.lasting.mean[lasting::stiffness_scale], variable_count, at::size);
+      const DualVector after = next(model, input, tyres_at(model, input, state), x, kappa);
+      const Eigen::Matrix<double, at::size, variable_count> J =
+          jacobian<variable_count, at::size>(after);
+
+      const testing::LinearStep step = testing::linear_step(model, input, dt, state);
+      const double scale = 1.0 + J.cwiseAbs().maxCoeff();
+      EXPECT_LT((step.mean - (estimator::testing::values<variable_count, at::size>(after))).norm(),
+                1e-11)
+          << state.mean.transpose();
+      EXPECT_LT((step.F - J.leftCols<at::size>()).cwiseAbs().maxCoeff(), 1e-11 * scale)
+          << state.mean.transpose();
+      EXPECT_LT(
+          (step.by_lasting.col(lasting::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
+          1e-11 * scale);
+      for (Eigen::Index i = 0; i < lasting::size; ++i) {
+        EXPECT_TRUE(i == lasting::stiffness_scale || step.by_lasting.col(i).isZero(0.0)) << i;
+      }
+    }
+  }
+}
+
+TEST(Process, StepAndJacobianAreThoseOfAutomaticDifferentiation) {
+  expect_step_of_automatic_differentiation({});
+}
+
+TEST(Process, OfTyresThatSaturateToo) {
+  // The secant stiffness of the step's beginning is held: the model is implicit in v_y and ψ̇ with
+  // it, and so is its Jacobian.
+  CarModel model;
+  model.car.grip_front = 7.0;
+  model.car.grip_rear = 9.0;
+  expect_step_of_automatic_differentiation(model);
+}
+
+TEST(Process, WithoutCorrectionsItIsTheReversibleStep) {
+  const Vehicle car;
+  for (const double v_x : {-2.0, -0.1, 0.0, 0.5, 3.0}) {
+    const Eigen::Vector3d expected =
+        reversible_step<double>(car, Eigen::Vector3d(v_x, 0.1, 0.8), {0.2, 0.5}, dt);
+    const VelocityStep step = velocity_step(car,
+                                            {.v_x = v_x,
+                                             .v_y = 0.1,
+                                             .yaw_rate = 0.8,
+                                             .accel_x = 0.5,
+                                             .front_wheel = 0.2,
+                                             .stiffness = 1.0},
+                                            dt);
+    // The discrete form as printed drops v_y ψ̇ (errata, 4).
+    EXPECT_NEAR(step.velocity[0], expected[0] + dt * 0.1 * 0.8, 1e-15);
+    EXPECT_NEAR(step.velocity[1], expected[1], 1e-15);
+    EXPECT_NEAR(step.velocity[2], expected[2], 1e-15);
+  }
+}
+
+TEST(Process, WithoutASteeringItsOffsetMeansNothing) {
+  State state = testing::grid_of_states().back();
+  EXPECT_NEAR(moving(state, {0.3, true}).front_wheel, 0.3 - 0.01 + 0.1, 1e-15);
+  EXPECT_NEAR(moving(state, {0.3, false}).front_wheel, 0.1, 1e-15);
+  EXPECT_NEAR(moving(state, {0.3, false}).stiffness, 0.8, 1e-15);
+}
+
+TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
+  const CarModel model;
+  for (State state : testing::grid_of_states()) {
+    const Input input{state.front_wheels, true};
+    const testing::LinearStep step = testing::linear_step(model, input, dt, state);
+    state.covariance = testing::some_covariance();
+    state.lasting = testing::some_lasting();
+    const State before = state;
+    propagate(model, input, dt, state);
+    const Matrix expected = step.F * before.covariance * step.F.transpose() + step.noise;
+    const double scale = 1.0 + step.F.norm();
+    EXPECT_LT((state.covariance - expected).cwiseAbs().maxCoeff(), 1e-12 * scale);
+    EXPECT_EQ(state.covariance, state.covariance.transpose());
+    EXPECT_EQ(Matrix(step.noise.diagonal().asDiagonal()), step.noise);
+    EXPECT_GE(step.noise.diagonal().minCoeff(), 0.0);
+    EXPECT_LT((state.lasting.sensitivity - step.F * before.lasting.sensitivity - step.by_lasting)
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-12 * scale);
+    EXPECT_EQ(state.lasting.mean, before.lasting.mean);
+  }
+}
+
+TEST(Process, NoiseIsADensity) {
+  // Ten steps of a fifth of a millisecond leave what one of two leaves, but for the curvature of
+  // the way.
+  const CarModel model;
+  const Input input{0.1, true};
+  State coarse;
+  coarse.mean[at::v_x] = 2.0;
+  coarse.covariance = Matrix::Identity() * 1e-4;
+  State fine = coarse;
+  propagate(model, input, 0.002, coarse);
+  for (int i = 0; i < 10; ++i) {
+    propagate(model, input, 0.0002, fine);
+  }
+  for (Eigen::Index i = 0; i < at::size; ++i) {
+    const double expected = coarse.covariance(i, i);
+    EXPECT_NEAR(fine.covariance(i, i), expected, 0.08 * expected) << i;
+  }
+}
+
+TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
+  // Gauss-Markov processes: after a while, as unknown as they ever get, at any period.
+  for (const double period_s : {0.001, 0.02}) {
+    CarModel model;
+    State state;
+    state.mean[at::v_x] = 2.0;
+    state.drive_unrest = 4.0;
+    state.turn_unrest = 0.25;
+    for (double t = 0.0; t < 10.0; t += period_s) {
+      propagate(model, {0.0, true}, period_s, state);
+      state.covariance.topRows<6>().setZero();
+      state.covariance.leftCols<6>().setZero();
+    }
+    EXPECT_NEAR(std::sqrt(state.covariance(at::accel_x, at::accel_x)),
+                2.0 * model.tuning.drive_accel * gravity, 1e-3);
+    EXPECT_NEAR(std::sqrt(state.covariance(at::front_angle, at::front_angle)),
+                0.5 * model.tuning.front_angle, 1e-3);
+  }
+}
+
+TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
+  State state = testing::grid_of_states().back();
+  state.covariance = testing::some_covariance();
+  state.lasting = testing::some_lasting();
+  const State before = state;
+  propagate_standing({}, 2.0, state);
+  EXPECT_EQ(state.mean, before.mean);
+  EXPECT_EQ(state.lasting.sensitivity, before.lasting.sensitivity);
+  Matrix grown = state.covariance - before.covariance;
+  const Tuning t;
+  EXPECT_NEAR(grown(at::accel_bias_x, at::accel_bias_x), 2.0 * std::pow(t.accel_bias_walk, 2),
+              1e-12);
+  EXPECT_NEAR(grown(at::steering_offset, at::steering_offset),
+              2.0 * std::pow(t.steering_offset_walk, 2), 1e-12);
+  grown.bottomRightCorner<3, 3>().diagonal().setZero();
+  EXPECT_TRUE(grown.isZero(0.0));
+  const LastingMatrix lasting_grown = state.lasting.covariance - before.lasting.covariance;
+  EXPECT_NEAR(lasting_grown(lasting::gyro_bias, lasting::gyro_bias),
+              2.0 * std::pow(t.gyro_bias_walk, 2), 1e-12);
+}
+
+TEST(BrushTyre, IsLinearWhereItHardlySlips) {
+  EXPECT_EQ(secant_stiffness(20.0, 0.3, 0.0, 1.5), 20.0);  // of a grip that is not known, always
+  EXPECT_EQ(secant_stiffness(20.0, 0.0, 9.0, 1.5), 20.0);
+  EXPECT_NEAR(secant_stiffness(20.0, 1e-6, 9.0, 1.5), 20.0, 1e-4);
+}
+
+TEST(BrushTyre, PushesAllItHoldsWhereItSlides) {
+  const double most = 9.0 * 1.5;
+  const double sliding = 3.0 * most / 20.0;  // q = 1
+  for (const double alpha : {sliding, 1.5 * sliding, 40.0}) {
+    EXPECT_NEAR(secant_stiffness(20.0, alpha, 9.0, 1.5) * alpha, most, 1e-12);
+  }
+}
+
+TEST(BrushTyre, ForceAndItsSlopeAreContinuousAndItNeverFalls) {
+  const double sliding = 3.0 * 9.0 * 1.5 / 20.0;
+  const auto pushes = [](double alpha) { return secant_stiffness(20.0, alpha, 9.0, 1.5) * alpha; };
+  const double step = 1e-5;
+  EXPECT_NEAR(pushes(sliding * (1.0 - 1e-9)), pushes(sliding * (1.0 + 1e-9)), 1e-9);
+  EXPECT_NEAR((pushes(sliding) - pushes(sliding - step)) / step, 0.0, 1e-3);
+  EXPECT_NEAR((pushes(sliding + step) - pushes(sliding)) / step, 0.0, 1e-3);
+  for (double alpha = 0.01; alpha < 2.0 * sliding; alpha += 0.01) {
+    EXPECT_GE(pushes(alpha), pushes(alpha - 0.01) - 1e-12) << alpha;
+    EXPECT_NEAR(pushes(alpha), force(20.0, alpha, 9.0 * 1.5), 1e-12) << alpha;
+    EXPECT_EQ(secant_stiffness(20.0, alpha, 9.0, 1.5), secant_stiffness(20.0, -alpha, 9.0, 1.5));
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::process_test

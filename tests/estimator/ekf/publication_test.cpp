@@ -1,0 +1,157 @@
+// What of the state is published, and what a successor makes of it.
+#include "estimator/ekf/publication.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include "estimator/common/predecessor.hpp"
+#include "estimator/common/symmetric3.hpp"
+
+namespace odomd::estimator::full::publication_test {
+namespace {
+
+State fresh() {
+  return fresh_state({});
+}
+
+Estimate published(const State& state, double period_s = 0.005, const Input& input = {}) {
+  return publication({}, input, period_s, state, fresh());
+}
+
+Estimate predecessor() {
+  Estimate e;
+  e.initialised = true;
+  e.map = {3.0, -1.0, 0.4};
+  e.v_x = 2.0;
+  e.v_y = -0.1;
+  e.yaw_rate = 0.5;
+  e.covariance = diagonal(1e-4, 4e-4, 1e-5);
+  e.velocity_covariance = {1e-3, 2e-4, 1e-5, 4e-3, -3e-5, 9e-4};
+  e.camera_ns = 123;
+  return e;
+}
+
+Symmetric3 packed(const Matrix& P, Eigen::Index first) {
+  return {P(first, first),         P(first, first + 1),     P(first, first + 2),
+          P(first + 1, first + 1), P(first + 1, first + 2), P(first + 2, first + 2)};
+}
+
+TEST(Resumed, KeepsWhatIsKnownOfTheVelocity) {
+  const State at_once = resumed(predecessor(), 0.0, fresh());
+  EXPECT_EQ(packed(at_once.covariance, at::v_x), predecessor().velocity_covariance);
+  // The car may have braked or steered since.
+  const State later = resumed(predecessor(), 0.5, fresh());
+  const Symmetric3 grown = packed(later.covariance, at::v_x);
+  EXPECT_NEAR(grown[0], 1e-3 + 1.0, 1e-12);
+  EXPECT_NEAR(grown[3], 4e-3 + 1.0, 1e-12);
+  EXPECT_NEAR(grown[5], 9e-4 + 6.25, 1e-12);
+  EXPECT_EQ(grown[1], 2e-4);
+}
+
+TEST(Resumed, BeginsAnewWhereTheVelocitysCovarianceIsNone) {
+  for (const Symmetric3& given : {Symmetric3{}, diagonal(1.0, -1.0, 1.0),
+                                  diagonal(std::nan(""), 1.0, 1.0), Symmetric3{1, 2, 0, 1, 0, 1}}) {
+    Estimate e = predecessor();
+    e.velocity_covariance = given;
+    const State state = resumed(e, 0.0, fresh());
+    EXPECT_EQ(packed(state.covariance, at::v_x), diagonal(1.0, 1.0, 1.0));
+  }
+}
+
+TEST(Resumed, ThePoseIsAsUncertainAsTheVelocityHasMadeItInTheGap) {
+  Estimate sure = predecessor();
+  sure.velocity_covariance = diagonal(1e-12, 1e-12, 1e-12);
+  Estimate doubtful = predecessor();
+  doubtful.velocity_covariance = diagonal(0.09, 0.01, 0.04);
+  const double gap_s = 0.5;
+  const Matrix P = resumed(sure, gap_s, fresh()).covariance;
+  const Matrix Q = resumed(doubtful, gap_s, fresh()).covariance;
+  // τ² V, along the car and across
+  const double c = std::cos(0.4);
+  const double s = std::sin(0.4);
+  EXPECT_NEAR(Q(0, 0) - P(0, 0), gap_s * gap_s * (c * c * 0.09 + s * s * 0.01), 1e-9);
+  EXPECT_NEAR(Q(0, 1) - P(0, 1), gap_s * gap_s * c * s * (0.09 - 0.01), 1e-9);
+  EXPECT_NEAR(Q(2, 2) - P(2, 2), gap_s * gap_s * 0.04, 1e-9);
+}
+
+TEST(Resumed, RemembersWhenTheCameraWasLastFused) {
+  const State state = resumed(predecessor(), 0.5, fresh());
+  EXPECT_EQ(published(state).camera_ns, 123);
+}
+
+TEST(Publication, ASuccessorsFirstIsItsPredecessorsLast) {
+  const Estimate before = predecessor();
+  const Estimate after = published(resumed(before, 0.0, fresh()));
+  EXPECT_TRUE(after.initialised);
+  EXPECT_EQ(after.map.x, before.map.x);
+  EXPECT_EQ(after.map.yaw, before.map.yaw);
+  EXPECT_EQ(after.v_y, before.v_y);
+  EXPECT_EQ(after.covariance, before.covariance);
+  EXPECT_EQ(after.velocity_covariance, before.velocity_covariance);
+}
+
+TEST(Publication, ThePeriodHardlyMattersToTheTimeDerivatives) {
+  State state;
+  state.located = state.moving = true;
+  state.mean[at::v_x] = 2.0;
+  state.mean[at::yaw_rate] = 0.4;
+  state.mean[at::accel_x] = 0.7;
+  const auto rates_at = [&](double period_s) { return published(state, period_s, {0.2, true}); };
+  const Estimate usual = rates_at(0.005);
+  EXPECT_GT(usual.yaw_accel, 5.0);
+  for (const double period_s : {0.001, 0.0025, 0.01}) {
+    const Estimate other = rates_at(period_s);
+    EXPECT_NEAR(other.v_x_dot, usual.v_x_dot, 0.05) << period_s;
+    EXPECT_NEAR(other.v_y_dot, usual.v_y_dot, 0.5) << period_s;
+    EXPECT_NEAR(other.yaw_accel, usual.yaw_accel, 0.1 * usual.yaw_accel) << period_s;
+  }
+  // Longer than the look-ahead itself.
+  EXPECT_GT(rates_at(0.1).yaw_accel, 1.0);
+}
+
+TEST(Publication, StandingNothingChanges) {
+  State state;
+  state.located = state.moving = state.rest.standing = true;
+  state.mean[at::accel_x] = 0.7;
+  const Estimate e = published(state);
+  EXPECT_EQ(e.v_x_dot, 0.0);
+  EXPECT_EQ(e.v_y_dot, 0.0);
+  EXPECT_EQ(e.yaw_accel, 0.0);
+}
+
+TEST(Publication, SaysHowFarAllMayBeOffTheLastingErrorsToo) {
+  State state = resumed(predecessor(), 0.0, fresh());
+  state.lasting.sensitivity(at::yaw, lasting::gyro_bias) = -10.0;
+  state.lasting.sensitivity(at::x, lasting::gyro_bias) = 2.0;
+  const double variance = fresh().lasting.covariance(lasting::gyro_bias, lasting::gyro_bias);
+  const Estimate e = published(state);
+  EXPECT_NEAR(e.covariance[5], 1e-5 + 100.0 * variance, 1e-12);
+  EXPECT_NEAR(e.covariance[2], -20.0 * variance, 1e-12);
+  EXPECT_EQ(e.velocity_covariance, predecessor().velocity_covariance);
+}
+
+TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
+  State state = fresh();
+  EXPECT_EQ(published(state).calibration.valid, 0U);
+  EXPECT_EQ(published(state).calibration.value, Calibration{}.value);
+  state.lasting.mean = LastingVector::Constant(0.01);
+  state.mean.tail<3>().setConstant(0.02);  // the accelerometers' biases, the steering's offset
+  const Calibration calibration = published(state).calibration;
+  const std::array<double, calibration_count> values{0.01, 1.01, 0.02, 0.02, 1.01, 0.02, 1.01};
+  for (std::size_t i = 0; i < calibration_count; ++i) {
+    EXPECT_NEAR(calibration.value[i], values[i], 1e-15) << i;
+  }
+  for (const double share : {0.5, 0.3}) {
+    state = fresh();
+    state.lasting.covariance *= share * share;
+    state.covariance *= share * share;
+    const std::uint64_t every = (std::uint64_t{1} << calibration_count) - 1;
+    EXPECT_EQ(published(state).calibration.valid, share < 0.4 ? every : 0U) << share;
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::publication_test

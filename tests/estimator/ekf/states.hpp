@@ -1,0 +1,74 @@
+// States of the full filter to try things at.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "estimator/ekf/state.hpp"
+
+namespace odomd::estimator::full::testing {
+
+/// Every lasting error off its zero.
+inline LastingVector some_lasting_errors() {
+  LastingVector errors;
+  errors << 0.02, 0.01, 0.015, 0.004, -0.2, 0.07, -0.03;
+  return errors;
+}
+
+/// Standing, forward and in reverse, straight and at full lock, every other state off its zero.
+inline std::vector<State> grid_of_states() {
+  std::vector<State> states;
+  for (const double v_x : {-3.0, -0.4, -0.1, 0.0, 0.003, 0.1, 1.0, 4.0, 20.0}) {
+    for (const double v_y : {-0.3, 0.0, 0.2}) {
+      for (const double yaw_rate : {-2.0, 0.0, 1.5}) {
+        for (const double steering : {-0.45, 0.0, 0.45}) {
+          State state;
+          state.mean << 3.0, -2.0, 0.7, v_x, v_y, yaw_rate, 0.6, 0.1, 0.5, -0.08, 0.02, 0.01;
+          state.lasting.mean = some_lasting_errors();
+          state.steering = {true, 0, steering};
+          state.front_wheels = steering;
+          state.accel_x = {true, 0, 0.8};
+          states.push_back(state);
+        }
+      }
+    }
+  }
+  return states;
+}
+
+/// Numbers of either sign, all of them different; the same every time.
+template <typename Made>
+Made some_numbers(int seed = 13) {
+  Made numbers;
+  for (Eigen::Index i = 0; i < numbers.size(); ++i) {
+    numbers(i) = static_cast<double>((i * 7919 + seed) % 101) / 50.0 - 1.0;
+  }
+  return numbers;
+}
+
+/// Positive definite, everything correlated with everything; symmetric to the bit.
+template <typename Square = Matrix>
+Square some_covariance(double size = 1e-2) {
+  const Square root = some_numbers<Square>();
+  const Square product = size * (root * root.transpose() / root.rows() + 0.1 * Square::Identity());
+  return 0.5 * (product + product.transpose());
+}
+
+/// Lasting errors that are known so well, and have made something of every state.
+inline Lasting some_lasting(double size = 1e-2) {
+  Lasting some;
+  some.mean = some_lasting_errors();
+  some.covariance = some_covariance<LastingMatrix>(size);
+  some.sensitivity = some_numbers<decltype(some.sensitivity)>(29);
+  return some;
+}
+
+/// Not nearly so, and symmetric to the bit: what every covariance must be after every update.
+template <typename Square>
+bool is_covariance(const Square& P) {
+  return P.allFinite() && P == P.transpose() && Eigen::LLT<Square>(P).info() == Eigen::Success;
+}
+
+}  // namespace odomd::estimator::full::testing

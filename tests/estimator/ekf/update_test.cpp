@@ -1,0 +1,302 @@
+// The update of mean and covariance by a scalar sample, against the textbook's; and the filter with
+// its lasting errors apart against the one that holds them all in one state.
+#include "estimator/ekf/update.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <random>
+
+#include "derivatives.hpp"
+#include "states.hpp"
+
+namespace odomd::estimator::full::update_test {
+namespace {
+
+using testing::is_covariance;
+using testing::some_covariance;
+using testing::some_lasting;
+using testing::stated;
+
+State somewhere() {
+  State state;
+  state.mean << 3.0, -2.0, 0.7, 1.5, 0.1, 0.8, 0.6, 0.1, -0.08, 0.02, 0.01;
+  state.covariance = some_covariance();
+  state.lasting = some_lasting();
+  return state;
+}
+
+/// Depends on states all over the vector, and on lasting errors.
+Prediction something() {
+  Prediction z;
+  z.value = 0.3;
+  z.variance = 4e-4;
+  z.depends_on(at::yaw, 0.7);
+  z.depends_on(at::v_y, -1.3);
+  z.depends_on(at::accel_bias_x, 0.2);
+  z.depends_on(at::front_angle, 2.0);
+  z.by_lasting[lasting::gyro_bias] = 1.0;
+  z.by_lasting[lasting::roll_gradient] = -0.4;
+  return z;
+}
+
+constexpr int joint_size = int{at::size} + int{lasting::size};
+using JointVector = Eigen::Matrix<double, joint_size, 1>;
+using JointMatrix = Eigen::Matrix<double, joint_size, joint_size>;
+
+/// x and s as one state of 18, with its covariance.
+struct Joint {
+  JointVector mean;
+  JointMatrix covariance;
+
+  explicit Joint(const State& state) {
+    const auto& B = state.lasting.sensitivity;
+    const LastingMatrix& P_s = state.lasting.covariance;
+    mean << state.mean, state.lasting.mean;
+    covariance << state.covariance + B * P_s * B.transpose(), B * P_s, P_s * B.transpose(), P_s;
+  }
+
+  /// The Kalman filter of the textbook.
+  void update(const Prediction& z, double measured) {
+    JointVector H;
+    H << stated(z), z.by_lasting;
+    const double S = H.dot(covariance * H) + z.variance;
+    const JointVector K = covariance * H / S;
+    mean += K * (measured - z.value);
+    const JointMatrix left = JointMatrix::Identity() - K * H.transpose();
+    covariance = left * covariance * left.transpose() + z.variance * K * K.transpose();
+  }
+
+  void propagate(const testing::LinearStep& step) {
+    mean.head<at::size>() = step.mean;
+    JointMatrix F = JointMatrix::Identity();
+    F.topLeftCorner<at::size, at::size>() = step.F;
+    F.topRightCorner<at::size, lasting::size>() = step.by_lasting;
+    covariance = F * covariance * F.transpose();
+    covariance.topLeftCorner<at::size, at::size>() += step.noise;
+    covariance.bottomRightCorner<lasting::size, lasting::size>() += step.lasting_noise;
+  }
+};
+
+Prediction any_prediction(std::mt19937& random, double value) {
+  std::normal_distribution<double> normal;
+  Prediction z;
+  z.value = value;
+  z.variance = std::pow(10.0, -4.0 + normal(random));
+  for (int n = 0; n < 3; ++n) {
+    z.depends_on(static_cast<at::Index>((random() % 4) + 3 * static_cast<unsigned>(n)),
+                 normal(random));
+  }
+  for (const int n : {0, 1}) {
+    z.by_lasting[static_cast<Eigen::Index>((random() % 3) + 3 * static_cast<unsigned>(n))] =
+        normal(random);
+  }
+  return z;
+}
+
+TEST(Update, InnovationIsTheTextbooks) {
+  const State state = somewhere();
+  const Vector H = stated(something());
+  const Innovation nu = innovation(state, something(), 0.5);
+  EXPECT_NEAR(nu.value, 0.2, 1e-15);
+  EXPECT_NEAR(nu.variance_of_noise, H.dot(state.covariance * H) + 4e-4, 1e-14);
+  EXPECT_EQ(nu.sample_variance, 4e-4);
+  EXPECT_LT((nu.covariance_with_state - state.covariance * H).cwiseAbs().maxCoeff(), 1e-15);
+  const LastingVector G = state.lasting.sensitivity.transpose() * H + something().by_lasting;
+  EXPECT_LT((nu.by_lasting - G).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_NEAR(nu.variance, nu.variance_of_noise + G.dot(state.lasting.covariance * G), 1e-13);
+  EXPECT_NEAR(nu.squared_ratio(), 0.04 / nu.variance, 1e-12);
+}
+
+TEST(Update, OptimalUpdateIsTheTextbooks) {
+  // P = (P⁻¹ + H R⁻¹ Hᵀ)⁻¹, the information form: nothing in common with the code.
+  const State before = somewhere();
+  const Vector H = stated(something());
+  State state = before;
+  const Innovation nu = innovation(state, something(), 0.5);
+  correct(state, nu, optimal_gain(nu));
+  const Matrix information = before.covariance.inverse() + H * H.transpose() / 4e-4;
+  const Matrix expected = information.inverse();
+  EXPECT_LT((state.covariance - expected).cwiseAbs().maxCoeff(), 1e-12);
+  const Vector mean = before.mean + expected * H * (0.2 / 4e-4);
+  EXPECT_LT((state.mean - mean).cwiseAbs().maxCoeff(), 1e-11);
+}
+
+TEST(Update, AnyGainLeavesTheCovarianceOfTheErrorItMakes) {
+  // (I - K Hᵀ) P (I - K Hᵀ)ᵀ + K R Kᵀ, and B - K G
+  const State before = somewhere();
+  const Prediction z = something();
+  const Vector H = stated(z);
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 100; ++i) {
+    State state = before;
+    const Innovation nu = innovation(state, z, 0.5);
+    const Vector K = Vector::NullaryExpr([&] { return 0.3 * normal(random); });
+    correct(state, nu, K);
+    const Matrix left = Matrix::Identity() - K * H.transpose();
+    const Matrix expected = left * before.covariance * left.transpose() + 4e-4 * K * K.transpose();
+    EXPECT_LT((state.covariance - expected).cwiseAbs().maxCoeff(), 1e-13);
+    EXPECT_TRUE(is_covariance(state.covariance));
+    EXPECT_LT((state.mean - before.mean - 0.2 * K).cwiseAbs().maxCoeff(), 1e-15);
+    const auto B = left * before.lasting.sensitivity - K * z.by_lasting.transpose();
+    EXPECT_LT((state.lasting.sensitivity - B).cwiseAbs().maxCoeff(), 1e-13);
+    EXPECT_EQ(state.lasting.mean, before.lasting.mean);
+    EXPECT_EQ(state.lasting.covariance, before.lasting.covariance);
+  }
+}
+
+TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  State state = somewhere();
+  for (int i = 0; i < 20'000; ++i) {
+    const Prediction z = any_prediction(random, 0.0);
+    const Innovation nu = innovation(state, z, normal(random));
+    Vector gain = optimal_gain(nu);
+    if (i % 2 == 0) {
+      gain[at::x] = gain[at::yaw_rate] = 0.0;
+    }
+    correct(state, nu, gain);
+    teach(state, nu, i % 3 == 0 ? all() : only(lasting::gyro_bias));
+    // What varies slowly does so: or everything would be known in the end.
+    state.covariance.diagonal().array() += 1e-9;
+    state.lasting.covariance.diagonal().array() += 1e-9;
+    ASSERT_TRUE(is_covariance(state.covariance)) << i;
+    ASSERT_TRUE(is_covariance(state.lasting.covariance)) << i;
+  }
+}
+
+TEST(Update, WithAllTaughtItIsTheJointFilterOfStatesAndLastingErrors) {
+  // Friedland 1969: motion of a car and updates by anything, in turn. It is exact where the errors
+  // do last; a walk, of 1e-3 in a second, is not followed into their correlation with the state.
+  CarModel model;
+  Tuning& t = model.tuning;
+  t.gyro_bias_walk = t.gyro_scale_walk = t.wheel_scale_walk = t.stiffness_scale_walk = 0.0;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  State state = somewhere();
+  Joint joint(state);
+  for (int i = 0; i < 500; ++i) {
+    if (i % 3 == 0) {
+      const Input input{0.3 * std::sin(0.1 * i), i % 2 == 0};
+      joint.propagate(testing::linear_step(model, input, 0.005, state));
+      propagate(model, input, 0.005, state);
+    }
+    const Prediction z = any_prediction(random, 0.0);
+    const double measured = 0.01 * normal(random);
+    const Innovation nu = innovation(state, z, measured);
+    correct(state, nu, optimal_gain(nu));
+    teach(state, nu, all());
+    joint.update(z, measured);
+    const Joint apart(state);
+    ASSERT_LT((apart.mean - joint.mean).cwiseAbs().maxCoeff(), 1e-9) << i;
+    ASSERT_LT((apart.covariance - joint.covariance).cwiseAbs().maxCoeff(), 1e-9) << i;
+    ASSERT_LT((covariance_of_motion(state) - joint.covariance.topLeftCorner<6, 6>())
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-9);
+  }
+  EXPECT_GT((state.mean - somewhere().mean).norm(), 0.01);
+}
+
+TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
+  // The states of a filter that takes the lasting errors for known; but it admits to more.
+  State considering = somewhere();
+  State knowing = somewhere();
+  knowing.lasting.covariance.setZero();
+  const CarModel model;
+  std::mt19937 random(6);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 100; ++i) {
+    const Prediction z = any_prediction(random, 0.0);
+    const double measured = 0.1 * normal(random);
+    for (State* state : {&considering, &knowing}) {
+      const Innovation nu = innovation(*state, z, measured);
+      correct(*state, nu, optimal_gain(nu));
+      teach(*state, nu, none());
+      propagate(model, {0.1, true}, 0.005, *state);
+    }
+    ASSERT_EQ(considering.mean, knowing.mean);
+    ASSERT_EQ(considering.covariance, knowing.covariance);
+    ASSERT_EQ(considering.lasting.mean, testing::some_lasting_errors());
+  }
+  const Eigen::Matrix<double, 6, 6> admits = covariance_of_motion(considering);
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    EXPECT_GT(admits(i, i), considering.covariance(i, i)) << i;
+  }
+}
+
+TEST(Update, OfTheLastingErrorsOnlyWhatIsTaughtChanges) {
+  const State before = somewhere();
+  State state = before;
+  const Innovation nu = innovation(state, something(), 0.5);
+  correct(state, nu, optimal_gain(nu));
+  teach(state, nu, only(lasting::gyro_bias));
+  for (Eigen::Index i = 0; i < lasting::size; ++i) {
+    const bool taught = i == lasting::gyro_bias;
+    EXPECT_EQ(state.lasting.mean[i] == before.lasting.mean[i], !taught) << i;
+    EXPECT_EQ(state.lasting.covariance(i, i) == before.lasting.covariance(i, i), !taught) << i;
+  }
+  EXPECT_LT(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias),
+            before.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
+  EXPECT_TRUE(is_covariance(state.lasting.covariance));
+}
+
+TEST(Update, ASlackMakesTheGainBolderAndNothingElse) {
+  const State before = somewhere();
+  Prediction z = something();
+  z.slack = 3e-4;
+  const Innovation nu = innovation(before, z, 0.5);
+  EXPECT_EQ(nu.variance, innovation(before, something(), 0.5).variance);
+  z.variance -= z.slack;
+  z.slack = 0.0;
+  const Vector bolder = optimal_gain(innovation(before, z, 0.5));
+  EXPECT_LT((optimal_gain(nu) - bolder).cwiseAbs().maxCoeff(), 1e-12);
+}
+
+TEST(Settle, AnErrorThatIsSettledIsNoLongerCorrectedButStaysInTheCovariance) {
+  State state = somewhere();
+  const State before = state;
+  settle(state, lasting::gyro_bias);
+  EXPECT_TRUE(state.lasting.sensitivity.col(lasting::gyro_bias).isZero(0.0));
+  EXPECT_EQ(state.mean, before.mean);
+  const auto variance_of = [](const State& s, Eigen::Index i) { return Joint(s).covariance(i, i); };
+  LastingMatrix alone = LastingMatrix::Zero();
+  alone(0, 0) = before.lasting.covariance(0, 0);
+  State uncorrelated = before;
+  uncorrelated.lasting.covariance = alone;
+  State settled = uncorrelated;
+  settle(settled, lasting::gyro_bias);
+  for (Eigen::Index i = 0; i < at::size; ++i) {
+    EXPECT_NEAR(variance_of(settled, i), variance_of(uncorrelated, i), 1e-15) << i;
+  }
+  EXPECT_TRUE(is_covariance(state.covariance));
+
+  // What the bias turns out to be moves nothing any more.
+  Prediction z;
+  z.value = state.lasting.mean[lasting::gyro_bias];
+  z.variance = 1e-6;
+  z.by_lasting[lasting::gyro_bias] = 1.0;
+  const Innovation nu = innovation(state, z, z.value + 0.1);
+  teach(state, nu, only(lasting::gyro_bias));
+  EXPECT_EQ(state.mean, before.mean);
+  EXPECT_NEAR(state.lasting.mean[lasting::gyro_bias], before.lasting.mean[0] + 0.1, 1e-3);
+}
+
+TEST(Forget, NothingIsRelatedToAStateThatIsForgotten) {
+  State state = somewhere();
+  const State before = state;
+  forget(state, at::v_y, 0.3);
+  EXPECT_NEAR(covariance_of_motion(state)(at::v_y, at::v_y), 0.09, 1e-15);
+  Matrix others = state.covariance - before.covariance;
+  others.row(at::v_y).setZero();
+  others.col(at::v_y).setZero();
+  EXPECT_TRUE(others.isZero(0.0));
+  EXPECT_EQ(state.covariance.row(at::v_y).cwiseAbs().sum(), state.covariance(at::v_y, at::v_y));
+  EXPECT_TRUE(is_covariance(state.covariance));
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::update_test

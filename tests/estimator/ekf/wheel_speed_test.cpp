@@ -1,0 +1,213 @@
+// The prediction of a wheel's speed: each wheel at its place, what it teaches, and what it counts
+// as known.
+#include "estimator/ekf/wheel_speed.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "derivatives.hpp"
+#include "estimator/take.hpp"
+#include "states.hpp"
+
+namespace odomd::estimator::full::wheel_speed_test {
+namespace {
+
+constexpr double sigma = 0.02;
+
+/// 1 + c_s (a_x + d) of the grid's states, d the drag of the front tyres.
+double slip_of(const State& state, Source source) {
+  const Vehicle car;
+  const double delta = state.front_wheels - 0.01;
+  const double drag = car.rear_axle / car.wheelbase() * state.mean[at::v_x] *
+                      state.mean[at::yaw_rate] * std::sin(delta);
+  return is_driven(Driven::rear, source) ? 1.0 + 0.004 * (0.6 + drag) : 1.0;
+}
+
+/// The grid's states, of a car whose wheels do not slip: the slip's own derivatives are left out.
+std::vector<State> states_without_slip() {
+  std::vector<State> states = testing::grid_of_states();
+  for (State& state : states) {
+    state.lasting.mean[lasting::wheel_slip] = 0.0;
+  }
+  return states;
+}
+constexpr std::array sources{Source::wheel_front_left, Source::wheel_front_right,
+                             Source::wheel_rear_left,  Source::wheel_rear_right,
+                             Source::wheel_rear,       Source::motor};
+
+TEST(FullWheelSpeed, EveryWheelIsAtItsCornerOfTheCar) {
+  const Vehicle car;
+  for (const Source source : sources) {
+    const WheelPlace place = wheel_place(car, source);
+    const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
+    const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
+    const bool middle = source == Source::wheel_rear || source == Source::motor;
+    EXPECT_EQ(place.ahead, front ? car.front_axle : -car.rear_axle);
+    EXPECT_EQ(place.left, middle ? 0.0 : (left ? 0.5 : -0.5) * car.track_width);
+    EXPECT_EQ(place.steered, front);
+    EXPECT_EQ(is_driven(Driven::rear, source), !front);
+  }
+}
+
+TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
+  const CarModel model;
+  for (const State& state : testing::grid_of_states()) {
+    for (const Source source : sources) {
+      // (v_x, v_y, 0) + (0, 0, ψ̇) × (x_w, y_w, 0), on the wheel's direction
+      const WheelPlace place = wheel_place(model.car, source);
+      const double delta = place.steered ? state.steering.value - 0.01 : 0.0;
+      const Eigen::Vector2d velocity(state.mean[at::v_x] - state.mean[at::yaw_rate] * place.left,
+                                     state.mean[at::v_y] + state.mean[at::yaw_rate] * place.ahead);
+      const double along = velocity.dot(Eigen::Vector2d(std::cos(delta), std::sin(delta)));
+      EXPECT_NEAR(predict_wheel_speed(model, input_of(state), state, source, sigma, true).value,
+                  1.015 * slip_of(state, source) * along, 1e-12);
+    }
+  }
+}
+
+TEST(FullWheelSpeed, TeachesSpeedAndScaleAsDifferencesSay) {
+  const CarModel model;
+  for (const State& state : states_without_slip()) {
+    for (const Source source : sources) {
+      for (const bool gyro : {true, false}) {
+        const auto predict = [&](const State& at) {
+          return predict_wheel_speed(model, input_of(at), at, source, sigma, gyro);
+        };
+        Vector expected = testing::differences(state, predict);
+        // Left out on purpose: the side slip, the offset of the steering, what a_x makes of the
+        // slip, and with a gyro alive the yaw rate.
+        expected[at::v_y] = 0.0;
+        expected[at::steering_offset] = 0.0;
+        expected[at::accel_x] = 0.0;
+        if (gyro) {
+          expected[at::yaw_rate] = 0.0;
+        }
+        const Prediction z = predict(state);
+        EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-7);
+        const LastingVector by = testing::differences_by_lasting(state, predict);
+        EXPECT_LT((z.by_lasting - by).cwiseAbs().maxCoeff(), 1e-7);
+      }
+    }
+  }
+}
+
+TEST(FullWheelSpeed, WhatCountsAsKnownDoesSoWithItsVariance) {
+  const CarModel model;
+  for (const State& state : states_without_slip()) {
+    for (const Source source : sources) {
+      const auto predict = [&](const State& at) {
+        return predict_wheel_speed(model, input_of(at), at, source, sigma, true);
+      };
+      const Vector by = testing::differences(state, predict);
+      for (const at::Index known : {at::v_y, at::yaw_rate}) {
+        State uncertain = state;
+        uncertain.covariance(known, known) += 0.09;
+        // The scale's percent does not count here.
+        const double through = by[known] / 1.015;
+        EXPECT_NEAR(predict(uncertain).variance - predict(state).variance, 0.09 * through * through,
+                    1e-8);
+      }
+    }
+  }
+}
+
+TEST(FullWheelSpeed, IsNeverTakenForBetterThanItsSensor) {
+  const CarModel model;
+  for (const State& state : testing::grid_of_states()) {
+    for (const Source source : sources) {
+      EXPECT_GE(predict_wheel_speed(model, input_of(state), state, source, sigma, true).variance,
+                sigma * sigma);
+    }
+  }
+}
+
+TEST(FullWheelSpeed, WithoutASteeringThatIsHeardAFrontWheelRollsWhereItGoes) {
+  const CarModel model;
+  State state;
+  state.mean[at::v_x] = 2.0;
+  state.mean[at::yaw_rate] = 3.0;
+  state.steering = {true, 0, -0.4};  // long ago
+  const double across = model.car.front_axle * 3.0;
+  const double half_track = 0.5 * model.car.track_width;
+  const double delta = std::atan(across / 2.0);
+  for (const auto& [source, left] : {std::pair(Source::wheel_front_left, half_track),
+                                     std::pair(Source::wheel_front_right, -half_track)}) {
+    const double along = 2.0 - left * 3.0;
+    EXPECT_NEAR(predict_wheel_speed(model, Input{}, state, source, sigma, true).value,
+                along * std::cos(delta) + across * std::sin(delta), 1e-12);
+  }
+  state.mean[at::v_x] = 0.0;
+  EXPECT_NEAR(
+      predict_wheel_speed(model, Input{}, state, Source::wheel_front_left, sigma, true).value,
+      -half_track * 3.0, 1e-12);
+}
+
+TEST(FullWheelSpeed, SlipsWithTheAccelerationWhereItDrives) {
+  const CarModel model;
+  State state;
+  state.mean[at::v_x] = 2.0;
+  state.lasting.mean[lasting::wheel_slip] = 0.01;
+  for (const Source source : sources) {
+    const auto value = [&](double accel_x) {
+      state.mean[at::accel_x] = accel_x;
+      return predict_wheel_speed(model, {}, state, source, sigma, true).value;
+    };
+    EXPECT_NEAR(value(3.0), is_driven(Driven::rear, source) ? 2.06 : 2.0, 1e-12);
+    EXPECT_NEAR(value(-3.0), is_driven(Driven::rear, source) ? 1.94 : 2.0, 1e-12);
+  }
+}
+
+TEST(FullWheelSpeed, KnowsWhichAxleIsDriven) {
+  for (const Source source : sources) {
+    const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
+    EXPECT_EQ(is_driven(Driven::front, source), front || source == Source::motor);
+    EXPECT_TRUE(is_driven(Driven::all, source));
+  }
+}
+
+TEST(FullWheelSpeed, AWheelThatSlipsCountsLessWhereAFreeOneIsHeard) {
+  CarModel model;
+  State state;
+  state.mean[at::v_x] = 20.0;
+  state.mean[at::accel_x] = 3.0;
+  const auto gained = [&](Source source) {
+    const Prediction z = predict_wheel_speed(model, {}, state, source, sigma, true);
+    return z.variance - z.slack;
+  };
+  const double alone = gained(Source::wheel_rear_left);
+  state.heard[index_of(Source::wheel_front_left)] = {.agreeing = 1};
+  EXPECT_GT(gained(Source::wheel_rear_left), 10.0 * alone);
+  model.car.driven = Driven::all;
+  EXPECT_EQ(gained(Source::wheel_rear_left), alone);
+}
+
+TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
+  const CarModel model;
+  State state;
+  state.mean[at::v_x] = 10.0;
+  const double radius = std::pow(model.tuning.wheel_radius * 10.0, 2);
+  const auto left = index_of(Source::wheel_rear_left);
+  const auto right = index_of(Source::wheel_rear_right);
+  state.heard[left].agreeing = state.heard[right].agreeing = 3;
+  const auto predict = [&](Source source) {
+    return predict_wheel_speed(model, {}, state, source, sigma, true);
+  };
+  EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
+
+  // One of them errs: it counts for what it is worth.
+  state.wheel_unrest[left] = 9.0;
+  EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 9.0 * radius, 1e-12);
+  EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
+  EXPECT_NEAR(predict(Source::wheel_rear_right).variance, sigma * sigma + radius, 1e-12);
+
+  // All do: they are that inconsistent with each other, but the best of them is the speed.
+  state.wheel_unrest[right] = 4.0;
+  EXPECT_NEAR(predict(Source::wheel_rear_right).slack, 3.0 * radius, 1e-12);
+  EXPECT_NEAR(predict(Source::wheel_rear_left).slack, (9.0 - 9.0 / 4.0) * radius, 1e-12);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::wheel_speed_test

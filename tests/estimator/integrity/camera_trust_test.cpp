@@ -1,0 +1,168 @@
+// When the camera contradicts the car's own sensors: which of them is right, and what is learnt of
+// it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include "estimator/full_filter.hpp"
+#include "tests/estimator/circle_drive.hpp"
+
+namespace odomd::estimator::full::camera_trust_test {
+namespace {
+
+using estimator::testing::Arrival;
+using estimator::testing::circle;
+using estimator::testing::drive_on_a_circle;
+using estimator::testing::hand_in;
+using estimator::testing::millisecond;
+using estimator::testing::period_ns;
+using estimator::testing::run;
+using estimator::testing::start_ns;
+using estimator::testing::started;
+
+constexpr std::int64_t ticks = 2000;
+constexpr std::int64_t fault_ns = start_ns + 4'000 * millisecond;
+
+double off(const Estimate& e) {
+  const Pose2 truth = moved({}, circle, static_cast<double>(e.time_ns - start_ns) * 1e-9);
+  return std::hypot(e.map.x - truth.x, e.map.y - truth.y);
+}
+
+/// Ten seconds on a circle of 2 m/s; `change` is called with every arrival from the fourth on.
+std::vector<Estimate> drive(const std::function<void(Arrival&)>& change) {
+  std::vector<Arrival> arrivals = drive_on_a_circle(ticks * period_ns);
+  for (Arrival& arrival : arrivals) {
+    if (arrival.arrival_ns >= fault_ns) {
+      change(arrival);
+    }
+  }
+  FullFilter filter = started();
+  return run(filter, arrivals, ticks);
+}
+
+TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
+  for (const double noise : {0.0, 0.008}) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> trembling;
+    std::optional<CameraPose> frozen;
+    const auto freeze = [&](Arrival& arrival) {
+      if (!arrival.camera || arrival.arrival_ns > fault_ns + 3'000 * millisecond) {
+        return;
+      }
+      if (!frozen) {
+        frozen = arrival.camera;
+      }
+      arrival.camera->x = frozen->x + noise * trembling(random);
+      arrival.camera->y = frozen->y + noise * trembling(random);
+      arrival.camera->yaw = frozen->yaw + noise * trembling(random);
+    };
+    for (const Estimate& e : drive(freeze)) {
+      ASSERT_LT(off(e), 0.05) << e.time_ns - start_ns << " ns, noise " << noise;
+      ASSERT_EQ(e.reset_count, 1U);
+    }
+  }
+}
+
+TEST(CameraTrust, APictureOfACarThatStandsIsNotFrozen) {
+  // The poses of a tracker without noise, of a car that was set down elsewhere.
+  FullFilter filter = started();
+  Estimate e;
+  for (int k = 1; k <= 800; ++k) {
+    const std::int64_t now = start_ns + k * period_ns;
+    for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y,
+                                Source::wheel_rear_left, Source::wheel_rear_right}) {
+      (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
+    }
+    if (k % 7 == 0) {
+      const double x = k > 300 ? 1.0 : 0.0;
+      (void)filter.add(CameraPose{now - 40 * millisecond, now, x, 0.0, 0.0, 0.008, 0.008, 0.009});
+    }
+    e = filter.step(now);
+  }
+  EXPECT_NEAR(e.map.x, 1.0, 0.01);
+  EXPECT_EQ(e.mode, Mode::standstill);
+}
+
+TEST(CameraTrust, AGyroWhoseBiasStepsIsLearntAnewOnTheWay) {
+  for (const double step : {0.02, 0.05, -0.2}) {
+    const std::vector<Estimate> estimates = drive([step](Arrival& arrival) {
+      if (arrival.signal && arrival.signal->source == Source::yaw_rate) {
+        arrival.signal->value += step;
+      }
+    });
+    const Estimate& last = estimates.back();
+    EXPECT_LT(last.reset_count, 6U) << step;
+    // At one yaw rate, bias and scale are one.
+    EXPECT_NEAR(last.calibration.value[0] + (last.calibration.value[1] - 1.0) * circle.yaw_rate,
+                step, 0.01)
+        << step;
+    EXPECT_NEAR(last.yaw_rate, circle.yaw_rate, 0.03) << step;
+    EXPECT_LT(off(last), 0.02);
+  }
+}
+
+TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
+  // Half a turn off, give or take the noise: from one pose to the next the nearer way round
+  // changes.
+  const auto flip = [](Arrival& arrival) {
+    if (arrival.camera && arrival.arrival_ns < fault_ns + 2'000 * millisecond) {
+      arrival.camera->yaw += std::numbers::pi;
+    }
+  };
+  const std::vector<Estimate> estimates = drive(flip);
+  for (const Estimate& e : estimates) {
+    ASSERT_LT(std::abs(e.yaw_rate), 5.0) << e.time_ns - start_ns;
+  }
+  EXPECT_LT(off(estimates.back()), 0.02);
+  EXPECT_NEAR(estimates.back().yaw_rate, circle.yaw_rate, 0.03);
+}
+
+TEST(CameraTrust, WheelsThatSlipResetThePoseOnce) {
+  // All of them, by a little or a lot, for three seconds.
+  for (const double slip : {0.8, 1.2, 1.5, 3.0}) {
+    const auto slipping = [slip](Arrival& arrival) {
+      if (arrival.signal && is_wheel(arrival.signal->source) &&
+          arrival.arrival_ns < fault_ns + 3'000 * millisecond) {
+        arrival.signal->value *= slip;
+      }
+    };
+    const std::vector<Estimate> estimates = drive(slipping);
+    EXPECT_LE(estimates.back().reset_count, 3U) << slip;
+    EXPECT_LT(off(estimates.back()), 0.02) << slip;
+  }
+}
+
+TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
+  // From a standstill, with wheels that are dead.
+  FullFilter filter = started();
+  constexpr double speed = 1.0;
+  int badly = 0;
+  Estimate e;
+  for (int k = 1; k <= 1200; ++k) {
+    const std::int64_t now = start_ns + k * period_ns;
+    const double t = k * 0.005;
+    const double x = t < 2.0 ? 0.0 : speed * (t - 2.0);
+    for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y,
+                                Source::wheel_rear_left, Source::wheel_rear_right}) {
+      (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
+    }
+    if (k % 7 == 0) {
+      const double seen = std::max(0.0, x - 0.04 * speed);
+      (void)filter.add(
+          CameraPose{now - 40 * millisecond, now, seen, 0.0, 0.0, 0.008, 0.008, 0.009});
+    }
+    e = filter.step(now);
+    badly += std::abs(e.map.x - x) > 0.3 ? 1 : 0;
+  }
+  EXPECT_LT(badly, 160);
+  EXPECT_LT(e.reset_count, 8U);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::camera_trust_test

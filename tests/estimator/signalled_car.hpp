@@ -1,0 +1,100 @@
+// A car by what its sensors say, tick for tick, into one state of the filter.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+#include "estimator/ekf/publication.hpp"
+#include "estimator/take.hpp"
+#include "tests/estimator/drive.hpp"
+#include "tests/estimator/ekf/states.hpp"
+
+namespace odomd::estimator::full::testing {
+
+using estimator::testing::millisecond;
+using estimator::testing::period_ns;
+
+/// What the sensors say; what is not driven says nothing.
+struct Says {
+  std::map<Source, double> signals;
+};
+
+inline State fresh() {
+  const FilterSettings settings;
+  return fresh_state(settings);
+}
+
+/// A car on its way, a tick at a time; counts what was fused and gated of each source.
+class Car {
+ public:
+  Car() {
+    state.time_ns = 1'000 * millisecond;
+    state.located = true;
+    context.model.gyro_sigma = sigmas[index_of(Source::yaw_rate)];
+  }
+
+  Judgement say(Source source, double value) {
+    const Judgement judgement = take(context, state,
+                                     {.time_ns = state.time_ns,
+                                      .source = source,
+                                      .value = {value},
+                                      .sigma = {sigmas[index_of(source)]}});
+    ++(judgement.verdict == Verdict::fused ? fused : gated)[source];
+    return judgement;
+  }
+
+  void tick(const Says& says) {
+    advance(context, state, state.time_ns + period_ns);
+    for (const auto& [source, value] : says.signals) {
+      const bool wheel = source >= Source::wheel_front_left && source <= Source::motor;
+      if (!wheel || state.time_ns % (2 * period_ns) == 0) {
+        say(source, value);
+      }
+    }
+    ASSERT_TRUE(is_covariance(state.covariance));
+    ASSERT_TRUE(is_covariance(state.lasting.covariance));
+  }
+
+  /// For so long; the counts begin anew.
+  void drive(double seconds, const Says& says) {
+    fused.clear();
+    gated.clear();
+    for (int i = 0; i < static_cast<int>(std::lround(200.0 * seconds)); ++i) {
+      tick(says);
+    }
+  }
+
+  static constexpr std::array<double, source_count> sigmas{0.01, 0.1,  0.1,  0.01,  0.01, 0.01,
+                                                           0.01, 0.01, 0.01, 0.005, 1.0,  1.0};
+  Context context;
+  State state = fresh();
+  std::map<Source, int> fused;
+  std::map<Source, int> gated;
+};
+
+inline Says straight_at(double speed) {
+  return {{{Source::yaw_rate, 0.0},
+           {Source::accel_x, 0.0},
+           {Source::accel_y, 0.0},
+           {Source::steering, 0.0},
+           {Source::wheel_front_left, speed},
+           {Source::wheel_front_right, speed},
+           {Source::wheel_rear_left, speed},
+           {Source::wheel_rear_right, speed}}};
+}
+
+inline Says with(Says says, Source source, double value) {
+  says.signals[source] = value;
+  return says;
+}
+
+inline Says without(Says says, Source source) {
+  says.signals.erase(source);
+  return says;
+}
+
+}  // namespace odomd::estimator::full::testing

@@ -1,0 +1,26 @@
+// What the steering's response says of [steering]: delay and lag of the actuator between a command
+// and the front wheels, where there is one.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "estimator/common/vehicle.hpp"
+#include "tools/identify/finding.hpp"
+#include "tools/identify/steering_response.hpp"
+
+namespace odomd::tools {
+
+struct ActuatorFindings {
+  std::vector<Finding> values;        ///< steering.delay, steering.lag
+  std::vector<std::string> warnings;  ///< of what the configuration has instead
+};
+
+/// `clock` is by how much the gyro's stamps, which the response is against, are late beyond their
+/// configured latency [s]. The two are determined where the drive tells that there is an actuator,
+/// and tells its delay and its lag apart.
+[[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
+                                                 const Measured& clock,
+                                                 const estimator::SteeringActuator& configured);
+
+}  // namespace odomd::tools
