@@ -66,7 +66,10 @@ void stand(State& state, std::int64_t time_ns) noexcept {
     zero.variance = held_sigma * held_sigma;
     zero.depends_on(index, 1.0);
     const Innovation nu = innovation(state, zero, 0.0);
-    correct(state, nu, optimal_gain(nu));
+    // That it stands now says nothing of the way that it came.
+    Vector gain = optimal_gain(nu);
+    gain.head<3>().setZero();
+    correct(state, nu, gain);
   }
   // From here on nothing is learnt of the motion: it is none, whatever a bias turns out to be.
   state.mean.segment<6>(at::v_x).setZero();  // v_x ... side_force

@@ -58,6 +58,16 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
 
 constexpr auto zero = [](std::int64_t) { return 0.0; };
 
+TEST(Standstill, AHaltMovesNoPose) {
+  // After a long way every error of the velocity goes with one of the pose.
+  State state = just_stopped();
+  state.lasting.sensitivity.topRows<3>().array() += 100.0;
+  const Eigen::Vector3d before = state.mean.head<3>();
+  ASSERT_GE(time_to_stand(state, 1000, zero, [](std::int64_t) { return 0.02; }), 0);
+  EXPECT_EQ(state.mean.head<3>(), before);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+}
+
 TEST(Standstill, BeginsWhenNoWheelHasTurnedForLongEnough) {
   State state = just_stopped();
   EXPECT_EQ(time_to_stand(state, 1000, zero, zero), 300);
