@@ -21,7 +21,7 @@ using testing::stated;
 
 State somewhere() {
   State state;
-  state.mean << 3.0, -2.0, 0.7, 1.5, 0.1, 0.8, 0.6, 0.1, -0.08, 0.02, 0.01;
+  state.mean << 3.0, -2.0, 0.7, 1.5, 0.1, 0.8, 0.6, 0.1, 0.5, -0.08, 0.02, 0.01;
   state.covariance = some_covariance();
   state.lasting = some_lasting();
   return state;
@@ -45,7 +45,7 @@ constexpr int joint_size = int{at::size} + int{lasting::size};
 using JointVector = Eigen::Matrix<double, joint_size, 1>;
 using JointMatrix = Eigen::Matrix<double, joint_size, joint_size>;
 
-/// x and s as one state of 18, with its covariance.
+/// x and s as one state of 19, with its covariance.
 struct Joint {
   JointVector mean;
   JointMatrix covariance;
