@@ -38,9 +38,7 @@ constexpr double doubted_share = 0.5;
 constexpr double shortest_interval_s = 0.001;
 
 void hold(HeldInput& held, const Sample& sample) noexcept {
-  const double interval_s =
-      held.seen ? std::min(seconds_between(held.time_ns, sample.time_ns), longest_unheard_s) : 0.0;
-  held = {true, sample.time_ns, sample.value[0], sample.sigma[0], interval_s};
+  held = {true, sample.time_ns, sample.value[0]};
 }
 
 bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexcept {

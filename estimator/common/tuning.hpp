@@ -39,6 +39,7 @@ struct Tuning {
 
   // --- gates ---
   double signal_gate = 20.0;  ///< ν²/S of a scalar sample: 4.5 σ
+  double pedal = 0.3;         ///< by how much brakes and motor change a_x at once, one sigma [g]
   double turn_in = 2.0;       ///< the quickest change of ψ̇ that is no outlier [g / wheelbase]
 
   // --- noise from the data: how quickly it follows, and how far (ratios of variances) ---

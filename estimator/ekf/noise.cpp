@@ -39,7 +39,7 @@ void measure_noise(State& state, Sample& sample) noexcept {
   if (level.run == 2) {
     const double bend = now - 2.0 * level.last[0] + level.last[1];
     samples = std::min(samples + 1, noise_memory);
-    const double most = samples < 10 ? 9.0 : largest_step * mean;
+    const double most = largest_step * (samples < 10 ? 1.0 : mean);
     mean += (std::min(bend * bend / 6.0, most) - mean) / samples;
     mean = std::max(mean, 1e-4);
   }

@@ -70,8 +70,6 @@ struct HeldInput {
   bool seen = false;
   std::int64_t time_ns = 0;
   double value = 0.0;
-  double sigma = 0.0;       ///< of the sample
-  double interval_s = 0.0;  ///< since the one before
 };
 
 /// How noisy an inertial sensor is, by how its samples scatter from one to the next: vibration

@@ -14,9 +14,6 @@ namespace {
 // A car that slides on locked wheels slows down at least so much, and its accelerometer feels it.
 constexpr double slide_slows = 1.0;  // [m/s²]
 
-// By so much [g] brakes and motor change a_x at once, one sigma.
-constexpr double pedal = 0.3;
-
 /// Until when the filter had one of the same kind to go by: wheels that are outvoted by those that
 /// are rejected count no longer.
 std::int64_t vouched_until_ns(const State& state, const Sample& sample) noexcept {
@@ -29,7 +26,6 @@ struct Patience {
   at::Index doubted;  ///< the state that gives way
 };
 
-/// Of a car that stands nothing moves: there, it is the sensor's bias that has changed.
 Patience patience_with(Source source) noexcept {
   switch (source) {
     case Source::yaw_rate:
@@ -67,20 +63,23 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
     return model.tuning.turn_in * gravity / model.car.wheelbase() * since_s(fused_ns);
   }
   if (sample.source == Source::accel_x) {
-    return pedal * gravity;
+    return model.tuning.pedal * gravity;
   }
   const bool accel_alive = state.accel_x.seen && since_s(state.accel_x.time_ns) < longest_unheard_s;
-  return is_wheel(sample.source) && !accel_alive ? pedal * gravity * since_s(fused_ns) : 0.0;
+  return is_wheel(sample.source) && !accel_alive ? model.tuning.pedal * gravity * since_s(fused_ns)
+                                                 : 0.0;
 }
 
 /// What the driver has changed so suddenly that S does not explain it is a change of a_x, and of
 /// what it has made of the speed; not of a bias or a gradient, which would be dragged along.
-void doubt_acceleration(State& state, const Sample& sample, double off) noexcept {
+void widen_acceleration(const Tuning& tuning, State& state, const Sample& sample,
+                        double off) noexcept {
   double& a_x = state.covariance(at::accel_x, at::accel_x);
   if (sample.source == Source::accel_x) {
     a_x += off * off;
   } else if (is_wheel(sample.source)) {
-    a_x += pedal * gravity * pedal * gravity;
+    const double pedal = tuning.pedal * gravity;
+    a_x += pedal * pedal;
     state.covariance(at::v_x, at::v_x) += off * off;
   }
 }
@@ -119,6 +118,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       return judgement;
     }
     judgement.verdict = Verdict::fused;
+    // Of a car that stands nothing moves: there, it is the gyro's bias that has changed.
     const double off = nu.value * nu.value;
     if (sample.source == Source::yaw_rate && state.rest.standing) {
       state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) += off;
@@ -132,7 +132,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       judgement.verdict = Verdict::gated;  // one telegram alone brakes no car
       return judgement;
     }
-    doubt_acceleration(state, sample, nu.value);
+    widen_acceleration(model.tuning, state, sample, nu.value);
     nu = innovation(state, prediction, sample.value[0]);
   }
   rejection = {};
