@@ -114,11 +114,11 @@ inline void teach(State& state, const Innovation& nu, const LastingVector& taugh
   return LastingVector::Unit(index);
 }
 
-/// What an error has made of the state so far does not follow it any longer: it was another then.
+/// What an error has made of the pose so far does not follow it any longer: it was another then.
 inline void settle(State& state, lasting::Index index) noexcept {
-  auto by = state.lasting.sensitivity.col(index);
-  const Vector made = std::sqrt(state.lasting.covariance(index, index)) * by;
-  state.covariance += made * made.transpose();
+  auto by = state.lasting.sensitivity.col(index).head<3>();
+  const Eigen::Vector3d made = std::sqrt(state.lasting.covariance(index, index)) * by;
+  state.covariance.topLeftCorner<3, 3>() += made * made.transpose();
   by.setZero();
 }
 

@@ -84,6 +84,24 @@ void widen_acceleration(const Tuning& tuning, State& state, const Sample& sample
   }
 }
 
+/// What has turned the car otherwise than its tyres should have, since the gyro was last heard: the
+/// yaw by half of what it has made of the yaw rate.
+void widen_turn(State& state, const Sample& sample, double off) noexcept {
+  const double since_s =
+      std::min(seconds_between(state.heard[index_of(sample.source)].time_ns, sample.time_ns),
+               longest_unheard_s);
+  Vector error = Vector::Zero();
+  error[at::yaw_rate] = off;
+  error[at::yaw] = 0.5 * since_s * off;
+  state.covariance += error * error.transpose();
+}
+
+/// Whether a gyro reads on as it has for a while: then the car turns like that, whatever its tyres
+/// should make of it. One that slides or spins is followed.
+bool goes_on(const State& state, const Sample& sample) noexcept {
+  return sample.source == Source::yaw_rate && !state.rest.standing && vouchers(state, sample) > 1;
+}
+
 }  // namespace
 
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
@@ -106,7 +124,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
 
   follow_unrest(model.tuning, state, sample, nu);
   Rejection& rejection = state.rejected[index_of(sample.source)];
-  if (!(judgement.test_ratio <= 1.0)) {
+  if (!(judgement.test_ratio <= 1.0) && !goes_on(state, sample)) {
     judgement.verdict = Verdict::gated;
     count_rejected(state, sample, nu.value);
     const Patience patience = patience_with(sample.source);
@@ -126,7 +144,10 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       state.covariance(patience.doubted, patience.doubted) += off;
     }
     nu = innovation(state, prediction, sample.value[0]);
-  } else if (nu.squared_ratio() > model.tuning.signal_gate && sample.source != Source::yaw_rate) {
+  } else if (nu.squared_ratio() > model.tuning.signal_gate && sample.source == Source::yaw_rate) {
+    widen_turn(state, sample, nu.value);
+    nu = innovation(state, prediction, sample.value[0]);
+  } else if (nu.squared_ratio() > model.tuning.signal_gate) {
     count_rejected(state, sample, nu.value);
     if (rejection.count < 2) {
       judgement.verdict = Verdict::gated;  // one telegram alone brakes no car

@@ -114,6 +114,19 @@ TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
   EXPECT_NEAR(car.state.mean[at::yaw_rate], 3.0, 0.5);
 }
 
+TEST(Take, ACarThatSpinsIsFollowedByTheGyro) {
+  // On ice, on wheels that hardly turn: nothing but the gyro tells.
+  Car car;
+  car.drive(2.0, straight_at(0.2));
+  double turned = 0.0;
+  for (int i = 0; i < 400; ++i) {
+    const double yaw_rate = std::min(0.5 * i, 4.0);
+    turned += yaw_rate * 0.005;
+    car.tick(with(straight_at(0.2), Source::yaw_rate, yaw_rate));
+  }
+  EXPECT_NEAR(car.state.mean[at::yaw], turned, 0.1 * turned);
+}
+
 TEST(Take, NothingIsLearntOfTheMotionBeforeItIsFollowed) {
   // On a circle, with the IMU heard long before the wheels.
   Car car;
