@@ -118,8 +118,16 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     set_off(context.model, state, vote.slowest);
   }
   const bool gyro = gyro_alive(state);
-  Prediction z =
-      predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
+  const auto predict = [&] {
+    return predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
+  };
+  Prediction z = predict();
+  double& unrest = state.wheel_unrest[index_of(sample.source)];
+  if (unrest < 1.0 &&
+      innovation(state, z, speed).squared_ratio() > context.model.tuning.signal_gate) {
+    unrest = 1.0;  // a wheel that has been calm is so no longer
+    z = predict();
+  }
   const bool doubted = sample.time_ns < state.wheels_doubted_until_ns;
   if (doubted) {
     // Not anew with every sample: one error for as long as the doubt lasts.

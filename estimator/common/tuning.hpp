@@ -34,7 +34,7 @@ struct Tuning {
 
   // --- wheels ---
   double wheel_radius = 0.0025;  ///< by how much one wheel's radius differs from the others'
-  double slip_noise = 0.005;     ///< how a driven wheel's slip varies, per acceleration [s²/m]
+  double slip_noise = 0.0025;    ///< how a driven wheel's slip varies, per acceleration [s²/m]
   double front_wheel = 0.05;     ///< how well δ is known where a front wheel rolls [rad]
 
   // --- gates ---
@@ -48,7 +48,7 @@ struct Tuning {
   double turn_unrest_s = 2.0;        ///< of ε, by the gyro [s]
   double turn_unrest_range = 400.0;  ///< ... down
   double wheel_unrest_s = 5.0;       ///< of a wheel's relative error, by the wheel [s]
-  double wheel_unrest_range = 36.0;  ///< ... up
+  double wheel_unrest_range = 36.0;  ///< ... up and down
   double way_unrest_s = 0.5;         ///< of the way's error, by the camera [s]
   double way_unrest_range = 1e4;     ///< ... up
 

@@ -66,7 +66,8 @@ void follow_unrest(const Tuning& tuning, State& state, const Sample& sample,
     follow(state.drive_unrest, surprise, (1.0 - of_noise) * interval_s / tuning.drive_unrest_s,
            {1.0 / tuning.drive_unrest_range, tuning.drive_unrest_range});
     follow(state.wheel_unrest[index_of(sample.source)], surprise,
-           of_noise * interval_s / tuning.wheel_unrest_s, {1.0, tuning.wheel_unrest_range});
+           of_noise * interval_s / tuning.wheel_unrest_s,
+           {1.0 / tuning.wheel_unrest_range, tuning.wheel_unrest_range});
   } else if (sample.source == Source::yaw_rate) {
     follow(state.turn_unrest, surprise, interval_s / tuning.turn_unrest_s,
            {1.0 / tuning.turn_unrest_range, 1.0});

@@ -43,7 +43,7 @@ enum Index : Eigen::Index {
   gyro_bias,        ///< b_g [rad/s]
   gyro_scale,       ///< s_g: measured = (1 + s_g) ψ̇ + b_g
   wheel_scale,      ///< s_w: measured = (1 + s_w) v
-  wheel_slip,       ///< c_s [s²/m]: a driven wheel turns faster by c_s a_x v
+  wheel_slip,       ///< c_s [s²/m]: a wheel that drives turns faster by c_s a_x v
   stiffness_scale,  ///< κ: C = (1 + κ) C as configured
   roll_gradient,    ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
   pitch_gradient,   ///< ρ_x: likewise along x

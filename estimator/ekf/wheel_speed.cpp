@@ -59,13 +59,14 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double along = x[at::v_x] - place.left * yaw_rate;
   const double across = x[at::v_y] + place.ahead * yaw_rate;
   const double rolling = along * c + across * s;
-  const bool drives = is_driven(model.car.driven, source);
-  // What drives the car beyond what accelerates it: the front tyres' drag in a turn,
+  // What drives the car on its way: what accelerates it, and the front tyres' drag in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
+  const double way = x[at::v_x] < 0.0 ? -1.0 : 1.0;
   const double drag =
       model.car.rear_axle / model.car.wheelbase() * x[at::v_x] * yaw_rate * std::sin(steering);
-  const double driven = drives ? x[at::accel_x] + drag : 0.0;
-  const double slip = 1.0 + state.lasting.mean[lasting::wheel_slip] * driven;
+  const double force = way * (x[at::accel_x] + drag);
+  const double share = slip_share(model.car.driven, source, force);
+  const double slip = 1.0 + state.lasting.mean[lasting::wheel_slip] * share * force;
   const double scale = (1.0 + state.lasting.mean[lasting::wheel_scale]) * slip;
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
@@ -73,30 +74,31 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const auto squared = [](double value) { return value * value; };
   Prediction z;
   z.value = scale * rolling;
-  // Of wheels that err, the one that errs least counts in full: they may be inconsistent with each
-  // other, but no accelerometer outvotes them.
+  // Of wheels that err more than usual, the one that errs least counts in full: they may be
+  // inconsistent with each other, but no accelerometer outvotes them.
   double least = state.wheel_unrest[index_of(source)];
-  bool free = !drives;
+  bool free = share == 0.0;
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
     const Reading& heard = state.heard[i];
     if (heard.agreeing > 0 && seconds_between(heard.time_ns, state.time_ns) <= silent_s) {
       least = std::min(least, state.wheel_unrest[i]);
-      free = free || !is_driven(model.car.driven, static_cast<Source>(i));
+      free = free || slip_share(model.car.driven, static_cast<Source>(i), force) == 0.0;
     }
   }
   const double unrest = state.wheel_unrest[index_of(source)];
   const double radius = squared(tuning.wheel_radius * rolling);
-  const double slipping = squared(tuning.slip_noise * driven * rolling);
-  z.slack = (unrest - unrest / least) * radius + (free ? 0.0 : slipping);
+  const double slipping = squared(tuning.slip_noise * share * force * rolling);
+  z.slack = (unrest - unrest / std::max(least, 1.0)) * radius + (free ? 0.0 : slipping);
   z.variance = squared(sigma) + unrest * radius + slipping +
                squared(by_delta * tuning.front_wheel) +
                squared(s) * state.covariance(at::v_y, at::v_y);
   z.depends_on(at::v_x, scale * c);
   z.by_lasting[lasting::wheel_scale] = slip * rolling;
   const double scale_alone = 1.0 + state.lasting.mean[lasting::wheel_scale];
-  z.by_lasting[lasting::wheel_slip] = scale_alone * driven * rolling;
-  if (drives) {
-    z.depends_on(at::accel_x, scale_alone * state.lasting.mean[lasting::wheel_slip] * rolling);
+  z.by_lasting[lasting::wheel_slip] = scale_alone * share * force * rolling;
+  if (share > 0.0) {
+    z.depends_on(at::accel_x,
+                 scale_alone * way * state.lasting.mean[lasting::wheel_slip] * share * rolling);
   }
   if (gyro) {
     z.variance += squared(by_yaw_rate) * state.covariance(at::yaw_rate, at::yaw_rate);

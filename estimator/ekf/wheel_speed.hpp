@@ -16,6 +16,15 @@ namespace odomd::estimator::full {
   return driven == Driven::all || source == Source::motor || front == (driven == Driven::front);
 }
 
+/// A wheel's share of the force on the car, over that of a driven wheel when two drive: brakes are
+/// on all four, half as hard each.
+[[nodiscard]] constexpr double slip_share(Driven driven, Source source, double force) noexcept {
+  if (force > 0.0) {
+    return is_driven(driven, source) ? 1.0 : 0.0;
+  }
+  return driven == Driven::all ? 1.0 : 0.5;
+}
+
 /// Where a source's wheel is: ahead of the centre of gravity, left of it [m]; steered.
 struct WheelPlace {
   double ahead = 0.0;
@@ -24,9 +33,10 @@ struct WheelPlace {
 };
 [[nodiscard]] WheelPlace wheel_place(const Vehicle& car, Source source) noexcept;
 
-/// z = (1 + s_w) (1 + c_s (a_x + d)) (u cos δ + w sin δ), with u = v_x - y_w ψ̇ and w = v_y + x_w ψ̇
-/// the velocity of the wheel's place (x_w, y_w); δ = 0 at the rear, c_s = 0 of a wheel that only
-/// brakes, d = (l_h / l) v_x ψ̇ sin δ the drag of the front tyres in a turn.
+/// z = (1 + s_w) (1 ± c_s η (a_x + d)) (u cos δ + w sin δ), with u = v_x - y_w ψ̇ and
+/// w = v_y + x_w ψ̇ the velocity of the wheel's place (x_w, y_w); δ = 0 at the rear, η its
+/// slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ the drag of the front tyres in a
+/// turn.
 ///
 /// The filter learns v_x from it. That the two wheels of an axle differ says little about ψ̇ (a
 /// radius 0.3 % larger makes 0.03 rad/s of it at 1.5 m/s), and nothing about v_y: with a gyro

@@ -110,7 +110,7 @@ TEST(Unrest, GrowsAndShrinksToItsBoundsWithTheSurprises) {
   EXPECT_EQ(restless.turn_unrest, 1.0);
   const State calm = surprised(wheel, 0.1, 0.5, restless);
   EXPECT_EQ(calm.drive_unrest, 1.0 / t.drive_unrest_range);
-  EXPECT_EQ(calm.wheel_unrest[index_of(wheel)], 1.0);
+  EXPECT_EQ(calm.wheel_unrest[index_of(wheel)], 1.0 / t.wheel_unrest_range);
 
   const State straight = surprised(Source::yaw_rate, 0.1, 0.5);
   EXPECT_EQ(straight.turn_unrest, 1.0 / t.turn_unrest_range);

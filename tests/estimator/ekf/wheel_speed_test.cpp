@@ -17,13 +17,14 @@ namespace {
 
 constexpr double sigma = 0.02;
 
-/// 1 + c_s (a_x + d) of the grid's states, d the drag of the front tyres.
+/// 1 ± c_s η (a_x + d) of the grid's states, d the drag of the front tyres.
 double slip_of(const State& state, Source source) {
   const Vehicle car;
   const double delta = state.front_wheels - 0.01;
   const double drag = car.rear_axle / car.wheelbase() * state.mean[at::v_x] *
                       state.mean[at::yaw_rate] * std::sin(delta);
-  return is_driven(Driven::rear, source) ? 1.0 + 0.004 * (0.6 + drag) : 1.0;
+  const double force = std::copysign(0.6 + drag, (0.6 + drag) * state.mean[at::v_x]);
+  return 1.0 + 0.004 * slip_share(Driven::rear, source, force) * force;
 }
 
 /// The grid's states, of a car whose wheels do not slip: the slip's own derivatives are left out.
@@ -145,18 +146,39 @@ TEST(FullWheelSpeed, WithoutASteeringThatIsHeardAFrontWheelRollsWhereItGoes) {
       -half_track * 3.0, 1e-12);
 }
 
-TEST(FullWheelSpeed, SlipsWithTheAccelerationWhereItDrives) {
-  const CarModel model;
+TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
+  CarModel model;
   State state;
-  state.mean[at::v_x] = 2.0;
   state.lasting.mean[lasting::wheel_slip] = 0.01;
   for (const Source source : sources) {
-    const auto value = [&](double accel_x) {
+    const auto value = [&](double speed, double accel_x) {
+      state.mean[at::v_x] = speed;
       state.mean[at::accel_x] = accel_x;
       return predict_wheel_speed(model, {}, state, source, sigma, true).value;
     };
-    EXPECT_NEAR(value(3.0), is_driven(Driven::rear, source) ? 2.06 : 2.0, 1e-12);
-    EXPECT_NEAR(value(-3.0), is_driven(Driven::rear, source) ? 1.94 : 2.0, 1e-12);
+    model.car.driven = Driven::rear;
+    const double driving = is_driven(Driven::rear, source) ? 0.06 : 0.0;
+    EXPECT_NEAR(value(2.0, 3.0), 2.0 + driving, 1e-12);
+    EXPECT_NEAR(value(-2.0, -3.0), -2.0 - driving, 1e-12);
+    EXPECT_NEAR(value(2.0, -3.0), 2.0 - 0.03, 1e-12);
+    EXPECT_NEAR(value(-2.0, 3.0), -2.0 + 0.03, 1e-12);
+    model.car.driven = Driven::all;
+    EXPECT_NEAR(value(2.0, 3.0), 2.06, 1e-12);
+    EXPECT_NEAR(value(2.0, -3.0), 1.94, 1e-12);
+  }
+}
+
+TEST(FullWheelSpeed, WhatTheSlipMakesOfAnAccelerationIsItsDerivative) {
+  const CarModel model;
+  for (State state : testing::grid_of_states()) {
+    state.steering = {};  // no drag, which is left out of the derivatives
+    for (const Source source : sources) {
+      const auto predict = [&](const State& at) {
+        return predict_wheel_speed(model, input_of(at), at, source, sigma, true);
+      };
+      EXPECT_NEAR(testing::stated(predict(state))[at::accel_x],
+                  testing::differences(state, predict)[at::accel_x], 1e-7);
+    }
   }
 }
 
@@ -172,7 +194,7 @@ TEST(FullWheelSpeed, AWheelThatSlipsCountsLessWhereAFreeOneIsHeard) {
   CarModel model;
   State state;
   state.mean[at::v_x] = 20.0;
-  state.mean[at::accel_x] = 3.0;
+  state.mean[at::accel_x] = 6.0;
   const auto gained = [&](Source source) {
     const Prediction z = predict_wheel_speed(model, {}, state, source, sigma, true);
     return z.variance - z.slack;
@@ -180,6 +202,10 @@ TEST(FullWheelSpeed, AWheelThatSlipsCountsLessWhereAFreeOneIsHeard) {
   const double alone = gained(Source::wheel_rear_left);
   state.heard[index_of(Source::wheel_front_left)] = {.agreeing = 1};
   EXPECT_GT(gained(Source::wheel_rear_left), 10.0 * alone);
+  // Where all brake, none is free.
+  state.mean[at::accel_x] = -6.0;
+  EXPECT_EQ(gained(Source::wheel_rear_left), alone);
+  state.mean[at::accel_x] = 6.0;
   model.car.driven = Driven::all;
   EXPECT_EQ(gained(Source::wheel_rear_left), alone);
 }
@@ -207,6 +233,12 @@ TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
   state.wheel_unrest[right] = 4.0;
   EXPECT_NEAR(predict(Source::wheel_rear_right).slack, 3.0 * radius, 1e-12);
   EXPECT_NEAR(predict(Source::wheel_rear_left).slack, (9.0 - 9.0 / 4.0) * radius, 1e-12);
+
+  // Calm ones are as good as they have been.
+  state.wheel_unrest[left] = 0.1;
+  EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 0.1 * radius, 1e-12);
+  EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
+  EXPECT_EQ(predict(Source::wheel_rear_right).slack, 0.0);
 }
 
 }  // namespace
