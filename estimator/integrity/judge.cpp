@@ -129,6 +129,9 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     count_rejected(state, sample, nu.value);
     const Patience patience = patience_with(sample.source);
     if (!insists(state, sample, vouched_until_ns(state, sample), patience.seconds)) {
+      if (state.rest.standing && sample.source == Source::accel_x) {
+        judgement.degrees = 0;  // felt before the wheels turn: it tests that the car stands
+      }
       return judgement;
     }
     if (slides(state, sample)) {

@@ -125,6 +125,18 @@ TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
   EXPECT_NEAR(car.state.mean[at::yaw_rate], 3.0, 0.5);
 }
 
+TEST(Take, ASettingOffThatIsFeltBeforeAWheelTurnsTestsNoAccelerometer) {
+  Car car;
+  car.drive(2.0, straight_at(0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  const Judgement felt = car.say(Source::accel_x, 2.0);
+  EXPECT_EQ(felt.verdict, Verdict::gated);
+  EXPECT_EQ(felt.degrees, 0);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05);
+  // One that agrees with the standstill is tested as ever.
+  EXPECT_EQ(car.say(Source::accel_x, 0.0).degrees, 1);
+}
+
 TEST(Take, ACarThatSpinsIsFollowedByTheGyro) {
   // On ice, on wheels that hardly turn: nothing but the gyro tells.
   Car car;
