@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/accelerometer.hpp"
 #include "estimator/ekf/gyro.hpp"
@@ -11,6 +10,7 @@
 #include "estimator/ekf/update.hpp"
 #include "estimator/ekf/wheel_speed.hpp"
 #include "estimator/integrity/judge.hpp"
+#include "estimator/integrity/motion.hpp"
 #include "estimator/integrity/plausibility.hpp"
 #include "estimator/integrity/standstill.hpp"
 
@@ -27,11 +27,6 @@ constexpr double quickest_steering = 20.0;
 
 // No car is known to stand whose wheels are unheard for so long.
 constexpr double wheels_needed_s = 2.5;
-
-// No car that goes faster [m/s] turns round before it has been heard again that it does.
-constexpr double fastest_turn_round = 0.5;
-// One that goes faster [m/s] in neutral rolls on as it did.
-constexpr double slowest_rolling = 0.1;
 
 // By how much a wheel's speed may be wrong after the camera has shown the filter to be.
 constexpr double doubted_share = 0.5;
@@ -56,43 +51,6 @@ Judgement held(Source source) noexcept {
 }
 Judgement gated(Source source) noexcept {
   return {.source = source, .verdict = Verdict::gated, .degrees = 0};
-}
-
-/// The motion is followed from here on, at this speed; and made up for since the wheel that vouches
-/// for it was heard, half of it uncertain. From a camera's pose until then the car may have gone as
-/// fast, or stood.
-void begin_motion(State& state, const Sample& sample) noexcept {
-  const double speed = sample.value[0];
-  const double yaw_rate = state.mean[at::yaw_rate];
-  const std::int64_t heard_ns = vouching_since_ns(state, sample);
-  const std::int64_t seen_ns = state.fused_ns[index_of(Source::camera)];
-  const Pose2 pose = moved(state.pose(), {speed, 0.0, yaw_rate},
-                           seconds_between(std::max(heard_ns, seen_ns), sample.time_ns));
-  const double made_up = 0.5 * std::hypot(pose.x - state.mean[at::x], pose.y - state.mean[at::y]);
-  state.covariance.diagonal().head<2>().array() += made_up * made_up;
-  state.moving = true;
-  state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, speed;
-  if (seen_ns != 0 && seen_ns < heard_ns) {
-    const double unknown_s = seconds_between(seen_ns, heard_ns);
-    const double way = speed * unknown_s;
-    const double turn = yaw_rate * unknown_s;
-    state.covariance.diagonal().head<3>() += Eigen::Vector3d(way * way, way * way, turn * turn);
-  }
-}
-
-/// Whether a car that stands sets off with a wheel that turns: most wheels do, two of them or one
-/// that has said so before, where the next is not long in coming; or half of them for so long that
-/// the others must be dead. Driven wheels that spin while the others rest move no car.
-bool sets_off(State& state, const Sample& sample, const WheelVote& vote) noexcept {
-  const Reading& before = state.heard[index_of(sample.source)];
-  if (vote.turning > vote.resting) {
-    return vote.turning > 1 || (vouchers(state, sample) > 0 &&
-                                (turns(before.value, sample.sigma[0]) ||
-                                 seconds_between(before.time_ns, sample.time_ns) > soon_s));
-  }
-  count_rejected(state, sample, sample.value[0] - state.mean[at::v_x]);
-  return vote.turning == vote.resting && (vote.free_turning || !vote.free_resting) &&
-         insists(state, sample, 0, dead_after_s);
 }
 
 Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
@@ -161,32 +119,6 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   hold(state.accel_x, sample);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
                {.lasting = only(lasting::pitch_gradient)});
-}
-
-/// What tells which way the car goes, for wheels that do not: until now they may have had the wrong
-/// sign. Where it says that it does not know, the last that did counts until the car may have
-/// stood.
-Judgement take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
-  const Reading before = state.heard[index_of(Source::direction)];
-  note_heard(state, sample);
-  const double way = sample.value[0];
-  const double v_x = state.mean[at::v_x];
-  if (way == 0.0) {
-    if (state.rest.resting || std::abs(v_x) < slowest_rolling) {
-      hold(state.direction, sample);
-    }
-    return held(sample.source);
-  }
-  const bool turned_round = way * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
-  if (turned_round && state.moving && !state.rest.standing && way * v_x < 0.0) {
-    if (std::abs(v_x) > fastest_turn_round && way * before.value <= 0.0) {
-      return gated(sample.source);  // one telegram alone turns no car round
-    }
-    state.mean.segment<6>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0, 0.0;
-    set_off(model, state, 2.0 * v_x);
-  }
-  hold(state.direction, sample);
-  return held(sample.source);
 }
 
 /// A steering that jumps further than one turns may be a telegram's alone: by the rest of the jump
@@ -308,7 +240,9 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     case Source::steering:
       return take_steering(state, sample);
     case Source::direction:
-      return take_direction(context.model, state, sample);
+      return {.source = sample.source,
+              .verdict = take_direction(context.model, state, sample),
+              .degrees = 0};
     case Source::count:
       return {.source = sample.source, .verdict = Verdict::source_off, .degrees = 0};
     default:
