@@ -213,6 +213,11 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   return step;
 }
 
+[[gnu::flatten]] Eigen::Vector3d velocity_after(const Vehicle& car, const Moving& now,
+                                                double dt) noexcept {
+  return velocity_step(car, now, dt).velocity;
+}
+
 Moving moving(const State& state, const Input& input) noexcept {
   const Vector& x = state.mean;
   const double known = input.has_steering ? input.steering - x[at::steering_offset] : 0.0;
