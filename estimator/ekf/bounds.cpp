@@ -34,10 +34,7 @@ bool is_positive_definite(Eigen::Matrix<double, Size, Size> rest) noexcept {
     }
     const double per_d = 1.0 / d;
     for (Eigen::Index j = k + 1; j < Size; ++j) {
-      const double l = rest(j, k) * per_d;
-      for (Eigen::Index i = j; i < Size; ++i) {
-        rest(i, j) -= l * rest(i, k);
-      }
+      rest.col(j) -= rest(j, k) * per_d * rest.col(k);
     }
   }
   return true;

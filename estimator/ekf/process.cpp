@@ -2,6 +2,7 @@
 #include "estimator/ekf/process.hpp"
 
 #include <algorithm>
+#include <memory>
 
 namespace odomd::estimator::full {
 namespace {
@@ -29,49 +30,45 @@ struct Jacobian {
   VelocityStep velocity;
   double steered = 0.0;  ///< 1 where δ_0 counts
   double dt = 0.0;
-  double v_y = 0.0;  ///< before the step
-  double yaw_rate = 0.0;
-  double dx = 0.0;  ///< the way of the step, which a change of yaw swings
+  double half = 0.0;  ///< Δt / 2
+  double dx = 0.0;    ///< the way of the step, which a change of yaw swings
   double dy = 0.0;
-  double c = 1.0;  ///< cos ψ_m, sin ψ_m
-  double s = 0.0;
+  double half_c = 1.0;  ///< Δt / 2 cos ψ_m, Δt / 2 sin ψ_m
+  double half_s = 0.0;
   double accel_decay = 1.0;
   double angle_decay = 1.0;
   double force_decay = 1.0;
 };
 
-/// A ← F A. Column by column; the rows from accel_bias_x on stay.
-template <int Columns>
-void apply(const Jacobian& F, Eigen::Matrix<double, at::size, Columns>& A) noexcept {
-  const auto& by = F.velocity.by;
-  const auto& by_front = F.velocity.by_front_wheel;
-  const double half = 0.5 * F.dt;
-  for (Eigen::Index column = 0; column < Columns; ++column) {
-    double* const a = A.data() + column * at::size;
-    const double v_x = a[at::v_x];
-    const double v_y = a[at::v_y];
-    const double turn = a[at::yaw_rate];
-    const double front = a[at::front_angle] - F.steered * a[at::steering_offset];
-    const double v_x_next = v_x + by(0, 1) * v_y + by(0, 2) * turn + F.dt * a[at::accel_x];
-    const double v_y_next = by(1, 0) * v_x + by(1, 1) * v_y + by(1, 2) * turn +
-                            by_front[0] * front + F.velocity.by_side_force * a[at::side_force];
-    const double turn_next =
-        by(2, 0) * v_x + by(2, 1) * v_y + by(2, 2) * turn + by_front[1] * front;
-    // The pose by the mean velocity, ½ (v + v'), and by the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
-    const double along = half * (v_x + v_x_next);
-    const double across = half * (v_y + v_y_next);
-    const double turned = half * (turn + turn_next);
-    const double middle = a[at::yaw] + 0.5 * turned;
-    a[at::x] += F.c * along - F.s * across - F.dy * middle;
-    a[at::y] += F.s * along + F.c * across + F.dx * middle;
-    a[at::yaw] += turned;
-    a[at::v_x] = v_x_next;
-    a[at::v_y] = v_y_next;
-    a[at::yaw_rate] = turn_next;
-    a[at::accel_x] *= F.accel_decay;
-    a[at::front_angle] *= F.angle_decay;
-    a[at::side_force] *= F.force_decay;
+/// a ← F a of numbers that stand `stride` apart, its rows from `first` on: x, v_x or accel_x.
+template <Eigen::Index stride>
+void apply(const Jacobian& F, at::Index first, double* a) noexcept {
+  const auto of = [a](at::Index i) -> double& { return a[i * stride]; };
+  if (first <= at::v_x) {
+    const auto& by = F.velocity.by;
+    const auto& by_front = F.velocity.by_front_wheel;
+    const double v_x = of(at::v_x);
+    const double v_y = of(at::v_y);
+    const double turn = of(at::yaw_rate);
+    const double front = of(at::front_angle) - F.steered * of(at::steering_offset);
+    of(at::v_x) += by(0, 1) * v_y + by(0, 2) * turn + F.dt * of(at::accel_x);
+    of(at::v_y) = by(1, 0) * v_x + by(1, 1) * v_y + by(1, 2) * turn + by_front[0] * front +
+                  F.velocity.by_side_force * of(at::side_force);
+    of(at::yaw_rate) = by(2, 0) * v_x + by(2, 1) * v_y + by(2, 2) * turn + by_front[1] * front;
+    if (first == at::x) {
+      // By the mean velocity, ½ (v + v'), and by the yaw: ∂X'/∂ψ_m = -ΔY, ∂Y'/∂ψ_m = ΔX
+      const double along = v_x + of(at::v_x);
+      const double across = v_y + of(at::v_y);
+      const double turned = F.half * (turn + of(at::yaw_rate));
+      const double middle = of(at::yaw) + 0.5 * turned;
+      of(at::x) += F.half_c * along - F.half_s * across - F.dy * middle;
+      of(at::y) += F.half_s * along + F.half_c * across + F.dx * middle;
+      of(at::yaw) += turned;
+    }
   }
+  of(at::accel_x) *= F.accel_decay;
+  of(at::front_angle) *= F.angle_decay;
+  of(at::side_force) *= F.force_decay;
 }
 
 /// Adds to B what a change of κ makes of the velocity in the step, and of the pose.
@@ -79,11 +76,10 @@ void add_stiffness(const Jacobian& F, State& state) noexcept {
   auto by = state.lasting.sensitivity.col(lasting::stiffness_scale);
   const double across = F.velocity.by_stiffness[0];
   const double turn = F.velocity.by_stiffness[1];
-  const double half = 0.5 * F.dt;
-  const double middle = 0.5 * half * turn;
-  by[at::x] += -F.s * half * across - F.dy * middle;
-  by[at::y] += F.c * half * across + F.dx * middle;
-  by[at::yaw] += half * turn;
+  const double middle = 0.5 * F.half * turn;
+  by[at::x] -= F.half_s * across + F.dy * middle;
+  by[at::y] += F.half_c * across + F.dx * middle;
+  by[at::yaw] += F.half * turn;
   by[at::v_y] += across;
   by[at::yaw_rate] += turn;
 }
@@ -101,10 +97,11 @@ Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& 
   // ψ' = ψ + Δt ψ̇_m,  ψ_m = ψ + Δt ψ̇_m / 2                                       (eqs 8 and 9)
   const Eigen::Vector3d mean = 0.5 * (x.segment<3>(at::v_x) + F.velocity.velocity);
   const double middle = x[at::yaw] + 0.5 * dt * mean[2];
-  F.c = std::cos(middle);
-  F.s = std::sin(middle);
-  F.dx = dt * (mean[0] * F.c - mean[1] * F.s);
-  F.dy = dt * (mean[0] * F.s + mean[1] * F.c);
+  F.half = 0.5 * dt;
+  F.half_c = F.half * std::cos(middle);
+  F.half_s = F.half * std::sin(middle);
+  F.dx = 2.0 * (mean[0] * F.half_c - mean[1] * F.half_s);
+  F.dy = 2.0 * (mean[0] * F.half_s + mean[1] * F.half_c);
   x[at::x] += F.dx;
   x[at::y] += F.dy;
   x[at::yaw] += dt * mean[2];
@@ -213,6 +210,11 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   return step;
 }
 
+[[gnu::flatten]] Eigen::Vector3d velocity_after(const Vehicle& car, const Moving& now,
+                                                double dt) noexcept {
+  return velocity_step(car, now, dt).velocity;
+}
+
 Moving moving(const State& state, const Input& input) noexcept {
   const Vector& x = state.mean;
   const double known = input.has_steering ? input.steering - x[at::steering_offset] : 0.0;
@@ -227,12 +229,26 @@ Moving moving(const State& state, const Input& input) noexcept {
 
 void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept {
   const Jacobian F = step_mean(model, input, dt, state);
-  // P ← F P Fᵀ + Q as F (F P)ᵀ, B ← F B + ∂f/∂s
-  apply(F, state.covariance);
-  state.covariance.transposeInPlace();
-  apply(F, state.covariance);
-  state.covariance.triangularView<Eigen::StrictlyUpper>() = state.covariance.transpose();
-  apply(F, state.lasting.sensitivity);
+  // P ← F P Fᵀ + Q: P Fᵀ, all rows at once, of which F then makes the lower half.
+  double* const P = std::assume_aligned<16>(state.covariance.data());
+  for (Eigen::Index row = 0; row < at::size; ++row) {
+    apply<at::size>(F, at::x, P + row);
+  }
+  for (const at::Index first : {at::x, at::v_x, at::accel_x}) {
+    for (Eigen::Index column = first; column < first + 3; ++column) {
+      apply<1>(F, first, P + column * at::size);
+    }
+  }
+  for (Eigen::Index column = 1; column < at::size; ++column) {
+    for (Eigen::Index row = 0; row < column; ++row) {
+      P[column * at::size + row] = P[row * at::size + column];
+    }
+  }
+  // B ← F B + ∂f/∂s
+  double* const B = state.lasting.sensitivity.data();
+  for (Eigen::Index column = 0; column < lasting::size; ++column) {
+    apply<lasting::size>(F, at::x, B + column);
+  }
   add_stiffness(F, state);
   add_noise(model, input, F, state);
 }

@@ -59,6 +59,10 @@ struct VelocityStep {
 };
 [[nodiscard]] VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept;
 
+/// The velocity alone.
+[[nodiscard]] Eigen::Vector3d velocity_after(const Vehicle& car, const Moving& now,
+                                             double dt) noexcept;
+
 /// What of a state moves it.
 [[nodiscard]] Moving moving(const State& state, const Input& input) noexcept;
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <type_traits>
 #include <utility>
 
 #include "estimator/common/pose.hpp"
@@ -25,30 +26,34 @@ constexpr double look_ahead_s = 0.06;
 
 /// A calibration's number and variance, among the states or among the lasting errors, and what a
 /// sensor without error has.
+template <typename Number>
 struct Calibrated {
-  double& value;
-  double& variance;
-  double neutral = 0.0;
+  Number& value;
+  Number& variance;
+  double neutral;
 };
 
-/// In the order of Calibration.
-std::array<Calibrated, calibration_count> calibrated(State& state) noexcept {
+/// In the order of Calibration, of a State or a const one.
+template <typename AnyState>
+auto calibrated(AnyState& state) noexcept {
+  using Number = std::remove_reference_t<decltype(state.mean[0])>;
   const auto own = [&](at::Index index) {
-    return Calibrated{state.mean[index], state.covariance(index, index)};
+    return Calibrated<Number>{state.mean[index], state.covariance(index, index), 0.0};
   };
   const auto lasts = [&](lasting::Index index, double neutral) {
-    return Calibrated{state.lasting.mean[index], state.lasting.covariance(index, index), neutral};
+    return Calibrated<Number>{state.lasting.mean[index], state.lasting.covariance(index, index),
+                              neutral};
   };
-  return {lasts(lasting::gyro_bias, 0.0),
-          lasts(lasting::gyro_scale, 1.0),
-          own(at::accel_bias_x),
-          own(at::accel_bias_y),
-          lasts(lasting::wheel_scale, 1.0),
-          own(at::steering_offset),
-          lasts(lasting::stiffness_scale, 1.0)};
+  return std::array{lasts(lasting::gyro_bias, 0.0),
+                    lasts(lasting::gyro_scale, 1.0),
+                    own(at::accel_bias_x),
+                    own(at::accel_bias_y),
+                    lasts(lasting::wheel_scale, 1.0),
+                    own(at::steering_offset),
+                    lasts(lasting::stiffness_scale, 1.0)};
 }
 
-Calibration calibration_of(State state, State fresh) noexcept {
+Calibration calibration_of(const State& state, const State& fresh) noexcept {
   const auto now = calibrated(state);
   const auto before = calibrated(fresh);
   Calibration calibration;
@@ -71,7 +76,7 @@ BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double p
   const long steps = std::max(1L, std::lround(look_ahead_s / period_s));
   const double dt = look_ahead_s / static_cast<double>(steps);
   for (long done = 0; done < steps; ++done) {
-    const Eigen::Vector3d next = velocity_step(model.car, ahead, dt).velocity;
+    const Eigen::Vector3d next = velocity_after(model.car, ahead, dt);
     ahead.v_x = next[0];
     ahead.v_y = next[1];
     ahead.yaw_rate = next[2];
@@ -170,7 +175,7 @@ State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noe
   const Calibration& known = predecessor.calibration;
   const auto calibrations = calibrated(state);
   for (std::size_t i = 0; i < calibration_count; ++i) {
-    const Calibrated& mine = calibrations[i];
+    const auto& mine = calibrations[i];
     const double value = known.value[i] - mine.neutral;
     const double variance = known.sigma[i] * known.sigma[i];
     if (std::isfinite(value) && variance > 0.0 && variance < mine.variance) {

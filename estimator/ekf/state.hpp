@@ -55,14 +55,14 @@ using Vector = Eigen::Matrix<double, at::size, 1>;
 using Matrix = Eigen::Matrix<double, at::size, at::size>;
 using LastingVector = Eigen::Matrix<double, lasting::size, 1>;
 using LastingMatrix = Eigen::Matrix<double, lasting::size, lasting::size>;
+using Sensitivity = Eigen::Matrix<double, at::size, lasting::size, Eigen::RowMajor>;
 
 /// The errors that last: s, P_s; and B = ∂(x error)/∂(s error), so that the error of the state is
 /// x̃ + B s̃, with x̃ of covariance P independent of s̃ of covariance P_s.
 struct Lasting {
   LastingVector mean = LastingVector::Zero();
   LastingMatrix covariance = LastingMatrix::Zero();
-  Eigen::Matrix<double, at::size, lasting::size> sensitivity =
-      Eigen::Matrix<double, at::size, lasting::size>::Zero();
+  Sensitivity sensitivity = Sensitivity::Zero();
 };
 
 /// The newest sample of a signal that is an input of the model, not a measurement of its state.

@@ -83,10 +83,14 @@ struct Innovation {
 /// gain. With a = P Hᵀ and b = a - (H P Hᵀ + R) K / 2 it is P - K bᵀ - b Kᵀ, symmetric to the bit.
 inline void correct(State& state, const Innovation& nu, const Vector& gain) noexcept {
   const Vector b = nu.covariance_with_state - (0.5 * nu.variance_of_noise) * gain;
-  for (Eigen::Index j = 0; j < at::size; ++j) {
-    state.covariance.col(j) -= gain * b[j] + b * gain[j];
+  for (Eigen::Index i = 0; i < at::size; ++i) {
+    if (gain[i] == 0.0) {
+      state.covariance.col(i) -= b[i] * gain;
+      continue;
+    }
+    state.covariance.col(i) -= b[i] * gain + gain[i] * b;
+    state.lasting.sensitivity.row(i) -= gain[i] * nu.by_lasting.transpose();
   }
-  state.lasting.sensitivity -= gain * nu.by_lasting.transpose();
   state.mean += gain * nu.value;
 }
 
@@ -94,13 +98,21 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
 /// rows outside `taught` are zero, s ← s + L ν, and x ← x + B L ν with it. Friedland's form of the
 /// joint filter: equal to it where correct() took the optimal gain and nothing walks.
 inline void teach(State& state, const Innovation& nu, const LastingVector& taught) noexcept {
+  if (taught.isZero(0.0)) {
+    return;
+  }
   Lasting& s = state.lasting;
   const LastingVector gain = nu.covariance_with_lasting.cwiseProduct(taught) / nu.variance;
   const LastingVector b = nu.covariance_with_lasting - (0.5 * nu.variance) * gain;
-  s.covariance -= gain * b.transpose() + b * gain.transpose();
-  const LastingVector change = gain * nu.value;
-  s.mean += change;
-  state.mean += s.sensitivity * change;
+  for (Eigen::Index i = 0; i < lasting::size; ++i) {
+    if (taught[i] == 0.0) {
+      continue;
+    }
+    s.covariance.col(i) -= gain[i] * b;
+    s.covariance.row(i) -= gain[i] * b.transpose();
+    s.mean[i] += gain[i] * nu.value;
+    state.mean += gain[i] * nu.value * s.sensitivity.col(i);
+  }
 }
 
 /// Which lasting errors a sample may teach: see teach().
