@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "daemon/config_sections.hpp"
-#include "estimator/common/admission.hpp"
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::daemon {
 namespace {

@@ -8,7 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "daemon/config.hpp"
-#include "estimator/common/admission.hpp"
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::daemon {
 

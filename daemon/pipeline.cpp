@@ -6,7 +6,7 @@
 
 #include "daemon/camera_pose.hpp"
 #include "daemon/imu_mounting.hpp"
-#include "estimator/common/admission.hpp"
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::daemon {
 namespace {

@@ -59,20 +59,17 @@ void check(const FilterSettings& s) {
 
 Filter make_filter(Model model, const FilterSettings& settings) {
   check(settings);
-  const auto kinematic = [&](KinematicForm form) {
-    return KinematicFilter{KinematicMotion{settings.vehicle, form, settings.period_s}, settings};
-  };
   switch (model) {
     case Model::kinematic:
-      return kinematic(KinematicForm::centre_of_gravity);
+      return BaselineFilter(kinematic_motion, settings);
     case Model::kinematic_printed:
-      return kinematic(KinematicForm::printed);
+      return BaselineFilter(kinematic_motion_as_printed, settings);
     case Model::paper:
-      return PaperFilter{PaperMotion{settings}, settings};
+      return BaselineFilter(paper_motion, settings);
     case Model::full:
       return Filter(std::in_place_type<FullFilter>, settings);
     case Model::inertial:
-      return InertialFilter{InertialMotion{settings.vehicle, settings.period_s}, settings};
+      return BaselineFilter(inertial_motion, settings);
   }
   throw std::invalid_argument("no such model");
 }

@@ -2,41 +2,24 @@
 // state. No clock, no I/O, no heap: every call is real-time safe and noexcept.
 #pragma once
 
-#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <type_traits>
 #include <variant>
 
-#include "estimator/baselines/inertial_filter.hpp"
-#include "estimator/baselines/kinematic_filter.hpp"
-#include "estimator/baselines/paper_filter.hpp"
+#include "estimator/baselines/baseline_filter.hpp"
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/model.hpp"
 #include "estimator/common/settings.hpp"
-#include "estimator/common/vehicle.hpp"
 #include "estimator/full_filter.hpp"
 
 namespace odomd::estimator {
 
-/// What a filter has to offer to join the variant. It may keep a window of samples and fuse each at
-/// its own time within step(); the verdict of such a sample is among the judgements of that step.
-template <typename F>
-concept FilterLike = requires(F filter, const Pose2& pose, const Estimate& estimate,
-                              const Measurement& measurement, const CameraPose& camera) {
-  requires std::is_void_v<decltype(filter.set_initial_pose(pose))>;
-  requires std::same_as<decltype(filter.resume(estimate, double{})), bool>;
-  requires std::convertible_to<decltype(filter.add(measurement)), std::optional<Verdict>>;
-  requires std::convertible_to<decltype(filter.add(camera)), std::optional<Verdict>>;
-  requires std::same_as<decltype(filter.step(std::int64_t{})), Estimate>;
-};
-
-/// One alternative per family of models. A richer filter joins here, and in make_filter().
-using Filter = std::variant<KinematicFilter, PaperFilter, FullFilter, InertialFilter>;
-static_assert(FilterLike<KinematicFilter> && FilterLike<PaperFilter> && FilterLike<FullFilter> &&
-              FilterLike<InertialFilter>);
+/// One alternative per family of models. Another filter joins here, and in make_filter(). It may
+/// keep a window of samples and fuse each at its own time within step(); the verdict of such a
+/// sample is among the judgements of that step.
+using Filter = std::variant<BaselineFilter, FullFilter>;
 
 /// Settings of all models are one struct; each takes its own. Throws std::invalid_argument, naming
 /// the setting, where a number is impossible.

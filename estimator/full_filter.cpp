@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/common/admission.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/publication.hpp"
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
 namespace {

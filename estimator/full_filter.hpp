@@ -19,11 +19,11 @@
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/common/mode_monitor.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
+#include "estimator/integrity/mode_monitor.hpp"
 #include "estimator/take.hpp"
 
 namespace odomd::estimator {

@@ -16,7 +16,7 @@
 
 #include "can_protocol/candump.hpp"
 #include "daemon/recording_wire.hpp"
-#include "estimator/common/admission.hpp"
+#include "estimator/integrity/admission.hpp"
 #include "tools/csv.hpp"
 #include "tools/pose_csv.hpp"
 

@@ -1,21 +1,13 @@
 // Where the odometry frame lies in the map: map <- odometry, the covariance of the map pose, and
-// what a late camera pose does to both.
+// what a late camera pose does to both. docs/model.md, "The odometry frame, the map, and the
+// camera" and "The covariance of the baselines".
 //
 // The odometry pose never jumps. A ring of its last 256 ticks (1.28 s at 5 ms) remembers it, so
 // that a camera pose re-anchors the frame at the time the picture was taken:
 //
 //   map_from_odom = camera ∘ odom(t_capture)⁻¹
 //
-// The covariance of the map pose grows open-loop with each tick,
-//
-//   P ← F P Fᵀ + Q,   F = [1 0 -Δy; 0 1 Δx; 0 0 1],   Q = Δt² G V Gᵀ,
-//
-// V the covariance of the velocity, G its rotation into the frame, its errors taken as white from
-// tick to tick. An accepted camera pose replaces it at t_capture by the camera's own, from where
-// it grows again along the ring.
-//
-// When camera poses agree with each other but not with the odometry (wheels that spin or lock), the
-// camera is believed, and the odometry distrusted for a while: P grows faster, the gate opens.
+// The camera's covariance replaces that of the map pose there, and grows again along the ring.
 #pragma once
 
 #include <array>
@@ -34,12 +26,9 @@ namespace odomd::estimator {
 class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
-  /// So many rejected camera poses in a row that agree with each other are believed after all. They
-  /// agree where the motion from one to the next is the odometry's, give or take half of it and
-  /// 0.5 m/s and 1 rad/s; a pause of more than half a second begins a new run.
+  /// So many rejected camera poses in a row that agree with each other, but not with the odometry
+  /// (wheels that spin or lock), are believed after all.
   static constexpr int agreeing_rejections = 10;
-  /// For so long after that the odometry is distrusted [s].
-  static constexpr double distrust_s = 2.0;
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
@@ -83,17 +72,16 @@ class PoseAnchor {
     Symmetric3 covariance{};  ///< of the map pose, map axes
   };
 
-  /// A capture time among the ticks.
-  struct Located {
+  /// A time among the ticks, before or after them.
+  struct Place {
     Pose2 odom;
-    Symmetric3 covariance;    ///< of the map pose there
-    std::size_t ticks_after;  ///< how many ticks of the ring come after it
-    double rest;              ///< share of the step to the first of those that lies after it; with
-                              ///< none after it: of a step, how far it lies past the newest
+    Symmetric3 covariance;  ///< of the map pose there
+    std::size_t age = 0;    ///< of the first tick after it; else of the newest, which it lies past
+    double steps = 0.0;     ///< between that tick and it, in steps that lead to that tick
   };
 
-  /// The last of the rejected camera poses, and how many before it say the same.
-  struct Contender {
+  /// A camera pose that the gate has rejected, and how many in a row agree with it.
+  struct Rejected {
     int agreeing = 0;
     std::int64_t capture_ns = 0;
     Pose2 map;
@@ -102,24 +90,16 @@ class PoseAnchor {
   };
 
   [[nodiscard]] const Tick& newest() const noexcept { return ring_[head_]; }
-  [[nodiscard]] Tick& by_age(std::size_t age) noexcept {
-    return ring_[(head_ + ring_ticks - age) % ring_ticks];
+  [[nodiscard]] std::size_t index(std::size_t age) const noexcept {
+    return (head_ + ring_ticks - age) % ring_ticks;
   }
-  [[nodiscard]] const Tick& by_age(std::size_t age) const noexcept {
-    return ring_[(head_ + ring_ticks - age) % ring_ticks];
-  }
-
-  [[nodiscard]] std::optional<Located> locate(std::int64_t time_ns) const noexcept;
-  [[nodiscard]] std::optional<Located> before_history(std::int64_t time_ns) const noexcept;
-  [[nodiscard]] bool contenders_agree(const Contender& rejected) noexcept;
-  [[nodiscard]] Symmetric3 distrust_noise(std::int64_t time_ns, const Pose2& odom) const noexcept;
-  void re_anchor(const Located& at, const Pose2& map, const Symmetric3& covariance) noexcept;
+  [[nodiscard]] std::optional<Place> place(std::int64_t time_ns, bool initialises) const noexcept;
+  [[nodiscard]] bool agree(const Rejected& rejected) noexcept;
+  void initialise(const Pose2& seen, Place at, const Symmetric3& covariance) noexcept;
+  void re_anchor(const Place& at, const Pose2& map, const Symmetric3& covariance) noexcept;
   void rebase(const Pose2& odom_from_old) noexcept;
 
-  double max_latency_s_ = 0.2;
-  double gate_ = 16.27;
-  double period_s_ = 0.005;
-  bool initialise_from_camera_ = false;
+  FilterSettings settings_;
   Symmetric3 initial_covariance_{};
 
   std::array<Tick, ring_ticks> ring_{};
@@ -129,7 +109,7 @@ class PoseAnchor {
 
   bool initialised_ = false;
   Pose2 map_from_odom_;
-  Contender contender_;
+  Rejected rejected_;  ///< the last one, until one is fused
   std::int64_t distrusted_until_ns_ = 0;
 
   std::uint32_t reset_count_ = 0;

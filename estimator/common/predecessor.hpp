@@ -1,9 +1,6 @@
 // The last estimate of a filter that has ended, for one that goes on from it.
 #pragma once
 
-#include <cmath>
-
-#include "estimator/common/admission.hpp"
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
@@ -28,15 +25,6 @@ namespace odomd::estimator {
 
 [[nodiscard]] inline BodyVelocity velocity_of(const Estimate& estimate) noexcept {
   return {estimate.v_x, estimate.v_y, estimate.yaw_rate};
-}
-
-/// Whether an estimate that is `gap_s` [s] old may be gone on from: initialised, no fault of its
-/// model, finite, a positive definite covariance of the pose.
-[[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
-  return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
-         std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&
-         is_finite(velocity_of(predecessor)) && is_finite(predecessor.covariance) &&
-         is_positive_definite(predecessor.covariance);
 }
 
 /// Of (v_x, v_y, ψ̇), where the predecessor has published a usable one; else that of a filter that

@@ -44,42 +44,28 @@ using Symmetric3 = std::array<double, 6>;
           p[5]};
 }
 
-/// S = L D Lᵀ, L with ones on its diagonal. All of D is positive exactly where S is positive
-/// definite; it keeps more digits than the minors of S do.
-struct Ldlt3 {
-  double d0, d1, d2;
-  double l10, l20, l21;
-};
-
-[[nodiscard]] constexpr Ldlt3 decomposed(const Symmetric3& s) noexcept {
+/// νᵀ S⁻¹ ν. Infinite where S is not positive definite or a number is not finite, so that `<=` a
+/// gate fails.
+[[nodiscard]] inline double mahalanobis_squared(const Symmetric3& s,
+                                                const std::array<double, 3>& nu) noexcept {
+  // S = L D Lᵀ, L with ones on its diagonal. All of D is positive exactly where S is positive
+  // definite; it keeps more digits than the minors of S do.
   const double d0 = s[0];
   const double l10 = s[1] / d0;
   const double l20 = s[2] / d0;
   const double d1 = s[3] - l10 * s[1];
   const double l21 = (s[4] - l20 * s[1]) / d1;
   const double d2 = s[5] - l20 * s[2] - l21 * l21 * d1;
-  return {d0, d1, d2, l10, l20, l21};
-}
-
-[[nodiscard]] constexpr bool is_positive_definite(const Symmetric3& s) noexcept {
-  const Ldlt3 f = decomposed(s);
-  return f.d0 > 0.0 && f.d1 > 0.0 && f.d2 > 0.0;
-}
-
-/// νᵀ S⁻¹ ν. Infinite where S is not positive definite or a number is not finite, so that `<=` a
-/// gate fails.
-[[nodiscard]] inline double mahalanobis_squared(const Symmetric3& s,
-                                                const std::array<double, 3>& nu) noexcept {
-  const Ldlt3 f = decomposed(s);
-  if (!(f.d0 > 0.0 && f.d1 > 0.0 && f.d2 > 0.0)) {
-    return HUGE_VAL;
-  }
   // y = L⁻¹ ν, νᵀ S⁻¹ ν = Σ y² / d
   const double y0 = nu[0];
-  const double y1 = nu[1] - f.l10 * y0;
-  const double y2 = nu[2] - f.l20 * y0 - f.l21 * y1;
-  const double value = y0 * y0 / f.d0 + y1 * y1 / f.d1 + y2 * y2 / f.d2;
-  return std::isfinite(value) ? value : HUGE_VAL;
+  const double y1 = nu[1] - l10 * y0;
+  const double y2 = nu[2] - l20 * y0 - l21 * y1;
+  const double value = y0 * y0 / d0 + y1 * y1 / d1 + y2 * y2 / d2;
+  return d0 > 0.0 && d1 > 0.0 && d2 > 0.0 && std::isfinite(value) ? value : HUGE_VAL;
+}
+
+[[nodiscard]] inline bool is_positive_definite(const Symmetric3& s) noexcept {
+  return mahalanobis_squared(s, {}) < HUGE_VAL;
 }
 
 /// D P D with D = diag(a, b, c) of the largest entries not above 1 that bring the variances down to

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "estimator/common/dynamic_model.hpp"
+#include "estimator/common/vehicle.hpp"
 
 namespace odomd::estimator::full {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/common/admission.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/integrity/admission.hpp"
 #include "estimator/integrity/monitor/sources.hpp"
 
 namespace odomd::estimator {

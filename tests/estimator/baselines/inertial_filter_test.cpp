@@ -1,13 +1,10 @@
 // Dead reckoning by gyro, wheels and a steady turn's slip.
-#include "estimator/baselines/inertial_filter.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "estimator/baselines/inertial_model.hpp"
-#include "estimator/common/dynamic_model.hpp"
+#include "estimator/baselines/motion.hpp"
 #include "tests/estimator/drive.hpp"
 
 namespace odomd::estimator::inertial_filter_test {
@@ -18,45 +15,6 @@ using testing::start;
 
 constexpr double pi = std::numbers::pi;
 const Vehicle car;
-
-TEST(InertialModel, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
-  for (const double v_x : {2.0, -2.0}) {
-    for (const double yaw_rate : {0.7, -0.7}) {
-      const BodyVelocity v = inertial_velocity(car, v_x, yaw_rate);
-      // With front wheels along their own way, α_v = 0, only the rear axle turns the car.
-      const double delta = (v.v_y + car.front_axle * v.yaw_rate) / v.v_x;
-      const Eigen::Vector3d rate =
-          dynamic_rate<double>(car, {v.v_x, v.v_y, v.yaw_rate}, {delta, 0.0}, 0.1);
-      const double rear_force = -rate[2] * car.yaw_inertia / car.rear_axle;
-      EXPECT_NEAR(rear_force, car.front_axle / car.wheelbase() * car.mass * v_x * yaw_rate, 1e-12);
-    }
-  }
-}
-
-TEST(InertialModel, ReversingMirrorsTheVelocity) {
-  const BodyVelocity forward = inertial_velocity(car, 1.5, 0.8);
-  const BodyVelocity backward = inertial_velocity(car, -1.5, 0.8);
-  // The lever arm's part turns with ψ̇, the slip with a_y = v_x ψ̇ and the way the axle rolls.
-  const double slip = forward.v_y - car.rear_axle * 0.8;
-  EXPECT_LT(slip, 0.0);
-  EXPECT_DOUBLE_EQ(backward.v_y - car.rear_axle * 0.8, -slip);
-}
-
-TEST(InertialModel, JacobianIsThatOfTheVelocity) {
-  constexpr double step = 1e-6;
-  for (const double v_x : {-2.0, 0.4, 3.0}) {
-    for (const double yaw_rate : {-1.2, 0.0, 0.9}) {
-      const auto j = inertial_velocity_jacobian(car, v_x, yaw_rate);
-      const auto v_y = [](double v, double r) { return inertial_velocity(car, v, r).v_y; };
-      EXPECT_NEAR(j(1, 0), (v_y(v_x + step, yaw_rate) - v_y(v_x - step, yaw_rate)) / (2.0 * step),
-                  1e-8);
-      EXPECT_NEAR(j(1, 1), (v_y(v_x, yaw_rate + step) - v_y(v_x, yaw_rate - step)) / (2.0 * step),
-                  1e-8);
-      EXPECT_EQ(j(0, 0), 1.0);
-      EXPECT_EQ(j(2, 1), 1.0);
-    }
-  }
-}
 
 TEST(InertialFilter, StartsAtTheWheelSpeedWithThePoseWhereItWasSet) {
   Drive drive = start(Model::inertial, {}, Pose2{1.0, 2.0, 0.5});
@@ -159,7 +117,7 @@ TEST(InertialFilter, AccelerationFollowsTheAccelerometerWithTheYawRateHeld) {
   EXPECT_DOUBLE_EQ(e.v_x_dot, 0.5 + e.v_y * e.yaw_rate);
   EXPECT_EQ(e.yaw_accel, 0.0);
   constexpr double step = 1e-6;
-  const double ahead = inertial_velocity(car, 2.0 + e.v_x_dot * step, 0.5).v_y;
+  const double ahead = inertial(car, 2.0 + e.v_x_dot * step, 0.5).velocity.v_y;
   EXPECT_NEAR(e.v_y_dot, (ahead - e.v_y) / step, 1e-5);
 }
 

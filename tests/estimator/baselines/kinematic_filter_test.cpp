@@ -1,6 +1,4 @@
 // Dead reckoning with the kinematic model.
-#include "estimator/baselines/kinematic_filter.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

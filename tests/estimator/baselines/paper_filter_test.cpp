@@ -1,12 +1,10 @@
 // The paper's filter against its author's own, and where it stops.
-#include "estimator/baselines/paper_filter.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/common/dynamic_model.hpp"
+#include "estimator/baselines/motion.hpp"
 #include "estimator/filter.hpp"
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/golden.hpp"
@@ -21,15 +19,22 @@ using testing::start;
 
 constexpr double tolerance = 1e-9;
 
+/// The bare filter over a row: predict, correct, and the pose by forward Euler.
+void advance(const GoldenRow& row, Motion& motion) {
+  const FilterSettings settings;
+  predict(settings, row.steering, row.accel_x, motion);
+  correct(settings, row.yaw_rate, row.speed, motion);
+  motion.odom = moved_euler(motion.odom, motion.velocity, settings.period_s);
+}
+
 TEST(PaperEkf, AgreesWithTheAuthorsFilter) {
-  PaperEkf ekf;
-  Pose2 pose;
+  Motion motion;
   double worst = 0.0;
   for (const GoldenRow& row : read_golden()) {
-    predict(ekf, {row.steering, row.accel_x});
-    correct(ekf, {row.yaw_rate, row.speed});
-    pose = moved_euler(pose, {ekf.x[0], ekf.x[1], ekf.x[2]}, ekf.dt);
-    const std::array<double, 6> actual{ekf.x[0], ekf.x[1], ekf.x[2], pose.x, pose.y, pose.yaw};
+    advance(row, motion);
+    const BodyVelocity& v = motion.velocity;
+    const Pose2& pose = motion.odom;
+    const std::array<double, 6> actual{v.v_x, v.v_y, v.yaw_rate, pose.x, pose.y, pose.yaw};
     for (std::size_t i = 0; i < actual.size(); ++i) {
       worst = std::max(worst, std::abs(actual[i] - row.expected[i]));
     }
@@ -60,20 +65,17 @@ TEST(PaperFilter, AgreesWithTheAuthorsFilterThroughTheSeam) {
 TEST(PaperFilter, InitialPoseIsThatOfTheIntegration) {
   const Pose2 initial{3.0, -4.0, 1.2};
   Drive drive = start(Model::paper, {}, initial);
-  PaperEkf ekf;
-  Pose2 pose = initial;
+  Motion motion{.odom = initial};
   for (const GoldenRow& row : read_golden()) {
-    predict(ekf, {row.steering, row.accel_x});
-    correct(ekf, {row.yaw_rate, row.speed});
-    pose = moved_euler(pose, {ekf.x[0], ekf.x[1], ekf.x[2]}, ekf.dt);
+    advance(row, motion);
     drive.tick({.speed = row.speed,
                 .steering = row.steering,
                 .yaw_rate = row.yaw_rate,
                 .accel_x = row.accel_x});
   }
-  EXPECT_NEAR(drive.last.map.x, pose.x, tolerance);
-  EXPECT_NEAR(drive.last.map.y, pose.y, tolerance);
-  EXPECT_NEAR(drive.last.map.yaw, pose.yaw, tolerance);
+  EXPECT_NEAR(drive.last.map.x, motion.odom.x, tolerance);
+  EXPECT_NEAR(drive.last.map.y, motion.odom.y, tolerance);
+  EXPECT_NEAR(drive.last.map.yaw, motion.odom.yaw, tolerance);
 }
 
 TEST(PaperFilter, IgnoresTheTimesOfItsSamples) {
@@ -117,25 +119,24 @@ TEST(PaperFilter, UsesTheAccelerationButNotTheLateralOne) {
 TEST(PaperFilter, SteadyTurnIsThatOfTheErrata) {
   Drive drive = start(Model::paper);
   // The yaw rate of the model's own steady state, so that the correction agrees with it.
-  Eigen::Vector3d x{2.0, 0.0, 0.0};
+  BodyVelocity steady{2.0, 0.0, 0.0};
   for (int i = 0; i < 2000; ++i) {
-    x = paper_step<double>(Vehicle{}, x, {0.1, 0.0}, 0.005);
+    steady = paper_step(Vehicle{}, steady, 0.1, 0.0, 0.005).velocity;
   }
-  const Estimate e =
-      drive.ticks(2000, {.speed = 2.0, .steering = 0.1, .yaw_rate = x[2], .accel_x = 0.0});
+  const Estimate e = drive.ticks(
+      2000, {.speed = 2.0, .steering = 0.1, .yaw_rate = steady.yaw_rate, .accel_x = 0.0});
   EXPECT_NEAR(e.v_y, -0.030, 0.0005);
-  EXPECT_NEAR(e.yaw_rate, x[2], 1e-9);
+  EXPECT_NEAR(e.yaw_rate, steady.yaw_rate, 1e-9);
 }
 
 TEST(PaperFilter, DerivativesAreThoseOfTheContinuousModel) {
   Drive drive = start(Model::paper);
   const Estimate e =
       drive.ticks(300, {.speed = 1.5, .steering = 0.15, .yaw_rate = 0.8, .accel_x = 0.4});
-  const Eigen::Vector3d rate =
-      dynamic_rate<double>(Vehicle{}, {e.v_x, e.v_y, e.yaw_rate}, {0.15, 0.4}, 0.185);
-  EXPECT_DOUBLE_EQ(e.v_x_dot, rate[0]);
-  EXPECT_DOUBLE_EQ(e.v_y_dot, rate[1]);
-  EXPECT_DOUBLE_EQ(e.yaw_accel, rate[2]);
+  const BodyVelocity rate = dynamic_rate(Vehicle{}, {e.v_x, e.v_y, e.yaw_rate}, 0.15, 0.4, 0.185);
+  EXPECT_DOUBLE_EQ(e.v_x_dot, rate.v_x);
+  EXPECT_DOUBLE_EQ(e.v_y_dot, rate.v_y);
+  EXPECT_DOUBLE_EQ(e.yaw_accel, rate.yaw_rate);
   EXPECT_DOUBLE_EQ(e.v_x_dot, 0.4 + e.v_y * e.yaw_rate);
 }
 

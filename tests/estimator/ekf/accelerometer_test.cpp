@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "derivatives.hpp"
-#include "estimator/common/dynamic_model.hpp"
+#include "estimator/common/vehicle.hpp"
 #include "states.hpp"
 
 namespace odomd::estimator::full::accelerometer_test {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "derivatives.hpp"
-#include "estimator/common/dynamic_model.hpp"
 #include "states.hpp"
 #include "tests/estimator/autodiff.hpp"
+#include "tests/estimator/discrete_step.hpp"
 
 namespace odomd::estimator::full::process_test {
 namespace {
@@ -150,8 +150,8 @@ TEST(Process, OfTyresThatSaturateToo) {
 TEST(Process, WithoutCorrectionsItIsTheReversibleStep) {
   const Vehicle car;
   for (const double v_x : {-2.0, -0.1, 0.0, 0.5, 3.0}) {
-    const Eigen::Vector3d expected =
-        reversible_step<double>(car, Eigen::Vector3d(v_x, 0.1, 0.8), {0.2, 0.5}, dt);
+    const Eigen::Vector3d expected = estimator::testing::discrete_step<double>(
+        car, Eigen::Vector3d(v_x, 0.1, 0.8), {0.2, 0.5}, dt, std::abs(v_x));
     const VelocityStep step = velocity_step(car,
                                             {.v_x = v_x,
                                              .v_y = 0.1,

@@ -1,5 +1,5 @@
 // When each mode is entered and left, and that none flaps.
-#include "estimator/common/mode_monitor.hpp"
+#include "estimator/integrity/mode_monitor.hpp"
 
 #include <gtest/gtest.h>
 

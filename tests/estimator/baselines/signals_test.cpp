@@ -1,5 +1,6 @@
-// v_x from the wheels of a car on a circle, whichever of them report.
-#include "estimator/baselines/wheel_speed.hpp"
+// One verdict for each sample, and the newest value held; v_x from the wheels of a car on a circle,
+// whichever of them report.
+#include "estimator/baselines/signals.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +9,87 @@
 #include <initializer_list>
 #include <limits>
 
-namespace odomd::estimator::wheel_speed_test {
+namespace odomd::estimator::signals_test {
 namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr std::int64_t latest = 1'000;
+
+Verdict take(HeldSignals& held, std::int64_t time_ns, double value, double sigma = 0.1) {
+  return held.take({Source::wheel_rear, time_ns, value, sigma}, latest);
+}
+
+TEST(HeldSignals, HoldsNothingAtFirst) {
+  const HeldSignals held{{}};
+  EXPECT_FALSE(held[Source::wheel_rear].seen);
+  EXPECT_EQ(held[Source::wheel_rear].value, 0.0);
+}
+
+TEST(HeldSignals, HoldsTheNewestByItsOwnTimeInAnyOrder) {
+  HeldSignals held{{}};
+  EXPECT_EQ(take(held, 200, 2.0), Verdict::fused);
+  EXPECT_EQ(take(held, 100, 1.0), Verdict::too_old);
+  EXPECT_EQ(held[Source::wheel_rear].value, 2.0);
+  EXPECT_EQ(take(held, 300, 3.0), Verdict::fused);
+  EXPECT_EQ(held[Source::wheel_rear].value, 3.0);
+  EXPECT_EQ(held[Source::wheel_rear].time_ns, 300);
+}
+
+TEST(HeldSignals, SameSourceAndTimeIsADuplicate) {
+  HeldSignals held{{}};
+  EXPECT_EQ(take(held, 200, 2.0), Verdict::fused);
+  EXPECT_EQ(take(held, 200, 2.5), Verdict::duplicate);
+  EXPECT_EQ(held[Source::wheel_rear].value, 2.0);
+  EXPECT_EQ(held.take({Source::motor, 200, 1.0, 0.1}, latest), Verdict::fused);
+}
+
+TEST(HeldSignals, NonFiniteNumbersChangeNothing) {
+  HeldSignals held{{}};
+  for (const double value : {nan, infinity, -infinity}) {
+    EXPECT_EQ(take(held, 100, value), Verdict::non_finite);
+  }
+  for (const double sigma : {nan, infinity, -0.1}) {
+    EXPECT_EQ(take(held, 100, 1.0, sigma), Verdict::non_finite);
+  }
+  EXPECT_FALSE(held[Source::wheel_rear].seen);
+}
+
+TEST(HeldSignals, SampleAheadOfTheLimitIsFromTheFuture) {
+  HeldSignals held{{}};
+  EXPECT_EQ(take(held, latest, 1.0), Verdict::fused);
+  EXPECT_EQ(take(held, latest + 1, 2.0), Verdict::future);
+  EXPECT_EQ(take(held, std::numeric_limits<std::int64_t>::max(), 2.0), Verdict::future);
+  EXPECT_EQ(held[Source::wheel_rear].value, 1.0);
+}
+
+TEST(HeldSignals, WhatNoCarDoesIsGated) {
+  HeldSignals held{{}};
+  EXPECT_EQ(take(held, 100, 151.0), Verdict::gated);
+  EXPECT_EQ(take(held, 100, -1e300), Verdict::gated);
+  EXPECT_EQ(held.take({Source::steering, 100, 1.5707, 0.1}, latest), Verdict::gated);
+  EXPECT_EQ(held.take({Source::direction, 100, -2.0, 0.1}, latest), Verdict::gated);
+  EXPECT_EQ(take(held, 100, -149.0), Verdict::fused);
+}
+
+TEST(HeldSignals, CameraAndUnknownSourcesAreNoSignals) {
+  HeldSignals held{{}};
+  EXPECT_EQ(held.take({Source::camera, 100, 0.0, 0.1}, latest), Verdict::source_off);
+  EXPECT_EQ(held.take({Source::count, 100, 0.0, 0.1}, latest), Verdict::source_off);
+  EXPECT_EQ(held.take({static_cast<Source>(200), 100, 0.0, 0.1}, latest), Verdict::source_off);
+}
+
+TEST(HeldSignals, SigmaIsTheSamplesOwnElseTheSettingsElseTheDefault) {
+  std::array<double, source_count> settings{};
+  settings[static_cast<std::size_t>(Source::motor)] = 0.7;
+  HeldSignals held{settings};
+  EXPECT_EQ(held.take({Source::motor, 100, 1.0, 0.0}, latest), Verdict::fused);
+  EXPECT_EQ(held[Source::motor].sigma, 0.7);
+  EXPECT_EQ(held.take({Source::motor, 200, 1.0, 0.2}, latest), Verdict::fused);
+  EXPECT_EQ(held[Source::motor].sigma, 0.2);
+  EXPECT_EQ(held[Source::steering].sigma,
+            default_sigma[static_cast<std::size_t>(Source::steering)]);
+}
 
 constexpr std::int64_t second = 1'000'000'000;
 constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
@@ -121,4 +201,4 @@ TEST(WheelSpeed, MeanOfTwoIsMoreCertainThanOne) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::wheel_speed_test
+}  // namespace odomd::estimator::signals_test

@@ -1,4 +1,4 @@
-#include "estimator/common/admission.hpp"
+#include "estimator/integrity/admission.hpp"
 
 #include <gtest/gtest.h>
 

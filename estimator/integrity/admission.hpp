@@ -1,5 +1,5 @@
-// What no filter looks at, whatever its state: samples and poses that are not numbers, or that no
-// car makes.
+// What no filter looks at, whatever its state: samples, poses and estimates that are not numbers,
+// or that no car makes.
 #pragma once
 
 #include <array>
@@ -8,6 +8,9 @@
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
+#include "estimator/common/pose.hpp"
+#include "estimator/common/predecessor.hpp"
+#include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator {
 
@@ -59,6 +62,15 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
   const auto is_sigma = [](double sigma) { return std::isfinite(sigma) && sigma > 0.0; };
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw) &&
          is_sigma(pose.sigma_x) && is_sigma(pose.sigma_y) && is_sigma(pose.sigma_yaw);
+}
+
+/// Whether an estimate that is `gap_s` [s] old may be gone on from: initialised, no fault of its
+/// model, finite, a positive definite covariance of the pose.
+[[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
+  return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
+         std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&
+         is_finite(velocity_of(predecessor)) && is_finite(predecessor.covariance) &&
+         is_positive_definite(predecessor.covariance);
 }
 
 }  // namespace odomd::estimator

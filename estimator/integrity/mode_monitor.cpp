@@ -1,4 +1,4 @@
-#include "estimator/common/mode_monitor.hpp"
+#include "estimator/integrity/mode_monitor.hpp"
 
 #include <cmath>
 

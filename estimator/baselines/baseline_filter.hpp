@@ -1,0 +1,53 @@
+// A filter of a model without a window of late samples: the newest value of each signal held, one
+// step of the motion a tick, the anchor for the camera, the mode. The calls are those of
+// estimator/filter.hpp.
+//
+// A value; no heap, no clock.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "estimator/baselines/motion.hpp"
+#include "estimator/baselines/pose_anchor.hpp"
+#include "estimator/baselines/signals.hpp"
+#include "estimator/common/estimate.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/settings.hpp"
+#include "estimator/integrity/mode_monitor.hpp"
+
+namespace odomd::estimator {
+
+class BaselineFilter {
+ public:
+  BaselineFilter(const MotionModel& model, const FilterSettings& settings) noexcept;
+
+  void set_initial_pose(const Pose2& pose) noexcept;
+  bool resume(const Estimate& predecessor, double gap_s) noexcept;
+  Verdict add(const Measurement& sample) noexcept;
+  Verdict add(const CameraPose& camera) noexcept;
+  Estimate step(std::int64_t tick_ns) noexcept;
+
+ private:
+  [[nodiscard]] std::int64_t next_tick_ns() const noexcept;
+  [[nodiscard]] std::int64_t latest_ns(std::int64_t arrival_ns) const noexcept;
+  [[nodiscard]] std::optional<AxleSpeed> wheel_speed() const noexcept;
+  void advance(const AxleSpeed& speed, std::int64_t tick_ns, double gap_before_s) noexcept;
+  [[nodiscard]] Estimate estimate(std::int64_t tick_ns, double wheel_speed) noexcept;
+
+  FilterSettings settings_;
+  std::int64_t period_ns_ = 5'000'000;
+  MotionModel model_;
+  HeldSignals held_;
+  Motion motion_;
+  PoseAnchor anchor_;
+  ModeMonitor modes_;
+
+  std::optional<AxleSpeed> resumed_speed_;  ///< until a wheel is heard
+  std::optional<std::int64_t> last_tick_ns_;
+  bool running_ = false;  ///< a wheel speed was there, so the motion is being followed
+  std::uint32_t recoveries_ = 0;
+  Estimate last_;
+};
+
+}  // namespace odomd::estimator

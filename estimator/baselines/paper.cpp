@@ -1,0 +1,167 @@
+// The paper's filter: the dynamic bicycle with linear tyres, and an extended Kalman filter of it.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "estimator/baselines/motion.hpp"
+
+namespace odomd::estimator {
+namespace {
+
+/// Below this v_x [m/s] the discrete model is about to lose its stability.
+constexpr double slowest_v_x = -0.05;
+
+using Column = std::array<double, 3>;
+
+void advance(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
+             Motion& motion) noexcept {
+  if (motion.stopped) {
+    return;
+  }
+  predict(settings, held[Source::steering].value, held[Source::accel_x].value, motion);
+  correct(settings, held[Source::yaw_rate].value, speed.v_x, motion);
+  if (motion.velocity.v_x < slowest_v_x) {
+    motion.stopped = true;
+    motion.velocity = {};
+    return;
+  }
+  motion.odom = moved_euler(motion.odom, motion.velocity, settings.period_s);
+}
+
+BodyVelocity acceleration(const FilterSettings& settings, const HeldSignals& held,
+                          const Motion& motion) noexcept {
+  if (motion.stopped) {
+    return {};
+  }
+  return dynamic_rate(settings.vehicle, motion.velocity, held[Source::steering].value,
+                      held[Source::accel_x].value,
+                      slowest_resolved_speed(settings.vehicle, settings.period_s));
+}
+
+}  // namespace
+
+constinit const MotionModel paper_motion{true, advance, acceleration};
+
+BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double steering,
+                          double accel_x, double speed_floor) noexcept {
+  const auto& [v_x, v_y, yaw_rate] = v;
+  const double l_v = car.front_axle;
+  const double l_h = car.rear_axle;
+  const double speed = std::max(std::abs(v_x), speed_floor);
+  // α_v = δ - β - ψ̇ l_v / v, with β = v_y / v: α_v = (v_x δ - (v_y + l_v ψ̇)) / |v_x|
+  //                                                (eq. 6, alpha_v_alternative; errata, 5)
+  const double alpha_v = (v_x * steering - (v_y + l_v * yaw_rate)) / speed;
+  // α_h = -β + ψ̇ l_h / v = -(v_y - l_h ψ̇) / |v_x|         (eq. 7; errata, 5)
+  const double alpha_h = -(v_y - l_h * yaw_rate) / speed;
+  // F_sv = C_v α_v,  F_sh = C_h α_h                          (eqs 4 and 5, Fsh)
+  const double f_sv_lateral = car.cornering_stiffness_front * alpha_v * std::cos(steering);
+  const double f_sh = car.cornering_stiffness_rear * alpha_h;
+  return {
+      // v̇_x = a_x + v_y ψ̇: the accelerometer has felt F_sv sin δ / m already (eq. 10; errata, 4)
+      accel_x + v_y * yaw_rate,
+      // v̇_y = -v_x ψ̇ + (F_sv cos δ + F_sh) / m              (eq. 11)
+      -v_x * yaw_rate + (f_sv_lateral + f_sh) / car.mass,
+      // ψ̈ = (l_v F_sv cos δ - l_h F_sh) / J_z                (eq. 12, psidot_dot)
+      (l_v * f_sv_lateral - l_h * f_sh) / car.yaw_inertia,
+  };
+}
+
+PaperStep paper_step(const Vehicle& car, const BodyVelocity& v, double steering, double accel_x,
+                     double dt) noexcept {
+  const auto& [v_x, v_y, yaw_rate] = v;
+  const double m = car.mass;
+  const double j_z = car.yaw_inertia;
+  const double l_v = car.front_axle;
+  const double l_h = car.rear_axle;
+  const double c_v = car.cornering_stiffness_front;
+  const double c_h = car.cornering_stiffness_rear;
+  const double coupling = dt * (l_v * c_v - l_h * c_h);
+  const double steer = dt * c_v * steering;
+
+  // v_y,k = (a - b) / (m v_x + Δt (C_v + C_h))               (eq. 32, discrete_vy; errata, 2)
+  // a = m v_x v_y - Δt (l_v C_v - l_h C_h) ψ̇                 (a; errata, 2)
+  // b = -Δt C_v δ v_x + Δt m v_x² ψ̇                          (b; errata, 1 and 2)
+  const double per_vy = 1.0 / (m * v_x + dt * (c_v + c_h));
+  const double v_y_next =
+      (m * v_x * v_y - coupling * yaw_rate + steer * v_x - dt * m * v_x * v_x * yaw_rate) * per_vy;
+  // ψ̇_k = (c - d) / (J_z v_x + Δt (l_v² C_v + l_h² C_h))     (eq. 33, discrete_psidot; errata, 2)
+  // c = J_z v_x ψ̇ - Δt (l_v C_v - l_h C_h) v_y               (c; errata, 2)
+  // d = -Δt l_v C_v δ v_x                                    (d; errata, 2)
+  const double per_yaw = 1.0 / (j_z * v_x + dt * (l_v * l_v * c_v + l_h * l_h * c_h));
+  const double yaw_rate_next =
+      (j_z * v_x * yaw_rate - coupling * v_y + l_v * steer * v_x) * per_yaw;
+
+  PaperStep step;
+  // v_x,k = v_x + Δt a_x                                     (eq. 31, discrete_vx)
+  step.velocity = {v_x + dt * accel_x, v_y_next, yaw_rate_next};
+  // ∂(N/D)/∂v_x = (∂N/∂v_x - (N/D) ∂D/∂v_x) / D; by v_y and ψ̇ only N varies.
+  step.phi.row(0) << 1.0, 0.0, 0.0;
+  step.phi.row(1) << (m * (v_y - v_y_next) + steer - dt * m * yaw_rate * (2.0 * v_x)) * per_vy,
+      m * v_x * per_vy, -(coupling + dt * m * v_x * v_x) * per_vy;
+  step.phi.row(2) << (j_z * (yaw_rate - yaw_rate_next) + l_v * steer) * per_yaw,
+      -coupling * per_yaw, j_z * v_x * per_yaw;
+  return step;
+}
+
+void predict(const FilterSettings& settings, double steering, double accel_x,
+             Motion& motion) noexcept {
+  const Symmetric3 P = motion.covariance;
+  const std::array<double, 3>& Q = settings.paper.Q;
+  // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs 17, state_prediction, and 15)
+  const PaperStep step =
+      paper_step(settings.vehicle, motion.velocity, steering, accel_x, settings.period_s);
+  motion.velocity = step.velocity;
+  // P⁻ = Φ P Φᵀ + Q                             (eq. 18, covariance_prediction)
+  const auto row_times = [&](int row, double a, double b, double c) {
+    return step.phi(row, 0) * a + step.phi(row, 1) * b + step.phi(row, 2) * c;
+  };
+  const auto row_times_P = [&](int row) {
+    return Column{row_times(row, P[0], P[1], P[2]), row_times(row, P[1], P[3], P[4]),
+                  row_times(row, P[2], P[4], P[5])};
+  };
+  // The first row of Φ is (1 0 0).
+  const auto [r0, r1, r2] = row_times_P(1);
+  const auto [s0, s1, s2] = row_times_P(2);
+  motion.covariance = {P[0] + Q[0],
+                       r0,
+                       s0,
+                       row_times(1, r0, r1, r2) + Q[1],
+                       row_times(2, r0, r1, r2),
+                       row_times(2, s0, s1, s2) + Q[2]};
+}
+
+void correct(const FilterSettings& settings, double yaw_rate, double v_x, Motion& motion) noexcept {
+  const std::array<double, 2>& R = settings.paper.R;
+  BodyVelocity& x = motion.velocity;
+  Symmetric3& P = motion.covariance;
+  // P⁻ Hᵀ with H = [0 0 1; 1 0 0]: the third and the first column of P⁻
+  const Column third{P[2], P[4], P[5]};
+  const Column first{P[0], P[1], P[2]};
+  // S = H P⁻ Hᵀ + R, and its inverse
+  const double s00 = P[5] + R[0];
+  const double s01 = P[2];
+  const double s11 = P[0] + R[1];
+  const double per_det = 1.0 / (s00 * s11 - s01 * s01);
+  const double i00 = s11 * per_det;
+  const double i01 = -s01 * per_det;
+  const double i11 = s00 * per_det;
+  // ν = z - h(x̂⁻)
+  const double nu0 = yaw_rate - x.yaw_rate;
+  const double nu1 = v_x - x.v_x;
+  const std::array<double*, 3> state{&x.v_x, &x.v_y, &x.yaw_rate};
+  std::size_t packed = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    // K = P⁻ Hᵀ S⁻¹                             (eq. 19, kalman_gain)
+    const double k0 = third[i] * i00 + first[i] * i01;
+    const double k1 = third[i] * i01 + first[i] * i11;
+    // x̂⁺ = x̂⁻ + K ν                             (eq. 20, state_update)
+    *state[i] += k0 * nu0 + k1 * nu1;
+    // P⁺ = (I - K H) P⁻                         (eq. 21, covariance_update)
+    for (std::size_t j = i; j < 3; ++j, ++packed) {
+      P[packed] = P[packed] - k0 * third[j] - k1 * first[j];
+    }
+  }
+}
+
+}  // namespace odomd::estimator

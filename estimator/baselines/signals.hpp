@@ -1,0 +1,61 @@
+// What the models without a window know of the sensors: the newest value of each signal, held until
+// a newer one comes, and v_x from whatever wheel speeds there are.
+//
+// Newest is by the samples' own times, so the order of arrival within a tick does not matter.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/settings.hpp"
+
+namespace odomd::estimator {
+
+/// The newest sample of a source; before the first, 0 and the sigma of the source.
+struct HeldSignal {
+  bool seen = false;
+  std::int64_t time_ns = 0;
+  double value = 0.0;
+  double sigma = 0.0;  ///< at most the largest value that is not gated
+};
+
+class HeldSignals {
+ public:
+  /// `sigma` as in FilterSettings.
+  explicit HeldSignals(const std::array<double, source_count>& sigma) noexcept;
+
+  /// Takes a sample in, or says why not: non_finite, future (ahead of `latest_ns`), gated (beyond
+  /// any car's physics), duplicate, too_old (older than the one held). Not for the camera's.
+  Verdict take(const Measurement& sample, std::int64_t latest_ns) noexcept;
+
+  [[nodiscard]] const HeldSignal& operator[](Source source) const noexcept {
+    return held_[index_of(source)];
+  }
+
+ private:
+  std::array<HeldSignal, source_count> held_{};
+  std::array<double, source_count> sigma_{};
+};
+
+struct AxleSpeed {
+  double v_x = 0.0;    ///< [m/s], forward positive
+  double sigma = 0.0;  ///< [m/s]
+};
+
+/// v_x, which a rigid car has at the rear axle as at the centre of gravity, or nothing where no
+/// wheel was ever seen. A wheel off the centre line sees the turn of the car on top of it. The
+/// first of these counts that was not silent for half a second while another of them was not:
+///   both rear wheels      v_x = (v_rl + v_rr) / 2
+///   the rear axle         v_x = v_r
+///   one rear wheel        v_x = v_rl + ψ̇ t/2   or   v_rr - ψ̇ t/2              (t: track width)
+///   the motor             v_x = v_motor
+///   both front wheels     v_x = (v_fl + v_fr) / 2 · cos δ
+///   one front wheel       v_x = v_fl cos δ + ψ̇ t/2   or   v_fr cos δ - ψ̇ t/2
+/// A front wheel rolls along δ; cos δ takes its speed to the car's axis. While the held direction
+/// is -1, positive speeds count as negative: those of sensors that do not know a sign.
+[[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
+                                                       double yaw_rate) noexcept;
+
+}  // namespace odomd::estimator

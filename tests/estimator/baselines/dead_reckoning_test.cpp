@@ -1,0 +1,117 @@
+// The kinematic bicycle and the slip odometer: geometry, forces, and Jacobians against automatic
+// differentiation. The filters of them are kinematic_filter_test.cpp's and
+// inertial_filter_test.cpp's.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "estimator/baselines/motion.hpp"
+#include "tests/estimator/autodiff.hpp"
+
+namespace odomd::estimator::dead_reckoning_test {
+namespace {
+
+using testing::Dual;
+using testing::jacobian;
+using testing::variables;
+
+constexpr std::array forms{KinematicForm::centre_of_gravity, KinematicForm::printed};
+const Vehicle car;
+
+TEST(Kinematic, YawRateIsThatOfTheCircleThroughBothAxles) {
+  for (const KinematicForm form : forms) {
+    const BodyVelocity v = kinematic(car, form, 1.0, 0.3).velocity;
+    EXPECT_DOUBLE_EQ(v.v_x, 1.0);
+    EXPECT_DOUBLE_EQ(v.yaw_rate, std::tan(0.3) / 0.26);
+  }
+}
+
+TEST(Kinematic, RearAxleDoesNotSlip) {
+  const BodyVelocity v = kinematic(car, KinematicForm::centre_of_gravity, 1.3, -0.4).velocity;
+  EXPECT_DOUBLE_EQ(v.v_y - car.rear_axle * v.yaw_rate, 0.0);
+}
+
+TEST(Kinematic, FrontWheelDoesNotSlip) {
+  const double delta = 0.35;
+  const BodyVelocity v = kinematic(car, KinematicForm::centre_of_gravity, 1.3, delta).velocity;
+  const double lateral = v.v_y + car.front_axle * v.yaw_rate;
+  EXPECT_NEAR(std::atan2(lateral, v.v_x), delta, 1e-15);
+}
+
+TEST(Kinematic, AsPrintedTheCentreOfGravityDoesNotSlip) {
+  EXPECT_EQ(kinematic(car, KinematicForm::printed, 1.0, 0.3).velocity.v_y, 0.0);
+}
+
+TEST(Kinematic, ReversingTurnsTheOtherWay) {
+  const auto form = KinematicForm::centre_of_gravity;
+  const BodyVelocity forward = kinematic(car, form, 0.7, 0.4).velocity;
+  const BodyVelocity backward = kinematic(car, form, -0.7, 0.4).velocity;
+  EXPECT_EQ(backward.v_x, -forward.v_x);
+  EXPECT_EQ(backward.v_y, -forward.v_y);
+  EXPECT_EQ(backward.yaw_rate, -forward.yaw_rate);
+}
+
+TEST(Kinematic, JacobianIsThatOfTheModel) {
+  // The model once more, to be differentiated.
+  const auto velocity = [](KinematicForm form, const Eigen::Matrix<Dual<2>, 2, 1>& input) {
+    const Dual<2> yaw_rate = input[0] / car.wheelbase() * tan(input[1]);
+    const double lever = form == KinematicForm::printed ? 0.0 : car.rear_axle;
+    return Eigen::Matrix<Dual<2>, 3, 1>{input[0], lever * yaw_rate, yaw_rate};
+  };
+  for (const KinematicForm form : forms) {
+    for (const double v_x : {-2.0, 0.0, 0.01, 1.0, 30.0}) {
+      for (const double delta : {-0.6, -0.1, 0.0, 0.3, 0.6}) {
+        const auto expected = velocity(form, variables<2, 2>(Eigen::Vector2d{v_x, delta}, 0));
+        const DeadReckoning now = kinematic(car, form, v_x, delta);
+        EXPECT_EQ(now.velocity.v_x, v_x);
+        EXPECT_DOUBLE_EQ(now.velocity.v_y, expected[1].value());
+        EXPECT_DOUBLE_EQ(now.velocity.yaw_rate, expected[2].value());
+        EXPECT_LT((now.jacobian - jacobian<2>(expected)).cwiseAbs().maxCoeff(),
+                  1e-12 * (1.0 + std::abs(v_x)))
+            << v_x << " " << delta;
+      }
+    }
+  }
+}
+
+TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
+  for (const double v_x : {2.0, -2.0}) {
+    for (const double yaw_rate : {0.7, -0.7}) {
+      const BodyVelocity v = inertial(car, v_x, yaw_rate).velocity;
+      // With front wheels along their own way, α_v = 0, only the rear axle turns the car.
+      const double delta = (v.v_y + car.front_axle * v.yaw_rate) / v.v_x;
+      const double yaw_accel = dynamic_rate(car, v, delta, 0.0, 0.1).yaw_rate;
+      const double rear_force = -yaw_accel * car.yaw_inertia / car.rear_axle;
+      EXPECT_NEAR(rear_force, car.front_axle / car.wheelbase() * car.mass * v_x * yaw_rate, 1e-12);
+    }
+  }
+}
+
+TEST(Inertial, ReversingMirrorsTheVelocity) {
+  const BodyVelocity forward = inertial(car, 1.5, 0.8).velocity;
+  const BodyVelocity backward = inertial(car, -1.5, 0.8).velocity;
+  // The lever arm's part turns with ψ̇, the slip with a_y = v_x ψ̇ and the way the axle rolls.
+  const double slip = forward.v_y - car.rear_axle * 0.8;
+  EXPECT_LT(slip, 0.0);
+  EXPECT_DOUBLE_EQ(backward.v_y - car.rear_axle * 0.8, -slip);
+}
+
+TEST(Inertial, JacobianIsThatOfTheVelocity) {
+  constexpr double step = 1e-6;
+  for (const double v_x : {-2.0, 0.4, 3.0}) {
+    for (const double yaw_rate : {-1.2, 0.0, 0.9}) {
+      const auto j = inertial(car, v_x, yaw_rate).jacobian;
+      const auto v_y = [](double v, double r) { return inertial(car, v, r).velocity.v_y; };
+      EXPECT_NEAR(j(1, 0), (v_y(v_x + step, yaw_rate) - v_y(v_x - step, yaw_rate)) / (2.0 * step),
+                  1e-8);
+      EXPECT_NEAR(j(1, 1), (v_y(v_x, yaw_rate + step) - v_y(v_x, yaw_rate - step)) / (2.0 * step),
+                  1e-8);
+      EXPECT_EQ(j(0, 0), 1.0);
+      EXPECT_EQ(j(2, 1), 1.0);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::dead_reckoning_test

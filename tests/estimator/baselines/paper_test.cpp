@@ -1,0 +1,150 @@
+// The paper's equations: the Jacobian of its step against automatic differentiation, and the steady
+// turn of the errata. The filter as a whole is paper_filter_test.cpp's.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <vector>
+
+#include "estimator/baselines/motion.hpp"
+#include "tests/estimator/autodiff.hpp"
+#include "tests/estimator/discrete_step.hpp"
+
+namespace odomd::estimator::paper_test {
+namespace {
+
+using testing::constants;
+using testing::discrete_step;
+using testing::Dual;
+using testing::jacobian;
+using testing::values;
+using testing::variables;
+
+constexpr double dt = 0.005;
+const Vehicle reference_car;
+const Vehicle full_size_car{1500.0, 1.2, 1.5, 2500.0, 90e3, 110e3, 1.55};
+
+Eigen::Vector3d vector(const BodyVelocity& v) {
+  return {v.v_x, v.v_y, v.yaw_rate};
+}
+
+PaperStep step_of(const Vehicle& car, const Eigen::Vector3d& x, const Eigen::Vector2d& u,
+                  double step_s = dt) {
+  return paper_step(car, {x[0], x[1], x[2]}, u[0], u[1], step_s);
+}
+
+Eigen::Vector3d rate_of(const Eigen::Vector3d& x, const Eigen::Vector2d& u, double speed_floor) {
+  return vector(dynamic_rate(reference_car, {x[0], x[1], x[2]}, u[0], u[1], speed_floor));
+}
+
+struct Case {
+  Vehicle car;
+  Eigen::Vector3d x;
+  Eigen::Vector2d u;
+};
+
+/// Slow to fast, straight to beyond full lock, sliding and spinning.
+std::vector<Case> grid(const std::vector<double>& speeds) {
+  std::vector<Case> cases;
+  for (const Vehicle& car : {reference_car, full_size_car}) {
+    for (const double v_x : speeds) {
+      for (const double v_y : {-0.5, 0.0, 0.2}) {
+        for (const double yaw_rate : {-3.0, 0.0, 1.0}) {
+          for (const double steering : {-0.6, -0.1, 0.0, 0.35, 0.6}) {
+            cases.push_back({car, {v_x, v_y, yaw_rate}, {steering, 1.3}});
+          }
+        }
+      }
+    }
+  }
+  return cases;
+}
+
+void expect_same(const Eigen::Matrix3d& analytic, const Eigen::Matrix3d& automatic,
+                 const Case& at) {
+  const double scale = std::max(1.0, automatic.cwiseAbs().maxCoeff());
+  EXPECT_LT((analytic - automatic).cwiseAbs().maxCoeff(), 1e-12 * scale)
+      << "at x = " << at.x.transpose() << ", u = " << at.u.transpose() << "\nanalytic\n"
+      << analytic << "\nautomatic\n"
+      << automatic;
+}
+
+TEST(PaperStep, JacobianIsThatOfTheStep) {
+  for (const Case& at : grid({-0.04, 0.0, 0.02, 0.3, 2.0, 12.0})) {
+    const auto x = variables<3, 3>(at.x, 0);
+    const auto step = discrete_step<Dual<3>>(at.car, x, constants<3, 2>(at.u), dt, x[0]);
+    const PaperStep analytic = step_of(at.car, at.x, at.u);
+    expect_same(analytic.phi, jacobian<3>(step), at);
+    EXPECT_LT((vector(analytic.velocity) - values<3>(step)).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
+TEST(PaperStep, IsUnstableInReverseWhereTheErrataSaySo) {
+  const auto spectral_radius = [](double v_x) {
+    const Eigen::Matrix3d phi = step_of(reference_car, {v_x, 0.0, 0.0}, {0.0, 0.0}).phi;
+    const Eigen::Matrix2d lateral = phi.bottomRightCorner<2, 2>();
+    return lateral.eigenvalues().cwiseAbs().maxCoeff();
+  };
+  EXPECT_LT(spectral_radius(-0.05), 1.0);
+  EXPECT_GT(spectral_radius(-0.065), 1.0);
+}
+
+TEST(DynamicModel, SteadyTurnIsThatOfTheErrata) {
+  // 2 m/s, δ = 0.1: v_y = -0.030 m/s, in the discrete form as in the continuous one.
+  const Eigen::Vector2d u{0.1, 0.0};
+  Eigen::Vector3d x{2.0, 0.0, 0.0};
+  for (int i = 0; i < 2000; ++i) {
+    x = vector(step_of(reference_car, x, u).velocity);
+  }
+  EXPECT_NEAR(x[1], -0.030, 0.0005);
+
+  Eigen::Vector3d y{2.0, 0.0, 0.0};
+  for (int i = 0; i < 200'000; ++i) {
+    Eigen::Vector3d rate = rate_of(y, u, 0.1);
+    rate[0] = 0.0;  // v_x held, as if driven
+    y += 5e-5 * rate;
+  }
+  EXPECT_NEAR(y[1], -0.030, 0.0005);
+  EXPECT_NEAR(y[2], x[2], 0.01 * x[2]);
+}
+
+TEST(DynamicModel, RateIsTheLimitOfTheDiscreteStep) {
+  // The discrete form takes cos δ for 1 and drops v_y ψ̇, so compare at a small δ and v_y.
+  const Eigen::Vector3d x{1.5, 0.0, 0.6};
+  const Eigen::Vector2d u{0.02, 0.7};
+  constexpr double tiny = 1e-7;
+  const Eigen::Vector3d limit = (vector(step_of(reference_car, x, u, tiny).velocity) - x) / tiny;
+  const Eigen::Vector3d rate = rate_of(x, u, 0.1);
+  EXPECT_NEAR(rate[0], limit[0], 1e-6);
+  EXPECT_NEAR(rate[1], limit[1], 1e-3 * std::abs(limit[1]));
+  EXPECT_NEAR(rate[2], limit[2], 1e-2 * std::abs(limit[2]));
+}
+
+TEST(DynamicModel, AccelerometerHasFeltTheTyreDragAlready) {
+  // v̇_x = a_x + v_y ψ̇, whatever the steering does.
+  const Eigen::Vector3d rate = rate_of({2.0, 0.1, 1.5}, {0.4, -0.3}, 0.1);
+  EXPECT_DOUBLE_EQ(rate[0], -0.3 + 0.1 * 1.5);
+}
+
+TEST(DynamicModel, RateIsTheSameCarInMirrorAndBounded) {
+  for (const double v_x : {-1.0, -0.1, 0.0, 0.1, 2.0}) {
+    const Eigen::Vector3d left = rate_of({v_x, 0.1, 0.5}, {0.3, 0.2}, 0.185);
+    const Eigen::Vector3d right = rate_of({v_x, -0.1, -0.5}, {-0.3, 0.2}, 0.185);
+    EXPECT_DOUBLE_EQ(left[0], right[0]);
+    EXPECT_DOUBLE_EQ(left[1], -right[1]);
+    EXPECT_DOUBLE_EQ(left[2], -right[2]);
+    EXPECT_LT(left.cwiseAbs().maxCoeff(), 100.0);
+  }
+}
+
+TEST(DynamicModel, StandingCarAtFullLockDoesNotAccelerate) {
+  const Eigen::Vector3d rate = rate_of({0.0, 0.0, 0.0}, {0.45, 0.0}, 0.185);
+  EXPECT_EQ(rate, Eigen::Vector3d::Zero());
+}
+
+TEST(DynamicModel, SlowestResolvedSpeedIsThePoleOfThePrintedForm) {
+  EXPECT_NEAR(slowest_resolved_speed(reference_car, dt), 0.185, 0.0005);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::paper_test
