@@ -207,6 +207,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
     state_.record.details.source_age_ns[source] = state_.watch.age_ns(source, tick_ns);
     const estimator::SourceFlag flag = flag_of(source, tick_ns);
     statistics_.sources[source].flag.set(static_cast<std::uint64_t>(flag));
+    statistics_.sources[source].noise.set(noise(state_.filter, static_cast<Source>(source)));
     if (state_.watch.healthy(source, tick_ns) && flag == estimator::SourceFlag::ok)
       pose.health |= 1U << source;
   }

@@ -19,6 +19,7 @@
 #include "can_protocol/stamp_guard.hpp"
 #include "daemon/config.hpp"
 #include "daemon/innovation_statistics.hpp"
+#include "daemon/noise_statistics.hpp"
 #include "daemon/record.hpp"
 #include "daemon/source_watch.hpp"
 #include "estimator/filter.hpp"
@@ -35,6 +36,7 @@ struct SourceStatistics {
   Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
   Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
   InnovationStatistics innovations;  ///< of models that test each sample
+  NoiseStatistics noise;             ///< likewise, at the last tick
 };
 
 struct PipelineStatistics {

@@ -252,6 +252,18 @@ void write_innovations(JsonWriter& json, const SourceStatistics& source, bool an
   json.end_object();
 }
 
+/// null: not estimated, or not yet.
+void write_noise(JsonWriter& json, const estimator::SourceNoise& noise) {
+  const auto estimated = [&](std::string_view key, double value) {
+    json.member(key, value > 0.0 ? value : NAN);
+  };
+  json.begin_object("noise");
+  estimated("at_rest", noise.at_rest);
+  estimated("moving", noise.moving);
+  estimated("speed_share", noise.speed_share);
+  json.end_object();
+}
+
 void write_sources(JsonWriter& json, const Running& running, const PublishedPose& published,
                    std::int64_t now_ns) {
   constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
@@ -270,6 +282,7 @@ void write_sources(JsonWriter& json, const Running& running, const PublishedPose
     age_member(json, "age_s", source.last_time_ns, now_ns);
     json.member("timeout_s", settings.configured ? seconds(settings.timeout_ns) : NAN);
     json.member("sigma", settings.configured ? settings.sigma : NAN);
+    write_noise(json, source.noise.get());
     const std::uint64_t seen = std::accumulate(
         source.verdicts.begin(), source.verdicts.end(), std::uint64_t{0},
         [](std::uint64_t sum, const Counter& counter) { return sum + counter.get(); });

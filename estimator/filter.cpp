@@ -95,6 +95,11 @@ std::span<const Judgement> judgements(const Filter& filter) noexcept {
   return full != nullptr ? full->judgements() : std::span<const Judgement>();
 }
 
+SourceNoise noise(const Filter& filter, Source source) noexcept {
+  const auto* const full = std::get_if<FullFilter>(&filter);
+  return full != nullptr ? full->noise(source) : SourceNoise();
+}
+
 Estimate step(Filter& filter, std::int64_t tick_ns) noexcept {
   return std::visit([&](auto& f) { return f.step(tick_ns); }, filter);
 }

@@ -45,6 +45,10 @@ std::optional<Verdict> add(Filter& filter, const CameraPose& pose) noexcept;
 /// How the samples were judged that add() left open, of the last step. Valid until the next call.
 [[nodiscard]] std::span<const Judgement> judgements(const Filter& filter) noexcept;
 
+/// How noisy a source is by its own samples, at the last tick: of the model `full`, and of samples
+/// of the sigma that FilterSettings states. Of the others nothing is estimated.
+[[nodiscard]] SourceNoise noise(const Filter& filter, Source source) noexcept;
+
 /// Advances to the tick that is valid at `tick_ns` and says what is believed there. Ticks that were
 /// skipped are made up for with the inputs held, at most 200 of them (a second); for time beyond
 /// that the covariance grows. A tick that is not at least half a period after the last one changes

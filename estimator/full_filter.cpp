@@ -7,6 +7,7 @@
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/bounds.hpp"
+#include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/integrity/admission.hpp"
 
@@ -346,6 +347,10 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   reset_count_ = predecessor.reset_count + 1;
   last_jump_ = {};
   return true;
+}
+
+SourceNoise FullFilter::noise(Source source) const noexcept {
+  return full::noise_of(context_.model.tuning, now_, source, sigma_[index_of(source)]);
 }
 
 Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {

@@ -46,6 +46,9 @@ class FullFilter {
     return {judgements_.data(), judgement_count_};
   }
 
+  /// At the last tick, of a source whose samples state no sigma of their own.
+  [[nodiscard]] SourceNoise noise(Source source) const noexcept;
+
  private:
   /// Kept states, enough for the longest window with one every `stride_` ticks.
   static constexpr std::size_t kept_states = 64;

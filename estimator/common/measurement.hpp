@@ -96,4 +96,18 @@ struct Judgement {
   std::uint32_t count = 1;             ///< samples that it is of: more where a flood gave them up
 };
 
+/// How noisy a filter takes a source's samples to be, by the samples themselves; standard
+/// deviations in the source's unit. 0: not estimated, or not yet. A wheel's error grows with its
+/// speed v: its variance is stated² + (speed_share v)².
+struct SourceNoise {
+  double stated = 0.0;       ///< by the settings
+  double at_rest = 0.0;      ///< of gyro and accelerometers, bounded around what is stated
+  double moving = 0.0;       ///< likewise, while a wheel turns
+  double speed_share = 0.0;  ///< of a wheel
+
+  [[nodiscard]] bool estimated() const noexcept {
+    return at_rest > 0.0 || moving > 0.0 || speed_share > 0.0;
+  }
+};
+
 }  // namespace odomd::estimator

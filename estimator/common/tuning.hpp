@@ -42,6 +42,12 @@ struct Tuning {
   double pedal = 0.3;         ///< by how much brakes and motor change a_x at once, one sigma [g]
   double turn_in = 2.0;       ///< the quickest change of ψ̇ that is no outlier [g / wheelbase]
 
+  // --- noise of gyro and accelerometers from the data (ratios to the stated variance) ---
+  int noise_samples = 300;            ///< it is the mean of so many
+  double noise_at_rest_least = 0.01;  ///< at rest at least; at most 1
+  double noise_moving_least = 0.1;    ///< on the move at least ...
+  double noise_moving_most = 9.0;     ///< ... and at most; of a gyro at most 1
+
   // --- noise from the data: how quickly it follows, and how far (ratios of variances) ---
   double drive_unrest_s = 5.0;       ///< of a_x, by the wheels [s]
   double drive_unrest_range = 10.0;  ///< ... up and down

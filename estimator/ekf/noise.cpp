@@ -7,9 +7,27 @@
 namespace odomd::estimator::full {
 namespace {
 
-// How many samples the noise is estimated from, and by how much one of them may be above it.
-constexpr int noise_memory = 300;
+// take() hands no tuning to measure_noise(): its numbers as they stand.
+constexpr Tuning tuned;
+
+// The variance of z_k - 2 z_k-1 + z_k-2, of white noise of variance 1: 1² + 2² + 1².
+constexpr double bend_variance = 6.0;
+// One sample counts as so many times the mean at most: 3 sigma. An outlier is no noise.
 constexpr double largest_step = 9.0;
+// The mean of fewer samples is not used; that of fewer bounds no sample, the stated variance does.
+constexpr int least_samples_to_use = 5;
+constexpr int least_samples_to_bound = 10;
+// A hundredth of the stated sigma. From 0 the mean could not grow again.
+constexpr double smallest_mean = 1e-4;
+// A gyro, and what rests, is not taken for noisier than stated.
+constexpr double as_stated = 1.0;
+
+/// Of a mean of squares, in stated sigmas, the sigma that is used, in stated ones.
+double bounded(double mean, Source source, bool resting) noexcept {
+  const double most = resting || source == Source::yaw_rate ? as_stated : tuned.noise_moving_most;
+  return std::sqrt(
+      std::clamp(mean, resting ? tuned.noise_at_rest_least : tuned.noise_moving_least, most));
+}
 
 // One surprise counts as so many at most, and moves a ratio by no more than this of itself.
 constexpr double largest_surprise = 4.0;
@@ -38,20 +56,32 @@ void measure_noise(State& state, Sample& sample) noexcept {
   int& samples = level.resting ? level.rest_samples : level.moving_samples;
   if (level.run == 2) {
     const double bend = now - 2.0 * level.last[0] + level.last[1];
-    samples = std::min(samples + 1, noise_memory);
-    const double most = largest_step * (samples < 10 ? 1.0 : mean);
-    mean += (std::min(bend * bend / 6.0, most) - mean) / samples;
-    mean = std::max(mean, 1e-4);
+    samples = std::min(samples + 1, tuned.noise_samples);
+    const double most = largest_step * (samples < least_samples_to_bound ? as_stated : mean);
+    mean += (std::min(bend * bend / bend_variance, most) - mean) / samples;
+    mean = std::max(mean, smallest_mean);
   }
   level.last = {now, level.last[0]};
   level.run = std::min(level.run + 1, 2);
-  if (samples < 5) {
-    return;
+  if (samples >= least_samples_to_use) {
+    sample.sigma[0] *= bounded(mean, sample.source, level.resting);
   }
-  const bool gyro = sample.source == Source::yaw_rate;
-  const double ratio =
-      level.resting ? std::clamp(mean, 0.01, 1.0) : std::clamp(mean, 0.1, gyro ? 1.0 : 9.0);
-  sample.sigma[0] *= std::sqrt(ratio);
+}
+
+SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
+                     double stated) noexcept {
+  SourceNoise noise{.stated = stated};
+  const NoiseLevel& level = state.noise[index_of(source)];
+  if (level.rest_samples >= least_samples_to_use) {
+    noise.at_rest = stated * bounded(level.at_rest, source, true);
+  }
+  if (level.moving_samples >= least_samples_to_use) {
+    noise.moving = stated * bounded(level.moving, source, false);
+  }
+  if (is_wheel(source) && state.heard[index_of(source)].agreeing > 0) {
+    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_unrest[index_of(source)]);
+  }
+  return noise;
 }
 
 void follow_unrest(const Tuning& tuning, State& state, const Sample& sample,

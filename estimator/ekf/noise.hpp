@@ -16,6 +16,10 @@ namespace odomd::estimator::full {
 /// 1 of the stated sigma at rest; on the move from 0.3 to 3, of a gyro to 1.
 void measure_noise(State& state, Sample& sample) noexcept;
 
+/// What is estimated by now of the noise of a source whose samples state the sigma `stated`.
+[[nodiscard]] SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
+                                   double stated) noexcept;
+
 /// λ ← λ exp(Δt/T w (ν²/S - 1)), S what noise alone makes (H P Hᵀ + R), each
 /// by its share w of it: of a_x and of the wheel's own relative
 /// error by a wheel, of ε by the gyro. Once a sample, judged or not.

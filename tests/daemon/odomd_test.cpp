@@ -244,7 +244,16 @@ TEST_F(OdomdTest, TellsItsStatus) {
     EXPECT_EQ(source["last_verdict"], "fused");
     EXPECT_GT(source["verdicts"]["fused"].get<int>(), 0);
     EXPECT_EQ(source["timeout_s"], 0.03);
+    EXPECT_GT(source["sigma"].get<double>(), 0.0);
+    EXPECT_TRUE(source["noise"]["at_rest"].is_null());
+    EXPECT_TRUE(source["noise"]["moving"].is_null());
+    EXPECT_GT(source["noise"]["speed_share"].get<double>(), 0.0);
   }
+  const auto& gyro = status["sources"][ODOM_SOURCE_YAW_RATE];
+  EXPECT_EQ(gyro["name"], "yaw_rate");
+  EXPECT_GT(gyro["noise"]["moving"].get<double>(), 0.0);
+  EXPECT_LE(gyro["noise"]["moving"].get<double>(), gyro["sigma"].get<double>());
+  EXPECT_TRUE(gyro["noise"]["speed_share"].is_null());
   EXPECT_NE(status["clock"]["log_offset_ns"], 0);
   EXPECT_TRUE(status["realtime"].contains("refusals"));
   EXPECT_EQ(status["events_dropped"], 0);

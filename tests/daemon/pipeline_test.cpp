@@ -228,6 +228,33 @@ TEST(Pipeline, GoesOnFromAPredecessorWithItsCovarianceGrown) {
   EXPECT_GT(record.pose.reset_count, last.pose.reset_count);
 }
 
+TEST(Pipeline, HandsOutTheNoiseThatItsFilterEstimates) {
+  Config full = config();
+  full.model = estimator::Model::full;
+  for (const Config& settings : {full, config()}) {
+    const auto p = pipeline(settings);
+    const auto& sources = p->statistics().sources;
+    // It stands for a second, then drives; the gyro alternates between 0 and 10 mrad/s.
+    for (int k = 0; k <= 400; ++k) {
+      const std::int64_t now = start + k * 5 * ms;
+      const auto turn = static_cast<std::int16_t>(k % 2 * 10);
+      p->take(frame(257, now, k < 200 ? 0 : 1500), now);
+      p->take(frame(256, now, turn, static_cast<std::uint8_t>(k % 16)), now);
+      p->tick(static_cast<std::uint64_t>(k), now);
+      EXPECT_FALSE(k == 0 && sources[gyro].noise.get().estimated());
+    }
+    const estimator::SourceNoise noise = sources[gyro].noise.get();
+    const bool estimates = settings.model == estimator::Model::full;
+    EXPECT_EQ(noise.estimated(), estimates);
+    EXPECT_EQ(noise.stated, estimates ? 0.03 : 0.0);
+    // √(E (z_k - 2 z_k-1 + z_k-2)² / 6) = 20 mrad/s / √6; on the move it is at its bound.
+    EXPECT_NEAR(noise.at_rest, estimates ? 0.00816 : 0.0, 1e-4);
+    EXPECT_NEAR(noise.moving, estimates ? 0.00949 : 0.0, 1e-4);
+    EXPECT_EQ(sources[wheel].noise.get().speed_share > 0.0, estimates);
+    EXPECT_FALSE(sources[camera].noise.get().estimated());
+  }
+}
+
 TEST(Pipeline, GoesOnWithTheCalibrationsOfAPredecessor) {
   Config full = config();
   full.model = estimator::Model::full;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "estimator/ekf/wheel_speed.hpp"
+
 namespace odomd::estimator::full::noise_test {
 namespace {
 
@@ -84,6 +86,54 @@ TEST(MeasuredNoise, MotionHardlyEntersIt) {
 TEST(MeasuredNoise, IsTheStatedOneUntilThereAreSamples) {
   State state;
   EXPECT_EQ(used(state, Source::yaw_rate, true, 0.0, nothing, 5), 1.0);
+}
+
+TEST(NoiseOf, IsTheSigmaThatIsUsed) {
+  const Tuning t;
+  for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y}) {
+    State state;
+    // Six samples are four differences of three.
+    (void)used(state, source, true, 0.2, nothing, 6);
+    EXPECT_FALSE(noise_of(t, state, source, stated).estimated());
+    const double at_rest = stated * used(state, source, true, 0.2, nothing);
+    EXPECT_DOUBLE_EQ(noise_of(t, state, source, stated).at_rest, at_rest);
+    EXPECT_EQ(noise_of(t, state, source, stated).moving, 0.0);
+    const double moving = stated * used(state, source, false, 20.0, nothing);
+    const SourceNoise noise = noise_of(t, state, source, stated);
+    EXPECT_EQ(noise.stated, stated);
+    EXPECT_DOUBLE_EQ(noise.at_rest, at_rest);
+    EXPECT_DOUBLE_EQ(noise.moving, moving);
+    EXPECT_EQ(noise.speed_share, 0.0);
+    EXPECT_NEAR(noise.moving, source == Source::yaw_rate ? stated : 3.0 * stated, 1e-12);
+  }
+}
+
+TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
+  Tuning t;
+  t.wheel_radius = 0.004;
+  constexpr Source wheel = Source::wheel_front_left;
+  State state;
+  state.wheel_unrest[index_of(wheel)] = 9.0;
+  EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "not heard yet";
+  state.heard[index_of(wheel)].agreeing = 1;
+  EXPECT_DOUBLE_EQ(noise_of(t, state, wheel, stated).speed_share, 0.012);
+  EXPECT_EQ(noise_of(t, state, wheel, stated).moving, 0.0);
+  // predict_wheel_speed() adds its square at that speed to the sensor's own.
+  state.mean[at::v_x] = 2.0;
+  const auto variance = [&](double wheel_radius) {
+    CarModel model;
+    model.tuning.wheel_radius = wheel_radius;
+    return predict_wheel_speed(model, {0.0, true}, state, wheel, stated, true).variance;
+  };
+  EXPECT_NEAR(variance(t.wheel_radius) - variance(0.0), 0.024 * 0.024, 1e-12);
+}
+
+TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
+  State state;
+  for (const Source source : {Source::steering, Source::direction, Source::camera}) {
+    state.heard[index_of(source)].agreeing = 3;
+    EXPECT_FALSE(noise_of({}, state, source, stated).estimated());
+  }
 }
 
 /// Surprises of so many sigmas for ten seconds, 100 a second; `share`: of the sample's own noise.
