@@ -18,6 +18,24 @@ nlohmann::ordered_json innovations_json(const ReplaySummary& summary) {
   return innovations;
 }
 
+nlohmann::ordered_json noise_json(const ReplaySummary& summary) {
+  const auto or_null = [](double value) {
+    return value > 0.0 ? nlohmann::ordered_json(value) : nlohmann::ordered_json();
+  };
+  auto noise = nlohmann::ordered_json::object();
+  for (std::size_t source = 0; source < summary.noise.size(); ++source) {
+    const estimator::SourceNoise& estimate = summary.noise[source];
+    if (!estimate.estimated()) continue;
+    noise[std::string{estimator::source_names[source]}] = {
+        {"sigma", estimate.stated},
+        {"at_rest", or_null(estimate.at_rest)},
+        {"moving", or_null(estimate.moving)},
+        {"speed_share", or_null(estimate.speed_share)},
+    };
+  }
+  return noise;
+}
+
 nlohmann::ordered_json verdicts_json(const ReplaySummary& summary) {
   auto sources = nlohmann::ordered_json::object();
   for (std::size_t source = 0; source < summary.verdicts.size(); ++source) {
@@ -45,6 +63,7 @@ nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
       {"last_mode", mode_name(summary.last_mode)},
       {"verdicts", verdicts_json(summary)},
       {"innovations", innovations_json(summary)},
+      {"noise", noise_json(summary)},
       {"warnings", warnings},
   };
 }

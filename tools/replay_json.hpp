@@ -17,6 +17,10 @@ namespace odomd::tools {
 /// By source, how its samples lay to what the filter expected of them; those that were tested.
 [[nodiscard]] nlohmann::ordered_json innovations_json(const ReplaySummary& summary);
 
+/// By source, the stated sigma and the filter's estimates at the end (null: none); of those sources
+/// that have one.
+[[nodiscard]] nlohmann::ordered_json noise_json(const ReplaySummary& summary);
+
 /// By source, how many samples had which verdict; those that came.
 [[nodiscard]] nlohmann::ordered_json verdicts_json(const ReplaySummary& summary);
 

@@ -216,6 +216,28 @@ std::string sources(const Json& now, const Rates& rates) {
   return table.rows.empty() ? std::string{} : '\n' + table.text();
 }
 
+std::string unit_of(const std::string& source) {
+  if (source == "yaw_rate") return "rad/s";
+  return source.starts_with("accel") ? "m/s2" : "m/s";
+}
+
+// The sigmas of the sources' samples, where the model estimates them.
+std::string noise(const Json& now) {
+  Table table{{"noise", "unit", "stated", "at rest", "moving", "of speed"}, {}, {0, 1}};
+  for (const auto& source : member(now, "sources")) {
+    const Json& noise = member(source, "noise");
+    const Json& at_rest = member(noise, "at_rest");
+    const Json& moving = member(noise, "moving");
+    const Json& share = member(noise, "speed_share");
+    if (at_rest.is_null() && moving.is_null() && share.is_null()) continue;
+    const std::string name = word(member(source, "name"));
+    table.rows.push_back({name, unit_of(name), significant(member(source, "sigma")),
+                          significant(at_rest), significant(moving),
+                          share.is_null() ? "-" : number(share, 2, 100.0) + " %"});
+  }
+  return table.rows.empty() ? std::string{} : '\n' + table.text();
+}
+
 // What the filter has learnt, where its model learns.
 std::string calibrations(const Json& now) {
   Table table{{"calibration", "value", "", "learnt"}, {}, {0, 2, 3}};
@@ -251,7 +273,7 @@ std::string status_as_text(const Json& now, const std::optional<Json>& before) {
   const Rates rates{now, before};
   return head(now) + mode(now) + pose(member(now, "pose")) + '\n' +
          beat(member(now, "beat"), rates) + realtime(member(now, "realtime")) + buses(now, rates) +
-         bus_remarks(now) + controllers(now) + messages(now) + sources(now, rates) +
+         bus_remarks(now) + controllers(now) + messages(now) + sources(now, rates) + noise(now) +
          calibrations(now) + camera(member(now, "camera")) + clock(member(now, "clock"));
 }
 

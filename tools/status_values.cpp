@@ -27,6 +27,10 @@ std::string number(const Json& value, int decimals, double factor) {
   return value.is_null() ? "-" : fixed(factor * value.get<double>(), decimals);
 }
 
+std::string significant(const Json& value) {
+  return value.is_null() ? "-" : fmt::format("{:#.3g}", value.get<double>());
+}
+
 std::string count(const Json& value) {
   return value.is_null() ? "-" : std::to_string(value.get<std::uint64_t>());
 }

@@ -25,6 +25,8 @@ inline constexpr double full_turn = 2.0 * std::numbers::pi;  ///< [rad]
 [[nodiscard]] const Json& namesake(const Json& array, const Json& name);
 
 [[nodiscard]] std::string number(const Json& value, int decimals, double factor = 1.0);
+/// Three significant digits: "0.00321", "0.300", "-" for null.
+[[nodiscard]] std::string significant(const Json& value);
 [[nodiscard]] std::string count(const Json& value);
 /// "1 reset", "2 resets", "- resets".
 [[nodiscard]] std::string counted(const Json& value, std::string_view noun);

@@ -24,6 +24,7 @@ void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
   for (std::size_t source = 0; source < innovations.size(); ++source) {
     const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
     innovations[source] = told.innovations;
+    noise[source] = told.noise.get();
     for (std::size_t verdict = 0; verdict < verdicts[source].size(); ++verdict)
       verdicts[source][verdict] = told.verdicts[verdict].get();
   }

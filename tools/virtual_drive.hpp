@@ -43,6 +43,7 @@ struct ReplaySummary {
 
   // By source.
   std::array<daemon::InnovationStatistics, estimator::source_count> innovations;
+  std::array<estimator::SourceNoise, estimator::source_count> noise;  ///< at the last tick
   std::array<std::array<std::uint64_t, estimator::verdict_count>, estimator::source_count>
       verdicts{};
   std::array<std::array<std::uint64_t, estimator::source_flag_names.size()>,

@@ -221,6 +221,34 @@ TEST(ReplayCommand, TellsHowSamplesLayToWhatTheFullFilterExpected) {
   EXPECT_TRUE(innovations("paper").empty());
 }
 
+TEST(ReplayCommand, ReportsTheNoiseThatTheFullFilterEstimates) {
+  const Scratch scratch;
+  const std::string drive = scratch.path("drive").string();
+  ASSERT_EQ(run_shell("odom sim --duration 8 --out " + drive).status, 0);
+  const auto noise = [&](const std::string& model) {
+    const Outcome outcome =
+        run_shell("odom replay --json --config " + drive + "/car.toml --can " + drive +
+                  "/drive.log --out " + drive + "/pose.csv --model " + model);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.err)["noise"];
+  };
+  const auto full = noise("full");
+  for (const char* source : {"yaw_rate", "accel_x", "accel_y"}) {
+    const double stated = full[source]["sigma"];
+    EXPECT_GT(stated, 0.0) << source;
+    const double moving = full[source]["moving"];
+    EXPECT_GE(moving, 0.3 * stated) << source;
+    EXPECT_LE(moving, 3.0 * stated) << source;
+    EXPECT_TRUE(full[source]["speed_share"].is_null()) << source;
+  }
+  EXPECT_GT(full["wheel_rear_left"]["speed_share"], 0.0);
+  EXPECT_LT(full["wheel_rear_left"]["speed_share"], 0.05);
+  EXPECT_TRUE(full["wheel_rear_left"]["moving"].is_null());
+  EXPECT_FALSE(full.contains("steering"));
+  EXPECT_TRUE(noise("paper").empty());
+  EXPECT_TRUE(noise("kinematic").empty());
+}
+
 TEST(ReplayCommand, SaysWhichSensorWasNotBelieved) {
   const Scratch scratch;
   const std::string drive = scratch.path("drive").string();

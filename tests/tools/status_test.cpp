@@ -16,6 +16,7 @@ namespace odomd::tools::status_test {
 namespace {
 
 using nlohmann::json;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
@@ -112,6 +113,31 @@ TEST(StatusText, ShowsInnovationsWhereTheModelTestsItsSamples) {
   now["sources"][0]["innovations"] = {
       {"count", 0}, {"dimension", 0}, {"mean_nis", nullptr}, {"inside_95", nullptr}};
   EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("NIS")));
+}
+
+TEST(StatusText, ShowsTheNoiseOfSourcesWhereTheModelEstimatesIt) {
+  json now = document(10.0, 2000);
+  const auto source = [](const char* name, const json& sigma, const json& noise) {
+    return json{{"name", name}, {"configured", true}, {"sigma", sigma}, {"noise", noise}};
+  };
+  const auto estimated = [](const json& at_rest, const json& moving, const json& speed_share) {
+    return json{{"at_rest", at_rest}, {"moving", moving}, {"speed_share", speed_share}};
+  };
+  const json nothing = estimated(nullptr, nullptr, nullptr);
+  now["sources"] = {source("yaw_rate", 0.03, estimated(0.00321, nullptr, nullptr)),
+                    source("accel_y", 0.3, estimated(0.0999, 0.9, nullptr)),
+                    source("wheel_front_left", 0.05, estimated(nullptr, nullptr, 0.0061)),
+                    source("wheel_rear", 0.05, nothing), source("camera", nullptr, nullptr)};
+  const std::string text = status_as_text(now, {});
+  EXPECT_THAT(text, EndsWith("\n\n"
+                             "noise             unit   stated  at rest  moving  of speed\n"
+                             "yaw_rate          rad/s  0.0300  0.00321       -         -\n"
+                             "accel_y           m/s2    0.300   0.0999   0.900         -\n"
+                             "wheel_front_left  m/s    0.0500        -       -    0.61 %\n"));
+  for (json& one : now["sources"]) one["noise"] = nothing;
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("noise")));
+  for (json& one : now["sources"]) one.erase("noise");  // an older daemon
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("noise")));
 }
 
 TEST(StatusText, ShowsWhatAModelHasLearnt) {
