@@ -254,7 +254,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     reading.value[0] = -std::abs(sample.value[0]);
   }
   if (!is_wheel(sample.source)) {
-    measure_noise(state, reading);
+    measure_noise(context.model.tuning, state, reading);
   }
   const Judgement judgement = take_signal(context, state, reading, sample.sigma[0]);
   note_heard(state, reading);

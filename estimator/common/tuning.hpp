@@ -43,18 +43,15 @@ struct Tuning {
   double turn_in = 2.0;       ///< the quickest change of ψ̇ that is no outlier [g / wheelbase]
 
   // --- noise of gyro and accelerometers from the data (ratios to the stated variance) ---
-  int noise_samples = 300;            ///< it is the mean of so many
-  double noise_at_rest_least = 0.01;  ///< at rest at least; at most 1
-  double noise_moving_least = 0.1;    ///< on the move at least ...
-  double noise_moving_most = 9.0;     ///< ... and at most; of a gyro at most 1
+  int noise_samples = 300;    ///< it is the mean of so many
+  double noise_range = 10.0;  ///< on the move down and up, of a gyro down; at rest twice down
 
   // --- noise from the data: how quickly it follows, and how far (ratios of variances) ---
-  double drive_unrest_s = 5.0;       ///< of a_x, by the wheels [s]
-  double drive_unrest_range = 10.0;  ///< ... up and down
   double turn_unrest_s = 2.0;        ///< of ε, by the gyro [s]
   double turn_unrest_range = 400.0;  ///< ... down
-  double wheel_unrest_s = 5.0;       ///< of a wheel's relative error, by the wheel [s]
-  double wheel_unrest_range = 36.0;  ///< ... up and down
+  double wheel_unrest_s = 5.0;       ///< of a_x and of a wheel's relative error, by the wheel [s]
+  double drive_unrest_range = 10.0;  ///< ... of a_x up and down
+  double wheel_unrest_range = 36.0;  ///< ... of the wheel's error up and down
   double way_unrest_s = 0.5;         ///< of the way's error, by the camera [s]
   double way_unrest_range = 1e4;     ///< ... up
 

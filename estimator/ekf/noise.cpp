@@ -7,9 +7,6 @@
 namespace odomd::estimator::full {
 namespace {
 
-// take() hands no tuning to measure_noise(): its numbers as they stand.
-constexpr Tuning tuned;
-
 // The variance of z_k - 2 z_k-1 + z_k-2, of white noise of variance 1: 1² + 2² + 1².
 constexpr double bend_variance = 6.0;
 // One sample counts as so many times the mean at most: 3 sigma. An outlier is no noise.
@@ -23,10 +20,11 @@ constexpr double smallest_mean = 1e-4;
 constexpr double as_stated = 1.0;
 
 /// Of a mean of squares, in stated sigmas, the sigma that is used, in stated ones.
-double bounded(double mean, Source source, bool resting) noexcept {
-  const double most = resting || source == Source::yaw_rate ? as_stated : tuned.noise_moving_most;
-  return std::sqrt(
-      std::clamp(mean, resting ? tuned.noise_at_rest_least : tuned.noise_moving_least, most));
+double bounded(const Tuning& tuning, double mean, Source source, bool resting) noexcept {
+  const double range = tuning.noise_range;
+  const double least = resting ? 1.0 / (range * range) : 1.0 / range;
+  const double most = resting || source == Source::yaw_rate ? as_stated : range;
+  return std::sqrt(std::clamp(mean, least, most));
 }
 
 // One surprise counts as so many at most, and moves a ratio by no more than this of itself.
@@ -45,7 +43,7 @@ void follow(double& unrest, double surprise, double share, Bounds bounds) noexce
 
 }  // namespace
 
-void measure_noise(State& state, Sample& sample) noexcept {
+void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept {
   NoiseLevel& level = state.noise[index_of(sample.source)];
   if (level.resting != state.rest.resting) {
     level.resting = state.rest.resting;
@@ -56,7 +54,7 @@ void measure_noise(State& state, Sample& sample) noexcept {
   int& samples = level.resting ? level.rest_samples : level.moving_samples;
   if (level.run == 2) {
     const double bend = now - 2.0 * level.last[0] + level.last[1];
-    samples = std::min(samples + 1, tuned.noise_samples);
+    samples = std::min(samples + 1, tuning.noise_samples);
     const double most = largest_step * (samples < least_samples_to_bound ? as_stated : mean);
     mean += (std::min(bend * bend / bend_variance, most) - mean) / samples;
     mean = std::max(mean, smallest_mean);
@@ -64,7 +62,7 @@ void measure_noise(State& state, Sample& sample) noexcept {
   level.last = {now, level.last[0]};
   level.run = std::min(level.run + 1, 2);
   if (samples >= least_samples_to_use) {
-    sample.sigma[0] *= bounded(mean, sample.source, level.resting);
+    sample.sigma[0] *= bounded(tuning, mean, sample.source, level.resting);
   }
 }
 
@@ -73,10 +71,10 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
   SourceNoise noise{.stated = stated};
   const NoiseLevel& level = state.noise[index_of(source)];
   if (level.rest_samples >= least_samples_to_use) {
-    noise.at_rest = stated * bounded(level.at_rest, source, true);
+    noise.at_rest = stated * bounded(tuning, level.at_rest, source, true);
   }
   if (level.moving_samples >= least_samples_to_use) {
-    noise.moving = stated * bounded(level.moving, source, false);
+    noise.moving = stated * bounded(tuning, level.moving, source, false);
   }
   if (is_wheel(source) && state.heard[index_of(source)].agreeing > 0) {
     noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_unrest[index_of(source)]);
@@ -93,7 +91,7 @@ void follow_unrest(const Tuning& tuning, State& state, const Sample& sample,
   const double surprise = nu.value * nu.value / nu.variance_of_noise;
   const double of_noise = nu.sample_variance / nu.variance_of_noise;
   if (is_wheel(sample.source)) {
-    follow(state.drive_unrest, surprise, (1.0 - of_noise) * interval_s / tuning.drive_unrest_s,
+    follow(state.drive_unrest, surprise, (1.0 - of_noise) * interval_s / tuning.wheel_unrest_s,
            {1.0 / tuning.drive_unrest_range, tuning.drive_unrest_range});
     follow(state.wheel_unrest[index_of(sample.source)], surprise,
            of_noise * interval_s / tuning.wheel_unrest_s,

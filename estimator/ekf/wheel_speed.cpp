@@ -8,7 +8,7 @@
 namespace odomd::estimator::full {
 namespace {
 
-// Where nobody tells: no front wheel turns further, and below this speed [m/s] its way says
+// Without a steering signal: no front wheel turns further, and below this speed [m/s] its way says
 // nothing.
 constexpr double largest_steering = 0.6;
 constexpr double slowest_steered = 0.3;
@@ -61,10 +61,10 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double rolling = along * c + across * s;
   // What drives the car on its way: what accelerates it, and the front tyres' drag in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
-  const double way = x[at::v_x] < 0.0 ? -1.0 : 1.0;
+  const double forward = x[at::v_x] < 0.0 ? -1.0 : 1.0;
   const double drag =
       model.car.rear_axle / model.car.wheelbase() * x[at::v_x] * yaw_rate * std::sin(steering);
-  const double force = way * (x[at::accel_x] + drag);
+  const double force = forward * (x[at::accel_x] + drag);
   const double share = slip_share(model.car.driven, source, force);
   const double slip = 1.0 + state.lasting.mean[lasting::wheel_slip] * share * force;
   const double scale = (1.0 + state.lasting.mean[lasting::wheel_scale]) * slip;
@@ -98,7 +98,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.by_lasting[lasting::wheel_slip] = scale_alone * share * force * rolling;
   if (share > 0.0) {
     z.depends_on(at::accel_x,
-                 scale_alone * way * state.lasting.mean[lasting::wheel_slip] * share * rolling);
+                 scale_alone * forward * state.lasting.mean[lasting::wheel_slip] * share * rolling);
   }
   if (gyro) {
     z.variance += squared(by_yaw_rate) * state.covariance(at::yaw_rate, at::yaw_rate);

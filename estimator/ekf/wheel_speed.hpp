@@ -33,10 +33,10 @@ struct WheelPlace {
 };
 [[nodiscard]] WheelPlace wheel_place(const Vehicle& car, Source source) noexcept;
 
-/// z = (1 + s_w) (1 ± c_s η (a_x + d)) (u cos δ + w sin δ), with u = v_x - y_w ψ̇ and
-/// w = v_y + x_w ψ̇ the velocity of the wheel's place (x_w, y_w); δ = 0 at the rear, η its
-/// slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ the drag of the front tyres in a
-/// turn.
+/// z = (1 + s_w) (1 + c_s η a) (u cos δ + u_⊥ sin δ), a = ± (a_x + d), with u = v_x - y_w ψ̇ and
+/// u_⊥ = v_y + x_w ψ̇ the velocity of the wheel's place (x_w, y_w), 1 and 0 for cos δ and sin δ of a
+/// rear wheel; η its slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ the drag of the
+/// front tyres in a turn.
 ///
 /// The filter learns v_x from it. That the two wheels of an axle differ says little about ψ̇ (a
 /// radius 0.3 % larger makes 0.03 rad/s of it at 1.5 m/s), and nothing about v_y: with a gyro

@@ -26,7 +26,7 @@ double used(State& state, Source source, bool resting, double scatter, const Sig
   for (int i = 0; i < samples; ++i) {
     Sample sample{.source = source, .sigma = {stated}};
     sample.value[0] = signal(i) + scatter * stated * normal(random);
-    measure_noise(state, sample);
+    measure_noise({}, state, sample);
     sigma = sample.sigma[0] / stated;
   }
   return sigma;
@@ -58,7 +58,7 @@ TEST(MeasuredNoise, IsBoundedAroundWhatIsStated) {
                         {Source::yaw_rate, false, 20.0, 1.0},
                         {Source::accel_y, true, 20.0, 1.0},
                         {Source::accel_y, false, 0.0, std::sqrt(0.1)},
-                        {Source::accel_y, false, 20.0, 3.0}}) {
+                        {Source::accel_y, false, 20.0, std::sqrt(10.0)}}) {
     State state;
     EXPECT_NEAR(used(state, c.source, c.resting, c.scatter, nothing), c.expected, 1e-12)
         << c.scatter;
