@@ -22,6 +22,7 @@
 #include "estimator/common/mode_monitor.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
+#include "estimator/ekf/history.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/take.hpp"
@@ -47,9 +48,6 @@ class FullFilter {
   }
 
  private:
-  /// Kept states, enough for the longest window with one every `stride_` ticks.
-  static constexpr std::size_t kept_states = 64;
-
   std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns,
                                 std::int64_t delay_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
@@ -57,14 +55,10 @@ class FullFilter {
   void tell(const Judgement& judgement) noexcept;
   void tell_given_up() noexcept;
   void refuse(std::span<const full::Sample> samples, Verdict verdict) noexcept;
-  void go_back_to(std::int64_t time_ns) noexcept;
+  void wake_up(std::int64_t time_ns) noexcept;
   void replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept;
-  void keep() noexcept;
   void recover(std::int64_t tick_ns) noexcept;
   [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;
-  [[nodiscard]] full::State& kept(std::size_t age) noexcept {
-    return kept_[(newest_kept_ + kept_states - age) % kept_states];
-  }
 
   full::Context context_;
   std::array<double, source_count> sigma_{};
@@ -76,10 +70,7 @@ class FullFilter {
   std::int64_t stride_ = 1;  ///< ticks between two kept states
 
   full::SampleWindow window_;
-  full::State now_;  ///< at the last tick
-  std::array<full::State, kept_states> kept_{};
-  std::size_t newest_kept_ = 0;
-  std::size_t kept_count_ = 0;
+  full::History history_;  ///< now: at the last tick
   std::optional<std::int64_t> last_tick_ns_;
   std::int64_t oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
 
@@ -90,7 +81,7 @@ class FullFilter {
   Pose2 odom_;
   bool odom_begun_ = false;
   std::uint32_t reset_count_ = 0;
-  std::uint32_t seen_resets_ = 0;  ///< of now_, when it was last published
+  std::uint32_t seen_resets_ = 0;  ///< of the state that was last published
   Pose2 seen_jump_;                ///< likewise
   Pose2 last_jump_;
   std::uint32_t recoveries_ = 0;
