@@ -10,13 +10,13 @@
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/publication.hpp"
+#include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator {
 namespace {
 
 using full::Sample;
 using full::State;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 namespace at = full::at;
 
 // A gap is made up for step by step up to here; beyond, the covariance grows.
@@ -24,10 +24,6 @@ constexpr std::int64_t most_ticks_made_up = 200;
 
 BodyVelocity velocity_of(const State& state) noexcept {
   return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
-}
-
-BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) noexcept {
-  return {0.5 * (a.v_x + b.v_x), 0.5 * (a.v_y + b.v_y), 0.5 * (a.yaw_rate + b.yaw_rate)};
 }
 
 }  // namespace
@@ -59,10 +55,9 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   State& now = history_.anew();
   const Pose2 before = now.pose();
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
-  now.covariance.topRows<3>().setZero();
-  now.covariance.leftCols<3>().setZero();
-  now.covariance.diagonal().head<3>() = fresh_.covariance.diagonal().head<3>();
-  now.lasting.sensitivity.topRows<3>().setZero();
+  for (const at::Index index : {at::x, at::y, at::yaw}) {
+    full::forget(now, index, std::sqrt(fresh_.covariance(index, index)));
+  }
   if (!std::exchange(now.located, true)) {
     odom_ = pose;
     reset_count_ = 1;
@@ -133,7 +128,7 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
 }
 
 Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
-  judgement_count_ = 0;
+  judgements_.clear();
   if (!last_tick_ns_) {
     begin(tick_ns);
   } else if (ns_between(*last_tick_ns_, tick_ns) < period_ns_ / 2) {
@@ -164,13 +159,13 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   count_resets();
 
   last_tick_ns_ = tick_ns;
-  tell_given_up();
+  judgements_.tell_given_up(window_);
   // 3. What is older than the window and all kept states, and what is from the future, must go.
   const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -window_ns_), history_.oldest_ns());
-  refuse(window_.until(oldest_ns), Verdict::too_old);
+  judgements_.refuse(window_.until(oldest_ns), Verdict::too_old);
   window_.forget_until(oldest_ns);
   const std::int64_t newest_ns = ns_after(tick_ns, period_ns_ + steering_delay_ns_);
-  refuse(window_.after(newest_ns), Verdict::future);
+  judgements_.refuse(window_.after(newest_ns), Verdict::future);
   window_.forget_after(newest_ns);
   last_ = estimate(tick_ns);
   return last_;
@@ -202,51 +197,11 @@ void FullFilter::count_resets() noexcept {
   seen_jump_ = jump;
 }
 
-/// There is room: for every sample of the window, each of which is judged once, and for each
-/// source.
-void FullFilter::tell(const Judgement& judgement) noexcept {
-  if (judgement_count_ < judgements_.size()) {
-    judgements_[judgement_count_++] = judgement;
-  }
-}
-
-/// The verdict of those that will never be taken in.
-void FullFilter::refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
-  for (const Sample& sample : samples) {
-    if (!sample.judged) {
-      tell({.source = sample.source, .verdict = verdict, .time_ns = sample.time_ns});
-    }
-  }
-}
-
-/// Of those that a flood pushed out of the window nothing is left but their number.
-void FullFilter::tell_given_up() noexcept {
-  const std::array<std::uint32_t, source_count> given_up = window_.take_given_up();
-  for (std::size_t i = 0; i < source_count; ++i) {
-    if (given_up[i] > 0) {
-      tell({.source = static_cast<Source>(i),
-            .verdict = Verdict::too_old,
-            .time_ns = window_.lost_until_ns(),
-            .count = given_up[i]});
-    }
-  }
-}
-
-/// On at `time_ns` after a sleep: nobody knows what the car has done, whether it has gone on as it
-/// went or not.
+/// On at `time_ns` after a sleep.
 void FullFilter::wake_up(std::int64_t time_ns) noexcept {
   State& now = history_.anew();
-  const double gap_s = seconds_between(now.time_ns, time_ns);
+  full::lose_sight(now, seconds_between(now.time_ns, time_ns));
   last_tick_ns_ = now.time_ns = time_ns;
-  const Symmetric3 way = gap_noise(gap_s);
-  const Symmetric3 change = velocity_gap_noise(gap_s);
-  const double gone = gap_s * std::hypot(now.mean[at::v_x], now.mean[at::v_y]);
-  const double turned = gap_s * now.mean[at::yaw_rate];
-  now.covariance.diagonal().head<6>() +=
-      Vector6(way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned, change[0],
-              change[3], change[5]);
-  now.rest = {};
-  full::limit(now);
 }
 
 /// Takes the samples after the state up to `tick_ns`, on the grid of the ticks. The odometry frame
@@ -269,14 +224,16 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
       Judgement judgement = full::take(context_, now, sample);
       judgement.time_ns = sample.time_ns;
       if (!std::exchange(sample.judged, true)) {
-        tell(judgement);
+        judgements_.tell(judgement);
       }
     }
     full::advance(context_, now, grid_ns);
     full::limit(now);
     if (now.moving && grid_ns > *last_tick_ns_) {
       const BodyVelocity next = velocity_of(now);
-      odom_ = moved(odom_, mean(velocity, next), seconds_between(*last_tick_ns_, grid_ns));
+      const BodyVelocity mean{0.5 * (velocity.v_x + next.v_x), 0.5 * (velocity.v_y + next.v_y),
+                              0.5 * (velocity.yaw_rate + next.yaw_rate)};
+      odom_ = moved(odom_, mean, seconds_between(*last_tick_ns_, grid_ns));
       velocity = next;
       last_tick_ns_ = grid_ns;
     }
@@ -292,8 +249,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
   State& now = history_.anew();
-  const bool located = now.located;
-  const bool moving = now.moving;
+  const auto [located, moving] = std::pair(now.located, now.moving);
   now = fresh_;
   now.time_ns = tick_ns;
   now.located = located;

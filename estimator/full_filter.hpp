@@ -11,7 +11,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -23,6 +22,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/ekf/history.hpp"
+#include "estimator/ekf/judgements.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/take.hpp"
@@ -44,7 +44,7 @@ class FullFilter {
   /// Of the samples that the last step took in for the first time: what it made of them then; a
   /// replay with later ones may decide otherwise. Valid until the next call.
   [[nodiscard]] std::span<const Judgement> judgements() const noexcept {
-    return {judgements_.data(), judgement_count_};
+    return judgements_.told();
   }
 
  private:
@@ -52,9 +52,6 @@ class FullFilter {
                                 std::int64_t delay_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
   void count_resets() noexcept;
-  void tell(const Judgement& judgement) noexcept;
-  void tell_given_up() noexcept;
-  void refuse(std::span<const full::Sample> samples, Verdict verdict) noexcept;
   void wake_up(std::int64_t time_ns) noexcept;
   void replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept;
   void recover(std::int64_t tick_ns) noexcept;
@@ -74,8 +71,7 @@ class FullFilter {
   std::optional<std::int64_t> last_tick_ns_;
   std::int64_t oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
 
-  std::array<Judgement, full::SampleWindow::capacity + source_count> judgements_{};
-  std::size_t judgement_count_ = 0;
+  full::Judgements judgements_;
 
   ModeMonitor modes_;
   Pose2 odom_;

@@ -209,9 +209,19 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   return step;
 }
 
-[[gnu::flatten]] Eigen::Vector3d velocity_after(const Vehicle& car, const Moving& now,
-                                                double dt) noexcept {
-  return velocity_step(car, now, dt).velocity;
+// Of each step, inlined, the derivatives are not made.
+[[gnu::flatten]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
+                                                long steps) noexcept {
+  const double dt = time_s / static_cast<double>(steps);
+  const double accel_decay = model.tuning.drive_accel_s / (model.tuning.drive_accel_s + dt);
+  for (long done = 0; done < steps; ++done) {
+    const Eigen::Vector3d next = velocity_step(model.car, now, dt).velocity;
+    now.v_x = next[0];
+    now.v_y = next[1];
+    now.yaw_rate = next[2];
+    now.accel_x *= accel_decay;
+  }
+  return {now.v_x, now.v_y, now.yaw_rate};
 }
 
 Moving moving(const State& state, const Input& input) noexcept {
