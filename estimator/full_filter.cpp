@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
@@ -9,6 +10,7 @@
 #include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/publication.hpp"
+#include "estimator/ekf/update.hpp"
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
@@ -23,10 +25,6 @@ constexpr std::int64_t most_ticks_made_up = 200;
 
 BodyVelocity velocity_of(const State& state) noexcept {
   return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
-}
-
-BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) noexcept {
-  return {0.5 * (a.v_x + b.v_x), 0.5 * (a.v_y + b.v_y), 0.5 * (a.yaw_rate + b.yaw_rate)};
 }
 
 }  // namespace
@@ -44,30 +42,24 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
     sigma_[i] = settings.sigma[i] > 0.0 ? settings.sigma[i] : default_sigma[i];
   }
   const std::int64_t window_ticks = window_ns_ / period_ns_ + 1;
-  stride_ = window_ticks / static_cast<std::int64_t>(kept_states - 3) + 1;
+  stride_ = window_ticks / static_cast<std::int64_t>(full::History::capacity - 3) + 1;
   context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
   fresh_ = full::fresh_state(settings);
-  now_ = fresh_;
+  history_.anew() = fresh_;
 }
 
 void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   if (!is_possible(pose)) {
     return;
   }
-  const Pose2 before = now_.pose();
-  now_.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
-  now_.covariance.topRows<3>().setZero();
-  now_.covariance.leftCols<3>().setZero();
-  now_.covariance.diagonal().head<3>() = fresh_.covariance.diagonal().head<3>();
-  now_.lasting.sensitivity.topRows<3>().setZero();
-  const bool located_before = now_.located;
-  now_.located = true;
   // Nothing that came before may be replayed across it.
-  if (last_tick_ns_) {
-    kept_count_ = 0;
-    keep();
+  State& now = history_.anew();
+  const Pose2 before = now.pose();
+  now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
+  for (const at::Index index : {at::x, at::y, at::yaw}) {
+    full::forget(now, index, std::sqrt(fresh_.covariance(index, index)));
   }
-  if (!located_before) {
+  if (!std::exchange(now.located, true)) {
     odom_ = pose;
     reset_count_ = 1;
     return;
@@ -123,7 +115,7 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
   }
   if (last_tick_ns_ &&
       sample.time_ns <= std::max({ns_after(*last_tick_ns_, -window_ns_), window_.lost_until_ns(),
-                                  kept(kept_count_ - 1).time_ns})) {
+                                  history_.oldest_ns()})) {
     return Verdict::too_old;
   }
   const full::Insertion insertion = window_.insert(sample);
@@ -137,45 +129,44 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
 }
 
 Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
-  judgement_count_ = 0;
+  judgements_.clear();
   if (!last_tick_ns_) {
     begin(tick_ns);
   } else if (ns_between(*last_tick_ns_, tick_ns) < period_ns_ / 2) {
     return last_;
   }
-  const bool located_before = now_.located;
+  const bool located_before = history_.now().located;
 
   // 1. Back to where the oldest of the new samples belongs, and from there to now.
-  const BodyVelocity published = velocity_of(now_);
+  const BodyVelocity published = velocity_of(history_.now());
   const Pose2 odom_before = odom_;
-  go_back_to(oldest_news_ns_);
-  oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
+  history_.go_back_to(std::exchange(oldest_news_ns_, std::numeric_limits<std::int64_t>::max()));
   replay_to(tick_ns, published);
-  if (!full::sound(now_)) {
+  if (!full::sound(history_.now())) {
     odom_ = odom_before;
     recover(tick_ns);
   }
 
-  if (now_.located && !located_before) {
+  const State& now = history_.now();
+  if (now.located && !located_before) {
     reset_count_ = 1;
   }
   // 2. The odometry frame begins at the first pose that is published in the map's, however long the
   // samples have waited that lead there.
   if (!odom_begun_) {
-    odom_ = now_.pose();
-    odom_begun_ = now_.located && now_.moving;
+    odom_ = now.pose();
+    odom_begun_ = now.located && now.moving;
   }
   count_resets();
 
   last_tick_ns_ = tick_ns;
-  tell_given_up();
+  judgements_.tell_given_up(window_);
   // 3. What is older than the window and all kept states, and what is from the future, must go.
-  const std::int64_t oldest_ns =
-      std::min(ns_after(tick_ns, -window_ns_), kept(kept_count_ - 1).time_ns);
-  refuse(window_.until(oldest_ns), Verdict::too_old);
+  const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -window_ns_), history_.oldest_ns());
+  judgements_.refuse(window_.until(oldest_ns), Verdict::too_old);
   window_.forget_until(oldest_ns);
   const std::int64_t newest_ns = ns_after(tick_ns, period_ns_ + steering_delay_ns_);
-  refuse(window_.after(newest_ns), Verdict::future);
+  judgements_.refuse(window_.after(newest_ns), Verdict::future);
   window_.forget_after(newest_ns);
   last_ = estimate(tick_ns);
   return last_;
@@ -184,128 +175,71 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
 /// The first tick: the state begins a window before it, so that what has come in already counts;
 /// one that a predecessor has left is of the tick before.
 void FullFilter::begin(std::int64_t tick_ns) noexcept {
-  now_.time_ns = ns_after(tick_ns, now_.moving ? -period_ns_ : -window_ns_ - period_ns_);
-  kept_count_ = 0;
-  keep();
-  last_tick_ns_ = now_.time_ns;
+  State& now = history_.anew();
+  now.time_ns = ns_after(tick_ns, now.moving ? -period_ns_ : -window_ns_ - period_ns_);
+  last_tick_ns_ = now.time_ns;
 }
 
 /// What the camera's resets have done to the published pose. A jump that a replay takes back is one
 /// more jump; one that late samples have made a little longer is the same one.
 void FullFilter::count_resets() noexcept {
-  const Pose2& jump = now_.last_jump;
-  if (now_.resets > seen_resets_) {
+  const State& now = history_.now();
+  const Pose2& jump = now.last_jump;
+  if (now.resets > seen_resets_) {
     ++reset_count_;
     last_jump_ = jump;
-  } else if (now_.resets < seen_resets_) {
+  } else if (now.resets < seen_resets_) {
     ++reset_count_;
     last_jump_ = {-seen_jump_.x, -seen_jump_.y, -seen_jump_.yaw};
   } else if (jump.x != seen_jump_.x || jump.y != seen_jump_.y || jump.yaw != seen_jump_.yaw) {
     last_jump_ = jump;
   }
-  seen_resets_ = now_.resets;
+  seen_resets_ = now.resets;
   seen_jump_ = jump;
 }
 
-void FullFilter::keep() noexcept {
-  newest_kept_ = (newest_kept_ + 1) % kept_states;
-  kept_[newest_kept_] = now_;
-  kept_count_ = std::min(kept_count_ + 1, kept_states);
+/// On at `time_ns` after a sleep.
+void FullFilter::wake_up(std::int64_t time_ns) noexcept {
+  State& now = history_.anew();
+  full::lose_sight(now, seconds_between(now.time_ns, time_ns));
+  last_tick_ns_ = now.time_ns = time_ns;
 }
 
-/// There is room: for every sample of the window, each of which is judged once, and for each
-/// source.
-void FullFilter::tell(const Judgement& judgement) noexcept {
-  if (judgement_count_ < judgements_.size()) {
-    judgements_[judgement_count_++] = judgement;
-  }
-}
-
-/// The verdict of those that will never be taken in.
-void FullFilter::refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
-  for (const Sample& sample : samples) {
-    if (!sample.judged) {
-      tell({.source = sample.source, .verdict = verdict, .time_ns = sample.time_ns});
-    }
-  }
-}
-
-/// Of those that a flood pushed out of the window nothing is left but their number.
-void FullFilter::tell_given_up() noexcept {
-  const std::array<std::uint32_t, source_count> given_up = window_.take_given_up();
-  for (std::size_t i = 0; i < source_count; ++i) {
-    if (given_up[i] > 0) {
-      tell({.source = static_cast<Source>(i),
-            .verdict = Verdict::too_old,
-            .time_ns = window_.lost_until_ns(),
-            .count = given_up[i]});
-    }
-  }
-}
-
-/// To the newest kept state before `time_ns`, if now_ is not before it.
-void FullFilter::go_back_to(std::int64_t time_ns) noexcept {
-  if (now_.time_ns < time_ns || kept_count_ == 0) {
-    return;
-  }
-  while (kept_count_ > 1 && kept(0).time_ns >= time_ns) {
-    newest_kept_ = (newest_kept_ + kept_states - 1) % kept_states;
-    --kept_count_;
-  }
-  now_ = kept(0);
-}
-
-/// Takes the samples after now_ up to `tick_ns`, on the grid of the ticks. The odometry frame is
-/// the integral of the velocities as they were published: from the last tick on, where `velocity`
-/// was.
+/// Takes the samples after the state up to `tick_ns`, on the grid of the ticks. The odometry frame
+/// is the integral of the velocities as they were published: from the last tick on, where
+/// `velocity` was.
 void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
-  std::span<Sample> samples = window_.after(now_.time_ns);
-  const std::int64_t behind = ns_between(now_.time_ns, tick_ns);
+  const std::int64_t behind = ns_between(history_.now().time_ns, tick_ns);
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
   if (ticks > most_ticks_made_up + window_ns_ / period_ns_) {
-    // Asleep: nobody knows what the car did before the last second.
     ticks = most_ticks_made_up;
-    const std::int64_t awake_ns = ns_after(tick_ns, -ticks * period_ns_);
-    const double gap_s = seconds_between(now_.time_ns, awake_ns);
-    last_tick_ns_ = now_.time_ns = awake_ns;
-    const Symmetric3 way = gap_noise(gap_s);
-    const Symmetric3 change = velocity_gap_noise(gap_s);
-    // ... whether it has gone on as it went or not.
-    const double gone = gap_s * std::hypot(now_.mean[at::v_x], now_.mean[at::v_y]);
-    const double turned = gap_s * now_.mean[at::yaw_rate];
-    now_.covariance.diagonal().head<3>() +=
-        Eigen::Vector3d(way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned);
-    now_.covariance.diagonal().segment<3>(at::v_x) +=
-        Eigen::Vector3d(change[0], change[3], change[5]);
-    now_.rest = {};
-    full::limit(now_);
-    kept_count_ = 0;
-    keep();
-    samples = window_.after(now_.time_ns);
+    wake_up(ns_after(tick_ns, -ticks * period_ns_));
   }
+  std::span<Sample> samples = window_.after(history_.now().time_ns);
   for (std::int64_t left = ticks; left-- > 0;) {
     const std::int64_t grid_ns = ns_after(tick_ns, -left * period_ns_);
-    while (!samples.empty() && samples.front().time_ns <= grid_ns) {
+    State& now = history_.work();
+    for (; !samples.empty() && samples.front().time_ns <= grid_ns; samples = samples.subspan(1)) {
       Sample& sample = samples.front();
-      full::advance(context_, now_, sample.time_ns);
-      Judgement judgement = full::take(context_, now_, sample);
+      full::advance(context_, now, sample.time_ns);
+      Judgement judgement = full::take(context_, now, sample);
       judgement.time_ns = sample.time_ns;
-      if (!sample.judged) {
-        sample.judged = true;
-        tell(judgement);
+      if (!std::exchange(sample.judged, true)) {
+        judgements_.tell(judgement);
       }
-      samples = samples.subspan(1);
     }
-    full::advance(context_, now_, grid_ns);
-    full::limit(now_);
-    if (now_.moving && grid_ns > *last_tick_ns_) {
-      const BodyVelocity next = velocity_of(now_);
-      odom_ = moved(odom_, mean(velocity, next), seconds_between(*last_tick_ns_, grid_ns));
+    full::advance(context_, now, grid_ns);
+    full::limit(now);
+    if (now.moving && grid_ns > *last_tick_ns_) {
+      const BodyVelocity next = velocity_of(now);
+      const BodyVelocity mean{0.5 * (velocity.v_x + next.v_x), 0.5 * (velocity.v_y + next.v_y),
+                              0.5 * (velocity.yaw_rate + next.yaw_rate)};
+      odom_ = moved(odom_, mean, seconds_between(*last_tick_ns_, grid_ns));
       velocity = next;
       last_tick_ns_ = grid_ns;
     }
-    if ((grid_ns / period_ns_) % stride_ == 0 || kept_count_ == 0) {
-      keep();
+    if ((grid_ns / period_ns_) % stride_ == 0) {
+      history_.keep();
     }
   }
 }
@@ -315,33 +249,29 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
 /// now; the wheels tell it.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
-  State fresh = fresh_;
-  fresh.time_ns = tick_ns;
-  fresh.located = now_.located;
-  fresh.moving = now_.moving;
-  fresh.resets = seen_resets_;
-  fresh.last_jump = seen_jump_;
+  State& now = history_.anew();
+  const auto [located, moving] = std::pair(now.located, now.moving);
+  now = fresh_;
+  now.time_ns = tick_ns;
+  now.located = located;
+  now.moving = moving;
+  now.resets = seen_resets_;
+  now.last_jump = seen_jump_;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
-  fresh.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
-  fresh.covariance(at::v_x, at::v_x) += last_.v_x * last_.v_x;
-  now_ = fresh;
-  kept_count_ = 0;
-  keep();
+  now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
+  now.covariance(at::v_x, at::v_x) += last_.v_x * last_.v_x;
 }
 
 bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   if (!may_resume(predecessor, gap_s)) {
     return false;
   }
-  const std::int64_t time_ns = now_.time_ns;
-  now_ = full::resumed(predecessor, gap_s, fresh_);
-  now_.time_ns = time_ns;
-  seen_resets_ = now_.resets;
-  seen_jump_ = now_.last_jump;
-  if (last_tick_ns_) {
-    kept_count_ = 0;
-    keep();
-  }
+  State& now = history_.anew();
+  const std::int64_t time_ns = now.time_ns;
+  now = full::resumed(predecessor, gap_s, fresh_);
+  now.time_ns = time_ns;
+  seen_resets_ = now.resets;
+  seen_jump_ = now.last_jump;
   odom_begun_ = true;
   odom_ = moved(predecessor.odom, velocity_of(predecessor), gap_s);
   reset_count_ = predecessor.reset_count + 1;
@@ -350,12 +280,13 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
 }
 
 SourceNoise FullFilter::noise(Source source) const noexcept {
-  return full::noise_of(context_.model.tuning, now_, source, sigma_[index_of(source)]);
+  return full::noise_of(context_.model.tuning, history_.now(), source, sigma_[index_of(source)]);
 }
 
 Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
+  const State& now = history_.now();
   Estimate e =
-      full::publication(context_.model, full::input_of(now_), context_.period_s, now_, fresh_);
+      full::publication(context_.model, full::input_of(now), context_.period_s, now, fresh_);
   e.time_ns = tick_ns;
   e.odom = odom_;
   e.reset_count = reset_count_;
@@ -364,7 +295,7 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.mode = modes_.update({.time_ns = tick_ns,
                           .initialised = e.initialised,
                           .fault = false,
-                          .wheel_speed = now_.rest.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
+                          .wheel_speed = now.rest.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
                           .yaw_rate = e.yaw_rate,
                           .camera_ns = e.camera_ns});
   return e;

@@ -11,7 +11,6 @@
 #pragma once
 
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -21,6 +20,8 @@
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
+#include "estimator/ekf/history.hpp"
+#include "estimator/ekf/judgements.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
 #include "estimator/integrity/mode_monitor.hpp"
@@ -43,31 +44,21 @@ class FullFilter {
   /// Of the samples that the last step took in for the first time: what it made of them then; a
   /// replay with later ones may decide otherwise. Valid until the next call.
   [[nodiscard]] std::span<const Judgement> judgements() const noexcept {
-    return {judgements_.data(), judgement_count_};
+    return judgements_.told();
   }
 
   /// At the last tick, of a source whose samples state no sigma of their own.
   [[nodiscard]] SourceNoise noise(Source source) const noexcept;
 
  private:
-  /// Kept states, enough for the longest window with one every `stride_` ticks.
-  static constexpr std::size_t kept_states = 64;
-
   std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns,
                                 std::int64_t delay_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
   void count_resets() noexcept;
-  void tell(const Judgement& judgement) noexcept;
-  void tell_given_up() noexcept;
-  void refuse(std::span<const full::Sample> samples, Verdict verdict) noexcept;
-  void go_back_to(std::int64_t time_ns) noexcept;
+  void wake_up(std::int64_t time_ns) noexcept;
   void replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept;
-  void keep() noexcept;
   void recover(std::int64_t tick_ns) noexcept;
   [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;
-  [[nodiscard]] full::State& kept(std::size_t age) noexcept {
-    return kept_[(newest_kept_ + kept_states - age) % kept_states];
-  }
 
   full::Context context_;
   std::array<double, source_count> sigma_{};
@@ -79,21 +70,17 @@ class FullFilter {
   std::int64_t stride_ = 1;  ///< ticks between two kept states
 
   full::SampleWindow window_;
-  full::State now_;  ///< at the last tick
-  std::array<full::State, kept_states> kept_{};
-  std::size_t newest_kept_ = 0;
-  std::size_t kept_count_ = 0;
+  full::History history_;  ///< now: at the last tick
   std::optional<std::int64_t> last_tick_ns_;
   std::int64_t oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
 
-  std::array<Judgement, full::SampleWindow::capacity + source_count> judgements_{};
-  std::size_t judgement_count_ = 0;
+  full::Judgements judgements_;
 
   ModeMonitor modes_;
   Pose2 odom_;
   bool odom_begun_ = false;
   std::uint32_t reset_count_ = 0;
-  std::uint32_t seen_resets_ = 0;  ///< of now_, when it was last published
+  std::uint32_t seen_resets_ = 0;  ///< of the state that was last published
   Pose2 seen_jump_;                ///< likewise
   Pose2 last_jump_;
   std::uint32_t recoveries_ = 0;

@@ -42,7 +42,7 @@ struct Jacobian {
 
 /// a ← F a of numbers that stand `stride` apart, its rows from `first` on: x, v_x or accel_x.
 template <Eigen::Index stride>
-void apply(const Jacobian& F, at::Index first, double* a) noexcept {
+[[gnu::always_inline]] inline void apply(const Jacobian& F, at::Index first, double* a) noexcept {
   const auto of = [a](at::Index i) -> double& { return a[i * stride]; };
   if (first <= at::v_x) {
     const auto& by = F.velocity.by;
@@ -88,16 +88,15 @@ void add_stiffness(const Jacobian& F, State& state) noexcept {
 Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& state) noexcept {
   const Tuning& tuning = model.tuning;
   Vector& x = state.mean;
-  Jacobian F;
-  F.velocity = velocity_step(model.car, moving(state, input), dt);
-  F.steered = input.has_steering ? 1.0 : 0.0;
-  F.dt = dt;
+  Jacobian F{.velocity = velocity_step(model.car, moving(state, input), dt),
+             .steered = input.has_steering ? 1.0 : 0.0,
+             .dt = dt,
+             .half = 0.5 * dt};
 
   // X' = X + Δt (v̄_x cos ψ_m - v̄_y sin ψ_m),  Y' = Y + Δt (v̄_x sin ψ_m + v̄_y cos ψ_m),
   // ψ' = ψ + Δt ψ̇_m,  ψ_m = ψ + Δt ψ̇_m / 2                                       (eqs 8 and 9)
   const Eigen::Vector3d mean = 0.5 * (x.segment<3>(at::v_x) + F.velocity.velocity);
   const double middle = x[at::yaw] + 0.5 * dt * mean[2];
-  F.half = 0.5 * dt;
   F.half_c = F.half * std::cos(middle);
   F.half_s = F.half * std::sin(middle);
   F.dx = 2.0 * (mean[0] * F.half_c - mean[1] * F.half_s);
@@ -139,7 +138,7 @@ void add_noise(const CarModel& model, const Input& input, const Jacobian& F,
   P(at::accel_x, at::accel_x) +=
       state.drive_unrest * squared(tuning.drive_accel * gravity) * (1.0 - squared(F.accel_decay));
   P(at::front_angle, at::front_angle) +=
-      state.turn_unrest * squared(input.has_steering ? tuning.front_angle : tuning.unsteered) *
+      state.turn_unrest * squared(tuning.front_angle) *
       (1.0 - squared(F.angle_decay));
   add_walks(model.tuning, F.dt, state);
 }
@@ -210,9 +209,19 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   return step;
 }
 
-[[gnu::flatten]] Eigen::Vector3d velocity_after(const Vehicle& car, const Moving& now,
-                                                double dt) noexcept {
-  return velocity_step(car, now, dt).velocity;
+// Of each step, inlined, the derivatives are not made.
+[[gnu::flatten]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
+                                                long steps) noexcept {
+  const double dt = time_s / static_cast<double>(steps);
+  const double accel_decay = model.tuning.drive_accel_s / (model.tuning.drive_accel_s + dt);
+  for (long done = 0; done < steps; ++done) {
+    const Eigen::Vector3d next = velocity_step(model.car, now, dt).velocity;
+    now.v_x = next[0];
+    now.v_y = next[1];
+    now.yaw_rate = next[2];
+    now.accel_x *= accel_decay;
+  }
+  return {now.v_x, now.v_y, now.yaw_rate};
 }
 
 Moving moving(const State& state, const Input& input) noexcept {
@@ -239,10 +248,8 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
       apply<1>(F, first, P + column * at::size);
     }
   }
-  for (Eigen::Index column = 1; column < at::size; ++column) {
-    for (Eigen::Index row = 0; row < column; ++row) {
-      P[column * at::size + row] = P[row * at::size + column];
-    }
+  for (Eigen::Index row = 1; row < at::size; ++row) {
+    state.covariance.col(row).head(row) = state.covariance.row(row).head(row).transpose();
   }
   // B ← F B + ∂f/∂s
   double* const B = state.lasting.sensitivity.data();

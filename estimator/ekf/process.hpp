@@ -59,9 +59,9 @@ struct VelocityStep {
 };
 [[nodiscard]] VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept;
 
-/// The velocity alone.
-[[nodiscard]] Eigen::Vector3d velocity_after(const Vehicle& car, const Moving& now,
-                                             double dt) noexcept;
+/// The velocity after so many steps in all of `time_s`, as the mean of a_x decays.
+[[nodiscard]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
+                                             long steps) noexcept;
 
 /// What of a state moves it.
 [[nodiscard]] Moving moving(const State& state, const Input& input) noexcept;

@@ -10,6 +10,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/symmetric3.hpp"
+#include "estimator/ekf/bounds.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
@@ -71,19 +72,10 @@ Calibration calibration_of(const State& state, const State& fresh) noexcept {
 /// settle. The rate of this instant would run away from the filter's own propagation.
 BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double period_s,
                              const State& state) noexcept {
-  const Eigen::Vector3d now = state.mean.segment<3>(at::v_x);
-  Moving ahead = moving(state, input);
   const long steps = std::max(1L, std::lround(look_ahead_s / period_s));
-  const double dt = look_ahead_s / static_cast<double>(steps);
-  for (long done = 0; done < steps; ++done) {
-    const Eigen::Vector3d next = velocity_after(model.car, ahead, dt);
-    ahead.v_x = next[0];
-    ahead.v_y = next[1];
-    ahead.yaw_rate = next[2];
-    ahead.accel_x *= model.tuning.drive_accel_s / (model.tuning.drive_accel_s + dt);
-  }
-  return {(ahead.v_x - now[0]) / look_ahead_s, (ahead.v_y - now[1]) / look_ahead_s,
-          (ahead.yaw_rate - now[2]) / look_ahead_s};
+  const Eigen::Vector3d change = velocity_after(model, moving(state, input), look_ahead_s, steps) -
+                                 state.mean.segment<3>(at::v_x);
+  return {change[0] / look_ahead_s, change[1] / look_ahead_s, change[2] / look_ahead_s};
 }
 
 Eigen::Matrix3d unpacked(const Symmetric3& s) noexcept {
@@ -187,6 +179,19 @@ State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noe
   state.located = true;
   state.moving = true;
   return state;
+}
+
+void lose_sight(State& state, double gap_s) noexcept {
+  const Symmetric3 way = gap_noise(gap_s);
+  const Symmetric3 change = velocity_gap_noise(gap_s);
+  const double gone = gap_s * std::hypot(state.mean[at::v_x], state.mean[at::v_y]);
+  const double turned = gap_s * state.mean[at::yaw_rate];
+  Eigen::Matrix<double, 6, 1> more;
+  more << way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned, change[0],
+      change[3], change[5];
+  state.covariance.diagonal().head<6>() += more;
+  state.rest = {};
+  limit(state);
 }
 
 }  // namespace odomd::estimator::full

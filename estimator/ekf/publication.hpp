@@ -23,4 +23,8 @@ namespace odomd::estimator::full {
 /// pose, velocity and covariances moved on by the gap, its calibrations, its last camera pose.
 [[nodiscard]] State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noexcept;
 
+/// A state that nothing was heard of for `gap_s` [s]: whether the car has gone on as it went or
+/// not.
+void lose_sight(State& state, double gap_s) noexcept;
+
 }  // namespace odomd::estimator::full

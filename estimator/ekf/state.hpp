@@ -145,7 +145,7 @@ struct State {
   std::array<double, source_count> wheel_unrest = filled(1.0);  ///< of each wheel's relative error
   double way_unrest = 1.0;    ///< likewise of the way's error, by the camera
   double front_wheels = 0.0;  ///< δ behind the steering's actuator [rad]
-  std::array<NoiseLevel, source_count> noise{};
+  std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
   bool moving = false;   ///< a wheel speed was there: the motion is being followed
   bool located = false;  ///< there is a pose to start from

@@ -55,23 +55,25 @@ struct Innovation {
 
 [[nodiscard]] inline Innovation innovation(const State& state, const Prediction& prediction,
                                            double measured) noexcept {
-  Innovation nu;
-  nu.value = measured - prediction.value;
-  nu.variance_of_noise = prediction.variance;
-  nu.sample_variance = prediction.variance;
-  nu.slack = prediction.slack;
-  nu.by_lasting = prediction.by_lasting;
+  Vector by_state = Vector::Zero();
+  LastingVector by_lasting = prediction.by_lasting;
   for (std::size_t i = 0; i < prediction.count(); ++i) {
-    nu.covariance_with_state += prediction.by(i) * state.covariance.col(prediction.state(i));
-    nu.by_lasting +=
-        prediction.by(i) * state.lasting.sensitivity.row(prediction.state(i)).transpose();
+    by_state += prediction.by(i) * state.covariance.col(prediction.state(i));
+    by_lasting += prediction.by(i) * state.lasting.sensitivity.row(prediction.state(i)).transpose();
   }
+  double variance_of_noise = prediction.variance;
   for (std::size_t i = 0; i < prediction.count(); ++i) {
-    nu.variance_of_noise += prediction.by(i) * nu.covariance_with_state[prediction.state(i)];
+    variance_of_noise += prediction.by(i) * by_state[prediction.state(i)];
   }
-  nu.covariance_with_lasting = state.lasting.covariance * nu.by_lasting;
-  nu.variance = nu.variance_of_noise + nu.by_lasting.dot(nu.covariance_with_lasting);
-  return nu;
+  const LastingVector with_lasting = state.lasting.covariance * by_lasting;
+  return {.value = measured - prediction.value,
+          .variance = variance_of_noise + by_lasting.dot(with_lasting),
+          .variance_of_noise = variance_of_noise,
+          .sample_variance = prediction.variance,
+          .slack = prediction.slack,
+          .covariance_with_state = by_state,
+          .by_lasting = by_lasting,
+          .covariance_with_lasting = with_lasting};
 }
 
 /// K = P Hᵀ / (H P Hᵀ + R): the gain were the lasting errors known.
@@ -102,16 +104,17 @@ inline void teach(State& state, const Innovation& nu, const LastingVector& taugh
     return;
   }
   Lasting& s = state.lasting;
-  const LastingVector gain = nu.covariance_with_lasting.cwiseProduct(taught) / nu.variance;
-  const LastingVector b = nu.covariance_with_lasting - (0.5 * nu.variance) * gain;
+  const LastingVector& c = nu.covariance_with_lasting;
+  const LastingVector b = c - 0.5 * c.cwiseProduct(taught);  // c - ½ S L
   for (Eigen::Index i = 0; i < lasting::size; ++i) {
     if (taught[i] == 0.0) {
       continue;
     }
-    s.covariance.col(i) -= gain[i] * b;
-    s.covariance.row(i) -= gain[i] * b.transpose();
-    s.mean[i] += gain[i] * nu.value;
-    state.mean += gain[i] * nu.value * s.sensitivity.col(i);
+    const double gain = c[i] / nu.variance;
+    s.covariance.col(i) -= gain * b;
+    s.covariance.row(i) -= gain * b.transpose();
+    s.mean[i] += gain * nu.value;
+    state.mean += gain * nu.value * s.sensitivity.col(i);
   }
 }
 
@@ -144,7 +147,7 @@ inline void forget(State& state, at::Index index, double sigma) noexcept {
 
 /// P + B P_s Bᵀ of pose and velocity: how far they may be off, all errors taken together.
 [[nodiscard]] inline Eigen::Matrix<double, 6, 6> covariance_of_motion(const State& state) noexcept {
-  const auto B = state.lasting.sensitivity.topRows<6>();
+  const Eigen::Matrix<double, 6, lasting::size> B = state.lasting.sensitivity.topRows<6>();
   return state.covariance.topLeftCorner<6, 6>() + B * state.lasting.covariance * B.transpose();
 }
 
