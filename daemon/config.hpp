@@ -14,7 +14,6 @@
 #include "can_protocol/signal_binding.hpp"
 #include "daemon/config_error.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/common/model.hpp"
 #include "estimator/common/settings.hpp"
 
 namespace odomd::daemon {

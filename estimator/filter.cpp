@@ -1,77 +1,21 @@
 #include "estimator/filter.hpp"
 
-#include <cmath>
 #include <cstddef>
-#include <initializer_list>
 #include <stdexcept>
-#include <string>
+
+#include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
-namespace {
-
-struct Bound {
-  const char* name;
-  double value;
-};
-
-void require_positive(std::initializer_list<Bound> bounds) {
-  for (const Bound& bound : bounds) {
-    if (!std::isfinite(bound.value) || bound.value <= 0.0) {
-      throw std::invalid_argument(std::string(bound.name) + " must be a positive number");
-    }
-  }
-}
-
-void check(const FilterSettings& s) {
-  require_positive({{"vehicle.mass", s.vehicle.mass},
-                    {"vehicle.front_axle", s.vehicle.front_axle},
-                    {"vehicle.rear_axle", s.vehicle.rear_axle},
-                    {"vehicle.yaw_inertia", s.vehicle.yaw_inertia},
-                    {"vehicle.cornering_stiffness_front", s.vehicle.cornering_stiffness_front},
-                    {"vehicle.cornering_stiffness_rear", s.vehicle.cornering_stiffness_rear},
-                    {"vehicle.track_width", s.vehicle.track_width},
-                    {"the filter's period", s.period_s},
-                    {"the paper's Q[0]", s.paper.Q[0]},
-                    {"the paper's Q[1]", s.paper.Q[1]},
-                    {"the paper's Q[2]", s.paper.Q[2]},
-                    {"the paper's R[0]", s.paper.R[0]},
-                    {"the paper's R[1]", s.paper.R[1]},
-                    {"the initial position's sigma", s.initial_sigma_position},
-                    {"the initial yaw's sigma", s.initial_sigma_yaw},
-                    {"camera.max_latency", s.camera_max_latency_s},
-                    {"the camera's gate", s.camera_gate},
-                    {"the camera's timeout", s.camera_timeout_s}});
-  for (std::size_t i = 0; i < source_count; ++i) {
-    if (!std::isfinite(s.sigma[i]) || s.sigma[i] < 0.0) {
-      throw std::invalid_argument("sigma of " + std::string(source_names[i]) +
-                                  " must be a positive number, or 0 for the default");
-    }
-  }
-  if (s.initial_sigma_position > 1e3 || s.initial_sigma_yaw > 1e3) {
-    throw std::invalid_argument("the initial pose's sigmas must be at most 1000");
-  }
-  if (s.period_s < 1e-4 || s.period_s > 1.0) {
-    throw std::invalid_argument("the filter's period must lie between 0.1 ms and 1 s");
-  }
-}
-
-}  // namespace
 
 Filter make_filter(Model model, const FilterSettings& settings) {
-  check(settings);
-  switch (model) {
-    case Model::kinematic:
-      return BaselineFilter(kinematic_motion, settings);
-    case Model::kinematic_printed:
-      return BaselineFilter(kinematic_motion_as_printed, settings);
-    case Model::paper:
-      return BaselineFilter(paper_motion, settings);
-    case Model::full:
-      return Filter(std::in_place_type<FullFilter>, settings);
-    case Model::inertial:
-      return BaselineFilter(inertial_motion, settings);
+  require_possible(settings);
+  if (static_cast<std::size_t>(model) >= model_names.size()) {
+    throw std::invalid_argument("no such model");
   }
-  throw std::invalid_argument("no such model");
+  if (model == Model::full) {
+    return Filter(std::in_place_type<FullFilter>, settings);
+  }
+  return BaselineFilter(model, settings);
 }
 
 void set_initial_pose(Filter& filter, const Pose2& pose) noexcept {

@@ -10,7 +10,6 @@
 #include "estimator/baselines/baseline_filter.hpp"
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/common/model.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/full_filter.hpp"
 

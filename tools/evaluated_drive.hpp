@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "estimator/common/measurement.hpp"
-#include "estimator/common/model.hpp"
+#include "estimator/common/settings.hpp"
 #include "tools/beat_histogram.hpp"
 #include "tools/drive_evaluation.hpp"
 #include "tools/evaluation_report.hpp"

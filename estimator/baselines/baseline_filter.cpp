@@ -20,10 +20,10 @@ Symmetric3 step_noise(const Symmetric3& velocity_covariance, double yaw, double 
 
 }  // namespace
 
-BaselineFilter::BaselineFilter(const MotionModel& model, const FilterSettings& settings) noexcept
-    : settings_(settings),
+BaselineFilter::BaselineFilter(Model model, const FilterSettings& settings) noexcept
+    : model_(model),
+      settings_(settings),
       period_ns_(std::llround(settings.period_s * ns_per_second)),
-      model_(model),
       held_(settings.sigma),
       anchor_(settings),
       modes_(settings.camera_timeout_s) {}
@@ -59,9 +59,10 @@ bool BaselineFilter::resume(const Estimate& predecessor, double gap_s) noexcept 
 }
 
 Verdict BaselineFilter::add(const Measurement& sample) noexcept {
-  const Verdict verdict = held_.take(sample, latest_ns(sample.arrival_ns));
+  const std::int64_t arrival_ns = arrival_of(sample.arrival_ns);
+  const Verdict verdict = held_.take(sample, ns_after(arrival_ns, period_ns_));
   const bool used =
-      sample.source != Source::accel_y && (sample.source != Source::yaw_rate || model_.uses_gyro);
+      sample.source != Source::accel_y && (sample.source != Source::yaw_rate || uses_gyro(model_));
   // What the model does not use is held all the same: it is published.
   return verdict == Verdict::fused && !used ? Verdict::source_off : verdict;
 }
@@ -70,7 +71,17 @@ Verdict BaselineFilter::add(const CameraPose& camera) noexcept {
   if (motion_.stopped) {
     return Verdict::source_off;
   }
-  return anchor_.take(camera, latest_ns(camera.arrival_ns), next_tick_ns());
+  const std::int64_t arrival_ns = arrival_of(camera.arrival_ns);
+  return anchor_.take(camera, ns_after(arrival_ns, period_ns_), arrival_ns);
+}
+
+/// A sample that does not state when it arrived counts as coming with the next tick.
+std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
+  if (stated_ns != 0) {
+    return stated_ns;
+  }
+  return last_tick_ns_ ? ns_after(*last_tick_ns_, period_ns_)
+                       : std::numeric_limits<std::int64_t>::max();
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
@@ -88,7 +99,10 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
   const double unobserved_s = static_cast<double>(due - steps) * settings_.period_s;
 
   // 2. The speed, from whichever wheels there are; and the motion, a period at a time.
-  const std::optional<AxleSpeed> speed = wheel_speed();
+  const double yaw_rate =
+      uses_gyro(model_) ? held_[Source::yaw_rate].value : motion_.velocity.yaw_rate;
+  const std::optional<AxleSpeed> heard = rear_axle_speed(settings_.vehicle, held_, yaw_rate);
+  const std::optional<AxleSpeed> speed = heard ? heard : resumed_speed_;
   if (speed) {
     if (!running_) {
       running_ = true;
@@ -112,7 +126,11 @@ void BaselineFilter::advance(const AxleSpeed& speed, std::int64_t tick_ns,
   motion_.odom = anchor_.odom();
   const double yaw = motion_.odom.yaw;
   Motion next = motion_;
-  model_.advance(settings_, held_, speed, next);
+  if (model_ == Model::paper) {
+    advance_paper(settings_, held_, speed, next);
+  } else {
+    advance_dead_reckoning(model_, settings_, held_, speed, next);
+  }
   Symmetric3 noise = step_noise(next.covariance, yaw, settings_.period_s);
   if (is_finite(next.velocity) && is_finite(next.covariance) && is_finite(next.odom) &&
       is_finite(noise)) {
@@ -159,28 +177,14 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns, double wheel_speed) noex
                           .camera_ns = e.camera_ns});
   // A car that stands does not accelerate, whatever the bias of its sensors says.
   if (e.mode != Mode::standstill) {
-    const BodyVelocity rate = model_.acceleration(settings_, held_, motion_);
+    const BodyVelocity rate = model_ == Model::paper
+                                  ? paper_acceleration(settings_, held_, motion_)
+                                  : dead_reckoning_acceleration(model_, settings_, held_, motion_);
     e.v_x_dot = rate.v_x;
     e.v_y_dot = rate.v_y;
     e.yaw_accel = rate.yaw_rate;
   }
   return e;
-}
-
-std::int64_t BaselineFilter::next_tick_ns() const noexcept {
-  return last_tick_ns_ ? ns_after(*last_tick_ns_, period_ns_)
-                       : std::numeric_limits<std::int64_t>::max();
-}
-
-std::int64_t BaselineFilter::latest_ns(std::int64_t arrival_ns) const noexcept {
-  return ns_after(arrival_ns != 0 ? arrival_ns : next_tick_ns(), period_ns_);
-}
-
-std::optional<AxleSpeed> BaselineFilter::wheel_speed() const noexcept {
-  const double yaw_rate =
-      model_.uses_gyro ? held_[Source::yaw_rate].value : motion_.velocity.yaw_rate;
-  const std::optional<AxleSpeed> heard = rear_axle_speed(settings_.vehicle, held_, yaw_rate);
-  return heard ? heard : resumed_speed_;
 }
 
 }  // namespace odomd::estimator

@@ -20,7 +20,8 @@ namespace odomd::estimator {
 
 class BaselineFilter {
  public:
-  BaselineFilter(const MotionModel& model, const FilterSettings& settings) noexcept;
+  /// Any model but full.
+  BaselineFilter(Model model, const FilterSettings& settings) noexcept;
 
   void set_initial_pose(const Pose2& pose) noexcept;
   bool resume(const Estimate& predecessor, double gap_s) noexcept;
@@ -29,15 +30,13 @@ class BaselineFilter {
   Estimate step(std::int64_t tick_ns) noexcept;
 
  private:
-  [[nodiscard]] std::int64_t next_tick_ns() const noexcept;
-  [[nodiscard]] std::int64_t latest_ns(std::int64_t arrival_ns) const noexcept;
-  [[nodiscard]] std::optional<AxleSpeed> wheel_speed() const noexcept;
+  [[nodiscard]] std::int64_t arrival_of(std::int64_t stated_ns) const noexcept;
   void advance(const AxleSpeed& speed, std::int64_t tick_ns, double gap_before_s) noexcept;
   [[nodiscard]] Estimate estimate(std::int64_t tick_ns, double wheel_speed) noexcept;
 
+  Model model_ = Model::kinematic;
   FilterSettings settings_;
   std::int64_t period_ns_ = 5'000'000;
-  MotionModel model_;
   HeldSignals held_;
   Motion motion_;
   PoseAnchor anchor_;

@@ -27,76 +27,55 @@ Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double 
           entry(2, 2) * inflation + floor_yaw_rate * floor_yaw_rate};
 }
 
-template <KinematicForm form>
-void advance_kinematic(const FilterSettings& settings, const HeldSignals& held,
-                       const AxleSpeed& speed, Motion& motion) noexcept {
-  const HeldSignal& steering = held[Source::steering];
-  const DeadReckoning now = kinematic(settings.vehicle, form, speed.v_x, steering.value);
+BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) noexcept {
+  return {(a.v_x + b.v_x) / 2.0, (a.v_y + b.v_y) / 2.0, (a.yaw_rate + b.yaw_rate) / 2.0};
+}
+
+DeadReckoning reckon(Model model, const Vehicle& car, double v_x,
+                     const HeldSignals& held) noexcept {
+  if (model == Model::inertial) {
+    return inertial(car, v_x, held[Source::yaw_rate].value);
+  }
+  const double lever = model == Model::kinematic_printed ? 0.0 : car.rear_axle;
+  return kinematic(car, lever, v_x, held[Source::steering].value);
+}
+
+}  // namespace
+
+void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
+                            const AxleSpeed& speed, Motion& motion) noexcept {
+  const DeadReckoning now = reckon(model, settings.vehicle, speed.v_x, held);
+  const bool gyro = uses_gyro(model);
   if (motion.moving) {
-    const BodyVelocity& a = motion.velocity;
-    const BodyVelocity& b = now.velocity;
-    const BodyVelocity mean{(a.v_x + b.v_x) / 2.0, (a.v_y + b.v_y) / 2.0,
-                            (a.yaw_rate + b.yaw_rate) / 2.0};
-    motion.odom = moved(motion.odom, mean, settings.period_s);
+    const BodyVelocity velocity = gyro ? now.velocity : mean(motion.velocity, now.velocity);
+    motion.odom = moved(motion.odom, velocity, settings.period_s);
   }
   motion.velocity = now.velocity;
-  motion.covariance = covariance_of(now, speed.sigma, steering.sigma);
+  motion.covariance =
+      covariance_of(now, speed.sigma, held[gyro ? Source::yaw_rate : Source::steering].sigma);
   motion.moving = true;
 }
 
-void advance_inertial(const FilterSettings& settings, const HeldSignals& held,
-                      const AxleSpeed& speed, Motion& motion) noexcept {
-  const HeldSignal& gyro = held[Source::yaw_rate];
-  const DeadReckoning now = inertial(settings.vehicle, speed.v_x, gyro.value);
-  if (motion.moving) {
-    motion.odom = moved(motion.odom, now.velocity, settings.period_s);
-  }
-  motion.velocity = now.velocity;
-  motion.covariance = covariance_of(now, speed.sigma, gyro.sigma);
-  motion.moving = true;
-}
-
-/// v̇_x = a_x + v_y ψ̇                                           (errata, 4)
-double v_x_dot(const HeldSignals& held, const BodyVelocity& v) noexcept {
-  return held[Source::accel_x].value + v.v_y * v.yaw_rate;
-}
-
-/// The model's velocity is linear in v_x; the steering is held.
-template <KinematicForm form>
-BodyVelocity kinematic_acceleration(const FilterSettings& settings, const HeldSignals& held,
-                                    const Motion& motion) noexcept {
-  if (!held[Source::accel_x].seen) {
-    return {};
-  }
-  const double accel = v_x_dot(held, motion.velocity);
-  return kinematic(settings.vehicle, form, accel, held[Source::steering].value).velocity;
-}
-
-/// v̇_y = ∂v_y/∂v_x v̇_x; the yaw rate is held, for a gyro's differences are noise.
-BodyVelocity inertial_acceleration(const FilterSettings& settings, const HeldSignals& held,
-                                   const Motion& motion) noexcept {
+BodyVelocity dead_reckoning_acceleration(Model model, const FilterSettings& settings,
+                                         const HeldSignals& held, const Motion& motion) noexcept {
   if (!held[Source::accel_x].seen) {
     return {};
   }
   const BodyVelocity& v = motion.velocity;
-  const double accel = v_x_dot(held, v);
-  return {accel, inertial(settings.vehicle, v.v_x, v.yaw_rate).jacobian(1, 0) * accel, 0.0};
+  // v̇_x = a_x + v_y ψ̇                                        (errata, 4)
+  const double v_x_dot = held[Source::accel_x].value + v.v_y * v.yaw_rate;
+  if (uses_gyro(model)) {
+    // v̇_y = ∂v_y/∂v_x v̇_x; the yaw rate is held, for a gyro's differences are noise.
+    const double by_v_x = inertial(settings.vehicle, v.v_x, v.yaw_rate).jacobian(1, 0);
+    return {v_x_dot, by_v_x * v_x_dot, 0.0};
+  }
+  // The model's velocity is linear in v_x; the steering is held.
+  return reckon(model, settings.vehicle, v_x_dot, held).velocity;
 }
 
-template <KinematicForm form>
-constexpr MotionModel kinematic_of{false, advance_kinematic<form>, kinematic_acceleration<form>};
-
-}  // namespace
-
-constinit const MotionModel kinematic_motion = kinematic_of<KinematicForm::centre_of_gravity>;
-constinit const MotionModel kinematic_motion_as_printed = kinematic_of<KinematicForm::printed>;
-constinit const MotionModel inertial_motion{true, advance_inertial, inertial_acceleration};
-
-DeadReckoning kinematic(const Vehicle& car, KinematicForm form, double v_x,
-                        double steering) noexcept {
+DeadReckoning kinematic(const Vehicle& car, double lever, double v_x, double steering) noexcept {
   DeadReckoning now;
   const double tangent = std::tan(steering);
-  const double lever = form == KinematicForm::printed ? 0.0 : car.rear_axle;
   // ψ̇ = v_x / (l_v + l_h) tan δ                              (eq. 1)
   const double yaw_rate = v_x / car.wheelbase() * tangent;
   // v_y = l_h ψ̇                                              (errata, 7)

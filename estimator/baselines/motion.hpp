@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 
 #include "estimator/baselines/signals.hpp"
 #include "estimator/common/pose.hpp"
@@ -21,27 +20,31 @@ struct Motion {
   bool stopped = false;  ///< the model has left its domain: it stays where it is, for good
 };
 
-/// Two functions of the motion so far and the signals held. A signal that was not heard yet counts
-/// as 0.
-struct MotionModel {
-  /// Else the yaw rate is the model's own, and a gyro's samples get the verdict source_off.
-  bool uses_gyro;
-  /// By one period.
-  void (*advance)(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
-                  Motion& motion) noexcept;
-  /// (v̇_x, v̇_y, ψ̈)
-  BodyVelocity (*acceleration)(const FilterSettings& settings, const HeldSignals& held,
-                               const Motion& motion) noexcept;
-};
+/// The kinematic models know the yaw rate from the steering alone.
+[[nodiscard]] constexpr bool uses_gyro(Model model) noexcept {
+  return model != Model::kinematic && model != Model::kinematic_printed;
+}
 
-/// Start at the first wheel speed, with the pose where it was set. From then on the kinematic ones
-/// move a tick along the arc of the mean of the velocities at both ends of it, the slip odometer
-/// along that of the newest.
-extern const MotionModel kinematic_motion, kinematic_motion_as_printed, inertial_motion;
-/// As its author runs it: each tick one predict and one correct with the newest value of each
-/// signal, whatever its time; then X, Y and ψ from the corrected state. Starts at x = 0, P = I, and
-/// moves already in its first tick. Below a v_x of -0.05 m/s it stops.
-extern const MotionModel paper_motion;
+/// Moves by one period with the newest signals; what was not heard yet counts as 0. All but the
+/// paper's start at the first wheel speed, with the pose where it was set. From then on the
+/// kinematic ones move a tick along the arc of the mean of the velocities at both ends of it, the
+/// inertial one along that of the newest.
+void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
+                            const AxleSpeed& speed, Motion& motion) noexcept;
+
+/// The paper's filter as its author runs it: each tick one predict and one correct, whatever the
+/// samples' times; then X, Y and ψ from the corrected state. It starts at x = 0, P = I, and moves
+/// already in its first tick. Below a v_x of -0.05 m/s it stops.
+void advance_paper(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
+                   Motion& motion) noexcept;
+
+/// (v̇_x, v̇_y, ψ̈) as the model has them.
+[[nodiscard]] BodyVelocity dead_reckoning_acceleration(Model model, const FilterSettings& settings,
+                                                       const HeldSignals& held,
+                                                       const Motion& motion) noexcept;
+[[nodiscard]] BodyVelocity paper_acceleration(const FilterSettings& settings,
+                                              const HeldSignals& held,
+                                              const Motion& motion) noexcept;
 
 struct DeadReckoning {
   BodyVelocity velocity;
@@ -49,13 +52,8 @@ struct DeadReckoning {
   double slip = 0.0;                     ///< by which v_y may be wrong [m/s]
 };
 
-enum class KinematicForm : std::uint8_t {
-  centre_of_gravity,  ///< v_y = l_h ψ̇
-  printed,            ///< v_y = 0: eqs 2 and 3, which hold for the rear axle
-};
-
-/// The bicycle of which no wheel slips sideways. |δ| < π/2.
-[[nodiscard]] DeadReckoning kinematic(const Vehicle& car, KinematicForm form, double v_x,
+/// The bicycle of which no wheel slips sideways; `lever` is l_h, or 0 as printed. |δ| < π/2.
+[[nodiscard]] DeadReckoning kinematic(const Vehicle& car, double lever, double v_x,
                                       double steering) noexcept;
 
 /// Turned by the gyro, with the side slip of a steady turn, in either direction.
@@ -78,10 +76,9 @@ struct PaperStep {
 [[nodiscard]] PaperStep paper_step(const Vehicle& car, const BodyVelocity& v, double steering,
                                    double accel_x, double dt) noexcept;
 
-/// The paper's extended Kalman filter of x = [v_x, v_y, ψ̇], with the inputs δ and a_x, and the
-/// measured ψ̇ and v_x. Of the settings: the car, the period, the paper's noise.
-void predict(const FilterSettings& settings, double steering, double accel_x,
-             Motion& motion) noexcept;
-void correct(const FilterSettings& settings, double yaw_rate, double v_x, Motion& motion) noexcept;
+/// The paper's extended Kalman filter, bare: a predict and a correct of the velocity with
+/// u = [δ, a_x] and z = [ψ̇, v_x].
+void step_paper_ekf(const FilterSettings& settings, const Eigen::Vector2d& u,
+                    const Eigen::Vector2d& z, Motion& motion) noexcept;
 
 }  // namespace odomd::estimator

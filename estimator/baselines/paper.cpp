@@ -14,13 +14,64 @@ constexpr double slowest_v_x = -0.05;
 
 using Column = std::array<double, 3>;
 
-void advance(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
-             Motion& motion) noexcept {
+}  // namespace
+
+void step_paper_ekf(const FilterSettings& settings, const Eigen::Vector2d& u,
+                    const Eigen::Vector2d& z, Motion& motion) noexcept {
+  const auto& [Q, R] = settings.paper;
+  Symmetric3& P = motion.covariance;
+  // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs 17, state_prediction, and 15)
+  auto [x, phi] = paper_step(settings.vehicle, motion.velocity, u[0], u[1], settings.period_s);
+  // P⁻ = Φ P Φᵀ + Q                             (eq. 18, covariance_prediction)
+  const auto times_row = [&phi = phi](int row, const Column& c) {
+    return phi(row, 0) * c[0] + phi(row, 1) * c[1] + phi(row, 2) * c[2];
+  };
+  const auto P_times_row = [&](int row) {
+    return Column{times_row(row, {P[0], P[1], P[2]}), times_row(row, {P[1], P[3], P[4]}),
+                  times_row(row, {P[2], P[4], P[5]})};
+  };
+  // The first row of Φ is (1 0 0).
+  const Column r = P_times_row(1);
+  const Column s = P_times_row(2);
+  P = {P[0] + Q[0], r[0], s[0], times_row(1, r) + Q[1], times_row(2, r), times_row(2, s) + Q[2]};
+
+  // P⁻ Hᵀ with H = [0 0 1; 1 0 0]: the third and the first column of P⁻
+  const Column third{P[2], P[4], P[5]};
+  const Column first{P[0], P[1], P[2]};
+  // S = H P⁻ Hᵀ + R, and its inverse
+  const double s00 = P[5] + R[0];
+  const double s01 = P[2];
+  const double s11 = P[0] + R[1];
+  const double per_det = 1.0 / (s00 * s11 - s01 * s01);
+  const double i00 = s11 * per_det;
+  const double i01 = -s01 * per_det;
+  const double i11 = s00 * per_det;
+  // ν = z - h(x̂⁻)
+  const double nu0 = z[0] - x.yaw_rate;
+  const double nu1 = z[1] - x.v_x;
+  const std::array<double*, 3> state{&x.v_x, &x.v_y, &x.yaw_rate};
+  std::size_t packed = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    // K = P⁻ Hᵀ S⁻¹                             (eq. 19, kalman_gain)
+    const double k0 = third[i] * i00 + first[i] * i01;
+    const double k1 = third[i] * i01 + first[i] * i11;
+    // x̂⁺ = x̂⁻ + K ν                             (eq. 20, state_update)
+    *state[i] += k0 * nu0 + k1 * nu1;
+    // P⁺ = (I - K H) P⁻                         (eq. 21, covariance_update)
+    for (std::size_t j = i; j < 3; ++j, ++packed) {
+      P[packed] = P[packed] - k0 * third[j] - k1 * first[j];
+    }
+  }
+  motion.velocity = x;
+}
+
+void advance_paper(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
+                   Motion& motion) noexcept {
   if (motion.stopped) {
     return;
   }
-  predict(settings, held[Source::steering].value, held[Source::accel_x].value, motion);
-  correct(settings, held[Source::yaw_rate].value, speed.v_x, motion);
+  step_paper_ekf(settings, {held[Source::steering].value, held[Source::accel_x].value},
+                 {held[Source::yaw_rate].value, speed.v_x}, motion);
   if (motion.velocity.v_x < slowest_v_x) {
     motion.stopped = true;
     motion.velocity = {};
@@ -29,8 +80,8 @@ void advance(const FilterSettings& settings, const HeldSignals& held, const Axle
   motion.odom = moved_euler(motion.odom, motion.velocity, settings.period_s);
 }
 
-BodyVelocity acceleration(const FilterSettings& settings, const HeldSignals& held,
-                          const Motion& motion) noexcept {
+BodyVelocity paper_acceleration(const FilterSettings& settings, const HeldSignals& held,
+                                const Motion& motion) noexcept {
   if (motion.stopped) {
     return {};
   }
@@ -38,10 +89,6 @@ BodyVelocity acceleration(const FilterSettings& settings, const HeldSignals& hel
                       held[Source::accel_x].value,
                       slowest_resolved_speed(settings.vehicle, settings.period_s));
 }
-
-}  // namespace
-
-constinit const MotionModel paper_motion{true, advance, acceleration};
 
 BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double steering,
                           double accel_x, double speed_floor) noexcept {
@@ -102,66 +149,6 @@ PaperStep paper_step(const Vehicle& car, const BodyVelocity& v, double steering,
   step.phi.row(2) << (j_z * (yaw_rate - yaw_rate_next) + l_v * steer) * per_yaw,
       -coupling * per_yaw, j_z * v_x * per_yaw;
   return step;
-}
-
-void predict(const FilterSettings& settings, double steering, double accel_x,
-             Motion& motion) noexcept {
-  const Symmetric3 P = motion.covariance;
-  const std::array<double, 3>& Q = settings.paper.Q;
-  // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs 17, state_prediction, and 15)
-  const PaperStep step =
-      paper_step(settings.vehicle, motion.velocity, steering, accel_x, settings.period_s);
-  motion.velocity = step.velocity;
-  // P⁻ = Φ P Φᵀ + Q                             (eq. 18, covariance_prediction)
-  const auto row_times = [&](int row, double a, double b, double c) {
-    return step.phi(row, 0) * a + step.phi(row, 1) * b + step.phi(row, 2) * c;
-  };
-  const auto row_times_P = [&](int row) {
-    return Column{row_times(row, P[0], P[1], P[2]), row_times(row, P[1], P[3], P[4]),
-                  row_times(row, P[2], P[4], P[5])};
-  };
-  // The first row of Φ is (1 0 0).
-  const auto [r0, r1, r2] = row_times_P(1);
-  const auto [s0, s1, s2] = row_times_P(2);
-  motion.covariance = {P[0] + Q[0],
-                       r0,
-                       s0,
-                       row_times(1, r0, r1, r2) + Q[1],
-                       row_times(2, r0, r1, r2),
-                       row_times(2, s0, s1, s2) + Q[2]};
-}
-
-void correct(const FilterSettings& settings, double yaw_rate, double v_x, Motion& motion) noexcept {
-  const std::array<double, 2>& R = settings.paper.R;
-  BodyVelocity& x = motion.velocity;
-  Symmetric3& P = motion.covariance;
-  // P⁻ Hᵀ with H = [0 0 1; 1 0 0]: the third and the first column of P⁻
-  const Column third{P[2], P[4], P[5]};
-  const Column first{P[0], P[1], P[2]};
-  // S = H P⁻ Hᵀ + R, and its inverse
-  const double s00 = P[5] + R[0];
-  const double s01 = P[2];
-  const double s11 = P[0] + R[1];
-  const double per_det = 1.0 / (s00 * s11 - s01 * s01);
-  const double i00 = s11 * per_det;
-  const double i01 = -s01 * per_det;
-  const double i11 = s00 * per_det;
-  // ν = z - h(x̂⁻)
-  const double nu0 = yaw_rate - x.yaw_rate;
-  const double nu1 = v_x - x.v_x;
-  const std::array<double*, 3> state{&x.v_x, &x.v_y, &x.yaw_rate};
-  std::size_t packed = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    // K = P⁻ Hᵀ S⁻¹                             (eq. 19, kalman_gain)
-    const double k0 = third[i] * i00 + first[i] * i01;
-    const double k1 = third[i] * i01 + first[i] * i11;
-    // x̂⁺ = x̂⁻ + K ν                             (eq. 20, state_update)
-    *state[i] += k0 * nu0 + k1 * nu1;
-    // P⁺ = (I - K H) P⁻                         (eq. 21, covariance_update)
-    for (std::size_t j = i; j < 3; ++j, ++packed) {
-      P[packed] = P[packed] - k0 * third[j] - k1 * first[j];
-    }
-  }
 }
 
 }  // namespace odomd::estimator

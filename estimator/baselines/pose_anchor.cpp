@@ -16,27 +16,8 @@ constexpr std::array<double, 3> largest_variance{1e6, 1e6, std::numbers::pi* std
 // makes it 1.7 % larger in a day.
 constexpr double inflation = 1.0 + 1e-9;
 
-// Rejected camera poses agree where the motion from one to the next is the odometry's, give or take
-// half of it and this on top ...
-constexpr double suspect_share = 0.5;
-constexpr double suspect_speed = 0.5;     // [m/s]
-constexpr double suspect_yaw_rate = 1.0;  // [rad/s]
-// ... and they follow each other within this time.
-constexpr double longest_pause_s = 0.5;
-// Once they are believed, the odometry is taken to err by as much for so long.
-constexpr double distrust_s = 2.0;
-
-Symmetric3 squared(double sigma_position, double sigma_yaw) noexcept {
-  const double position = sigma_position * sigma_position;
-  return diagonal(position, position, sigma_yaw * sigma_yaw);
-}
-
-/// The covariance of a displacement by an odometry that is suspect, its error the same throughout.
-Symmetric3 suspect(const Pose2& from, const Pose2& to, double dt) noexcept {
-  const double distance = std::hypot(to.x - from.x, to.y - from.y);
-  return squared(suspect_share * distance + suspect_speed * dt,
-                 suspect_share * std::abs(to.yaw - from.yaw) + suspect_yaw_rate * dt);
-}
+// Once a run of rejected camera poses is believed, the odometry is suspect for so long.
+constexpr double suspect_s = 2.0;
 
 /// P after the displacement from one odometry pose to another, seen in a frame turned by `yaw`.
 Symmetric3 propagated(const Symmetric3& p, const Pose2& from, const Pose2& to, double yaw,
@@ -53,26 +34,25 @@ Symmetric3 propagated(const Symmetric3& p, const Pose2& from, const Pose2& to, d
   return limited(next, largest_variance);
 }
 
-Symmetric3 covariance_of(const CameraPose& camera) noexcept {
-  const auto variance = [](double sigma) {
-    const double bounded = std::clamp(sigma, smallest_sigma, largest_camera_sigma);
-    return bounded * bounded;
-  };
-  return limited(
-      diagonal(variance(camera.sigma_x), variance(camera.sigma_y), variance(camera.sigma_yaw)),
-      largest_variance);
+Symmetric3 of_sigmas(double x, double y, double yaw) noexcept {
+  return diagonal(x * x, y * y, yaw * yaw);
 }
 
-/// ν = seen - believed, the yaw by the shorter way.
-std::array<double, 3> innovation(const Pose2& seen, const Pose2& believed) noexcept {
-  return {seen.x - believed.x, seen.y - believed.y, wrap_angle(seen.yaw - believed.yaw)};
+Symmetric3 covariance_of(const CameraPose& camera) noexcept {
+  const auto bounded = [](double sigma) {
+    return std::clamp(sigma, smallest_sigma, largest_camera_sigma);
+  };
+  return limited(
+      of_sigmas(bounded(camera.sigma_x), bounded(camera.sigma_y), bounded(camera.sigma_yaw)),
+      largest_variance);
 }
 
 }  // namespace
 
 PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept
     : settings_(settings),
-      initial_covariance_(squared(settings.initial_sigma_position, settings.initial_sigma_yaw)) {
+      initial_covariance_(of_sigmas(settings.initial_sigma_position,
+                                    settings.initial_sigma_position, settings.initial_sigma_yaw)) {
   ring_[head_].covariance = initial_covariance_;
 }
 
@@ -106,15 +86,15 @@ void PoseAnchor::start(std::int64_t time_ns) noexcept {
 void PoseAnchor::extend(std::int64_t time_ns, const Pose2& odom, const Symmetric3& noise,
                         const BodyVelocity& velocity) noexcept {
   const Tick& before = newest();
-  Symmetric3 distrust{};
-  if (time_ns <= distrusted_until_ns_ && distrusted_until_ns_ != 0) {
+  Symmetric3 suspicion{};
+  if (time_ns <= suspect_until_ns_ && suspect_until_ns_ != 0) {
     // The error stays the same from tick to tick, so n ticks after the last camera pose σ is n σ_1,
     // and a tick adds σ_1² (2n - 1).
     const double ticks = seconds_between(fused_capture_ns_, time_ns) / settings_.period_s;
     const double n = std::clamp(ticks, 1.0, 40.0);
-    distrust = scaled(suspect(before.odom, odom, settings_.period_s), 2.0 * n - 1.0);
+    suspicion = scaled(suspect_motion(before.odom, odom, settings_.period_s), 2.0 * n - 1.0);
   }
-  const Symmetric3 added = sum(noise, distrust);
+  const Symmetric3 added = sum(noise, suspicion);
   const Tick tick{time_ns, odom, added,
                   propagated(before.covariance, before.odom, odom, map_from_odom_.yaw, added)};
   head_ = (head_ + 1) % ring_ticks;
@@ -124,14 +104,13 @@ void PoseAnchor::extend(std::int64_t time_ns, const Pose2& odom, const Symmetric
 }
 
 Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
-                         std::int64_t now_ns) noexcept {
+                         std::int64_t arrival_ns) noexcept {
   if (!is_usable(camera)) {
     return Verdict::non_finite;
   }
   if (camera.capture_ns > latest_ns) {
     return Verdict::future;
   }
-  const std::int64_t arrival_ns = camera.arrival_ns != 0 ? camera.arrival_ns : now_ns;
   if (seconds_between(camera.capture_ns, arrival_ns) > settings_.camera_max_latency_s) {
     return Verdict::too_old;
   }
@@ -158,16 +137,16 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   } else {
     // ν = camera - map(t_capture),  S = P(t_capture) + R,  νᵀS⁻¹ν <= gate
     const Pose2 believed = compose(map_from_odom_, at->odom);
-    const std::array<double, 3> nu = innovation({camera.x, camera.y, camera.yaw}, believed);
+    const std::array<double, 3> nu = difference({camera.x, camera.y, camera.yaw}, believed);
     const double distance = mahalanobis_squared(sum(at->covariance, R), nu);
     test_ratio_ = distance / settings_.camera_gate;
     // The turn that continues the map yaw.
     const Pose2 seen{camera.x, camera.y, believed.yaw + nu[2]};
     if (!(distance <= settings_.camera_gate)) {
-      if (!agree({1, camera.capture_ns, seen, at->odom, R})) {
+      if (!agree(rejected_, {camera.capture_ns, seen, at->odom, R}, settings_.camera_gate)) {
         return Verdict::gated;
       }
-      distrusted_until_ns_ = ns_after(newest().time_ns, std::llround(distrust_s * ns_per_second));
+      suspect_until_ns_ = ns_after(newest().time_ns, std::llround(suspect_s * ns_per_second));
     }
     re_anchor(*at, seen, R);
   }
@@ -214,27 +193,6 @@ std::optional<PoseAnchor::Place> PoseAnchor::place(std::int64_t time_ns,
   const double dt = seconds_between(oldest.time_ns, time_ns);
   return Place{moved(oldest.odom, velocity_, dt), oldest.covariance, count_ - 1,
                -dt / settings_.period_s};
-}
-
-/// Keeps account of the rejected: true once enough of them in a row say the same.
-bool PoseAnchor::agree(const Rejected& rejected) noexcept {
-  const Rejected before = rejected_;
-  rejected_ = rejected;
-  const double dt = seconds_between(before.capture_ns, rejected.capture_ns);
-  if (before.agreeing == 0 || dt <= 0.0 || dt > longest_pause_s) {
-    return false;
-  }
-  // ν = camera - (the one before, moved on by the odometry), S = both covariances and the
-  // odometry's
-  const Pose2 expected = compose(frame_of(before.map, before.odom), rejected.odom);
-  const Symmetric3 S =
-      sum(sum(displaced(before.covariance, expected.x - before.map.x, expected.y - before.map.y),
-              rejected.covariance),
-          suspect(before.odom, rejected.odom, dt));
-  if (mahalanobis_squared(S, innovation(rejected.map, expected)) <= settings_.camera_gate) {
-    rejected_.agreeing = before.agreeing + 1;
-  }
-  return rejected_.agreeing >= agreeing_rejections;
 }
 
 /// Begins at a camera pose, the odometry frame too.

@@ -20,15 +20,13 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/settings.hpp"
 #include "estimator/common/symmetric3.hpp"
+#include "estimator/integrity/rejected_poses.hpp"
 
 namespace odomd::estimator {
 
 class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
-  /// So many rejected camera poses in a row that agree with each other, but not with the odometry
-  /// (wheels that spin or lock), are believed after all.
-  static constexpr int agreeing_rejections = 10;
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
@@ -50,9 +48,10 @@ class PoseAnchor {
 
   /// Judges a camera pose and, when it is fused, re-anchors. At t_capture, with ν the difference to
   /// the map pose there and S the sum of both covariances, νᵀS⁻¹ν must not exceed the gate.
-  /// `latest_ns` is the limit for captures, `now_ns` the arrival if the pose does not know its own.
-  /// One that initialises may have been taken before the history begins, or come before it does.
-  Verdict take(const CameraPose& camera, std::int64_t latest_ns, std::int64_t now_ns) noexcept;
+  /// `latest_ns` is the limit for captures; a pose that arrives late by more than the settings
+  /// allow is too_old. One that initialises may have been taken before the history begins, or come
+  /// before it does.
+  Verdict take(const CameraPose& camera, std::int64_t latest_ns, std::int64_t arrival_ns) noexcept;
 
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   [[nodiscard]] const Pose2& odom() const noexcept { return newest().odom; }
@@ -80,21 +79,11 @@ class PoseAnchor {
     double steps = 0.0;     ///< between that tick and it, in steps that lead to that tick
   };
 
-  /// A camera pose that the gate has rejected, and how many in a row agree with it.
-  struct Rejected {
-    int agreeing = 0;
-    std::int64_t capture_ns = 0;
-    Pose2 map;
-    Pose2 odom;
-    Symmetric3 covariance{};
-  };
-
   [[nodiscard]] const Tick& newest() const noexcept { return ring_[head_]; }
   [[nodiscard]] std::size_t index(std::size_t age) const noexcept {
     return (head_ + ring_ticks - age) % ring_ticks;
   }
   [[nodiscard]] std::optional<Place> place(std::int64_t time_ns, bool initialises) const noexcept;
-  [[nodiscard]] bool agree(const Rejected& rejected) noexcept;
   void initialise(const Pose2& seen, Place at, const Symmetric3& covariance) noexcept;
   void re_anchor(const Place& at, const Pose2& map, const Symmetric3& covariance) noexcept;
   void rebase(const Pose2& odom_from_old) noexcept;
@@ -109,8 +98,8 @@ class PoseAnchor {
 
   bool initialised_ = false;
   Pose2 map_from_odom_;
-  Rejected rejected_;  ///< the last one, until one is fused
-  std::int64_t distrusted_until_ns_ = 0;
+  RejectedRun rejected_;  ///< since one was fused
+  std::int64_t suspect_until_ns_ = 0;
 
   std::uint32_t reset_count_ = 0;
   Pose2 last_jump_;

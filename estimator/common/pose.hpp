@@ -1,6 +1,7 @@
 // Poses and velocities in the plane: composition, and how a pose moves at a given velocity.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -18,6 +19,11 @@ struct BodyVelocity {
 /// The same angle in [-π, π].
 [[nodiscard]] inline double wrap_angle(double angle) noexcept {
   return std::remainder(angle, 2.0 * std::numbers::pi);
+}
+
+/// a - b, the yaw by the shorter way.
+[[nodiscard]] inline std::array<double, 3> difference(const Pose2& a, const Pose2& b) noexcept {
+  return {a.x - b.x, a.y - b.y, wrap_angle(a.yaw - b.yaw)};
 }
 
 /// a ∘ b: the pose b, given in the frame a, in the frame that a is given in.

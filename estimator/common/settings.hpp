@@ -1,9 +1,10 @@
-// What a filter is told at start, in SI units.
+// What a filter is made of at start: its model of the car, and settings in SI units.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
@@ -11,6 +12,18 @@
 #include "estimator/common/vehicle.hpp"
 
 namespace odomd::estimator {
+
+enum class Model : std::uint8_t {
+  kinematic,          ///< bicycle without slip, centre of gravity treated rightly (errata, 7)
+  kinematic_printed,  ///< eqs 1-3 as printed, for comparison only
+  paper,              ///< the paper's extended Kalman filter
+  full,               ///< late samples at their own time, biases and scales, reverse, standstill
+  inertial,           ///< the slip odometer: gyro, wheels and a steady turn's slip, no filter
+};
+
+/// As the configuration and the command line call them, in the order of the enumeration.
+inline constexpr std::array<std::string_view, 5> model_names{"kinematic", "kinematic_printed",
+                                                             "paper", "full", "inertial"};
 
 /// Noise of the paper's filter, per 5 ms step as it is printed (errata, 6): diagonals.
 struct PaperNoise {

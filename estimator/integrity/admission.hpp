@@ -10,9 +10,13 @@
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
+#include "estimator/common/settings.hpp"
 #include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator {
+
+/// Throws std::invalid_argument, naming the setting, where a number is impossible.
+void require_possible(const FilterSettings& settings);
 
 /// Largest magnitudes, of a car of any size: a sample beyond is a broken sensor or a wrong scale.
 /// In the order of Source.

@@ -41,8 +41,7 @@ void paper_predict_and_correct(benchmark::State& state) {
   std::size_t i = 0;
   for (auto _ : state) {
     const Step& step = steps[i++ % steps.size()];
-    predict(settings, step.steering, step.accel_x, motion);
-    correct(settings, step.yaw_rate, step.speed, motion);
+    step_paper_ekf(settings, {step.steering, step.accel_x}, {step.yaw_rate, step.speed}, motion);
     benchmark::DoNotOptimize(motion.velocity);
     benchmark::ClobberMemory();
   }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "estimator/common/model.hpp"
+#include "estimator/common/settings.hpp"
 #include "tools/drive.hpp"
 #include "tools/drive_evaluation.hpp"
 #include "tools/tune/parameter.hpp"

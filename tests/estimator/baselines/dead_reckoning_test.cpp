@@ -16,37 +16,38 @@ using testing::Dual;
 using testing::jacobian;
 using testing::variables;
 
-constexpr std::array forms{KinematicForm::centre_of_gravity, KinematicForm::printed};
 const Vehicle car;
+// Of the centre of gravity, and as printed.
+const std::array levers{car.rear_axle, 0.0};
 
 TEST(Kinematic, YawRateIsThatOfTheCircleThroughBothAxles) {
-  for (const KinematicForm form : forms) {
-    const BodyVelocity v = kinematic(car, form, 1.0, 0.3).velocity;
+  for (const double lever : levers) {
+    const BodyVelocity v = kinematic(car, lever, 1.0, 0.3).velocity;
     EXPECT_DOUBLE_EQ(v.v_x, 1.0);
     EXPECT_DOUBLE_EQ(v.yaw_rate, std::tan(0.3) / 0.26);
   }
 }
 
 TEST(Kinematic, RearAxleDoesNotSlip) {
-  const BodyVelocity v = kinematic(car, KinematicForm::centre_of_gravity, 1.3, -0.4).velocity;
+  const BodyVelocity v = kinematic(car, car.rear_axle, 1.3, -0.4).velocity;
   EXPECT_DOUBLE_EQ(v.v_y - car.rear_axle * v.yaw_rate, 0.0);
 }
 
 TEST(Kinematic, FrontWheelDoesNotSlip) {
   const double delta = 0.35;
-  const BodyVelocity v = kinematic(car, KinematicForm::centre_of_gravity, 1.3, delta).velocity;
+  const BodyVelocity v = kinematic(car, car.rear_axle, 1.3, delta).velocity;
   const double lateral = v.v_y + car.front_axle * v.yaw_rate;
   EXPECT_NEAR(std::atan2(lateral, v.v_x), delta, 1e-15);
 }
 
 TEST(Kinematic, AsPrintedTheCentreOfGravityDoesNotSlip) {
-  EXPECT_EQ(kinematic(car, KinematicForm::printed, 1.0, 0.3).velocity.v_y, 0.0);
+  EXPECT_EQ(kinematic(car, 0.0, 1.0, 0.3).velocity.v_y, 0.0);
 }
 
 TEST(Kinematic, ReversingTurnsTheOtherWay) {
-  const auto form = KinematicForm::centre_of_gravity;
-  const BodyVelocity forward = kinematic(car, form, 0.7, 0.4).velocity;
-  const BodyVelocity backward = kinematic(car, form, -0.7, 0.4).velocity;
+  const double lever = car.rear_axle;
+  const BodyVelocity forward = kinematic(car, lever, 0.7, 0.4).velocity;
+  const BodyVelocity backward = kinematic(car, lever, -0.7, 0.4).velocity;
   EXPECT_EQ(backward.v_x, -forward.v_x);
   EXPECT_EQ(backward.v_y, -forward.v_y);
   EXPECT_EQ(backward.yaw_rate, -forward.yaw_rate);
@@ -54,16 +55,15 @@ TEST(Kinematic, ReversingTurnsTheOtherWay) {
 
 TEST(Kinematic, JacobianIsThatOfTheModel) {
   // The model once more, to be differentiated.
-  const auto velocity = [](KinematicForm form, const Eigen::Matrix<Dual<2>, 2, 1>& input) {
+  const auto velocity = [](double lever, const Eigen::Matrix<Dual<2>, 2, 1>& input) {
     const Dual<2> yaw_rate = input[0] / car.wheelbase() * tan(input[1]);
-    const double lever = form == KinematicForm::printed ? 0.0 : car.rear_axle;
     return Eigen::Matrix<Dual<2>, 3, 1>{input[0], lever * yaw_rate, yaw_rate};
   };
-  for (const KinematicForm form : forms) {
+  for (const double lever : levers) {
     for (const double v_x : {-2.0, 0.0, 0.01, 1.0, 30.0}) {
       for (const double delta : {-0.6, -0.1, 0.0, 0.3, 0.6}) {
-        const auto expected = velocity(form, variables<2, 2>(Eigen::Vector2d{v_x, delta}, 0));
-        const DeadReckoning now = kinematic(car, form, v_x, delta);
+        const auto expected = velocity(lever, variables<2, 2>(Eigen::Vector2d{v_x, delta}, 0));
+        const DeadReckoning now = kinematic(car, lever, v_x, delta);
         EXPECT_EQ(now.velocity.v_x, v_x);
         EXPECT_DOUBLE_EQ(now.velocity.v_y, expected[1].value());
         EXPECT_DOUBLE_EQ(now.velocity.yaw_rate, expected[2].value());

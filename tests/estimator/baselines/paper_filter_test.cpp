@@ -22,8 +22,7 @@ constexpr double tolerance = 1e-9;
 /// The bare filter over a row: predict, correct, and the pose by forward Euler.
 void advance(const GoldenRow& row, Motion& motion) {
   const FilterSettings settings;
-  predict(settings, row.steering, row.accel_x, motion);
-  correct(settings, row.yaw_rate, row.speed, motion);
+  step_paper_ekf(settings, {row.steering, row.accel_x}, {row.yaw_rate, row.speed}, motion);
   motion.odom = moved_euler(motion.odom, motion.velocity, settings.period_s);
 }
 

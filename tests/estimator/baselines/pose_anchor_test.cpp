@@ -191,10 +191,10 @@ TEST_F(PoseAnchorTest, RejectedPosesThatAgreeAreBelievedAfterTen) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
   begin();
   drive(50);
-  for (int i = 1; i <= PoseAnchor::agreeing_rejections; ++i) {
+  for (int i = 1; i <= agreeing_rejections; ++i) {
     drive(7);
     const Pose2 map = compose(true_anchor, odom_at(now_ - 40 * millisecond));
-    const Verdict expected = i < PoseAnchor::agreeing_rejections ? Verdict::gated : Verdict::fused;
+    const Verdict expected = i < agreeing_rejections ? Verdict::gated : Verdict::fused;
     ASSERT_EQ(take(seen(map, 40 * millisecond)), expected) << i;
   }
   expect_near(anchor_.map(), compose(true_anchor, odom_at(now_)), 1e-5);
@@ -243,14 +243,14 @@ TEST_F(PoseAnchorTest, CameraIsBelievedWhileTheWheelsSpin) {
   }
   EXPECT_LT(rejected, 280 / 4);
   // At worst a run of rejected poses long.
-  EXPECT_LT(worst, 0.8 * 0.035 * (PoseAnchor::agreeing_rejections + 4));
+  EXPECT_LT(worst, 0.8 * 0.035 * (agreeing_rejections + 4));
 }
 
 TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
   begin();
   drive(50);
-  for (int i = 0; i < PoseAnchor::agreeing_rejections; ++i) {
+  for (int i = 0; i < agreeing_rejections; ++i) {
     drive(7);
     take(seen(compose(true_anchor, odom_at(now_)), 0));
   }

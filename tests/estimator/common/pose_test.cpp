@@ -22,6 +22,13 @@ TEST(Pose, WrapsToTheShorterWay) {
   EXPECT_EQ(wrap_angle(-1.0), -1.0);
 }
 
+TEST(Pose, DifferenceTurnsTheShorterWay) {
+  const std::array<double, 3> nu = difference({1.0, 2.0, 3.0}, {0.5, 3.0, -3.0});
+  EXPECT_EQ(nu[0], 0.5);
+  EXPECT_EQ(nu[1], -1.0);
+  EXPECT_NEAR(nu[2], 6.0 - 2.0 * pi, 1e-15);
+}
+
 TEST(Pose, FrameOfUndoesCompose) {
   const Pose2 frame{3.0, -2.0, 2.5};
   const Pose2 local{0.4, 7.0, -1.0};

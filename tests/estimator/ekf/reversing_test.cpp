@@ -117,7 +117,7 @@ TEST(Reversing, SettlesOnTheKinematicTurnAtWalkingPaceInBothDirections) {
     }
     // The discrete model steers by δ where the geometry has tan δ.
     const BodyVelocity turn =
-        kinematic(reference_car, KinematicForm::centre_of_gravity, v_x, std::atan(0.3)).velocity;
+        kinematic(reference_car, reference_car.rear_axle, v_x, std::atan(0.3)).velocity;
     EXPECT_NEAR(x[2] / turn.yaw_rate, 1.0, 0.01) << "v_x = " << v_x;
     EXPECT_NEAR(x[1] / turn.v_y, 1.0, 0.01) << "v_x = " << v_x;
   }
