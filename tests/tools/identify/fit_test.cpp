@@ -10,6 +10,7 @@
 #include "tools/identify/fit_findings.hpp"
 #include "tools/identify/fit_parameters.hpp"
 #include "tools/identify/fit_solver.hpp"
+#include "tools/identify/fit_window.hpp"
 #include "tools/identify/four_wheels.hpp"
 
 namespace odomd::tools::fitting::fit_test {
@@ -41,8 +42,13 @@ struct Recorded {
   std::vector<estimator::CameraPose> poses;
 };
 
+struct Way {
+  double speed = 1.0;     // [m/s]
+  double steering = 0.2;  // [rad]
+};
+
 // What a car whose gyro reads 3 % too much, and wheels 2 %, would have recorded in twelve seconds.
-Recorded recorded(const daemon::Config& config) {
+Recorded recorded(const daemon::Config& config, const Way& way = {}) {
   const Numbers<double> usual = nominal_values(config);
   const estimator::Vehicle& v = config.vehicle;
   four_wheels::Car<double> model;
@@ -70,11 +76,11 @@ Recorded recorded(const daemon::Config& config) {
     series.value.push_back(value);
   };
   st::State<double> x{};
-  x[st::v_x] = 1.0;
+  x[st::v_x] = way.speed;
   for (int k = 0; k < 12000; ++k) {
     const double t = 1e-3 * k;
     const std::int64_t t_ns = start + std::int64_t{1'000'000} * k;
-    const double command = 0.2 * std::sin(2.0 * t) + 0.1 * std::sin(4.7 * t);
+    const double command = way.steering * (std::sin(2.0 * t) + 0.5 * std::sin(4.7 * t));
     const double accel = 0.6 * std::cos(0.9 * t);
     if (k % 10 == 0) {
       put(Source::yaw_rate, t_ns, 1.03 * x[st::yaw_rate] + 0.01);
@@ -215,6 +221,29 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
       std::ranges::find(findings.values, "can.signals.yaw_rate.scale", &Finding::key);
   ASSERT_NE(scale, findings.values.end());
   EXPECT_NEAR(scale->value, 1.0 / 1.03, 3e-3);
+}
+
+// At 60 m/s slip settles in 3 ms, a tenth of a full-size car's step.
+TEST(Fit, FollowsTyresThatSettleWithinAStep) {
+  daemon::Config config = car();
+  config.vehicle = {.mass = 982.0,
+                    .front_axle = 1.33,
+                    .rear_axle = 1.07,
+                    .yaw_inertia = 1605.0,
+                    .cornering_stiffness_front = 90000.0,
+                    .cornering_stiffness_rear = 120000.0,
+                    .track_width = 1.35};
+  const Recorded drive = recorded(config, {.speed = 60.0, .steering = 0.01});
+  const std::vector<Drive> drives{prepare("straight", config, drive.log, drive.poses)};
+  Settings settings;
+  settings.free[gyro_scale] = true;
+  settings.doubt = usual_doubts(config);
+  settings.window = 1.5;
+  settings.passes = 2;
+  const Result result = solve(config, drives, settings);
+  EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 0.01);
+  EXPECT_EQ(stable_parts(2.0, 0.044, 0.02), 1);  // as it was of slow cars
+  EXPECT_EQ(stable_parts(-60.0, 0.41, 0.03), 3);
 }
 
 }  // namespace
