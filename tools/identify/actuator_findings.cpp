@@ -60,6 +60,12 @@ ActuatorFindings actuator_findings(const SteeringResponse& response, const Measu
   ActuatorFindings found;
   found.values = {finding_of("... of this delay", "steering.delay", delay),
                   finding_of("... and lag", "steering.lag", lag)};
+  if (response.rate_limit)
+    found.values.push_back({.name = "... and no quicker than",
+                            .key = "steering.rate_limit",
+                            .value = response.rate_limit->value,
+                            .sigma = response.rate_limit->sigma,
+                            .unit = "rad/s"});
   const std::string doubt = untold(response, whole, delay, lag);
   if (doubt.empty()) return found;
   for (Finding& finding : found.values) {

@@ -1,5 +1,5 @@
-// What the steering's response says of [steering]: delay and lag of the actuator between a command
-// and the front wheels, where there is one.
+// What the steering's response says of [steering]: delay, lag and rate limit of the actuator
+// between a command and the front wheels, where there is one.
 #pragma once
 
 #include <string>
@@ -12,13 +12,13 @@
 namespace odomd::tools {
 
 struct ActuatorFindings {
-  std::vector<Finding> values;        ///< steering.delay, steering.lag
+  std::vector<Finding> values;        ///< steering.delay, .lag, .rate_limit where there is one
   std::vector<std::string> warnings;  ///< of what the configuration has instead
 };
 
 /// `clock` is by how much the gyro's stamps, which the response is against, are late beyond their
-/// configured latency [s]. The two are determined where the drive tells that there is an actuator,
-/// and tells its delay and its lag apart.
+/// configured latency [s]. Delay and lag are determined where the drive tells that there is an
+/// actuator, and tells the two apart; the limit with them.
 [[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
                                                  const Measured& clock,
                                                  const estimator::SteeringActuator& configured);

@@ -6,7 +6,10 @@
 #include <optional>
 #include <utility>
 
+#include "tools/identify/actuator_findings.hpp"
 #include "tools/identify/fit_allowance.hpp"
+#include "tools/identify/fit_tyres.hpp"
+#include "tools/identify/fit_window.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
@@ -23,6 +26,9 @@ constexpr double astray_doubts = 2.5;
 
 /// A share of hard turns that spoils a fit.
 constexpr double much = 0.03;
+
+/// Of the grip that a drive has to ask for so that it is not extrapolated.
+constexpr double seen_at_least = 0.5;
 
 const can::SignalBinding* binding_of(const daemon::Config& config, Source source) {
   for (const can::SignalBinding& binding : config.can.bindings)
@@ -143,6 +149,92 @@ struct Builder {
   }
 };
 
+struct AxleParameters {
+  Axle axle;
+  Parameter stiffness, bend;
+  const char* end;  ///< of the keys
+};
+
+// The filter's tyre is a brush, where the drive shows that tyres saturate: through the fitted one
+// at the drive's hardest turns and at half of them. Else it is linear.
+void add_tyres(Builder& b, const AxleParameters& a) {
+  const std::string end = a.end;
+  const std::string stiffness_key = "vehicle.cornering_stiffness_" + end;
+  const auto brush_at = [&](const Numbers<double>& p) {
+    Setup setup;
+    setup.config = &b.config;
+    setup.nominal = b.nominal;
+    return brush_like(car_of(setup, p), a.axle, b.result.turns.hardest);
+  };
+  const std::optional<BrushTyre> brush = brush_at(b.result.p);
+  std::string linear =
+      b.why_not(a.stiffness).empty() ? b.why_not(a.bend) : "goes with the stiffness";
+  if (linear.empty() && !brush) linear = "nothing saturates";
+  if (linear.empty() && b.result.turns.hardest < seen_at_least * brush->grip)
+    linear = "the drive asks for " + fixed(b.result.turns.hardest, 1) + " m/s2 of some " +
+             fixed(brush->grip, 0) + "; drive harder";
+  if (!linear.empty()) {
+    b.add_value(a.stiffness, stiffness_key);
+    if (b.settings.free[a.bend])
+      b.findings.values.push_back({.name = "grip, " + end,
+                                   .value = brush ? brush->grip : 0.0,
+                                   .unit = "m/s2",
+                                   .determined = Determined::no,
+                                   .remark = linear + ": linear tyres"});
+    return;
+  }
+  // σ² = gᵀ Σ g, g the derivatives by what makes the curve.
+  constexpr double h = 1e-3;
+  double of_stiffness = 0.0, of_grip = 0.0;
+  const std::array<Parameter, 3> curve{a.stiffness, a.bend, load_arm};
+  std::array<double, 3> by_stiffness{}, by_grip{};
+  for (std::size_t i = 0; i < curve.size(); ++i) {
+    Numbers<double> p = b.result.p;
+    p[curve[i]] += h;
+    const BrushTyre moved = brush_at(p).value_or(*brush);
+    by_stiffness[i] = (moved.stiffness - brush->stiffness) / h;
+    by_grip[i] = (moved.grip - brush->grip) / h;
+  }
+  for (std::size_t i = 0; i < curve.size(); ++i)
+    for (std::size_t j = 0; j < curve.size(); ++j) {
+      const double covariance = b.result.covariance(static_cast<Eigen::Index>(curve[i]),
+                                                    static_cast<Eigen::Index>(curve[j]));
+      of_stiffness += by_stiffness[i] * covariance * by_stiffness[j];
+      of_grip += by_grip[i] * covariance * by_grip[j];
+    }
+  // ... and the stiffness is known no better than the fit's.
+  b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key, brush->stiffness,
+        std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness]),
+        "of a tyre that saturates");
+  b.findings.values.push_back({.name = "grip, " + end,
+                               .key = "vehicle.grip_" + end,
+                               .value = brush->grip,
+                               .sigma = std::sqrt(of_grip),
+                               .unit = "m/s2"});
+}
+
+// Delay and lag of an actuator, where the steering is a command.
+void add_steering(Builder& b) {
+  b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
+  b.add_value(steering_delay, "");
+  if (!b.settings.free[steering_delay] || !b.settings.free[steering_lag]) return;
+  // The delay in all is fitted, and with it the lag's logarithm: dτ = τ dp
+  const double lag =
+      value_of(parameter_table()[steering_lag], b.nominal[steering_lag], b.result.p[steering_lag]);
+  const double whole = b.nominal[steering_delay] + b.result.p[steering_delay];
+  const double of_whole = b.sigma[steering_delay], of_lag = lag * b.sigma[steering_lag];
+  const double both = lag * b.result.covariance(static_cast<Eigen::Index>(steering_delay),
+                                                static_cast<Eigen::Index>(steering_lag));
+  SteeringResponse response;
+  response.in_all = {whole, of_whole};
+  response.time_constant = {lag, of_lag};
+  response.dead_time = {
+      whole - lag, std::sqrt(std::max(of_whole * of_whole + of_lag * of_lag - 2.0 * both, 0.0))};
+  ActuatorFindings found = actuator_findings(response, {}, b.config.vehicle.steering);
+  for (Finding& finding : found.values) b.findings.values.push_back(std::move(finding));
+  for (std::string& warning : found.warnings) b.findings.warnings.push_back(std::move(warning));
+}
+
 void add_accelerometers(Builder& b) {
   const can::SignalBinding* x = binding_of(b.config, Source::accel_x);
   const can::SignalBinding* y = binding_of(b.config, Source::accel_y);
@@ -229,13 +321,11 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
 
   const Numbers<double> nominal = nominal_values(config);
   Builder b{config, settings, result, nominal, sigma, findings};
-  b.add_value(stiffness_front, "vehicle.cornering_stiffness_front");
-  b.add_value(stiffness_rear, "vehicle.cornering_stiffness_rear");
+  add_tyres(b, {Axle::front, stiffness_front, bend_front, "front"});
+  add_tyres(b, {Axle::rear, stiffness_rear, bend_rear, "rear"});
   b.add_value(yaw_inertia, "vehicle.yaw_inertia");
   b.add_value(track_width, "vehicle.track_width");
-  b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
-  b.add_value(steering_delay, "");
-  b.add_value(steering_lag, "");
+  add_steering(b);
   b.add_scale_and_offset(Source::yaw_rate, gyro_scale, gyro_bias);
   b.add_latency(gyro_latency, Source::yaw_rate);
   add_accelerometers(b);
@@ -268,7 +358,8 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
         "little; look at --plot, or leave parameters as they are (--fix)");
   findings.details = details_of(b);
   findings.details["turns"] = {{"speed_variety", result.turns.speed_variety},
-                               {"beyond_half_of_the_grip", result.turns.hard}};
+                               {"beyond_half_of_the_grip", result.turns.hard},
+                               {"hardest", result.turns.hardest}};
   return findings;
 }
 

@@ -175,7 +175,10 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   value[drive_spin] = 0.042;  // 0.7 of two wheels' mass, a geared motor as much again
   value[track_width] = car.track_width;
   value[steering_scale] = 1.0;
-  value[steering_delay] = value[steering_lag] = 0.05;
+  const estimator::SteeringActuator& servo = car.steering;
+  const bool commanded = servo.delay_s > 0.0 || servo.lag_s > 0.0;
+  value[steering_delay] = commanded ? servo.delay_s + servo.lag_s : 0.05;
+  value[steering_lag] = servo.lag_s > 0.0 ? servo.lag_s : 0.05;
   value[gyro_scale] = value[accel_scale] = 1.0;
   value[gyro_latency] = latency(Source::yaw_rate);
   value[accel_latency] = latency(Source::accel_y);

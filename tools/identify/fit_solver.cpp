@@ -63,7 +63,7 @@ double moved(const Numbers<double>& before, const Numbers<double>& after) {
 Turns turns_of(const std::vector<Chain>& chains) {
   constexpr double hard = 0.5 * single_track::gravity;
   double bends = 0.0, both = 0.0, pushes = 0.0;
-  std::size_t count = 0, beyond = 0;
+  std::vector<double> accels;
   for (const Chain& chain : chains)
     for (const Node<double>& node : chain.nodes) {
       const double v = node[single_track::v_x], yaw_rate = node[single_track::yaw_rate];
@@ -71,12 +71,14 @@ Turns turns_of(const std::vector<Chain>& chains) {
       bends += curvature * curvature;
       both += curvature * accel;
       pushes += accel * accel;
-      ++count;
-      beyond += std::fabs(accel) > hard ? 1 : 0;
+      accels.push_back(std::fabs(accel));
     }
   if (!(bends > 0.0) || !(pushes > 0.0)) return {.speed_variety = 1.0};  // nothing turns
+  std::ranges::sort(accels);
+  const auto beyond = accels.end() - std::ranges::upper_bound(accels, hard);
   return {.speed_variety = std::sqrt(std::max(0.0, 1.0 - both * both / (bends * pushes))),
-          .hard = static_cast<double>(beyond) / static_cast<double>(count)};
+          .hard = static_cast<double>(beyond) / static_cast<double>(accels.size()),
+          .hardest = accels[accels.size() * 19 / 20]};
 }
 
 double rounded_window(double wanted, double knot) {

@@ -54,7 +54,8 @@ struct Turns {
   // bicycle has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the steering's scale
   // and the tyres are one number.
   double speed_variety = 0.0;
-  double hard = 0.0;  ///< share of the time beyond a half of the grip of dry tyres, 0.5 g
+  double hard = 0.0;     ///< share of the time beyond a half of the grip of dry tyres, 0.5 g
+  double hardest = 0.0;  ///< lateral acceleration that is passed in a twentieth of the time [m/s²]
 };
 
 struct Result {

@@ -23,11 +23,15 @@ bool is_wheel(std::string_view key) {
 
 // Values that hang together go in together.
 std::string_view group_of(std::string_view key) {
-  if (key.starts_with("vehicle.cornering")) return "tyres";
+  // Rear ones set the side slip, front ones the turn upon the steering, which the gyro knows
+  // better.
+  if (key.starts_with("vehicle.cornering") || key.starts_with("vehicle.grip"))
+    return key.ends_with("front") ? "front tyres" : "rear tyres";
   if (key == "vehicle.yaw_inertia") return "yaw inertia";
   if (key == "vehicle.track_width") return "track width";
   if (key.starts_with("imu.")) return "place of the IMU";
   if (key.starts_with("can.signals.steering")) return "steering";
+  if (key.starts_with("steering.")) return "steering actuator";
   if (is_wheel(key)) return key.ends_with(".latency") ? "ages of the wheels" : "wheel scales";
   if (key.ends_with(".latency")) return "ages of gyro and accelerometers";
   if (key.starts_with("can.signals.yaw_rate")) return "gyro's scale and bias";

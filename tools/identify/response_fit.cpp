@@ -20,16 +20,6 @@ double spread_of(const VectorXd& z) {
   return std::sqrt((z.array() - z.mean()).square().mean());
 }
 
-double cost_of(const ResponseFit& problem, const VectorXd& p, double noise) {
-  const VectorXd e = (problem.z - problem.predicted(p)).array().abs() / noise;
-  if (!e.allFinite()) return std::numeric_limits<double>::infinity();
-  double cost = 0.0;
-  for (const double each : e)
-    cost += each < huber ? each * each : 2.0 * huber * each - huber * huber;
-  return cost / problem.together +
-         ((p - problem.expected).array() / problem.doubt.array()).square().sum();
-}
-
 MatrixXd derivatives(const ResponseFit& problem, const VectorXd& p, const VectorXd& at_p) {
   MatrixXd jacobian(problem.z.size(), p.size());
   for (Index k = 0; k < p.size(); ++k) {
@@ -43,12 +33,22 @@ MatrixXd derivatives(const ResponseFit& problem, const VectorXd& p, const Vector
 
 }  // namespace
 
+double cost_of(const ResponseFit& problem, const VectorXd& p, double noise) {
+  const VectorXd e = (problem.z - problem.predicted(p)).array().abs() / noise;
+  if (!e.allFinite()) return std::numeric_limits<double>::infinity();
+  double cost = 0.0;
+  for (const double each : e)
+    cost += each < huber ? each * each : 2.0 * huber * each - huber * huber;
+  return cost / problem.together +
+         ((p - problem.expected).array() / problem.doubt.array()).square().sum();
+}
+
 double best_of(const ResponseFit& problem, Index parameter, const std::vector<double>& trials) {
   const double noise = std::max(0.2 * spread_of(problem.z), 1e-9);
   double best = std::numeric_limits<double>::infinity();
-  double result = problem.expected[parameter];
+  double result = problem.start[parameter];
   for (const double trial : trials) {
-    VectorXd p = problem.expected;
+    VectorXd p = problem.start;
     p[parameter] = trial;
     const double cost = cost_of(problem, p, noise);
     if (cost >= best) continue;

@@ -33,7 +33,12 @@ struct FittedResponse {
 
 [[nodiscard]] FittedResponse fit(const ResponseFit& problem);
 
-/// Of `trials` for one parameter, all others as expected, the one that fits best.
+/// What fit() makes least: twice the negative logarithm of the likelihood and the priors, for
+/// measurements of this noise.
+[[nodiscard]] double cost_of(const ResponseFit& problem, const Eigen::VectorXd& parameters,
+                             double noise);
+
+/// Of `trials` for one parameter, all others as at the start, the one that fits best.
 [[nodiscard]] double best_of(const ResponseFit& problem, Eigen::Index parameter,
                              const std::vector<double>& trials);
 

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "tools/identify/response_fit.hpp"
@@ -16,10 +19,12 @@ namespace {
 
 using Eigen::VectorXd;
 
-// Time constant, stiffnesses, inertia, relaxation, bends and steering scale by their logarithms.
+// Time constant, rate limit, stiffnesses, inertia, relaxation, bends and steering scale by their
+// logarithms.
 enum : Eigen::Index {
   dead,
   lag,
+  rate,
   front,
   rear,
   inertia,
@@ -34,8 +39,12 @@ enum : Eigen::Index {
 
 // The time constant by its logarithm, to 30 ms; the tyres' bend to 0.7.
 constexpr double usual_lag = 0.03, usual_bend = 0.7;
-constexpr std::array<double, count> doubt{1.0, 1.0, 0.15, 0.15, 0.1, 0.5, 0.5, 0.5, 0.05, 0.1, 0.1};
+constexpr std::array<double, count> doubt{1.0, 1.0, 1.0, 0.15, 0.15, 0.1,
+                                          0.5, 0.5, 0.5, 0.05, 0.1,  0.1};
 constexpr double step_s = 5e-3;
+// A rate limit is one where it is known to a share of it, and explains clearly more: three standard
+// deviations, and a third of what is left without it. What tyres do beyond this model is in it too.
+constexpr double limit_known = 0.1, limit_gain = 9.0, limit_share = 0.3, unmodelled_limit = 0.02;
 // What tyres do beyond this model, as standard uncertainties [s]: how dead time, time constant and
 // tyres share the lag is hardly to be told from the yaw rate; their sum is, where tyres slip
 // little.
@@ -49,6 +58,7 @@ struct Drive {
   const Resampled& speed;
   std::vector<double> t;
   std::vector<double> yaw_rate;
+  double rate_limit = std::numeric_limits<double>::infinity();  ///< where its logarithm counts from
 };
 
 VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen = nullptr) {
@@ -68,12 +78,16 @@ VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen
                          .track = v.track_width};
   car.floor_speed = model::floor_speed(v.mass, v.front_axle, v.rear_axle, car.inertia,
                                        car.stiffness_front, car.stiffness_rear, step_s);
-  const auto command = [&](double t) {
+  const auto wanted = [&](double t) {
     return std::exp(p[steering_scale]) * drive.steering.at(t - p[dead]) - p[steering_offset];
   };
+  // The wheels follow by (δ_c - δ) (1 - exp(-Δt / τ)) in a step, and by no more than the limit's:
+  // so no command may be farther off.
+  const double farthest =
+      drive.rate_limit * std::exp(p[rate]) * step_s / -std::expm1(-step_s / car.lag);
   model::State<double> x{};
   double t = drive.speed.begin;
-  x[model::steer] = command(t);
+  x[model::steer] = wanted(t);
   double before = x[model::yaw_rate];
   VectorXd result(static_cast<Eigen::Index>(drive.t.size()));
   const double end = drive.speed.end();
@@ -90,7 +104,9 @@ VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen
       seen->front_wheels.value.push_back(x[model::steer]);
       seen->side_speed.value.push_back(x[model::v_y]);
     }
-    x = model::step(car, x, command(t + 0.5 * step_s), accel, accel, step_s);
+    const double steer = x[model::steer];
+    const double command = std::clamp(wanted(t + 0.5 * step_s), steer - farthest, steer + farthest);
+    x = model::step(car, x, command, accel, accel, step_s);
     for (; next < drive.t.size() && drive.t[next] <= t + step_s; ++next) {
       const double part = std::clamp((drive.t[next] - t) / step_s, 0.0, 1.0);
       result[static_cast<Eigen::Index>(next)] =
@@ -117,6 +133,41 @@ double rough_dead_time(const ResponseFit& problem, const Drive& drive) {
   std::vector<double> trials;
   for (double trial = -0.3; trial <= 0.6; trial += 0.02) trials.push_back(trial);
   return best_of(rough, dead, trials);
+}
+
+/// The quickest that the front wheels turn [rad/s].
+double quickest(const Resampled& front_wheels) {
+  double most = 0.0;
+  for (std::size_t i = 1; i < front_wheels.value.size(); ++i)
+    most = std::max(most, std::fabs(front_wheels.value[i] - front_wheels.value[i - 1]));
+  return most / front_wheels.step;
+}
+
+struct Limited {
+  FittedResponse fit;
+  double limit = 0.0;  ///< [rad/s]
+};
+
+/// The drive fitted once more, by wheels that turn no quicker than a limit; nothing where that
+/// explains it no better. From then on the drive has the limit.
+std::optional<Limited> limited(ResponseFit problem, Drive& drive, const FittedResponse& without) {
+  SteeringResponse seen;
+  seen.front_wheels = {drive.speed.begin, step_s, {}};
+  (void)predicted(drive, without.parameters, &seen);
+  const double before = cost_of(problem, without.parameters, without.noise);
+  drive.rate_limit = quickest(seen.front_wheels);
+  problem.start = without.parameters;
+  std::vector<double> trials;
+  for (const double part : {0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.12})
+    trials.push_back(std::log(part));
+  problem.start[rate] = best_of(problem, rate, trials);
+  Limited found{.fit = fit(problem)};
+  found.limit = drive.rate_limit * std::exp(found.fit.parameters[rate]);
+  const double after = cost_of(problem, found.fit.parameters, without.noise);
+  const bool told = std::sqrt(found.fit.covariance(rate, rate)) < limit_known;
+  if (told && before - after > std::max(limit_gain, limit_share * before)) return found;
+  drive.rate_limit = std::numeric_limits<double>::infinity();
+  return std::nullopt;
 }
 
 }  // namespace
@@ -147,7 +198,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   problem.predicted = [&](const VectorXd& p) {
     ++simulated;
     if (tell)
-      tell(fmt::format("steering: simulation {} of the drive, 50 to 400 as a rule", simulated));
+      tell(fmt::format("steering: simulation {} of the drive, 100 to 800 as a rule", simulated));
     return predicted(drive, p);
   };
   problem.expected = VectorXd::Zero(count);
@@ -158,7 +209,14 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   // tyres parts them. The small that this model leaves out must not: a block counts once.
   problem.together = std::max(1.0, problem.block * static_cast<double>(drive.t.size()) /
                                        std::max(drive.t.back() - drive.t.front(), problem.block));
-  const FittedResponse found = fit(problem);
+  FittedResponse found = fit(problem);
+  if (std::optional<Limited> slower = limited(problem, drive, found)) {
+    found = std::move(slower->fit);
+    // Of the angle as it is signalled, which the filter takes for the wheels'.
+    const double limit = slower->limit * std::exp(-found.parameters[steering_scale]);
+    result.rate_limit = {
+        limit, limit * std::hypot(std::sqrt(found.covariance(rate, rate)), unmodelled_limit)};
+  }
   const double tau = usual_lag * std::exp(found.parameters[lag]);  // and dτ = τ dp
   const auto& covariance = found.covariance;
   const double of_dead = covariance(dead, dead), of_tau = tau * tau * covariance(lag, lag);

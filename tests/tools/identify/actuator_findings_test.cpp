@@ -57,6 +57,17 @@ TEST(ActuatorFindings, AreNotWrittenWhereTheDriveTellsTooLittle) {
   EXPECT_EQ(remark(doubted), "the car does not turn");
 }
 
+TEST(ActuatorFindings, HaveARateLimitWhereOneIsSeen) {
+  SteeringResponse slow = response(0.06, 0.1, 0.004);
+  slow.rate_limit = Measured{1.0, 0.03};
+  const auto found = actuator_findings(slow, {}, {});
+  ASSERT_EQ(found.values.size(), 3U);
+  EXPECT_EQ(found.values[2].key, "steering.rate_limit");
+  EXPECT_EQ(found.values[2].value, 1.0);
+  slow.doubt = "the car does not turn";
+  EXPECT_EQ(actuator_findings(slow, {}, {}).values[2].determined, Determined::no);
+}
+
 TEST(ActuatorFindings, NeverAreEarly) {
   const auto found = actuator_findings(response(-0.004, 0.2, 0.004), {}, {});
   EXPECT_EQ(found.values[0].determined, Determined::yes);
@@ -69,8 +80,7 @@ TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
   const Scratch scratch;
   const auto steering_after = [&scratch](const std::string& options) {
     const std::string drive = scratch.path("drive").string();
-    const Outcome made = run_shell("odom sim --force --scenario stop-and-go --seed 4 " + options +
-                                   " --out " + drive);
+    const Outcome made = run_shell("odom sim --force --seed 4 " + options + " --out " + drive);
     EXPECT_EQ(made.status, 0) << made.err;
     const Outcome outcome =
         run_shell("cd " + drive +
@@ -79,11 +89,17 @@ TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return daemon::load_config(drive + "/car.toml").vehicle.steering;
   };
-  const estimator::SteeringActuator servo = steering_after("--servo");
+  const estimator::SteeringActuator servo = steering_after("--scenario stop-and-go --servo");
   EXPECT_NEAR(servo.delay_s, 0.06, 0.025);
   EXPECT_NEAR(servo.lag_s, 0.1, 0.025);
   EXPECT_NEAR(servo.delay_s + servo.lag_s, 0.16, 0.008);
-  const estimator::SteeringActuator none = steering_after("--steering-commanded 0");
+  EXPECT_EQ(servo.rate_limit, 0.0);  // 3 rad/s, which these laps do not ask for
+  const estimator::SteeringActuator slow =
+      steering_after("--scenario slalom --servo --steering-rate-limit 1.2");
+  EXPECT_NEAR(slow.rate_limit, 1.2, 0.07);
+  EXPECT_NEAR(slow.delay_s + slow.lag_s, 0.16, 0.015);
+  const estimator::SteeringActuator none =
+      steering_after("--scenario stop-and-go --steering-commanded 0");
   EXPECT_EQ(none.delay_s, 0.0);
   EXPECT_EQ(none.lag_s, 0.0);
 }

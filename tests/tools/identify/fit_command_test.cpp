@@ -68,6 +68,28 @@ TEST_F(FitCommand, OneSpeedTellsTyresAndSteeringNotApart) {
   EXPECT_LT(json["details"]["turns"]["speed_variety"], 0.1);
 }
 
+// 60 ms of dead time and a lag of 100 ms lie between the command and the wheels.
+TEST_F(FitCommand, WritesTheActuatorOfASteeringCommand) {
+  ASSERT_EQ(run("odom sim --scenario exercise --duration 40 --servo --seed 4 --out servo").status,
+            0);
+  std::string most = "odom identify fit --untried --quiet --drive servo --json";
+  for (const char* name : {"yaw_inertia", "relaxation_length", "bend_front", "bend_rear",
+                           "load_arm", "track_width", "accel_scale", "accel_latency", "imu_x",
+                           "imu_y", "imu_yaw", "wheel_slip", "camera_x", "camera_yaw"})
+    most += std::string(" --fix ") + name;
+  const Outcome outcome = run(most);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  double delay = 0.0, lag = 0.0;
+  const auto found = nlohmann::json::parse(outcome.out);
+  for (const auto& value : found["values"]) {
+    if (value.value("key", "") == "steering.delay") delay = value["value"];
+    if (value.value("key", "") == "steering.lag") lag = value["value"];
+  }
+  EXPECT_NEAR(delay, 0.06, 0.03);
+  EXPECT_NEAR(lag, 0.1, 0.03);
+  EXPECT_NEAR(delay + lag, 0.16, 0.015);
+}
+
 TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   const std::string fit = "odom identify fit --quiet --config lap/car.toml ";
   expect_refused(run(fit + "--drive nowhere"), "nowhere: is no folder");

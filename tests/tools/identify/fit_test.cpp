@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estimator/ekf/process.hpp"
 #include "tools/identify/fit_allowance.hpp"
 #include "tools/identify/fit_drive.hpp"
 #include "tools/identify/fit_findings.hpp"
 #include "tools/identify/fit_parameters.hpp"
 #include "tools/identify/fit_solver.hpp"
+#include "tools/identify/fit_tyres.hpp"
+#include "tools/identify/fit_window.hpp"
 #include "tools/identify/four_wheels.hpp"
 
 namespace odomd::tools::fitting::fit_test {
@@ -41,8 +44,13 @@ struct Recorded {
   std::vector<estimator::CameraPose> poses;
 };
 
+struct Way {
+  double speed = 1.0;     // [m/s]
+  double steering = 0.2;  // [rad]
+};
+
 // What a car whose gyro reads 3 % too much, and wheels 2 %, would have recorded in twelve seconds.
-Recorded recorded(const daemon::Config& config) {
+Recorded recorded(const daemon::Config& config, const Way& way = {}) {
   const Numbers<double> usual = nominal_values(config);
   const estimator::Vehicle& v = config.vehicle;
   four_wheels::Car<double> model;
@@ -70,11 +78,11 @@ Recorded recorded(const daemon::Config& config) {
     series.value.push_back(value);
   };
   st::State<double> x{};
-  x[st::v_x] = 1.0;
+  x[st::v_x] = way.speed;
   for (int k = 0; k < 12000; ++k) {
     const double t = 1e-3 * k;
     const std::int64_t t_ns = start + std::int64_t{1'000'000} * k;
-    const double command = 0.2 * std::sin(2.0 * t) + 0.1 * std::sin(4.7 * t);
+    const double command = way.steering * (std::sin(2.0 * t) + 0.5 * std::sin(4.7 * t));
     const double accel = 0.6 * std::cos(0.9 * t);
     if (k % 10 == 0) {
       put(Source::yaw_rate, t_ns, 1.03 * x[st::yaw_rate] + 0.01);
@@ -215,6 +223,126 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
       std::ranges::find(findings.values, "can.signals.yaw_rate.scale", &Finding::key);
   ASSERT_NE(scale, findings.values.end());
   EXPECT_NEAR(scale->value, 1.0 / 1.03, 3e-3);
+}
+
+// At 60 m/s slip settles in 3 ms, a tenth of a full-size car's step.
+TEST(Fit, FollowsTyresThatSettleWithinAStep) {
+  daemon::Config config = car();
+  config.vehicle = {.mass = 982.0,
+                    .front_axle = 1.33,
+                    .rear_axle = 1.07,
+                    .yaw_inertia = 1605.0,
+                    .cornering_stiffness_front = 90000.0,
+                    .cornering_stiffness_rear = 120000.0,
+                    .track_width = 1.35};
+  const Recorded drive = recorded(config, {.speed = 60.0, .steering = 0.01});
+  const std::vector<Drive> drives{prepare("straight", config, drive.log, drive.poses)};
+  Settings settings;
+  settings.free[gyro_scale] = true;
+  settings.doubt = usual_doubts(config);
+  settings.window = 1.5;
+  settings.passes = 2;
+  const Result result = solve(config, drives, settings);
+  EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 0.01);
+  EXPECT_EQ(stable_parts(2.0, 0.044, 0.02), 1);  // as it was of slow cars
+  EXPECT_EQ(stable_parts(-60.0, 0.41, 0.03), 3);
+}
+
+four_wheels::Car<double> fitted_car(const Numbers<double>& p) {
+  const daemon::Config config = car();
+  Setup setup;
+  setup.config = &config;
+  setup.nominal = nominal_values(config);
+  return car_of(setup, p);
+}
+
+Numbers<double> without_load_transfer() {
+  Numbers<double> p{};
+  p[load_arm] = -20.0;
+  return p;
+}
+
+// The filter's own tyre [N].
+double force(const BrushTyre& tyre, double slip, double mass) {
+  return slip * estimator::full::secant_stiffness(tyre.stiffness, slip, tyre.grip, mass);
+}
+
+TEST(FitTyres, AreTheFiltersAtTheHardestTurnsAndAtHalfOfThem) {
+  const estimator::Vehicle v = car().vehicle;
+  const double rear_mass = v.mass * v.front_axle / v.wheelbase();
+  for (const Numbers<double>& p : {Numbers<double>{}, without_load_transfer()}) {
+    const four_wheels::Car<double> fitted = fitted_car(p);
+    const auto tyre = brush_like(fitted, Axle::rear, 8.0);
+    ASSERT_TRUE(tyre);
+    EXPECT_GT(tyre->grip, 8.0);
+    for (const double accel : {4.0, 8.0})
+      EXPECT_NEAR(force(*tyre, slip_at(fitted, Axle::rear, accel), rear_mass), rear_mass * accel,
+                  1e-6 * rear_mass * accel);
+  }
+  // F = C α / √(1 + b s²) at s = C α / F_z, the other way round: s = u / √(1 - b u²), u = F / F_z
+  const four_wheels::Car<double> fitted = fitted_car(without_load_transfer());
+  const double u = 8.0 / st::gravity, load = rear_mass * st::gravity;
+  EXPECT_NEAR(slip_at(fitted, Axle::rear, 8.0),
+              u / std::sqrt(1.0 - fitted.bend_rear * u * u) * load / fitted.stiffness_rear, 1e-9);
+}
+
+TEST(FitTyres, AreNoBrushWhereNothingSaturatesOrHolds) {
+  Numbers<double> p = without_load_transfer();
+  EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 14.0));  // μ = 1.2 holds 11.7
+  p[bend_front] = -30.0;
+  EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 8.0));
+}
+
+// What is found of a car with tyres as usual, by how hard it was driven.
+std::vector<Finding> found_at(double hardest, double sigma_of_bend) {
+  Settings settings;
+  for (const Parameter k : {stiffness_rear, bend_rear}) settings.free[k] = true;
+  settings.doubt.fill(0.5);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  constexpr auto bend = static_cast<Eigen::Index>(bend_rear);
+  result.covariance(bend, bend) = sigma_of_bend * sigma_of_bend;
+  result.sigma[bend_rear] = sigma_of_bend;
+  result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = hardest};
+  return findings_of(car(), {}, settings, result, 0.0).values;
+}
+
+TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
+  const std::vector<Finding> hard = found_at(9.0, 0.1);
+  ASSERT_EQ(hard.size(), 2U);
+  EXPECT_EQ(hard[0].key, "vehicle.cornering_stiffness_rear");
+  EXPECT_GT(hard[0].value, car().vehicle.cornering_stiffness_rear);  // bends from the first
+  EXPECT_EQ(hard[1].key, "vehicle.grip_rear");
+  EXPECT_EQ(hard[1].determined, Determined::yes);
+  EXPECT_NEAR(hard[1].value, 12.0, 3.0);
+  EXPECT_GT(hard[1].sigma, 0.0);
+  const auto linear = [](const std::vector<Finding>& found, const char* why) {
+    EXPECT_EQ(found[0].value, car().vehicle.cornering_stiffness_rear);
+    EXPECT_EQ(found[1].determined, Determined::no);
+    EXPECT_EQ(found[1].key, "");
+    EXPECT_THAT(found[1].remark, HasSubstr(why));
+  };
+  linear(found_at(4.0, 0.1), "the drive asks for 4.0 m/s2");
+  linear(found_at(9.0, 0.4), "tells little more");
+}
+
+TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
+  const daemon::Config config = car();
+  Settings settings;
+  for (const Parameter k : {steering_delay, steering_lag}) settings.free[k] = true;
+  settings.doubt.fill(0.8);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  const auto keys = [&](double whole) {
+    result.p[steering_delay] = whole - 0.05;
+    std::vector<std::string> written;
+    for (const Finding& finding : findings_of(config, {}, settings, result, 0.0).values)
+      if (finding.determined == Determined::yes && !finding.key.empty())
+        written.push_back(finding.key);
+    return written;
+  };
+  EXPECT_THAT(keys(0.16), ElementsAre("steering.delay", "steering.lag"));
+  EXPECT_THAT(keys(0.003), IsEmpty());  // measured
 }
 
 }  // namespace
