@@ -198,13 +198,6 @@ void FullFilter::count_resets() noexcept {
   seen_jump_ = jump;
 }
 
-/// On at `time_ns` after a sleep.
-void FullFilter::wake_up(std::int64_t time_ns) noexcept {
-  State& now = history_.anew();
-  full::lose_sight(now, seconds_between(now.time_ns, time_ns));
-  last_tick_ns_ = now.time_ns = time_ns;
-}
-
 /// Takes the samples after the state up to `tick_ns`, on the grid of the ticks. The odometry frame
 /// is the integral of the velocities as they were published: from the last tick on, where
 /// `velocity` was.
@@ -213,7 +206,10 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
   if (ticks > most_ticks_made_up + window_ns_ / period_ns_) {
     ticks = most_ticks_made_up;
-    wake_up(ns_after(tick_ns, -ticks * period_ns_));
+    State& now = history_.anew();
+    last_tick_ns_ = ns_after(tick_ns, -ticks * period_ns_);
+    full::lose_sight(now, seconds_between(now.time_ns, *last_tick_ns_));
+    now.time_ns = *last_tick_ns_;
   }
   std::span<Sample> samples = window_.after(history_.now().time_ns);
   for (std::int64_t left = ticks; left-- > 0;) {

@@ -55,7 +55,6 @@ class FullFilter {
                                 std::int64_t delay_ns) noexcept;
   void begin(std::int64_t tick_ns) noexcept;
   void count_resets() noexcept;
-  void wake_up(std::int64_t time_ns) noexcept;
   void replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept;
   void recover(std::int64_t tick_ns) noexcept;
   [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;

@@ -17,7 +17,6 @@ struct Tuning {
   double drive_accel_s = 0.5;  ///< ... and for how long [s]
   double front_angle = 0.2;    ///< ε, GM: by how much steering and tyres mislead [rad] ...
   double front_angle_s = 0.5;  ///< ... and for how long [s]
-  double unsteered = 0.3;      ///< ε where no steering is measured [rad]
 
   // --- what the models leave out ---
   double side_force = 0.1;         ///< e, GM: error of the tyres' force, in shares of it ...

@@ -69,15 +69,17 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept 
 SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
                      double stated) noexcept {
   SourceNoise noise{.stated = stated};
-  const NoiseLevel& level = state.noise[index_of(source)];
-  if (level.rest_samples >= least_samples_to_use) {
-    noise.at_rest = stated * bounded(tuning, level.at_rest, source, true);
-  }
-  if (level.moving_samples >= least_samples_to_use) {
-    noise.moving = stated * bounded(tuning, level.moving, source, false);
-  }
-  if (is_wheel(source) && state.heard[index_of(source)].agreeing > 0) {
-    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_unrest[index_of(source)]);
+  const std::size_t i = index_of(source);
+  if (i < state.noise.size()) {
+    const NoiseLevel& level = state.noise[i];
+    if (level.rest_samples >= least_samples_to_use) {
+      noise.at_rest = stated * bounded(tuning, level.at_rest, source, true);
+    }
+    if (level.moving_samples >= least_samples_to_use) {
+      noise.moving = stated * bounded(tuning, level.moving, source, false);
+    }
+  } else if (is_wheel(source) && state.heard[i].agreeing > 0) {
+    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_unrest[i]);
   }
   return noise;
 }

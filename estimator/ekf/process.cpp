@@ -114,8 +114,7 @@ Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& 
   return F;
 }
 
-void add_noise(const CarModel& model, const Input& input, const Jacobian& F,
-               State& state) noexcept {
+void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept {
   const Tuning& tuning = model.tuning;
   Matrix& P = state.covariance;
   const Vector& x = state.mean;
@@ -138,8 +137,7 @@ void add_noise(const CarModel& model, const Input& input, const Jacobian& F,
   P(at::accel_x, at::accel_x) +=
       state.drive_unrest * squared(tuning.drive_accel * gravity) * (1.0 - squared(F.accel_decay));
   P(at::front_angle, at::front_angle) +=
-      state.turn_unrest * squared(tuning.front_angle) *
-      (1.0 - squared(F.angle_decay));
+      state.turn_unrest * squared(tuning.front_angle) * (1.0 - squared(F.angle_decay));
   add_walks(model.tuning, F.dt, state);
 }
 
@@ -257,7 +255,7 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
     apply<lasting::size>(F, at::x, B + column);
   }
   add_stiffness(F, state);
-  add_noise(model, input, F, state);
+  add_noise(model, F, state);
 }
 
 void propagate_standing(const CarModel& model, double dt, State& state) noexcept {

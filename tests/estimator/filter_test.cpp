@@ -452,7 +452,7 @@ TEST_P(EveryModel, TheNoiseOfASourceIsEstimatedByTheFullFilter) {
   const SourceNoise gyro = noise(drive.filter, Source::yaw_rate);
   const SourceNoise wheel = noise(drive.filter, Source::wheel_rear);
   for (const Source silent : {Source::accel_x, Source::motor, Source::steering, Source::camera}) {
-    EXPECT_FALSE(noise(drive.filter, silent).estimated());
+    EXPECT_FALSE(noise(drive.filter, silent).estimated()) << source_names[index_of(silent)];
   }
   if (GetParam() != Model::full) {
     EXPECT_FALSE(gyro.estimated());
