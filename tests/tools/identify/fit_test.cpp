@@ -326,6 +326,22 @@ TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
   linear(found_at(9.0, 0.4), "tells little more");
 }
 
+TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
+  Settings settings;
+  for (const Parameter k : {stiffness_front, bend_front}) settings.free[k] = true;
+  settings.doubt.fill(0.5);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0};
+  const auto stiffness = [&](double bend) {
+    result.p[bend_front] = bend;
+    return findings_of(car(), {}, settings, result, 0.0).values.at(0);
+  };
+  EXPECT_EQ(stiffness(-0.2).determined, Determined::yes);
+  EXPECT_EQ(stiffness(-2.4).determined, Determined::no);
+  EXPECT_THAT(stiffness(-2.4).remark, HasSubstr("came out 4.8 sigmas from what is usual"));
+}
+
 TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
   const daemon::Config config = car();
   Settings settings;
