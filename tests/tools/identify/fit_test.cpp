@@ -225,6 +225,21 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
   EXPECT_NEAR(scale->value, 1.0 / 1.03, 3e-3);
 }
 
+TEST(Fit, RefusesWindowsThatItsCostCannotHold) {
+  const daemon::Config config = car();
+  const Recorded drive = recorded(config);
+  const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
+  Settings settings;
+  settings.doubt = usual_doubts(config);
+  settings.window = 5.0;
+  try {
+    (void)solve(config, drives, settings);
+    FAIL() << "a window of 100 knots was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--window: 0.8 s is the most"));
+  }
+}
+
 // At 60 m/s slip settles in 3 ms, a tenth of a full-size car's step.
 TEST(Fit, FollowsTyresThatSettleWithinAStep) {
   daemon::Config config = car();
