@@ -81,6 +81,7 @@ class WindowCost final : public ceres::CostFunction {
     const std::size_t local = free_.size() + node_size + setup_.inner() + 1;
     if (local <= 48) return with_jets<48>(blocks, residuals, jacobians);
     if (local <= 68) return with_jets<68>(blocks, residuals, jacobians);
+    if (local > 80) return false;
     return with_jets<80>(blocks, residuals, jacobians);
   }
 

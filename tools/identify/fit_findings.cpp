@@ -175,6 +175,15 @@ void add_tyres(Builder& b, const AxleParameters& a) {
              fixed(brush->grip, 0) + "; drive harder";
   if (!linear.empty()) {
     b.add_value(a.stiffness, stiffness_key);
+    // A curve that no tyre has was drawn there by something else, and its slope with it.
+    if (Finding& stiffness = b.findings.values.back();
+        b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
+        stiffness.determined == Determined::yes) {
+      stiffness.determined = Determined::no;
+      stiffness.remark = "goes with " + Builder::meaning(a.bend) + ", which came out " +
+                         fixed(std::fabs(b.result.p[a.bend]) / b.settings.doubt[a.bend], 1) +
+                         " sigmas from what is usual";
+    }
     if (b.settings.free[a.bend])
       b.findings.values.push_back({.name = "grip, " + end,
                                    .value = brush ? brush->grip : 0.0,

@@ -81,6 +81,9 @@ Turns turns_of(const std::vector<Chain>& chains) {
           .hardest = accels[accels.size() * 19 / 20]};
 }
 
+/// With all parameters, what the cost's longest jets hold.
+constexpr int most_knots = 16;
+
 double rounded_window(double wanted, double knot) {
   return knot * std::max(2.0, std::round(wanted / knot));
 }
@@ -101,6 +104,9 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   for (const Drive& drive : drives)
     setup.knot = std::max(setup.knot, 0.05 * std::ceil(drive.steering_cycle / 0.05 - 0.1));
   setup.window = rounded_window(settings.window, setup.knot);
+  if (setup.knots() > static_cast<std::size_t>(most_knots))
+    throw std::invalid_argument("--window: " + fixed(most_knots * setup.knot, 1) +
+                                " s is the most for this car and its steering's cycle");
   // A small car does everything faster: by Froude's number.
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
   setup.slow = 0.6 * std::sqrt(setup.wheelbase);

@@ -225,6 +225,21 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
   EXPECT_NEAR(scale->value, 1.0 / 1.03, 3e-3);
 }
 
+TEST(Fit, RefusesWindowsThatItsCostCannotHold) {
+  const daemon::Config config = car();
+  const Recorded drive = recorded(config);
+  const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
+  Settings settings;
+  settings.doubt = usual_doubts(config);
+  settings.window = 5.0;
+  try {
+    (void)solve(config, drives, settings);
+    FAIL() << "a window of 100 knots was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--window: 0.8 s is the most"));
+  }
+}
+
 // At 60 m/s slip settles in 3 ms, a tenth of a full-size car's step.
 TEST(Fit, FollowsTyresThatSettleWithinAStep) {
   daemon::Config config = car();
@@ -324,6 +339,22 @@ TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
   };
   linear(found_at(4.0, 0.1), "the drive asks for 4.0 m/s2");
   linear(found_at(9.0, 0.4), "tells little more");
+}
+
+TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
+  Settings settings;
+  for (const Parameter k : {stiffness_front, bend_front}) settings.free[k] = true;
+  settings.doubt.fill(0.5);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0};
+  const auto stiffness = [&](double bend) {
+    result.p[bend_front] = bend;
+    return findings_of(car(), {}, settings, result, 0.0).values.at(0);
+  };
+  EXPECT_EQ(stiffness(-0.2).determined, Determined::yes);
+  EXPECT_EQ(stiffness(-2.4).determined, Determined::no);
+  EXPECT_THAT(stiffness(-2.4).remark, HasSubstr("came out 4.8 sigmas from what is usual"));
 }
 
 TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
