@@ -22,7 +22,7 @@ struct Tuning {
   double side_force = 0.1;         ///< e, GM: error of the tyres' force, in shares of it ...
   double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
   double side_force_s = 0.05;      ///< ... and how long it lasts [s]
-  double side_slip = 0.03;         ///< white error of v̇_y per side acceleration [√s]
+  double side_slip = 0.2;          ///< white error of v̇_y at 1 g: it grows with a_y³ [g √s]
   double side_slip_floor = 0.01;   ///< ... and in a straight line [g √s]
   double turn = 0.3;               ///< white error of ψ̈, in sigmas of the gyro [1/√s]
   double way = 1e-3;               ///< white error of the way, per √(way · wheelbase)

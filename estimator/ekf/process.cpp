@@ -127,7 +127,8 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   P(at::x, at::x) += way;
   P(at::y, at::y) += way;
   P(at::yaw, at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
-  const double side = tuning.side_slip * x[at::v_x] * x[at::yaw_rate];
+  const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
+  const double side = tuning.side_slip * gravity * bend * bend * bend;
   P(at::v_y, at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
   const double force = tuning.side_force * x[at::v_x] * x[at::yaw_rate];
   P(at::side_force, at::side_force) +=

@@ -236,6 +236,22 @@ TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
   }
 }
 
+TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
+  const CarModel model;
+  const auto grown = [&](double side_accel) {
+    State state;
+    state.mean[at::v_x] = 10.0;
+    state.mean[at::yaw_rate] = side_accel / 10.0;
+    propagate(model, {0.0, true}, 0.005, state);
+    return state.covariance(at::v_y, at::v_y) / 0.005;
+  };
+  const double straight = grown(0.0);
+  EXPECT_NEAR(std::sqrt(straight), model.tuning.side_slip_floor * gravity, 1e-3);
+  EXPECT_NEAR(std::sqrt(grown(gravity) - straight), model.tuning.side_slip * gravity, 0.01);
+  EXPECT_NEAR(std::sqrt(grown(0.5 * gravity) - straight), model.tuning.side_slip * gravity / 8.0,
+              0.02);  // of the mean within the step
+}
+
 TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
   State state = testing::grid_of_states().back();
   state.covariance = testing::some_covariance();
