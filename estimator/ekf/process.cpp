@@ -104,6 +104,7 @@ Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& 
   x[at::x] += F.dx;
   x[at::y] += F.dy;
   x[at::yaw] += dt * mean[2];
+  state.turned += dt * mean[2];
   x.segment<3>(at::v_x) = F.velocity.velocity;
   F.accel_decay = tuning.drive_accel_s / (tuning.drive_accel_s + dt);
   F.angle_decay = tuning.front_angle_s / (tuning.front_angle_s + dt);

@@ -143,7 +143,8 @@ struct State {
   double drive_unrest = 1.0;  ///< variance of what drives a_x, over what is usual; by the wheels
   double turn_unrest = 1.0;   ///< likewise of ε, by the gyro
   std::array<double, source_count> wheel_unrest = filled(1.0);  ///< of each wheel's relative error
-  double way_unrest = 1.0;    ///< likewise of the way's error, by the camera
+  double way_unrest = 1.0;  ///< likewise of the way's error, by the camera
+  double turned = 0.0;  ///< by how much the steps since the gyro's sample have turned the car [rad]
   double front_wheels = 0.0;  ///< δ behind the steering's actuator [rad]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 

@@ -102,6 +102,15 @@ bool goes_on(const State& state, const Sample& sample) noexcept {
   return sample.source == Source::yaw_rate && !state.rest.standing && vouchers(state, sample) > 1;
 }
 
+/// The heading is the gyro's integral, whatever the tyres' model made of the time between two of
+/// its samples: it would settle between both, and a model that errs for long would turn the car.
+/// This is the trapezium of the two, less what is known of bias and scale.
+double gyro_turn(const State& state, const Reading& before, const Sample& sample) noexcept {
+  const LastingVector& s = state.lasting.mean;
+  const double mean = 0.5 * (before.value + sample.value[0]) - s[lasting::gyro_bias];
+  return seconds_between(before.time_ns, sample.time_ns) * mean / (1.0 + s[lasting::gyro_scale]);
+}
+
 }  // namespace
 
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
@@ -160,7 +169,9 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     nu = innovation(state, prediction, sample.value[0]);
   }
   rejection = {};
-  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  std::int64_t& fused_ns = state.fused_ns[index_of(sample.source)];
+  const std::int64_t last_ns = fused_ns;
+  fused_ns = sample.time_ns;
   Vector gain = optimal_gain(nu);
   // The way is what was driven at the speeds that were believed: a speed that is put right moves no
   // position.
@@ -174,7 +185,16 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     // Forces and wheels rest on models that are no better than what they would correct.
     gain[at::yaw] = gain[at::yaw_rate] = gain[at::front_angle] = 0.0;
   }
+  const double yaw = state.mean[at::yaw];
   correct(state, nu, gain);
+  if (sample.source == Source::yaw_rate) {
+    const Reading& before = state.heard[index_of(sample.source)];
+    if (teaches.heading && before.time_ns == last_ns &&
+        seconds_between(last_ns, sample.time_ns) <= longest_unheard_s) {
+      state.mean[at::yaw] = yaw + gyro_turn(state, before, sample) - state.turned;
+    }
+    state.turned = 0.0;
+  }
   teach(state, nu, teaches.lasting);
   return judgement;
 }

@@ -137,6 +137,20 @@ TEST(Take, ASettingOffThatIsFeltBeforeAWheelTurnsTestsNoAccelerometer) {
   EXPECT_EQ(car.say(Source::accel_x, 0.0).degrees, 1);
 }
 
+TEST(Take, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
+  // Full lock, says the steering, for ten seconds of a wide bend; ten readings a second.
+  Car car;
+  const Says bend = with(with(straight_at(2.0), Source::yaw_rate, 0.5), Source::accel_y, 1.0);
+  car.drive(1.0, bend);
+  const double begin = car.state.mean[at::yaw];
+  const Says silent = without(with(bend, Source::steering, 0.4), Source::yaw_rate);
+  for (int i = 0; i < 100; ++i) {
+    car.drive(0.1, silent);
+    car.say(Source::yaw_rate, 0.5);
+  }
+  EXPECT_NEAR(car.state.mean[at::yaw] - begin, 5.0, 0.01);
+}
+
 TEST(Take, ACarThatSpinsIsFollowedByTheGyro) {
   // On ice, on wheels that hardly turn: nothing but the gyro tells.
   Car car;
