@@ -22,7 +22,6 @@ namespace at = full::at;
 
 // A gap is made up for step by step up to here; beyond, the covariance grows.
 constexpr std::int64_t most_ticks_made_up = 200;
-
 BodyVelocity velocity_of(const State& state) noexcept {
   return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
 }
@@ -56,6 +55,7 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   State& now = history_.anew();
   const Pose2 before = now.pose();
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
+  now.turned_since_ns = 0;
   for (const at::Index index : {at::x, at::y, at::yaw}) {
     full::forget(now, index, std::sqrt(fresh_.covariance(index, index)));
   }

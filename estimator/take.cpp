@@ -81,9 +81,11 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   };
   Prediction z = predict();
   double& unrest = state.wheel_unrest[index_of(sample.source)];
-  if (unrest < 1.0 &&
-      innovation(state, z, speed).squared_ratio() > context.model.tuning.signal_gate) {
-    unrest = 1.0;  // a wheel that has been calm is so no longer
+  const double calm = unrest;
+  const bool surprising = unrest < 1.0 && innovation(state, z, speed).squared_ratio() >
+                                              context.model.tuning.signal_gate;
+  if (surprising) {
+    unrest = 1.0;  // a wheel that has been calm may be so no longer
     z = predict();
   }
   const bool doubted = sample.time_ns < state.wheels_doubted_until_ns;
@@ -94,6 +96,9 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     z.variance += doubt * doubt * wheels_doubted_s / std::max(interval_s, shortest_interval_s);
   }
   const Judgement judgement = judge(context.model, state, sample, z, {.heading = !gyro});
+  if (surprising && judgement.verdict != Verdict::fused) {
+    unrest = calm;
+  }
 
   if (turning && !state.rest.resting) {
     return judgement;

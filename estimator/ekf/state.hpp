@@ -143,9 +143,10 @@ struct State {
   double drive_unrest = 1.0;  ///< variance of what drives a_x, over what is usual; by the wheels
   double turn_unrest = 1.0;   ///< likewise of ε, by the gyro
   std::array<double, source_count> wheel_unrest = filled(1.0);  ///< of each wheel's relative error
-  double way_unrest = 1.0;  ///< likewise of the way's error, by the camera
-  double turned = 0.0;  ///< by how much the steps since the gyro's sample have turned the car [rad]
-  double front_wheels = 0.0;  ///< δ behind the steering's actuator [rad]
+  double way_unrest = 1.0;           ///< likewise of the way's error, by the camera
+  double turned = 0.0;               ///< by how much the steps have turned the car since ... [rad]
+  std::int64_t turned_since_ns = 0;  ///< ... a sample of the gyro; 0: the pose was moved since then
+  double front_wheels = 0.0;         ///< δ behind the steering's actuator [rad]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
   bool moving = false;   ///< a wheel speed was there: the motion is being followed

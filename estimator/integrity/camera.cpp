@@ -200,6 +200,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   const auto fused = [&] {
     state.fused_ns[static_cast<std::size_t>(Source::camera)] = sample.time_ns;
     state.contender = {};
+    state.turned_since_ns = 0;
   };
   if (!state.located) {
     if (!gate.locates) {

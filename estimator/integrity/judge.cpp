@@ -132,6 +132,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       nu.value * nu.value / (nu.variance + possible * possible) / model.tuning.signal_gate;
 
   follow_unrest(model.tuning, state, sample, nu);
+  const bool expected = nu.squared_ratio() <= model.tuning.signal_gate;
   Rejection& rejection = state.rejected[index_of(sample.source)];
   if (!(judgement.test_ratio <= 1.0) && !goes_on(state, sample)) {
     judgement.verdict = Verdict::gated;
@@ -169,9 +170,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     nu = innovation(state, prediction, sample.value[0]);
   }
   rejection = {};
-  std::int64_t& fused_ns = state.fused_ns[index_of(sample.source)];
-  const std::int64_t last_ns = fused_ns;
-  fused_ns = sample.time_ns;
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
   Vector gain = optimal_gain(nu);
   // The way is what was driven at the speeds that were believed: a speed that is put right moves no
   // position.
@@ -189,11 +188,15 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   correct(state, nu, gain);
   if (sample.source == Source::yaw_rate) {
     const Reading& before = state.heard[index_of(sample.source)];
-    if (teaches.heading && before.time_ns == last_ns &&
-        seconds_between(last_ns, sample.time_ns) <= longest_unheard_s) {
+    // Not of a reading that nobody expected: it would count on both sides, and turn the car for
+    // good.
+    if (teaches.heading && expected && !state.rest.resting && before.agreeing > 0 &&
+        before.time_ns == state.turned_since_ns &&
+        seconds_between(before.time_ns, sample.time_ns) <= longest_unheard_s) {
       state.mean[at::yaw] = yaw + gyro_turn(state, before, sample) - state.turned;
     }
     state.turned = 0.0;
+    state.turned_since_ns = sample.time_ns;
   }
   teach(state, nu, teaches.lasting);
   return judgement;

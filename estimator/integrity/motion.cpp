@@ -27,6 +27,7 @@ void begin_motion(State& state, const Sample& sample) noexcept {
   const double made_up = 0.5 * std::hypot(pose.x - state.mean[at::x], pose.y - state.mean[at::y]);
   state.covariance.diagonal().head<2>().array() += made_up * made_up;
   state.moving = true;
+  state.turned_since_ns = 0;
   state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, speed;
   if (seen_ns != 0 && seen_ns < heard_ns) {
     const double unknown_s = seconds_between(seen_ns, heard_ns);
