@@ -104,7 +104,8 @@ TEST(NoiseOf, IsTheSigmaThatIsUsed) {
     EXPECT_DOUBLE_EQ(noise.at_rest, at_rest);
     EXPECT_DOUBLE_EQ(noise.moving, moving);
     EXPECT_EQ(noise.speed_share, 0.0);
-    EXPECT_NEAR(noise.moving, source == Source::yaw_rate ? stated : std::sqrt(10.0) * stated, 1e-12);
+    EXPECT_NEAR(noise.moving, source == Source::yaw_rate ? stated : std::sqrt(10.0) * stated,
+                1e-12);
   }
 }
 
