@@ -22,6 +22,7 @@ namespace at = full::at;
 
 // A gap is made up for step by step up to here; beyond, the covariance grows.
 constexpr std::int64_t most_ticks_made_up = 200;
+
 BodyVelocity velocity_of(const State& state) noexcept {
   return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
 }
@@ -160,7 +161,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   count_resets();
 
   last_tick_ns_ = tick_ns;
-  judgements_.tell_given_up(window_);
+  judgements_.report_given_up(window_);
   // 3. What is older than the window and all kept states, and what is from the future, must go.
   const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -window_ns_), history_.oldest_ns());
   judgements_.refuse(window_.until(oldest_ns), Verdict::too_old);
@@ -221,7 +222,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
       Judgement judgement = full::take(context_, now, sample);
       judgement.time_ns = sample.time_ns;
       if (!std::exchange(sample.judged, true)) {
-        judgements_.tell(judgement);
+        judgements_.report(judgement);
       }
     }
     full::advance(context_, now, grid_ns);
@@ -290,7 +291,6 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.recoveries = recoveries_;
   e.mode = modes_.update({.time_ns = tick_ns,
                           .initialised = e.initialised,
-                          .fault = false,
                           .wheel_speed = now.rest.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
                           .yaw_rate = e.yaw_rate,
                           .camera_ns = e.camera_ns});

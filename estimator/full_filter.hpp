@@ -44,7 +44,7 @@ class FullFilter {
   /// Of the samples that the last step took in for the first time: what it made of them then; a
   /// replay with later ones may decide otherwise. Valid until the next call.
   [[nodiscard]] std::span<const Judgement> judgements() const noexcept {
-    return judgements_.told();
+    return judgements_.reported();
   }
 
   /// At the last tick, of a source whose samples state no sigma of their own.

@@ -1,4 +1,4 @@
-// What became of the samples of a step, each told once.
+// What became of the samples of a step, each reported once.
 //
 // docs/model.md, "Late samples".
 #pragma once
@@ -19,9 +19,9 @@ class Judgements {
 
   /// There is room: for every sample of the window, each of which is judged once, and for each
   /// source.
-  void tell(const Judgement& judgement) noexcept {
-    if (count_ < told_.size()) {
-      told_[count_++] = judgement;
+  void report(const Judgement& judgement) noexcept {
+    if (count_ < reported_.size()) {
+      reported_[count_++] = judgement;
     }
   }
 
@@ -29,28 +29,30 @@ class Judgements {
   void refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
     for (const Sample& sample : samples) {
       if (!sample.judged) {
-        tell({.source = sample.source, .verdict = verdict, .time_ns = sample.time_ns});
+        report({.source = sample.source, .verdict = verdict, .time_ns = sample.time_ns});
       }
     }
   }
 
   /// Of those that a flood pushed out of the window nothing is left but their number.
-  void tell_given_up(SampleWindow& window) noexcept {
+  void report_given_up(SampleWindow& window) noexcept {
     const std::array<std::uint32_t, source_count> given_up = window.take_given_up();
     for (std::size_t i = 0; i < source_count; ++i) {
       if (given_up[i] > 0) {
-        tell({.source = static_cast<Source>(i),
-              .verdict = Verdict::too_old,
-              .time_ns = window.lost_until_ns(),
-              .count = given_up[i]});
+        report({.source = static_cast<Source>(i),
+                .verdict = Verdict::too_old,
+                .time_ns = window.lost_until_ns(),
+                .count = given_up[i]});
       }
     }
   }
 
-  [[nodiscard]] std::span<const Judgement> told() const noexcept { return {told_.data(), count_}; }
+  [[nodiscard]] std::span<const Judgement> reported() const noexcept {
+    return {reported_.data(), count_};
+  }
 
  private:
-  std::array<Judgement, SampleWindow::capacity + source_count> told_{};
+  std::array<Judgement, SampleWindow::capacity + source_count> reported_{};
   std::size_t count_ = 0;
 };
 

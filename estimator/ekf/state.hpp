@@ -34,10 +34,10 @@ enum Index : Eigen::Index {
 };
 }  // namespace at
 
-/// What errs in proportion, or for good, and what the car's own sensors cannot tell from motion.
-/// The state is estimated as if these were known; how far it would be off if they were otherwise
-/// stands in `sensitivity`. A camera teaches
-/// them; the gyro its bias at a standstill, the accelerometers what a body's roll and pitch add.
+/// Errors that last: scales, a bias, slip, gradients, which the car's own sensors cannot separate
+/// from motion. The state is estimated as if these were known; how far it would be off if they were
+/// otherwise stands in `sensitivity`. A camera teaches them; the gyro its bias at a standstill, the
+/// accelerometers what a body's roll and pitch add.
 namespace lasting {
 enum Index : Eigen::Index {
   gyro_bias,        ///< b_g [rad/s]

@@ -18,7 +18,7 @@ class Prediction {
  public:
   double value = 0.0;
   double variance = 0.0;
-  double slack = 0.0;                                ///< how much of R the gain makes light of
+  double slack = 0.0;                                ///< part of R that the gain leaves out
   LastingVector by_lasting = LastingVector::Zero();  ///< ∂h/∂s
 
   /// Adds `by` to ∂h/∂(state).
@@ -76,7 +76,7 @@ struct Innovation {
           .covariance_with_lasting = with_lasting};
 }
 
-/// K = P Hᵀ / (H P Hᵀ + R): the gain were the lasting errors known.
+/// K = P Hᵀ / (H P Hᵀ + R - slack): the gain were the lasting errors known.
 [[nodiscard]] inline Vector optimal_gain(const Innovation& nu) noexcept {
   return nu.covariance_with_state / (nu.variance_of_noise - nu.slack);
 }

@@ -17,8 +17,8 @@ struct ActuatorFindings {
 };
 
 /// `clock` is by how much the gyro's stamps, which the response is against, are late beyond their
-/// configured latency [s]. Delay and lag are determined where the drive tells that there is an
-/// actuator, and tells the two apart; the limit with them.
+/// configured latency [s]. Delay and lag are determined where the drive shows an actuator and
+/// separates the two; the limit with them.
 [[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
                                                  const Measured& clock,
                                                  const estimator::SteeringActuator& configured);

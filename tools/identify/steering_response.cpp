@@ -164,8 +164,8 @@ std::optional<Limited> limited(ResponseFit problem, Drive& drive, const FittedRe
   Limited found{.fit = fit(problem)};
   found.limit = drive.rate_limit * std::exp(found.fit.parameters[rate]);
   const double after = cost_of(problem, found.fit.parameters, without.noise);
-  const bool told = std::sqrt(found.fit.covariance(rate, rate)) < limit_known;
-  if (told && before - after > std::max(limit_gain, limit_share * before)) return found;
+  const bool known = std::sqrt(found.fit.covariance(rate, rate)) < limit_known;
+  if (known && before - after > std::max(limit_gain, limit_share * before)) return found;
   drive.rate_limit = std::numeric_limits<double>::infinity();
   return std::nullopt;
 }

@@ -9,20 +9,22 @@
 #include "estimator/baselines/motion.hpp"
 #include "tests/estimator/autodiff.hpp"
 #include "tests/estimator/discrete_step.hpp"
+#include "tests/estimator/driving_cases.hpp"
 
 namespace odomd::estimator::paper_test {
 namespace {
 
 using testing::constants;
 using testing::discrete_step;
+using testing::DrivingCase;
 using testing::Dual;
+using testing::grid;
 using testing::jacobian;
+using testing::reference_car;
 using testing::values;
 using testing::variables;
 
 constexpr double dt = 0.005;
-const Vehicle reference_car;
-const Vehicle full_size_car{1500.0, 1.2, 1.5, 2500.0, 90e3, 110e3, 1.55};
 
 Eigen::Vector3d vector(const BodyVelocity& v) {
   return {v.v_x, v.v_y, v.yaw_rate};
@@ -37,31 +39,8 @@ Eigen::Vector3d rate_of(const Eigen::Vector3d& x, const Eigen::Vector2d& u, doub
   return vector(dynamic_rate(reference_car, {x[0], x[1], x[2]}, u[0], u[1], speed_floor));
 }
 
-struct Case {
-  Vehicle car;
-  Eigen::Vector3d x;
-  Eigen::Vector2d u;
-};
-
-/// Slow to fast, straight to beyond full lock, sliding and spinning.
-std::vector<Case> grid(const std::vector<double>& speeds) {
-  std::vector<Case> cases;
-  for (const Vehicle& car : {reference_car, full_size_car}) {
-    for (const double v_x : speeds) {
-      for (const double v_y : {-0.5, 0.0, 0.2}) {
-        for (const double yaw_rate : {-3.0, 0.0, 1.0}) {
-          for (const double steering : {-0.6, -0.1, 0.0, 0.35, 0.6}) {
-            cases.push_back({car, {v_x, v_y, yaw_rate}, {steering, 1.3}});
-          }
-        }
-      }
-    }
-  }
-  return cases;
-}
-
 void expect_same(const Eigen::Matrix3d& analytic, const Eigen::Matrix3d& automatic,
-                 const Case& at) {
+                 const DrivingCase& at) {
   const double scale = std::max(1.0, automatic.cwiseAbs().maxCoeff());
   EXPECT_LT((analytic - automatic).cwiseAbs().maxCoeff(), 1e-12 * scale)
       << "at x = " << at.x.transpose() << ", u = " << at.u.transpose() << "\nanalytic\n"
@@ -70,7 +49,7 @@ void expect_same(const Eigen::Matrix3d& analytic, const Eigen::Matrix3d& automat
 }
 
 TEST(PaperStep, JacobianIsThatOfTheStep) {
-  for (const Case& at : grid({-0.04, 0.0, 0.02, 0.3, 2.0, 12.0})) {
+  for (const DrivingCase& at : grid({-0.04, 0.0, 0.02, 0.3, 2.0, 12.0})) {
     const auto x = variables<3, 3>(at.x, 0);
     const auto step = discrete_step<Dual<3>>(at.car, x, constants<3, 2>(at.u), dt, x[0]);
     const PaperStep analytic = step_of(at.car, at.x, at.u);

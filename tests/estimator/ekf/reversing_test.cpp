@@ -8,13 +8,16 @@
 
 #include "estimator/baselines/motion.hpp"
 #include "estimator/ekf/process.hpp"
+#include "tests/estimator/driving_cases.hpp"
 
 namespace odomd::estimator::full::reversing_test {
 namespace {
 
+using testing::DrivingCase;
+using testing::grid;
+using testing::reference_car;
+
 constexpr double dt = 0.005;
-const Vehicle reference_car;
-const Vehicle full_size_car{1500.0, 1.2, 1.5, 2500.0, 90e3, 110e3, 1.55};
 
 /// Driven by `accel`, whatever v_y ψ̇ is.
 VelocityStep step_of(const Vehicle& car, const Eigen::Vector3d& x, double steering, double accel) {
@@ -32,50 +35,27 @@ Eigen::Vector3d after(const Vehicle& car, const Eigen::Vector3d& x, double steer
   return step_of(car, x, steering, accel).velocity;
 }
 
-struct Case {
-  Vehicle car;
-  Eigen::Vector3d x;
-  double steering;
-};
-
-/// Straight to beyond full lock, sliding and spinning.
-std::vector<Case> grid(const std::vector<double>& speeds) {
-  std::vector<Case> cases;
-  for (const Vehicle& car : {reference_car, full_size_car}) {
-    for (const double v_x : speeds) {
-      for (const double v_y : {-0.5, 0.0, 0.2}) {
-        for (const double yaw_rate : {-3.0, 0.0, 1.0}) {
-          for (const double steering : {-0.6, -0.1, 0.0, 0.35, 0.6}) {
-            cases.push_back({car, {v_x, v_y, yaw_rate}, steering});
-          }
-        }
-      }
-    }
-  }
-  return cases;
-}
-
 TEST(Reversing, LateralJacobianAtStandstillIsTheMeanOfBothSides) {
   constexpr double h = 1e-7;
-  for (const Case& at : grid({0.0})) {
+  for (const DrivingCase& at : grid({0.0})) {
     Eigen::Matrix3d numeric;
     for (int i = 0; i < 3; ++i) {
       const Eigen::Vector3d e = h * Eigen::Vector3d::Unit(i);
       numeric.col(i) =
-          (after(at.car, at.x + e, at.steering, 1.3) - after(at.car, at.x - e, at.steering, 1.3)) /
+          (after(at.car, at.x + e, at.u[0], 1.3) - after(at.car, at.x - e, at.u[0], 1.3)) /
           (2.0 * h);
     }
-    const Eigen::Matrix3d analytic = step_of(at.car, at.x, at.steering, 1.3).by;
+    const Eigen::Matrix3d analytic = step_of(at.car, at.x, at.u[0], 1.3).by;
     const double scale = std::max(1.0, numeric.cwiseAbs().maxCoeff());
     EXPECT_LT((analytic - numeric).bottomRows<2>().cwiseAbs().maxCoeff(), 1e-5 * scale);
   }
 }
 
 TEST(Reversing, StepIsThePapersWhenDrivingForward) {
-  for (const Case& at : grid({0.0, 0.02, 0.3, 2.0, 12.0})) {
+  for (const DrivingCase& at : grid({0.0, 0.02, 0.3, 2.0, 12.0})) {
     const BodyVelocity paper =
-        paper_step(at.car, {at.x[0], at.x[1], at.x[2]}, at.steering, 1.3, dt).velocity;
-    const Eigen::Vector3d step = after(at.car, at.x, at.steering, 1.3);
+        paper_step(at.car, {at.x[0], at.x[1], at.x[2]}, at.u[0], 1.3, dt).velocity;
+    const Eigen::Vector3d step = after(at.car, at.x, at.u[0], 1.3);
     EXPECT_NEAR(step[0], paper.v_x, 1e-14 * (1.0 + std::abs(paper.v_x)));
     EXPECT_NEAR(step[1], paper.v_y, 1e-14 * (1.0 + std::abs(paper.v_y)));
     EXPECT_NEAR(step[2], paper.yaw_rate, 1e-14 * (1.0 + std::abs(paper.yaw_rate)));
