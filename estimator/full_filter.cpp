@@ -235,9 +235,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
       velocity = next;
       last_tick_ns_ = grid_ns;
     }
-    if ((grid_ns / period_ns_) % stride_ == 0) {
-      history_.keep();
-    }
+    history_.keep(stride_ * period_ns_ - period_ns_ / 2);
   }
 }
 

@@ -31,8 +31,11 @@ class History {
     return states_[now_];
   }
 
-  /// Keeps the state as it is now.
-  void keep() noexcept { kept_now_ = true; }
+  /// Keeps the state as it is now, where the one that was kept before is so much older.
+  void keep(std::int64_t interval_ns) noexcept {
+    const State& before = states_[(now_ + capacity - 1) % capacity];
+    kept_now_ = kept_ == 0 || now().time_ns - before.time_ns >= interval_ns;
+  }
 
   /// Forgets all others. What becomes of the state at once is what is kept.
   [[nodiscard]] State& anew() noexcept {

@@ -106,6 +106,22 @@ TEST(FullFilterWork, TheLongestRewindIsTheWindowOfTicksAndAWindowOfSamples) {
   }
 }
 
+TEST(FullFilterWork, AWindowOfTicksThatComeALittleEarlyOrLateIsKeptAsAWhole) {
+  FilterSettings settings;
+  settings.period_s = 0.002;  // every third state is kept
+  Flood flood(settings, 1);
+  for (int i = 0; i < 1000; ++i) {
+    const std::int64_t early_ns = i % 3 * 300'000;
+    flood.sleep(-early_ns);
+    flood.tick();
+    flood.sleep(early_ns);
+    if (i > 130) {
+      ASSERT_EQ(flood.add_late(240 * millisecond - i), std::nullopt) << i;
+    }
+    ASSERT_LE(advances - takes, 125 + 4) << i;
+  }
+}
+
 TEST(FullFilterWork, AFloodIsCutOffAtTheCapacity) {
   Flood flood({}, 3 * capacity);
   for (int i = 0; i < 20; ++i) {
