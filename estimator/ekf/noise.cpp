@@ -84,19 +84,20 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
   return noise;
 }
 
-void follow_unrest(const Tuning& tuning, State& state, const Sample& sample,
+void follow_unrest(const Tuning& tuning, State& state, const Sample& sample, const Prediction& z,
                    const Innovation& nu) noexcept {
   if (state.rest.standing) {
     return;
   }
   const double interval_s = state.heard[index_of(sample.source)].interval_s;
   const double surprise = nu.value * nu.value / nu.variance_of_noise;
-  const double of_noise = nu.sample_variance / nu.variance_of_noise;
   if (is_wheel(sample.source)) {
-    follow(state.drive_unrest, surprise, (1.0 - of_noise) * interval_s / tuning.wheel_unrest_s,
+    const double of_state = 1.0 - z.variance / nu.variance_of_noise;
+    const double of_wheel = z.relative / nu.variance_of_noise;
+    follow(state.drive_unrest, surprise, of_state * interval_s / tuning.wheel_unrest_s,
            {1.0 / tuning.drive_unrest_range, tuning.drive_unrest_range});
     follow(state.wheel_unrest[index_of(sample.source)], surprise,
-           of_noise * interval_s / tuning.wheel_unrest_s,
+           of_wheel * interval_s / tuning.wheel_unrest_s,
            {1.0 / tuning.wheel_unrest_range, tuning.wheel_unrest_range});
   } else if (sample.source == Source::yaw_rate) {
     follow(state.turn_unrest, surprise, interval_s / tuning.turn_unrest_s,

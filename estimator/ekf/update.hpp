@@ -18,6 +18,7 @@ class Prediction {
  public:
   double value = 0.0;
   double variance = 0.0;
+  double relative = 0.0;                             ///< part of R that a wheel's unrest scales
   double slack = 0.0;                                ///< part of R that the gain leaves out
   LastingVector by_lasting = LastingVector::Zero();  ///< ∂h/∂s
 
@@ -43,7 +44,6 @@ struct Innovation {
   double value = 0.0;
   double variance = 1.0;                                          ///< S
   double variance_of_noise = 1.0;                                 ///< H P Hᵀ + R
-  double sample_variance = 0.0;                                   ///< R
   double slack = 0.0;                                             ///< of R, see Prediction
   Vector covariance_with_state = Vector::Zero();                  ///< P Hᵀ
   LastingVector by_lasting = LastingVector::Zero();               ///< Gᵀ
@@ -69,7 +69,6 @@ struct Innovation {
   return {.value = measured - prediction.value,
           .variance = variance_of_noise + by_lasting.dot(with_lasting),
           .variance_of_noise = variance_of_noise,
-          .sample_variance = prediction.variance,
           .slack = prediction.slack,
           .covariance_with_state = by_state,
           .by_lasting = by_lasting,

@@ -86,11 +86,10 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
     }
   }
   const double unrest = state.wheel_unrest[index_of(source)];
-  const double radius = squared(tuning.wheel_radius * rolling);
+  z.relative = unrest * squared(tuning.wheel_radius * rolling);
   const double slipping = squared(tuning.slip_noise * share * force * rolling);
-  z.slack = (unrest - unrest / std::max(least, 1.0)) * radius + (free ? 0.0 : slipping);
-  z.variance = squared(sigma) + unrest * radius + slipping +
-               squared(by_delta * tuning.front_wheel) +
+  z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
+  z.variance = squared(sigma) + z.relative + slipping + squared(by_delta * tuning.front_wheel) +
                squared(s) * state.covariance(at::v_y, at::v_y);
   z.depends_on(at::v_x, scale * c);
   z.by_lasting[lasting::wheel_scale] = slip * rolling;

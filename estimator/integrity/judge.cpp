@@ -111,6 +111,12 @@ double gyro_turn(const State& state, const Reading& before, const Sample& sample
   return seconds_between(before.time_ns, sample.time_ns) * mean / (1.0 + s[lasting::gyro_scale]);
 }
 
+/// The gain that does so in short and equal intervals τ, for P and B: half of what is read beyond ψ̇
+/// for the interval that ends here, and half of what the correction of ψ̇ leaves for the next.
+double heading_gain(const State& state, double tau, double yaw_rate_gain) noexcept {
+  return tau / (1.0 + state.lasting.mean[lasting::gyro_scale]) - 0.5 * tau * yaw_rate_gain;
+}
+
 }  // namespace
 
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
@@ -131,8 +137,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   judgement.test_ratio =
       nu.value * nu.value / (nu.variance + possible * possible) / model.tuning.signal_gate;
 
-  follow_unrest(model.tuning, state, sample, nu);
-  const bool expected = nu.squared_ratio() <= model.tuning.signal_gate;
+  follow_unrest(model.tuning, state, sample, prediction, nu);
   Rejection& rejection = state.rejected[index_of(sample.source)];
   if (!(judgement.test_ratio <= 1.0) && !goes_on(state, sample)) {
     judgement.verdict = Verdict::gated;
@@ -184,17 +189,20 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     // Forces and wheels rest on models that are no better than what they would correct.
     gain[at::yaw] = gain[at::yaw_rate] = gain[at::front_angle] = 0.0;
   }
+  const bool gyro = sample.source == Source::yaw_rate;
+  const Reading& before = state.heard[index_of(sample.source)];
+  const double since_s = seconds_between(before.time_ns, sample.time_ns);
+  const bool integral = gyro && teaches.heading && !state.rest.resting &&
+                        before.time_ns == state.turned_since_ns && since_s <= longest_unheard_s;
+  if (integral) {
+    gain[at::yaw] = heading_gain(state, since_s, gain[at::yaw_rate]);
+  }
   const double yaw = state.mean[at::yaw];
   correct(state, nu, gain);
-  if (sample.source == Source::yaw_rate) {
-    const Reading& before = state.heard[index_of(sample.source)];
-    // Not of a reading that nobody expected: it would count on both sides, and turn the car for
-    // good.
-    if (teaches.heading && expected && !state.rest.resting && before.agreeing > 0 &&
-        before.time_ns == state.turned_since_ns &&
-        seconds_between(before.time_ns, sample.time_ns) <= longest_unheard_s) {
-      state.mean[at::yaw] = yaw + gyro_turn(state, before, sample) - state.turned;
-    }
+  if (integral) {
+    state.mean[at::yaw] = yaw + gyro_turn(state, before, sample) - state.turned;
+  }
+  if (gyro) {
     state.turned = 0.0;
     state.turned_since_ns = sample.time_ns;
   }

@@ -137,16 +137,18 @@ TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
   }
 }
 
-/// Surprises of so many sigmas for ten seconds, 100 a second; `share`: of the sample's own noise.
+/// Surprises of so many sigmas for ten seconds, 100 a second; `share`: of the wheel's own relative
+/// error, the rest is of the state.
 State surprised(Source source, double sigmas, double share, State state = {}) {
   state.heard[index_of(source)].interval_s = 0.01;
   const Sample sample{.source = source};
+  Prediction z;
+  z.variance = z.relative = 4.0 * share;
   Innovation nu;
   nu.variance_of_noise = nu.variance = 4.0;
-  nu.sample_variance = 4.0 * share;
   for (int i = 0; i < 10'000; ++i) {
     nu.value = 2.0 * sigmas * (i % 2 == 0 ? 1.0 : -1.0);
-    follow_unrest({}, state, sample, nu);
+    follow_unrest({}, state, sample, z, nu);
   }
   return state;
 }
@@ -182,6 +184,16 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
   EXPECT_EQ(
       surprised(Source::wheel_rear_left, 3.0, 0.0).wheel_unrest[index_of(Source::wheel_rear_left)],
       1.0);
+  // A wheel's sigma is not its relative error.
+  State state;
+  state.heard[index_of(Source::wheel_rear_left)].interval_s = 0.01;
+  Prediction z;
+  z.variance = 2.0;
+  Innovation nu;
+  nu.variance_of_noise = nu.variance = 4.0;
+  follow_unrest({}, state, {.source = Source::wheel_rear_left}, z, nu);
+  EXPECT_EQ(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0);
+  EXPECT_LT(state.drive_unrest, 1.0);
   // Nor does what is heard of a car that stands.
   State standing;
   standing.rest.standing = true;
@@ -192,11 +204,12 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
 TEST(Unrest, OneWildSampleMovesItByLittle) {
   State state;
   state.heard[index_of(Source::wheel_rear_left)].interval_s = 1.0;
+  Prediction z;
+  z.variance = z.relative = 0.5;
   Innovation nu;
   nu.value = 1e6;
   nu.variance_of_noise = nu.variance = 1.0;
-  nu.sample_variance = 0.5;
-  follow_unrest({}, state, {.source = Source::wheel_rear_left}, nu);
+  follow_unrest({}, state, {.source = Source::wheel_rear_left}, z, nu);
   EXPECT_LT(state.drive_unrest, 1.5);
   EXPECT_LT(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.5);
 }
