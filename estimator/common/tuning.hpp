@@ -22,14 +22,14 @@ struct Tuning {
   double side_force = 0.1;         ///< e, GM: error of the tyres' force, in shares of it ...
   double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
   double side_force_s = 0.05;      ///< ... and how long it lasts [s]
-  double side_slip = 0.2;          ///< white error of v̇_y at 1 g: it grows with a_y³ [g √s]
-  double side_slip_floor = 0.01;   ///< ... and in a straight line [g √s]
-  double turn = 0.3;               ///< white error of ψ̈, in sigmas of the gyro [1/√s]
-  double way = 1e-3;               ///< white error of the way, per √(way · wheelbase)
-  double way_turn = 1e-4;          ///< white error of the heading, per √(way / wheelbase) [rad]
-  double slope = 0.015;            ///< how the road's slope walks, along [rad/√m] ...
-  double bank = 0.007;             ///< ... and across [rad/√m]
-  double accel_scale = 0.02;       ///< by how much an accelerometer's scale may be off
+  double side_slip = 0.2;  ///< white error of v̇_y at 1 g, linear tyres: grows with a_y³ [g √s]
+  double side_slip_floor = 0.01;  ///< ... and in a straight line [g √s]
+  double turn = 0.3;              ///< white error of ψ̈, in sigmas of the gyro [1/√s]
+  double way = 1e-3;              ///< white error of the way, per √(way · wheelbase)
+  double way_turn = 1e-4;         ///< white error of the heading, per √(way / wheelbase) [rad]
+  double slope = 0.015;           ///< how the road's slope walks, along [rad/√m] ...
+  double bank = 0.007;            ///< ... and across [rad/√m]
+  double accel_scale = 0.02;      ///< by how much an accelerometer's scale may be off
 
   // --- wheels ---
   double wheel_radius = 0.0025;  ///< by how much one wheel's radius differs from the others'
@@ -46,13 +46,13 @@ struct Tuning {
   double noise_range = 10.0;  ///< on the move down and up, of a gyro down; at rest twice down
 
   // --- noise from the data: how quickly it follows, and how far (ratios of variances) ---
-  double turn_unrest_s = 2.0;        ///< of ε, by the gyro [s]
-  double turn_unrest_range = 400.0;  ///< ... down
-  double wheel_unrest_s = 5.0;       ///< of a_x and of a wheel's relative error, by the wheel [s]
-  double drive_unrest_range = 10.0;  ///< ... of a_x up and down
-  double wheel_unrest_range = 36.0;  ///< ... of the wheel's error up and down
-  double way_unrest_s = 0.5;         ///< of the way's error, by the camera [s]
-  double way_unrest_range = 1e4;     ///< ... up
+  double turn_unrest_s = 2.0;         ///< of ε, by the gyro [s]
+  double turn_unrest_range = 2500.0;  ///< ... down
+  double wheel_unrest_s = 5.0;        ///< of a_x and of a wheel's relative error, by the wheel [s]
+  double drive_unrest_range = 10.0;   ///< ... of a_x up and down
+  double wheel_unrest_range = 36.0;   ///< ... of the wheel's error up and down
+  double way_unrest_s = 0.5;          ///< of the way's error, by the camera [s]
+  double way_unrest_range = 1e4;      ///< ... up
 
   // --- lasting errors and calibrations: prior standard deviations ---
   double gyro_bias = 0.03;        ///< b_g [rad/s]

@@ -128,7 +128,8 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   P(at::x, at::x) += way;
   P(at::y, at::y) += way;
   P(at::yaw, at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
-  const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
+  // What a linear tyre leaves out; one that saturates leaves out little.
+  const double bend = model.car.grip_rear > 0.0 ? 0.0 : x[at::v_x] * x[at::yaw_rate] / gravity;
   const double side = tuning.side_slip * gravity * bend * bend * bend;
   P(at::v_y, at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
   const double force = tuning.side_force * x[at::v_x] * x[at::yaw_rate];
