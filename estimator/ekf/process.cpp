@@ -253,11 +253,13 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
     state.covariance.col(row).head(row) = state.covariance.row(row).head(row).transpose();
   }
   // B ← F B + ∂f/∂s
+  const LastingVector yaw_by = state.lasting.sensitivity.row(at::yaw);
   double* const B = state.lasting.sensitivity.data();
   for (Eigen::Index column = 0; column < lasting::size; ++column) {
     apply<lasting::size>(F, at::x, B + column);
   }
   add_stiffness(F, state);
+  state.turned_by += state.lasting.sensitivity.row(at::yaw).transpose() - yaw_by;
   add_noise(model, F, state);
 }
 

@@ -146,7 +146,8 @@ struct State {
   double way_unrest = 1.0;           ///< likewise of the way's error, by the camera
   double turned = 0.0;               ///< by how much the steps have turned the car since ... [rad]
   std::int64_t turned_since_ns = 0;  ///< ... a sample of the gyro; 0: the pose was moved since then
-  double front_wheels = 0.0;         ///< δ behind the steering's actuator [rad]
+  LastingVector turned_by = LastingVector::Zero();  ///< what they have added to ψ's row of B
+  double front_wheels = 0.0;                        ///< δ behind the steering's actuator [rad]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
   bool moving = false;   ///< a wheel speed was there: the motion is being followed

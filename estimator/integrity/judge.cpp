@@ -104,17 +104,19 @@ bool goes_on(const State& state, const Sample& sample) noexcept {
 
 /// The heading is the gyro's integral, whatever the tyres' model made of the time between two of
 /// its samples: it would settle between both, and a model that errs for long would turn the car.
-/// This is the trapezium of the two, less what is known of bias and scale.
-double gyro_turn(const State& state, const Reading& before, const Sample& sample) noexcept {
+/// This is the trapezium of the two, less what is known of bias and scale. `yaw` and `by` are ψ and
+/// its row of B before the newer one was fused.
+void turn_by_gyro(State& state, const Reading& before, const Sample& sample, double yaw,
+                  const LastingVector& by) noexcept {
   const LastingVector& s = state.lasting.mean;
-  const double mean = 0.5 * (before.value + sample.value[0]) - s[lasting::gyro_bias];
-  return seconds_between(before.time_ns, sample.time_ns) * mean / (1.0 + s[lasting::gyro_scale]);
-}
-
-/// The gain that does so in short and equal intervals τ, for P and B: half of what is read beyond ψ̇
-/// for the interval that ends here, and half of what the correction of ψ̇ leaves for the next.
-double heading_gain(const State& state, double tau, double yaw_rate_gain) noexcept {
-  return tau / (1.0 + state.lasting.mean[lasting::gyro_scale]) - 0.5 * tau * yaw_rate_gain;
+  const double tau =
+      seconds_between(before.time_ns, sample.time_ns) / (1.0 + s[lasting::gyro_scale]);
+  const double turn = tau * (0.5 * (before.value + sample.value[0]) - s[lasting::gyro_bias]);
+  state.mean[at::yaw] = yaw - state.turned + turn;
+  auto B = state.lasting.sensitivity.row(at::yaw);
+  B = (by - state.turned_by).transpose();
+  B[lasting::gyro_bias] -= tau;
+  B[lasting::gyro_scale] -= turn / (1.0 + s[lasting::gyro_scale]);
 }
 
 }  // namespace
@@ -189,21 +191,17 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     // Forces and wheels rest on models that are no better than what they would correct.
     gain[at::yaw] = gain[at::yaw_rate] = gain[at::front_angle] = 0.0;
   }
-  const bool gyro = sample.source == Source::yaw_rate;
-  const Reading& before = state.heard[index_of(sample.source)];
-  const double since_s = seconds_between(before.time_ns, sample.time_ns);
-  const bool integral = gyro && teaches.heading && !state.rest.resting &&
-                        before.time_ns == state.turned_since_ns && since_s <= longest_unheard_s;
-  if (integral) {
-    gain[at::yaw] = heading_gain(state, since_s, gain[at::yaw_rate]);
-  }
   const double yaw = state.mean[at::yaw];
+  const LastingVector yaw_by = state.lasting.sensitivity.row(at::yaw);
   correct(state, nu, gain);
-  if (integral) {
-    state.mean[at::yaw] = yaw + gyro_turn(state, before, sample) - state.turned;
-  }
-  if (gyro) {
+  if (sample.source == Source::yaw_rate) {
+    const Reading& before = state.heard[index_of(sample.source)];
+    if (teaches.heading && !state.rest.resting && before.time_ns == state.turned_since_ns &&
+        seconds_between(before.time_ns, sample.time_ns) <= longest_unheard_s) {
+      turn_by_gyro(state, before, sample, yaw, yaw_by);
+    }
     state.turned = 0.0;
+    state.turned_by.setZero();
     state.turned_since_ns = sample.time_ns;
   }
   teach(state, nu, teaches.lasting);

@@ -156,6 +156,24 @@ TEST(Take, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
   EXPECT_NEAR(car.state.mean[at::yaw] - begin, 5.0, 0.005);
 }
 
+TEST(Take, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
+  // At a creep too, where tyres would straighten the car between two of its samples.
+  for (const double speed : {0.1, 2.0}) {
+    Car car;
+    car.drive(5.0, straight_at(speed));
+    const Says bend = with(straight_at(speed), Source::accel_y, 0.5 * speed);
+    car.drive(1.0, with(bend, Source::yaw_rate, 0.5));
+    const auto by = [&](lasting::Index index) {
+      return car.state.lasting.sensitivity(at::yaw, index);
+    };
+    const double by_bias = by(lasting::gyro_bias);
+    const double by_scale = by(lasting::gyro_scale);
+    drive_with_slow_gyro(car, 20.0, bend, 0.5);
+    EXPECT_NEAR(by(lasting::gyro_bias) - by_bias, -20.0, 0.01) << speed;
+    EXPECT_NEAR(by(lasting::gyro_scale) - by_scale, -10.0, 0.01) << speed;
+  }
+}
+
 TEST(Take, ACarThatSpinsIsFollowedByTheGyro) {
   // On ice, on wheels that hardly turn: nothing but the gyro tells.
   Car car;
