@@ -13,16 +13,16 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 struct Tuning {
   // --- how the car is driven ---
-  double drive_accel = 0.1;    ///< a_x, GM: how hard a driver brakes and speeds up [g] ...
-  double drive_accel_s = 0.5;  ///< ... and for how long [s]
-  double front_angle = 0.2;    ///< ε, GM: by how much steering and tyres mislead [rad] ...
-  double front_angle_s = 0.5;  ///< ... and for how long [s]
+  double drive_accel = 0.1;  ///< a_x, GM: how hard a driver brakes and speeds up [g]
+  double front_angle = 0.2;  ///< ε, GM: by how much steering and tyres mislead [rad]
+  double driving_s = 0.5;    ///< a_x and ε: for how long [s]
 
   // --- what the models leave out ---
   double side_force = 0.1;         ///< e, GM: error of the tyres' force, in shares of it ...
   double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
   double side_force_s = 0.05;      ///< ... and how long it lasts [s]
-  double side_slip = 0.2;  ///< white error of v̇_y at 1 g, linear tyres: grows with a_y³ [g √s]
+  double side_slip = 0.2;         ///< white error of v̇_y at 1 g: it grows with a_y³ [g √s] ...
+  double side_slip_grip = 0.125;  ///< ... of a tyre with a grip number so much of it ...
   double side_slip_floor = 0.01;  ///< ... and in a straight line [g √s]
   double turn = 0.3;              ///< white error of ψ̈, in sigmas of the gyro [1/√s]
   double way = 1e-3;              ///< white error of the way, per √(way · wheelbase)

@@ -31,7 +31,7 @@ class History {
     return states_[now_];
   }
 
-  /// Keeps the state as it is now, where the one that was kept before is so much older.
+  /// Keeps the state as it is now, if the newest that is kept is older by `interval_ns`.
   void keep(std::int64_t interval_ns) noexcept {
     const State& before = states_[(now_ + capacity - 1) % capacity];
     kept_now_ = kept_ == 0 || now().time_ns - before.time_ns >= interval_ns;

@@ -35,8 +35,7 @@ struct Jacobian {
   double dy = 0.0;
   double half_c = 1.0;  ///< Δt / 2 cos ψ_m, Δt / 2 sin ψ_m
   double half_s = 0.0;
-  double accel_decay = 1.0;
-  double angle_decay = 1.0;
+  double driving_decay = 1.0;
   double force_decay = 1.0;
 };
 
@@ -66,8 +65,8 @@ template <Eigen::Index stride>
       of(at::yaw) += turned;
     }
   }
-  of(at::accel_x) *= F.accel_decay;
-  of(at::front_angle) *= F.angle_decay;
+  of(at::accel_x) *= F.driving_decay;
+  of(at::front_angle) *= F.driving_decay;
   of(at::side_force) *= F.force_decay;
 }
 
@@ -106,10 +105,9 @@ Jacobian step_mean(const CarModel& model, const Input& input, double dt, State& 
   x[at::yaw] += dt * mean[2];
   state.turned += dt * mean[2];
   x.segment<3>(at::v_x) = F.velocity.velocity;
-  F.accel_decay = tuning.drive_accel_s / (tuning.drive_accel_s + dt);
-  F.angle_decay = tuning.front_angle_s / (tuning.front_angle_s + dt);
-  x[at::accel_x] *= F.accel_decay;
-  x[at::front_angle] *= F.angle_decay;
+  F.driving_decay = tuning.driving_s / (tuning.driving_s + dt);
+  x[at::accel_x] *= F.driving_decay;
+  x[at::front_angle] *= F.driving_decay;
   F.force_decay = tuning.side_force_s / (tuning.side_force_s + dt);
   x[at::side_force] *= F.force_decay;
   return F;
@@ -128,9 +126,9 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   P(at::x, at::x) += way;
   P(at::y, at::y) += way;
   P(at::yaw, at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
-  // What a linear tyre leaves out; one that saturates leaves out little.
-  const double bend = model.car.grip_rear > 0.0 ? 0.0 : x[at::v_x] * x[at::yaw_rate] / gravity;
-  const double side = tuning.side_slip * gravity * bend * bend * bend;
+  const double bend = x[at::v_x] * x[at::yaw_rate] / gravity;  // [g]
+  const double share = model.car.grip_rear > 0.0 ? tuning.side_slip_grip : 1.0;
+  const double side = share * tuning.side_slip * gravity * bend * bend * bend;
   P(at::v_y, at::v_y) += (squared(side) + squared(tuning.side_slip_floor * gravity)) * F.dt;
   const double force = tuning.side_force * x[at::v_x] * x[at::yaw_rate];
   P(at::side_force, at::side_force) +=
@@ -138,9 +136,9 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
       (1.0 - squared(F.force_decay));
   P(at::yaw_rate, at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
   P(at::accel_x, at::accel_x) +=
-      state.drive_unrest * squared(tuning.drive_accel * gravity) * (1.0 - squared(F.accel_decay));
+      state.drive_unrest * squared(tuning.drive_accel * gravity) * (1.0 - squared(F.driving_decay));
   P(at::front_angle, at::front_angle) +=
-      state.turn_unrest * squared(tuning.front_angle) * (1.0 - squared(F.angle_decay));
+      state.turn_unrest * squared(tuning.front_angle) * (1.0 - squared(F.driving_decay));
   add_walks(model.tuning, F.dt, state);
 }
 
@@ -214,13 +212,13 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
 [[gnu::flatten]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
                                                 long steps) noexcept {
   const double dt = time_s / static_cast<double>(steps);
-  const double accel_decay = model.tuning.drive_accel_s / (model.tuning.drive_accel_s + dt);
+  const double driving_decay = model.tuning.driving_s / (model.tuning.driving_s + dt);
   for (long done = 0; done < steps; ++done) {
     const Eigen::Vector3d next = velocity_step(model.car, now, dt).velocity;
     now.v_x = next[0];
     now.v_y = next[1];
     now.yaw_rate = next[2];
-    now.accel_x *= accel_decay;
+    now.accel_x *= driving_decay;
   }
   return {now.v_x, now.v_y, now.yaw_rate};
 }

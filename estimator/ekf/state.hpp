@@ -1,5 +1,5 @@
 // The state of the full filter: which quantities it estimates, in which order, and all that one
-// instant hands to the next. A value: the filter keeps one for every tick of its window.
+// instant hands to the next. A value: the filter keeps those of the ticks of its window.
 //
 // docs/model.md, "State".
 #pragma once
@@ -146,7 +146,7 @@ struct State {
   double way_unrest = 1.0;           ///< likewise of the way's error, by the camera
   double turned = 0.0;               ///< by how much the steps have turned the car since ... [rad]
   std::int64_t turned_since_ns = 0;  ///< ... a sample of the gyro; 0: the pose was moved since then
-  LastingVector turned_by = LastingVector::Zero();  ///< what they have added to ψ's row of B
+  LastingVector turned_by = LastingVector::Zero();  ///< what the steps have added to ψ's row of B
   double front_wheels = 0.0;                        ///< δ behind the steering's actuator [rad]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 

@@ -196,7 +196,8 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   correct(state, nu, gain);
   if (sample.source == Source::yaw_rate) {
     const Reading& before = state.heard[index_of(sample.source)];
-    if (teaches.heading && !state.rest.resting && before.time_ns == state.turned_since_ns &&
+    if (teaches.heading && !state.rest.resting && before.agreeing > 0 &&
+        before.time_ns == state.turned_since_ns &&
         seconds_between(before.time_ns, sample.time_ns) <= longest_unheard_s) {
       turn_by_gyro(state, before, sample, yaw, yaw_by);
     }

@@ -160,17 +160,45 @@ TEST(Take, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
   // At a creep too, where tyres would straighten the car between two of its samples.
   for (const double speed : {0.1, 2.0}) {
     Car car;
-    car.drive(5.0, straight_at(speed));
+    car.state.lasting.mean[lasting::gyro_bias] = 0.02;
+    car.state.lasting.mean[lasting::gyro_scale] = 0.1;
+    car.drive(5.0, with(straight_at(speed), Source::yaw_rate, 0.02));
     const Says bend = with(straight_at(speed), Source::accel_y, 0.5 * speed);
-    car.drive(1.0, with(bend, Source::yaw_rate, 0.5));
-    const auto by = [&](lasting::Index index) {
-      return car.state.lasting.sensitivity(at::yaw, index);
-    };
-    const double by_bias = by(lasting::gyro_bias);
-    const double by_scale = by(lasting::gyro_scale);
-    drive_with_slow_gyro(car, 20.0, bend, 0.5);
-    EXPECT_NEAR(by(lasting::gyro_bias) - by_bias, -20.0, 0.01) << speed;
-    EXPECT_NEAR(by(lasting::gyro_scale) - by_scale, -10.0, 0.01) << speed;
+    constexpr double reads = 1.1 * 0.5 + 0.02;
+    car.drive(1.0, with(bend, Source::yaw_rate, reads));
+    const double yaw = car.state.mean[at::yaw];
+    const LastingVector by = car.state.lasting.sensitivity.row(at::yaw);
+    drive_with_slow_gyro(car, 20.0, bend, reads);
+    EXPECT_NEAR(car.state.mean[at::yaw] - yaw, 10.0, 1e-3) << speed;
+    const LastingVector more = car.state.lasting.sensitivity.row(at::yaw).transpose() - by;
+    EXPECT_NEAR(more[lasting::gyro_bias], -20.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[lasting::gyro_scale], -10.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[lasting::stiffness_scale], 0.0, 1e-3) << speed;
+  }
+}
+
+TEST(Take, TheHeadingIsNoSurerThanTheGyrosNoiseMakesIt) {
+  for (const double speed : {0.1, 0.3, 2.0}) {
+    Car car;
+    car.context.model.tuning.noise_range = 1.0;
+    drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
+    const double before = car.state.covariance(at::yaw, at::yaw);
+    drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
+    // Two hundred intervals of a tenth of a second.
+    const double noise = 0.1 * Car::sigmas[index_of(Source::yaw_rate)];
+    EXPECT_GE(car.state.covariance(at::yaw, at::yaw) - before, 0.99 * 200 * noise * noise) << speed;
+  }
+}
+
+TEST(Take, AGyroThatWasNeverHeardHasNoIntegral) {
+  Car car;
+  car.state.time_ns = 0;  // of a log that begins so
+  car.drive(0.1, without(straight_at(2.0), Source::yaw_rate));
+  ASSERT_TRUE(car.state.moving);
+  for (int i = 0; i < 3; ++i) {
+    car.say(Source::yaw_rate, 0.5);
+    EXPECT_GT(car.state.lasting.sensitivity(at::yaw, lasting::gyro_bias), -0.08);
+    car.drive(0.005, without(straight_at(2.0), Source::yaw_rate));
   }
 }
 

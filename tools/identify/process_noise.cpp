@@ -189,9 +189,7 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config, const Tell
   for (int round = 0; round < 2; ++round) {
     if (!search.settle(config.tuning.front_angle, Source::yaw_rate, result.front_angle))
       config.tuning.front_angle = given.front_angle;
-    if (config.vehicle.grip_rear > 0.0)
-      result.side_slip.remark = "not used: [vehicle] grip_rear is known";
-    else if (!search.settle(config.tuning.side_slip, Source::accel_y, result.side_slip))
+    if (!search.settle(config.tuning.side_slip, Source::accel_y, result.side_slip))
       config.tuning.side_slip = given.side_slip;
   }
   result.after = search.replay();

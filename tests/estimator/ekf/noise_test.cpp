@@ -137,7 +137,7 @@ TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
   }
 }
 
-/// Surprises of so many sigmas for ten seconds, 100 a second; `share`: of the wheel's own relative
+/// Surprises of so many sigmas for 100 s, 100 a second; `share`: of the wheel's own relative
 /// error, the rest is of the state.
 State surprised(Source source, double sigmas, double share, State state = {}) {
   state.heard[index_of(source)].interval_s = 0.01;

@@ -70,9 +70,9 @@ DualVector next(const CarModel& model, const Input& input, const Stiffnesses& ty
   after[at::y] = x[at::y] + dt * (along * sin(yaw) + across * cos(yaw));
   after[at::yaw] = x[at::yaw] + dt * turn;
   const Tuning& tuning = model.tuning;
-  after[at::accel_x] = x[at::accel_x] * (tuning.drive_accel_s / (tuning.drive_accel_s + dt));
+  after[at::accel_x] = x[at::accel_x] * (tuning.driving_s / (tuning.driving_s + dt));
   after[at::front_angle] =
-      x[at::front_angle] * (tuning.front_angle_s / (tuning.front_angle_s + dt));
+      x[at::front_angle] * (tuning.driving_s / (tuning.driving_s + dt));
   after[at::side_force] = x[at::side_force] * (tuning.side_force_s / (tuning.side_force_s + dt));
   return after;
 }
@@ -237,7 +237,7 @@ TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
 }
 
 TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
-  const CarModel model;
+  CarModel model;
   const auto grown = [&](double side_accel) {
     State state;
     state.mean[at::v_x] = 10.0;
@@ -251,6 +251,10 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   EXPECT_NEAR(std::sqrt(grown(gravity) - straight), model.tuning.side_slip * gravity, 0.15);
   EXPECT_NEAR(std::sqrt(grown(0.5 * gravity) - straight), model.tuning.side_slip * gravity / 8.0,
               0.02);
+  // A tyre that is known to saturate leaves out less. One of much grip, to be as stiff as before.
+  const double linear = grown(gravity) - straight;
+  model.car.grip_rear = 1e6;
+  EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / linear), model.tuning.side_slip_grip, 1e-3);
 }
 
 TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
