@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "shm_api/libodom/attach.h"
+#include "shm_api/segment.h"
 
 namespace odomd::shm {
 namespace {
@@ -34,12 +35,49 @@ namespace {
   throw std::system_error(error, std::generic_category(), path + ": cannot " + what);
 }
 
+// A lock holds no more than its owner's pid.
+constexpr std::size_t longest_owner = 24;
+
 std::string owner_of_lock(int lock) {
-  std::array<char, 24> text{};
+  std::array<char, longest_owner> text{};
   const ssize_t length = pread(lock, text.data(), text.size(), 0);
   const std::string_view digits(text.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
   const std::string pid(digits.substr(0, digits.find('\n')));
   return pid.empty() ? "another process" : "process " + pid;
+}
+
+const char* kind_of(mode_t mode) {
+  if (S_ISDIR(mode)) return "a directory";
+  if (S_ISLNK(mode)) return "a link";
+  if (S_ISFIFO(mode)) return "a pipe";
+  if (S_ISSOCK(mode)) return "a socket";
+  return S_ISREG(mode) ? "a file" : "a device";
+}
+
+enum class Unfinished { refused, taken };
+
+/// Whoever publishes as root could replace anything: only what a writer has left is replaced. Of an
+/// unfinished segment the first word is still zero.
+void refuse_what_is_no_segment(const std::string& path, Unfinished unfinished) {
+  struct stat status {};
+  if (lstat(path.c_str(), &status) != 0) {
+    if (errno == ENOENT) return;
+    fail(path, "look at it");
+  }
+  std::uint64_t magic = 0;
+  ssize_t length = -1;
+  if (S_ISREG(status.st_mode)) {
+    const FileDescriptor file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
+    if (file.get() < 0) fail(path, "read it");
+    length = pread(file.get(), &magic, sizeof magic, 0);
+    if (length < 0) fail(path, "read it");
+  }
+  const bool segment = length == sizeof magic && magic == ODOM_SEGMENT_MAGIC;
+  const bool begun = unfinished == Unfinished::taken && length >= 0 && magic == 0;
+  if (!segment && !begun)
+    throw std::invalid_argument(path + ": is " + kind_of(status.st_mode) +
+                                ", no segment of odomd, and stays: remove it, or set another "
+                                "[shm] name");
 }
 
 void note_owner(int lock, const std::string& path) {
@@ -85,6 +123,7 @@ std::string segment_path(const std::string& name) {
 }
 
 FileDescriptor lock_segment(const std::string& path) {
+  refuse_what_is_no_segment(path, Unfinished::refused);
   const std::string name = path + ".lock";
   FileDescriptor lock(open(name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK,
                            S_IRUSR | S_IWUSR));
@@ -94,6 +133,10 @@ FileDescriptor lock_segment(const std::string& path) {
   if (!S_ISREG(status.st_mode) || (status.st_uid != geteuid() && status.st_uid != 0))
     throw std::invalid_argument(name + ": belongs to user " + std::to_string(status.st_uid) +
                                 ": remove it, or set another [shm] name");
+  if (status.st_size > static_cast<off_t>(longest_owner))
+    throw std::invalid_argument(name +
+                                ": is a file, no lock of odomd, and stays: remove it, or set "
+                                "another [shm] name");
   if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) fail(name, "lock it");
     throw std::invalid_argument(path + ": " + owner_of_lock(lock.get()) +
@@ -106,6 +149,7 @@ FileDescriptor lock_segment(const std::string& path) {
 UnnamedSegment create_segment(const std::string& path, std::size_t bytes) {
   // One fixed name: what a writer that died here has left is removed by the next.
   std::string temporary = path + ".tmp";
+  refuse_what_is_no_segment(temporary, Unfinished::taken);
   if (unlink(temporary.c_str()) != 0 && errno != ENOENT) fail(temporary, "remove it");
   FileDescriptor file(open(temporary.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC,
                            S_IRUSR | S_IWUSR));

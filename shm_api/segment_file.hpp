@@ -37,7 +37,8 @@ using MappedWords = std::unique_ptr<std::uint64_t, Unmap>;
 [[nodiscard]] std::string segment_path(const std::string& name);
 
 /// Takes the lock of the one writer, `path`.lock, which stays behind when it is released. Throws
-/// std::invalid_argument when another writer lives, naming its pid.
+/// std::invalid_argument when another writer lives, naming its pid, or when something that is no
+/// segment stands at `path`.
 [[nodiscard]] FileDescriptor lock_segment(const std::string& path);
 
 /// A file that has no name yet that readers would look for.

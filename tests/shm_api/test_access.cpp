@@ -4,12 +4,14 @@
 #include <grp.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 #include <climits>
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <random>
+#include <vector>
 
 #include "tests/shm_api/segment_fixture.hpp"
 
@@ -192,10 +194,51 @@ TEST_F(Access, AStrangersLockIsRefused) {
 }
 
 TEST_F(Access, WhatADeadWriterLeftBesideIsSweptAway) {
-  std::ofstream(path + ".tmp") << "half a segment";
+  std::ofstream(path + ".tmp", std::ios::binary) << std::string(1000, '\0');
   const Writer writer({.name = path, .slots = 8}, test_info());
   EXPECT_EQ(try_open(path), ODOM_OK);
   EXPECT_FALSE(std::filesystem::exists(path + ".tmp"));
+}
+
+TEST_F(Access, NothingButASegmentIsReplaced) {
+  const std::string text = directory.file("text");
+  const std::string content = "years of work, and no segment";
+  std::ofstream(text) << content;
+  std::vector<std::string> others{text, directory.file("empty"), directory.file("inner"),
+                                  directory.file("link"), directory.file("pipe")};
+  std::ofstream(others[1]).flush();
+  ASSERT_EQ(mkdir(others[2].c_str(), 0700), 0);
+  ASSERT_EQ(symlink(text.c_str(), others[3].c_str()), 0);
+  ASSERT_EQ(mkfifo(others[4].c_str(), 0600), 0);
+  const std::string device = directory.file("null");
+  if (mknod(device.c_str(), S_IFCHR | 0600, makedev(1, 3)) == 0)
+    others.push_back(device);
+  else
+    std::cout << "not run: 1 (needs the right to make a device)\n";
+  for (const std::string& other : others) {
+    struct stat before {};
+    struct stat after {};
+    ASSERT_EQ(lstat(other.c_str(), &before), 0);
+    EXPECT_THAT(refusal({.name = other}), HasSubstr("no segment of odomd, and stays")) << other;
+    ASSERT_EQ(lstat(other.c_str(), &after), 0) << other;
+    EXPECT_EQ(after.st_ino, before.st_ino) << other;
+    EXPECT_EQ(after.st_mode, before.st_mode) << other;
+    EXPECT_FALSE(std::filesystem::exists(other + ".lock")) << other;
+  }
+  EXPECT_EQ(std::filesystem::file_size(text), content.size());
+}
+
+TEST_F(Access, NorWhatStandsAtTheNamesBesideIt) {
+  for (const char* const suffix : {".tmp", ".lock"}) {
+    const std::string beside = path + suffix;
+    const std::string content = "years of work, and neither a lock nor half a segment";
+    std::ofstream(beside) << content;
+    EXPECT_THAT(refusal({.name = path}), HasSubstr(beside + ": is a file, no ")) << suffix;
+    EXPECT_EQ(std::filesystem::file_size(beside), content.size()) << suffix;
+    EXPECT_FALSE(std::filesystem::exists(path)) << suffix;
+    std::filesystem::remove(beside);
+  }
+  EXPECT_EQ(refusal({.name = path, .slots = 8}), "accepted");
 }
 
 TEST_F(Access, ModeAndGroupAreSet) {
