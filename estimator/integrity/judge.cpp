@@ -129,7 +129,7 @@ std::int64_t last_fused_ns(const State& state, Source source) noexcept {
 }
 
 Judgement judge(const CarModel& model, State& state, const Sample& sample,
-                const Prediction& prediction, Teaches teaches) noexcept {
+                const Prediction& prediction, const Teaches& teaches) noexcept {
   Innovation nu = innovation(state, prediction, sample.value[0]);
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
   judgement.innovation[0] = nu.value;

@@ -26,6 +26,6 @@ struct Teaches {
 /// where its source has been rejected for so long that the filter gives in, after doubting what it
 /// measures by as much as the sample is off.
 [[nodiscard]] Judgement judge(const CarModel& model, State& state, const Sample& sample,
-                              const Prediction& prediction, Teaches teaches) noexcept;
+                              const Prediction& prediction, const Teaches& teaches) noexcept;
 
 }  // namespace odomd::estimator::full

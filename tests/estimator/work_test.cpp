@@ -111,7 +111,7 @@ TEST(FullFilterWork, AWindowOfTicksThatComeALittleEarlyOrLateIsKeptAsAWhole) {
   settings.period_s = 0.002;  // every third state is kept
   Flood flood(settings, 1);
   for (int i = 0; i < 1000; ++i) {
-    const std::int64_t early_ns = i % 3 * 300'000;
+    const std::int64_t early_ns = std::int64_t{300'000} * (i % 3);
     flood.sleep(-early_ns);
     flood.tick();
     flood.sleep(early_ns);

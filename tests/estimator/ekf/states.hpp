@@ -51,7 +51,7 @@ Made some_numbers(int seed = 13) {
 /// Positive definite, everything correlated with everything; symmetric to the bit.
 template <typename Square = Matrix>
 Square some_covariance(double size = 1e-2) {
-  const Square root = some_numbers<Square>();
+  const auto root = some_numbers<Square>();
   const Square product = size * (root * root.transpose() / root.rows() + 0.1 * Square::Identity());
   return 0.5 * (product + product.transpose());
 }
