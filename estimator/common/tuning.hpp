@@ -11,6 +11,11 @@ namespace odomd::estimator {
 inline constexpr double gravity = 9.81;  // [m/s²]
 
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
+///
+/// Origins: by physics, then held to simulated cars (NEES, NIS, drift) and the training drives,
+/// where nothing else is said here. side_slip, side_slip_grip: v_y of the first half of revs_250lm.
+/// slip_noise, wheel_unrest_range: its wheels, and simulated cars that brake. turn_unrest_range:
+/// the gyro's NIS on simulated full-size cars, and v_y as above. signal_gate: χ² of one degree.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: how hard a driver brakes and speeds up [g]
