@@ -71,8 +71,7 @@ DualVector next(const CarModel& model, const Input& input, const Stiffnesses& ty
   after[at::yaw] = x[at::yaw] + dt * turn;
   const Tuning& tuning = model.tuning;
   after[at::accel_x] = x[at::accel_x] * (tuning.driving_s / (tuning.driving_s + dt));
-  after[at::front_angle] =
-      x[at::front_angle] * (tuning.driving_s / (tuning.driving_s + dt));
+  after[at::front_angle] = x[at::front_angle] * (tuning.driving_s / (tuning.driving_s + dt));
   after[at::side_force] = x[at::side_force] * (tuning.side_force_s / (tuning.side_force_s + dt));
   return after;
 }
