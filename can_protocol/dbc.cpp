@@ -2,19 +2,38 @@
 #include "can_protocol/dbc.hpp"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
-#include <iterator>
 
 #include "can_protocol/dbc_lexer.hpp"
 
 namespace odomd::can {
+namespace {
+
+/// Databases of whole cars are a tenth of this.
+constexpr std::size_t largest_file = std::size_t{16} << 20U;
+
+/// Not by the file's size, which a pipe does not have.
+std::string read_up_to(std::istream& in, std::size_t most) {
+  std::string text;
+  std::array<char, 65'536> piece{};
+  while (text.size() < most && in) {
+    in.read(piece.data(), static_cast<std::streamsize>(std::min(piece.size(), most - text.size())));
+    text.append(piece.data(), static_cast<std::size_t>(in.gcount()));
+  }
+  return text;
+}
+
+}  // namespace
 
 Database read_dbc(const std::filesystem::path& file) {
   std::error_code ignored;
   std::ifstream in(file, std::ios::binary);
   if (!in || std::filesystem::is_directory(file, ignored))
     throw DbcError(file.string() + ": cannot be read; name a DBC file that exists");
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const std::string text = read_up_to(in, largest_file + 1);
+  if (text.size() > largest_file)
+    throw DbcError(file.string() + ": is larger than 16 MiB; name a DBC file");
   if (text.empty()) throw DbcError(file.string() + ": empty; name a DBC file with messages (BO_)");
   Database database = parse_dbc(text, file.string());
   if (database.messages.empty())

@@ -28,6 +28,9 @@ constexpr std::array<std::string_view, 34> keywords{
     "BO_TX_BU_",     "BU_SG_REL_",  "BU_EV_REL_",
     "BU_BO_REL_"};
 
+/// The format's own limit is 32, the longest that editors write 128.
+constexpr std::size_t longest_name = 255;
+
 bool is_letter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
 }
@@ -95,6 +98,10 @@ std::string DbcCursor::take_name(std::string_view what, std::string_view mend) {
   if (token.kind != TokenKind::word ||
       std::none_of(token.text.begin(), token.text.end(), is_letter))
     fail(token, what, mend);
+  if (token.text.size() > longest_name)  // warnings repeat it
+    fail_at(token.line, "expected a name of at most " + std::to_string(longest_name) +
+                            " bytes, found " + std::to_string(token.text.size()) + ": " +
+                            show(token) + "; shorten it");
   if (!is_letter(token.text[0]))
     warn(token.line, "the name " + show(token) + " does not start with a letter");
   else if (!std::all_of(token.text.begin(), token.text.end(),

@@ -14,6 +14,9 @@ constexpr std::uint32_t largest_standard_id = 0x7FFU;
 constexpr std::uint32_t largest_extended_id = 0x1FFF'FFFFU;
 constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
 
+/// For the signals that overlap: a fraction of a second, and more than databases of cars take.
+constexpr std::size_t comparisons = std::size_t{1} << 25U;
+
 constexpr std::string_view signal_form =
     "write SG_ NAME : START|LENGTH@ORDER+ (FACTOR,OFFSET) [MIN|MAX] \"UNIT\" RECEIVER";
 constexpr std::string_view message_form = "write BO_ ID NAME: LENGTH SENDER";
@@ -32,12 +35,15 @@ Database DbcParser::run() {
   cursor_.check_ending();
   for (const auto& apply : later_) apply();
   Database database;
+  Effort effort(comparisons);
   for (DraftMessage& draft : drafts_) {
     apply_attributes(draft);
     resolve_multiplexing(draft, cursor_);
-    warn_of_misfits(draft.message, cursor_);
+    warn_of_misfits(draft.message, effort, cursor_);
     database.messages.push_back(std::move(draft.message));
   }
+  if (!effort.spend(1))
+    cursor_.warn(1, "too many signals to compare them all; some may overlap without a warning");
   database.file = cursor_.file_name();
   database.warnings = std::move(cursor_.warnings());
   std::stable_sort(database.warnings.begin(), database.warnings.end(),
@@ -145,11 +151,10 @@ void DbcParser::message(std::uint32_t line) {
                            " bytes, more than a frame; left out");
     return;
   }
-  for (const DraftMessage& other : drafts_)
-    if (other.message.name == message.name)
-      cursor_.warn(line, "message '" + message.name +
-                             "' has the name of another one above, "
-                             "which is the one found by name");
+  if (!names_.insert(message.name).second)
+    cursor_.warn(line, "message '" + message.name +
+                           "' has the name of another one above, "
+                           "which is the one found by name");
   message.length = static_cast<std::uint8_t>(length);
   place->second = drafts_.size();
   current_ = &drafts_.emplace_back(std::move(draft));
@@ -234,7 +239,7 @@ void DbcParser::scaling_and_range(Signal& signal) {
 
 void DbcParser::add_signal(Signal signal, DraftMultiplexing multiplexing) {
   if (current_ == nullptr) return;
-  if (find_signal(current_->message, signal.name) != nullptr) {
+  if (!current_->by_name.try_emplace(signal.name, current_->message.signals.size()).second) {
     cursor_.warn(signal.line, "message '" + current_->message.name + "' has two signals '" +
                                   signal.name + "'; the first is taken");
     return;

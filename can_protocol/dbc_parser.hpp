@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -82,8 +83,9 @@ class DbcParser {
   bool inside_message_ = false;
   std::map<std::uint32_t, std::optional<std::size_t>> by_key_;  ///< empty: left out
   std::vector<std::function<void()>> later_;
-  std::vector<std::string> frame_formats_;
-  std::string default_frame_format_;
+  std::set<std::string> names_;               ///< of the messages
+  std::vector<FrameProtocol> frame_formats_;  ///< that VFrameFormat numbers
+  FrameProtocol default_protocol_ = FrameProtocol::classic;
   double default_cycle_time_ms_ = 0.0;
 };
 

@@ -12,6 +12,11 @@ namespace {
 constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
 constexpr std::string_view id_form = "write the number that stands after BO_";
 
+/// Of VFrameFormat: "StandardCAN_FD", "ExtendedCAN_FD", and others.
+FrameProtocol protocol_named(std::string_view format) {
+  return format.ends_with("CAN_FD") ? FrameProtocol::fd : FrameProtocol::classic;
+}
+
 }  // namespace
 
 DbcParser::Reference DbcParser::reference(std::string statement) {
@@ -41,13 +46,13 @@ void DbcParser::with_signal(Reference reference, std::string name,
       [this, reference = std::move(reference), name = std::move(name), apply = std::move(apply)] {
         DraftMessage* draft = find(reference);
         if (draft == nullptr) return;
-        const Signal* signal = find_signal(draft->message, name);
-        if (signal == nullptr)
+        const auto signal = find_signal(*draft, name);
+        if (!signal)
           cursor_.warn(reference.line, reference.statement + " names signal '" + name +
                                            "', which message '" + draft->message.name +
                                            "' does not have; passed over");
         else
-          apply(*draft, static_cast<std::size_t>(signal - draft->message.signals.data()));
+          apply(*draft, *signal);
       });
 }
 
@@ -163,16 +168,16 @@ void DbcParser::set_multiplexor(DraftMessage& draft, std::size_t signal, std::ui
                                 const std::vector<MultiplexRange>& ranges) {
   DraftMultiplexing& written = draft.multiplexing[signal];
   auto& signals = draft.message.signals;
-  const Signal* found = find_signal(draft.message, multiplexor);
-  if (found == nullptr || (!written.multiplexor.empty() && written.multiplexor != multiplexor))
+  const auto found = find_signal(draft, multiplexor);
+  if (!found || (!written.multiplexor.empty() && written.multiplexor != multiplexor))
     cursor_.fail_at(line, "expected the one multiplexor of signal '" + signals[signal].name +
                               "', found '" + multiplexor + "'; name a signal of message '" +
                               draft.message.name + "'");
-  if (!found->is_multiplexor) {
+  if (!signals[*found].is_multiplexor) {
     cursor_.warn(line, "signal '" + multiplexor +
                            "' is not marked as a multiplexor (M); taken "
                            "as one");
-    signals[static_cast<std::size_t>(found - signals.data())].is_multiplexor = true;
+    signals[*found].is_multiplexor = true;
   }
   written.multiplexor = multiplexor;
   written.ranges.insert(written.ranges.end(), ranges.begin(), ranges.end());
@@ -186,7 +191,7 @@ void DbcParser::attribute_definition() {
     cursor_.take();
     while (!cursor_.at_end() && !cursor_.at_punctuation(';') && !cursor_.at_statement()) {
       const Token& token = cursor_.take();
-      if (token.kind == TokenKind::text) frame_formats_.push_back(token.text);
+      if (token.kind == TokenKind::text) frame_formats_.push_back(protocol_named(token.text));
     }
   }
   cursor_.skip_statement("BA_DEF_");
@@ -200,7 +205,7 @@ void DbcParser::attribute_default() {
       default_cycle_time_ms_ = cycle_time();
     } else if (name == "VFrameFormat") {
       cursor_.take();
-      default_frame_format_ = cursor_.take().text;
+      default_protocol_ = protocol_named(cursor_.take().text);
     }
   }
   cursor_.skip_statement("BA_DEF_DEF_");
@@ -220,11 +225,9 @@ void DbcParser::attribute() {
     });
   } else {
     const std::string word = cursor_.take().text;
-    later_.emplace_back([this, of, word] {
-      const auto index = unsigned_of(word);
+    later_.emplace_back([this, of, index = unsigned_of(word), named = protocol_named(word)] {
       if (DraftMessage* draft = find(of))
-        draft->frame_format =
-            index && *index < frame_formats_.size() ? frame_formats_[*index] : word;
+        draft->protocol = index && *index < frame_formats_.size() ? frame_formats_[*index] : named;
     });
   }
   cursor_.end_statement("BA_");
@@ -243,9 +246,8 @@ double DbcParser::cycle_time() {
 void DbcParser::apply_attributes(DraftMessage& draft) const {
   const double ms = draft.cycle_time_ms.value_or(default_cycle_time_ms_);
   draft.message.cycle_time_ns = std::llround(ms * 1e6);
-  const std::string& format = draft.frame_format.value_or(default_frame_format_);
-  const bool fd = format.ends_with("CAN_FD") || draft.message.length > 8;
-  draft.message.protocol = fd ? FrameProtocol::fd : FrameProtocol::classic;
+  draft.message.protocol =
+      draft.message.length > 8 ? FrameProtocol::fd : draft.protocol.value_or(default_protocol_);
 }
 
 }  // namespace odomd::can

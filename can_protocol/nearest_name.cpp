@@ -20,7 +20,12 @@ int replace_cost(char a, char b) {
   return lower(a) == lower(b) ? case_edit : whole_edit;
 }
 
+// Beyond it nothing is compared: what is given may be a whole file.
+constexpr std::size_t longest_name = 64;
+
 int edit_distance(std::string_view a, std::string_view b) {
+  a = a.substr(0, longest_name);
+  b = b.substr(0, longest_name);
   // Three rows of the table: two[j], one[j] and row[j] are the distances of the first i-2, i-1 and
   // i characters of a from the first j of b.
   std::vector<int> two(b.size() + 1);

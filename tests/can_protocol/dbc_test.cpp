@@ -14,6 +14,17 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+/// A message of signals each of which is the multiplexor of the next.
+std::string nested(int count) {
+  std::string text = "BO_ 1 A: 64 X\n";
+  for (int i = 0; i < count; ++i)
+    text += " SG_ S" + std::to_string(i) + (i == 0 ? " M : " : " m0M : ") + std::to_string(8 * i) +
+            "|8@1+ (1,0) [0|0] \"\" X\n";
+  for (int i = 1; i < count; ++i)
+    text += "SG_MUL_VAL_ 1 S" + std::to_string(i) + " S" + std::to_string(i - 1) + " 0-0;\n";
+  return text;
+}
+
 std::vector<std::string> warnings_of(const Database& database) {
   std::vector<std::string> texts;
   for (const Warning& warning : database.warnings) texts.push_back(describe(database, warning));
@@ -313,7 +324,7 @@ TEST(Dbc, ReadsOurOwnBus) {
 
 struct BadDbc {
   const char* name;
-  const char* text;
+  std::string text;
   const char* error;
 };
 
@@ -414,6 +425,11 @@ INSTANTIATE_TEST_SUITE_P(
                " SG_ T m0M : 4|4@1+ (1,0) [0|0] \"\" X\n"
                "SG_MUL_VAL_ 1 S T 1-1;\nSG_MUL_VAL_ 1 T S 1-1;\n",
                "car.dbc:2: expected a multiplexor above signal 'S', found a circle"},
+        BadDbc{"MultiplexingTooDeep", nested(18),
+               "car.dbc:19: expected at most 16 multiplexors one above the other, found more "
+               "above signal 'S17'"},
+        BadDbc{"LongName", "BO_ 1 " + std::string(256, 'A') + ": 8 X\n",
+               "car.dbc:1: expected a name of at most 255 bytes, found 256: 'AAAA"},
         BadDbc{"TwoMultiplexors",
                "BO_ 1 A: 8 X\n SG_ S M : 0|4@1+ (1,0) [0|0] \"\" X\n"
                " SG_ T M : 4|4@1+ (1,0) [0|0] \"\" X\n SG_ U m1 : 8|4@1+ (1,0) [0|0] \"\" X\n",
@@ -423,6 +439,52 @@ INSTANTIATE_TEST_SUITE_P(
         BadDbc{"Comment", "BO_ 1 A: 8 X\nCM_ SG_ 1 S text;\n",
                "car.dbc:2: expected the comment in quotes, found 'text'"}),
     [](const auto& test) { return test.param.name; });
+
+// Hostile databases: what is said of one, and what is done for it, grows with its size alone.
+
+TEST(Dbc, TakesSixteenMultiplexorsOneAboveTheOther) {
+  EXPECT_EQ(parse(nested(17)).messages[0].signals.size(), 17U);
+}
+
+std::string many_signals(int count, const std::string& multiplexing_of_first) {
+  std::string text =
+      "BO_ 1 A: 64 X\n SG_ R " + multiplexing_of_first + ": 0|16@1+ (1,0) [0|0] \"\" X\n";
+  for (int i = 0; i < count; ++i)
+    text += " SG_ S" + std::to_string(i) +
+            (multiplexing_of_first.empty() ? "" : " m" + std::to_string(i)) +
+            " : 16|8@1+ (1,0) [0|0] \"\" X\n";
+  return text;
+}
+
+TEST(Dbc, WarnsOnceOfASignalThatLiesOnManyOthers) {
+  const auto warnings = warnings_of(parse(many_signals(300, "")));
+  EXPECT_EQ(warnings.size(), 299U);
+  EXPECT_EQ(warnings.front(), "car.dbc:4: signals 'S0' and 'S1' of message 'A' overlap");
+  EXPECT_EQ(warnings.back(),
+            "car.dbc:302: signal 'S299' of message 'A' overlaps 'S0' and 298 more");
+}
+
+TEST(Dbc, SaysSoWhereTooManySignalsWouldHaveToBeCompared) {
+  EXPECT_THAT(warnings_of(parse(many_signals(1000, "M "))), IsEmpty());
+  EXPECT_THAT(warnings_of(parse(many_signals(20000, "M "))),
+              ElementsAre("car.dbc:1: too many signals to compare them all; some may overlap "
+                          "without a warning"));
+}
+
+TEST(Dbc, WarnsOnceOfAMessageWhoseNameManyOthersHave) {
+  std::string text;
+  for (int i = 0; i < 300; ++i) text += "BO_ " + std::to_string(i) + " A: 8 X\n";
+  EXPECT_EQ(parse(text).warnings.size(), 299U);
+}
+
+TEST(DbcErrors, RefuseAFileWithoutEnd) {
+  try {
+    (void)read_dbc("/dev/zero");
+    FAIL() << "was taken";
+  } catch (const DbcError& error) {
+    EXPECT_STREQ(error.what(), "/dev/zero: is larger than 16 MiB; name a DBC file");
+  }
+}
 
 TEST(DbcErrors, SayThatAFileCannotBeRead) {
   EXPECT_THROW((void)read_dbc("/nonexistent/car.dbc"), DbcError);
