@@ -35,6 +35,12 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
+/// Whole or not; the library itself gives no whole number that a double has to round.
+std::optional<double> number_in(const toml::node& node) {
+  if (const auto whole = node.value_exact<std::int64_t>()) return static_cast<double>(*whole);
+  return node.value_exact<double>();
+}
+
 bool equal_but_for_case(std::string_view a, std::string_view b) {
   return std::ranges::equal(
       a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
@@ -77,11 +83,13 @@ void TableReader::require(std::string_view key, std::string_view mend) {
 }
 
 double TableReader::number(std::string_view key, const toml::node& node, const Range& range) const {
-  const auto value = node.value<double>();
-  if (!value || !node.is_number())
-    fail(key, fmt::format("is {}; it must be a number", kind_of(node)));
+  const auto value = number_in(node);
+  if (!value) fail(key, fmt::format("is {}; it must be a number", kind_of(node)));
   if (!range.contains(*value))
-    fail(key, fmt::format("{} is not possible; it must be {}", *value, range.text));
+    fail(key, fmt::format(
+                  "{} is not possible; it must be {}{}", *value,
+                  std::isfinite(*value) || range.text == any_number.text ? "" : "a finite number, ",
+                  range.text));
   return *value;
 }
 
@@ -115,8 +123,12 @@ void TableReader::read(std::string_view key, int& value, int lowest, int highest
   if (const auto* node = find(key)) {
     const auto given = node->value_exact<std::int64_t>();
     if (!given)
-      fail(key, fmt::format("is {}; it must be a whole number",
-                            node->is_floating_point() ? "a fraction" : kind_of(*node)));
+      fail(key, node->is_floating_point()
+                    ? fmt::format("{} is not possible; it must be a whole number, {} to {}, "
+                                  "without a point or an exponent",
+                                  *node->value<double>(), lowest, highest)
+                    : fmt::format("is {}; it must be a whole number, {} to {}", kind_of(*node),
+                                  lowest, highest));
     if (*given < lowest || *given > highest)
       fail(key, fmt::format("{} is not possible; it must be {} to {}", *given, lowest, highest));
     value = static_cast<int>(*given);
@@ -249,6 +261,8 @@ toml::table parse_toml(const std::string& text, const std::filesystem::path& fil
     std::string what(parse_error.description());
     std::ranges::replace_if(
         what, [](char c) { return std::iscntrl(static_cast<unsigned char>(c)); }, ' ');
+    if (what.starts_with("Error while parsing floating-point") && what.ends_with("as a value"))
+      what += "; a number is at most 1.8e308 in size";
     throw ConfigError(
         fmt::format("{}:{}: not TOML: {}", file.string(), parse_error.source().begin.line, what));
   }

@@ -90,9 +90,9 @@ const Mistake mistakes[] = {
     {"ZeroMass", vehicle("mass = 0"),
      "car.toml:2: [vehicle] mass: 0 is not possible; it must be greater than 0"},
     {"NanMass", vehicle("mass = nan"),
-     "car.toml:2: [vehicle] mass: nan is not possible; it must be greater than 0"},
+     "car.toml:2: [vehicle] mass: nan is not possible; it must be a finite number, greater than 0"},
     {"InfiniteMass", vehicle("mass = inf"),
-     "car.toml:2: [vehicle] mass: inf is not possible; it must be greater than 0"},
+     "car.toml:2: [vehicle] mass: inf is not possible; it must be a finite number, greater than 0"},
     {"TextForANumber", vehicle(R"(mass = "3")"),
      "car.toml:2: [vehicle] mass: is a text; it must be a number"},
     {"BooleanForANumber", vehicle("mass = true"),
@@ -123,7 +123,19 @@ const Mistake mistakes[] = {
     {"TinyReceiveBuffer", can("receive_buffer = 10\n"),
      "car.toml:3: [can] receive_buffer: 10 is not possible; it must be 4096 to 1073741824"},
     {"FractionForAWhole", can("receive_buffer = 5000.5\n"),
-     "car.toml:3: [can] receive_buffer: is a fraction; it must be a whole number"},
+     "car.toml:3: [can] receive_buffer: 5000.5 is not possible; it must be a whole number, 4096 to "
+     "1073741824, without a point or an exponent"},
+    {"ExponentForAWhole", can("receive_buffer = 1e4\n"),
+     "car.toml:3: [can] receive_buffer: 10000 is not possible; it must be a whole number, 4096 to "
+     "1073741824, without a point or an exponent"},
+    {"TextForAWhole", can("receive_buffer = \"8192\"\n"),
+     "car.toml:3: [can] receive_buffer: is a text; it must be a whole number, 4096 to 1073741824"},
+    {"HugeWholeNumber", vehicle("mass = -9223372036854775807"),
+     "car.toml:2: [vehicle] mass: -9.223372036854776e+18 is not possible; it must be greater than "
+     "0"},
+    {"HugeExponent", vehicle("mass = 1e400"),
+     "car.toml:2: not TOML: Error while parsing floating-point: '1e400' could not be interpreted "
+     "as a value; a number is at most 1.8e308 in size"},
 
     {"UnknownRole", signal("yaw_rat", R"(, signal = "S", unit = "rad/s")"),
      R"(car.toml:4: [can.signals] yaw_rat: unknown role; did you mean "yaw_rate"?)"},
