@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "can_protocol/nearest_name.hpp"
+#include "daemon/toml_depth.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -255,6 +256,7 @@ std::string read_toml_file(const std::filesystem::path& file) {
 }
 
 toml::table parse_toml(const std::string& text, const std::filesystem::path& file) {
+  check_depth(text, file);
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& parse_error) {

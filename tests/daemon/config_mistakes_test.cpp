@@ -28,7 +28,35 @@ TEST_F(ConfigTest, RefusesWhatIsNotToml) {
   EXPECT_THAT(error_of("a = \"\xff\xfe\"\n"), testing::StartsWith("car.toml:1: not TOML: "));
   EXPECT_THAT(error_of("[vehicle\nx"), testing::StartsWith("car.toml:1: not TOML: "));
   EXPECT_THAT(error_of("a = 1\na = 2\n"), testing::StartsWith("car.toml:2: not TOML: "));
-  EXPECT_THAT(error_of(std::string(5000, '[')), testing::StartsWith("car.toml:1: not TOML: "));
+}
+
+TEST_F(ConfigTest, RefusesWhatIsNestedTooDeep) {
+  const auto dotted = [](int parts) {
+    std::string key = "a";
+    for (int i = 1; i < parts; ++i) key += ".a";
+    return key;
+  };
+  const char* const too_many = "car.toml:2: more than 16 brackets are open; close those before";
+  const char* const too_long =
+      "car.toml:2: a key of more than 16 parts; write the tables that it means";
+  EXPECT_EQ(error_of("\n" + dotted(50000) + " = 1\n"), too_long);
+  EXPECT_EQ(error_of("\n[" + dotted(50000) + "]\n"), too_long);
+  EXPECT_EQ(error_of("\nb = [1.5, {" + dotted(17) + " = 1}]\n"), too_long);
+  EXPECT_EQ(error_of("\nb = " + std::string(50000, '[')), too_many);
+  EXPECT_EQ(error_of("\nb = " + std::string(17, '[') + std::string(17, ']') + "\n"), too_many);
+  std::string tables = "\n";
+  for (int i = 0; i < 50000; ++i) tables += "b={";
+  EXPECT_EQ(error_of(tables), too_many);
+}
+
+TEST_F(ConfigTest, CountsNoDotsAndBracketsOfTextsAndComments) {
+  const std::string deep = std::string(40, '.') + std::string(40, '[');
+  for (const std::string& text : {R"("\")" + deep + '"', "'" + deep + "'",
+                                  "\"\"\"\n" + deep + "\"\n\"\"\"\"", "'''\n" + deep + "''\n'''"})
+    EXPECT_THAT(error_of("x = " + text + "  # " + deep + "\n[[[[["),
+                testing::HasSubstr(": not TOML: "))
+        << text;
+  EXPECT_THAT(error_of("x = \"" + deep + "\n"), testing::StartsWith("car.toml:1: not TOML: "));
 }
 
 TEST_F(ConfigTest, RefusesNulBytes) {
