@@ -1,10 +1,10 @@
 // The DBC lexer.
 #include "can_protocol/dbc_lexer.hpp"
 
-#include <algorithm>
 #include <string>
 
 #include "can_protocol/dbc.hpp"
+#include "can_protocol/printable.hpp"
 
 namespace odomd::can {
 namespace {
@@ -108,14 +108,7 @@ std::vector<Token> tokenize(std::string_view text) {
 
 std::string show(const Token& token) {
   if (token.kind == TokenKind::end) return "end of file";
-  constexpr std::size_t longest = 40;
-  std::string text = token.text;
-  std::size_t cut = longest;
-  while (cut > 0 && text.size() > longest &&
-         (static_cast<unsigned char>(text[cut]) & 0xC0U) == 0x80U)
-    --cut;  // never inside a UTF-8 character
-  if (text.size() > longest) text = text.substr(0, cut) + "...";
-  std::replace(text.begin(), text.end(), '\n', ' ');
+  const std::string text = escaped(shortened(token.text, 40));
   return token.kind == TokenKind::text ? '"' + text + '"' : '\'' + text + '\'';
 }
 

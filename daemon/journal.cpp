@@ -110,9 +110,10 @@ void Journal::limited(spdlog::level::level_enum level, Topic topic, std::int64_t
     return;
   }
   if (limit.kept_back > 0) {
-    logger_->log(level, "{} ({} more of this kind since the last)", text, limit.kept_back);
+    logger_->log(level, "{} ({} more of this kind since the last)", one_line(text),
+                 limit.kept_back);
   } else {
-    logger_->log(level, "{}", text);
+    logger_->log(level, "{}", one_line(text));
   }
   limit = {now_ns, 0, true};
 }

@@ -9,6 +9,7 @@
 
 #include <spdlog/logger.h>
 
+#include "can_protocol/printable.hpp"
 #include "daemon/config.hpp"
 
 namespace odomd::daemon {
@@ -34,9 +35,9 @@ class Journal {
   /// Throws std::invalid_argument where the file cannot be opened.
   explicit Journal(const LogConfig& config);
 
-  void info(const std::string& text) { logger_->info("{}", text); }
-  void warn(const std::string& text) { logger_->warn("{}", text); }
-  void error(const std::string& text) { logger_->error("{}", text); }
+  void info(const std::string& text) { logger_->info("{}", one_line(text)); }
+  void warn(const std::string& text) { logger_->warn("{}", one_line(text)); }
+  void error(const std::string& text) { logger_->error("{}", one_line(text)); }
 
   /// As above, but says at most one sentence a second on a topic, and how many it kept back.
   void info(Topic topic, std::int64_t now_ns, const std::string& text);

@@ -1,5 +1,4 @@
 // odomd: the car's bus in, the car's pose in shared memory every 5 ms.
-#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <stdexcept>
@@ -8,6 +7,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "can_protocol/printable.hpp"
 #include "daemon/check.hpp"
 #include "daemon/options.hpp"
 #include "daemon/run.hpp"
@@ -20,9 +20,8 @@ constexpr int done = 0;
 constexpr int failed = 1;
 constexpr int unusable = 2;
 
-int report(std::string text, int status) {
-  std::ranges::replace(text, '\n', ' ');  // one line, whatever was thrown
-  std::cerr << "odomd: " << text << '\n';
+int report(const std::string& text, int status) {
+  std::cerr << one_line("odomd: " + text) << '\n';
   return status;
 }
 
@@ -31,7 +30,7 @@ void start(const Options& options) {
   std::vector<std::string> warnings = config.warnings;
   const auto databases = load_databases(config, warnings);
   if (options.check) {
-    std::cout << summary(config, databases, warnings);
+    std::cout << escaped(summary(config, databases, warnings), LineBreaks::kept);
     return;
   }
   run_daemon(config, databases, warnings,

@@ -9,6 +9,7 @@
 #include <CLI/CLI.hpp>
 
 #include "can_protocol/nearest_name.hpp"
+#include "can_protocol/printable.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -79,7 +80,7 @@ void add_options_below(const CLI::App& command, const std::string& called, std::
 
 std::string unknown_option(const Stray& stray) {
   const std::string_view given = without_value(stray.argument);
-  const std::string what = fmt::format("unknown option \"{}\"", given);
+  const std::string what = "unknown option " + quoted(given);
   const std::string own = likely_option(*stray.command, given);
   if (!own.empty()) return fmt::format("{} (did you mean \"--{}\"?)", what, own);
   std::vector<std::string> elsewhere;
@@ -99,7 +100,7 @@ std::string unknown(const Stray& stray) {
   const std::vector<std::string> names = names_below(*stray.command);
   if (!names.empty() && called_below(*stray.command) == nullptr)
     return no_command(stray.argument, names);
-  return fmt::format("unexpected argument \"{}\"", stray.argument);
+  return "unexpected argument " + odomd::quoted(stray.argument);
 }
 
 const CLI::App& innermost(const CLI::App& command) {
@@ -115,7 +116,7 @@ std::string called_name(const CLI::App& program) {
 }
 
 std::string no_command(std::string_view given, std::span<const std::string> names) {
-  std::string what = fmt::format("no command \"{}\"", given);
+  std::string what = "no command " + quoted(given);
   const std::string_view meant = likely_name(given, names);
   if (!meant.empty()) return what + fmt::format(" (did you mean \"{}\"?)", meant);
   return names.empty() ? what : what + fmt::format("; there are: {}", fmt::join(names, ", "));

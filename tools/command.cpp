@@ -57,7 +57,7 @@ Option Option::positive() const {
       [](const std::string& text) {
         return is_number<double>(text, [](double value) { return value > 0.0; })
                    ? ""
-                   : tools::quoted(text) + " is not a number greater than 0";
+                   : tools::quoted(text) + " is not a finite number greater than 0";
       },
       "POSITIVE");
   return *this;
@@ -68,7 +68,7 @@ Option Option::not_negative() const {
       [](const std::string& text) {
         return is_number<double>(text, [](double value) { return value >= 0.0; })
                    ? ""
-                   : tools::quoted(text) + " is not a number that is 0 or greater";
+                   : tools::quoted(text) + " is not a finite number, 0 or greater";
       },
       "NONNEGATIVE");
   return *this;
@@ -190,7 +190,7 @@ Option Command::add_choice(const std::string& name, const std::vector<std::strin
   const auto choose = [name, choices, chosen, names](const std::string& given) {
     const auto found = std::find(choices.begin(), choices.end(), given);
     if (found == choices.end())
-      throw CLI::ValidationError(name, "\"" + given + "\" is none of " + names);
+      throw CLI::ValidationError(name, tools::quoted(given) + " is none of " + names);
     chosen(static_cast<std::size_t>(found - choices.begin()));
   };
   return Option(*app_->add_option_function<std::string>(name, choose, help)->type_name(names));

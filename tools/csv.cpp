@@ -10,6 +10,8 @@
 #include <system_error>
 #include <utility>
 
+#include "can_protocol/printable.hpp"
+
 namespace odomd::tools {
 namespace {
 
@@ -239,15 +241,7 @@ void append_seconds(std::string& out, std::int64_t time_ns) {
 }
 
 std::string quoted(std::string_view text) {
-  constexpr std::size_t longest = 60;
-  std::string result{'"'};
-  for (const char c : text.substr(0, longest)) {
-    const bool control = static_cast<unsigned char>(c) < ' ' || c == '\x7f';
-    result += control ? '?' : c;
-  }
-  if (text.size() > longest) result += "...";
-  result += '"';
-  return result;
+  return odomd::quoted(text);
 }
 
 }  // namespace odomd::tools

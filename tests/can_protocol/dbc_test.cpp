@@ -399,7 +399,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadDbc{"UnitNotClosedBeforeOthers",
                "BO_ 1 A: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"rad X\n"
                " SG_ T : 0|8@1+ (1,0) [0|0] \"m\" X\n",
-               "car.dbc:2: expected '\"' that closes the unit on its line, found \"rad X  SG_ T"},
+               "car.dbc:2: expected '\"' that closes the unit on its line, found \"rad X\\n SG_ T"},
         BadDbc{"ValueNameNotClosed",
                "BO_ 1 A: 8 X\nVAL_ 1 S 0 \"a 1 \"b\" ;\nCM_ BO_ 1 \"text\";\n",
                "car.dbc:2: expected a raw value, found 'b'"},

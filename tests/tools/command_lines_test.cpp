@@ -220,10 +220,10 @@ TEST(CommandLines, RefuseNumbersThatAreNone) {
   for (const std::string number : {"nan", "inf", "-1", "0", "2s"})
     EXPECT_EQ(refused("plot --for " + number + " --out a.svg"),
               "odom plot: --for: \"" + number +
-                  "\" is not a number greater than 0; see odom plot "
+                  "\" is not a finite number greater than 0; see odom plot "
                   "--help\n");
   EXPECT_THAT(refused("record --wait nan"),
-              HasSubstr("--wait: \"nan\" is not a number that is 0 or greater"));
+              HasSubstr("--wait: \"nan\" is not a finite number, 0 or greater"));
   EXPECT_THAT(refused("tune --drive a --set b=1:2 --jobs 0"),
               HasSubstr("--jobs: \"0\" is not a number from 1 to 1024"));
 }

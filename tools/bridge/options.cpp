@@ -30,7 +30,7 @@ std::string problem_of_rate(const std::string& text) {
   const char* const end = text.data() + text.size();
   const auto [stopped, error] = std::from_chars(text.data(), end, value);
   if (error == std::errc{} && stopped == end && value > 0.0 && std::isfinite(value)) return "";
-  return tools::quoted(text) + " is not a number greater than 0";
+  return tools::quoted(text) + " is not a finite number greater than 0";
 }
 
 std::string problem_of_name(const std::string& text) {
