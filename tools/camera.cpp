@@ -15,6 +15,7 @@
 #include "tools/commands.hpp"
 #include "tools/daemon_options.hpp"
 #include "tools/daemon_segment.hpp"
+#include "tools/output.hpp"
 #include "tools/service_path.hpp"
 
 namespace odomd::tools {
@@ -35,7 +36,7 @@ struct Options {
 };
 
 void warn(const std::string& text) {
-  std::cerr << "odom camera send: warning: " << text << '\n';
+  say("odom camera send: warning: " + text);
 }
 
 void send_one(const Options& options) {

@@ -10,17 +10,14 @@
 
 #include "daemon/usage.hpp"
 #include "tools/files.hpp"
+#include "tools/output.hpp"
 
 namespace odomd::tools {
 namespace {
 
 int report(const std::string& command, std::string_view text, int status) {
-  std::string line = command + ": ";
-  for (const char c : text) {
-    line += c == '\n' ? ' ' : c;  // one line, whatever was thrown
-  }
   std::cout.flush();
-  std::cerr << line << '\n';
+  say(command + ": " + std::string(text));
   return status;
 }
 
@@ -57,6 +54,7 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
 
 int run_program(const std::function<void(Command)>& describe, int argc, const char* const* argv) {
   static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
+  const StandardStreams streams;
   CommandLine line;
   describe(line.command());
   return line.run(argc, argv);

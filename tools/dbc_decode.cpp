@@ -12,6 +12,7 @@
 #include "can_protocol/log_reader.hpp"
 #include "can_protocol/signal_layout.hpp"
 #include "tools/dbc_commands.hpp"
+#include "tools/output.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -148,9 +149,9 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
   // Last, so that a file that cannot be used is told of in one line.
   for (const Database& database : read)
     if (const std::size_t oddities = database.warnings.size(); oddities > 0)
-      std::cerr << database.file << ": " << oddities << (oddities == 1 ? " oddity" : " oddities")
-                << " taken; odom dbc show " << database.file << " lists them\n";
-  if (!reader.warning().empty()) std::cerr << reader.warning() << '\n';
+      say(fmt::format("{0}: {1} {2} taken; odom dbc show {0} lists them", database.file, oddities,
+                      oddities == 1 ? "oddity" : "oddities"));
+  if (!reader.warning().empty()) say(reader.warning());
 }
 
 }  // namespace odomd::tools

@@ -7,6 +7,7 @@
 
 #include "can_protocol/dbc.hpp"
 #include "tools/dbc_commands.hpp"
+#include "tools/output.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -162,7 +163,7 @@ void show_dbc(const std::string& file, OutputForm form) {
   std::cout << database.file << ": " << database.messages.size() << " messages, " << signals
             << " signals\n";
   for (const Message& message : database.messages) print_message(message);
-  for (const auto& warning : database.warnings) std::cerr << describe(database, warning) << '\n';
+  for (const auto& warning : database.warnings) say(describe(database, warning));
 }
 
 }  // namespace odomd::tools

@@ -23,6 +23,7 @@
 #include "tools/evaluation_map.hpp"
 #include "tools/evaluation_summary.hpp"
 #include "tools/files.hpp"
+#include "tools/output.hpp"
 #include "tools/report/page.hpp"
 
 namespace odomd::tools {
@@ -121,7 +122,7 @@ void warn_of(const EvaluatedDrive& drive) {
     std::string whose;
     if (!drive.replays.empty())
       whose = drive.name + (drive.warnings[i].estimate.empty() ? ": " : ", ");
-    std::cerr << "odom evaluate: warning: " << whose << texts[i] << '\n';
+    say("odom evaluate: warning: " + whose + texts[i]);
   }
 }
 

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -13,6 +12,7 @@
 #include "tools/export/drive_data.hpp"
 #include "tools/export/formats.hpp"
 #include "tools/files.hpp"
+#include "tools/output.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -50,22 +50,22 @@ void export_drive(const Options& options) {
     throw std::invalid_argument("--mcap: " + options.mcap +
                                 " is a table by its name; --csv writes one");
   const DriveData data = read_drive(sources);
-  for (const std::string& warning : data.warnings) std::cerr << "odom export: " << warning << '\n';
+  for (const std::string& warning : data.warnings) say("odom export: " + warning);
   const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;
   if (!options.csv.empty()) {
     WholeFile file(options.csv);
     write_plot_csv(data.poses, time, file.stream());
     file.finish();
-    std::cerr << fmt::format("odom export: {}: {} poses, {} columns\n", options.csv,
-                             data.poses.times_ns.size(), data.poses.fields.size() + 1);
+    say(fmt::format("odom export: {}: {} poses, {} columns", options.csv,
+                    data.poses.times_ns.size(), data.poses.fields.size() + 1));
   }
   if (!options.mcap.empty()) {
     WholeFile file(options.mcap);
     const McapStatistics statistics = write_mcap(data, time, options.compression, file.stream());
     file.finish();
-    std::cerr << fmt::format("odom export: {}: {} messages on {} topics, {:.1f} MB\n", options.mcap,
-                             statistics.messages, statistics.topics,
-                             static_cast<double>(statistics.bytes) * 1e-6);
+    say(fmt::format("odom export: {}: {} messages on {} topics, {:.1f} MB", options.mcap,
+                    statistics.messages, statistics.topics,
+                    static_cast<double>(statistics.bytes) * 1e-6));
   }
 }
 

@@ -5,12 +5,14 @@
 #include <string>
 #include <system_error>
 
+#include "tools/output.hpp"
+
 namespace odomd::tools {
 namespace {
 
 std::string reason() {
   if (errno == ENOENT) return "no such file or directory; check the path";
-  return std::generic_category().message(errno);
+  return why_not_written(errno);
 }
 
 // Of a file that cannot be written; errno says why.

@@ -1,7 +1,5 @@
 #include "tools/interrupt.hpp"
 
-#include <ctime>
-
 namespace odomd::tools {
 
 Interrupt::Interrupt() {
@@ -12,12 +10,15 @@ Interrupt::Interrupt() {
 }
 
 Interrupt::~Interrupt() {
-  if (!requested_) pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  if (!requested()) pthread_sigmask(SIG_SETMASK, &before_, nullptr);
 }
 
 bool Interrupt::requested() {
-  constexpr timespec at_once{};
-  if (!requested_) requested_ = sigtimedwait(&signals_, nullptr, &at_once) > 0;
+  sigset_t pending;
+  sigemptyset(&pending);
+  sigpending(&pending);
+  requested_ =
+      requested_ || sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1;
   return requested_;
 }
 

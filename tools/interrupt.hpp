@@ -6,7 +6,8 @@
 namespace odomd::tools {
 
 /// Holds INT and TERM back while it lives, and from the first one on: timeout(1) sends two, and the
-/// second must not cut the end short. Threads that start meanwhile inherit this. One thread.
+/// second must not cut the end short. Threads that start meanwhile inherit this. The signal stays
+/// pending, so that a write that waits for its reader finds it too (output.hpp). One thread.
 class Interrupt {
  public:
   Interrupt();

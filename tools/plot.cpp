@@ -14,6 +14,7 @@
 #include "tools/daemon_options.hpp"
 #include "tools/innovation_chart.hpp"
 #include "tools/innovation_file.hpp"
+#include "tools/output.hpp"
 #include "tools/plot_charts.hpp"
 
 namespace odomd::tools {
@@ -56,7 +57,7 @@ struct Options {
 };
 
 void warn(const std::string& text) {
-  std::cerr << "odom plot: warning: " << text << '\n';
+  say("odom plot: warning: " + text);
 }
 
 std::vector<Subject> subjects_of(const Options& options) {

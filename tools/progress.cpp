@@ -2,8 +2,10 @@
 
 #include <unistd.h>
 
-#include <iostream>
 #include <utility>
+
+#include "can_protocol/printable.hpp"
+#include "tools/output.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -26,15 +28,15 @@ void ProgressLine::show(const std::string& text) {
   if (now < next_) return;
   next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
   if (terminal_) {
-    std::cerr << '\r' << text << "\x1b[K" << std::flush;
+    draw('\r' + escaped(text) + "\x1b[K");
     shown_ = true;
   } else {
-    std::cerr << who_ + ": " + text + "\n" << std::flush;
+    say(who_ + ": " + text);
   }
 }
 
 void ProgressLine::end() {
-  if (shown_) std::cerr << '\n';
+  if (shown_) draw("\n");
   shown_ = false;
 }
 

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstring>
 #include <ctime>
-#include <iostream>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -18,6 +17,7 @@
 #include "tools/commands.hpp"
 #include "tools/daemon_options.hpp"
 #include "tools/interrupt.hpp"
+#include "tools/output.hpp"
 #include "tools/recording_feed.hpp"
 #include "tools/recording_folder.hpp"
 #include "tools/service_path.hpp"
@@ -209,8 +209,7 @@ class Recorder {
 
   void show_progress(const RecordingFolder& folder) {
     if (options_.quiet || !terminal_) return;
-    std::cerr << fmt::format("\r{:.0f} s: {}  ", seconds_since(*begun_), sum_of(folder))
-              << std::flush;
+    draw(fmt::format("\r{:.0f} s: {}  ", seconds_since(*begun_), sum_of(folder)));
     line_open_ = true;
   }
 
@@ -223,7 +222,8 @@ class Recorder {
 
   void say(const std::string& text) {
     if (options_.quiet) return;
-    std::cerr << (line_open_ ? "\n" : "") << "odom record: " << text << '\n';
+    if (line_open_) draw("\n");
+    tools::say("odom record: " + text);
     line_open_ = false;
   }
 

@@ -19,6 +19,8 @@
 #include "tools/files.hpp"
 #include "tools/initial_pose_doubt.hpp"
 #include "tools/innovation_file.hpp"
+#include "tools/json_text.hpp"
+#include "tools/output.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/pose_file.hpp"
 #include "tools/replay_doubts.hpp"
@@ -65,11 +67,10 @@ void report(const Options& options, const ReplaySummary& summary, double seconds
             const std::vector<std::string>& warnings) {
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
-    std::cerr << replay_json(summary, seconds, warnings).dump() << '\n';
+    std::cerr << json_text(replay_json(summary, seconds, warnings)) << '\n';
     return;
   }
-  for (const std::string& warning : warnings)
-    std::cerr << "odom replay: warning: " << warning << '\n';
+  for (const std::string& warning : warnings) say("odom replay: warning: " + warning);
   std::cerr << fmt::format(
       "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
       "poses, at the end {}\n",

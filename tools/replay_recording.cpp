@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 
 #include "tools/files.hpp"
+#include "tools/json_text.hpp"
+#include "tools/output.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/pose_file.hpp"
 #include "tools/recording.hpp"
@@ -38,11 +40,10 @@ void report(const RecordingOptions& options, const RecordingReplay& replayed, do
     nlohmann::ordered_json json = replay_json(summary, seconds, warnings);
     json["from_state"] = replayed.inexact.empty();
     if (verifier) json["bit_identical"] = replayed.inexact.empty() && !verifier->difference();
-    std::cerr << json.dump() << '\n';
+    std::cerr << json_text(json) << '\n';
     return;
   }
-  for (const std::string& warning : warnings)
-    std::cerr << "odom replay: warning: " << warning << '\n';
+  for (const std::string& warning : warnings) say("odom replay: warning: " + warning);
   std::cerr << fmt::format(
       "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
       "ticks, at the end {}\n",

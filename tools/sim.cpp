@@ -13,6 +13,7 @@
 
 #include "tools/commands.hpp"
 #include "tools/csv.hpp"
+#include "tools/json_text.hpp"
 #include "tools/sim/can_output.hpp"
 #include "tools/sim/cars.hpp"
 #include "tools/sim/drive_folder.hpp"
@@ -100,7 +101,7 @@ void report(const Arguments& arguments, const sim::RunPlan& plan, const sim::Sim
     result["end_to_start"] = apart;
     result["frames"] = counts.frames;
     result["camera_poses"] = counts.camera;
-    std::cout << result.dump(2) << '\n';
+    std::cout << json_text(result, 2) << '\n';
     return;
   }
   const std::string text = fmt::format(

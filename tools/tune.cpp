@@ -19,6 +19,7 @@
 #include "tools/identify/config_patch.hpp"
 #include "tools/interrupt.hpp"
 #include "tools/json_text.hpp"
+#include "tools/output.hpp"
 #include "tools/progress.hpp"
 #include "tools/text.hpp"
 #include "tools/tune/config_difference.hpp"
@@ -59,7 +60,7 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
     std::vector<std::string> warnings = drive.config.warnings;
     warnings.insert(warnings.end(), drive.warnings.begin(), drive.warnings.end());
     for (const std::string& warning : warnings)
-      std::cerr << "odom tune: warning: " << folder << ": " << warning << '\n';
+      say("odom tune: warning: " + folder + ": " + warning);
   }
   return drives;
 }
@@ -134,7 +135,7 @@ void warn_of_drives(const TuneJob& job) {
   const auto warn = [&](const std::vector<Drive>& drives) {
     for (const Drive& drive : drives)
       for (const std::string& doubt : drive_doubts(drive, job.model, job.measure))
-        std::cerr << "odom tune: warning: " << drive.folder.string() << ": " << doubt << '\n';
+        say("odom tune: warning: " + drive.folder.string() + ": " + doubt);
   };
   warn(job.drives);
   warn(job.held_out);
@@ -151,10 +152,9 @@ void warn_of_other_config(const TuneJob& job, const Options& options) {
           fmt::format("filter.model ({}, {}){}{}", daemon::name_of(drive.config.model),
                       daemon::name_of(written.model), difference.empty() ? "" : ", ", difference);
     if (difference.empty()) continue;
-    std::cerr << "odom tune: warning: the search runs with " << drive.config.file.string()
-              << ", which differs from " << options.write << ": " << difference
-              << "; what suits the one need not suit the other: search with --config "
-              << options.write << '\n';
+    say("odom tune: warning: the search runs with " + drive.config.file.string() +
+        ", which differs from " + options.write + ": " + difference +
+        "; what suits the one need not suit the other: search with --config " + options.write);
     if (!options.config.empty()) return;  // of all drives
   }
 }
@@ -172,7 +172,7 @@ std::string changes(const std::string& file, const std::vector<ConfigValue>& val
 
 void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
   if (!result.is_better()) {
-    std::cerr << "odom tune: " << options.write << " is left as it was\n";
+    say("odom tune: " + options.write + " is left as it was");
     return;
   }
   std::vector<ConfigValue> values;
@@ -180,8 +180,8 @@ void write_config(const Options& options, const TuneJob& job, const TuneResult& 
     if (key.fate == Fate::taken) values.push_back({key.key, key.after, note_of(job, result, key)});
   const std::string written = changes(options.write, values);
   patch_config(options.write, values);
-  std::cerr << "odom tune: " << counted(values.size(), "key") << " written to " << options.write
-            << ": " << written << '\n';
+  say("odom tune: " + counted(values.size(), "key") + " written to " + options.write + ": " +
+      written);
 }
 
 void run_tune(const Options& options) {

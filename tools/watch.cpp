@@ -15,6 +15,7 @@
 #include "tools/commands.hpp"
 #include "tools/daemon_options.hpp"
 #include "tools/interrupt.hpp"
+#include "tools/output.hpp"
 #include "tools/watch/draw.hpp"
 #include "tools/watch/observer.hpp"
 #include "tools/watch/terminal.hpp"
@@ -123,8 +124,7 @@ void watch_on_paper(const Options& options, watch::Observer& observer, watch::Gl
        next += interval_of(options)) {
     observer.look();
     const bool silent = !observer.state().segment || observer.state().segment->silent;
-    if (silent && !waiting)
-      std::cerr << "odom watch: " + why_waiting(observer.state()) + "\n" << std::flush;
+    if (silent && !waiting) say("odom watch: " + why_waiting(observer.state()));
     if (!silent || !waiting) {
       print(observer.state(), glyphs);
       std::cout << '\n' << std::flush;

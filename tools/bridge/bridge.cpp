@@ -15,6 +15,8 @@
 
 #include "tools/attach.hpp"
 #include "tools/interrupt.hpp"
+#include "tools/json_text.hpp"
+#include "tools/output.hpp"
 #include "tools/tick_follower.hpp"
 
 namespace odomd::tools {
@@ -49,8 +51,8 @@ class Bridge {
       // What is not a matter of time, or took too long: in the words of everybody who attaches.
       if (opened.status != ODOM_NO_SEGMENT || time_is_up()) return attach(options_.shm, 0.0);
       if (!told)
-        std::cerr << "odom bridge: waiting for the daemon: " << segment_asked_for(options_.shm)
-                  << ": " << opened.message() << '\n';
+        say("odom bridge: waiting for the daemon: " + segment_asked_for(options_.shm) + ": " +
+            opened.message());
       std::this_thread::sleep_for(std::chrono::milliseconds{50});
     }
     return std::nullopt;
@@ -112,7 +114,7 @@ class Bridge {
                                  {"sent", sink->counts().sent},
                                  {"dropped", sink->counts().dropped},
                                  {"withheld", sink->counts().withheld}});
-      std::cout << json.dump() << '\n';
+      std::cout << json_text(json) << '\n';
       return;
     }
     std::string text = fmt::format(
@@ -125,7 +127,7 @@ class Bridge {
       text += fmt::format("; {}: {} sent, {} dropped, {} withheld (fault)", sink->name(),
                           counts.sent, counts.dropped, counts.withheld);
     }
-    std::cerr << "odom bridge: " << text << '\n';
+    say("odom bridge: " + text);
   }
 
   const BridgeOptions& options_;

@@ -9,6 +9,7 @@
 
 #include "tools/identify/config_patch.hpp"
 #include "tools/json_text.hpp"
+#include "tools/output.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::tools {
@@ -122,7 +123,7 @@ std::vector<std::string> doubts_of(const std::vector<ConfigValue>& values,
 }
 
 void print_warning(const std::string& method, const std::string& warning) {
-  std::cerr << "odom identify " << method << ": warning: " << warning << '\n';
+  say("odom identify " + method + ": warning: " + warning);
 }
 
 // "2 keys written to car.toml: vehicle.mass, ..."
@@ -191,7 +192,7 @@ void deliver(const Findings& findings, const Delivery& delivery) {
   const std::vector<std::string> doubts = doubts_of(values, delivery.write);
   patch_config(delivery.write, values);
   for (const std::string& doubt : doubts) print_warning(findings.method, doubt);
-  std::cerr << "odom identify " << findings.method << ": " << told(values, delivery.write) << '\n';
+  say("odom identify " + findings.method + ": " + told(values, delivery.write));
 }
 
 }  // namespace odomd::tools

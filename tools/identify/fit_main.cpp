@@ -1,7 +1,6 @@
 // odom-fit: odom identify fit. A program of its own, so that odom itself needs no Ceres.
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -20,6 +19,7 @@
 #include "tools/identify/fit_options.hpp"
 #include "tools/identify/fit_solver.hpp"
 #include "tools/identify/fit_trial.hpp"
+#include "tools/output.hpp"
 #include "tools/trajectory.hpp"
 
 namespace odomd::tools::fitting {
@@ -87,9 +87,7 @@ Priors priors_of(const daemon::Config& config, const FitOptions& options) {
   result.settings.window = options.window > 0.0 ? options.window : 0.5 * slowness(config);
   result.settings.threads = options.threads;
   if (!options.quiet)
-    result.settings.progress = [](const std::string& line) {
-      std::cerr << "odom identify fit: " << line << '\n';
-    };
+    result.settings.progress = [](const std::string& line) { say("odom identify fit: " + line); };
   return result;
 }
 

@@ -12,6 +12,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "tools/output.hpp"
+
 namespace odomd::sim {
 namespace {
 
@@ -38,19 +40,6 @@ can::FileDescriptor open_interface(const std::string& name) {
   return descriptor;
 }
 
-void write_all(int descriptor, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(descriptor, text.data(), text.size());
-    if (written >= 0) {
-      text.remove_prefix(static_cast<std::size_t>(written));
-    } else if (errno == EPIPE) {
-      throw std::runtime_error("standard output: the reader has gone; the drive ends here");
-    } else if (errno != EINTR) {
-      throw std::runtime_error(std::string("standard output: ") + std::strerror(errno));
-    }
-  }
-}
-
 }  // namespace
 
 CanOutput::CanOutput(const std::string& name, can::StampDecimals decimals)
@@ -66,7 +55,10 @@ void CanOutput::send(std::span<const can::Frame> frames) {
   text_.clear();
   for (const can::Frame& frame : frames)
     can::append_candump_line(text_, frame, log_interface, decimals_);
-  write_all(STDOUT_FILENO, text_);
+  const int error = tools::write_all(STDOUT_FILENO, text_);
+  if (error == EPIPE)
+    throw std::runtime_error("standard output: the reader has gone; the drive ends here");
+  if (error != 0) throw std::runtime_error("standard output: " + tools::why_not_written(error));
 }
 
 void CanOutput::transmit(const can::Frame& frame) {

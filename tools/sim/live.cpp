@@ -8,6 +8,7 @@
 
 #include <odom/odom.h>
 
+#include "tools/output.hpp"
 #include "tools/sim/can_output.hpp"
 
 namespace odomd::sim {
@@ -42,7 +43,7 @@ class SignalScope {
   SignalScope(const SignalScope&) = delete;
   SignalScope& operator=(const SignalScope&) = delete;
   ~SignalScope() {
-    if (!stopped_) ::pthread_sigmask(SIG_SETMASK, &old_mask_, nullptr);
+    if (!stopped_ && !tools::stop_is_asked()) ::pthread_sigmask(SIG_SETMASK, &old_mask_, nullptr);
     ::sigaction(SIGPIPE, &old_pipe_, nullptr);
   }
 
@@ -53,8 +54,12 @@ class SignalScope {
     while (true) {
       const std::int64_t left = std::max<std::int64_t>(0, monotonic_ns - clock_ns(CLOCK_MONOTONIC));
       const timespec timeout{left / second_ns, left % second_ns};
-      stopped_ = ::sigtimedwait(&stop_, nullptr, &timeout) > 0;
-      if (stopped_) return Woken::stop;
+      const int signal = ::sigtimedwait(&stop_, nullptr, &timeout);
+      stopped_ = signal > 0;
+      if (stopped_) {
+        static_cast<void>(::raise(signal));  // stays pending, for writes that wait for a reader
+        return Woken::stop;
+      }
       if (left == 0 || clock_ns(CLOCK_MONOTONIC) >= monotonic_ns) return Woken::time_is_up;
     }
   }

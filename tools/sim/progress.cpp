@@ -3,9 +3,10 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <iostream>
 
 #include <fmt/format.h>
+
+#include "tools/output.hpp"
 
 namespace odomd::sim {
 namespace {
@@ -43,14 +44,14 @@ void Progress::update(const Simulation& simulation) {
 void Progress::finish(const Simulation& simulation) {
   if (style_ == Style::silent) return;
   show(simulation);
-  if (style_ == Style::one_line) std::cerr << '\n';
+  if (style_ == Style::one_line) tools::draw("\n");
 }
 
 void Progress::show(const Simulation& simulation) {
   if (style_ == Style::one_line)
-    std::cerr << '\r' << progress_text(simulation) << "\x1b[K" << std::flush;
+    tools::draw('\r' + progress_text(simulation) + "\x1b[K");
   else
-    std::cerr << "odom sim: " + progress_text(simulation) + "\n" << std::flush;
+    tools::say("odom sim: " + progress_text(simulation));
 }
 
 }  // namespace odomd::sim

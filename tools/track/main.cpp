@@ -8,6 +8,7 @@
 
 #include "tools/command_line.hpp"
 #include "tools/files.hpp"
+#include "tools/output.hpp"
 #include "tools/track/options.hpp"
 #include "tools/track/track_film.hpp"
 
@@ -15,7 +16,7 @@ namespace odomd::tools {
 namespace {
 
 void say(const std::string& line) {
-  std::cerr << "odom identify track: " << line << '\n';
+  say("odom identify track: " + line);
 }
 
 void track(const TrackOptions& options) {

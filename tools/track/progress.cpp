@@ -2,23 +2,23 @@
 
 #include <unistd.h>
 
-#include <iostream>
-
 #include <fmt/format.h>
+
+#include "tools/output.hpp"
 
 namespace odomd::tools {
 
 FrameProgress::FrameProgress(bool always) : shown_(always || ::isatty(STDERR_FILENO) != 0) {}
 
 FrameProgress::~FrameProgress() {
-  if (drawn_) std::cerr << '\n';
+  if (drawn_) draw("\n");
 }
 
 void FrameProgress::update(std::int64_t frame, std::int64_t total, std::int64_t found) {
   if (!shown_ || (frame % 25 != 0 && frame != total)) return;
   drawn_ = true;
   const std::string of = total > 0 ? fmt::format(" of {}", total) : "";
-  std::cerr << fmt::format("\rframe {}{}, both markers in {}   ", frame, of, found) << std::flush;
+  draw(fmt::format("\rframe {}{}, both markers in {}   ", frame, of, found));
 }
 
 }  // namespace odomd::tools

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "can_protocol/printable.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::watch {
@@ -83,7 +84,7 @@ Lines beside(const Lines& left, const Lines& right, std::size_t columns) {
 
 std::string as_text(const Line& line) {
   std::string text;
-  for (const Span& span : line) text += span.text;
+  for (const Span& span : line) text += escaped(span.text);
   text.erase(text.find_last_not_of(' ') + 1);
   return text;
 }
@@ -93,7 +94,7 @@ std::string as_ansi(const Line& line, Colour colour) {
   for (const Span& span : line) {
     const std::string_view begin = sequence(span.style, colour);
     text += begin;
-    text += span.text;
+    text += escaped(span.text);
     if (!begin.empty()) text += "\x1b[0m";
   }
   return text;

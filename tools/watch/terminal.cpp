@@ -16,6 +16,8 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "tools/output.hpp"
+
 namespace odomd::watch {
 namespace {
 
@@ -47,22 +49,6 @@ extern "C" void give_terminal_back(int signal) {
 std::string_view variable(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? std::string_view{} : std::string_view{value};
-}
-
-// False when the terminal is gone.
-bool write_all(std::string_view text) {
-  while (!text.empty()) {
-    const auto written = ::write(STDOUT_FILENO, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0 && errno == EAGAIN) {
-      pollfd ready{STDOUT_FILENO, POLLOUT, 0};
-      ::poll(&ready, 1, -1);
-      continue;
-    }
-    if (written < 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return true;
 }
 
 }  // namespace
@@ -103,13 +89,14 @@ void Terminal::enter() {
   to_restore.keyboard = keyboard_;
   to_restore.settings = before_;
   to_restore.armed = 1;
-  write_all(enter_sequence);
+  static_cast<void>(tools::write_all(STDOUT_FILENO, enter_sequence));
 }
 
 void Terminal::leave() {
   to_restore.armed = 0;
-  write_all(leave_sequence);
-  if (keyboard_) ::tcsetattr(STDIN_FILENO, TCSADRAIN, &before_);
+  const bool taken = tools::write_all(STDOUT_FILENO, leave_sequence) == 0;
+  // A terminal that takes nothing is not waited for.
+  if (keyboard_) ::tcsetattr(STDIN_FILENO, taken ? TCSADRAIN : TCSANOW, &before_);
 }
 
 Size Terminal::size() {
@@ -131,7 +118,7 @@ void Terminal::show(const Lines& lines) {
     text += "\x1b[" + std::to_string(row + 1) + ";1H" + line + "\x1b[K";
     shown_[row] = std::move(line);
   }
-  write_all(text);
+  static_cast<void>(tools::write_all(STDOUT_FILENO, text));
 }
 
 Happened Terminal::wait(std::chrono::steady_clock::time_point until) {
