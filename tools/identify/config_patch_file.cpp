@@ -86,6 +86,10 @@ std::string text_of(const fs::path& file) {
   if (fs::exists(file, error) && !fs::is_regular_file(file, error) &&
       !fs::is_directory(file, error))
     throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
+  if (!fs::exists(file, error))
+    throw std::invalid_argument(file.string() +
+                                ": there is no such file; --write puts numbers into a "
+                                "configuration that exists: copy the car's there first");
   std::string text = daemon::read_toml_file(file);
   // It would be replaced, which its folder allows.
   if (::access(file.c_str(), W_OK) != 0 && errno == EACCES) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "daemon/toml_depth.hpp"
 #include "tools/csv.hpp"
 #include "tools/identify/toml_lines.hpp"
 
@@ -28,7 +29,7 @@ TomlPath parse_toml_path(const std::string& key) {
       name = key.substr(at, end - at);
       at = end;
     }
-    if (name.empty()) no_key();
+    if (name.empty() || path.names.size() == daemon::deepest_key) no_key();
     path.names.push_back(std::move(name));
     if (at == key.size() || key[at] != '.') break;
     ++at;

@@ -253,7 +253,7 @@ TEST(IdentifyMass, TellsOfATargetThatCannotBeWrittenBeforeTheWork) {
     EXPECT_EQ(outcome.out, "");
     return outcome.err;
   };
-  EXPECT_THAT(refused("nope.toml"), HasSubstr("nope.toml: cannot be read"));
+  EXPECT_THAT(refused("nope.toml"), HasSubstr("nope.toml: there is no such file"));
   EXPECT_THAT(refused("."), HasSubstr("is a directory"));
   scratch.write("broken.toml", "[vehicle\n");
   EXPECT_THAT(refused("broken.toml"), HasSubstr("broken.toml:"));
