@@ -168,21 +168,26 @@ TEST(SimCommand, AReaderThatGoesEndsItWithOneLine) {
   EXPECT_THAT(outcome.err, HasSubstr("standard output: the reader has gone"));
 }
 
+/// Shell: a live drive as $pid, of which some frames have been written.
+std::string drive_live(const std::string& folder) {
+  return "odom sim --live --out " + folder + " >/dev/null & pid=$!; i=0; until [ -s " + folder +
+         "/drive.log ] || [ $((i += 1)) -gt 1200 ]; do sleep 0.05; done; ";
+}
+
 TEST(SimCommand, ASignalEndsItWithWholeFiles) {
   const Scratch scratch;
   const std::string folder = scratch.path("drive").string();
-  const Outcome outcome = run_shell(
-      "timeout -s INT 3 odom sim --live --out " + folder + " >/dev/null; odom replay --config " +
-      folder + "/car.toml --can " + folder + "/drive.log --out " + folder + "/pose.csv");
+  const Outcome outcome =
+      run_shell(drive_live(folder) + "kill -INT $pid; wait $pid; odom replay --config " + folder +
+                "/car.toml --can " + folder + "/drive.log --out " + folder + "/pose.csv");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
 }
 
 TEST(SimCommand, ASecondSignalDoesNotCutTheEndShort) {
   const Scratch scratch;
-  const Outcome outcome = run_shell("odom sim --live --out " + scratch.path("drive").string() +
-                                    " >/dev/null & pid=$!; sleep 0.5; kill -INT $pid; kill -TERM "
-                                    "$pid; kill -TERM $pid; wait $pid");
+  const Outcome outcome = run_shell(drive_live(scratch.path("drive").string()) +
+                                    "kill -INT $pid; kill -TERM $pid; kill -TERM $pid; wait $pid");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
 }

@@ -16,6 +16,7 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 using testing::MatchesRegex;
+using testing::Not;
 
 class Tune : public testing::Test {
  protected:
@@ -109,7 +110,8 @@ TEST_F(Tune, WarnsOfACameraOfAnotherDriveAndOfTimesThatAreOff) {
   ASSERT_EQ(run_shell(sim + one).status, 0);
   ASSERT_EQ(run_shell(sim + other + " --scenario slalom").status, 0);
   const std::string sweep = "odom tune --set filter.wheel_slip=0.02 --drive " + one;
-  EXPECT_EQ(run_shell(sweep).err, "");
+  EXPECT_THAT(run_shell(sweep).err,
+              Not(HasSubstr("warning")));  // a slow machine says how far it is
   ASSERT_EQ(run_shell("awk -F, -v OFS=, 'NR > 1 {$1 = sprintf(\"%.9f\", $1 + 0.08)} 1' " + one +
                       "/truth.csv > " + one + "/late && mv " + one + "/late " + one + "/truth.csv")
                 .status,
@@ -261,7 +263,7 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
   const std::string turned =
       "--drive " + one + " --set filter.window=0.2:0.4 --state " + state + " ";
   EXPECT_THAT(refused(turned + "--out /nonexistent/t.csv"), HasSubstr("no folder /nonexistent"));
-  EXPECT_THAT(refused(turned + "--write " + one + "/none.toml"), HasSubstr("none.toml: cannot be"));
+  EXPECT_THAT(refused(turned + "--write " + one + "/none.toml"), HasSubstr("none.toml: there is no such file"));
   const std::string truth = one + "/truth.csv";
   for (const std::string option : {"--out", "--state"})
     EXPECT_THAT(refused("--drive " + one + " --set filter.window=0.2:0.4 " + option + " " + truth),
