@@ -15,14 +15,14 @@
 namespace odomd::tools {
 namespace {
 
-void say(const std::string& line) {
+void report(const std::string& line) {
   say("odom identify track: " + line);
 }
 
 void track(const TrackOptions& options) {
   check(options);
   if (!options.calibrate.empty()) {
-    for (const std::string& note : calibrate_lens(options)) say(note);
+    for (const std::string& note : calibrate_lens(options)) report(note);
     return;
   }
   TrackSummary summary;
@@ -33,11 +33,12 @@ void track(const TrackOptions& options) {
     summary = track_film(options, file.stream());
     file.finish();
   }
-  for (const std::string& note : summary.notes) say(note);
-  say(fmt::format("{} frames; front marker in {}, rear marker in {}; longest gap {} frames",
-                  summary.frames, summary.front, summary.rear, summary.longest_gap));
+  for (const std::string& note : summary.notes) report(note);
+  report(fmt::format("{} frames; front marker in {}, rear marker in {}; longest gap {} frames",
+                     summary.frames, summary.front, summary.rear, summary.longest_gap));
   if (10 * std::min(summary.front, summary.rear) < 9 * summary.frames)
-    say("warning: a marker is lost in more than a tenth of the frames: larger markers, more light, "
+    report(
+        "warning: a marker is lost in more than a tenth of the frames: larger markers, more light, "
         "a shorter exposure");
 }
 
