@@ -17,6 +17,7 @@
 #include "tools/commands.hpp"
 #include "tools/daemon_options.hpp"
 #include "tools/interrupt.hpp"
+#include "tools/json_text.hpp"
 #include "tools/output.hpp"
 #include "tools/recording_feed.hpp"
 #include "tools/recording_folder.hpp"
@@ -146,7 +147,8 @@ class Recorder {
 
   // Structures come as they lie in memory: both ends must be of one build.
   [[nodiscard]] nlohmann::ordered_json understood(std::string_view bytes) const {
-    auto hello = nlohmann::ordered_json::parse(bytes, nullptr, false);
+    auto hello = is_nested_too_deep(bytes) ? nlohmann::ordered_json()
+                                           : nlohmann::ordered_json::parse(bytes, nullptr, false);
     const std::string build = hello.is_object() ? hello.value("build", "") : "";
     if (build != daemon::build_identity()) {
       throw std::runtime_error(fmt::format(

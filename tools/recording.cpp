@@ -17,6 +17,7 @@
 #include "tools/camera_csv.hpp"
 #include "tools/csv.hpp"
 #include "tools/files.hpp"
+#include "tools/json_text.hpp"
 #include "tools/recording_folder.hpp"
 #include "tools/source_doubts.hpp"
 #include "tools/unit_doubt.hpp"
@@ -226,7 +227,10 @@ Recording open_recording(const std::filesystem::path& folder) {
   Recording recording;
   recording.folder = folder;
   try {
-    const auto info = nlohmann::json::parse(contents(file));
+    const std::string text = contents(file);
+    if (is_nested_too_deep(text))
+      throw std::invalid_argument("is not what odom record writes: it is nested too deep");
+    const auto info = nlohmann::json::parse(text);
     if (const int format = info.at("format"); format != recording_format)
       throw std::invalid_argument(
           fmt::format("is of format {}, this odom reads {}", format, recording_format));

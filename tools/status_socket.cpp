@@ -12,12 +12,15 @@
 #include <system_error>
 
 #include "can_protocol/file_descriptor.hpp"
+#include "tools/json_text.hpp"
 
 namespace odomd::tools {
 namespace {
 
 constexpr const char* hint =
     "is odomd running? [status] socket of its configuration names the path";
+
+constexpr std::size_t largest_document = std::size_t{16} << 20U;
 
 std::string why(int error) {
   switch (error) {
@@ -65,13 +68,17 @@ std::string fetch_status(const std::filesystem::path& socket, std::chrono::milli
     }
     if (size < 0) throw std::runtime_error(path + ": " + why(errno));
     document.append(piece.data(), static_cast<std::size_t>(size));
+    if (document.size() > largest_document)
+      throw std::runtime_error(path + ": the answer has no end; is this odomd's socket?");
   }
 }
 
 nlohmann::json parse_status(const std::string& document, const std::filesystem::path& socket) {
   constexpr bool throwing = false;
-  auto json = nlohmann::json::parse(document, nullptr, throwing);
-  if (json.is_object()) return json;
+  if (!is_nested_too_deep(document)) {
+    auto json = nlohmann::json::parse(document, nullptr, throwing);
+    if (json.is_object()) return json;
+  }
   throw std::runtime_error(socket.string() +
                            ": the answer is no status document; is this odomd's socket?");
 }

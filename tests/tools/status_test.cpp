@@ -206,6 +206,24 @@ TEST(Status, PassesTheDocumentOnOrShowsIt) {
   EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
 }
 
+// The library reads such a document, and copies it by recursion.
+TEST(Status, RefusesWhatIsNestedTooDeep) {
+  const Scratch scratch;
+  const std::string socket = scratch.path("s").string();
+  std::string deep = "1";
+  for (const char* part : {"{\"a\":", "}"}) {
+    std::string many;
+    for (int i = 0; i < 200'000; ++i) many += part;
+    deep = *part == '{' ? many + deep : deep + many;
+  }
+  const AnsweringSocket stranger{socket, deep};
+  for (const char* form : {"status --json", "status", "watch --once"}) {
+    const Outcome outcome = run_shell(std::string("odom ") + form + " --socket " + socket);
+    EXPECT_EQ(outcome.status, 1) << form << outcome.err;
+    EXPECT_EQ(outcome.out, "") << form;
+  }
+}
+
 TEST(Status, RefusesWhatIsNoStatus) {
   const Scratch scratch;
   const std::string socket = scratch.path("s").string();

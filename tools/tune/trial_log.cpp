@@ -108,6 +108,7 @@ void TrialLog::take_line(const std::string& line, std::size_t number) {
     refuse(line.starts_with("{\"odom_tune\":1,") ? "is of other keys or drives than this command"
                                                  : "is no state of odom tune");
   }
+  if (is_nested_too_deep(line)) refuse("is damaged");
   try {
     const ordered_json json = ordered_json::parse(line);
     TrialOutcome outcome;
