@@ -263,7 +263,8 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
   const std::string turned =
       "--drive " + one + " --set filter.window=0.2:0.4 --state " + state + " ";
   EXPECT_THAT(refused(turned + "--out /nonexistent/t.csv"), HasSubstr("no folder /nonexistent"));
-  EXPECT_THAT(refused(turned + "--write " + one + "/none.toml"), HasSubstr("none.toml: there is no such file"));
+  EXPECT_THAT(refused(turned + "--write " + one + "/none.toml"),
+              HasSubstr("none.toml: there is no such file"));
   const std::string truth = one + "/truth.csv";
   for (const std::string option : {"--out", "--state"})
     EXPECT_THAT(refused("--drive " + one + " --set filter.window=0.2:0.4 " + option + " " + truth),
