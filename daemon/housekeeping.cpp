@@ -21,6 +21,7 @@ constexpr int turn_ms = 20;
 constexpr int accepts_per_turn = 16;  // of each socket: whoever hammers it does not hold us up
 constexpr std::int64_t linger_ns = 200'000'000;  // after the last input has ended
 constexpr std::int64_t mode_every_ns = 1'000'000'000;
+constexpr std::int64_t segment_every_ns = 500'000'000;
 constexpr std::int64_t status_every_ns = 1'000'000'000;  // to the service manager
 
 double milliseconds(std::int64_t ns) {
@@ -73,6 +74,7 @@ void Housekeeping::run() {
     if (seen.valid) tell_mode(seen.pose, now_ns);
     running_.cameras.close_ended();
     sources_.look(seen, now_ns, journal_);
+    look_at_segment(now_ns);
     look_at_end(now_ns);
     tell_service_manager(now_ns);
   }
@@ -182,6 +184,36 @@ void Housekeeping::tell_mode(const odom_pose& pose, std::int64_t now_ns) {
   matters ? journal_.warn(text) : journal_.info(text);
   told_mode_ = pose.mode;
   mode_told_ns_ = now_ns;
+}
+
+void Housekeeping::look_at_segment(std::int64_t now_ns) {
+  if (now_ns - segment_seen_ns_ < segment_every_ns) return;
+  segment_seen_ns_ = now_ns;
+  const std::string& name = running_.config.shm.name;
+  std::string trouble;
+  try {
+    switch (running_.writer.look_after()) {
+      case shm::Upkeep::stands:
+        break;
+      case shm::Upkeep::lock_renewed:
+        journal_.warn(fmt::format(
+            "{}.lock was removed while odomd runs; it is there again: leave it in place", name));
+        break;
+      case shm::Upkeep::made_again:
+        journal_.warn(fmt::format(
+            "{}: the segment was removed or replaced while odomd runs; it is made again, and "
+            "readers go over to the new one: leave it in place",
+            name));
+    }
+  } catch (const shm::Displaced&) {
+    throw;
+  } catch (const std::exception& error) {
+    trouble = error.what();
+    if (trouble != segment_trouble_)
+      journal_.warn(fmt::format(
+          "the segment was removed while odomd runs, and cannot be made again: {}", trouble));
+  }
+  segment_trouble_ = std::move(trouble);
 }
 
 void Housekeeping::look_at_end(std::int64_t now_ns) {

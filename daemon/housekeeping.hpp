@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include <odom/odom.h>
 
@@ -29,7 +30,8 @@ class Housekeeping {
                std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
                std::optional<RecorderDoor> recorders, AtEnd at_end);
 
-  /// Returns when the daemon is to end.
+  /// Returns when the daemon is to end. Throws where it must not go on: another one publishes under
+  /// its name.
   void run();
 
  private:
@@ -39,6 +41,7 @@ class Housekeeping {
   void tell_events();
   void tell(const Event& event);
   void tell_mode(const odom_pose& pose, std::int64_t now_ns);
+  void look_at_segment(std::int64_t now_ns);
   void look_at_end(std::int64_t now_ns);
   void tell_service_manager(std::int64_t now_ns);
   [[nodiscard]] PublishedPose published();
@@ -58,7 +61,9 @@ class Housekeeping {
   gid_t camera_group_ = 0;
   AtEnd at_end_;
   std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes
-  std::int64_t ended_ns_ = 0;                         // since when all inputs have ended
+  std::int64_t segment_seen_ns_ = 0;
+  std::string segment_trouble_;  // as the log says
+  std::int64_t ended_ns_ = 0;    // since when all inputs have ended
   std::int64_t last_status_ns_ = 0;
   std::uint32_t told_mode_ = ODOM_INITIALISING;  // as the log says; follows once a second
   std::int64_t mode_told_ns_ = 0;

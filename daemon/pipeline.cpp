@@ -141,9 +141,10 @@ void Pipeline::count(std::size_t source, Verdict verdict, std::uint64_t samples)
   statistics.last_verdict.set(static_cast<std::uint64_t>(verdict));
 }
 
-void Pipeline::resume(const odom_pose& pose, const odom_details& details,
+bool Pipeline::resume(const odom_pose& pose, const odom_details& details,
                       std::int64_t gap_ns) noexcept {
-  estimator::resume(state_.filter, to_estimate(pose, details), static_cast<double>(gap_ns) * 1e-9);
+  return estimator::resume(state_.filter, to_estimate(pose, details),
+                           static_cast<double>(gap_ns) * 1e-9);
 }
 
 estimator::SourceFlag Pipeline::flag_of(std::size_t source, std::int64_t tick_ns) const noexcept {

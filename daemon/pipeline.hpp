@@ -86,8 +86,9 @@ class Pipeline {
   /// ...); they hold until they are set anew.
   void set_conditions(std::uint32_t bits) noexcept { state_.outside_conditions = bits; }
 
-  /// Goes on from a predecessor's last pose, `gap_ns` old, its covariance grown for the gap.
-  void resume(const odom_pose& pose, const odom_details& details, std::int64_t gap_ns) noexcept;
+  /// Goes on from a predecessor's last pose, `gap_ns` old, its covariance grown for the gap; false
+  /// where the pose is none to go on from, and nothing has changed.
+  bool resume(const odom_pose& pose, const odom_details& details, std::int64_t gap_ns) noexcept;
 
   /// Steps the filter to the tick that is valid at `tick_ns` and returns what is to be published.
   const TickRecord& tick(std::uint64_t number, std::int64_t tick_ns) noexcept;

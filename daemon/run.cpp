@@ -112,8 +112,7 @@ bool resume(Pipeline& pipeline, const std::optional<shm::Inheritance>& predecess
   if (gap_ns < 0 || gap_ns >= inheritance_ns || predecessor->pose.mode == ODOM_INITIALISING ||
       predecessor->pose.mode == ODOM_FAULT)
     return false;
-  pipeline.resume(predecessor->pose, predecessor->details, gap_ns);
-  return true;
+  return pipeline.resume(predecessor->pose, predecessor->details, gap_ns);
 }
 
 /// The beat in its thread, for as long as this lives.
@@ -210,6 +209,11 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   for (const auto& bus : expected) static_cast<void>(buses.index_of(bus));
   const auto pipeline =
       std::make_unique<Pipeline>(config, databases, expected, config.camera.configured);
+  if (claim.predecessor_is_damaged())
+    journal.warn(fmt::format(
+        "{}: the last pose of a predecessor is not gone on from: it is damaged, or of another "
+        "version; the pose starts anew",
+        config.shm.name));
   const bool resumed = resume(*pipeline, claim.predecessor(), config, settings);
 
   can::LogClock log_clock(0, config.realtime.period_ns);  // every T_0 is a multiple of the period

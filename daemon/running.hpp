@@ -37,7 +37,7 @@ struct Running {
   const std::vector<std::unique_ptr<can::FrameSource>>& sources;
   const can::LogClock& log_clock;
   const Pipeline& pipeline;
-  const shm::Writer& writer;
+  shm::Writer& writer;
   CameraDoor& cameras;
   EventRing& events;
   Beat& beat;

@@ -8,7 +8,7 @@
  *   word  512  the ring of slots: tick k lies in slot k modulo their number
  *
  * A slot is its sequence (2 * tick + 1 while it is written, 2 * tick + 2 after), odom_pose,
- * odom_details, and padding to a cache line. What one read needs of the header (head, heartbeat)
+ * odom_details, padding to a cache line, and in its last word a checksum. What one read needs of the header (head, heartbeat)
  * lies in one cache line.
  *
  * The layout is append-only: ABI minor rises when a block grows at its end, ABI major when anything
@@ -79,7 +79,8 @@ enum {
   ODOM_SLOT_SEQUENCE = 0,
   ODOM_SLOT_POSE = 1,
   ODOM_SLOT_DETAILS = ODOM_SLOT_POSE + ODOM_POSE_WORDS,
-  ODOM_SLOT_WORDS = 96, /* 90 used, the rest is room for odom_details */
+  ODOM_SLOT_WORDS = 96,   /* 90 used, then room for odom_details, then */
+  ODOM_SLOT_CHECKSUM = 95, /* the last: of pose and details, for the writer's successor alone */
 
   ODOM_SEGMENT_SLOTS_MIN = 4,
   ODOM_SEGMENT_SLOTS_MAX = 1 << 20,
@@ -122,7 +123,8 @@ static_assert(ODOM_SLOT_DETAILS == ODOM_WORD_DETAILS - ODOM_WORD_TICK + ODOM_SLO
               "details follow the pose");
 static_assert(ODOM_HEADER_INFO + ODOM_INFO_WORDS <= ODOM_HEADER_HEAD, "info fits");
 static_assert(ODOM_HEADER_BEAT + ODOM_BEAT_WORDS <= ODOM_SEGMENT_HEADER_WORDS, "beat fits");
-static_assert(ODOM_SLOT_DETAILS + ODOM_DETAILS_WORDS <= ODOM_SLOT_WORDS, "a slot fits");
+static_assert(ODOM_SLOT_DETAILS + ODOM_DETAILS_WORDS <= ODOM_SLOT_CHECKSUM, "a slot fits");
+static_assert(ODOM_SLOT_CHECKSUM == ODOM_SLOT_WORDS - 1, "found without knowing the details' size");
 static_assert(ODOM_HEADER_HEAD % ODOM_SEGMENT_LINE_WORDS == 0, "head begins a line");
 static_assert(ODOM_HEADER_HEARTBEAT < ODOM_HEADER_HEAD + ODOM_SEGMENT_LINE_WORDS,
               "head and heartbeat share a line");

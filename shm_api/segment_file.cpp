@@ -4,12 +4,16 @@
 #include <grp.h>
 #include <sys/file.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstdlib>
+#include <cstring>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -21,11 +25,11 @@
 namespace odomd::shm {
 namespace {
 
-// A path that cannot be is the user's error; all else is the machine's.
+// A name that can be on no machine is the user's error; all else is this machine's.
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   const int error = errno;
   if (error == ENOENT || error == ENOTDIR)
-    throw std::invalid_argument(path + ": no such directory: create it, or set [shm] name");
+    throw std::runtime_error(path + ": no such directory: create it, or set [shm] name");
   if (error == ENAMETOOLONG) throw std::invalid_argument(path + ": too long for a [shm] name");
   // Directories like /dev/shm are everyone's; what lies there may be another user's.
   if (error == EACCES || error == EPERM)
@@ -35,15 +39,28 @@ namespace {
   throw std::system_error(error, std::generic_category(), path + ": cannot " + what);
 }
 
-// A lock holds no more than its owner's pid.
+// A lock holds its owner's pid and a line feed, or nothing yet.
 constexpr std::size_t longest_owner = 24;
 
-std::string owner_of_lock(int lock) {
-  std::array<char, longest_owner> text{};
-  const ssize_t length = pread(lock, text.data(), text.size(), 0);
-  const std::string_view digits(text.data(), length > 0 ? static_cast<std::size_t>(length) : 0);
-  const std::string pid(digits.substr(0, digits.find('\n')));
-  return pid.empty() ? "another process" : "process " + pid;
+std::string text_of(int file) {
+  std::array<char, longest_owner + 1> text{};
+  const ssize_t length = pread(file, text.data(), text.size(), 0);
+  return {text.data(), length > 0 ? static_cast<std::size_t>(length) : 0};
+}
+
+std::string pid_in(const std::string& text) {
+  return text.substr(0, text.find('\n'));
+}
+
+bool is_lock_of_ours(const std::string& text) {
+  const std::string pid = pid_in(text);
+  return text.size() <= longest_owner && text.size() <= pid.size() + 1 &&
+         std::all_of(pid.begin(), pid.end(), [](char c) { return c >= '0' && c <= '9'; });
+}
+
+[[noreturn]] void refuse_second_writer(const std::string& path, const std::string& pid) {
+  throw Displaced(path + ": " + (pid.empty() ? "another process" : "process " + pid) +
+                  " publishes there already: stop it, or set another [shm] name");
 }
 
 const char* kind_of(mode_t mode) {
@@ -55,6 +72,18 @@ const char* kind_of(mode_t mode) {
 }
 
 enum class Unfinished { refused, taken };
+
+/// What truncate(1) has left of a segment: an empty file of ours beside the lock of its writer.
+bool is_emptied_segment(const std::string& path, const struct stat& status) {
+  if (status.st_size != 0 || status.st_uid != geteuid() || (status.st_mode & 0022U) != 0)
+    return false;
+  struct stat beside {};
+  const FileDescriptor lock(
+      open((path + ".lock").c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
+  if (lock.get() < 0 || fstat(lock.get(), &beside) != 0) return false;
+  const std::string text = text_of(lock.get());
+  return beside.st_uid == geteuid() && !text.empty() && is_lock_of_ours(text);
+}
 
 /// Whoever publishes as root could replace anything: only what a writer has left is replaced. Of an
 /// unfinished segment the first word is still zero.
@@ -74,10 +103,10 @@ void refuse_what_is_no_segment(const std::string& path, Unfinished unfinished) {
   }
   const bool segment = length == sizeof magic && magic == ODOM_SEGMENT_MAGIC;
   const bool begun = unfinished == Unfinished::taken && length >= 0 && magic == 0;
-  if (!segment && !begun)
-    throw std::invalid_argument(path + ": is " + kind_of(status.st_mode) +
-                                ", no segment of odomd, and stays: remove it, or set another "
-                                "[shm] name");
+  if (!segment && !begun && !(length == 0 && is_emptied_segment(path, status)))
+    throw std::runtime_error(path + ": is " + kind_of(status.st_mode) +
+                             ", no segment of odomd, and stays: remove it, or set another "
+                             "[shm] name");
 }
 
 void note_owner(int lock, const std::string& path) {
@@ -122,8 +151,19 @@ std::string segment_path(const std::string& name) {
   return result;
 }
 
-FileDescriptor lock_segment(const std::string& path) {
-  refuse_what_is_no_segment(path, Unfinished::refused);
+FileId id_of(int file) {
+  struct stat status {};
+  return fstat(file, &status) == 0 ? FileId{status.st_dev, status.st_ino} : FileId{};
+}
+
+FileId id_of(const std::string& path) {
+  struct stat status {};
+  return lstat(path.c_str(), &status) == 0 ? FileId{status.st_dev, status.st_ino} : FileId{};
+}
+
+namespace {
+
+FileDescriptor lock_file(const std::string& path) {
   const std::string name = path + ".lock";
   FileDescriptor lock(open(name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK,
                            S_IRUSR | S_IWUSR));
@@ -131,19 +171,73 @@ FileDescriptor lock_segment(const std::string& path) {
   struct stat status {};
   if (fstat(lock.get(), &status) != 0) fail(name, "look at the lock");
   if (!S_ISREG(status.st_mode) || (status.st_uid != geteuid() && status.st_uid != 0))
-    throw std::invalid_argument(name + ": belongs to user " + std::to_string(status.st_uid) +
-                                ": remove it, or set another [shm] name");
-  if (status.st_size > static_cast<off_t>(longest_owner))
-    throw std::invalid_argument(name +
-                                ": is a file, no lock of odomd, and stays: remove it, or set "
-                                "another [shm] name");
+    throw std::runtime_error(name + ": belongs to user " + std::to_string(status.st_uid) +
+                             ": remove it, or set another [shm] name");
+  const std::string text = text_of(lock.get());
+  if (!is_lock_of_ours(text) || (status.st_mode & 0077U) != 0)
+    throw std::runtime_error(name +
+                             ": is a file, no lock of odomd, and stays: remove it, or set "
+                             "another [shm] name");
   if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) fail(name, "lock it");
-    throw std::invalid_argument(path + ": " + owner_of_lock(lock.get()) +
-                                " publishes there already: stop it, or set another [shm] name");
+    refuse_second_writer(path, pid_in(text));
   }
+  if (!(id_of(lock.get()) == id_of(name)))
+    throw std::runtime_error(name + ": was removed while it was being locked: start again");
   note_owner(lock.get(), name);
   return lock;
+}
+
+FileDescriptor lock_name(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  const std::string directory = path.substr(0, std::max<std::size_t>(slash, 1));
+  struct stat status {};
+  if (stat(directory.c_str(), &status) != 0) fail(path, "look at its directory");
+  // Of the directory's number, not its name, which may mean another one in another namespace.
+  std::string name =
+      "odomd-writer:" + std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino) + ":";
+  const std::string base = path.substr(slash + 1);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::size_t room = sizeof address.sun_path - 1;
+  name += name.size() + base.size() <= room ? base : std::to_string(std::hash<std::string>{}(base));
+  name.copy(address.sun_path + 1, room);
+  const auto size =
+      static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + std::min(name.size(), room));
+  const auto* generic = reinterpret_cast<const sockaddr*>(&address);
+
+  FileDescriptor held(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (held.get() < 0) fail(path, "make the socket that locks its name");
+  if (bind(held.get(), generic, size) == 0) {
+    if (listen(held.get(), SOMAXCONN) != 0) fail(path, "lock its name");
+    return held;
+  }
+  if (errno != EADDRINUSE) fail(path, "lock its name");
+  // A stranger, who may not write in this directory, does not keep us out.
+  ucred owner{};
+  socklen_t owner_size = sizeof owner;
+  if (connect(held.get(), generic, size) != 0 ||
+      getsockopt(held.get(), SOL_SOCKET, SO_PEERCRED, &owner, &owner_size) != 0 ||
+      (owner.uid != 0 && owner.uid != geteuid() && owner.uid != status.st_uid))
+    return FileDescriptor();
+  refuse_second_writer(path, owner.pid > 0 ? std::to_string(owner.pid) : "");
+}
+
+}  // namespace
+
+void refuse_foreign(const std::string& path) {
+  refuse_what_is_no_segment(path, Unfinished::refused);
+}
+
+SegmentLock lock_segment(const std::string& path) {
+  refuse_foreign(path);
+  // The name first: whoever cannot have it touches nothing.
+  FileDescriptor name = lock_name(path);
+  return {lock_file(path), std::move(name)};
+}
+
+void renew_lock_file(SegmentLock& lock, const std::string& path) {
+  lock.file = lock_file(path);
 }
 
 UnnamedSegment create_segment(const std::string& path, std::size_t bytes) {

@@ -84,12 +84,27 @@ static inline uint64_t odomi_tick(uint64_t sequence) {
   return sequence / 2 - 1;
 }
 
+/* Of `count` words. Each step is one-to-one in the sum and in the word, so that no change of a single
+ * word goes unseen; four sums at a time, which do not wait for each other. */
+static inline uint64_t odomi_checksum(const uint64_t* words, size_t count) {
+  uint64_t sums[4] = {1, 2, 3, 4};
+  for (size_t i = 0; i < count; ++i) {
+    const uint64_t mixed = (sums[i % 4] ^ odomi_load(words + i)) * UINT64_C(0x9E3779B97F4A7C15);
+    sums[i % 4] = mixed << 29 | mixed >> 35;
+  }
+  uint64_t sum = 0;
+  for (size_t i = 0; i < 4; ++i) sum = (sum << 7 | sum >> 57) ^ sums[i];
+  return sum * UINT64_C(0x9E3779B97F4A7C15);
+}
+
 static inline void odomi_write_slot(uint64_t* slot, uint64_t tick, const odom_pose* pose,
                                     const odom_details* details) {
   odomi_store(slot + ODOM_SLOT_SEQUENCE, odomi_sequence(tick) - 1); /* W1 */
   __atomic_thread_fence(__ATOMIC_RELEASE);                          /* W2 */
   odomi_copy_in(slot + ODOM_SLOT_POSE, pose, ODOM_POSE_WORDS);      /* W3 */
   odomi_copy_in(slot + ODOM_SLOT_DETAILS, details, ODOM_DETAILS_WORDS);
+  odomi_store(slot + ODOM_SLOT_CHECKSUM,
+              odomi_checksum(slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS));
   __atomic_store_n(slot + ODOM_SLOT_SEQUENCE, odomi_sequence(tick), __ATOMIC_RELEASE); /* W4 */
 }
 

@@ -9,12 +9,15 @@
 #include <unistd.h>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <climits>
 #include <ctime>
+#include <mutex>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "shm_api/libodom/attach.h"
 #include "shm_api/segment_file.hpp"
@@ -51,16 +54,32 @@ void check(const odom_info& info) {
     throw std::invalid_argument("[realtime] period: set 0.0001 to 1 s");
 }
 
+struct Predecessor {
+  std::optional<Inheritance> last;
+  bool damaged = false;
+};
+
+bool is_whole(const odomi_segment& segment, std::uint64_t tick) {
+  const std::uint64_t* slot = segment.slots + (tick & segment.slot_mask) * segment.slot_words;
+  return odomi_load(slot + segment.slot_words - 1) ==
+         odomi_checksum(slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS + segment.details_words);
+}
+
 // The last word of whoever wrote under this name before, if it is one that we may believe.
-std::optional<Inheritance> read_predecessor(const std::string& path) {
+Predecessor read_predecessor(const std::string& path) {
   const odomi_owners owners{{0, geteuid()}, 2};
   odomi_segment segment{};
-  if (odomi_attach(path.c_str(), &owners, nullptr, &segment) != ODOM_OK) return std::nullopt;
-  std::optional<Inheritance> last(std::in_place);
-  odomi_read_info(&segment, &last->info);
-  if (odomi_newest(&segment, &last->pose, &last->details) != ODOM_OK) last.reset();
+  const odom_status attached = odomi_attach(path.c_str(), &owners, nullptr, &segment);
+  if (attached != ODOM_OK) return {std::nullopt, attached == ODOM_ABI};
+  Predecessor found;
+  found.last.emplace();
+  odomi_read_info(&segment, &found.last->info);
+  const odom_status read = odomi_newest(&segment, &found.last->pose, &found.last->details);
+  found.damaged =
+      read == ODOM_BUSY || (read == ODOM_OK && !is_whole(segment, found.last->pose.tick));
+  if (read != ODOM_OK || found.damaged) found.last.reset();
   odomi_detach(&segment);
-  return last;
+  return found;
 }
 
 // Bucket 0 is [0, 1) us, bucket i >= 1 is [2^((i-1)/4), 2^(i/4)) us: four to the octave. The lower
@@ -113,8 +132,8 @@ void hand_over(std::uint64_t* /*words*/, std::size_t /*count*/) noexcept {}
 struct Claim::State {
   SegmentSettings settings;
   std::string path;
-  FileDescriptor lock;
-  std::optional<Inheritance> predecessor;
+  SegmentLock lock;
+  Predecessor predecessor;
 
   explicit State(const SegmentSettings& wanted)
       : settings(wanted),
@@ -132,55 +151,121 @@ Claim::~Claim() = default;
 Claim::Claim(Claim&& other) noexcept = default;
 
 const std::optional<Inheritance>& Claim::predecessor() const noexcept {
-  return state_->predecessor;
+  return state_->predecessor.last;
 }
 
-struct Writer::State {
-  Claim claim;
-  UnnamedSegment segment;
-  odom_info info{};
+bool Claim::predecessor_is_damaged() const noexcept {
+  return state_->predecessor.damaged;
+}
+
+namespace {
+
+/// One file, from its making on.
+struct Segment {
+  UnnamedSegment file;
+  odom_info info;
+  FileId id;
   std::uint64_t* words;
   std::uint64_t* slots;
 
-  State(Claim&& claimed, const std::string& path, std::uint64_t slot_count)
-      : claim(std::move(claimed)),
-        segment(create_segment(path, sizeof(std::uint64_t) * (ODOM_SEGMENT_HEADER_WORDS +
-                                                              slot_count * ODOM_SLOT_WORDS))),
-        words(segment.words.get()),
-        slots(words + ODOM_SEGMENT_HEADER_WORDS) {}
+  Segment(const std::string& path, std::uint64_t slot_count, const odom_info& given)
+      : file(create_segment(path, sizeof(std::uint64_t) *
+                                      (ODOM_SEGMENT_HEADER_WORDS + slot_count * ODOM_SLOT_WORDS))),
+        info(given),
+        id(id_of(file.file.get())),
+        words(file.words.get()),
+        slots(words + ODOM_SEGMENT_HEADER_WORDS) {
+    info.slots = slot_count;
+    info.instance_id = make_instance_id();
+    write_header();
+  }
 
   [[nodiscard]] std::uint64_t* word(std::size_t index) const noexcept { return words + index; }
   void hand_over_head() const noexcept {
     hand_over(word(ODOM_HEADER_HEAD), ODOM_SEGMENT_LINE_WORDS);
   }
 
-  void write_header(std::uint64_t slot_count, const odom_info& given) {
-    info = given;
-    info.abi_major = ODOM_ABI_MAJOR;
-    info.abi_minor = ODOM_ABI_MINOR;
-    info.instance_id = make_instance_id();
-    info.writer_pid = getpid();
-    info.writer_start_ns = monotonic_ns();
-    info.slots = slot_count;
+  /// What the beat has counted and set so far, for a segment that is made anew.
+  void go_on_from(const Segment& before) const noexcept {
+    const auto copy = [&](std::size_t index) {
+      odomi_store(word(index), odomi_load(before.word(index)));
+    };
+    copy(ODOM_HEADER_FIRST_TICK);
+    copy(ODOM_HEADER_REALTIME_OFFSET);
+    copy(ODOM_HEADER_LOG_OFFSET);
+    for (std::size_t i = 0; i < ODOM_BEAT_WORDS; ++i) copy(ODOM_HEADER_BEAT + i);
+  }
+
+ private:
+  void write_header() const {
     odomi_store(word(ODOM_HEADER_MAGIC), ODOM_SEGMENT_MAGIC);
     odomi_store(word(ODOM_HEADER_BYTES), ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS);
     odomi_store(word(ODOM_HEADER_SLOT_BYTES), ODOM_WORD_BYTES * ODOM_SLOT_WORDS);
-    odomi_store(word(ODOM_HEADER_SEGMENT_BYTES), segment.words.get_deleter().bytes);
+    odomi_store(word(ODOM_HEADER_SEGMENT_BYTES), file.words.get_deleter().bytes);
     odomi_store(word(ODOM_HEADER_POSE_WORDS), ODOM_POSE_WORDS);
     odomi_store(word(ODOM_HEADER_DETAILS_WORDS), ODOM_DETAILS_WORDS);
     odomi_store(word(ODOM_HEADER_INFO_WORDS), ODOM_INFO_WORDS);
     odomi_store(word(ODOM_HEADER_BEAT_WORDS), ODOM_BEAT_WORDS);
     odomi_copy_in(word(ODOM_HEADER_INFO), &info, ODOM_INFO_WORDS);
-    store_time(word(ODOM_HEADER_HEARTBEAT), info.writer_start_ns);
+    store_time(word(ODOM_HEADER_HEARTBEAT), monotonic_ns());
+  }
+};
+
+odom_info completed(odom_info info) {
+  info.abi_major = ODOM_ABI_MAJOR;
+  info.abi_minor = ODOM_ABI_MINOR;
+  info.writer_pid = getpid();
+  info.writer_start_ns = monotonic_ns();
+  return info;
+}
+
+}  // namespace
+
+// The beat writes to `live`. Where housekeeping has made another segment, it is `next`, until the
+// beat goes over to it with its next tick.
+struct Writer::State {
+  Claim claim;
+  std::vector<std::unique_ptr<Segment>> segments;  // housekeeping's: the live one, and the next
+  std::atomic<Segment*> live;
+  std::atomic<Segment*> next{nullptr};
+  std::mutex waking;  // the relay's, while it touches the live one
+
+  State(Claim&& claimed, std::unique_ptr<Segment> first)
+      : claim(std::move(claimed)), live(first.get()) {
+    segments.push_back(std::move(first));
+  }
+
+  /// The beat's and housekeeping's.
+  [[nodiscard]] const Segment& segment() const noexcept {
+    return *live.load(std::memory_order_acquire);
+  }
+  [[nodiscard]] std::uint64_t* word(std::size_t index) const noexcept {
+    return segment().word(index);
+  }
+
+  void go_over() noexcept {
+    Segment* const made = next.load(std::memory_order_acquire);
+    if (made == nullptr) return;
+    made->go_on_from(segment());
+    live.store(made, std::memory_order_release);
+    next.store(nullptr, std::memory_order_release);
+  }
+
+  /// Those that the beat has left.
+  void drop_old() {
+    if (segments.size() == 1 || next.load(std::memory_order_acquire) != nullptr) return;
+    const std::lock_guard hold(waking);
+    const Segment* const kept = live.load(std::memory_order_acquire);
+    std::erase_if(segments, [&](const auto& one) { return one.get() != kept; });
   }
 };
 
 Writer::Writer(Claim claim, const odom_info& info) {
   check(info);
   const Claim::State& name = *claim.state_;  // stays where it is when the claim moves
-  state_ = std::make_unique<State>(std::move(claim), name.path, name.settings.slots);
-  state_->write_header(name.settings.slots, info);
-  name_segment(state_->segment, name.path, name.settings);
+  auto first = std::make_unique<Segment>(name.path, name.settings.slots, completed(info));
+  name_segment(first->file, name.path, name.settings);
+  state_ = std::make_unique<State>(std::move(claim), std::move(first));
 }
 
 Writer::~Writer() = default;
@@ -190,11 +275,13 @@ const std::optional<Inheritance>& Writer::predecessor() const noexcept {
 }
 
 bool Writer::publish(const odom_pose& pose, const odom_details& details) noexcept {
-  const std::uint64_t head = odomi_load(state_->word(ODOM_HEADER_HEAD));
+  state_->go_over();
+  const Segment& segment = state_->segment();
+  const std::uint64_t head = odomi_load(segment.word(ODOM_HEADER_HEAD));
   if (pose.tick > ODOM_TICK_MAX || odomi_sequence(pose.tick) <= head) return false;
-  std::uint64_t* slot = state_->slots + (pose.tick & (state_->info.slots - 1)) * ODOM_SLOT_WORDS;
+  std::uint64_t* slot = segment.slots + (pose.tick & (segment.info.slots - 1)) * ODOM_SLOT_WORDS;
   odomi_write_slot(slot, pose.tick, &pose, &details);
-  odomi_write_head(state_->words, pose.tick);
+  odomi_write_head(segment.words, pose.tick);
   hand_over(slot, ODOM_SLOT_WORDS);
   add(state_->word(ODOM_HEADER_TICKS), 1);
   return true;
@@ -206,7 +293,7 @@ void Writer::set_first_tick(std::int64_t first_tick_ns) noexcept {
 
 void Writer::set_heartbeat(std::int64_t now_ns) noexcept {
   store_time(state_->word(ODOM_HEADER_HEARTBEAT), now_ns);
-  state_->hand_over_head();
+  state_->segment().hand_over_head();
 }
 
 void Writer::count_wakeup(std::int64_t latency_ns) noexcept {
@@ -240,12 +327,30 @@ void Writer::set_log_offset(std::int64_t offset_ns) noexcept {
   store_time(state_->word(ODOM_HEADER_LOG_OFFSET), offset_ns);
 }
 
+Upkeep Writer::look_after() {
+  state_->drop_old();
+  Claim::State& name = *state_->claim.state_;
+  const bool locked = id_of(name.path + ".lock") == id_of(name.lock.file.get());
+  if (!locked) renew_lock_file(name.lock, name.path);
+  const bool stands = id_of(name.path) == state_->segments.back()->id;
+  if (stands) return locked ? Upkeep::stands : Upkeep::lock_renewed;
+  if (state_->segments.size() > 1) return Upkeep::made_again;  // the beat has yet to go over
+  if (id_of(name.path) != FileId{}) refuse_foreign(name.path);
+  auto made = std::make_unique<Segment>(name.path, name.settings.slots, state_->segment().info);
+  name_segment(made->file, name.path, name.settings);
+  state_->segments.push_back(std::move(made));
+  state_->next.store(state_->segments.back().get(), std::memory_order_release);
+  return Upkeep::made_again;
+}
+
 void Writer::wake_clients() noexcept {
+  const std::lock_guard hold(state_->waking);
+  const Segment& segment = state_->segment();
   // Release: a client that acquires the new count sees what was published before the wake-up. The
   // kernel compares the low half of the word, which counts and wraps by itself.
-  std::uint64_t* futex = state_->word(ODOM_HEADER_FUTEX);
+  std::uint64_t* futex = segment.word(ODOM_HEADER_FUTEX);
   __atomic_fetch_add(futex, 1, __ATOMIC_RELEASE);
-  state_->hand_over_head();
+  segment.hand_over_head();
   syscall(SYS_futex, futex, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
 }
 
@@ -255,8 +360,8 @@ odom_beat Writer::beat() const noexcept {
   return beat;
 }
 
-const odom_info& Writer::info() const noexcept {
-  return state_->info;
+odom_info Writer::info() const noexcept {
+  return state_->segment().info;
 }
 
 }  // namespace odomd::shm

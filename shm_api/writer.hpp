@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include <odom/types.h>
@@ -24,12 +25,19 @@ struct Inheritance {
   odom_info info{};
 };
 
-/// The right to write under a name (flock on a file beside the segment). What a predecessor has
+/// Another writer publishes under the name.
+class Displaced : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The right to write under a name (segment_file.hpp: SegmentLock). What a predecessor has
 /// published there stays untouched until a Writer is made: a start that fails loses nothing.
 class Claim {
  public:
-  /// Start-up only: throws std::invalid_argument when the name is not usable or another writer is
-  /// alive, std::system_error when the machine refuses.
+  /// Start-up only: throws std::invalid_argument for settings that no machine could use, Displaced
+  /// when another writer is alive, std::runtime_error when something is in the way or the machine
+  /// refuses.
   explicit Claim(const SegmentSettings& settings);
   ~Claim();
   Claim(Claim&& other) noexcept;
@@ -39,11 +47,20 @@ class Claim {
 
   /// The last pose of the segment that stands under the name, whatever its age.
   [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;
+  /// Whether there is one that is not given: damaged, cut short, or of another layout.
+  [[nodiscard]] bool predecessor_is_damaged() const noexcept;
 
  private:
   friend class Writer;
   struct State;
   std::unique_ptr<State> state_;
+};
+
+/// What a look at the segment's name found.
+enum class Upkeep : std::uint8_t {
+  stands,        ///< the segment has its name
+  lock_renewed,  ///< it has, but the file of its lock was gone
+  made_again     ///< it had not: there is a new one now, which the next tick goes to
 };
 
 /// Creates the segment under a temporary name and renames it into place, so that readers find it
@@ -74,15 +91,22 @@ class Writer {
   void count_missed(std::uint64_t cycles) noexcept;
   void count_overrun(std::int64_t now_ns, std::int64_t execution_ns) noexcept;
   void count_carried_over() noexcept;
-
-  // From any thread ------------------------------------------------------------------------------
   void set_realtime_offset(std::int64_t offset_ns) noexcept;
   void set_log_offset(std::int64_t offset_ns) noexcept;
-  /// Wakes every client that waits: the relay thread's call, never the beat's.
-  void wake_clients() noexcept;
+
+  // Housekeeping's -------------------------------------------------------------------------------
+  /// Whether the segment still stands under its name; makes it again where somebody took it away.
+  /// The new one has another instance id, and readers go over to it as to a successor's. Not
+  /// real-time. Throws Displaced when another writer has the name by now, std::exception when it
+  /// cannot be made: poses then go on into the old one, which only its readers see.
+  Upkeep look_after();
   [[nodiscard]] odom_beat beat() const noexcept;
   /// As written at start: offsets and the first tick that were set since are in the segment alone.
-  [[nodiscard]] const odom_info& info() const noexcept;
+  [[nodiscard]] odom_info info() const noexcept;
+
+  // The relay's ----------------------------------------------------------------------------------
+  /// Wakes every client that waits: never the beat's call.
+  void wake_clients() noexcept;
 
  private:
   struct State;

@@ -46,7 +46,7 @@ class Access : public ::testing::Test {
   [[nodiscard]] static std::string refusal(const SegmentSettings& settings) {
     try {
       const Writer writer(settings, test_info());
-    } catch (const std::invalid_argument& error) {
+    } catch (const std::exception& error) {
       return error.what();
     }
     return "accepted";
@@ -237,6 +237,15 @@ TEST_F(Access, NorWhatStandsAtTheNamesBesideIt) {
     EXPECT_EQ(std::filesystem::file_size(beside), content.size()) << suffix;
     EXPECT_FALSE(std::filesystem::exists(path)) << suffix;
     std::filesystem::remove(beside);
+  }
+  // As short as a lock, and none: words, a pid file that all may read, more than one line.
+  const std::string lock = path + ".lock";
+  for (const char* const content : {"sesame\n", "1234\n", "12\n34\n"}) {
+    std::ofstream(lock) << content;
+    ASSERT_EQ(chmod(lock.c_str(), content == std::string("1234\n") ? 0644 : 0600), 0);
+    EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a file, no lock of odomd"));
+    EXPECT_EQ(std::filesystem::file_size(lock), std::string(content).size());
+    std::filesystem::remove(lock);
   }
   EXPECT_EQ(refusal({.name = path, .slots = 8}), "accepted");
 }

@@ -2,6 +2,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <stdexcept>
+#include <string>
+
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing::test_succession {
@@ -106,6 +113,91 @@ TEST_F(Succession, TheSuccessorInheritsTheLastPose) {
   EXPECT_NE(successor.info().instance_id, instance);
 }
 
+TEST_F(Succession, ADamagedSegmentLeavesAWholePoseOrNone) {
+  {
+    Writer writer(settings, test_info());
+    for (std::uint64_t tick = 1; tick <= 100; ++tick) publish_patterned(writer, tick, 10);
+  }
+  std::string whole;
+  {
+    std::ifstream file(path, std::ios::binary);
+    whole.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  const std::size_t newest = 8 * (512 + 100 % 64 * 96);
+  int refused = 0;
+  for (unsigned seed = 0; seed < 1000; ++seed) {
+    std::mt19937 random(seed);
+    std::string damaged = whole;
+    // Half of them in the newest slot, the others anywhere.
+    for (unsigned i = 0; i <= random() % 8; ++i) {
+      const std::size_t at =
+          seed % 2 == 0 ? newest + random() % (8 * 90) : random() % damaged.size();
+      damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ 1U << random() % 8);
+    }
+    std::ofstream(path, std::ios::binary | std::ios::trunc) << damaged;
+    try {
+      const Claim claim(settings);
+      if (claim.predecessor()) {
+        ASSERT_TRUE(is_whole(claim.predecessor()->pose, &claim.predecessor()->details)) << seed;
+        ASSERT_EQ(claim.predecessor()->pose.time_ns, 10) << seed;
+      } else {
+        ++refused;
+        ASSERT_TRUE(claim.predecessor_is_damaged() || damaged == whole) << seed;
+      }
+    } catch (const std::runtime_error&) {
+      ++refused;  // no segment any more, by its first word
+    }
+  }
+  EXPECT_GT(refused, 450);
+}
+
+TEST_F(Succession, WhatATruncationLeftIsReplaced) {
+  for (const off_t size : {0, 8, 4096}) {
+    { const Writer writer(settings, test_info()); }
+    ASSERT_EQ(truncate(path.c_str(), size), 0);
+    const Writer successor(settings, test_info());
+    EXPECT_FALSE(successor.predecessor().has_value());
+    EXPECT_EQ(open_client(path) != nullptr, true);
+  }
+}
+
+TEST_F(Succession, ARemovedSegmentIsMadeAgainWithTheNextTick) {
+  Writer writer(settings, test_info(slow_ns));
+  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+  publish_patterned(writer, 1, 1);
+  writer.count_missed(3);
+  const std::uint64_t first = writer.info().instance_id;
+  unlink(path.c_str());
+  EXPECT_EQ(writer.look_after(), Upkeep::made_again);
+  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+  publish_patterned(writer, 2, 2);
+  EXPECT_NE(writer.info().instance_id, first);
+  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+  writer.wake_clients();
+  odom_pose pose{};
+  const ClientPointer client = open_client(path);
+  EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_OK);
+  EXPECT_EQ(pose.tick, 2U);
+  odom_beat beat{};
+  EXPECT_EQ(odom_get_beat(client.get(), &beat, sizeof beat), ODOM_OK);
+  EXPECT_EQ(beat.ticks, 2U);
+  EXPECT_EQ(beat.missed, 3U);
+}
+
+TEST_F(Succession, ARemovedLockKeepsNoSecondWriterIn) {
+  Writer writer(settings, test_info());
+  unlink((path + ".lock").c_str());
+  EXPECT_THROW(Claim{settings}, Displaced);
+  unlink(path.c_str());
+  EXPECT_THROW(Claim{settings}, Displaced);
+  EXPECT_FALSE(std::filesystem::exists(path + ".lock")) << "who comes too late touches nothing";
+  EXPECT_EQ(writer.look_after(), Upkeep::made_again);
+  EXPECT_TRUE(std::filesystem::exists(path + ".lock"));
+  unlink((path + ".lock").c_str());
+  EXPECT_EQ(writer.look_after(), Upkeep::lock_renewed);
+  EXPECT_EQ(writer.look_after(), Upkeep::stands);
+}
+
 TEST_F(Succession, AClaimAloneTouchesNothing) {
   {
     Writer writer(settings, test_info());
@@ -115,12 +207,12 @@ TEST_F(Succession, AClaimAloneTouchesNothing) {
     const Claim claim(settings);
     ASSERT_TRUE(claim.predecessor().has_value());
     EXPECT_EQ(claim.predecessor()->pose.tick, 7U);
-    EXPECT_THROW(Claim{settings}, std::invalid_argument) << "claimed already";
+    EXPECT_THROW(Claim{settings}, Displaced) << "claimed already";
   }
   EXPECT_EQ(Claim(settings).predecessor()->pose.tick, 7U) << "whoever gave up has lost nothing";
   Claim claim(settings);
   const Writer writer(std::move(claim), test_info());
-  EXPECT_THROW(Claim{settings}, std::invalid_argument) << "the writer holds on to it";
+  EXPECT_THROW(Claim{settings}, Displaced) << "the writer holds on to it";
 }
 
 TEST_F(Succession, AStrangerLeavesNothingToInherit) {
