@@ -1,9 +1,5 @@
 #include "daemon/run.hpp"
 
-#include <pthread.h>
-#include <sys/signalfd.h>
-#include <unistd.h>
-#include <csignal>
 #include <ctime>
 
 #include <algorithm>
@@ -33,6 +29,7 @@
 #include "daemon/recording_tap.hpp"
 #include "daemon/relay.hpp"
 #include "daemon/running.hpp"
+#include "daemon/signals.hpp"
 #include "shm_api/writer.hpp"
 
 namespace odomd::daemon {
@@ -45,17 +42,6 @@ std::int64_t monotonic_now() {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
   return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
-
-can::FileDescriptor catch_signals() {
-  sigset_t set;
-  sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&set, signal);
-  ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  static_cast<void>(::signal(SIGPIPE, SIG_IGN));  // whoever reads the log may go; the pose may not
-  can::FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
-  if (!descriptor) throw std::system_error(errno, std::generic_category(), "signalfd");
-  return descriptor;
 }
 
 void copy_text(char (&to)[ODOM_TEXT], std::string_view from) {
@@ -194,7 +180,7 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
     throw std::invalid_argument(fmt::format(
         "{}: no CAN source is named; give --can can0, or [can] source", config.file.string()));
 
-  auto signals = catch_signals();
+  auto signals = take_signals();
   Journal journal(config.log);
   for (const auto& warning : warnings) journal.warn(warning);
   const MachineGrant machine = prepare_machine();

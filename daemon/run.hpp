@@ -20,8 +20,8 @@ struct RunSettings {
 };
 
 /// Runs until TERM, INT or, if so wanted, the end of all inputs. Throws std::invalid_argument where
-/// something named cannot be used, std::exception where the machine fails. Call it before any other
-/// thread is started: it blocks TERM, INT and HUP for all, and ignores PIPE.
+/// the configuration cannot be used, std::exception where this machine, as it is, does not let it.
+/// Call it before any other thread is started: it sets what signals do (signals.hpp).
 void run_daemon(const Config& config, std::span<const can::Database> databases,
                 std::span<const std::string> warnings, const RunSettings& settings);
 

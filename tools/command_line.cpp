@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "daemon/usage.hpp"
+#include "shm_api/cut_short.hpp"
 #include "tools/files.hpp"
 #include "tools/output.hpp"
 
@@ -54,6 +55,7 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
 
 int run_program(const std::function<void(Command)>& describe, int argc, const char* const* argv) {
   static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
+  shm::end_where_a_segment_is_cut_short("odom");
   const StandardStreams streams;
   CommandLine line;
   describe(line.command());

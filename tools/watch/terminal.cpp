@@ -16,6 +16,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "shm_api/cut_short.hpp"
 #include "tools/output.hpp"
 
 namespace odomd::watch {
@@ -35,7 +36,7 @@ struct {
 } to_restore;
 
 // Async-signal-safe. The signal's own action follows, by SA_RESETHAND.
-extern "C" void give_terminal_back(int signal) {
+extern "C" void give_terminal_back(int signal, siginfo_t* info, void* /*context*/) {
   if (to_restore.armed != 0) {
     to_restore.armed = 0;
     if (::write(STDOUT_FILENO, leave_sequence.data(), leave_sequence.size()) < 0) {
@@ -43,6 +44,7 @@ extern "C" void give_terminal_back(int signal) {
     }
     if (to_restore.keyboard) ::tcsetattr(STDIN_FILENO, TCSANOW, &to_restore.settings);
   }
+  if (signal == SIGBUS) shm::end_if_cut_short(*info);
   static_cast<void>(::raise(signal));
 }
 
@@ -63,8 +65,8 @@ Terminal::Terminal(Colour colour) : colour_(colour), keyboard_(::isatty(STDIN_FI
   ::sigprocmask(SIG_BLOCK, &held, &signals_before_);
   signals_ = can::FileDescriptor{::signalfd(-1, &held, SFD_NONBLOCK | SFD_CLOEXEC)};
   struct sigaction action {};
-  action.sa_handler = give_terminal_back;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  action.sa_sigaction = give_terminal_back;
+  action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_SIGINFO;
   for (const int signal : crashes) ::sigaction(signal, &action, nullptr);
   enter();
 }

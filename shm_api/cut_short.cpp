@@ -1,0 +1,43 @@
+#include "shm_api/cut_short.hpp"
+
+#include <unistd.h>
+#include <cstdlib>
+#include <cstring>
+
+namespace odomd::shm {
+namespace {
+
+// A handler can be given nothing else.
+const char* name_of_program = "odom";
+
+void say(const char* text) noexcept {
+  if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) {
+    // There is nobody left to tell.
+  }
+}
+
+extern "C" void on_bus_error(int signal, siginfo_t* info, void* /*context*/) {
+  end_if_cut_short(*info);
+  // Of another cause: its own action, at the access that is tried again.
+  static_cast<void>(std::signal(signal, SIG_DFL));
+}
+
+}  // namespace
+
+void end_where_a_segment_is_cut_short(const char* program) {
+  name_of_program = program;
+  struct sigaction action {};
+  action.sa_sigaction = on_bus_error;
+  action.sa_flags = SA_SIGINFO;
+  ::sigaction(SIGBUS, &action, nullptr);
+}
+
+void end_if_cut_short(const siginfo_t& info) noexcept {
+  if (info.si_code != BUS_ADRERR) return;
+  say(name_of_program);
+  say(": the segment was cut short while it was in use (SIGBUS): nobody but odomd may write its "
+      "file; start again\n");
+  ::_exit(EXIT_FAILURE);
+}
+
+}  // namespace odomd::shm
