@@ -21,7 +21,7 @@ namespace {
 constexpr int backlog = 16;
 
 [[noreturn]] void refuse(const std::filesystem::path& path, std::string_view what) {
-  throw std::invalid_argument(fmt::format("{}: {}", path.string(), what));
+  throw std::runtime_error(fmt::format("{}: {}", path.string(), what));
 }
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string_view doing) {
@@ -33,8 +33,9 @@ sockaddr_un address_of(const std::filesystem::path& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.native().size() >= sizeof address.sun_path)
-    refuse(path, fmt::format("is too long for a socket; {} characters are the most",
-                             sizeof address.sun_path - 1));
+    throw std::invalid_argument(
+        fmt::format("{}: is too long for a socket; {} characters are the most", path.string(),
+                    sizeof address.sun_path - 1));
   path.native().copy(address.sun_path, path.native().size());
   return address;
 }

@@ -27,8 +27,8 @@ struct LocalSocketSettings {
 class LocalSocket {
  public:
   /// Makes the directory where only the last part of it is missing. Throws std::invalid_argument
-  /// where the path cannot be used or someone else listens there, std::system_error where the
-  /// machine refuses.
+  /// for a path or group that cannot be, std::runtime_error where something is in the way, someone
+  /// else listens there, or the machine refuses.
   explicit LocalSocket(const LocalSocketSettings& settings);
   ~LocalSocket();
   LocalSocket(LocalSocket&& other) noexcept = default;

@@ -29,6 +29,7 @@ void start(const Options& options) {
   Config config = configure(options);
   std::vector<std::string> warnings = config.warnings;
   const auto databases = load_databases(config, warnings);
+  require_groups(options, config);
   if (options.check) {
     std::cout << escaped(summary(config, databases, warnings), LineBreaks::kept);
     return;

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "daemon/local_socket.hpp"
+
 namespace odomd::daemon {
 namespace {
 
@@ -113,7 +115,7 @@ void add_options(CLI::App& app, Options& options) {
       "  odomd --config car.toml --can drive.log --exit-at-end --initial 0,0,0\n"
       "  candump -L can0 | odomd --config car.toml --can -\n"
       "TERM and INT end it cleanly; HUP opens the log anew.\n"
-      "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
+      "Exit status: 0 done, 1 it could not run, 2 wrong usage or unusable input.");
 }
 
 Config configure(const Options& options) {
@@ -132,6 +134,22 @@ Config configure(const Options& options) {
   place(options, config);
   if (!options.log_level.empty()) config.log.level = options.log_level;
   return config;
+}
+
+void require_groups(const Options& options, const Config& config) {
+  const auto require = [&](const std::string& group, bool by_option, std::string_view option,
+                           std::string_view key) {
+    if (group.empty()) return;
+    const std::string named_by =
+        by_option ? std::string(option) : fmt::format("{}: {}", config.file.string(), key);
+    static_cast<void>(parsed(named_by, [&] { return group_named(group); }));
+  };
+  require(config.shm.group, !options.readers.empty(), "--readers", "[shm] group");
+  if (config.camera.configured)
+    require(config.camera.socket_group, !options.camera_senders.empty(), "--camera-senders",
+            "[camera] socket_group");
+  require(config.status.socket_group, !options.readers.empty(), "--readers",
+          "[status] socket_group");
 }
 
 }  // namespace odomd::daemon

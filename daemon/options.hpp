@@ -36,4 +36,8 @@ void add_options(CLI::App& app, Options& options);
 /// Reads the configuration and lays the command line over it. Throws std::invalid_argument.
 [[nodiscard]] Config configure(const Options& options);
 
+/// Throws std::invalid_argument, naming the key or option, where a group that files are to be given
+/// to does not exist on this machine.
+void require_groups(const Options& options, const Config& config);
+
 }  // namespace odomd::daemon
