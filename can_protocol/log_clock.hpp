@@ -25,7 +25,12 @@ namespace odomd::can {
 }
 
 /// Shared by the feeders of all logs that one daemon plays: the first frame of any of them sets it,
-/// for good but for a live pipe whose clock is set. Any thread, lock-free.
+/// for good but for a live pipe, whose clock may be set, or whose first line may have come late.
+/// Any thread, lock-free.
+///
+/// A frame's release is its stamp - base - advance, and the clock's offset base + advance. A feeder
+/// takes off the base when it reads a frame, the drain the advance when it hands the frame out: the
+/// frames in between follow an advance as well.
 class LogClock {
  public:
   LogClock(std::int64_t first_tick_ns, std::int64_t period_ns) noexcept
@@ -35,35 +40,58 @@ class LogClock {
 
   /// Log clock - CLOCK_MONOTONIC; nothing before the first frame.
   [[nodiscard]] std::optional<std::int64_t> offset_ns() const noexcept {
-    const std::int64_t offset = offset_ns_.load(std::memory_order_acquire);
-    return offset == unset ? std::nullopt : std::optional(offset);
+    const std::int64_t base = base_ns_.load(std::memory_order_acquire);
+    return base == unset ? std::nullopt : std::optional(base + advance_ns());
   }
 
-  /// Maps `stamp_ns` to an instant not before `earliest_ns` unless the clock runs already; the
-  /// offset in force.
+  /// The sum of all advances.
+  [[nodiscard]] std::int64_t advance_ns() const noexcept {
+    return advance_ns_.load(std::memory_order_acquire);
+  }
+
+  /// Maps `stamp_ns` to an instant not before `earliest_ns` unless the clock runs already; the base
+  /// in force.
   std::int64_t start(std::int64_t stamp_ns, std::int64_t earliest_ns) noexcept {
-    std::int64_t offset =
-        stamp_ns - aligned_release(stamp_ns, earliest_ns, first_tick_ns_, period_ns_);
+    const std::int64_t base = base_for(stamp_ns, earliest_ns);
     std::int64_t current = unset;
-    if (offset_ns_.compare_exchange_strong(current, offset, std::memory_order_acq_rel))
-      return offset;
+    if (base_ns_.compare_exchange_strong(current, base, std::memory_order_acq_rel)) return base;
     return current;
   }
 
   /// Maps `stamp_ns` so although the clock runs: the stamps follow another clock from here on.
   std::int64_t restart(std::int64_t stamp_ns, std::int64_t earliest_ns) noexcept {
-    const std::int64_t offset =
-        stamp_ns - aligned_release(stamp_ns, earliest_ns, first_tick_ns_, period_ns_);
-    offset_ns_.store(offset, std::memory_order_release);
-    return offset;
+    const std::int64_t base = base_for(stamp_ns, earliest_ns);
+    base_ns_.store(base, std::memory_order_release);
+    return base;
+  }
+
+  /// Maps `stamp_ns` so where that is earlier than now by two periods or more, but by less than
+  /// `most_ns`: the line that started the clock came late. By how much it was, whole periods; 0: it
+  /// runs as it did. The clock is only ever put forward by this, never back.
+  std::int64_t advance(std::int64_t stamp_ns, std::int64_t earliest_ns,
+                       std::int64_t most_ns) noexcept {
+    const std::int64_t base = base_ns_.load(std::memory_order_acquire);
+    if (base == unset) return 0;
+    std::int64_t before = advance_ns();
+    const std::int64_t by = base_for(stamp_ns, earliest_ns) - base;
+    if (by < 2 * period_ns_ || by >= most_ns) return 0;
+    return advance_ns_.compare_exchange_strong(before, before + by, std::memory_order_acq_rel) ? by
+                                                                                               : 0;
   }
 
  private:
   static constexpr std::int64_t unset = INT64_MIN;
 
+  [[nodiscard]] std::int64_t base_for(std::int64_t stamp_ns,
+                                      std::int64_t earliest_ns) const noexcept {
+    return stamp_ns - aligned_release(stamp_ns, earliest_ns, first_tick_ns_, period_ns_) -
+           advance_ns();
+  }
+
   std::int64_t first_tick_ns_;
   std::int64_t period_ns_;
-  std::atomic<std::int64_t> offset_ns_{unset};
+  std::atomic<std::int64_t> base_ns_{unset};
+  std::atomic<std::int64_t> advance_ns_{0};
 };
 
 }  // namespace odomd::can

@@ -21,21 +21,29 @@ namespace {
 
 constexpr std::int64_t ns_per_s = 1'000'000'000;
 constexpr std::int64_t ring_full_wait_ns = 2'000'000;
+constexpr std::int64_t oldest_line_ns = 10 * ns_per_s;
 constexpr std::int64_t long_pause_ns = 600 * ns_per_s;
 
-std::int64_t monotonic_now() noexcept {
+std::int64_t time_on(clockid_t clock) noexcept {
   timespec now{};
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  ::clock_gettime(clock, &now);
   return now.tv_sec * ns_per_s + now.tv_nsec;
+}
+
+std::int64_t monotonic_now() noexcept {
+  return time_on(CLOCK_MONOTONIC);
+}
+
+bool is_pipe(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode);
 }
 
 /// How long before its time the first frame is read. A file waits for nobody, so it gets the time
 /// that the reader needs to run ahead; a pipe may be fed as things happen, so little is added to
 /// its latency.
-std::int64_t head_start(int descriptor, std::int64_t period_ns) {
-  struct stat status {};
-  const bool file = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
-  return file ? LogFeeder::ahead_ns : 2 * period_ns;
+std::int64_t head_start(bool pipe, std::int64_t period_ns) {
+  return pipe ? 2 * period_ns : LogFeeder::ahead_ns;
 }
 
 /// Signals are for the thread that waits for them.
@@ -63,7 +71,8 @@ LogFeeder::LogFeeder(std::string path, BusNames& buses, LogClock& clock)
       clock_(clock),
       file_(open_log(path_, FifoOpening::at_once)),
       stop_(::eventfd(0, EFD_CLOEXEC)),
-      lead_ns_(head_start(file_.get(), clock.period_ns())) {
+      pipe_(is_pipe(file_.get())),
+      lead_ns_(head_start(pipe_, clock.period_ns())) {
   if (!stop_) throw std::system_error(errno, std::generic_category(), label_ + ": eventfd");
   const AllSignalsBlocked blocked;
   thread_ = std::thread([this] { run(); });
@@ -82,15 +91,21 @@ std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
   std::size_t count = 0;
   std::size_t taken = 0;
   const Frame* frame = nullptr;
-  while ((frame = ring_.front()) != nullptr && frame->time_ns <= tick_ns) {
+  const std::int64_t advance_ns = clock_.advance_ns();
+  const auto released = [advance_ns](const Frame& f) {
+    return f.time_ns == 0 ? 0 : f.time_ns - advance_ns;
+  };
+  while ((frame = ring_.front()) != nullptr && released(*frame) <= tick_ns) {
     if (taken == frames.size()) {
       counters_.carried_over.add();
       break;
     }
-    if (frame->kind == FrameKind::error)
+    if (frame->kind == FrameKind::error) {
       count_error_frame(*frame, counters_);
-    else
-      frames[count++] = *frame;
+    } else {
+      frames[count] = *frame;
+      frames[count++].time_ns = released(*frame);
+    }
     ring_.pop();
     ++taken;
   }
@@ -122,14 +137,18 @@ void LogFeeder::feed() {
   while (std::optional<Frame> frame = next()) {
     if (frame->time_ns != 0) {
       follow_step(*frame);
-      frame->time_ns -= clock_.start(frame->time_ns, monotonic_now() + lead_ns_);
-      const std::int64_t pause_ns = frame->time_ns - monotonic_now();
+      const std::int64_t base_ns = clock_.start(frame->time_ns, earliest_release(*frame));
+      follow_arrivals(*frame);
+      frame->time_ns -= base_ns;
+      const std::int64_t release_ns = frame->time_ns - clock_.advance_ns();
+      const std::int64_t pause_ns = release_ns - monotonic_now();
       if (pause_ns > long_pause_ns)
         complain(at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
                  std::to_string(pause_ns / ns_per_s) +
                  " s, which are waited for; cut the log where it pauses");
       // Runs ahead in strides of half the window: one wake-up for many frames.
-      if (pause_ns > ahead_ns && wait_until(frame->time_ns - ahead_ns / 2) == Waited::stopped)
+      if (pause_ns > reads_ahead_ns() &&
+          wait_until(release_ns - reads_ahead_ns() / 2) == Waited::stopped)
         return;
     }
     while (!ring_.push(*frame))
@@ -137,11 +156,33 @@ void LogFeeder::feed() {
   }
 }
 
+/// Now, and a little. The first line of a pipe may be older than that: it was held up, or had
+/// waited for us in the pipe. Where its stamp is this machine's wall clock, that says how old it
+/// is.
+std::int64_t LogFeeder::earliest_release(const Frame& first) const {
+  const std::int64_t age_ns = pipe_ ? time_on(CLOCK_REALTIME) - first.time_ns : 0;
+  const bool known = age_ns > 0 && age_ns < oldest_line_ns;
+  return monotonic_now() + lead_ns_ - (known ? age_ns : 0);
+}
+
+void LogFeeder::follow_arrivals(const Frame& frame) {
+  if (!pipe_ || !waited_for_) return;
+  const auto delay_ns = delay_.take(frame.time_ns, monotonic_now());
+  if (!delay_ns) return;
+  const std::int64_t by_ns =
+      clock_.advance(frame.time_ns, frame.time_ns + *delay_ns + lead_ns_, pipe_ahead_ns + lead_ns_);
+  if (by_ns > 0)
+    complain(label_ + ": its first line came late: the others come " +
+             std::to_string(by_ns / 1'000'000) +
+             " ms earlier against their stamps; they are followed, and what lies between is lost");
+}
+
 void LogFeeder::follow_step(const Frame& frame) {
   const std::int64_t now_ns = monotonic_now();
   const auto step_ns = live_stamps_.step(frame.time_ns, now_ns);
   if (!step_ns || !clock_.offset_ns()) return;
   clock_.restart(frame.time_ns, now_ns + lead_ns_);
+  delay_.restart();
   counters_.clock_steps.add();
   complain(at_line(label_, lines_.line_number()) + "the clock behind the stamps was set by " +
            std::to_string(*step_ns / ns_per_s) + " s; they are followed from here");
@@ -197,6 +238,7 @@ bool LogFeeder::take(std::string_view text, Frame& frame) {
 LogFeeder::Waited LogFeeder::wait_for_input() {
   std::array<pollfd, 2> events{pollfd{file_.get(), POLLIN, 0}, pollfd{stop_.get(), POLLIN, 0}};
   const bool ready = ::poll(events.data(), events.size(), 0) > 0;
+  waited_for_ = !ready;
   live_stamps_.read(ready ? LiveStamps::Input::ready : LiveStamps::Input::waited_for);
   if (!ready) ::poll(events.data(), events.size(), -1);
   return events[1].revents != 0 ? Waited::stopped : Waited::due;

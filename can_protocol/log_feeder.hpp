@@ -15,22 +15,26 @@
 #include "can_protocol/line_buffer.hpp"
 #include "can_protocol/live_stamps.hpp"
 #include "can_protocol/log_clock.hpp"
+#include "can_protocol/smallest_delay.hpp"
 #include "can_protocol/spsc_ring.hpp"
 
 namespace odomd::can {
 
 /// The thread runs from construction to destruction and hands frames over through a ring, up to
-/// `ahead_ns` before their time; the drain holds them back until a tick is due. A frame whose time
-/// has passed (the input is late, or its stamps run backwards) is released at once; a gap is waited
-/// for; a stamp of zero is none: the frame is released at once with time 0. Error frames are
-/// counted, not handed on. Where a pipe is fed live, a clock that is set behind its stamps is
-/// noticed and followed (live_stamps.hpp).
+/// `ahead_ns` before their time, of a pipe up to `pipe_ahead_ns`; the drain holds them back until a
+/// tick is due. A frame whose time has passed (the input is late, or its stamps run backwards) is
+/// released at once; a gap is waited for; a stamp of zero is none: the frame is released at once
+/// with time 0. Error frames are counted, not handed on. Where a pipe is fed live, a clock that is
+/// set behind its stamps is noticed and followed (live_stamps.hpp), and so is a first line that
+/// came late (smallest_delay.hpp).
 ///
 /// A line that is no frame is counted as malformed and passed over. At the end of the input, and
 /// once the ring is empty, the link is `ended`.
 class LogFeeder final : public FrameSource {
  public:
   static constexpr std::int64_t ahead_ns = 50'000'000;
+  /// So much later than the others a first line may come: they are read, and not left in the pipe.
+  static constexpr std::int64_t pipe_ahead_ns = 1'000'000'000;
 
   /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Throws LogError
   /// where the log cannot be opened.
@@ -59,6 +63,9 @@ class LogFeeder final : public FrameSource {
   void run() noexcept;
   void feed();
   void follow_step(const Frame& frame);
+  void follow_arrivals(const Frame& frame);
+  [[nodiscard]] std::int64_t earliest_release(const Frame& first) const;
+  [[nodiscard]] std::int64_t reads_ahead_ns() const { return pipe_ ? pipe_ahead_ns : ahead_ns; }
   std::optional<Frame> next();
   bool take(std::string_view text, Frame& frame);
   Waited wait_for_input();
@@ -71,12 +78,15 @@ class LogFeeder final : public FrameSource {
   LogClock& clock_;
   FileDescriptor file_;
   FileDescriptor stop_;       // an eventfd: readable once the thread must end
+  bool pipe_ = false;         // no regular file
   std::int64_t lead_ns_ = 0;  // head start of the first frame
   SourceCounters counters_;   // malformed, clock_steps: the thread's; the others: the drain's
 
   // The thread's own.
   LineBuffer lines_;
   LiveStamps live_stamps_;
+  SmallestDelay delay_;
+  bool waited_for_ = false;  // the lines at hand: the input was empty before
   std::string last_interface_;
   std::uint8_t last_bus_ = 0;
   bool input_ended_ = false;

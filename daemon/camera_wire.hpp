@@ -22,7 +22,7 @@ enum class MalformedCause : std::uint8_t {
   magic,     ///< not ODOM_CAMERA_MAGIC
   version,   ///< not ODOM_CAMERA_VERSION
   clock,     ///< not an odom_clock
-  no_log,    ///< stamped by the clock of a log, and none is played
+  no_log,    ///< stamped by the clock of a log, of which no frame has come
   time,      ///< so far off that it cannot be converted
   reserved,  ///< the reserved word is not 0
   count
@@ -33,7 +33,8 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(Malformed
                     "it does not begin with the magic number",
                     "it is of a version that this odomd does not know",
                     "it names a clock that does not exist",
-                    "it is stamped by the clock of a log, but no log is played",
+                    "it is stamped by the clock of a log, of which no frame has come: no log is "
+                    "played, or not yet",
                     "its time is out of all range",
                     "its reserved word is not 0"};
 

@@ -23,7 +23,29 @@ SourceReporter::SourceReporter(const Running& running)
 
 void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, Journal& journal) {
   look_at_links(now_ns, journal);
+  look_at_camera_times(journal);
   if (published.valid) look_at_signals(published, now_ns, journal);
+}
+
+void SourceReporter::look_at_camera_times(Journal& journal) {
+  const auto& camera =
+      running_.pipeline.statistics().sources[static_cast<std::size_t>(estimator::Source::camera)];
+  const auto count = [&](estimator::Verdict verdict) {
+    return camera.verdicts[static_cast<std::size_t>(verdict)].get();
+  };
+  const std::uint64_t future = count(estimator::Verdict::future);
+  const std::uint64_t in_time = count(estimator::Verdict::fused) + count(estimator::Verdict::gated);
+  if (future + in_time < camera_.future + camera_.in_time + enough_poses) return;
+  const bool all_future = in_time == camera_.in_time;
+  if (all_future && !camera_.told) {
+    const auto latency_ns = static_cast<std::int64_t>(camera.last_latency_ns.get());
+    journal.warn(fmt::format(
+        "the camera's last {} poses are all stamped in the future, the newest by {:.3f} s, and are "
+        "not used: its clock is ahead of this machine's, or the log whose clock it names comes "
+        "late",
+        future - camera_.future, static_cast<double>(-latency_ns) * 1e-9));
+  }
+  camera_ = {future, in_time, all_future};
 }
 
 void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {

@@ -25,6 +25,7 @@ class SourceReporter {
   void look_at_links(std::int64_t now_ns, Journal& journal);
   void look_at_controller(std::size_t bus, std::int64_t now_ns, Journal& journal);
   void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
+  void look_at_camera_times(Journal& journal);
 
   /// A signal that never came is spoken of after so long.
   static constexpr std::int64_t patience_ns = 2'000'000'000;
@@ -38,11 +39,20 @@ class SourceReporter {
     ControllerNews controller;
     std::string complaint;
   };
+  /// Of the camera's poses so many are looked at together.
+  static constexpr std::uint64_t enough_poses = 10;
+  /// What was counted when they were looked at last.
+  struct CameraTimes {
+    std::uint64_t future = 0;
+    std::uint64_t in_time = 0;
+    bool told = false;
+  };
   enum class Signal : std::uint8_t { waited_for, healthy, unhealthy };
 
   const Running& running_;
   std::vector<Bus> buses_;
   std::array<Signal, estimator::source_count> signals_{};
+  CameraTimes camera_;
 };
 
 }  // namespace odomd::daemon

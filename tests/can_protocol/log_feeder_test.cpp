@@ -104,6 +104,42 @@ TEST(LogClock, IsSetByTheFirstFrameForGood) {
   EXPECT_EQ(clock.offset_ns(), offset);
 }
 
+TEST(LogClock, IsPutForwardWhereItsFirstLineCameLate) {
+  LogClock clock(0, period);
+  const std::int64_t stamp = 1'000'000'000'000;
+  EXPECT_EQ(clock.advance(stamp, 0, 1'000'000'000), 0) << "it does not run";
+  const std::int64_t late = clock.start(stamp, 140'000'000);
+  EXPECT_EQ(clock.advance(stamp, 135'000'000, 1'000'000'000), 0) << "one period is none";
+  EXPECT_EQ(clock.advance(stamp, 39'000'000, 1'000'000'000), 100'000'000);
+  EXPECT_EQ(clock.offset_ns(), late + 100'000'000);
+  EXPECT_EQ(clock.advance_ns(), 100'000'000);
+  EXPECT_EQ(clock.start(stamp, 0), late) << "the base is as it was";
+  EXPECT_EQ(clock.advance(stamp, 140'000'000, 1'000'000'000), 0) << "it is never put back";
+  EXPECT_EQ(clock.advance(stamp, -2'000'000'000, 1'000'000'000), 0) << "that is no delay";
+  clock.restart(stamp, 500'000'000);
+  EXPECT_EQ(clock.offset_ns(), stamp - 500'000'000) << "whatever was advanced before";
+}
+
+TEST(SmallestDelay, IsToldOnceTwoWindowsAgree) {
+  SmallestDelay delay;
+  const std::int64_t ms = 1'000'000;
+  const std::int64_t offset = 77'000 * ms;
+  std::optional<std::int64_t> told;
+  // The first line came 100 ms late; every third of the others comes without delay.
+  EXPECT_FALSE(delay.take(0, offset + 100 * ms));
+  for (std::int64_t t = 100 * ms; t < 700 * ms && !told; t += 10 * ms)
+    told = delay.take(t, t + offset + t / (10 * ms) % 3 * 2 * ms);
+  EXPECT_EQ(told, offset);
+}
+
+TEST(SmallestDelay, IsNotToldOfAProducerThatIsFasterThanTime) {
+  for (const std::int64_t speed : {2, 10, 100}) {
+    SmallestDelay delay;
+    for (std::int64_t t = 0; t < 5'000'000'000; t += 1'000'000)
+      EXPECT_FALSE(delay.take(t * speed, t)) << speed;
+  }
+}
+
 // The hand-over -----------------------------------------------------------------------------------
 
 TEST(LogFeeder, KeepsTheStampsDistancesAndTheTicksOfAReplay) {
@@ -272,6 +308,64 @@ TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
   live_frames();
   EXPECT_EQ(feeder.counters().clock_steps.get(), 2U);
   EXPECT_THAT(feeder.complaint(), HasSubstr("the clock behind the stamps was set by 35"));
+}
+
+std::string line_at(std::int64_t stamp_ns) {
+  std::string text;
+  Frame frame;
+  frame.time_ns = stamp_ns;
+  append_candump_line(text, frame, "can0");
+  return text;
+}
+
+/// How much later than it comes a line of a live pipe is released in the end, whose clock is ahead
+/// of CLOCK_MONOTONIC by `offset_ns` and whose first line comes `late`.
+std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::milliseconds late,
+                                   std::int64_t good_ns) {
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  const std::int64_t begin = monotonic_now();
+  std::this_thread::sleep_for(late);
+  std::int64_t sent = begin;
+  std::int64_t lag = INT64_MAX;
+  std::array<Frame, max_frames_per_drain> frames;
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (lag > good_ns && std::chrono::steady_clock::now() < deadline) {
+    std::string lines;
+    for (const std::int64_t now = monotonic_now(); sent < now; sent += period)
+      lines += line_at(sent + offset_ns);
+    fifo.write(lines);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    feeder.drain(frames, monotonic_now(), monotonic_now());
+    if (feeder.log_offset_ns()) lag = offset_ns - *feeder.log_offset_ns();
+  }
+  return lag;
+}
+
+TEST(LogFeeder, FollowsALivePipeWhoseFirstLineCameLate) {
+  // Two periods of head start, one to the grid, and two that are let be.
+  EXPECT_LE(
+      lag_after_a_late_line(1'000'000'000'000'000, std::chrono::milliseconds(300), 30'000'000),
+      30'000'000);
+}
+
+TEST(LogFeeder, KnowsAtOnceHowLateALineIsThatThisMachineStamped) {
+  timespec wall{};
+  ::clock_gettime(CLOCK_REALTIME, &wall);
+  const std::int64_t offset = wall.tv_sec * 1'000'000'000 + wall.tv_nsec - monotonic_now();
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  const std::int64_t stamp = monotonic_now() + offset - 700'000'000;
+  fifo.write(line_at(stamp));
+  ASSERT_EQ(drain(feeder, 1).size(), 1U);
+  ASSERT_TRUE(feeder.log_offset_ns());
+  EXPECT_NEAR(static_cast<double>(*feeder.log_offset_ns()), static_cast<double>(offset), 50e6);
 }
 
 TEST(LogFeeder, EndsWhileItWaitsForAWriter) {

@@ -9,11 +9,13 @@
 
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <map>
 #include <memory>
 #include <sstream>
+#include <thread>
 
 #include "daemon_process.hpp"
 
@@ -305,6 +307,67 @@ TEST_F(OdomdTest, TakesCameraPosesAndCountsMalformedMessages) {
   EXPECT_TRUE(eventually([&] {
     return desk_.read("stderr").find("a camera message was not understood: it is not 80 bytes") !=
            std::string::npos;
+  })) << desk_.read("stderr");
+}
+
+/// Feeds a drive as it happens, on a clock of its own, but its first line late by `late`; sends
+/// camera poses on that clock, `ahead` of it, until `fits`.
+bool drive_live(const Desk& desk, const DaemonProcess& odomd, std::chrono::milliseconds late,
+                std::int64_t ahead_ns, const std::function<bool()>& fits) {
+  using Clock = std::chrono::steady_clock;
+  odom_camera* camera = nullptr;
+  if (!eventually([&] { return odom_camera_open(desk.file("camera.sock").c_str(), &camera) == 0; }))
+    return false;
+  const auto begin = Clock::now();
+  std::this_thread::sleep_for(late);
+  std::istringstream lines(straight_drive(12.0, 1.0));
+  std::string line;
+  long sent = 0;
+  const bool fitted = eventually([&] {
+    const std::int64_t gone_ns = std::chrono::nanoseconds(Clock::now() - begin).count();
+    std::string text;
+    for (; sent < 3 * gone_ns / 10'000'000 && std::getline(lines, line); ++sent)
+      text += line + '\n';
+    odomd.feed(text);
+    odom_camera_message message{};
+    message.clock = ODOM_CLOCK_LOG;
+    message.capture_ns = 1'700'000'000'000'000'000 + gone_ns + ahead_ns;
+    message.x = 1.0 + static_cast<double>(gone_ns) * 1e-9;
+    message.y = 2.0;
+    message.sigma_x = message.sigma_y = message.sigma_yaw = 0.5;
+    odom_camera_send(camera, &message);
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return fits();
+  });
+  odom_camera_close(camera);
+  return fitted;
+}
+
+TEST_F(OdomdTest, FollowsAPipeWhoseFirstLineCameLateSoThatCameraPosesAreInTime) {
+  const DaemonProcess odomd(desk_, {"--model", "full"});
+  EXPECT_TRUE(drive_live(desk_, odomd, std::chrono::milliseconds(400), -40'000'000, [&] {
+    const auto status = desk_.status();
+    return !status.is_null() &&
+           status["sources"][ODOM_SOURCE_CAMERA]["verdicts"]["fused"].get<int>() > 20;
+  })) << desk_.status().dump(1);
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("standard input: its first line came late"));
+}
+
+TEST_F(OdomdTest, TellsACameraWhosePosesAreAllInTheFuture) {
+  const DaemonProcess odomd(desk_, {});
+  EXPECT_TRUE(drive_live(desk_, odomd, std::chrono::milliseconds(0), 3'000'000'000, [&] {
+    return desk_.read("stderr").find("poses are all stamped in the future, the newest by ") !=
+           std::string::npos;
+  })) << desk_.read("stderr");
+}
+
+TEST_F(OdomdTest, TellsACameraThatIsAheadOfTheFirstFrameOfItsLog) {
+  const DaemonProcess odomd(desk_, {});
+  EXPECT_TRUE(drive_live(desk_, odomd, std::chrono::hours(0), 0, [] { return true; }));
+  EXPECT_TRUE(eventually([&] {
+    return desk_.read("stderr").find(
+               "the clock of a log, of which no frame has come: no log is "
+               "played, or not yet") != std::string::npos;
   })) << desk_.read("stderr");
 }
 
