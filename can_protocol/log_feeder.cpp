@@ -135,6 +135,7 @@ void LogFeeder::run() noexcept {
 
 void LogFeeder::feed() {
   while (std::optional<Frame> frame = next()) {
+    doubt_stamps(*frame);
     if (frame->time_ns != 0) {
       follow_step(*frame);
       const std::int64_t base_ns = clock_.start(frame->time_ns, earliest_release(*frame));
@@ -154,6 +155,19 @@ void LogFeeder::feed() {
     while (!ring_.push(*frame))
       if (wait_until(monotonic_now() + ring_full_wait_ns) == Waited::stopped) return;
   }
+  if (input_ended_ && !stamps_differ_ && with_only_stamp_ > 1) tell_one_stamp();
+}
+
+void LogFeeder::doubt_stamps(const Frame& frame) {
+  if (stamps_differ_) return;
+  stamps_differ_ = only_stamp_ns_.value_or(frame.time_ns) != frame.time_ns;
+  only_stamp_ns_ = frame.time_ns;
+  if (!stamps_differ_ && ++with_only_stamp_ == too_many_with_one_stamp) tell_one_stamp();
+}
+
+void LogFeeder::tell_one_stamp() {
+  complain(
+      describe_one_stamp(at_line(label_, lines_.line_number()), with_only_stamp_, *only_stamp_ns_));
 }
 
 /// Now, and a little. The first line of a pipe may be older than that: it was held up, or had

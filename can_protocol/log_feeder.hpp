@@ -59,9 +59,12 @@ class LogFeeder final : public FrameSource {
  private:
   enum class Waited : std::uint8_t { due, stopped };
   static constexpr std::size_t ring_capacity = 8192;
+  static constexpr std::uint64_t too_many_with_one_stamp = 500;
 
   void run() noexcept;
   void feed();
+  void doubt_stamps(const Frame& frame);
+  void tell_one_stamp();
   void follow_step(const Frame& frame);
   void follow_arrivals(const Frame& frame);
   [[nodiscard]] std::int64_t earliest_release(const Frame& first) const;
@@ -86,7 +89,10 @@ class LogFeeder final : public FrameSource {
   LineBuffer lines_;
   LiveStamps live_stamps_;
   SmallestDelay delay_;
-  bool waited_for_ = false;  // the lines at hand: the input was empty before
+  bool waited_for_ = false;                    // the lines at hand: the input was empty before
+  std::optional<std::int64_t> only_stamp_ns_;  // of all frames so far
+  std::uint64_t with_only_stamp_ = 0;
+  bool stamps_differ_ = false;
   std::string last_interface_;
   std::uint8_t last_bus_ = 0;
   bool input_ended_ = false;

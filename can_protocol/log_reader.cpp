@@ -65,6 +65,15 @@ std::string describe_bus_too_many(const std::string& label, std::uint64_t line_n
          " are read: leave the others out of the log";
 }
 
+std::string describe_one_stamp(const std::string& position, std::uint64_t frames,
+                               std::int64_t stamp_ns) {
+  const std::string s = std::to_string(stamp_ns / 1'000'000'000);
+  const std::string us = std::to_string(1'000'000 + stamp_ns / 1000 % 1'000'000).substr(1);
+  return position + "all " + std::to_string(frames) + " frames up to here bear the stamp " + s +
+         "." + us + (stamp_ns == 0 ? ", which is none" : "") +
+         ": no time passes in them; record with candump -L, which stamps each frame";
+}
+
 LogReader::LogReader(const std::string& path, BusNames& buses)
     : label_(log_label(path)), buses_(buses), file_(open_log(path)) {}
 

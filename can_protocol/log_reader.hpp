@@ -33,6 +33,10 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 /// "drive.log", or "standard input" for "-".
 [[nodiscard]] std::string log_label(const std::string& path);
 
+/// Of a log in which no time passes; `position`, "drive.log:150: ", is that of its last frame.
+[[nodiscard]] std::string describe_one_stamp(const std::string& position, std::uint64_t frames,
+                                             std::int64_t stamp_ns);
+
 // What is said of a line, in one line of its own: label, line number, what is wrong, the mend.
 [[nodiscard]] std::string at_line(const std::string& label, std::uint64_t line_number);
 [[nodiscard]] std::string describe(const std::string& label, std::uint64_t line_number,

@@ -78,10 +78,35 @@ void report(const Options& options, const ReplaySummary& summary, double seconds
       mode_name(summary.last_mode));
 }
 
+/// Whether time passes in a log.
+class Stamps {
+ public:
+  const can::Frame* seen(const can::Frame* frame) {
+    if (frame == nullptr) return frame;
+    differ_ |= count_ > 0 && frame->time_ns != stamp_ns_;
+    stamp_ns_ = frame->time_ns;
+    ++count_;
+    return frame;
+  }
+  /// `log` has ended.
+  void require_time(const can::MergedLog& log) const {
+    if (count_ > 1 && !differ_)
+      throw std::invalid_argument(can::describe_one_stamp(log.position(), count_, stamp_ns_));
+  }
+
+ private:
+  std::uint64_t count_ = 0;
+  std::int64_t stamp_ns_ = 0;
+  bool differ_ = false;
+};
+
 ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::MergedLog& log,
                    const CameraLog& camera, const PoseSink& sink, const JudgementSink& judged) try {
-  return replay(
-      pipeline, period_ns, [&log] { return log.next(); }, camera.poses, sink, judged);
+  Stamps stamps;
+  ReplaySummary summary = replay(
+      pipeline, period_ns, [&] { return stamps.seen(log.next()); }, camera.poses, sink, judged);
+  stamps.require_time(log);
+  return summary;
 } catch (const PauseError& error) {
   throw PauseError(log.position() + error.what());
 }

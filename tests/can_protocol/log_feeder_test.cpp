@@ -257,6 +257,20 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   EXPECT_THAT(feeder.complaint(), HasSubstr("drive.log:2: expected '('"));
 }
 
+TEST(LogFeeder, SaysThatNoTimePassesInALog) {
+  for (const std::string stamp : {"0.000000", "1700000000.250000"}) {
+    std::string text;
+    for (int i = 0; i < 150; ++i) text += "(" + stamp + ") can0 102#00\n";
+    const TemporaryFile file("drive.log", text);
+    BusNames buses;
+    LogClock clock(0, period);
+    LogFeeder feeder(file.path(), buses, clock);
+    await_end(feeder);
+    EXPECT_THAT(feeder.complaint(),
+                HasSubstr("drive.log:150: all 150 frames up to here bear the stamp " + stamp));
+  }
+}
+
 TEST(LogFeeder, RefusesALogThatCannotBeOpened) {
   BusNames buses;
   LogClock clock(0, period);

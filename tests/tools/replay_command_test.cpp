@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <regex>
 
 #include "tests/tools/scratch.hpp"
@@ -66,6 +67,18 @@ TEST_F(OdomReplay, NamesTheLineOfAStampThatIsHoursAhead) {
   const Outcome outcome = replay("(1.000000) can0 102#00\n\n(9000.000000) can0 102#00\n");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("drive.log:3: the log pauses for more than an hour"));
+}
+
+TEST_F(OdomReplay, RefusesALogInWhichNoTimePasses) {
+  for (const std::string stamp : {"0.000000", "1700000000.250000"}) {
+    std::string log = "\n";
+    for (int i = 0; i < 150; ++i) log += "(" + stamp + ") can0 102#00\n";
+    const Outcome outcome = replay(log);
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_THAT(outcome.err,
+                HasSubstr("drive.log:151: all 150 frames up to here bear the stamp " + stamp));
+    EXPECT_FALSE(std::filesystem::exists(scratch_.path("pose.csv")));
+  }
 }
 
 TEST_F(OdomReplay, KeepsWhatItReads) {
