@@ -1,0 +1,15 @@
+#!/bin/bash
+# Kills of the daemon at any moment: kill.sh [KILLS], default 10000. odomd is killed with SIGKILL after
+# 20 to 70 ms of a drive, again and again, while three readers follow the pose. Asserts that readers
+# see only whole poses (on the grid of their instance, ticks that rise, finite, variances that are
+# none below zero), that each goes over to every successor or a later one, and that every successor
+# goes on from its predecessor. Ends with a dated summary line.
+set -uo pipefail
+cd "$(dirname "$0")/../.."
+kills=${1:-10000}
+case $kills in '' | *[!0-9]*) sed -n '2,6s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
+tools/dependencies.sh campaign || exit 1
+cmake --preset release >/dev/null &&
+  cmake --build --preset release --target odomd odom_command odom_shared >/dev/null || exit 1
+export PYTHONPATH=$PWD/python ODOM_LIBRARY=$PWD/build/release/lib/libodom.so.0
+exec /usr/bin/python3 tests/campaign/kill.py "$PWD/build/release/bin" "$kills"
