@@ -8,8 +8,8 @@
  *   word  512  the ring of slots: tick k lies in slot k modulo their number
  *
  * A slot is its sequence (2 * tick + 1 while it is written, 2 * tick + 2 after), odom_pose,
- * odom_details, padding to a cache line, and in its last word a checksum. What one read needs of the header (head, heartbeat)
- * lies in one cache line.
+ * odom_details, padding to a cache line, and in its last word a checksum. What one read needs of
+ * the header (head, heartbeat) lies in one cache line.
  *
  * The layout is append-only: ABI minor rises when a block grows at its end, ABI major when anything
  * moves. Readers go by the sizes in words 1 to 7, so either side may be the older one.
@@ -79,7 +79,7 @@ enum {
   ODOM_SLOT_SEQUENCE = 0,
   ODOM_SLOT_POSE = 1,
   ODOM_SLOT_DETAILS = ODOM_SLOT_POSE + ODOM_POSE_WORDS,
-  ODOM_SLOT_WORDS = 96,   /* 90 used, then room for odom_details, then */
+  ODOM_SLOT_WORDS = 96,    /* 90 used, then room for odom_details, then */
   ODOM_SLOT_CHECKSUM = 95, /* the last: of pose and details, for the writer's successor alone */
 
   ODOM_SEGMENT_SLOTS_MIN = 4,

@@ -84,8 +84,8 @@ static inline uint64_t odomi_tick(uint64_t sequence) {
   return sequence / 2 - 1;
 }
 
-/* Of `count` words. Each step is one-to-one in the sum and in the word, so that no change of a single
- * word goes unseen; four sums at a time, which do not wait for each other. */
+/* Of `count` words. Each step is one-to-one in the sum and in the word, so that no change of a
+ * single word goes unseen; four sums at a time, which do not wait for each other. */
 static inline uint64_t odomi_checksum(const uint64_t* words, size_t count) {
   uint64_t sums[4] = {1, 2, 3, 4};
   for (size_t i = 0; i < count; ++i) {
