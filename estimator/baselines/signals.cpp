@@ -33,7 +33,7 @@ Verdict HeldSignals::take(const Measurement& sample, std::int64_t latest_ns) noe
 }
 
 std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
-                                         double yaw_rate) noexcept {
+                                         double car_yaw_rate) noexcept {
   constexpr double silent_after_s = 0.5;
   std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();
   for (std::size_t i = 0; i < source_count; ++i) {
@@ -49,7 +49,7 @@ std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& 
     const double value = held[source].value;
     return reversing ? -std::abs(value) : value;
   };
-  const double turn = yaw_rate * car.track_width / 2.0;
+  const double turn = car_yaw_rate * car.track_width / 2.0;
   // Of two wheels that roll at an angle of this cosine: of both, or else of the one that is alive.
   const auto of_wheels = [&](Source left, Source right, double along) -> std::optional<AxleSpeed> {
     if (alive(left) && alive(right)) {
