@@ -56,9 +56,9 @@ class FrameSource {
   /// away. May allocate and call the system; never throws.
   virtual void maintain() noexcept {}
 
-  /// The first thing worth telling the user since the source was opened, one line; empty while
-  /// there is none. From the thread that calls `maintain`.
-  [[nodiscard]] virtual std::string complaint() const { return {}; }
+  /// What is worth telling the user since the source was opened, one line each, in the order in
+  /// which it came; of each kind the first. It only grows. From the thread that calls `maintain`.
+  [[nodiscard]] virtual std::vector<std::string> complaints() const { return {}; }
 
   /// What the user called it: "can0", "drive.log", "-".
   [[nodiscard]] virtual const std::string& name() const noexcept = 0;

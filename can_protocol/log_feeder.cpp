@@ -118,17 +118,13 @@ LinkState LogFeeder::link() const noexcept {
   return fed_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended : LinkState::up;
 }
 
-std::string LogFeeder::complaint() const {
-  return has_complaint_.load(std::memory_order_acquire) ? complaint_text_ : std::string();
-}
-
 // The thread's side -------------------------------------------------------------------------------
 
 void LogFeeder::run() noexcept {
   try {
     feed();
   } catch (const std::exception& error) {
-    complain(label_ + ": " + error.what());
+    complaints_.add(Complaint::failure, label_ + ": " + error.what());
   }
   fed_.store(true, std::memory_order_release);
 }
@@ -144,9 +140,10 @@ void LogFeeder::feed() {
       const std::int64_t release_ns = frame->time_ns - clock_.advance_ns();
       const std::int64_t pause_ns = release_ns - monotonic_now();
       if (pause_ns > long_pause_ns)
-        complain(at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
-                 std::to_string(pause_ns / ns_per_s) +
-                 " s, which are waited for; cut the log where it pauses");
+        complaints_.add(Complaint::long_pause,
+                        at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
+                            std::to_string(pause_ns / ns_per_s) +
+                            " s, which are waited for; cut the log where it pauses");
       // Runs ahead in strides of half the window: one wake-up for many frames.
       if (pause_ns > reads_ahead_ns() &&
           wait_until(release_ns - reads_ahead_ns() / 2) == Waited::stopped)
@@ -166,8 +163,8 @@ void LogFeeder::doubt_stamps(const Frame& frame) {
 }
 
 void LogFeeder::tell_one_stamp() {
-  complain(
-      describe_one_stamp(at_line(label_, lines_.line_number()), with_only_stamp_, *only_stamp_ns_));
+  complaints_.add(Complaint::one_stamp, describe_one_stamp(at_line(label_, lines_.line_number()),
+                                                           with_only_stamp_, *only_stamp_ns_));
 }
 
 /// Now, and a little. The first line of a pipe may be older than that: it was held up, or had
@@ -186,9 +183,11 @@ void LogFeeder::follow_arrivals(const Frame& frame) {
   const std::int64_t by_ns =
       clock_.advance(frame.time_ns, frame.time_ns + *delay_ns + lead_ns_, pipe_ahead_ns + lead_ns_);
   if (by_ns > 0)
-    complain(label_ + ": its first line came late: the others come " +
-             std::to_string(by_ns / 1'000'000) +
-             " ms earlier against their stamps; they are followed, and what lies between is lost");
+    complaints_.add(
+        Complaint::late_first_line,
+        label_ + ": its first line came late: the others come " +
+            std::to_string(by_ns / 1'000'000) +
+            " ms earlier against their stamps; they are followed, and what lies between is lost");
 }
 
 void LogFeeder::follow_step(const Frame& frame) {
@@ -198,8 +197,10 @@ void LogFeeder::follow_step(const Frame& frame) {
   clock_.restart(frame.time_ns, now_ns + lead_ns_);
   delay_.restart();
   counters_.clock_steps.add();
-  complain(at_line(label_, lines_.line_number()) + "the clock behind the stamps was set by " +
-           std::to_string(*step_ns / ns_per_s) + " s; they are followed from here");
+  complaints_.add(Complaint::clock_step, at_line(label_, lines_.line_number()) +
+                                             "the clock behind the stamps was set by " +
+                                             std::to_string(*step_ns / ns_per_s) +
+                                             " s; they are followed from here");
 }
 
 std::optional<Frame> LogFeeder::next() {
@@ -215,7 +216,8 @@ std::optional<Frame> LogFeeder::next() {
       case LineBuffer::Fill::again:
         break;
       case LineBuffer::Fill::error:
-        complain(label_ + ": reading failed: " + std::generic_category().message(errno));
+        complaints_.add(Complaint::failure,
+                        label_ + ": reading failed: " + std::generic_category().message(errno));
         [[fallthrough]];
       case LineBuffer::Fill::end:
         input_ended_ = true;
@@ -230,15 +232,17 @@ bool LogFeeder::take(std::string_view text, Frame& frame) {
   const CandumpLine line = parse_candump_line(text);
   if (!line.good()) {
     counters_.malformed.add();
-    complain(input_ended_ ? describe_cut_off(label_, lines_.line_number())
-                          : describe(label_, lines_.line_number(), line));
+    complaints_.add(Complaint::malformed_line, input_ended_
+                                                   ? describe_cut_off(label_, lines_.line_number())
+                                                   : describe(label_, lines_.line_number(), line));
     return false;
   }
   if (line.interface != last_interface_) {
     const auto bus = buses_.index_of(line.interface);
     if (!bus) {
       counters_.malformed.add();
-      complain(describe_bus_too_many(label_, lines_.line_number(), line.interface));
+      complaints_.add(Complaint::too_many_buses,
+                      describe_bus_too_many(label_, lines_.line_number(), line.interface));
       return false;
     }
     last_interface_ = line.interface;
@@ -266,12 +270,6 @@ LogFeeder::Waited LogFeeder::wait_until(std::int64_t monotonic_ns) const {
     pollfd stop{stop_.get(), POLLIN, 0};
     if (::ppoll(&stop, 1, &timeout, nullptr) > 0) return Waited::stopped;
   }
-}
-
-void LogFeeder::complain(std::string text) {
-  if (has_complaint_.load(std::memory_order_relaxed)) return;
-  complaint_text_ = std::move(text);
-  has_complaint_.store(true, std::memory_order_release);
 }
 
 }  // namespace odomd::can

@@ -7,9 +7,11 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/candump.hpp"
+#include "can_protocol/complaints.hpp"
 #include "can_protocol/file_descriptor.hpp"
 #include "can_protocol/frame_source.hpp"
 #include "can_protocol/line_buffer.hpp"
@@ -54,7 +56,7 @@ class LogFeeder final : public FrameSource {
     return clock_.offset_ns();
   }
 
-  [[nodiscard]] std::string complaint() const override;
+  [[nodiscard]] std::vector<std::string> complaints() const override { return complaints_.list(); }
 
  private:
   enum class Waited : std::uint8_t { due, stopped };
@@ -73,7 +75,6 @@ class LogFeeder final : public FrameSource {
   bool take(std::string_view text, Frame& frame);
   Waited wait_for_input();
   Waited wait_until(std::int64_t monotonic_ns) const;
-  void complain(std::string text);
 
   std::string path_;
   std::string label_;
@@ -97,8 +98,7 @@ class LogFeeder final : public FrameSource {
   std::uint8_t last_bus_ = 0;
   bool input_ended_ = false;
 
-  std::string complaint_text_;  // written once, before the flag
-  std::atomic<bool> has_complaint_{false};
+  Complaints complaints_;
   std::atomic<bool> fed_{false};  // the thread pushes no more
   SpscRing<Frame, ring_capacity> ring_;
   std::thread thread_;

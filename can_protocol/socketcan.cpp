@@ -107,7 +107,7 @@ void SocketCanSource::maintain() noexcept {
     connect();
   } catch (const std::exception& error) {
     link_.store(LinkState::gone, std::memory_order_relaxed);
-    if (complaint_.empty()) complaint_ = error.what();
+    complaints_.add(Complaint::failure, error.what());
   }
 }
 
@@ -155,10 +155,11 @@ FileDescriptor SocketCanSource::open_socket(int index) {
   int granted = 0;
   socklen_t size = sizeof granted;
   ::getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size);
-  if (granted / 2 < settings_.receive_buffer && complaint_.empty())
-    complaint_ = interface_ + ": the receive buffer is " + std::to_string(granted / 2) +
-                 " bytes, not " + std::to_string(settings_.receive_buffer) +
-                 "; raise net.core.rmem_max, or grant CAP_NET_ADMIN";
+  if (granted / 2 < settings_.receive_buffer)
+    complaints_.add(Complaint::small_buffer,
+                    interface_ + ": the receive buffer is " + std::to_string(granted / 2) +
+                        " bytes, not " + std::to_string(settings_.receive_buffer) +
+                        "; raise net.core.rmem_max, or grant CAP_NET_ADMIN");
 
   // Raw CAN sockets know no half-close (yet); where one does, the way out is shut.
   ::shutdown(fd, SHUT_WR);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "can_protocol/complaints.hpp"
 #include "can_protocol/file_descriptor.hpp"
 #include "can_protocol/frame_receiver.hpp"
 #include "can_protocol/frame_source.hpp"
@@ -42,7 +43,7 @@ class SocketCanSource final : public FrameSource {
   [[nodiscard]] const SourceCounters& counters() const noexcept override { return counters_; }
   [[nodiscard]] const std::string& name() const noexcept override { return interface_; }
   void maintain() noexcept override;
-  [[nodiscard]] std::string complaint() const override { return complaint_; }
+  [[nodiscard]] std::vector<std::string> complaints() const override { return complaints_.list(); }
 
  private:
   static constexpr int none = -1;
@@ -72,7 +73,7 @@ class SocketCanSource final : public FrameSource {
   FileDescriptor control_;  // to ask after interfaces
   int newest_ = none;       // last offered
   int bound_index_ = 0;     // interface index it is bound to, 0: none
-  std::string complaint_;
+  Complaints complaints_;
 };
 
 }  // namespace odomd::can

@@ -86,10 +86,9 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
                                source.name(), lost - bus.lost));
       bus.lost = lost;
     }
-    if (std::string complaint = source.complaint(); complaint != bus.complaint) {
-      if (!complaint.empty()) journal.warn(complaint);
-      bus.complaint = std::move(complaint);
-    }
+    const std::vector<std::string> complaints = source.complaints();
+    for (; bus.complaints_told < complaints.size(); ++bus.complaints_told)
+      journal.warn(complaints[bus.complaints_told]);
     look_at_controller(i, now_ns, journal);
   }
 }

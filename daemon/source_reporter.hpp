@@ -37,7 +37,7 @@ class SourceReporter {
     std::uint64_t error_frames = 0;
     std::uint64_t bus_offs = 0;
     ControllerNews controller;
-    std::string complaint;
+    std::size_t complaints_told = 0;
   };
   /// Of the camera's poses so many are looked at together.
   static constexpr std::uint64_t enough_poses = 10;

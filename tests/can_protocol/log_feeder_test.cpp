@@ -22,6 +22,8 @@
 namespace odomd::can::log_feeder_test {
 namespace {
 
+using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr std::int64_t period = 5'000'000;
@@ -254,7 +256,8 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   EXPECT_EQ(drain(feeder, 100).size(), 9U);
   EXPECT_EQ(feeder.link(), LinkState::ended);
   EXPECT_EQ(feeder.counters().malformed.get(), 4U);  // two lines, one bus, the cut-off end
-  EXPECT_THAT(feeder.complaint(), HasSubstr("drive.log:2: expected '('"));
+  EXPECT_THAT(feeder.complaints(),
+              ElementsAre(HasSubstr("drive.log:2: expected '('"), HasSubstr("can8")));
 }
 
 TEST(LogFeeder, SaysThatNoTimePassesInALog) {
@@ -266,9 +269,25 @@ TEST(LogFeeder, SaysThatNoTimePassesInALog) {
     LogClock clock(0, period);
     LogFeeder feeder(file.path(), buses, clock);
     await_end(feeder);
-    EXPECT_THAT(feeder.complaint(),
-                HasSubstr("drive.log:150: all 150 frames up to here bear the stamp " + stamp));
+    EXPECT_THAT(
+        feeder.complaints(),
+        ElementsAre(HasSubstr("drive.log:150: all 150 frames up to here bear the stamp " + stamp)));
   }
+}
+
+TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
+  std::string text = "nonsense\nmore nonsense\n";
+  for (int i = 0; i < 600; ++i) text += "(1.000000) can0 102#00\n";
+  for (int i = 0; i < 2; ++i)
+    for (char bus = '1'; bus <= '9'; ++bus) text += std::string("(1.000000) can") + bus + " 003#\n";
+  const TemporaryFile file("drive.log", text + "nonsense\n");
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  await_end(feeder);
+  EXPECT_THAT(feeder.complaints(),
+              ElementsAre(HasSubstr("drive.log:1: expected '('"),
+                          HasSubstr("drive.log:502: all 500"), HasSubstr("can8")));
 }
 
 TEST(LogFeeder, RefusesALogThatCannotBeOpened) {
@@ -321,7 +340,8 @@ TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
   stamp_ms -= 7'200'000;
   live_frames();
   EXPECT_EQ(feeder.counters().clock_steps.get(), 2U);
-  EXPECT_THAT(feeder.complaint(), HasSubstr("the clock behind the stamps was set by 35"));
+  EXPECT_THAT(feeder.complaints(),
+              Contains(HasSubstr("the clock behind the stamps was set by 35")));
 }
 
 std::string line_at(std::int64_t stamp_ns) {
@@ -410,9 +430,10 @@ TEST(LogFeeder, EndsInsideAGapOfYears) {
   EXPECT_EQ(feeder.drain(frames, never_held_back, monotonic_now()), 0U);
   EXPECT_EQ(feeder.link(), LinkState::up);
   const auto deadline = std::chrono::steady_clock::now() + patience;
-  while (feeder.complaint().empty() && std::chrono::steady_clock::now() < deadline)
+  while (feeder.complaints().empty() && std::chrono::steady_clock::now() < deadline)
     std::this_thread::yield();
-  EXPECT_THAT(feeder.complaint(), HasSubstr("drive.log:2: the stamps jump ahead by 8999999998 s"));
+  EXPECT_THAT(feeder.complaints(),
+              ElementsAre(HasSubstr("drive.log:2: the stamps jump ahead by 8999999998 s")));
 }
 
 TEST(LogFeeder, EndsWhileItsRingIsFull) {
