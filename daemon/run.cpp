@@ -22,6 +22,7 @@
 #include "can_protocol/open_source.hpp"
 #include "daemon/beat.hpp"
 #include "daemon/controller_watch.hpp"
+#include "daemon/inheritance.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/recorder_door.hpp"
@@ -34,9 +35,6 @@
 
 namespace odomd::daemon {
 namespace {
-
-/// A predecessor's pose is gone on from while it is younger than this.
-constexpr std::int64_t inheritance_ns = 2'000'000'000;
 
 std::int64_t monotonic_now() {
   timespec now{};
@@ -94,11 +92,8 @@ bool resume(Pipeline& pipeline, const std::optional<shm::Inheritance>& predecess
     return can::source_kind(source) == can::SourceKind::log;
   });
   if (settings.resume == Resume::forbidden || all_files || !predecessor) return false;
-  const std::int64_t gap_ns = monotonic_now() - predecessor->pose.time_ns;
-  if (gap_ns < 0 || gap_ns >= inheritance_ns || predecessor->pose.mode == ODOM_INITIALISING ||
-      predecessor->pose.mode == ODOM_FAULT)
-    return false;
-  return pipeline.resume(predecessor->pose, predecessor->details, gap_ns);
+  const auto age_ns = age_to_go_on_from(predecessor->pose, monotonic_now());
+  return age_ns && pipeline.resume(predecessor->pose, predecessor->details, *age_ns);
 }
 
 /// The beat in its thread, for as long as this lives.
