@@ -34,8 +34,11 @@ std::string problem_of_rate(const std::string& text) {
 }
 
 std::string problem_of_name(const std::string& text) {
-  if (!text.empty() && text.find_first_of(" \t\n") == std::string::npos) return "";
-  return tools::quoted(text) + " is no name of a frame; it has letters and no blanks: base_link";
+  constexpr std::size_t longest = 255;
+  const bool has_blanks = text.find_first_of(" \t\n") != std::string::npos;
+  if (!text.empty() && text.size() <= longest && !has_blanks) return "";
+  return tools::quoted(text) +
+         " is no name of a frame; it has letters and no blanks, at most 255 bytes: base_link";
 }
 
 }  // namespace
