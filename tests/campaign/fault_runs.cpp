@@ -1,0 +1,267 @@
+// Every kind of fault on one simulated drive, with its camera and without: a line of JSON a run.
+// For tests/campaign/integrity.py.
+//
+//   fault_runs FOLDER SEED [--kinds a,b,c] [--camera on|off|both] [--list]
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include "estimator/integrity/source_monitor.hpp"
+#include "tests/campaign/faulty_drive.hpp"
+#include "tools/fault/injector.hpp"
+#include "tools/sim/random.hpp"
+
+namespace odomd::campaign {
+namespace {
+
+// What is tried: every way to fail that a sensor has, on the sensors that differ in what
+// contradicts them; one rear and one front wheel stand for the others.
+constexpr std::string_view tried =
+    "gyro.frozen,gyro.zero,gyro.stuck,gyro.halved,gyro.doubled,gyro.scaled,gyro.biased,gyro.ramped,"
+    "gyro.inverted,gyro.noisy,"
+    "accel_x.frozen,accel_x.zero,accel_x.biased,accel_x.inverted,accel_x.noisy,"
+    "accel_y.frozen,accel_y.zero,accel_y.biased,accel_y.inverted,accel_y.noisy,"
+    "accel.axes_swapped,"
+    "steering.frozen,steering.zero,steering.stuck,steering.scaled,steering.biased,steering.ramped,"
+    "steering.inverted,steering.noisy,steering.lost,"
+    "wheel_rear_left.frozen,wheel_rear_left.zero,wheel_rear_left.halved,wheel_rear_left.doubled,"
+    "wheel_rear_left.biased,wheel_rear_left.ramped,wheel_rear_left.noisy,wheel_rear_left.slipping,"
+    "wheel_front_right.frozen,wheel_front_right.scaled,wheel_front_right.inverted,"
+    "wheel_front_right.locked,"
+    "wheels.frozen,wheels.zero,wheels.locked,wheels.halved,wheels.scaled,wheels.inverted,"
+    "wheels.lost,wheels.delayed,wheels.left_right,wheels.front_rear,wheels.duplicated,"
+    "wheels.reordered,wheels.bit_flips_repaired,"
+    "imu.frozen,imu.lost,imu.delayed,imu.jittered,imu.bit_flips,imu.bit_flips_repaired,"
+    "bus.jittered,bus.shifted,"
+    "camera.lost,camera.frozen,camera.frozen_noisy,camera.moved,camera.turned,camera.drifting,"
+    "camera.mirrored,camera.outliers,camera.early,camera.late,camera.noisy";
+
+// What a controller would heed. Not: what only the machine knows (not_realtime, restarted,
+// carried_over, ...), which no replay sets.
+constexpr std::uint32_t heeded =
+    ODOM_COND_BUS_DOWN | ODOM_COND_SIGNAL_TIMEOUT | ODOM_COND_PROTECTION | ODOM_COND_FRAMES_LOST |
+    ODOM_COND_CAMERA_REJECTED | ODOM_COND_MODEL_FAULT | ODOM_COND_NON_FINITE |
+    ODOM_COND_SENSOR_FAULT | ODOM_COND_WHEEL_SLIP;
+
+constexpr double most_sigmas = 5.0;
+constexpr double gross_m = 0.1;
+constexpr double gross_rad = 0.1;
+constexpr std::uint32_t camera_bit = 1U << estimator::index_of(estimator::Source::camera);
+
+struct Options {
+  std::string folder;
+  std::uint64_t seed = 1;
+  std::string kinds{tried};
+  std::string camera = "both";
+};
+
+// Whether the mode vouches for the pose: tracking, and standstill while a camera that is there is
+// heard; without a camera dead reckoning and standstill.
+bool is_nominal(const Tick& tick, Camera camera) {
+  if (camera == Camera::off)
+    return tick.mode == ODOM_DEAD_RECKONING || tick.mode == ODOM_STANDSTILL;
+  return tick.mode == ODOM_TRACKING ||
+         (tick.mode == ODOM_STANDSTILL && (tick.health & camera_bit) != 0);
+}
+
+// Whether a controller is told. What the drive without the fault says at the same tick is no news:
+// a bit, or a mode, that it has there counts for nothing.
+bool is_told(const Tick& tick, const Tick* healthy, Camera camera) {
+  if (!tick.initialised) return true;
+  const std::uint32_t routine = healthy != nullptr ? healthy->conditions : 0;
+  if ((tick.conditions & heeded & ~routine) != 0) return true;
+  if (is_nominal(tick, camera)) return false;
+  return healthy == nullptr || healthy->mode != tick.mode;
+}
+
+class Report {
+ public:
+  Report(const Drive& drive, Camera camera, std::size_t first)
+      : drive_(drive), camera_(camera), first_(first) {}
+
+  // `healthy`: the same ticks without the fault; none where this is that drive.
+  nlohmann::ordered_json of(const Run& run, std::span<const Tick> healthy) const {
+    nlohmann::ordered_json json;
+    const double period_s = static_cast<double>(drive_.config.realtime.period_ns) * 1e-9;
+    std::size_t silent = 0;
+    std::size_t gross = 0;
+    std::optional<std::size_t> first_silent;
+    std::optional<std::size_t> first_gross;
+    std::optional<std::size_t> told;
+    std::uint32_t bits = 0;
+    Tick worst;
+    double worst_silent_m = 0.0;
+    nlohmann::ordered_json flag = nullptr;
+    for (std::size_t i = 0; i < run.size(); ++i) {
+      const Tick& tick = run[i];
+      const Tick* const other = healthy.empty() ? nullptr : &healthy[i];
+      const bool is_news = is_told(tick, other, camera_);
+      if (is_news && !told) told = i;
+      bits |= tick.conditions & heeded & ~(other != nullptr ? other->conditions : 0);
+      if (!is_news && tick.sigmas > most_sigmas) {
+        ++silent;
+        if (!first_silent) first_silent = i;
+        worst_silent_m = std::max(worst_silent_m, tick.position_m);
+        if (tick.position_m > gross_m || tick.yaw_rad > gross_rad) {
+          ++gross;
+          if (!first_gross) first_gross = i;
+        }
+      }
+      worst.position_m = std::max(worst.position_m, tick.position_m);
+      worst.yaw_rad = std::max(worst.yaw_rad, tick.yaw_rad);
+      worst.sigmas = std::max(worst.sigmas, tick.sigmas);
+      for (std::size_t s = 0; flag.is_null() && s < tick.flags.size(); ++s)
+        if (tick.flags[s] != 0 && (other == nullptr || other->flags[s] != tick.flags[s]))
+          flag = {{"source", estimator::source_names[s]},
+                  {"flag", estimator::source_flag_names[tick.flags[s]]},
+                  {"t", seconds(i)}};
+    }
+    json["silent_s"] = rounded(static_cast<double>(silent) * period_s);
+    json["silent_gross_s"] = rounded(static_cast<double>(gross) * period_s);
+    json["first_silent"] = optional_seconds(first_silent);
+    json["first_gross"] = optional_seconds(first_gross);
+    json["told"] = optional_seconds(told);
+    json["conditions"] = names(bits);
+    json["first_flag"] = flag;
+    json["worst_m"] = rounded(worst.position_m);
+    json["worst_rad"] = rounded(worst.yaw_rad);
+    json["worst_sigmas"] = rounded(worst.sigmas);
+    json["worst_silent_m"] = rounded(worst_silent_m);
+    json["end_m"] = rounded(run.back().position_m);
+    json["end_rad"] = rounded(run.back().yaw_rad);
+    return json;
+  }
+
+  static double rounded(double value) { return std::round(value * 1e4) / 1e4; }
+
+ private:
+  [[nodiscard]] double seconds(std::size_t tick) const {
+    return rounded(static_cast<double>(drive_.tick_ns(first_ + tick) - drive_.start_ns()) * 1e-9);
+  }
+  [[nodiscard]] nlohmann::ordered_json optional_seconds(std::optional<std::size_t> tick) const {
+    return tick ? nlohmann::ordered_json(seconds(*tick)) : nlohmann::ordered_json(nullptr);
+  }
+  static std::vector<std::string> names(std::uint32_t bits) {
+    static constexpr std::array<std::pair<std::uint32_t, const char*>, 9> all{{
+        {ODOM_COND_BUS_DOWN, "bus_down"},
+        {ODOM_COND_SIGNAL_TIMEOUT, "signal_timeout"},
+        {ODOM_COND_PROTECTION, "protection"},
+        {ODOM_COND_FRAMES_LOST, "frames_lost"},
+        {ODOM_COND_CAMERA_REJECTED, "camera_rejected"},
+        {ODOM_COND_MODEL_FAULT, "model_fault"},
+        {ODOM_COND_NON_FINITE, "non_finite"},
+        {ODOM_COND_SENSOR_FAULT, "sensor_fault"},
+        {ODOM_COND_WHEEL_SLIP, "wheel_slip"},
+    }};
+    std::vector<std::string> result;
+    for (const auto& [bit, name] : all)
+      if ((bits & bit) != 0) result.emplace_back(name);
+    return result;
+  }
+
+  const Drive& drive_;
+  Camera camera_;
+  std::size_t first_;  ///< tick of the run's first
+};
+
+void print(const nlohmann::ordered_json& head, const nlohmann::ordered_json& rest) {
+  nlohmann::ordered_json line = head;
+  line.update(rest);
+  fmt::print("{}\n", line.dump());
+}
+
+std::vector<fault::Kind> kinds_of(const std::string& list) {
+  std::vector<fault::Kind> kinds;
+  for (std::size_t at = 0; at <= list.size();) {
+    const std::size_t end = std::min(list.find(',', at), list.size());
+    if (end > at && list.substr(at, end - at) != "none")
+      kinds.push_back(fault::parse_kind(std::string_view(list).substr(at, end - at)));
+    at = end + 1;
+  }
+  return kinds;
+}
+
+void run_all(const Drive& drive, Camera camera, const Options& options) {
+  // 25 to 60 % into the drive; for half the seeds for 5 s, for the others to the end.
+  sim::RandomStream random(options.seed, "begin of the faults");
+  const auto begin =
+      static_cast<std::size_t>(random.uniform(0.25, 0.60) * static_cast<double>(drive.ticks));
+  const double begin_s = static_cast<double>(drive.tick_ns(begin) - drive.start_ns() + 1) * 1e-9;
+  const bool ends = options.seed / 2 % 2 == 0;
+  const FaultyDrive runs(drive, camera, begin);
+  const bool on = camera == Camera::on;
+
+  const auto head = [&](const std::string& kind) {
+    return nlohmann::ordered_json{
+        {"kind", kind},
+        {"camera", on},
+        {"begin", Report::rounded(begin_s)},
+        {"lasts", ends ? nlohmann::ordered_json(5.0) : nlohmann::ordered_json(nullptr)}};
+  };
+  nlohmann::ordered_json none = Report(drive, camera, 0).of(runs.healthy(), {});
+  none["left_out_m"] = none["end_m"];
+  none["left_out_rad"] = none["end_rad"];
+  print(head("none"), none);
+
+  const std::span healthy = std::span(runs.healthy()).subspan(begin + 1);
+  const Report report(drive, camera, begin + 1);
+  std::map<fault::Sources, Tick> left_out{{0, runs.healthy().back()}};
+  for (const fault::Kind kind : kinds_of(options.kinds)) {
+    if (kind.part == fault::Part::camera && !on) continue;
+    fault::Fault one{.kind = kind,
+                     .begin_s = begin_s,
+                     .magnitude = fault::default_magnitude(kind).value,
+                     .seed = options.seed};
+    if (ends) one.duration_s = 5.0;
+    const fault::Sources sources = fault::sources_of(kind);
+    if (!left_out.contains(sources)) left_out[sources] = runs.without(sources).back();
+    nlohmann::ordered_json told = report.of(runs.with(one), healthy);
+    told["left_out_m"] = Report::rounded(left_out[sources].position_m);
+    told["left_out_rad"] = Report::rounded(left_out[sources].yaw_rad);
+    print(head(fault::name_of(kind)), told);
+  }
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app("Every kind of fault on one simulated drive");
+  bool list = false;
+  app.add_option("folder", options.folder, "Drive of odom sim");
+  app.add_option("seed", options.seed, "Seed of the faults");
+  app.add_option("--kinds", options.kinds, "Kinds, with commas between");
+  app.add_option("--camera", options.camera, "on, off, or both")
+      ->check(CLI::IsMember({"on", "off", "both"}));
+  app.add_flag("--list", list, "The kinds that are tried, a line each");
+  CLI11_PARSE(app, argc, argv);
+  if (list) {
+    for (const fault::Kind kind : kinds_of(options.kinds)) fmt::print("{}\n", fault::name_of(kind));
+    return 0;
+  }
+  const Drive drive = read_drive(options.folder);
+  if (options.camera != "on") run_all(drive, Camera::off, options);
+  if (options.camera != "off") run_all(drive, Camera::on, options);
+  return 0;
+}
+
+}  // namespace
+}  // namespace odomd::campaign
+
+int main(int argc, char** argv) {
+  try {
+    return odomd::campaign::run(argc, argv);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "fault_runs: {}\n", error.what());
+    return 1;
+  }
+}

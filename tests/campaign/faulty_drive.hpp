@@ -1,0 +1,96 @@
+// A simulated drive through the daemon's pipeline, with and without a fault, held against the truth
+// at every tick: what the integrity campaign measures with.
+//
+// What comes before the fault is the same in all runs, so it is replayed once: every run goes on
+// from the pipeline's state there.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/dbc.hpp"
+#include "can_protocol/frame.hpp"
+#include "daemon/config.hpp"
+#include "daemon/pipeline.hpp"
+#include "estimator/common/measurement.hpp"
+#include "tools/fault/fault.hpp"
+#include "tools/trajectory.hpp"
+
+namespace odomd::campaign {
+
+/// The error of a pose, and what is said of it.
+struct Tick {
+  double position_m = 0.0;
+  double yaw_rad = 0.0;
+  double sigmas = 0.0;  ///< the larger of the position's Mahalanobis distance and |yaw|/sigma
+  bool initialised = false;
+  std::uint32_t mode = 0;
+  std::uint32_t conditions = 0;
+  std::uint32_t health = 0;
+  std::array<std::uint8_t, estimator::source_count> flags{};  ///< estimator::SourceFlag
+};
+
+/// One run from the fault's begin on, or the whole drive: a tick after the other.
+using Run = std::vector<Tick>;
+
+enum class Camera : std::uint8_t { off, on };
+
+/// Files of a drive, decoded to frames once.
+struct Drive {
+  daemon::Config config;
+  std::vector<can::Database> databases;
+  std::vector<std::string> buses;
+  std::vector<can::Frame> frames;
+  std::vector<estimator::CameraPose> cameras;
+  tools::Trajectory truth;
+  std::int64_t first_tick_ns = 0;
+  std::size_t ticks = 0;
+
+  [[nodiscard]] std::int64_t start_ns() const { return frames.front().time_ns; }
+  [[nodiscard]] std::int64_t tick_ns(std::size_t tick) const {
+    return first_tick_ns + static_cast<std::int64_t>(tick) * config.realtime.period_ns;
+  }
+};
+
+/// Reads car.toml, drive.log, camera.csv and truth.csv.
+[[nodiscard]] Drive read_drive(const std::filesystem::path& folder);
+
+/// The runs of a drive whose faults begin after one tick.
+class FaultyDrive {
+ public:
+  /// Replays the drive as it is. Both must outlive this. `begin`: the last tick before the faults.
+  FaultyDrive(const Drive& drive, Camera camera, std::size_t begin);
+
+  /// The drive as it is, from its first tick on.
+  [[nodiscard]] const Run& healthy() const noexcept { return healthy_; }
+  /// From the tick behind `begin` on.
+  [[nodiscard]] Run with(const fault::Fault& fault) const;
+  [[nodiscard]] Run without(fault::Sources sources) const;
+
+ private:
+  [[nodiscard]] std::unique_ptr<daemon::Pipeline> pipeline(fault::Sources left_out) const;
+  [[nodiscard]] Tick tick(daemon::Pipeline& pipeline, std::size_t number) const;
+  [[nodiscard]] std::unique_ptr<daemon::Pipeline> resumed(fault::Sources left_out) const;
+  [[nodiscard]] Run play(daemon::Pipeline& pipeline, std::span<const can::Frame> frames,
+                         std::span<const estimator::CameraPose> cameras, std::size_t from,
+                         std::size_t to) const;
+
+  const Drive& drive_;
+  Camera camera_;
+  std::size_t begin_;
+  std::vector<std::optional<tools::TrajectoryPoint>> truth_;  ///< by tick
+  std::size_t frames_before_ = 0;                             ///< taken in by `begin`
+  std::size_t cameras_before_ = 0;
+  std::unique_ptr<daemon::PipelineState> state_;  ///< after it
+  std::vector<can::ProtectionState> protections_;
+  Run healthy_;
+};
+
+}  // namespace odomd::campaign

@@ -1,0 +1,218 @@
+#!/usr/bin/env python3
+"""Whether odomd ever publishes a wrong pose in silence: every kind of fault on simulated drives.
+
+Each drive is replayed as it is, and once for every kind of fault, with its camera and without. Silent is a
+pose that is off by more than five of its own standard deviations with no condition set, in a mode that vouches
+for it; gross where it is off by more than 0.1 m or 0.1 rad, too. The bars, of each kind:
+
+  silent      without a camera silent for more than 0.5 s, with one gross for more than 0.5 s:
+              at most 2 % of the runs; of the drives as they are none
+  end error   at most 1.2 times that of the same drive without that source, and 5 cm: the median;
+              at most twice, and 5 cm: 95 % of the runs
+
+Standard output is a table in Markdown. Exit status 1 where a bar is missed or the work failed, 2 on wrong
+usage.
+"""
+
+import argparse
+import concurrent.futures
+import datetime
+import json
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
+SCENARIOS = {
+    "lap": ("--scenario", "lap"),
+    "stop-and-go": ("--scenario", "stop-and-go"),
+    "parking": ("--scenario", "parking"),
+    "road": ("--scenario", "road"),
+    "full-size": ("--car", "bmw_320i", "--scenario", "lap", "--speed", "15", "--duration", "60"),
+}
+LONGEST_SILENCE = 0.5  # s
+MOST_SILENT = 0.02  # of the runs
+SMALL = 0.05  # m, of an end error
+MEDIAN_RATIO = 1.2
+LARGEST_RATIO = 2.0
+WITHIN_LARGEST = 0.95  # of the runs
+
+# Kinds that no other sensor of the set contradicts, and the parity that is missing: at most eight, by the
+# camera being off or on. They are reported, and held to no bar.
+NOT_DETECTABLE = {
+    False: {},
+    True: {},
+}
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of a scenario; default: 20")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
+                        help="drives at a time; default: one a processor")
+    parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
+    parser.add_argument("--kind", action="append", metavar="NAME",
+                        help="this kind of fault, or all of a part (gyro), or the drives as they are (none); "
+                             "several times: these")
+    parser.add_argument("--camera", choices=("on", "off", "both"), default="both",
+                        help="replay with the camera, without, or both; default: both")
+    parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", metavar="DIR",
+                        help="where odom and fault_runs are; default: those of the release build")
+    parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
+                        help="keep the simulated drives here, and take those that are there already: empty it "
+                             "when the simulator has changed")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="every run, for programs")
+    parser.add_argument("--verbose", action="store_true", help="name every run that is silent too long")
+    given = parser.parse_args()
+    if given.seeds < 1 or given.jobs < 1:
+        parser.error("--seeds and --jobs: 1 or more")
+    for program in ("odom", "fault_runs"):
+        if not os.access(given.bin / program, os.X_OK):
+            parser.error(f"{given.bin / program} is missing: cmake --build --preset release --target {program}")
+    return given
+
+
+def run(*command):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else
+                           f"{command[0]}: exit status {done.returncode}")
+    return done.stdout
+
+
+def kinds(given):
+    """What fault_runs is to try: all that it knows, or those that were asked for."""
+    every = run(given.bin / "fault_runs", "--list").split()
+    if not given.kind:
+        return every
+    chosen = [kind for kind in every if any(kind == one or kind.startswith(one + ".") for one in given.kind)]
+    others = [one for one in given.kind if one != "none" and "." in one and one not in every]
+    return chosen + others
+
+
+def measure(given, scenario, seed, wanted):
+    """The lines of fault_runs of a drive."""
+    with tempfile.TemporaryDirectory(prefix="integrity-") as scratch:
+        folder = (given.work or pathlib.Path(scratch)) / f"{scenario}-{seed}"
+        if not (folder / "truth.csv").exists():
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            run(given.bin / "odom", "sim", *SCENARIOS[scenario], "--seed", seed, "--out", folder, "--force")
+        lines = run(given.bin / "fault_runs", folder, seed, "--camera", given.camera, "--kinds",
+                    ",".join(wanted) or "none")
+        return [{"scenario": scenario, "seed": seed, **json.loads(line)} for line in lines.splitlines()]
+
+
+def silence(one):
+    """What the bar is about [s]: without a camera every silence, with one the gross ones."""
+    return one["silent_gross_s"] if one["camera"] and one["kind"] != "none" else one["silent_s"]
+
+
+def ratio(one):
+    """End error by that without the source, 5 cm let be; where that is smaller, both are the same."""
+    return max(0.0, one["end_m"] - SMALL) / max(one["left_out_m"], 1e-3)
+
+
+class Row:
+    """All runs of a kind, with the camera or without."""
+
+    def __init__(self, kind, camera, runs):
+        self.kind, self.camera, self.runs = kind, camera, runs
+        share = lambda chosen: sum(map(bool, chosen)) / len(runs)
+        self.silent = share(one["silent_s"] > LONGEST_SILENCE for one in runs)
+        self.gross = share(one["silent_gross_s"] > LONGEST_SILENCE for one in runs)
+        self.judged = share(silence(one) > LONGEST_SILENCE for one in runs)
+        delays = [one["told"] - one["begin"] for one in runs
+                  if one["told"] is not None and one["told"] >= one["begin"]]
+        self.detected = len(delays) / len(runs)
+        self.delay = statistics.median(delays) if delays else None
+        self.worst = max(silence(one) for one in runs)
+        ratios = [ratio(one) for one in runs]
+        self.ratio = statistics.median(ratios)
+        self.within = share(value <= LARGEST_RATIO for value in ratios)
+        self.excuse = NOT_DETECTABLE[camera].get(kind)
+        self.missed = [] if self.excuse else list(self.bars())
+
+    def bars(self):
+        if self.judged > (0 if self.kind == "none" else MOST_SILENT):
+            yield "silent"
+        if self.kind != "none" and (self.ratio > MEDIAN_RATIO or self.within < WITHIN_LARGEST):
+            yield "end error"
+
+    def cells(self):
+        detected = "" if self.kind == "none" else f"{100 * self.detected:.0f}"
+        delay = "" if self.kind == "none" or self.delay is None else f"{self.delay:.2f}"
+        ends = ("", "") if self.kind == "none" else (f"{self.ratio:.2f}", f"{100 * self.within:.0f}")
+        verdict = f"not detectable: {self.excuse}" if self.excuse else ", ".join(self.missed) or "met"
+        return (str(len(self.runs)), f"{100 * self.silent:.0f}", f"{100 * self.gross:.0f}", detected, delay,
+                f"{self.worst:.2f}", *ends, verdict)
+
+
+HEADS = ("runs", "silent [%]", "gross [%]", "detected [%]", "delay [s]", "worst [s]", "end ratio", "≤ 2 [%]", "bars")
+
+
+def table(rows, title):
+    yield f"| {title} | " + " | ".join(HEADS) + " |"
+    yield "|---" + "|--:" * (len(HEADS) - 1) + "|---|"
+    for row in rows:
+        yield f"| {row.kind} | " + " | ".join(row.cells()) + " |"
+
+
+def summary(rows):
+    for camera in (False, True):
+        these = [row for row in rows if row.camera == camera and row.kind != "none"]
+        if not these:
+            continue
+        runs = [one for row in these for one in row.runs]
+        silent = sum(silence(one) > LONGEST_SILENCE for one in runs)
+        what = "gross in silence" if camera else "silent"
+        met = sum(not row.missed for row in these)
+        yield (f"Camera {'on' if camera else 'off'}: {met} of {len(these)} kinds meet their bars; {silent} of "
+               f"{len(runs)} runs {what} for more than {LONGEST_SILENCE} s ({100 * silent / len(runs):.1f} %), "
+               f"the worst {max(map(silence, runs)):.1f} s; end error too large: "
+               f"{sum('end error' in row.missed for row in these)} kinds.")
+
+
+def main():
+    given = arguments()
+    begun = datetime.datetime.now(datetime.timezone.utc)
+    wanted = kinds(given)
+    runs = []
+    with concurrent.futures.ProcessPoolExecutor(given.jobs) as pool:
+        started = [pool.submit(measure, given, scenario, seed, wanted)
+                   for scenario in given.scenario or SCENARIOS for seed in range(1, given.seeds + 1)]
+        for done, one in enumerate(started, start=1):
+            runs += one.result()
+            if sys.stderr.isatty():
+                print(f"\r{done} of {len(started)} drives ", end="", file=sys.stderr, flush=True)
+    found = {}
+    for one in runs:
+        found.setdefault((one["camera"], one["kind"]), []).append(one)
+    rows = [Row(kind, camera, ones) for (camera, kind), ones in found.items()]
+    for one in runs if given.verbose else ():
+        if silence(one) > (0 if one["kind"] == "none" else LONGEST_SILENCE):
+            print(f"{one['scenario']}, seed {one['seed']}, camera {'on' if one['camera'] else 'off'}: {one['kind']} "
+                  f"at {one['begin']:.2f} s: silent for {silence(one):.2f} s, first at "
+                  f"{one['first_gross' if one['camera'] else 'first_silent']} s", file=sys.stderr)
+    print(f"Integrity, {begun:%F}: {given.seeds} drives of each of {len(given.scenario or SCENARIOS)} scenarios.\n")
+    for camera in (False, True):
+        these = [row for row in rows if row.camera == camera]
+        if these:
+            print("\n".join(table(these, f"camera {'on' if camera else 'off'}")), "\n")
+    print("\n".join(summary(rows)), "\n")
+    if given.json:
+        given.json.write_text("[\n" + ",\n".join(json.dumps(one) for one in runs) + "\n]\n")
+    missed = [row for row in rows if row.missed]
+    took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
+    print(f"{begun:%F} integrity: {len(rows) - len(missed)} kinds met, {len(missed)} missed, in {took:.0f} s")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except (RuntimeError, OSError) as error:
+        print(f"integrity: {error}", file=sys.stderr)
+        sys.exit(1)

@@ -1,0 +1,118 @@
+#include "tools/fault/camera_fault.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace odomd::fault {
+namespace {
+
+using estimator::CameraPose;
+
+constexpr std::uint64_t outlier_every = 5;
+
+std::int64_t nanoseconds(double seconds) {
+  return std::llround(seconds * 1e9);
+}
+
+}  // namespace
+
+CameraFault::CameraFault(const Fault& fault, Span span)
+    : fault_(fault), span_(span), random_(fault.seed, name_of(fault.kind)) {}
+
+void CameraFault::take(const CameraPose& pose, std::vector<CameraPose>& out) {
+  release(pose.arrival_ns, out);
+  if (!span_.holds(pose.arrival_ns)) {
+    if (pose.arrival_ns < span_.begin_ns) latest_ = pose;
+    out.push_back(pose);
+    return;
+  }
+  switch (fault_.kind.act) {
+    case Act::lost:
+      return;
+    case Act::delayed:
+      held_.push_back(pose);
+      held_.back().arrival_ns += nanoseconds(fault_.magnitude);
+      return;
+    case Act::duplicated:
+      out.insert(out.end(), 2, pose);
+      return;
+    default:
+      out.push_back(changed(pose));
+      ++poses_;
+  }
+}
+
+void CameraFault::release(std::int64_t now_ns, std::vector<CameraPose>& out) {
+  std::size_t due = 0;
+  while (due < held_.size() && held_[due].arrival_ns <= now_ns) out.push_back(held_[due++]);
+  held_.erase(held_.begin(), held_.begin() + static_cast<std::ptrdiff_t>(due));
+}
+
+void CameraFault::add_noise(CameraPose& pose, double sigmas) {
+  pose.x += sigmas * pose.sigma_x * random_.normal();
+  pose.y += sigmas * pose.sigma_y * random_.normal();
+  pose.yaw += sigmas * pose.sigma_yaw * random_.normal();
+}
+
+CameraPose CameraFault::changed(const CameraPose& pose) {
+  CameraPose result = pose;
+  const double size = fault_.magnitude;
+  switch (fault_.kind.act) {
+    case Act::frozen:
+    case Act::frozen_noisy:
+      if (!latest_) latest_ = pose;
+      result.x = latest_->x;
+      result.y = latest_->y;
+      result.yaw = latest_->yaw;
+      if (fault_.kind.act == Act::frozen_noisy) add_noise(result, size);
+      break;
+    case Act::noisy:
+      add_noise(result, size);
+      break;
+    case Act::moved:
+      result.x += size;
+      break;
+    case Act::turned:
+      result.yaw += size;
+      break;
+    case Act::drifting:
+      result.x += size * static_cast<double>(pose.arrival_ns - span_.begin_ns) * 1e-9;
+      break;
+    case Act::mirrored:
+      result.y = -result.y;
+      result.yaw = -result.yaw;
+      break;
+    case Act::outliers:
+      if (poses_ % outlier_every == 0) {
+        const double direction = random_.uniform(0.0, 2.0 * std::numbers::pi);
+        result.x += size * std::cos(direction);
+        result.y += size * std::sin(direction);
+      }
+      break;
+    case Act::early:
+      result.capture_ns -= nanoseconds(size);
+      break;
+    case Act::late:
+      result.capture_ns += nanoseconds(size);
+      break;
+    default:
+      break;
+  }
+  return result;
+}
+
+std::vector<CameraPose> with_faults(std::vector<CameraPose> poses, const std::vector<Fault>& faults,
+                                    std::int64_t start_ns) {
+  for (const Fault& fault : faults) {
+    if (fault.kind.part != Part::camera) continue;
+    CameraFault stage(fault, span_of(fault, start_ns));
+    std::vector<CameraPose> out;
+    for (const CameraPose& pose : poses) stage.take(pose, out);
+    stage.release(std::numeric_limits<std::int64_t>::max(), out);
+    poses = std::move(out);
+  }
+  return poses;
+}
+
+}  // namespace odomd::fault

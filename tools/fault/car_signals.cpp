@@ -1,0 +1,155 @@
+#include "tools/fault/car_signals.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "can_protocol/signal_layout.hpp"
+
+namespace odomd::fault {
+namespace {
+
+using can::CompiledBinding;
+using can::Decoder;
+using can::SignalLayout;
+
+bool matches(const can::CompiledMatch& match, std::span<const std::uint8_t> payload) {
+  return can::extract_bits(match.signal, payload) == match.bits;
+}
+
+bool is_there(const Decoder::Tables& tables, const CompiledBinding& binding,
+              const can::Frame& frame) {
+  const auto payload = frame.payload();
+  const std::span selectors(tables.selectors);
+  for (const auto& one : selectors.subspan(binding.selectors.first, binding.selectors.count)) {
+    if (payload.size() < one.multiplexor.bytes_needed) return false;
+    const std::uint64_t selected = can::extract_bits(one.multiplexor, payload);
+    const std::span ranges = std::span(tables.ranges).subspan(one.ranges.first, one.ranges.count);
+    if (std::ranges::none_of(ranges, [&](const can::MultiplexRange& range) {
+          return range.first <= selected && selected <= range.last;
+        }))
+      return false;
+  }
+  return payload.size() >= binding.bytes_needed &&
+         (!binding.valid_when || matches(*binding.valid_when, payload));
+}
+
+bool is_direction(const CompiledBinding& binding) {
+  return binding.forward || binding.reverse;
+}
+
+double value_of(const CompiledBinding& binding, std::span<const SignalLayout> terms,
+                std::span<const std::uint8_t> payload) {
+  if (is_direction(binding)) {
+    if (binding.forward && matches(*binding.forward, payload)) return 1.0;
+    return binding.reverse && matches(*binding.reverse, payload) ? -1.0 : 0.0;
+  }
+  double sum = 0.0;
+  for (const SignalLayout& term : terms)
+    sum += can::physical_value(term, can::extract_bits(term, payload));
+  return binding.scale * (binding.unit_factor * sum) + binding.offset;
+}
+
+std::span<const SignalLayout> terms_of(const Decoder::Tables& tables,
+                                       const CompiledBinding& binding) {
+  return std::span(tables.terms).subspan(binding.terms.first, binding.terms.count);
+}
+
+}  // namespace
+
+CarSignals::CarSignals(const daemon::CanConfig& config, std::span<const can::Database> databases,
+                       std::span<const std::string> bus_names) {
+  can::compile({databases, config.bindings, config.protections, bus_names}, tables_);
+}
+
+std::optional<std::size_t> CarSignals::message_of(const can::Frame& frame) const noexcept {
+  if (frame.kind != can::FrameKind::data || frame.bus >= can::max_buses) return std::nullopt;
+  std::int16_t at = -1;
+  if (frame.format == can::IdFormat::standard) {
+    if (frame.id < tables_.standard.size()) at = tables_.standard[frame.id];
+  } else {
+    const auto entry = std::ranges::find(tables_.extended, frame.id, &can::ExtendedEntry::id);
+    if (entry != tables_.extended.end()) at = entry->message;
+  }
+  for (; at >= 0; at = tables_.messages[static_cast<std::size_t>(at)].next)
+    if ((tables_.messages[static_cast<std::size_t>(at)].bus_mask & (1U << frame.bus)) != 0)
+      return static_cast<std::size_t>(at);
+  return std::nullopt;
+}
+
+bool CarSignals::carries(std::size_t message, std::uint32_t sources) const noexcept {
+  return std::ranges::any_of(tables_.bound[message].channels,
+                             [&](std::uint16_t channel) { return (sources >> channel & 1U) != 0; });
+}
+
+std::size_t CarSignals::read(std::size_t message, const can::Frame& frame,
+                             std::span<Reading> readings) const noexcept {
+  const auto [first, count] = tables_.messages[message].bindings;
+  std::size_t found = 0;
+  for (std::uint32_t i = first; i < first + count && found < readings.size(); ++i) {
+    const CompiledBinding& binding = tables_.bindings[i];
+    if ((binding.bus_mask & (1U << frame.bus)) == 0 || !is_there(tables_, binding, frame)) continue;
+    readings[found++] = {i, static_cast<estimator::Source>(binding.channel),
+                         value_of(binding, terms_of(tables_, binding), frame.payload())};
+  }
+  return found;
+}
+
+void CarSignals::write(std::uint32_t index, double value, can::Frame& frame) const noexcept {
+  const CompiledBinding& binding = tables_.bindings[index];
+  const std::span payload(frame.data.data(), frame.length);
+  const auto terms = terms_of(tables_, binding);
+  if (std::isnan(value)) return;
+  if (is_direction(binding)) {
+    const auto& match = value > 0.0 ? binding.forward : binding.reverse;
+    if (value != 0.0 && match) can::insert_bits(match->signal, match->bits, payload);
+    if (value == 0.0) can::insert_bits(terms[0], 0, payload);
+    return;
+  }
+  // value = scale · factor · Σ terms + offset: what one term cannot hold, the next takes.
+  double rest = (value - binding.offset) / (binding.scale * binding.unit_factor);
+  for (const SignalLayout& term : terms.subspan(1))
+    rest -= can::physical_value(term, can::extract_bits(term, payload));
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (i > 0) rest += can::physical_value(terms[i], can::extract_bits(terms[i], payload));
+    const std::uint64_t bits = can::bits_for(terms[i], rest);
+    can::insert_bits(terms[i], bits, payload);
+    rest -= can::physical_value(terms[i], bits);
+    if (std::abs(rest) <= std::abs(terms[i].scale)) return;
+  }
+}
+
+void CarSignals::flip_bit(std::uint32_t index, std::uint64_t draw,
+                          can::Frame& frame) const noexcept {
+  const std::span payload(frame.data.data(), frame.length);
+  const auto terms = terms_of(tables_, tables_.bindings[index]);
+  const SignalLayout& term = terms[draw / 64 % terms.size()];
+  const std::uint64_t bits = can::extract_bits(term, payload);
+  can::insert_bits(term, bits ^ std::uint64_t{1} << draw % 64 % term.length, payload);
+}
+
+bool CarSignals::is_protected_right(std::size_t message, const can::Frame& frame,
+                                    can::E2eState& counter) const noexcept {
+  const auto& protection = tables_.messages[message].protection;
+  if (!protection) return true;
+  can::E2eState own;
+  if (protection->check(frame.payload(), own) != can::E2eStatus::ok) return false;
+  counter = own;
+  return true;
+}
+
+void CarSignals::protect(std::size_t message, can::Frame& frame,
+                         can::E2eState& counter) const noexcept {
+  const auto& protection = tables_.messages[message].protection;
+  if (protection && frame.length >= protection->length())
+    protection->protect({frame.data.data(), frame.length}, counter);
+}
+
+// The counter before the first is none, and of any other the one below.
+void CarSignals::repair(std::size_t message, can::Frame& frame,
+                        const can::E2eState& own) const noexcept {
+  can::E2eState before;
+  if (own.counter && *own.counter > 0) before.counter = *own.counter - 1;
+  protect(message, frame, before);
+}
+
+}  // namespace odomd::fault

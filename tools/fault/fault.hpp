@@ -1,0 +1,39 @@
+// One fault: what fails, when, and by how much.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "tools/fault/kinds.hpp"
+
+namespace odomd::fault {
+
+struct Fault {
+  Kind kind;
+  double begin_s = 0.0;                                         ///< after the first frame
+  double duration_s = std::numeric_limits<double>::infinity();  ///< infinite: to the end
+  double magnitude = 0.0;                                       ///< see default_magnitude()
+  std::uint64_t seed = 1;                                       ///< of what is random in it
+};
+
+/// When a fault acts, in the drive's own time: from begin_ns on, before end_ns.
+struct Span {
+  std::int64_t begin_ns = 0;
+  std::int64_t end_ns = 0;
+
+  [[nodiscard]] bool holds(std::int64_t time_ns) const noexcept {
+    return begin_ns <= time_ns && time_ns < end_ns;
+  }
+};
+
+/// `start_ns`: the stamp of the drive's first frame.
+[[nodiscard]] inline Span span_of(const Fault& fault, std::int64_t start_ns) noexcept {
+  constexpr double longest_s = 1e9;
+  const std::int64_t begin_ns = start_ns + std::llround(fault.begin_s * 1e9);
+  const bool ends = fault.duration_s < longest_s;
+  return {begin_ns, ends ? begin_ns + std::llround(fault.duration_s * 1e9)
+                         : std::numeric_limits<std::int64_t>::max()};
+}
+
+}  // namespace odomd::fault

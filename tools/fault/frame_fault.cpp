@@ -1,0 +1,261 @@
+#include "tools/fault/frame_fault.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace odomd::fault {
+namespace {
+
+using estimator::Source;
+
+constexpr std::int64_t after_it_ns = 1000;  // the second of two frames that leave at once
+
+// How quickly a wheel spins up or locks.
+constexpr double spinning_up_s = 0.15;
+
+Source mirrored(Source source) {
+  switch (source) {
+    case Source::wheel_front_left:
+      return Source::wheel_front_right;
+    case Source::wheel_front_right:
+      return Source::wheel_front_left;
+    case Source::wheel_rear_left:
+      return Source::wheel_rear_right;
+    case Source::wheel_rear_right:
+      return Source::wheel_rear_left;
+    default:
+      return source;
+  }
+}
+
+Source other_axle(Source source) {
+  switch (source) {
+    case Source::wheel_front_left:
+      return Source::wheel_rear_left;
+    case Source::wheel_front_right:
+      return Source::wheel_rear_right;
+    case Source::wheel_rear_left:
+      return Source::wheel_front_left;
+    case Source::wheel_rear_right:
+      return Source::wheel_front_right;
+    default:
+      return source;
+  }
+}
+
+Source other_axis(Source source) {
+  return source == Source::accel_x ? Source::accel_y : Source::accel_x;
+}
+
+bool is_of_values(Act act) {
+  return act <= Act::axes_swapped;
+}
+
+}  // namespace
+
+FrameFault::FrameFault(const CarSignals& signals,
+                       const std::array<double, estimator::source_count>& sigma, const Fault& fault,
+                       Span span)
+    : signals_(signals),
+      fault_(fault),
+      sources_(sources_of(fault.kind)),
+      span_(span),
+      random_(fault.seed, name_of(fault.kind)),
+      sigma_(sigma),
+      first_of_pair_(signals.message_count()),
+      counters_(signals.message_count()),
+      stamped_ns_(signals.message_count() + 1) {}
+
+bool FrameFault::touches(std::optional<std::size_t> message) const {
+  if (fault_.kind.part == Part::bus) return true;
+  return message && signals_.carries(*message, sources_);
+}
+
+bool FrameFault::adds_frames() const noexcept {
+  return fault_.kind.act == Act::duplicated || fault_.kind.act == Act::reordered;
+}
+
+void FrameFault::take(const can::Frame& frame, std::vector<can::Frame>& out) {
+  release(frame.time_ns, out);
+  const std::optional<std::size_t> message = signals_.message_of(frame);
+  if (message && is_of_values(fault_.kind.act)) learn(*message, frame);
+  const std::size_t before = out.size();
+  if (!span_.holds(frame.time_ns) || !touches(message)) {
+    out.push_back(frame);
+  } else if (is_of_values(fault_.kind.act)) {
+    change_values(*message, out.emplace_back(frame));
+  } else {
+    switch (fault_.kind.act) {
+      case Act::lost:
+        break;
+      case Act::delayed:
+      case Act::jittered:
+      case Act::shifted:
+        stamp_anew(message, frame, out);
+        break;
+      case Act::duplicated:
+        out.push_back(frame);
+        out.push_back(frame);
+        out.back().time_ns += after_it_ns;
+        break;
+      case Act::reordered:
+        if (message) reorder(*message, frame, out);
+        if (!message) out.push_back(frame);
+        break;
+      case Act::bit_flips:
+      case Act::bit_flips_repaired:
+        flip(*message, out.emplace_back(frame));
+        break;
+      default:
+        out.push_back(frame);
+        break;
+    }
+    renumbers_ = renumbers_ || adds_frames();
+  }
+  if (adds_frames())
+    for (std::size_t i = before; i < out.size(); ++i) renumber(signals_.message_of(out[i]), out[i]);
+}
+
+void FrameFault::learn(std::size_t message, const can::Frame& frame) {
+  const bool begun = span_.holds(frame.time_ns);
+  const std::size_t count = signals_.read(message, frame, readings_);
+  for (std::size_t i = 0; i < count; ++i) {
+    Seen& seen = seen_[estimator::index_of(readings_[i].source)];
+    if (begun && !seen.held) seen.held = seen.latest.value_or(readings_[i].value);
+    seen.latest = readings_[i].value;
+  }
+}
+
+void FrameFault::change_values(std::size_t message, can::Frame& frame) {
+  can::E2eState own;
+  const bool right = signals_.is_protected_right(message, frame, own);
+  const std::size_t count = signals_.read(message, frame, readings_);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!contains(sources_, readings_[i].source)) continue;
+    signals_.write(readings_[i].binding, changed(readings_[i], frame.time_ns), frame);
+  }
+  if (right) signals_.repair(message, frame, own);
+}
+
+std::optional<double> FrameFault::partner(Source source) const {
+  switch (fault_.kind.act) {
+    case Act::left_right:
+      return seen_[estimator::index_of(mirrored(source))].latest;
+    case Act::front_rear:
+      return seen_[estimator::index_of(other_axle(source))].latest;
+    default:
+      return seen_[estimator::index_of(other_axis(source))].latest;
+  }
+}
+
+double FrameFault::changed(const Reading& reading, std::int64_t time_ns) {
+  const double value = reading.value;
+  const double size = fault_.magnitude;
+  const double t = static_cast<double>(time_ns - span_.begin_ns) * 1e-9;
+  switch (fault_.kind.act) {
+    case Act::frozen:
+      return seen_[estimator::index_of(reading.source)].held.value_or(value);
+    case Act::zero:
+      return 0.0;
+    case Act::stuck:
+      return size;
+    case Act::halved:
+    case Act::doubled:
+    case Act::scaled:
+      return size * value;
+    case Act::biased:
+      return value + size;
+    case Act::ramped:
+      return value + size * t;
+    case Act::inverted:
+      return -value;
+    case Act::noisy:
+      return value + size * sigma_[estimator::index_of(reading.source)] * random_.normal();
+    case Act::slipping:
+      return value * (1.0 + (size - 1.0) * -std::expm1(-t / spinning_up_s));
+    case Act::locked:
+      return value * std::exp(-t / spinning_up_s);
+    case Act::left_right:
+    case Act::front_rear:
+    case Act::axes_swapped:
+      return partner(reading.source).value_or(value);
+    default:
+      return value;
+  }
+}
+
+void FrameFault::flip(std::size_t message, can::Frame& frame) {
+  if (random_.uniform() >= fault_.magnitude) return;
+  can::E2eState own;
+  const bool right = signals_.is_protected_right(message, frame, own);
+  const std::size_t count = signals_.read(message, frame, readings_);
+  const auto end =
+      std::partition(readings_.begin(), readings_.begin() + static_cast<std::ptrdiff_t>(count),
+                     [&](const Reading& reading) { return contains(sources_, reading.source); });
+  const auto candidates = static_cast<std::uint64_t>(end - readings_.begin());
+  if (candidates == 0) return;
+  const Reading& one = readings_[random_.bits() % candidates];
+  signals_.flip_bit(one.binding, random_.bits(), frame);
+  if (right && fault_.kind.act == Act::bit_flips_repaired) signals_.repair(message, frame, own);
+}
+
+// What is stamped later comes later; what is stamped earlier comes when it did. Jitter leaves the
+// frames of a message in their order, as a clock that is read late does.
+void FrameFault::stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
+                            std::vector<can::Frame>& out) {
+  const bool jitters = fault_.kind.act == Act::jittered;
+  const double shift_s = fault_.magnitude * (jitters ? random_.uniform(-1.0, 1.0) : 1.0);
+  can::Frame stamped = frame;
+  stamped.time_ns += std::llround(shift_s * 1e9);
+  std::int64_t& last_ns = stamped_ns_[message.value_or(signals_.message_count())];
+  if (jitters) stamped.time_ns = std::max(stamped.time_ns, last_ns + after_it_ns);
+  stamped.time_ns = std::max(stamped.time_ns, after_it_ns);
+  last_ns = stamped.time_ns;
+  if (stamped.time_ns <= frame.time_ns) {
+    out.push_back(stamped);
+    return;
+  }
+  const auto place = std::ranges::upper_bound(held_, stamped.time_ns, {}, &can::Frame::time_ns);
+  held_.insert(place, stamped);
+}
+
+void FrameFault::reorder(std::size_t message, const can::Frame& frame,
+                         std::vector<can::Frame>& out) {
+  auto& first = first_of_pair_[message];
+  if (!first) {
+    first = frame;
+    return;
+  }
+  out.push_back(frame);
+  out.push_back(*first);
+  out.back().time_ns = frame.time_ns + after_it_ns;
+  first.reset();
+}
+
+// As the sender of the frames that leave would count them.
+void FrameFault::renumber(std::optional<std::size_t> message, can::Frame& frame) {
+  if (!message || !touches(message)) return;
+  can::E2eState& last = counters_[*message][frame.bus];
+  can::E2eState own;
+  if (!signals_.is_protected_right(*message, frame, own)) return;
+  if (renumbers_) {
+    signals_.protect(*message, frame, last);
+  } else {
+    last = own;
+  }
+}
+
+void FrameFault::release(std::int64_t now_ns, std::vector<can::Frame>& out) {
+  const auto due = std::ranges::upper_bound(held_, now_ns, {}, &can::Frame::time_ns);
+  out.insert(out.end(), held_.begin(), due);
+  held_.erase(held_.begin(), due);
+  if (fault_.kind.act != Act::reordered || now_ns < span_.end_ns) return;
+  for (auto& first : first_of_pair_) {
+    if (!first) continue;
+    out.push_back(*first);
+    renumber(signals_.message_of(*first), out.back());
+    first.reset();
+  }
+}
+
+}  // namespace odomd::fault

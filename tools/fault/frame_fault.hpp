@@ -1,0 +1,63 @@
+// One fault in a stream of frames: takes frames in, gives out what a car with that fault sends.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "can_protocol/frame.hpp"
+#include "tools/fault/car_signals.hpp"
+#include "tools/fault/fault.hpp"
+#include "tools/sim/random.hpp"
+
+namespace odomd::fault {
+
+class FrameFault {
+ public:
+  /// Of any kind but the camera's. `sigma`: what each source states of its noise; `span`: when it
+  /// acts. `signals` must outlive this.
+  FrameFault(const CarSignals& signals, const std::array<double, estimator::source_count>& sigma,
+             const Fault& fault, Span span);
+
+  /// Takes a frame and appends those that leave by then, in the order in which they do.
+  void take(const can::Frame& frame, std::vector<can::Frame>& out);
+
+  /// Appends what was held back until `now_ns`; with the largest time, all.
+  void release(std::int64_t now_ns, std::vector<can::Frame>& out);
+
+ private:
+  struct Seen {
+    std::optional<double> latest;  ///< as it came in
+    std::optional<double> held;    ///< when the fault began
+  };
+  using Counters = std::array<can::E2eState, can::max_buses>;
+
+  [[nodiscard]] bool touches(std::optional<std::size_t> message) const;
+  void learn(std::size_t message, const can::Frame& frame);
+  void change_values(std::size_t message, can::Frame& frame);
+  [[nodiscard]] double changed(const Reading& reading, std::int64_t time_ns);
+  [[nodiscard]] std::optional<double> partner(estimator::Source source) const;
+  void flip(std::size_t message, can::Frame& frame);
+  void stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
+                  std::vector<can::Frame>& out);
+  void reorder(std::size_t message, const can::Frame& frame, std::vector<can::Frame>& out);
+  void renumber(std::optional<std::size_t> message, can::Frame& frame);
+  [[nodiscard]] bool adds_frames() const noexcept;
+
+  const CarSignals& signals_;
+  Fault fault_;
+  Sources sources_;
+  Span span_;
+  sim::RandomStream random_;
+  std::array<double, estimator::source_count> sigma_{};
+  std::array<Seen, estimator::source_count> seen_{};
+  std::array<Reading, can::max_samples_per_frame> readings_{};
+  std::vector<can::Frame> held_;                          ///< by the time at which they leave
+  std::vector<std::optional<can::Frame>> first_of_pair_;  ///< by message
+  std::vector<Counters> counters_;        ///< by message: of the last frame that left
+  std::vector<std::int64_t> stamped_ns_;  ///< by message, and of all others: the last stamp
+  bool renumbers_ = false;
+};
+
+}  // namespace odomd::fault

@@ -1,0 +1,258 @@
+#include "tools/fault/kinds.hpp"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+#include "can_protocol/nearest_name.hpp"
+
+namespace odomd::fault {
+namespace {
+
+using estimator::Source;
+
+constexpr Sources gyro = only(Source::yaw_rate);
+constexpr Sources accel_x = only(Source::accel_x);
+constexpr Sources accel_y = only(Source::accel_y);
+constexpr Sources front = only(Source::wheel_front_left) | only(Source::wheel_front_right);
+constexpr Sources rear =
+    only(Source::wheel_rear_left) | only(Source::wheel_rear_right) | only(Source::wheel_rear);
+constexpr Sources wheels = front | rear | only(Source::motor);
+
+constexpr std::array part_table{
+    PartInfo{Part::gyro, "gyro", gyro, "the yaw rate"},
+    PartInfo{Part::accel_x, "accel_x", accel_x, "the acceleration ahead"},
+    PartInfo{Part::accel_y, "accel_y", accel_y, "the acceleration to the left"},
+    PartInfo{Part::accel, "accel", accel_x | accel_y, "both accelerations"},
+    PartInfo{Part::imu, "imu", gyro | accel_x | accel_y, "yaw rate and accelerations"},
+    PartInfo{Part::steering, "steering", only(Source::steering), "the steering angle"},
+    PartInfo{Part::wheel_front_left, "wheel_front_left", only(Source::wheel_front_left),
+             "one wheel's speed"},
+    PartInfo{Part::wheel_front_right, "wheel_front_right", only(Source::wheel_front_right),
+             "one wheel's speed"},
+    PartInfo{Part::wheel_rear_left, "wheel_rear_left", only(Source::wheel_rear_left),
+             "one wheel's speed"},
+    PartInfo{Part::wheel_rear_right, "wheel_rear_right", only(Source::wheel_rear_right),
+             "one wheel's speed"},
+    PartInfo{Part::wheel_rear, "wheel_rear", only(Source::wheel_rear), "the rear axle's speed"},
+    PartInfo{Part::motor, "motor", only(Source::motor), "the motor's speed"},
+    PartInfo{Part::front_wheels, "front_wheels", front, "the speeds of the front wheels"},
+    PartInfo{Part::rear_wheels, "rear_wheels", rear, "the speeds of the rear wheels"},
+    PartInfo{Part::wheels, "wheels", wheels, "all speeds: wheels, rear axle, motor"},
+    PartInfo{Part::direction, "direction", only(Source::direction), "forward or reverse"},
+    PartInfo{Part::bus, "bus", 0, "every frame, mapped or not"},
+    PartInfo{Part::camera, "camera", only(Source::camera), "the camera's poses"},
+};
+
+constexpr std::array act_table{
+    ActInfo{Act::frozen, "frozen", "repeats its last value"},
+    ActInfo{Act::zero, "zero", "reads 0"},
+    ActInfo{Act::stuck, "stuck", "reads one value"},
+    ActInfo{Act::halved, "halved", "reads half of what it should"},
+    ActInfo{Act::doubled, "doubled", "reads twice what it should"},
+    ActInfo{Act::scaled, "scaled", "reads so many times what it should"},
+    ActInfo{Act::biased, "biased", "reads so much more, at once"},
+    ActInfo{Act::ramped, "ramped", "reads more and more: so much a second"},
+    ActInfo{Act::inverted, "inverted", "has the wrong sign"},
+    ActInfo{Act::noisy, "noisy", "has noise of so many of its stated sigmas"},
+    ActInfo{Act::slipping, "slipping", "spins up to so many times its speed, within half a second"},
+    ActInfo{Act::locked, "locked", "comes to a halt within half a second"},
+    ActInfo{Act::left_right, "left_right", "left and right are exchanged"},
+    ActInfo{Act::front_rear, "front_rear", "front and rear are exchanged"},
+    ActInfo{Act::axes_swapped, "axes_swapped", "x and y are exchanged"},
+    ActInfo{Act::lost, "lost", "is not sent any more"},
+    ActInfo{Act::delayed, "delayed", "comes so much later, and is stamped so"},
+    ActInfo{Act::duplicated, "duplicated", "comes twice, with counters of its own"},
+    ActInfo{Act::reordered, "reordered", "comes in pairs, the later first"},
+    ActInfo{Act::jittered, "jittered", "is stamped up to so much too early or too late"},
+    ActInfo{Act::shifted, "shifted", "is stamped so much too late; below 0: too early"},
+    ActInfo{Act::bit_flips, "bit_flips", "has one bit wrong in this share of its frames"},
+    ActInfo{Act::bit_flips_repaired, "bit_flips_repaired", "likewise, with a CRC that fits"},
+    ActInfo{Act::frozen_noisy, "frozen_noisy", "repeats its last pose with fresh noise"},
+    ActInfo{Act::moved, "moved", "is off by so much along the map's x"},
+    ActInfo{Act::turned, "turned", "is off by so much in yaw"},
+    ActInfo{Act::drifting, "drifting", "goes off along the map's x, so much a second"},
+    ActInfo{Act::mirrored, "mirrored", "has the wrong sign of y and yaw"},
+    ActInfo{Act::outliers, "outliers", "is so far off in every fifth pose, in any direction"},
+    ActInfo{Act::early, "early", "says that it was captured so much earlier than it was"},
+    ActInfo{Act::late, "late", "says that it was captured so much later than it was"},
+};
+
+constexpr bool is_first_to_last(const auto& table, auto member) {
+  for (std::size_t i = 0; i < table.size(); ++i)
+    if (static_cast<std::size_t>(table[i].*member) != i) return false;
+  return true;
+}
+static_assert(is_first_to_last(part_table, &PartInfo::part));
+static_assert(is_first_to_last(act_table, &ActInfo::act));
+
+// What a source measures, and how much its faults are by default.
+struct Quantity {
+  std::string_view unit;
+  std::string_view rate_unit;
+  double stuck;
+  double bias;
+  double ramp;  // a second
+};
+constexpr Quantity turn_rate{"rad/s", "rad/s2", 0.5, 0.2, 0.05};
+constexpr Quantity acceleration{"m/s2", "m/s3", 2.0, 3.0, 0.5};
+constexpr Quantity speed{"m/s", "m/s2", 1.0, 0.5, 0.1};
+constexpr Quantity angle{"rad", "rad/s", 0.2, 0.1, 0.02};
+
+constexpr bool is_speed(Part part) {
+  return part >= Part::wheel_front_left && part <= Part::wheels;
+}
+
+// Null of parts that measure several.
+constexpr const Quantity* quantity_of(Part part) {
+  if (part == Part::gyro) return &turn_rate;
+  if (part == Part::accel_x || part == Part::accel_y || part == Part::accel) return &acceleration;
+  if (part == Part::steering) return &angle;
+  return is_speed(part) ? &speed : nullptr;
+}
+
+constexpr bool can(Part part, Act act) {
+  const bool frames = act >= Act::lost && act <= Act::bit_flips_repaired;
+  switch (part) {
+    case Part::camera:
+      return act >= Act::frozen_noisy || act == Act::frozen || act == Act::noisy ||
+             (act >= Act::lost && act <= Act::duplicated);
+    case Part::bus:
+      return act >= Act::lost && act <= Act::shifted;
+    case Part::direction:
+      return frames || act == Act::frozen || act == Act::zero || act == Act::inverted;
+    default:
+      break;
+  }
+  switch (act) {
+    case Act::stuck:
+    case Act::biased:
+    case Act::ramped:
+      return quantity_of(part) != nullptr;
+    case Act::slipping:
+    case Act::locked:
+      return is_speed(part);
+    case Act::left_right:
+    case Act::front_rear:
+      return part == Part::wheels;
+    case Act::axes_swapped:
+      return part == Part::accel;
+    default:
+      return act <= Act::noisy || frames;
+  }
+}
+
+template <typename Table>
+std::vector<std::string> names(const Table& table) {
+  std::vector<std::string> result;
+  for (const auto& one : table) result.emplace_back(one.name);
+  return result;
+}
+
+}  // namespace
+
+std::span<const PartInfo> parts() noexcept {
+  return part_table;
+}
+
+std::span<const ActInfo> acts() noexcept {
+  return act_table;
+}
+
+const PartInfo& info(Part part) noexcept {
+  return part_table[static_cast<std::size_t>(part)];
+}
+
+const ActInfo& info(Act act) noexcept {
+  return act_table[static_cast<std::size_t>(act)];
+}
+
+const std::vector<Kind>& all_kinds() {
+  static const std::vector<Kind> kinds = [] {
+    std::vector<Kind> all;
+    for (const PartInfo& part : part_table)
+      for (const ActInfo& act : act_table)
+        if (can(part.part, act.act)) all.push_back({part.part, act.act});
+    return all;
+  }();
+  return kinds;
+}
+
+std::string name_of(Kind kind) {
+  return std::string(info(kind.part).name).append(1, '.').append(info(kind.act).name);
+}
+
+Kind parse_kind(std::string_view name) {
+  const std::size_t dot = name.find('.');
+  const std::string_view part_name = name.substr(0, dot);
+  const auto part = std::ranges::find(part_table, part_name, &PartInfo::name);
+  if (part == part_table.end())
+    throw std::invalid_argument("there is no part '" + std::string(part_name) + "' that can fail" +
+                                nearest_hint(part_name, names(part_table)));
+  std::vector<std::string> ways;
+  for (const ActInfo& act : act_table)
+    if (can(part->part, act.act)) ways.emplace_back(act.name);
+  const std::string_view way =
+      dot == std::string_view::npos ? std::string_view{} : name.substr(dot + 1);
+  if (std::ranges::find(ways, way) == ways.end()) {
+    std::string there;
+    for (const std::string& one : ways) there += (there.empty() ? "" : ", ") + one;
+    throw std::invalid_argument("'" + std::string(name) +
+                                "' is no kind of fault: " + std::string(part->name) + " can be " +
+                                there + (way.empty() ? "" : nearest_hint(way, ways)));
+  }
+  return {part->part, std::ranges::find(act_table, way, &ActInfo::name)->act};
+}
+
+Magnitude default_magnitude(Kind kind) noexcept {
+  const bool of_camera = kind.part == Part::camera;
+  const Quantity* const quantity = quantity_of(kind.part);
+  switch (kind.act) {
+    case Act::stuck:
+      return {quantity->stuck, quantity->unit};
+    case Act::biased:
+      return {quantity->bias, quantity->unit};
+    case Act::ramped:
+      return {quantity->ramp, quantity->rate_unit};
+    case Act::halved:
+      return {0.5, "x"};
+    case Act::doubled:
+      return {2.0, "x"};
+    case Act::scaled:
+      return {1.3, "x"};
+    case Act::slipping:
+      return {1.5, "x"};
+    case Act::noisy:
+      return {6.0, "sigma"};
+    case Act::delayed:
+      return {0.1, "s"};
+    case Act::jittered:
+      return {0.01, "s"};
+    case Act::shifted:
+      return {-0.05, "s"};
+    case Act::bit_flips:
+    case Act::bit_flips_repaired:
+      return {0.1, "share"};
+    case Act::frozen_noisy:
+      return {1.0, "sigma"};
+    case Act::moved:
+      return {0.5, "m"};
+    case Act::turned:
+      return {0.3, "rad"};
+    case Act::drifting:
+      return {0.1, "m/s"};
+    case Act::outliers:
+      return {1.0, "m"};
+    case Act::early:
+    case Act::late:
+      return {of_camera ? 0.05 : 0.0, "s"};
+    default:
+      return {};
+  }
+}
+
+Sources sources_of(Kind kind) noexcept {
+  return info(kind.part).sources;
+}
+
+}  // namespace odomd::fault

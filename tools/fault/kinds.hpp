@@ -1,0 +1,128 @@
+// Which faults there are: the parts of a car that fail, and the ways in which they do. The one
+// table; a kind is a part and a way, "gyro.frozen".
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estimator/common/measurement.hpp"
+
+namespace odomd::fault {
+
+/// A set of sources: bit s is estimator::Source s.
+using Sources = std::uint32_t;
+
+[[nodiscard]] constexpr Sources only(estimator::Source source) noexcept {
+  return 1U << estimator::index_of(source);
+}
+[[nodiscard]] constexpr bool contains(Sources sources, estimator::Source source) noexcept {
+  return (sources & only(source)) != 0;
+}
+
+enum class Part : std::uint8_t {
+  gyro,
+  accel_x,
+  accel_y,
+  accel,
+  imu,
+  steering,
+  wheel_front_left,
+  wheel_front_right,
+  wheel_rear_left,
+  wheel_rear_right,
+  wheel_rear,
+  motor,
+  front_wheels,
+  rear_wheels,
+  wheels,
+  direction,
+  bus,
+  camera,
+};
+
+struct PartInfo {
+  Part part;
+  std::string_view name;
+  Sources sources;
+  std::string_view what;
+};
+[[nodiscard]] std::span<const PartInfo> parts() noexcept;
+
+enum class Act : std::uint8_t {
+  // Of values.
+  frozen,
+  zero,
+  stuck,
+  halved,
+  doubled,
+  scaled,
+  biased,
+  ramped,
+  inverted,
+  noisy,
+  slipping,
+  locked,
+  left_right,
+  front_rear,
+  axes_swapped,
+  // Of frames and of poses.
+  lost,
+  delayed,
+  duplicated,
+  // Of frames.
+  reordered,
+  jittered,
+  shifted,
+  bit_flips,
+  bit_flips_repaired,
+  // Of poses.
+  frozen_noisy,
+  moved,
+  turned,
+  drifting,
+  mirrored,
+  outliers,
+  early,
+  late,
+};
+
+struct ActInfo {
+  Act act;
+  std::string_view name;
+  std::string_view what;
+};
+[[nodiscard]] std::span<const ActInfo> acts() noexcept;
+
+struct Kind {
+  Part part = Part::gyro;
+  Act act = Act::frozen;
+  bool operator==(const Kind&) const = default;
+};
+
+/// Every part in every way that it can fail.
+[[nodiscard]] const std::vector<Kind>& all_kinds();
+
+[[nodiscard]] const PartInfo& info(Part part) noexcept;
+[[nodiscard]] const ActInfo& info(Act act) noexcept;
+
+/// "gyro.frozen"
+[[nodiscard]] std::string name_of(Kind kind);
+/// Throws std::invalid_argument that names the nearest one.
+[[nodiscard]] Kind parse_kind(std::string_view name);
+
+/// How large a fault is unless it is said otherwise, and in which unit: "rad/s", "s", "x" (a
+/// factor), "sigma" (times the stated one), "share" (of the frames); empty where it has no size.
+struct Magnitude {
+  double value = 0.0;
+  std::string_view unit;
+};
+[[nodiscard]] Magnitude default_magnitude(Kind kind) noexcept;
+
+/// What the car has left to do without when the fault is known: its sources. None where the fault
+/// is of the stamps of the whole bus.
+[[nodiscard]] Sources sources_of(Kind kind) noexcept;
+
+}  // namespace odomd::fault
