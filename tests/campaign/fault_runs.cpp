@@ -47,7 +47,7 @@ constexpr std::string_view tried =
     "camera.lost,camera.frozen,camera.frozen_noisy,camera.moved,camera.turned,camera.drifting,"
     "camera.mirrored,camera.outliers,camera.early,camera.late,camera.noisy";
 
-// What a controller would heed. Not: what only the machine knows (not_realtime, restarted,
+// What a controller goes by. Not: what only the machine knows (not_realtime, restarted,
 // carried_over, ...), which no replay sets.
 constexpr std::uint32_t heeded =
     ODOM_COND_BUS_DOWN | ODOM_COND_SIGNAL_TIMEOUT | ODOM_COND_PROTECTION | ODOM_COND_FRAMES_LOST |
@@ -66,8 +66,8 @@ struct Options {
   std::string camera = "both";
 };
 
-// Whether the mode vouches for the pose: tracking, and standstill while a camera that is there is
-// heard; without a camera dead reckoning and standstill.
+// Whether the mode is that of a good pose: tracking, and standstill while the camera is healthy;
+// without a camera dead reckoning and standstill.
 bool is_nominal(const Tick& tick, Camera camera) {
   if (camera == Camera::off)
     return tick.mode == ODOM_DEAD_RECKONING || tick.mode == ODOM_STANDSTILL;
@@ -75,9 +75,9 @@ bool is_nominal(const Tick& tick, Camera camera) {
          (tick.mode == ODOM_STANDSTILL && (tick.health & camera_bit) != 0);
 }
 
-// Whether a controller is told. What the drive without the fault says at the same tick is no news:
-// a bit, or a mode, that it has there counts for nothing.
-bool is_told(const Tick& tick, const Tick* healthy, Camera camera) {
+// Whether the pose warns a controller. A bit or a mode that the drive without the fault has at the
+// same tick is routine, and does not count.
+bool is_warned(const Tick& tick, const Tick* healthy, Camera camera) {
   if (!tick.initialised) return true;
   const std::uint32_t routine = healthy != nullptr ? healthy->conditions : 0;
   if ((tick.conditions & heeded & ~routine) != 0) return true;
@@ -98,7 +98,7 @@ class Report {
     std::size_t gross = 0;
     std::optional<std::size_t> first_silent;
     std::optional<std::size_t> first_gross;
-    std::optional<std::size_t> told;
+    std::optional<std::size_t> detected;
     std::uint32_t bits = 0;
     Tick worst;
     double worst_silent_m = 0.0;
@@ -106,10 +106,10 @@ class Report {
     for (std::size_t i = 0; i < run.size(); ++i) {
       const Tick& tick = run[i];
       const Tick* const other = healthy.empty() ? nullptr : &healthy[i];
-      const bool is_news = is_told(tick, other, camera_);
-      if (is_news && !told) told = i;
+      const bool is_reported = is_warned(tick, other, camera_);
+      if (is_reported && !detected) detected = i;
       bits |= tick.conditions & heeded & ~(other != nullptr ? other->conditions : 0);
-      if (!is_news && tick.sigmas > most_sigmas) {
+      if (!is_reported && tick.sigmas > most_sigmas) {
         ++silent;
         if (!first_silent) first_silent = i;
         worst_silent_m = std::max(worst_silent_m, tick.position_m);
@@ -131,7 +131,7 @@ class Report {
     json["silent_gross_s"] = rounded(static_cast<double>(gross) * period_s);
     json["first_silent"] = optional_seconds(first_silent);
     json["first_gross"] = optional_seconds(first_gross);
-    json["told"] = optional_seconds(told);
+    json["detected"] = optional_seconds(detected);
     json["conditions"] = names(bits);
     json["first_flag"] = flag;
     json["worst_m"] = rounded(worst.position_m);
@@ -226,10 +226,10 @@ void run_all(const Drive& drive, Camera camera, const Options& options) {
     if (ends) one.duration_s = 5.0;
     const fault::Sources sources = fault::sources_of(kind);
     if (!left_out.contains(sources)) left_out[sources] = runs.without(sources).back();
-    nlohmann::ordered_json told = report.of(runs.with(one), healthy);
-    told["left_out_m"] = Report::rounded(left_out[sources].position_m);
-    told["left_out_rad"] = Report::rounded(left_out[sources].yaw_rad);
-    print(head(fault::name_of(kind)), told);
+    nlohmann::ordered_json result = report.of(runs.with(one), healthy);
+    result["left_out_m"] = Report::rounded(left_out[sources].position_m);
+    result["left_out_rad"] = Report::rounded(left_out[sources].yaw_rad);
+    print(head(fault::name_of(kind)), result);
   }
 }
 

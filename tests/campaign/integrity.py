@@ -2,8 +2,8 @@
 """Whether odomd ever publishes a wrong pose in silence: every kind of fault on simulated drives.
 
 Each drive is replayed as it is, and once for every kind of fault, with its camera and without. Silent is a
-pose that is off by more than five of its own standard deviations with no condition set, in a mode that vouches
-for it; gross where it is off by more than 0.1 m or 0.1 rad, too. The bars, of each kind:
+pose that is off by more than five of its own standard deviations with no condition set, in a mode of a
+good pose; gross where it is off by more than 0.1 m or 0.1 rad, too. The bars, of each kind:
 
   silent      without a camera silent for more than 0.5 s, with one gross for more than 0.5 s:
               at most 2 % of the runs; of the drives as they are none
@@ -111,7 +111,7 @@ def silence(one):
 
 
 def ratio(one):
-    """End error by that without the source, 5 cm let be; where that is smaller, both are the same."""
+    """End error by that without the source, less 5 cm of it; a millimetre is the least to divide by."""
     return max(0.0, one["end_m"] - SMALL) / max(one["left_out_m"], 1e-3)
 
 
@@ -124,8 +124,8 @@ class Row:
         self.silent = share(one["silent_s"] > LONGEST_SILENCE for one in runs)
         self.gross = share(one["silent_gross_s"] > LONGEST_SILENCE for one in runs)
         self.judged = share(silence(one) > LONGEST_SILENCE for one in runs)
-        delays = [one["told"] - one["begin"] for one in runs
-                  if one["told"] is not None and one["told"] >= one["begin"]]
+        delays = [one["detected"] - one["begin"] for one in runs
+                  if one["detected"] is not None and one["detected"] >= one["begin"]]
         self.detected = len(delays) / len(runs)
         self.delay = statistics.median(delays) if delays else None
         self.worst = max(silence(one) for one in runs)

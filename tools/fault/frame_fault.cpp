@@ -80,8 +80,10 @@ void FrameFault::take(const can::Frame& frame, std::vector<can::Frame>& out) {
   const std::optional<std::size_t> message = signals_.message_of(frame);
   if (message && is_of_values(fault_.kind.act)) learn(*message, frame);
   const std::size_t before = out.size();
-  if (!span_.holds(frame.time_ns) || !touches(message)) {
+  if (!touches(message)) {
     out.push_back(frame);
+  } else if (!span_.holds(frame.time_ns)) {
+    keep_order(message, frame, out);
   } else if (is_of_values(fault_.kind.act)) {
     change_values(*message, out.emplace_back(frame));
   } else {
@@ -199,17 +201,37 @@ void FrameFault::flip(std::size_t message, can::Frame& frame) {
   if (right && fault_.kind.act == Act::bit_flips_repaired) signals_.repair(message, frame, own);
 }
 
-// What is stamped later comes later; what is stamped earlier comes when it did. Jitter leaves the
-// frames of a message in their order, as a clock that is read late does.
+bool FrameFault::keeps_order() const noexcept {
+  return fault_.kind.act == Act::jittered || fault_.kind.act == Act::delayed;
+}
+
+// Frames of one message overtake each other in no queue, and no clock that is read late reverses
+// them: not within the fault, nor at its end.
+void FrameFault::keep_order(std::optional<std::size_t> message, const can::Frame& frame,
+                            std::vector<can::Frame>& out) {
+  const std::int64_t last_ns = stamped_ns_[message.value_or(signals_.message_count())];
+  if (keeps_order() && last_ns >= frame.time_ns) {
+    leave_at(frame.time_ns, message, frame, out);
+  } else {
+    out.push_back(frame);
+  }
+}
+
+// In whole microseconds, as most logs are.
 void FrameFault::stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
                             std::vector<can::Frame>& out) {
-  const bool jitters = fault_.kind.act == Act::jittered;
-  const double shift_s = fault_.magnitude * (jitters ? random_.uniform(-1.0, 1.0) : 1.0);
+  const double share = fault_.kind.act == Act::jittered ? random_.uniform(-1.0, 1.0) : 1.0;
+  const std::int64_t shift_ns = std::llround(fault_.magnitude * share * 1e6) * 1000;
+  leave_at(frame.time_ns + shift_ns, message, frame, out);
+}
+
+// What is stamped later comes later; what is stamped earlier comes when it did.
+void FrameFault::leave_at(std::int64_t time_ns, std::optional<std::size_t> message,
+                          const can::Frame& frame, std::vector<can::Frame>& out) {
   can::Frame stamped = frame;
-  stamped.time_ns += std::llround(shift_s * 1e9);
   std::int64_t& last_ns = stamped_ns_[message.value_or(signals_.message_count())];
-  if (jitters) stamped.time_ns = std::max(stamped.time_ns, last_ns + after_it_ns);
-  stamped.time_ns = std::max(stamped.time_ns, after_it_ns);
+  stamped.time_ns = std::max(time_ns, after_it_ns);
+  if (keeps_order()) stamped.time_ns = std::max(stamped.time_ns, last_ns + after_it_ns);
   last_ns = stamped.time_ns;
   if (stamped.time_ns <= frame.time_ns) {
     out.push_back(stamped);

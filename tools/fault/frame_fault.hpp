@@ -39,6 +39,11 @@ class FrameFault {
   [[nodiscard]] double changed(const Reading& reading, std::int64_t time_ns);
   [[nodiscard]] std::optional<double> partner(estimator::Source source) const;
   void flip(std::size_t message, can::Frame& frame);
+  [[nodiscard]] bool keeps_order() const noexcept;
+  void keep_order(std::optional<std::size_t> message, const can::Frame& frame,
+                  std::vector<can::Frame>& out);
+  void leave_at(std::int64_t time_ns, std::optional<std::size_t> message, const can::Frame& frame,
+                std::vector<can::Frame>& out);
   void stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
                   std::vector<can::Frame>& out);
   void reorder(std::size_t message, const can::Frame& frame, std::vector<can::Frame>& out);

@@ -227,7 +227,7 @@ Magnitude default_magnitude(Kind kind) noexcept {
     case Act::delayed:
       return {0.1, "s"};
     case Act::jittered:
-      return {0.01, "s"};
+      return {0.003, "s"};
     case Act::shifted:
       return {-0.05, "s"};
     case Act::bit_flips:
