@@ -20,6 +20,7 @@ void describe(Command odom) {
   add_dbc(odom);
   add_evaluate(odom);
   add_export(odom);
+  add_fault(odom);
   add_help(odom);
   add_identify(odom);
   add_plot(odom);

@@ -13,6 +13,7 @@ void describe(Command odom);
 
 void add_bridge(Command odom);
 void add_export(Command odom);
+void add_fault(Command odom);
 void add_help(Command odom);
 void add_identify(Command odom);
 void add_record(Command odom);

@@ -143,9 +143,13 @@ Run FaultyDrive::with(const fault::Fault& fault) const {
   }
   injector.release(fault::end_of_time, frames);
 
-  const std::span before = std::span(drive_.cameras).first(cameras_before_);
-  std::vector<CameraPose> cameras = fault::with_faults(drive_.cameras, faults, drive_.start_ns());
-  cameras.erase(cameras.begin(), cameras.begin() + static_cast<std::ptrdiff_t>(before.size()));
+  fault::CameraInjector camera(faults, drive_.start_ns());
+  std::vector<CameraPose> cameras;
+  for (std::size_t i = 0; i < drive_.cameras.size(); ++i) {
+    if (i == cameras_before_) cameras.clear();
+    camera.take(drive_.cameras[i], cameras);
+  }
+  camera.release(fault::end_of_time, cameras);
   const auto pipeline = resumed(0);
   return play(*pipeline, frames, cameras, begin_ + 1, drive_.ticks);
 }

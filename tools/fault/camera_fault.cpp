@@ -1,7 +1,6 @@
 #include "tools/fault/camera_fault.hpp"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace odomd::fault {
@@ -27,6 +26,7 @@ void CameraFault::take(const CameraPose& pose, std::vector<CameraPose>& out) {
     out.push_back(pose);
     return;
   }
+  const std::uint64_t number = poses_++;
   switch (fault_.kind.act) {
     case Act::lost:
       return;
@@ -38,8 +38,7 @@ void CameraFault::take(const CameraPose& pose, std::vector<CameraPose>& out) {
       out.insert(out.end(), 2, pose);
       return;
     default:
-      out.push_back(changed(pose));
-      ++poses_;
+      out.push_back(changed(pose, number));
   }
 }
 
@@ -55,7 +54,7 @@ void CameraFault::add_noise(CameraPose& pose, double sigmas) {
   pose.yaw += sigmas * pose.sigma_yaw * random_.normal();
 }
 
-CameraPose CameraFault::changed(const CameraPose& pose) {
+CameraPose CameraFault::changed(const CameraPose& pose, std::uint64_t number) {
   CameraPose result = pose;
   const double size = fault_.magnitude;
   switch (fault_.kind.act) {
@@ -84,7 +83,7 @@ CameraPose CameraFault::changed(const CameraPose& pose) {
       result.yaw = -result.yaw;
       break;
     case Act::outliers:
-      if (poses_ % outlier_every == 0) {
+      if (number % outlier_every == 0) {
         const double direction = random_.uniform(0.0, 2.0 * std::numbers::pi);
         result.x += size * std::cos(direction);
         result.y += size * std::sin(direction);
@@ -102,17 +101,41 @@ CameraPose CameraFault::changed(const CameraPose& pose) {
   return result;
 }
 
-std::vector<CameraPose> with_faults(std::vector<CameraPose> poses, const std::vector<Fault>& faults,
-                                    std::int64_t start_ns) {
+CameraInjector::CameraInjector(std::span<const Fault> faults, std::int64_t start_ns) {
   for (const Fault& fault : faults) {
     if (fault.kind.part != Part::camera) continue;
-    CameraFault stage(fault, span_of(fault, start_ns));
-    std::vector<CameraPose> out;
-    for (const CameraPose& pose : poses) stage.take(pose, out);
-    stage.release(std::numeric_limits<std::int64_t>::max(), out);
-    poses = std::move(out);
+    faults_.push_back(fault);
+    stages_.emplace_back(fault, span_of(fault, start_ns));
   }
-  return poses;
+}
+
+void CameraInjector::pass(std::size_t stage, std::vector<CameraPose>& out) {
+  for (; stage < stages_.size(); ++stage) {
+    next_.clear();
+    for (const CameraPose& pose : in_) stages_[stage].take(pose, next_);
+    in_.swap(next_);
+  }
+  out.insert(out.end(), in_.begin(), in_.end());
+}
+
+void CameraInjector::take(const CameraPose& pose, std::vector<CameraPose>& out) {
+  in_.assign(1, pose);
+  pass(0, out);
+}
+
+void CameraInjector::release(std::int64_t now_ns, std::vector<CameraPose>& out) {
+  for (std::size_t stage = 0; stage < stages_.size(); ++stage) {
+    in_.clear();
+    stages_[stage].release(now_ns, in_);
+    pass(stage + 1, out);
+  }
+}
+
+std::vector<CameraInjector::Acted> CameraInjector::acted() const {
+  std::vector<Acted> result;
+  for (std::size_t i = 0; i < faults_.size(); ++i)
+    result.push_back({faults_[i], stages_[i].acted_on()});
+  return result;
 }
 
 }  // namespace odomd::fault

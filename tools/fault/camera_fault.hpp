@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "estimator/common/measurement.hpp"
@@ -22,22 +23,42 @@ class CameraFault {
   /// Appends what was held back until `now_ns`.
   void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);
 
+  /// Poses that it acted on so far.
+  [[nodiscard]] std::uint64_t acted_on() const noexcept { return poses_; }
+
  private:
-  [[nodiscard]] estimator::CameraPose changed(const estimator::CameraPose& pose);
+  [[nodiscard]] estimator::CameraPose changed(const estimator::CameraPose& pose,
+                                              std::uint64_t number);
   void add_noise(estimator::CameraPose& pose, double sigmas);
 
   Fault fault_;
   Span span_;
   sim::RandomStream random_;
   std::optional<estimator::CameraPose> latest_;  ///< before the fault
-  std::uint64_t poses_ = 0;                      ///< within the fault
+  std::uint64_t poses_ = 0;                      ///< that came within the fault
   std::vector<estimator::CameraPose> held_;      ///< by arrival
 };
 
-/// A whole camera log through all faults that are the camera's. `start_ns`: from when their times
-/// count.
-[[nodiscard]] std::vector<estimator::CameraPose> with_faults(
-    std::vector<estimator::CameraPose> poses, const std::vector<Fault>& faults,
-    std::int64_t start_ns);
+/// Several faults at once in a stream of poses; those that are not the camera's are passed over.
+class CameraInjector {
+ public:
+  CameraInjector(std::span<const Fault> faults, std::int64_t start_ns);
+
+  void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
+  void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);
+
+  struct Acted {
+    Fault fault;
+    std::uint64_t poses = 0;
+  };
+  [[nodiscard]] std::vector<Acted> acted() const;
+
+ private:
+  void pass(std::size_t stage, std::vector<estimator::CameraPose>& out);
+
+  std::vector<Fault> faults_;
+  std::vector<CameraFault> stages_;
+  std::vector<estimator::CameraPose> in_, next_;
+};
 
 }  // namespace odomd::fault

@@ -37,6 +37,10 @@ bool is_direction(const CompiledBinding& binding) {
   return binding.forward || binding.reverse;
 }
 
+double physical_of(const SignalLayout& term, std::span<const std::uint8_t> payload) {
+  return can::physical_value(term, can::extract_bits(term, payload));
+}
+
 double value_of(const CompiledBinding& binding, std::span<const SignalLayout> terms,
                 std::span<const std::uint8_t> payload) {
   if (is_direction(binding)) {
@@ -44,14 +48,41 @@ double value_of(const CompiledBinding& binding, std::span<const SignalLayout> te
     return binding.reverse && matches(*binding.reverse, payload) ? -1.0 : 0.0;
   }
   double sum = 0.0;
-  for (const SignalLayout& term : terms)
-    sum += can::physical_value(term, can::extract_bits(term, payload));
+  for (const SignalLayout& term : terms) sum += physical_of(term, payload);
   return binding.scale * (binding.unit_factor * sum) + binding.offset;
 }
 
 std::span<const SignalLayout> terms_of(const Decoder::Tables& tables,
                                        const CompiledBinding& binding) {
   return std::span(tables.terms).subspan(binding.terms.first, binding.terms.count);
+}
+
+// The coarsest terms, such as the two wheels of an axle, share the change equally; what is left of
+// it goes to the finer ones, such as the decimals of an angle.
+void write_sum(std::span<const SignalLayout> terms, double sum, std::span<std::uint8_t> payload) {
+  double coarsest = 0.0;
+  for (const SignalLayout& term : terms) coarsest = std::max(coarsest, std::abs(term.scale));
+  const auto is_coarse = [&](const SignalLayout& term) {
+    return std::abs(term.scale) > 0.999 * coarsest;
+  };
+  const auto coarse = std::ranges::count_if(terms, is_coarse);
+  const bool all_coarse = coarse == std::ssize(terms);
+  for (const SignalLayout& term : terms)
+    if (!is_coarse(term)) can::insert_bits(term, can::bits_for(term, 0.0), payload);
+  double change = sum;
+  for (const SignalLayout& term : terms) change -= physical_of(term, payload);
+
+  auto left = static_cast<double>(coarse);
+  for (const bool now_coarse : {true, false})
+    for (const SignalLayout& term : terms) {
+      if (is_coarse(term) != now_coarse) continue;
+      const double old = physical_of(term, payload);
+      const double share = now_coarse ? change / left-- : change;
+      // Rounded down where finer terms follow: those may have no sign.
+      const double down = now_coarse && !all_coarse ? 0.5 * coarsest : 0.0;
+      can::insert_bits(term, can::bits_for(term, old + share - down), payload);
+      change -= physical_of(term, payload) - old;
+    }
 }
 
 }  // namespace
@@ -105,17 +136,8 @@ void CarSignals::write(std::uint32_t index, double value, can::Frame& frame) con
     if (value == 0.0) can::insert_bits(terms[0], 0, payload);
     return;
   }
-  // value = scale · factor · Σ terms + offset: what one term cannot hold, the next takes.
-  double rest = (value - binding.offset) / (binding.scale * binding.unit_factor);
-  for (const SignalLayout& term : terms.subspan(1))
-    rest -= can::physical_value(term, can::extract_bits(term, payload));
-  for (std::size_t i = 0; i < terms.size(); ++i) {
-    if (i > 0) rest += can::physical_value(terms[i], can::extract_bits(terms[i], payload));
-    const std::uint64_t bits = can::bits_for(terms[i], rest);
-    can::insert_bits(terms[i], bits, payload);
-    rest -= can::physical_value(terms[i], bits);
-    if (std::abs(rest) <= std::abs(terms[i].scale)) return;
-  }
+  // value = scale · factor · Σ terms + offset
+  write_sum(terms, (value - binding.offset) / (binding.scale * binding.unit_factor), payload);
 }
 
 void CarSignals::flip_bit(std::uint32_t index, std::uint64_t draw,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string_view>
 
 #include "tools/fault/kinds.hpp"
 
@@ -16,6 +17,16 @@ struct Fault {
   double magnitude = 0.0;                                       ///< see default_magnitude()
   std::uint64_t seed = 1;                                       ///< of what is random in it
 };
+
+/// Of the kind's own size, from the first frame to the end.
+[[nodiscard]] Fault fault_of(Kind kind);
+
+/// "KIND[:BEGIN[:LENGTH[:SIZE]]]", times in seconds; what is left out or empty is as fault_of() has
+/// it. Throws std::invalid_argument that says which part is wrong.
+[[nodiscard]] Fault parse_fault(std::string_view text);
+
+/// Throws std::invalid_argument for a time or a size that the kind cannot have.
+void check(const Fault& fault);
 
 /// When a fault acts, in the drive's own time: from begin_ns on, before end_ns.
 struct Span {

@@ -79,6 +79,7 @@ void FrameFault::take(const can::Frame& frame, std::vector<can::Frame>& out) {
   release(frame.time_ns, out);
   const std::optional<std::size_t> message = signals_.message_of(frame);
   if (message && is_of_values(fault_.kind.act)) learn(*message, frame);
+  if (touches(message) && span_.holds(frame.time_ns)) ++acted_on_;
   const std::size_t before = out.size();
   if (!touches(message)) {
     out.push_back(frame);

@@ -26,6 +26,9 @@ class FrameFault {
   /// Appends what was held back until `now_ns`; with the largest time, all.
   void release(std::int64_t now_ns, std::vector<can::Frame>& out);
 
+  /// Frames that it acted on so far.
+  [[nodiscard]] std::uint64_t acted_on() const noexcept { return acted_on_; }
+
  private:
   struct Seen {
     std::optional<double> latest;  ///< as it came in
@@ -63,6 +66,7 @@ class FrameFault {
   std::vector<Counters> counters_;        ///< by message: of the last frame that left
   std::vector<std::int64_t> stamped_ns_;  ///< by message, and of all others: the last stamp
   bool renumbers_ = false;
+  std::uint64_t acted_on_ = 0;
 };
 
 }  // namespace odomd::fault

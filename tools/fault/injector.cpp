@@ -76,4 +76,11 @@ void Injector::release(std::int64_t now_ns, std::vector<can::Frame>& out) {
   }
 }
 
+std::vector<Injector::Acted> Injector::acted() const {
+  std::vector<Acted> result;
+  for (std::size_t i = 0; i < faults_.size(); ++i)
+    result.push_back({faults_[i], started_ ? stages_[i].acted_on() : 0});
+  return result;
+}
+
 }  // namespace odomd::fault

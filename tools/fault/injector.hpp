@@ -37,6 +37,13 @@ class Injector {
   /// Appends what was held back until `now_ns`.
   void release(std::int64_t now_ns, std::vector<can::Frame>& out);
 
+  /// The frames' faults, and how many frames each has acted on.
+  struct Acted {
+    Fault fault;
+    std::uint64_t frames = 0;
+  };
+  [[nodiscard]] std::vector<Acted> acted() const;
+
  private:
   void pass(std::size_t stage, std::vector<can::Frame>& out);
 

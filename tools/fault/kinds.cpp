@@ -1,6 +1,5 @@
 #include "tools/fault/kinds.hpp"
 
-#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -142,13 +141,6 @@ constexpr bool can(Part part, Act act) {
   }
 }
 
-template <typename Table>
-std::vector<std::string> names(const Table& table) {
-  std::vector<std::string> result;
-  for (const auto& one : table) result.emplace_back(one.name);
-  return result;
-}
-
 }  // namespace
 
 std::span<const PartInfo> parts() noexcept {
@@ -183,25 +175,13 @@ std::string name_of(Kind kind) {
 }
 
 Kind parse_kind(std::string_view name) {
-  const std::size_t dot = name.find('.');
-  const std::string_view part_name = name.substr(0, dot);
-  const auto part = std::ranges::find(part_table, part_name, &PartInfo::name);
-  if (part == part_table.end())
-    throw std::invalid_argument("there is no part '" + std::string(part_name) + "' that can fail" +
-                                nearest_hint(part_name, names(part_table)));
-  std::vector<std::string> ways;
-  for (const ActInfo& act : act_table)
-    if (can(part->part, act.act)) ways.emplace_back(act.name);
-  const std::string_view way =
-      dot == std::string_view::npos ? std::string_view{} : name.substr(dot + 1);
-  if (std::ranges::find(ways, way) == ways.end()) {
-    std::string there;
-    for (const std::string& one : ways) there += (there.empty() ? "" : ", ") + one;
-    throw std::invalid_argument("'" + std::string(name) +
-                                "' is no kind of fault: " + std::string(part->name) + " can be " +
-                                there + (way.empty() ? "" : nearest_hint(way, ways)));
+  std::vector<std::string> names;
+  for (const Kind kind : all_kinds()) {
+    names.push_back(name_of(kind));
+    if (names.back() == name) return kind;
   }
-  return {part->part, std::ranges::find(act_table, way, &ActInfo::name)->act};
+  throw std::invalid_argument("there is no kind of fault \"" + std::string(name) + '"' +
+                              nearest_hint(name, names) + "; odom fault --list shows all");
 }
 
 Magnitude default_magnitude(Kind kind) noexcept {

@@ -32,12 +32,26 @@ can::FileDescriptor open_interface(const std::string& name) {
     throw std::runtime_error(name + ": CAN is not available here: " + std::strerror(errno));
   // Nothing is received: no filter at all.
   ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FILTER, nullptr, 0);
+  // An interface that cannot says so when it is given such a frame.
+  const int fd_frames = 1;
+  ::setsockopt(descriptor.get(), SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &fd_frames, sizeof fd_frames);
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = static_cast<int>(index);
   if (::bind(descriptor.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     throw std::runtime_error(name + ": cannot be used as a CAN interface: " + std::strerror(errno));
   return descriptor;
+}
+
+canfd_frame to_kernel(const can::Frame& frame) {
+  canfd_frame raw{};
+  raw.can_id = frame.id;
+  if (frame.format == can::IdFormat::extended) raw.can_id |= CAN_EFF_FLAG;
+  if (frame.kind == can::FrameKind::remote) raw.can_id |= CAN_RTR_FLAG;
+  raw.len = frame.length;
+  raw.flags = frame.fd_flags;
+  std::memcpy(raw.data, frame.data.data(), frame.length);
+  return raw;
 }
 
 }  // namespace
@@ -62,11 +76,10 @@ void CanOutput::send(std::span<const can::Frame> frames) {
 }
 
 void CanOutput::transmit(const can::Frame& frame) {
-  can_frame raw{};
-  raw.can_id = frame.id;
-  raw.len = frame.length;
-  std::memcpy(raw.data, frame.data.data(), sizeof raw.data);
-  for (int tries = 0; ::write(socket_.get(), &raw, sizeof raw) < 0; ++tries) {
+  // A classic frame is the beginning of one of CAN FD.
+  const canfd_frame raw = to_kernel(frame);
+  const std::size_t size = frame.protocol == can::FrameProtocol::fd ? CANFD_MTU : CAN_MTU;
+  for (int tries = 0; ::write(socket_.get(), &raw, size) < 0; ++tries) {
     // The queue of the interface is full: the wire is slower than we are.
     if (errno != ENOBUFS && errno != EAGAIN && errno != EINTR)
       throw std::runtime_error(name_ + ": cannot send: " + std::strerror(errno));

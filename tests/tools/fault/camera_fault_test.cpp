@@ -1,0 +1,135 @@
+// Every kind of fault of the camera.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/tools/fault/small_car.hpp"
+#include "tools/fault/camera_fault.hpp"
+
+namespace odomd::fault::camera_fault_test {
+namespace {
+
+using estimator::CameraPose;
+
+// Three seconds, a pose every 20 ms that arrives 50 ms after it was captured.
+std::vector<CameraPose> healthy_poses() {
+  std::vector<CameraPose> poses;
+  for (std::int64_t at_ns = 0; at_ns < 3 * second_ns; at_ns += 20'000'000) {
+    const double t = static_cast<double>(at_ns) * 1e-9;
+    poses.push_back({.capture_ns = start_ns + at_ns - 50'000'000,
+                     .arrival_ns = start_ns + at_ns,
+                     .x = 2.0 * t,
+                     .y = 1.0 + t,
+                     .yaw = 0.3 * t,
+                     .sigma_x = 0.01,
+                     .sigma_y = 0.02,
+                     .sigma_yaw = 0.005});
+  }
+  return poses;
+}
+
+std::vector<CameraPose> with(const Fault& fault, const std::vector<CameraPose>& poses) {
+  CameraInjector injector(std::vector{fault}, start_ns);
+  std::vector<CameraPose> out;
+  for (const CameraPose& pose : poses) injector.take(pose, out);
+  injector.release(end_of_time, out);
+  return out;
+}
+
+std::vector<CameraPose> with(std::string_view kind) {
+  return with(in_the_middle(kind), healthy_poses());
+}
+
+bool same(const CameraPose& a, const CameraPose& b) {
+  return a.capture_ns == b.capture_ns && a.arrival_ns == b.arrival_ns && a.x == b.x && a.y == b.y &&
+         a.yaw == b.yaw && a.sigma_x == b.sigma_x && a.sigma_y == b.sigma_y &&
+         a.sigma_yaw == b.sigma_yaw;
+}
+
+// 50 poses before the fault, 50 in it, 50 behind it.
+TEST(CameraFault, OutsideOfItsTimeNothingChanges) {
+  const auto old = healthy_poses();
+  int tried = 0;
+  for (const Kind kind : all_kinds()) {
+    if (kind.part != Part::camera || kind.act == Act::lost || kind.act == Act::delayed ||
+        kind.act == Act::duplicated)
+      continue;
+    SCOPED_TRACE(name_of(kind));
+    ++tried;
+    const auto now = with(name_of(kind));
+    ASSERT_EQ(now.size(), old.size());
+    for (std::size_t i = 0; i < old.size(); ++i) {
+      const bool inside = i >= 50 && i < 100;
+      const bool good_yet =
+          (kind.act == Act::outliers && i % 5 != 0) || (kind.act == Act::drifting && i == 50);
+      EXPECT_EQ(same(now[i], old[i]), !inside || good_yet) << i;
+    }
+  }
+  EXPECT_EQ(tried, 10);
+}
+
+TEST(CameraFault, LostPosesAreGone) {
+  EXPECT_EQ(with("camera.lost").size(), 100U);
+}
+
+TEST(CameraFault, FrozenPosesGoOnBeingStamped) {
+  const auto old = healthy_poses();
+  const auto now = with("camera.frozen");
+  EXPECT_EQ(now[75].x, old[49].x);
+  EXPECT_EQ(now[75].y, old[49].y);
+  EXPECT_EQ(now[75].yaw, old[49].yaw);
+  EXPECT_EQ(now[75].capture_ns, old[75].capture_ns);
+  const auto noisy = with("camera.frozen_noisy");
+  EXPECT_NE(noisy[75].x, noisy[76].x);
+  EXPECT_NEAR(noisy[75].x, old[49].x, 0.05);
+  EXPECT_NEAR(noisy[75].yaw, old[49].yaw, 0.025);
+}
+
+TEST(CameraFault, PosesAreOffByTheSize) {
+  const auto old = healthy_poses();
+  EXPECT_NEAR(with("camera.moved")[75].x, old[75].x + 0.5, 1e-12);
+  EXPECT_NEAR(with("camera.turned")[75].yaw, old[75].yaw + 0.3, 1e-12);
+  EXPECT_NEAR(with("camera.drifting")[75].x, old[75].x + 0.1 * 0.5, 1e-12);
+  EXPECT_EQ(with("camera.mirrored")[75].y, -old[75].y);
+  EXPECT_EQ(with("camera.mirrored")[75].yaw, -old[75].yaw);
+  const auto outliers = with("camera.outliers");
+  EXPECT_NEAR(std::hypot(outliers[55].x - old[55].x, outliers[55].y - old[55].y), 1.0, 1e-12);
+  EXPECT_TRUE(same(outliers[56], old[56]));
+}
+
+TEST(CameraFault, CapturesAreStampedWrongly) {
+  const auto old = healthy_poses();
+  EXPECT_EQ(with("camera.early")[75].capture_ns, old[75].capture_ns - 50'000'000);
+  EXPECT_EQ(with("camera.late")[75].capture_ns, old[75].capture_ns + 50'000'000);
+  EXPECT_EQ(with("camera.late")[75].arrival_ns, old[75].arrival_ns);
+}
+
+TEST(CameraFault, NoiseIsOfTheStatedSigmas) {
+  const auto old = healthy_poses();
+  const auto now = with("camera.noisy");
+  double x = 0.0;
+  double yaw = 0.0;
+  for (std::size_t i = 50; i < 100; ++i) {
+    x += (now[i].x - old[i].x) * (now[i].x - old[i].x) / 50.0;
+    yaw += (now[i].yaw - old[i].yaw) * (now[i].yaw - old[i].yaw) / 50.0;
+  }
+  EXPECT_NEAR(std::sqrt(x), 0.06, 0.02);
+  EXPECT_NEAR(std::sqrt(yaw), 0.03, 0.01);
+  EXPECT_EQ(now[75].sigma_x, 0.01);
+}
+
+TEST(CameraFault, PosesComeLaterOrTwice) {
+  const auto old = healthy_poses();
+  const auto late = with("camera.delayed");
+  ASSERT_EQ(late.size(), old.size());
+  const auto one = std::ranges::find(late, old[60].capture_ns, &CameraPose::capture_ns);
+  ASSERT_NE(one, late.end());
+  EXPECT_EQ(one->arrival_ns, old[60].arrival_ns + 100'000'000);
+  EXPECT_TRUE(std::ranges::is_sorted(late, {}, &CameraPose::arrival_ns));
+  EXPECT_EQ(with("camera.duplicated").size(), 200U);
+}
+
+}  // namespace
+}  // namespace odomd::fault::camera_fault_test

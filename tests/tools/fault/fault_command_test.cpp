@@ -1,0 +1,175 @@
+// odom fault, the built program, on logs and through pipes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::fault::fault_command_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using tools::contents;
+using tools::Outcome;
+using tools::run_shell;
+using tools::Scratch;
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream{text};
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// A short simulated drive, made once.
+class FaultCommand : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch_ = new Scratch;
+    const Outcome made = run_shell("odom sim --laps 1 --scenario lap --standstill 1 --out " +
+                                   scratch_->path("drive").string());
+    ASSERT_EQ(made.status, 0) << made.err;
+  }
+  static void TearDownTestSuite() {
+    delete scratch_;
+    scratch_ = nullptr;
+  }
+
+  static std::string in(const std::string& name) { return scratch_->path(name).string(); }
+  static Outcome fault(const std::string& options) {
+    return run_shell("odom fault --config " + in("drive/car.toml") + " " + options);
+  }
+
+ private:
+  static Scratch* scratch_;
+};
+Scratch* FaultCommand::scratch_ = nullptr;
+
+// One message's lines differ, from the begin on, for so long; no other character of the log does.
+TEST_F(FaultCommand, ChangesTheFramesThatAreMeant) {
+  const std::string out = in("gyro.log");
+  const Outcome outcome =
+      fault("--kind gyro.zero --begin 4 --for 2 " + in("drive/drive.log") + " -o " + out);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, IsEmpty());
+  EXPECT_THAT(outcome.err, HasSubstr("gyro.zero: 400 frames\n"));
+  const auto before = lines_of(contents(in("drive/drive.log")));
+  const auto after = lines_of(contents(out));
+  ASSERT_EQ(after.size(), before.size());
+  const double start = std::stod(before.front().substr(1));
+  int changed = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (after[i] == before[i]) continue;
+    ++changed;
+    EXPECT_THAT(after[i], HasSubstr(" can0 1A2#"));
+    const double t = std::stod(after[i].substr(1)) - start;
+    EXPECT_GE(t, 4.0);
+    EXPECT_LT(t, 6.0);
+  }
+  EXPECT_GT(changed, 390);
+  EXPECT_LE(changed, 400);
+}
+
+// What is replayed is a drive whose gyro is frozen: odomd reports it.
+TEST_F(FaultCommand, TheFaultyLogIsReplayed) {
+  ASSERT_EQ(fault("--kind gyro.stuck --begin 4 " + in("drive/drive.log") + " -o " + in("stuck.log"))
+                .status,
+            0);
+  const Outcome replay = run_shell("odom replay --config " + in("drive/car.toml") + " --can " +
+                                   in("stuck.log") + " --out " + in("pose.csv"));
+  EXPECT_EQ(replay.status, 0);
+  EXPECT_THAT(replay.err, HasSubstr("yaw_rate"));
+}
+
+TEST_F(FaultCommand, SeveralFaultsInBothLogs) {
+  const Outcome outcome = fault("--fault wheels.scaled:3::1.1 --fault camera.lost:5:2 " +
+                                in("drive/drive.log") + " --out " + in("both.log") + " --camera " +
+                                in("drive/camera.csv") + " --camera-out " + in("both.csv"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto before = lines_of(contents(in("drive/camera.csv")));
+  const auto after = lines_of(contents(in("both.csv")));
+  EXPECT_EQ(before.front(), after.front());
+  EXPECT_NEAR(static_cast<double>(before.size() - after.size()), 2.0 / 0.035, 5.0);
+}
+
+// As a filter: the same bytes as from file to file, and what comes is handed on at once.
+TEST_F(FaultCommand, IsAFilter) {
+  ASSERT_EQ(
+      fault("--kind imu.noisy --seed 3 " + in("drive/drive.log") + " -o " + in("file.log")).status,
+      0);
+  const Outcome piped =
+      fault("--kind imu.noisy --seed 3 - -o - < " + in("drive/drive.log") + " > " + in("pipe.log"));
+  EXPECT_EQ(piped.status, 0) << piped.err;
+  EXPECT_EQ(contents(in("pipe.log")), contents(in("file.log")));
+
+  // The pipe stays open until all five have come out; the loop ends where they never do.
+  const Outcome live = run_shell(
+      "cd " + in("drive") +
+      "; mkfifo in; { odom fault --config car.toml --kind gyro.zero - -o - < in > out.log "
+      "2> /dev/null & }; exec 3> in; head -n 5 drive.log >&3; for i in $(seq 400); do "
+      "[ $(wc -l < out.log) = 5 ] && break; sleep 0.05; done; wc -l < out.log; exec 3>&-; wait");
+  EXPECT_EQ(live.out, "5\n");
+}
+
+TEST_F(FaultCommand, RefusesToOverwriteWhatItReads) {
+  const std::string before = contents(in("drive/drive.log"));
+  const Outcome outcome =
+      fault("--kind gyro.zero " + in("drive/drive.log") + " -o " + in("drive/drive.log"));
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("is what is read; name another file"));
+  EXPECT_EQ(contents(in("drive/drive.log")), before);
+}
+
+// Nothing is left behind of a log that breaks off in the middle.
+TEST_F(FaultCommand, AnOutputIsWholeOrNotThere) {
+  std::ofstream{in("broken.log")} << "(1.000000) can0 1A2#0000000000000000\nnonsense\n(2) x\n";
+  const Outcome outcome = fault("--kind gyro.zero " + in("broken.log") + " -o " + in("not.log"));
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("broken.log:2"));
+  EXPECT_FALSE(std::filesystem::exists(in("not.log")));
+  EXPECT_FALSE(std::filesystem::exists(in("not.log.partial")));
+}
+
+TEST_F(FaultCommand, ErrorsSayHowToFixThem) {
+  const std::string log = in("drive/drive.log") + " -o " + in("x.log");
+  EXPECT_THAT(fault("--kind gyro.forzen " + log).err, HasSubstr("the nearest is 'gyro.frozen'"));
+  EXPECT_THAT(fault("--kind motor.zero " + log).err, HasSubstr("[can.signals] maps no motor"));
+  EXPECT_THAT(fault(log).err, HasSubstr("--kind (or --fault) is required"));
+  EXPECT_THAT(fault("--kind gyro.zero " + in("drive/drive.log")).err,
+              HasSubstr("--out (for LOG) is required"));
+  EXPECT_THAT(fault("--kind camera.lost " + log).err, HasSubstr("--camera and --camera-out"));
+  EXPECT_THAT(
+      fault("--kind gyro.zero --camera " + in("drive/camera.csv") + " --camera-out " + in("x.csv"))
+          .err,
+      HasSubstr("LOG and --out"));
+  EXPECT_THAT(fault("--kind gyro.zero --from vcan7 --to vcan8 " + log).err, HasSubstr("not both"));
+  EXPECT_THAT(fault("--kind gyro.zero --from vcan7 --to vcan7").err,
+              HasSubstr("is the interface of --from"));
+  EXPECT_THAT(fault("--kind bus.shifted --from vcan7 --to vcan8").err, HasSubstr("bus.delayed"));
+  EXPECT_THAT(fault("--kind gyro.zero --from vcan7 --to vcan8").err, HasSubstr("vcan"));
+  EXPECT_EQ(fault("--kind gyro.zero --begin 4 --for 0 " + log).status, 2);
+}
+
+TEST_F(FaultCommand, AFaultThatNeverComesIsWarnedOf) {
+  const Outcome outcome =
+      fault("--kind gyro.zero --begin 900 " + in("drive/drive.log") + " -o " + in("never.log"));
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("warning: gyro.zero: acted on nothing; it begins 900 s after "
+                                     "the first frame"));
+}
+
+TEST_F(FaultCommand, ListsTheKinds) {
+  const Outcome text = run_shell("odom fault --list");
+  EXPECT_EQ(text.status, 0);
+  EXPECT_THAT(text.out, HasSubstr("repeats its last value"));
+  const Outcome json = run_shell("odom fault --list --json");
+  EXPECT_GT(nlohmann::json::parse(json.out).size(), 67U);
+}
+
+}  // namespace
+}  // namespace odomd::fault::fault_command_test

@@ -1,0 +1,124 @@
+#include "tools/fault/live.hpp"
+
+#include <net/if.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "can_protocol/bus_names.hpp"
+
+namespace odomd::fault {
+namespace {
+
+constexpr std::int64_t between_looks_ns = 200'000'000;
+constexpr int most_messages = 64;  // of one camera at a time
+
+std::vector<std::string> buses_with(const std::string& interface, const daemon::Config& config,
+                                    can::BusNames& buses) {
+  for (const std::string& bus : daemon::expected_buses(config)) buses.index_of(bus);
+  if (!buses.index_of(interface))
+    throw std::invalid_argument(interface + ": one bus too many beside those of [can.signals]");
+  return buses.all();
+}
+
+std::unique_ptr<can::SocketCanSource> open_interface(const std::string& name, std::uint8_t bus) {
+  if (::if_nametoindex(name.c_str()) == 0)
+    throw std::invalid_argument(name +
+                                ": no such CAN interface; `ip link show type can` lists "
+                                "those, `type vcan` the virtual ones");
+  return std::make_unique<can::SocketCanSource>(name, can::SocketCanSettings{.bus = bus});
+}
+
+}  // namespace
+
+std::int64_t monotonic_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+BusRelay::BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
+                   std::span<const can::Database> databases, std::span<const Fault> faults,
+                   std::int64_t start_ns)
+    : output_((from == to) ? throw std::invalid_argument(
+                                 "--to: is the interface of --from; frames would go round for ever")
+                           : to,
+              can::StampDecimals::six),
+      arrived_(can::max_frames_per_drain) {
+  can::BusNames buses;
+  const std::vector<std::string> names = buses_with(from, config, buses);
+  source_ = open_interface(from, buses.index_of(from).value_or(0));
+  injector_.emplace(config, databases, names, faults);
+  injector_->start(start_ns);
+}
+
+void BusRelay::pass_on(std::int64_t now_ns) {
+  if (now_ns - maintained_ns_ > between_looks_ns) {
+    source_->maintain();
+    maintained_ns_ = now_ns;
+    if (source_->link() == can::LinkState::gone)
+      throw std::runtime_error(source_->name() + ": the interface has gone");
+  }
+  leaving_.clear();
+  const std::size_t count = source_->drain(arrived_, now_ns, now_ns);
+  for (std::size_t i = 0; i < count; ++i) injector_->take(arrived_[i], leaving_);
+  injector_->release(now_ns, leaving_);
+  std::erase_if(leaving_, [](const can::Frame& one) { return one.kind == can::FrameKind::error; });
+  output_.send(leaving_);
+  received_ += count;
+  sent_ += leaving_.size();
+}
+
+CameraRelay::CameraRelay(const std::filesystem::path& from, const std::string& to, double wait_s,
+                         std::span<const Fault> faults, std::int64_t start_ns)
+    : socket_({.path = from,
+               .type = daemon::SocketType::packets,
+               .mend = "name another path by --camera-from"}),
+      feed_(to, wait_s),
+      injector_(faults, start_ns) {}
+
+void CameraRelay::take(const odom_camera_message& message, std::int64_t now_ns) {
+  clock_ = static_cast<odom_clock>(message.clock);
+  injector_.take({.capture_ns = message.capture_ns,
+                  .arrival_ns = now_ns,
+                  .x = message.x,
+                  .y = message.y,
+                  .yaw = message.yaw,
+                  .sigma_x = message.sigma_x,
+                  .sigma_y = message.sigma_y,
+                  .sigma_yaw = message.sigma_yaw},
+                 leaving_);
+}
+
+bool CameraRelay::read(int connection, std::int64_t now_ns) {
+  for (int i = 0; i < most_messages; ++i) {
+    odom_camera_message message{};
+    const ssize_t size = ::recv(connection, &message, sizeof message, MSG_DONTWAIT | MSG_TRUNC);
+    if (size < 0) return errno == EAGAIN || errno == EINTR;
+    if (size == 0) return false;
+    ++received_;
+    if (size != sizeof message || message.magic != ODOM_CAMERA_MAGIC ||
+        message.version != ODOM_CAMERA_VERSION || message.clock > ODOM_CLOCK_LOG) {
+      ++malformed_;
+    } else {
+      take(message, now_ns);
+    }
+  }
+  return true;
+}
+
+void CameraRelay::pass_on(std::int64_t now_ns) {
+  while (can::FileDescriptor connection = socket_.accept())
+    connections_.push_back(std::move(connection));
+  leaving_.clear();
+  std::erase_if(connections_,
+                [&](const can::FileDescriptor& one) { return !read(one.get(), now_ns); });
+  injector_.release(now_ns, leaving_);
+  for (const estimator::CameraPose& pose : leaving_)
+    ++(feed_.send(pose, clock_) ? sent_ : refused_);
+}
+
+}  // namespace odomd::fault

@@ -1,0 +1,89 @@
+// Faults between a car and its daemon: frames from one CAN interface to another, camera poses from
+// a socket of our own to the daemon's.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "can_protocol/dbc.hpp"
+#include "can_protocol/socketcan.hpp"
+#include "daemon/config.hpp"
+#include "daemon/local_socket.hpp"
+#include "tools/camera_feed.hpp"
+#include "tools/fault/camera_fault.hpp"
+#include "tools/fault/injector.hpp"
+#include "tools/sim/can_output.hpp"
+
+namespace odomd::fault {
+
+/// CLOCK_MONOTONIC, the clock of all that is live.
+[[nodiscard]] std::int64_t monotonic_ns();
+
+/// Frames from an interface onto another one.
+class BusRelay {
+ public:
+  /// Faults begin to count at `start_ns`. Throws as SocketCanSource, CanOutput and Injector do, and
+  /// std::invalid_argument where there is no interface `from`, or both are one.
+  BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
+           std::span<const can::Database> databases, std::span<const Fault> faults,
+           std::int64_t start_ns);
+
+  /// Hands on what has come and what is due. Throws std::runtime_error when frames cannot be sent,
+  /// or the interface that they come from has gone.
+  void pass_on(std::int64_t now_ns);
+
+  [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
+  [[nodiscard]] std::uint64_t sent() const noexcept { return sent_; }
+  [[nodiscard]] std::uint64_t lost() const noexcept { return source_->counters().lost.get(); }
+  [[nodiscard]] std::vector<Injector::Acted> acted() const { return injector_->acted(); }
+
+ private:
+  std::unique_ptr<can::SocketCanSource> source_;
+  sim::CanOutput output_;
+  std::optional<Injector> injector_;
+  std::vector<can::Frame> arrived_;
+  std::vector<can::Frame> leaving_;
+  std::int64_t maintained_ns_ = 0;
+  std::uint64_t received_ = 0;
+  std::uint64_t sent_ = 0;
+};
+
+/// Camera poses from a socket that this makes to the daemon's.
+class CameraRelay {
+ public:
+  /// Waits `wait_s` seconds for the daemon. Throws as LocalSocket and CameraFeed do.
+  CameraRelay(const std::filesystem::path& from, const std::string& to, double wait_s,
+              std::span<const Fault> faults, std::int64_t start_ns);
+
+  void pass_on(std::int64_t now_ns);
+
+  [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
+  [[nodiscard]] std::uint64_t sent() const noexcept { return sent_; }
+  [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
+  [[nodiscard]] std::uint64_t malformed() const noexcept { return malformed_; }
+  [[nodiscard]] std::vector<CameraInjector::Acted> acted() const { return injector_.acted(); }
+
+ private:
+  void take(const odom_camera_message& message, std::int64_t now_ns);
+  /// False once the other end has gone.
+  [[nodiscard]] bool read(int connection, std::int64_t now_ns);
+
+  daemon::LocalSocket socket_;
+  tools::CameraFeed feed_;
+  CameraInjector injector_;
+  std::vector<can::FileDescriptor> connections_;
+  std::vector<estimator::CameraPose> leaving_;
+  odom_clock clock_ = ODOM_CLOCK_MONOTONIC;  ///< of the captures, as the newest message names it
+  std::uint64_t received_ = 0;
+  std::uint64_t sent_ = 0;
+  std::uint64_t refused_ = 0;
+  std::uint64_t malformed_ = 0;
+};
+
+}  // namespace odomd::fault
