@@ -46,6 +46,7 @@ NOT_DETECTABLE = {
     False: {},
     True: {},
 }
+MOST_NOT_DETECTABLE = 8
 
 
 def arguments():
@@ -69,6 +70,8 @@ def arguments():
     given = parser.parse_args()
     if given.seeds < 1 or given.jobs < 1:
         parser.error("--seeds and --jobs: 1 or more")
+    if max(map(len, NOT_DETECTABLE.values())) > MOST_NOT_DETECTABLE:
+        sys.exit(f"integrity: {MOST_NOT_DETECTABLE} kinds at most may be declared not detectable")
     for program in ("odom", "fault_runs"):
         if not os.access(given.bin / program, os.X_OK):
             parser.error(f"{given.bin / program} is missing: cmake --build --preset release --target {program}")

@@ -1,0 +1,113 @@
+// The runs of the integrity campaign are those of odom replay: what it says of a drive, a user
+// gets.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/campaign/faulty_drive.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/fault/camera_fault.hpp"
+#include "tools/fault/injector.hpp"
+#include "tools/virtual_drive.hpp"
+
+namespace odomd::campaign::faulty_drive_test {
+namespace {
+
+using fault::Fault;
+
+class FaultyDriveTest : public ::testing::TestWithParam<Camera> {
+ protected:
+  static void SetUpTestSuite() {
+    const tools::Scratch scratch;
+    const tools::Outcome made = tools::run_shell(
+        "odom sim --scenario lap --laps 1 --standstill 1 --out " + scratch.path("drive").string());
+    ASSERT_EQ(made.status, 0) << made.err;
+    drive_ = std::make_unique<Drive>(read_drive(scratch.path("drive")));
+  }
+  static void TearDownTestSuite() { drive_.reset(); }
+
+  static const Drive& drive() { return *drive_; }
+  static std::size_t begin() { return drive_->ticks * 2 / 5; }
+
+  static Fault from_begin_on(const char* kind) {
+    Fault one = fault::fault_of(fault::parse_kind(kind));
+    one.begin_s = static_cast<double>(drive().tick_ns(begin()) - drive().start_ns() + 1) * 1e-9;
+    return one;
+  }
+
+  // The whole drive through the replay, with faults as odom fault makes them.
+  static std::vector<odom_pose> replayed(const std::vector<Fault>& faults) {
+    const std::vector<std::string> buses(drive().buses.begin(), drive().buses.end() - 1);
+    fault::Injector injector(drive().config, drive().databases, buses, faults);
+    std::vector<can::Frame> frames;
+    for (const can::Frame& frame : drive().frames) injector.take(frame, frames);
+    injector.release(fault::end_of_time, frames);
+    fault::CameraInjector camera(faults, drive().start_ns());
+    std::vector<estimator::CameraPose> cameras;
+    if (GetParam() == Camera::on)
+      for (const auto& pose : drive().cameras) camera.take(pose, cameras);
+    const auto pipeline = std::make_unique<daemon::Pipeline>(drive().config, drive().databases,
+                                                             buses, GetParam() == Camera::on);
+    std::vector<odom_pose> poses;
+    std::size_t next = 0;
+    tools::replay(
+        *pipeline, drive().config.realtime.period_ns,
+        [&] { return next < frames.size() ? &frames[next++] : nullptr; }, cameras,
+        [&](const daemon::TickRecord& record) { poses.push_back(record.pose); });
+    return poses;
+  }
+
+  // Tick for tick what a controller sees, and the error of the very pose.
+  static void expect_same(const std::vector<Tick>& run, std::size_t first,
+                          const std::vector<odom_pose>& poses) {
+    std::size_t compared = 0;
+    for (const odom_pose& pose : poses) {
+      // Delayed frames make the faulty log longer than the drive.
+      if (pose.tick < first || pose.tick >= first + run.size()) continue;
+      const Tick& tick = run.at(pose.tick - first);
+      ASSERT_EQ(tick.mode, pose.mode) << pose.tick;
+      ASSERT_EQ(tick.conditions, pose.conditions) << pose.tick;
+      ASSERT_EQ(tick.health, pose.health) << pose.tick;
+      const auto truth = at(drive().truth, pose.time_ns);
+      if (!truth) continue;
+      ASSERT_EQ(tick.position_m, std::hypot(pose.x - truth->pose.x, pose.y - truth->pose.y));
+      ++compared;
+    }
+    EXPECT_GT(compared, (drive().ticks - first) * 9 / 10);
+  }
+
+ private:
+  static std::unique_ptr<Drive> drive_;
+};
+std::unique_ptr<Drive> FaultyDriveTest::drive_;
+
+TEST_P(FaultyDriveTest, TheHealthyRunIsTheReplay) {
+  const FaultyDrive runs(drive(), GetParam(), begin());
+  expect_same(runs.healthy(), 0, replayed({}));
+}
+
+TEST_P(FaultyDriveTest, ARunWithAFaultIsTheReplayOfAFaultyLog) {
+  const FaultyDrive runs(drive(), GetParam(), begin());
+  for (const char* kind : {"gyro.stuck", "wheels.noisy", "imu.delayed", "camera.moved"}) {
+    SCOPED_TRACE(kind);
+    const Fault one = from_begin_on(kind);
+    expect_same(runs.with(one), begin() + 1, replayed({one}));
+  }
+}
+
+// To leave a source out is to hear no more of it.
+TEST_P(FaultyDriveTest, ASourceIsLeftOut) {
+  const FaultyDrive runs(drive(), GetParam(), begin());
+  const Fault lost = from_begin_on("imu.lost");
+  expect_same(runs.without(fault::sources_of(lost.kind)), begin() + 1, replayed({lost}));
+}
+
+INSTANTIATE_TEST_SUITE_P(OfADrive, FaultyDriveTest, ::testing::Values(Camera::off, Camera::on),
+                         [](const auto& one) {
+                           return one.param == Camera::on ? "WithCamera" : "WithoutCamera";
+                         });
+
+}  // namespace
+}  // namespace odomd::campaign::faulty_drive_test
