@@ -185,7 +185,6 @@ Kind parse_kind(std::string_view name) {
 }
 
 Magnitude default_magnitude(Kind kind) noexcept {
-  const bool of_camera = kind.part == Part::camera;
   const Quantity* const quantity = quantity_of(kind.part);
   switch (kind.act) {
     case Act::stuck:
@@ -225,7 +224,7 @@ Magnitude default_magnitude(Kind kind) noexcept {
       return {1.0, "m"};
     case Act::early:
     case Act::late:
-      return {of_camera ? 0.05 : 0.0, "s"};
+      return {0.05, "s"};
     default:
       return {};
   }
