@@ -183,11 +183,16 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
   return streamed.first_ns;
 }
 
-void fail_in_camera_log(const Options& options, const std::vector<Fault>& faults,
-                        std::optional<std::int64_t> start_ns) {
-  const CameraLog camera = read_camera_log(options.camera);
+CameraLog camera_of(const Options& options) {
+  if (options.camera.empty()) return {};
+  CameraLog camera = read_camera_log(options.camera);
   for (const std::string& text : camera.warnings) warn(text);
   if (camera.poses.empty()) warn(no_pose_doubt(options.camera));
+  return camera;
+}
+
+void fail_in_camera_log(const Options& options, const CameraLog& camera,
+                        const std::vector<Fault>& faults, std::optional<std::int64_t> start_ns) {
   if (!start_ns) start_ns = camera.poses.empty() ? 0 : camera.poses.front().arrival_ns;
   fault::CameraInjector injector(faults, *start_ns);
   Sink sink(options.camera_out);
@@ -199,15 +204,13 @@ void fail_in_camera_log(const Options& options, const std::vector<Fault>& faults
 }
 
 void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
+  const Car car = options.log.empty() ? Car{} : car_of(options);
+  check_files(options, car);
+  // Read first: nothing is written where one of the two cannot be used.
+  const CameraLog camera = camera_of(options);
   std::optional<std::int64_t> start_ns;
-  if (!options.log.empty()) {
-    const Car car = car_of(options);
-    check_files(options, car);
-    start_ns = fail_in_log(options, car, faults);
-  } else {
-    check_files(options, {});
-  }
-  if (!options.camera.empty()) fail_in_camera_log(options, faults, start_ns);
+  if (!options.log.empty()) start_ns = fail_in_log(options, car, faults);
+  if (!options.camera.empty()) fail_in_camera_log(options, camera, faults, start_ns);
 }
 
 void fail_live(const Options& options, const std::vector<Fault>& faults) {

@@ -133,6 +133,13 @@ TEST_F(FaultCommand, AnOutputIsWholeOrNotThere) {
   EXPECT_THAT(outcome.err, HasSubstr("broken.log:2"));
   EXPECT_FALSE(std::filesystem::exists(in("not.log")));
   EXPECT_FALSE(std::filesystem::exists(in("not.log.partial")));
+  // Nor where it is the camera's log that cannot be used.
+  std::ofstream{in("broken.csv")} << "t,x\n1,2\n";
+  EXPECT_EQ(fault("--kind gyro.zero " + in("drive/drive.log") + " -o " + in("not.log") +
+                  " --camera " + in("broken.csv") + " --camera-out " + in("not.csv"))
+                .status,
+            2);
+  EXPECT_FALSE(std::filesystem::exists(in("not.log")));
 }
 
 TEST_F(FaultCommand, ErrorsSayHowToFixThem) {
