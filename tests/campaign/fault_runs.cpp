@@ -185,8 +185,8 @@ std::vector<fault::Kind> kinds_of(const std::string& list) {
   std::vector<fault::Kind> kinds;
   for (std::size_t at = 0; at <= list.size();) {
     const std::size_t end = std::min(list.find(',', at), list.size());
-    if (end > at && list.substr(at, end - at) != "none")
-      kinds.push_back(fault::parse_kind(std::string_view(list).substr(at, end - at)));
+    const std::string name = list.substr(at, end - at);
+    if (!name.empty() && name != "none") kinds.push_back(fault::parse_kind(name));
     at = end + 1;
   }
   return kinds;

@@ -42,7 +42,7 @@ WITHIN_LARGEST = 0.95  # of the runs
 
 # Kinds that no other sensor of the set contradicts, and the parity that is missing: at most eight, by the
 # camera being off or on. They are reported, and held to no bar.
-NOT_DETECTABLE = {
+NOT_DETECTABLE: dict[bool, dict[str, str]] = {
     False: {},
     True: {},
 }

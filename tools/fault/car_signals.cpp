@@ -125,8 +125,9 @@ std::size_t CarSignals::read(std::size_t message, const can::Frame& frame,
   return found;
 }
 
-void CarSignals::write(std::uint32_t index, double value, can::Frame& frame) const noexcept {
-  const CompiledBinding& binding = tables_.bindings[index];
+void CarSignals::write(std::uint32_t binding_index, double value,
+                       can::Frame& frame) const noexcept {
+  const CompiledBinding& binding = tables_.bindings[binding_index];
   const std::span payload(frame.data.data(), frame.length);
   const auto terms = terms_of(tables_, binding);
   if (std::isnan(value)) return;
@@ -140,10 +141,10 @@ void CarSignals::write(std::uint32_t index, double value, can::Frame& frame) con
   write_sum(terms, (value - binding.offset) / (binding.scale * binding.unit_factor), payload);
 }
 
-void CarSignals::flip_bit(std::uint32_t index, std::uint64_t draw,
+void CarSignals::flip_bit(std::uint32_t binding_index, std::uint64_t draw,
                           can::Frame& frame) const noexcept {
   const std::span payload(frame.data.data(), frame.length);
-  const auto terms = terms_of(tables_, tables_.bindings[index]);
+  const auto terms = terms_of(tables_, tables_.bindings[binding_index]);
   const SignalLayout& term = terms[draw / 64 % terms.size()];
   const std::uint64_t bits = can::extract_bits(term, payload);
   can::insert_bits(term, bits ^ std::uint64_t{1} << draw % 64 % term.length, payload);

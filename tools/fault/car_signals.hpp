@@ -42,10 +42,10 @@ class CarSignals {
 
   /// Puts the nearest value that its bits can hold; counter and CRC are left as they are. NaN is
   /// left out of signals that are integers.
-  void write(std::uint32_t binding, double value, can::Frame& frame) const noexcept;
+  void write(std::uint32_t binding_index, double value, can::Frame& frame) const noexcept;
 
   /// Turns one of the signal's bits, the one that `draw` (of any size) falls on.
-  void flip_bit(std::uint32_t binding, std::uint64_t draw, can::Frame& frame) const noexcept;
+  void flip_bit(std::uint32_t binding_index, std::uint64_t draw, can::Frame& frame) const noexcept;
 
   /// Whether the frame's protection holds, and its counter into `counter`.
   [[nodiscard]] bool is_protected_right(std::size_t message, const can::Frame& frame,

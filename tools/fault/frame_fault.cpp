@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace odomd::fault {
 namespace {
@@ -192,10 +193,10 @@ void FrameFault::flip(std::size_t message, can::Frame& frame) {
   can::E2eState own;
   const bool right = signals_.is_protected_right(message, frame, own);
   const std::size_t count = signals_.read(message, frame, readings_);
-  const auto end =
-      std::partition(readings_.begin(), readings_.begin() + static_cast<std::ptrdiff_t>(count),
-                     [&](const Reading& reading) { return contains(sources_, reading.source); });
-  const auto candidates = static_cast<std::uint64_t>(end - readings_.begin());
+  const std::span all(readings_.data(), count);
+  const auto others = std::ranges::partition(
+      all, [&](const Reading& reading) { return contains(sources_, reading.source); });
+  const std::uint64_t candidates = count - others.size();
   if (candidates == 0) return;
   const Reading& one = readings_[random_.bits() % candidates];
   signals_.flip_bit(one.binding, random_.bits(), frame);
