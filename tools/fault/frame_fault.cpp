@@ -194,9 +194,10 @@ void FrameFault::flip(std::size_t message, can::Frame& frame) {
   const bool right = signals_.is_protected_right(message, frame, own);
   const std::size_t count = signals_.read(message, frame, readings_);
   const std::span all(readings_.data(), count);
-  const auto others = std::ranges::partition(
-      all, [&](const Reading& reading) { return contains(sources_, reading.source); });
-  const std::uint64_t candidates = count - others.size();
+  const auto end = std::partition(all.begin(), all.end(), [&](const Reading& reading) {
+    return contains(sources_, reading.source);
+  });
+  const auto candidates = static_cast<std::uint64_t>(end - all.begin());
   if (candidates == 0) return;
   const Reading& one = readings_[random_.bits() % candidates];
   signals_.flip_bit(one.binding, random_.bits(), frame);
