@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "estimator/integrity/integrity.hpp"
+#include "estimator/integrity/source_monitor.hpp"
 
 namespace odomd::daemon {
 

@@ -10,7 +10,6 @@
 namespace odomd::estimator::full::stopping_test {
 namespace {
 
-using testing::bend_at;
 using testing::Car;
 using testing::millisecond;
 using testing::period_ns;
@@ -267,28 +266,19 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
   Car car;
   car.drive(3.0, of_two_wheels(0.0, 0.0));
   ASSERT_TRUE(car.state.rest.standing);
-  for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
-    car.tick(with(of_two_wheels(0.005 * i, 0.0), Source::accel_x, 1.0));
-  }
-  car.drive(1.0, of_two_wheels(1.0, 0.0));
+  car.drive(2.0, of_two_wheels(1.0, 0.0));
   EXPECT_FALSE(car.state.rest.standing);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
-  EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.25);
+  EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.1);
 }
 
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
   Car car;
-  const auto on_a_circle = [](double speed) {
-    const Says bend = with(bend_at(speed, speed), Source::wheel_rear_right, 0.0);
-    return without(without(bend, Source::wheel_front_left), Source::wheel_front_right);
-  };
-  car.drive(3.0, on_a_circle(0.0));
-  for (int i = 0; i < 100; ++i) {  // off at 2 m/s²
-    car.tick(with(on_a_circle(0.01 * i), Source::accel_x, 2.0));
-  }
+  car.drive(3.0, of_two_wheels(0.0, 0.0));
+  car.drive(0.5, with(of_two_wheels(1.0, 0.0), Source::yaw_rate, 1.0));
   ASSERT_FALSE(car.state.rest.standing);
-  car.drive(2.0, on_a_circle(1.0));
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
+  car.drive(2.0, with(of_two_wheels(1.0, 0.0), Source::yaw_rate, 1.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.08, 0.05);
 }
 
 TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
