@@ -5,9 +5,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -25,6 +28,26 @@ inline void require_one_line(std::string_view text) {
   require(text.find('\n') == std::string_view::npos, "the error is one line");
   require(text.size() < 4096, "the error is short");
 }
+
+/// The bytes of a run, taken from their beginning.
+class Input {
+ public:
+  Input(const std::uint8_t* data, std::size_t size) : rest_(data, size) {}
+  [[nodiscard]] bool empty() const { return rest_.empty(); }
+
+  /// Zeros where the input has ended.
+  template <typename Value>
+  Value take() {
+    Value value{};
+    const std::size_t size = std::min(sizeof value, rest_.size());
+    std::memcpy(&value, rest_.data(), size);
+    rest_ = rest_.subspan(size);
+    return value;
+  }
+
+ private:
+  std::span<const std::uint8_t> rest_;
+};
 
 class MemoryFile {
  public:

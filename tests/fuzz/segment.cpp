@@ -1,0 +1,148 @@
+// Any segment of a predecessor: refused in one line, or nothing of it is taken, or its last pose is
+// one that each model goes on from without publishing a number that is none.
+//
+// The input is a model (one byte), whether the newest slot gets the checksum that belongs to it
+// (one byte: odd), how much is cut off the file (two bytes, in words) and then changes of a sound
+// segment: a word's index (two bytes) and its new value (eight bytes).
+#include <sys/stat.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "daemon/inheritance.hpp"
+#include "daemon/pipeline.hpp"
+#include "shm_api/segment.h"
+#include "shm_api/slot.h"
+#include "shm_api/writer.hpp"
+#include "tests/fuzz/bare_car.hpp"
+
+namespace odomd::fuzz {
+namespace {
+
+constexpr std::uint64_t slots = 4;
+constexpr std::uint64_t ticks = 6;
+
+daemon::Pipeline pipeline_of(estimator::Model model) {
+  static const std::vector<can::Database> databases{database()};
+  static const std::vector<std::string> buses{"can0"};
+  return daemon::Pipeline(config(model), databases, buses, false);
+}
+
+/// Every signal is 1.
+void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
+  constexpr double one = 1.0;
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    can::Frame frame;
+    frame.id = 256U + static_cast<std::uint32_t>(i);
+    frame.length = 8;
+    frame.time_ns = now_ns - 1'000'000;
+    std::memcpy(frame.data.data(), &one, sizeof one);
+    pipeline.take(frame, now_ns);
+  }
+}
+
+/// A segment on disk, and the words that a sound predecessor left in it.
+class Predecessor {
+ public:
+  Predecessor() {
+    std::string name = std::filesystem::temp_directory_path() / "odomd_fuzz_XXXXXX";
+    require(::mkdtemp(name.data()) != nullptr, "mkdtemp");
+    settings_ = {.name = name + "/segment", .slots = slots, .mode = 0600};
+    odom_info info{};
+    info.period_ns = period_ns;
+    const auto pipeline = std::make_unique<daemon::Pipeline>(pipeline_of(estimator::Model::full));
+    shm::Writer writer(settings_, info);
+    for (std::uint64_t i = 1; i <= ticks; ++i) {
+      const std::int64_t now = start_ns + static_cast<std::int64_t>(i) * period_ns;
+      drive(*pipeline, now);
+      const auto& record = pipeline->tick(i, now);
+      require(record.pose.mode != ODOM_INITIALISING, "the predecessor knows where it is");
+      require(writer.publish(record.pose, record.details), "a tick is published");
+    }
+    std::ifstream file(settings_.name, std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+    words_.resize(bytes.size() / sizeof(std::uint64_t));
+    std::memcpy(words_.data(), bytes.data(), bytes.size());
+  }
+  ~Predecessor() {
+    std::error_code ignored;
+    std::filesystem::remove_all(std::filesystem::path(settings_.name).parent_path(), ignored);
+  }
+  Predecessor(const Predecessor&) = delete;
+  Predecessor& operator=(const Predecessor&) = delete;
+
+  [[nodiscard]] const shm::SegmentSettings& settings() const { return settings_; }
+  [[nodiscard]] const std::vector<std::uint64_t>& words() const { return words_; }
+
+  void leave(const std::vector<std::uint64_t>& words) const {
+    std::ofstream file(settings_.name, std::ios::binary | std::ios::trunc);
+    file.write(reinterpret_cast<const char*>(words.data()),
+               static_cast<std::streamsize>(words.size() * sizeof(std::uint64_t)));
+    file.close();
+    require(file.good(), "the segment is written");
+    require(::chmod(settings_.name.c_str(), 0600) == 0, "chmod");
+  }
+
+ private:
+  shm::SegmentSettings settings_;
+  std::vector<std::uint64_t> words_;
+};
+
+/// As its writer would have sealed the newest slot, whatever lies in it.
+void seal(std::vector<std::uint64_t>& words) {
+  const std::uint64_t newest = odomi_tick(words[ODOM_HEADER_HEAD]) & (slots - 1);
+  std::uint64_t* slot = words.data() + ODOM_SEGMENT_HEADER_WORDS + newest * ODOM_SLOT_WORDS;
+  slot[ODOM_SLOT_CHECKSUM] =
+      odomi_checksum(slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS + ODOM_DETAILS_WORDS);
+}
+
+void go_on_from(const shm::Inheritance& last, estimator::Model model) {
+  const auto pipeline = std::make_unique<daemon::Pipeline>(pipeline_of(model));
+  std::int64_t now = start_ns + static_cast<std::int64_t>(ticks) * period_ns + 1'000'000;
+  if (const auto age_ns = daemon::age_to_go_on_from(last.pose, now)) {
+    require(*age_ns >= 0 && *age_ns < daemon::inheritance_ns, "it is young");
+    static_cast<void>(pipeline->resume(last.pose, last.details, *age_ns));
+  }
+  for (std::uint64_t i = 1; i <= 3; ++i) {
+    now += period_ns;
+    check(pipeline->tick(i, now), now);
+  }
+}
+
+void run(Input input) {
+  static const Predecessor predecessor;
+  const auto model =
+      static_cast<estimator::Model>(input.take<std::uint8_t>() % estimator::model_names.size());
+  const bool sealed = (input.take<std::uint8_t>() & 1U) != 0;
+  std::vector<std::uint64_t> words = predecessor.words();
+  const std::size_t cut = input.take<std::uint16_t>();
+  while (!input.empty()) {
+    const std::size_t index = input.take<std::uint16_t>() % words.size();
+    words[index] = input.take<std::uint64_t>();
+  }
+  if (sealed) seal(words);
+  words.resize(words.size() - cut % words.size());
+  predecessor.leave(words);
+  try {
+    const shm::Claim claim(predecessor.settings());
+    require(!claim.predecessor() || !claim.predecessor_is_damaged(),
+            "what is damaged is not given");
+    if (claim.predecessor()) go_on_from(*claim.predecessor(), model);
+  } catch (const std::runtime_error& error) {
+    require_one_line(error.what());
+  }
+}
+
+}  // namespace
+}  // namespace odomd::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  odomd::fuzz::run({data, size});
+  return 0;
+}

@@ -1,0 +1,242 @@
+// Anything that cameras and a recorder may do to their sockets, in any order: no more poses and
+// complaints than messages were sent, none that was not asked for, and what the recorder gets is
+// whole messages. A status is sent to whoever connects; of its readers nothing is read.
+//
+// The input is commands of one byte: a camera connects (0), ends (1), sends so many bytes as they
+// are (2: one byte and these), sends a message whose magic and version are right (3: the rest of
+// it); a recorder connects (4), ends (5), sends bytes (6: as for a camera), reads (7: two bytes,
+// how many at the most); a tick and housekeeping's turn (all else). Which camera: the command's
+// upper half.
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/camera_door.hpp"
+#include "daemon/recorder_door.hpp"
+#include "tests/fuzz/bare_car.hpp"
+
+namespace odomd::fuzz {
+namespace {
+
+using can::FileDescriptor;
+using daemon::CameraDoor;
+
+class Directory {
+ public:
+  Directory() : path_(std::filesystem::temp_directory_path() / "odomd_fuzz_XXXXXX") {
+    require(::mkdtemp(path_.data()) != nullptr, "mkdtemp");
+  }
+  ~Directory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  Directory(const Directory&) = delete;
+  Directory& operator=(const Directory&) = delete;
+  [[nodiscard]] std::filesystem::path file(const char* name) const {
+    return std::filesystem::path(path_) / name;
+  }
+
+ private:
+  std::string path_;
+};
+
+const Directory& directory() {
+  static const Directory made;
+  return made;
+}
+
+/// As many bytes as the input has, up to the number that it begins with.
+std::vector<std::uint8_t> some_bytes(Input& input) {
+  std::vector<std::uint8_t> bytes;
+  for (std::size_t left = input.take<std::uint8_t>(); left > 0 && !input.empty(); --left)
+    bytes.push_back(input.take<std::uint8_t>());
+  return bytes;
+}
+
+class Cameras {
+ public:
+  Cameras() { wall_.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns}); }
+
+  void connect(std::size_t which) {
+    std::array<int, 2> ends{};
+    require(
+        ::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()) == 0,
+        "socketpair");
+    ends_.at(which) = FileDescriptor(ends[0]);
+    static_cast<void>(door_.admit(FileDescriptor(ends[1]), {1, 2}));
+  }
+  void end(std::size_t which) { ends_.at(which) = FileDescriptor(); }
+
+  void send(std::size_t which, const void* bytes, std::size_t size) {
+    if (!ends_.at(which)) return;
+    if (::send(ends_.at(which).get(), bytes, size, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0) ++sent_;
+  }
+
+  void tick(std::int64_t now_ns) {
+    const auto drained = door_.drain(poses_, {wall_, start_ns / 2}, now_ns, *events_);
+    require(drained.poses + drained.malformed <= CameraDoor::max_poses, "a drain is bounded");
+    for (std::size_t i = 0; i < drained.poses; ++i)
+      require(poses_.at(i).arrival_ns == now_ns, "a pose arrives when it is read");
+    read_ += drained.poses + drained.malformed;
+    require(read_ <= sent_, "no message is read twice");
+    while (const auto event = events_->next()) {
+      require(event->index < CameraDoor::max_connections, "an event is of a connection");
+      if (event->kind == daemon::EventKind::camera_malformed)
+        require(event->a > 0 && event->a < static_cast<std::int64_t>(daemon::MalformedCause::count),
+                "a complaint has a text");
+    }
+    require(events_->dropped() == 0, "a tick's events find room");
+    for (const auto& connection : door_.connections())
+      require(connection.malformed <= connection.messages, "what is malformed is a message");
+    door_.close_ended();
+  }
+
+ private:
+  CameraDoor door_;
+  can::WallClock wall_;
+  std::array<FileDescriptor, 2 * CameraDoor::max_connections> ends_;
+  std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
+  std::unique_ptr<daemon::EventRing> events_ = std::make_unique<daemon::EventRing>();
+  std::uint64_t sent_ = 0;
+  std::uint64_t read_ = 0;
+};
+
+class Recording {
+ public:
+  Recording()
+      : config_(config(estimator::Model::full)),
+        pipeline_(std::make_unique<daemon::Pipeline>(config_, databases(), names(), true)),
+        tap_(std::make_unique<daemon::RecordingTap>(*pipeline_)),
+        journal_({directory().file("log"), "error"}),
+        door_(
+            {config_, buses_, 1, *tap_},
+            daemon::LocalSocket({directory().file("socket"), daemon::SocketType::stream, 0600, ""}),
+            {{"car.toml", "# a car\n"}}) {
+    static_cast<void>(buses_.index_of("can0"));
+  }
+
+  void connect() {
+    recorder_ = FileDescriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    got_.clear();
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    directory().file("socket").native().copy(address.sun_path, sizeof address.sun_path - 1);
+    // Where too many wait already it is refused, and its bytes go nowhere.
+    static_cast<void>(
+        ::connect(recorder_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address));
+  }
+  void end() { recorder_ = FileDescriptor(); }
+  void send(const std::vector<std::uint8_t>& bytes) const {
+    if (recorder_)
+      static_cast<void>(
+          ::send(recorder_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT));
+  }
+  void read(std::size_t most) {
+    if (!recorder_) return;
+    std::vector<char> piece(most);
+    const ssize_t size = ::recv(recorder_.get(), piece.data(), piece.size(), MSG_DONTWAIT);
+    if (size <= 0) return;
+    got_.append(piece.data(), static_cast<std::size_t>(size));
+    check_messages();
+  }
+
+  void tick(std::uint64_t number, std::int64_t now_ns) {
+    tap_->tick_done(pipeline_->tick(number, now_ns), {now_ns, 0, 0}, *pipeline_);
+    door_.accept(now_ns, journal_);
+    door_.serve(now_ns, journal_);
+  }
+
+ private:
+  static const std::vector<can::Database>& databases() {
+    static const std::vector<can::Database> all{database()};
+    return all;
+  }
+  static const std::vector<std::string>& names() {
+    static const std::vector<std::string> all{"can0"};
+    return all;
+  }
+
+  /// Takes whole messages from the front of what was got.
+  void check_messages() {
+    daemon::RecordingHeader header;
+    std::size_t at = 0;
+    for (; got_.size() - at >= sizeof header; at += sizeof header + header.size) {
+      std::memcpy(&header, got_.data() + at, sizeof header);
+      require(header.kind <= daemon::RecordingMessage::refused, "a message has a kind");
+      require(header.size <= daemon::longest_recording_message, "a message is no longer");
+      if (got_.size() - at - sizeof header < header.size) break;
+    }
+    got_.erase(0, at);
+  }
+
+  daemon::Config config_;
+  can::BusNames buses_;
+  std::unique_ptr<daemon::Pipeline> pipeline_;
+  std::unique_ptr<daemon::RecordingTap> tap_;
+  daemon::Journal journal_;
+  daemon::RecorderDoor door_;
+  FileDescriptor recorder_;
+  std::string got_;
+};
+
+void run(Input input) {
+  Cameras cameras;
+  Recording recording;
+  std::uint64_t number = 1;
+  std::int64_t now = start_ns;
+  while (!input.empty()) {
+    const auto command = input.take<std::uint8_t>();
+    const std::size_t which = (command >> 4U) % (2 * CameraDoor::max_connections);
+    switch (command & 15U) {
+      case 0:
+        cameras.connect(which);
+        break;
+      case 1:
+        cameras.end(which);
+        break;
+      case 2: {
+        const auto bytes = some_bytes(input);
+        cameras.send(which, bytes.data(), bytes.size());
+        break;
+      }
+      case 3: {
+        auto message = input.take<odom_camera_message>();
+        message.magic = ODOM_CAMERA_MAGIC;
+        message.version = ODOM_CAMERA_VERSION;
+        cameras.send(which, &message, sizeof message);
+        break;
+      }
+      case 4:
+        recording.connect();
+        break;
+      case 5:
+        recording.end();
+        break;
+      case 6:
+        recording.send(some_bytes(input));
+        break;
+      case 7:
+        recording.read(input.take<std::uint16_t>());
+        break;
+      default:
+        now += period_ns;
+        cameras.tick(now);
+        recording.tick(number++, now);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace odomd::fuzz
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  odomd::fuzz::run({data, size});
+  return 0;
+}
