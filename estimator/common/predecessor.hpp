@@ -31,7 +31,10 @@ namespace odomd::estimator {
 /// begins, (1 m/s)² and (1 rad/s)².
 [[nodiscard]] inline Symmetric3 velocity_covariance_of(const Estimate& predecessor) noexcept {
   const Symmetric3& given = predecessor.velocity_covariance;
-  return is_finite(given) && is_positive_definite(given) ? given : diagonal(1.0, 1.0, 1.0);
+  constexpr double most = 1e6;  // (1 km/s)²: nothing is known beyond
+  const bool usable =
+      is_finite(given) && given[0] + given[3] + given[5] <= most && is_positive_definite(given);
+  return usable ? given : diagonal(1.0, 1.0, 1.0);
 }
 
 }  // namespace odomd::estimator

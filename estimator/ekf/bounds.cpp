@@ -4,14 +4,14 @@
 #include <array>
 #include <cmath>
 
+#include "estimator/integrity/admission.hpp"
+
 namespace odomd::estimator::full {
 namespace {
 
 // No car and no sensor gets here; numbers that do would overflow somewhere.
 constexpr double largest_position = 1e9;
 constexpr double largest_state = 1e4;
-constexpr double fastest = 300.0;       // [m/s]
-constexpr double fastest_turn = 100.0;  // [rad/s]
 
 /// What nothing is known beyond: half a turn, a kilometre, 100 m/s.
 constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,

@@ -318,6 +318,17 @@ TEST_P(EveryModel, DoesNotResumeFromWhatIsNotUsable) {
   bad = good;
   bad.covariance = {};
   EXPECT_FALSE(resume(drive.filter, bad, 0.1));
+  for (const double impossible : {1e4, -1e300}) {  // finite, but no car's
+    bad = good;
+    bad.v_x = impossible;
+    EXPECT_FALSE(resume(drive.filter, bad, 0.1)) << impossible;
+    bad = good;
+    bad.yaw_rate = impossible;
+    EXPECT_FALSE(resume(drive.filter, bad, 0.1)) << impossible;
+  }
+  bad = good;
+  bad.covariance[0] = 1e300;
+  EXPECT_FALSE(resume(drive.filter, bad, 0.1));
   EXPECT_FALSE(resume(drive.filter, good, -0.1));
   EXPECT_FALSE(resume(drive.filter, good, std::nan("")));
   EXPECT_FALSE(drive.tick({.speed = 1.0}).initialised);
