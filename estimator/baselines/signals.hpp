@@ -56,6 +56,6 @@ struct AxleSpeed {
 /// A front wheel rolls along δ; cos δ takes its speed to the car's axis. While the held direction
 /// is -1, positive speeds count as negative: those of sensors that do not know a sign.
 [[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
-                                                       double yaw_rate) noexcept;
+                                                       double car_yaw_rate) noexcept;
 
 }  // namespace odomd::estimator

@@ -73,6 +73,14 @@ struct BodyVelocity {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw);
 }
 
+/// Faster [m/s, rad/s] goes no car.
+inline constexpr double fastest = 300.0;
+inline constexpr double fastest_turn = 100.0;
+[[nodiscard]] inline bool is_possible(const BodyVelocity& v) noexcept {
+  return std::abs(v.v_x) <= fastest && std::abs(v.v_y) <= fastest &&
+         std::abs(v.yaw_rate) <= fastest_turn;
+}
+
 [[nodiscard]] inline bool is_finite(const BodyVelocity& v) noexcept {
   return std::isfinite(v.v_x) && std::isfinite(v.v_y) && std::isfinite(v.yaw_rate);
 }

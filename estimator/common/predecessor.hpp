@@ -27,11 +27,12 @@ namespace odomd::estimator {
   return {estimate.v_x, estimate.v_y, estimate.yaw_rate};
 }
 
-/// Of (v_x, v_y, ψ̇), where the predecessor has published a usable one; else that of a filter that
-/// begins, (1 m/s)² and (1 rad/s)².
+/// Of (v_x, v_y, ψ̇), where the predecessor has published a usable one, positive definite and no
+/// larger than that of a car that may do anything; else that of a filter that begins, (1 m/s)² and
+/// (1 rad/s)².
 [[nodiscard]] inline Symmetric3 velocity_covariance_of(const Estimate& predecessor) noexcept {
   const Symmetric3& given = predecessor.velocity_covariance;
-  constexpr double most = 1e6;  // (1 km/s)²: nothing is known beyond
+  constexpr double most = 2.0 * fastest * fastest + fastest_turn * fastest_turn;
   const bool usable =
       is_finite(given) && given[0] + given[3] + given[5] <= most && is_positive_definite(given);
   return usable ? given : diagonal(1.0, 1.0, 1.0);

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "estimator/integrity/admission.hpp"
+#include "estimator/common/pose.hpp"
 
 namespace odomd::estimator::full {
 namespace {

@@ -68,19 +68,15 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
          is_sigma(pose.sigma_x) && is_sigma(pose.sigma_y) && is_sigma(pose.sigma_yaw);
 }
 
-/// Faster [m/s, rad/s] goes no car, ...
-inline constexpr double fastest = 300.0;
-inline constexpr double fastest_turn = 100.0;
-/// ... and of a larger variance of its pose [m², rad²] the arithmetic has no digits left.
+/// Of a larger variance of a pose [m², rad²] the arithmetic has no digits left.
 inline constexpr double largest_resumed_variance = 1e12;
 
 /// Whether an estimate that is `gap_s` [s] old may be gone on from: initialised, no fault of its
-/// model, of a car's velocity, a positive definite covariance of the pose.
+/// model, of a velocity that a car can have, a positive definite covariance of the pose.
 [[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
   return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
          std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&
-         std::abs(predecessor.v_x) <= fastest && std::abs(predecessor.v_y) <= fastest &&
-         std::abs(predecessor.yaw_rate) <= fastest_turn && is_finite(predecessor.covariance) &&
+         is_possible(velocity_of(predecessor)) && is_finite(predecessor.covariance) &&
          predecessor.covariance[0] + predecessor.covariance[3] + predecessor.covariance[5] <=
              largest_resumed_variance &&
          is_positive_definite(predecessor.covariance);
