@@ -1,8 +1,12 @@
 // Clients that sleep until the next pose.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/futex.h>
+#include <sys/mman.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 #include <atomic>
+#include <chrono>
 #include <fstream>
 #include <thread>
 #include <vector>
@@ -62,6 +66,48 @@ TEST_F(Wait, EveryWaiterIsWoken) {
     EXPECT_EQ(waiter.pose.tick, 2U);
     EXPECT_TRUE(is_whole(waiter.pose));
   }
+}
+
+// Whoever may read the segment may move those who sleep at its futex to a word of his own: Linux
+// asks for no right to write. They miss a wake-up, and look by themselves after four periods.
+TEST_F(Wait, AReaderWhoTakesTheSleepersAwayDelaysThemByFourPeriods) {
+  constexpr std::int64_t period = second / 20;
+  const std::string other = directory.file("other");
+  Writer quick{{.name = other, .slots = 8}, test_info(period)};
+  publish_patterned(quick, 1, 100);
+  std::atomic<bool> done{false};
+  odom_status status = ODOM_INVALID;
+  odom_pose pose{};
+  std::thread thread([&] {
+    const ClientPointer client = open_client(other);
+    status = odom_wait(client.get(), &pose, sizeof pose, 60 * second);
+    done = true;
+  });
+
+  const int file = open(other.c_str(), O_RDONLY | O_CLOEXEC);
+  void* const segment =
+      mmap(nullptr, ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS, PROT_READ, MAP_SHARED, file, 0);
+  close(file);
+  EXPECT_NE(segment, MAP_FAILED);
+  const auto* const futex = static_cast<const std::uint64_t*>(segment) + ODOM_HEADER_FUTEX;
+  std::uint32_t own = 0;
+  long moved = 0;
+  const std::int64_t deadline = now_ns() + 30 * second;
+  while (moved <= 0 && segment != MAP_FAILED && now_ns() < deadline)
+    moved = syscall(SYS_futex, futex, FUTEX_CMP_REQUEUE, 0, 1L, &own, 0);
+  EXPECT_EQ(moved, 1);
+  const std::int64_t taken = now_ns();
+  for (std::uint64_t tick = 2; !done && now_ns() - taken < 30 * second; ++tick) {
+    publish_patterned(quick, tick, 100 * static_cast<std::int64_t>(tick));
+    quick.set_heartbeat(now_ns());
+    quick.wake_clients();
+    std::this_thread::sleep_for(std::chrono::nanoseconds(period));
+  }
+  thread.join();
+  EXPECT_EQ(status, ODOM_OK);
+  EXPECT_GT(pose.tick, 2U) << "it was taken away";
+  EXPECT_LT(now_ns() - taken, 10 * second) << "long before its time is out";
+  munmap(segment, ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS);
 }
 
 TEST_F(Wait, ANewerPoseThatIsThereAlreadyIsTaken) {
