@@ -1,6 +1,7 @@
 #include "shm_api/cut_short.hpp"
 
 #include <unistd.h>
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 
@@ -34,6 +35,9 @@ void end_where_a_segment_is_cut_short(const char* program) {
 
 void end_if_cut_short(const siginfo_t& info) noexcept {
   if (info.si_code != BUS_ADRERR) return;
+  // Several threads may come by at once: the first one speaks, and ends them all.
+  static std::atomic_flag said;
+  while (said.test_and_set()) ::pause();
   say(name_of_program);
   say(": the segment was cut short while it was in use (SIGBUS): nobody but odomd may write its "
       "file; start again\n");
