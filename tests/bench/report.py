@@ -127,7 +127,7 @@ def add_pose(report, bench):
             report.row(what_in_place, in_place, "ns")
     report.row("read a pose with its details, hot", bench.cpu_ns("latest_with_details"), "ns")
     if "iceoryx_hot" in bench:
-        report.row("publish a pose with its details", bench.cpu_ns("publish"), "ns",
+        report.row("publish a pose with its details and their checksum", bench.cpu_ns("publish"), "ns",
                    "iceoryx loan + publish", bench.counter_ns("iceoryx_hot", "publish_ns"))
 
 
