@@ -7,7 +7,7 @@
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 kills=${1:-10000}
-case $kills in '' | *[!0-9]*) sed -n '2,6s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
+case $kills in '' | 0 | *[!0-9]*) sed -n '2,6s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; esac
 tools/dependencies.sh campaign || exit 1
 cmake --preset release >/dev/null &&
   cmake --build --preset release --target odomd odom_command odom_shared >/dev/null || exit 1

@@ -27,7 +27,8 @@ odom pose --shm "$shm" --wait 10 --follow --csv --clock monotonic --out "$work/p
 witness=$!
 cyclictest -q -m -p 46 -i 5000 -a "$cpu" --secaligned -D "$seconds" --spike=1000 --spike-nodes=100000 \
   -h 20000 --histfile="$work/histogram" >"$work/cyclictest" 2>&1 &
-children+=("$witness" $!)
+yardstick=$!
+children+=("$witness" "$yardstick")
 
 # All is read in; every second a look at the memory.
 settled=$((seconds < 180 ? seconds / 3 : 60))
@@ -46,7 +47,7 @@ done
 status . >"$work/status.json"
 stop_daemon "$daemon" || fail "odomd ended with status $?"
 kill "$witness"
-wait "$witness"
+wait "$witness" "$yardstick"
 grep -q ' 0 lost' "$work/client.poses" || fail "the witness lost poses: $(tail -n 1 "$work/client.poses")"
 
 value() { jq -r "$1" "$work/status.json"; }
