@@ -108,12 +108,13 @@ says "reads it in Python" 'Pose' as_newcomer "python3 -c 'import odom; print(odo
 says "real time is granted, as the page promises" 'SCHED_FIFO 45, memory locked, cpu_dma_latency held' odom status
 says "sends no camera pose" 'no such socket|not allowed' as_newcomer "odom camera send --pose 1.20,0.35,1.57"
 says "the journal has what it says" 'model full, can0 into /run/odomd/can0/pose' journal
-says "the exposure is the page's" "$(sed -n 's/.*rates its exposure at \([0-9.]*\)$/level.*: \1 /p' "$tree/docs/operations.md")" \
+page=$tree/docs/security.md
+says "the exposure is the page's" "$(sed -n 's/^\.\.\.exposure level for .*: \([0-9.]*\) .*/level.*: \1 /p' "$page")" \
   systemd-analyze security --no-pager $unit
-while read -r path user group mode; do
+while read -r mode user group path; do
   case $path in */camera.sock) continue ;; esac
-  says "$path is $user's and $group's, $mode" "^$user $group $mode\$" stat -c '%U %G 0%a' "$path"
-done < <(sed -n 's/^| `\(\/run\/odomd[^`]*\)` | `\([^`]*\)` |$/\1 \2/p' "$tree/docs/operations.md")
+  says "$path is $user's and $group's, $mode" "^$mode $user $group\$" stat -c '%A %U %G' "$path"
+done < <(grep -E '^[ds-][rwx-]{9} .* /run/odomd' "$page")
 
 echo "-- a camera"
 printf '\n[camera]\n' >>/etc/odomd/can0.toml

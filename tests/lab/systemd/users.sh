@@ -79,4 +79,27 @@ ticks=$(status .beat.ticks)
 check "it was not disturbed" "$(journal)" \
   await 20 status ".beat.ticks > $ticks + 50 and .pid == $pid and .can[0].link == \"up\"" -e
 check "nor restarted" "$(systemctl show -p NRestarts $unit)" test "$(main_pid)" = "$pid"
+
+# A stranger who waits for the abstract name of the writer's lock has it before the successor.
+cat >/tmp/squat.py <<end
+import os, socket, time
+directory = os.stat("$run")
+name = f"\\0odomd-writer:{directory.st_dev}:{directory.st_ino}:pose"
+squatter = socket.socket(socket.AF_UNIX)
+while True:
+  try:
+    squatter.bind(name)
+    break
+  except OSError:
+    pass
+print("taken", flush=True)
+time.sleep(30)
+end
+as stranger python3 /tmp/squat.py >squat &
+squatter=$!
+sleep 3
+kill -9 "$pid"
+check "a stranger takes the name of the writer's lock" "$(cat squat)" await 20 grep -q taken squat
+check "but keeps no successor out" "$(journal)" await 20 status ".pid != $pid and .beat.ticks > 50" -e
+wait $squatter
 end

@@ -1,0 +1,57 @@
+"""shown_commands.py: what is as shown passes, what is not fails, and a page that shows nothing too."""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import textwrap
+import unittest
+
+RUNNER = pathlib.Path(__file__).with_name("shown_commands.py")
+
+
+def outcome(blocks, mark="here"):
+    """(exit status, lines) of a page with these blocks."""
+    text = f"<!-- shown: here -->\n```console\n{textwrap.dedent(blocks).strip()}\n```\n"
+    with tempfile.TemporaryDirectory() as directory:
+        page = pathlib.Path(directory) / "page.md"
+        page.write_text(text)
+        done = subprocess.run([sys.executable, "-B", RUNNER, page, mark], capture_output=True,
+                              text=True, check=False)
+    return done.returncode, done.stdout.splitlines()
+
+
+class ShownCommands(unittest.TestCase):
+    def test_what_is_as_shown_passes(self):
+        self.assertEqual(outcome("$ echo one; echo two >&2\none\ntwo"),
+                         (0, ["ok page: $ echo one; echo two >&2"]))
+
+    def test_other_words_fail_and_are_repeated(self):
+        status, lines = outcome("$ echo one\ntwo\n$ true")
+        self.assertEqual(status, 1)
+        self.assertEqual(lines, ["not ok page: $ echo one: printed 'one\n".rstrip(), "'",
+                                 "ok page: $ true"])
+
+    def test_a_line_more_or_less_fails(self):
+        self.assertEqual(outcome("$ echo one; echo two\none")[0], 1)
+        self.assertEqual(outcome("$ echo one\none\ntwo")[0], 1)
+        self.assertEqual(outcome("$ echo one")[0], 1)
+
+    def test_dots_stand_for_what_differs(self):
+        self.assertEqual(outcome("$ echo pid 17 lives; seq 5\npid ... lives\n1\n...\n5")[0], 0)
+        self.assertEqual(outcome("$ echo pid 17 died\npid ... lives")[0], 1)
+        self.assertEqual(outcome("$ echo 1+1 is 2\n1.1 is 2")[0], 1)
+
+    def test_a_command_goes_on_behind_a_backslash(self):
+        self.assertEqual(outcome("$ echo one \\\n  two\none two")[0], 0)
+
+    def test_commands_share_a_directory_and_what_runs_on_holds_up_nobody(self):
+        self.assertEqual(outcome("$ echo kept >file; sleep 1000 &\n$ cat file\nkept")[0], 0)
+
+    def test_a_page_that_shows_nothing_fails(self):
+        self.assertEqual(outcome("$ true", mark="elsewhere"),
+                         (1, ["not ok page: nothing is shown: elsewhere"]))
+
+
+if __name__ == "__main__":
+    unittest.main()

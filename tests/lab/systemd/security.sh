@@ -1,0 +1,13 @@
+# What docs/security.md shows of the service, command by command, with this machine's bus for can0.
+. "$(dirname "$0")/../guest.sh"
+. "$(dirname "$0")/../service.sh"
+
+begin
+# In no group of the service's, in the readers', in the camera's.
+for user in user reader camera; do systemd-sysusers --inline "u $user - - -" 2>/dev/null; done
+systemd-sysusers --inline "m reader odom" "m camera odomd-camera"
+check "has a pose to show" "$(status .mode)" await 20 settled
+
+sed "s/can0/$bus/g" "$ODOMD_SOURCE_DIR/docs/security.md" >security.md
+"$ODOMD_SOURCE_DIR/tests/docs/shown_commands.py" security.md service || test_failed=1
+end
