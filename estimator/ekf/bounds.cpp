@@ -24,27 +24,17 @@ constexpr double inflation = 1.0 + 1e-9;
 
 /// P = L D Lᵀ, all of D finite and positive: so exactly where P is positive definite, but for
 /// rounding, and has no number that is not finite. (Of a NaN, or of infinities beside the diagonal,
-/// some later element of D is made.) Two columns at a time; then of what they leave.
-template <int Size>
-bool is_positive_definite(const Eigen::Matrix<double, Size, Size>& P) noexcept {
-  static_assert(Size % 2 == 0);
-  const double d = P(0, 0);
-  const double l = P(1, 0) / d;
-  const double e = P(1, 1) - l * P(1, 0);
-  if (!(d > 0.0 && e > 0.0) || !std::isfinite(d) || !std::isfinite(e)) {
-    return false;
-  }
-  if constexpr (Size > 2) {
-    constexpr int left = Size - 2;
-    const Eigen::Matrix<double, left, 1> u = P.col(0).template tail<left>();
-    const Eigen::Matrix<double, left, 1> v = P.col(1).template tail<left>() - l * u;
-    const Eigen::Matrix<double, left, 1> u_d = u / d;
-    const Eigen::Matrix<double, left, 1> v_e = v / e;
-    Eigen::Matrix<double, left, left> rest = P.template bottomRightCorner<left, left>();
-    for (Eigen::Index j = 0; j < left; ++j) {
-      rest.col(j) -= u_d[j] * u + v_e[j] * v;
+/// some later element of D is made.)
+template <typename Covariance>
+bool is_positive_definite(Covariance P) noexcept {
+  for (Eigen::Index k = 0; k < P.cols(); ++k) {
+    const double d = P(k, k);
+    if (!(d > 0.0) || !std::isfinite(d)) {
+      return false;
     }
-    return is_positive_definite(rest);
+    for (Eigen::Index j = k + 1; j < P.cols(); ++j) {
+      P.col(j) -= P(j, k) / d * P.col(k);
+    }
   }
   return true;
 }
@@ -71,15 +61,13 @@ void limit(State& state) noexcept {
 }
 
 bool sound(const State& state) noexcept {
-  Eigen::Matrix<double, 8, 8> P_s = Eigen::Matrix<double, 8, 8>::Identity();
-  P_s.topLeftCorner<lasting::size, lasting::size>() = state.lasting.covariance;
   return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
          state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
          state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&
          std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.lasting.mean.allFinite() &&
          state.lasting.mean.cwiseAbs().maxCoeff() < largest_state &&
          state.lasting.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
-         is_positive_definite(P_s);
+         is_positive_definite(state.lasting.covariance);
 }
 
 }  // namespace odomd::estimator::full
