@@ -38,23 +38,12 @@ bool BaselineFilter::resume(const Estimate& predecessor, double gap_s) noexcept 
   if (!may_resume(predecessor, gap_s)) {
     return false;
   }
-  const BodyVelocity velocity = velocity_of(predecessor);
-  const Symmetric3& P = predecessor.covariance;
-  const Symmetric3 V = velocity_covariance_of(predecessor);
-  // The car has most likely gone on as it went.
-  const Pose2 map = moved(predecessor.map, velocity, gap_s);
-  const Pose2 odom = moved(predecessor.odom, velocity, gap_s);
-  const double steps = gap_s / settings_.period_s;
-  const Symmetric3 grown =
-      sum(sum(displaced(P, map.x - predecessor.map.x, map.y - predecessor.map.y),
-              scaled(step_noise(V, predecessor.map.yaw, settings_.period_s), steps)),
-          gap_noise(gap_s));
-  anchor_.resume(map, odom, grown, predecessor.reset_count + 1);
-  motion_.velocity = velocity;
-  motion_.covariance = V;
+  const Estimate now = after_gap(predecessor, gap_s);
+  anchor_.resume(now);
+  motion_.velocity = velocity_of(now);
+  motion_.covariance = now.velocity_covariance;
   motion_.moving = true;
-  resumed_speed_ = AxleSpeed{predecessor.v_x, std::sqrt(V[0])};
-  running_ = false;
+  resumed_speed_ = AxleSpeed{now.v_x, std::sqrt(now.velocity_covariance[0])};
   return true;
 }
 
@@ -104,8 +93,7 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
   const std::optional<AxleSpeed> heard = rear_axle_speed(settings_.vehicle, held_, yaw_rate);
   const std::optional<AxleSpeed> speed = heard ? heard : resumed_speed_;
   if (speed) {
-    if (!running_) {
-      running_ = true;
+    if (!anchor_.started()) {
       anchor_.start(ns_after(tick_ns, -steps * period_ns_));
     }
     for (std::int64_t left = steps; left-- > 0;) {
@@ -148,7 +136,7 @@ void BaselineFilter::advance(const AxleSpeed& speed, std::int64_t tick_ns,
 Estimate BaselineFilter::estimate(std::int64_t tick_ns, double wheel_speed) noexcept {
   Estimate e;
   e.time_ns = tick_ns;
-  e.initialised = running_ && anchor_.initialised();
+  e.initialised = anchor_.started() && anchor_.initialised();
   e.model_fault = motion_.stopped;
 
   e.map = anchor_.map();

@@ -44,7 +44,6 @@ class BaselineFilter {
 
   std::optional<AxleSpeed> resumed_speed_;  ///< until a wheel is heard
   std::optional<std::int64_t> last_tick_ns_;
-  bool running_ = false;  ///< a wheel speed was there, so the motion is being followed
   std::uint32_t recoveries_ = 0;
   Estimate last_;
 };

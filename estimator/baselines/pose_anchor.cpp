@@ -67,13 +67,12 @@ void PoseAnchor::set_pose(const Pose2& pose) noexcept {
   ring_[head_].covariance = initial_covariance_;
 }
 
-void PoseAnchor::resume(const Pose2& map, const Pose2& odom, const Symmetric3& covariance,
-                        std::uint32_t reset_count) noexcept {
+void PoseAnchor::resume(const Estimate& predecessor) noexcept {
   count_ = 0;
-  ring_[head_] = {0, odom, {}, limited(covariance, largest_variance)};
-  map_from_odom_ = frame_of(map, odom);
+  ring_[head_] = {0, predecessor.odom, {}, limited(predecessor.covariance, largest_variance)};
+  map_from_odom_ = frame_of(predecessor.map, predecessor.odom);
   initialised_ = true;
-  reset_count_ = reset_count;
+  reset_count_ = predecessor.reset_count + 1;
   last_jump_ = {};
   rejected_ = {};
 }

@@ -34,9 +34,8 @@ class PoseAnchor {
   /// this initialises, and the odometry frame starts there too.
   void set_pose(const Pose2& pose) noexcept;
 
-  /// Goes on from a predecessor: its poses in both frames, and the covariance of the map's.
-  void resume(const Pose2& map, const Pose2& odom, const Symmetric3& covariance,
-              std::uint32_t reset_count) noexcept;
+  /// Goes on from a predecessor's poses in both frames, the covariance of the map's, its resets.
+  void resume(const Estimate& predecessor) noexcept;
 
   /// Makes `time_ns` the start of the history, with the pose known so far.
   void start(std::int64_t time_ns) noexcept;
@@ -53,6 +52,7 @@ class PoseAnchor {
   /// before it does.
   Verdict take(const CameraPose& camera, std::int64_t latest_ns, std::int64_t arrival_ns) noexcept;
 
+  [[nodiscard]] bool started() const noexcept { return count_ > 0; }
   [[nodiscard]] bool initialised() const noexcept { return initialised_; }
   [[nodiscard]] const Pose2& odom() const noexcept { return newest().odom; }
   [[nodiscard]] Pose2 map() const noexcept { return compose(map_from_odom_, newest().odom); }

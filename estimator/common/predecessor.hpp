@@ -1,6 +1,8 @@
 // The last estimate of a filter that has ended, for one that goes on from it.
 #pragma once
 
+#include <cmath>
+
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
@@ -27,15 +29,32 @@ namespace odomd::estimator {
   return {estimate.v_x, estimate.v_y, estimate.yaw_rate};
 }
 
-/// Of (v_x, v_y, ψ̇), where the predecessor has published a usable one, positive definite and no
-/// larger than that of a car that may do anything; else that of a filter that begins, (1 m/s)² and
-/// (1 rad/s)².
-[[nodiscard]] inline Symmetric3 velocity_covariance_of(const Estimate& predecessor) noexcept {
-  const Symmetric3& given = predecessor.velocity_covariance;
+/// A usable predecessor (integrity/admission.hpp) after a gap of `gap_s` [s]: the car has most
+/// likely gone on as it went, and an error of its velocity lasts as long as the gap,
+///
+///   P ← F P Fᵀ + τ² G V Gᵀ and what the gap adds, V ← V and what the gap adds.
+///
+/// Where the predecessor has published no V that is positive definite and no larger than that of a
+/// car that may do anything, it is that of a filter that begins, (1 m/s)² and (1 rad/s)².
+[[nodiscard]] inline Estimate after_gap(const Estimate& predecessor, double gap_s) noexcept {
+  Estimate e = predecessor;
+  const BodyVelocity velocity = velocity_of(predecessor);
+  e.map = moved(predecessor.map, velocity, gap_s);
+  e.odom = moved(predecessor.odom, velocity, gap_s);
+
   constexpr double most = 2.0 * fastest * fastest + fastest_turn * fastest_turn;
+  const Symmetric3& given = predecessor.velocity_covariance;
   const bool usable =
       is_finite(given) && given[0] + given[3] + given[5] <= most && is_positive_definite(given);
-  return usable ? given : diagonal(1.0, 1.0, 1.0);
+  const Symmetric3 V = usable ? given : diagonal(1.0, 1.0, 1.0);
+  const double c = std::cos(predecessor.map.yaw);
+  const double s = std::sin(predecessor.map.yaw);
+  const Symmetric3 P = sum(
+      displaced(predecessor.covariance, e.map.x - predecessor.map.x, e.map.y - predecessor.map.y),
+      scaled(rotated(V, c, s), gap_s * gap_s));
+  e.covariance = sum(P, gap_noise(gap_s));
+  e.velocity_covariance = sum(V, velocity_gap_noise(gap_s));
+  return e;
 }
 
 }  // namespace odomd::estimator

@@ -78,14 +78,6 @@ BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double p
   return {change[0] / look_ahead_s, change[1] / look_ahead_s, change[2] / look_ahead_s};
 }
 
-Eigen::Matrix3d unpacked(const Symmetric3& s) noexcept {
-  Eigen::Matrix3d m;
-  m << s[0], s[1], s[2],  //
-      s[1], s[3], s[4],   //
-      s[2], s[4], s[5];
-  return m;
-}
-
 }  // namespace
 
 State fresh_state(const FilterSettings& settings) noexcept {
@@ -147,22 +139,10 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
 
 State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noexcept {
   State state = fresh;
-  // The car has most likely gone on as it went.
-  const BodyVelocity velocity = velocity_of(predecessor);
-  const Pose2 map = moved(predecessor.map, velocity, gap_s);
-  state.mean.segment<3>(at::x) << map.x, map.y, map.yaw;
-  state.mean.segment<3>(at::v_x) << velocity.v_x, velocity.v_y, velocity.yaw_rate;
-
-  // P ← F P Fᵀ + τ² G V Gᵀ and what the gap adds: an error of the velocity lasts as long as the
-  // gap.
-  const Symmetric3 V = velocity_covariance_of(predecessor);
-  const double c = std::cos(predecessor.map.yaw);
-  const double s = std::sin(predecessor.map.yaw);
-  const Symmetric3 P =
-      sum(displaced(predecessor.covariance, map.x - predecessor.map.x, map.y - predecessor.map.y),
-          scaled(rotated(V, c, s), gap_s * gap_s));
-  state.covariance.topLeftCorner<3, 3>() = unpacked(sum(P, gap_noise(gap_s)));
-  state.covariance.block<3, 3>(at::v_x, at::v_x) = unpacked(sum(V, velocity_gap_noise(gap_s)));
+  const Estimate now = after_gap(predecessor, gap_s);
+  state.mean.head<6>() << now.map.x, now.map.y, now.map.yaw, now.v_x, now.v_y, now.yaw_rate;
+  state.covariance.topLeftCorner<3, 3>() = unpacked(now.covariance);
+  state.covariance.block<3, 3>(at::v_x, at::v_x) = unpacked(now.velocity_covariance);
 
   const Calibration& known = predecessor.calibration;
   const auto calibrations = calibrated(state);

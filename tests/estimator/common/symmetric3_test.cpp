@@ -19,6 +19,11 @@ Eigen::Matrix3d full(const Symmetric3& p) {
   return m;
 }
 
+TEST(Symmetric3, PacksWhatItUnpacks) {
+  EXPECT_EQ(unpacked(sample), full(sample));
+  EXPECT_EQ(packed(unpacked(sample)), sample);
+}
+
 TEST(Symmetric3, DisplacedIsTheCongruence) {
   Eigen::Matrix3d f = Eigen::Matrix3d::Identity();
   f(0, 2) = -0.7;
