@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <type_traits>
 #include <utility>
 
 #include "estimator/common/pose.hpp"
@@ -25,43 +24,41 @@ constexpr double configured_share = 1.0 / 3.0;
 // So far ahead look the published time derivatives [s].
 constexpr double look_ahead_s = 0.06;
 
-/// A calibration's number and variance, among the states or among the lasting errors, and what a
-/// sensor without error has.
-template <typename Number>
+/// Where a calibration is, among the lasting errors or among the states, and what a sensor without
+/// error has.
 struct Calibrated {
-  Number& value;
-  Number& variance;
+  bool lasts;
+  Eigen::Index index;
   double neutral;
 };
 
-/// In the order of Calibration, of a State or a const one.
-template <typename AnyState>
-auto calibrated(AnyState& state) noexcept {
-  using Number = std::remove_reference_t<decltype(state.mean[0])>;
-  const auto own = [&](at::Index index) {
-    return Calibrated<Number>{state.mean[index], state.covariance(index, index), 0.0};
-  };
-  const auto lasts = [&](lasting::Index index, double neutral) {
-    return Calibrated<Number>{state.lasting.mean[index], state.lasting.covariance(index, index),
-                              neutral};
-  };
-  return std::array{lasts(lasting::gyro_bias, 0.0),
-                    lasts(lasting::gyro_scale, 1.0),
-                    own(at::accel_bias_x),
-                    own(at::accel_bias_y),
-                    lasts(lasting::wheel_scale, 1.0),
-                    own(at::steering_offset),
-                    lasts(lasting::stiffness_scale, 1.0)};
+/// In the order of Calibration.
+constexpr std::array<Calibrated, calibration_count> calibrated{{
+    {true, lasting::gyro_bias, 0.0},
+    {true, lasting::gyro_scale, 1.0},
+    {false, at::accel_bias_x, 0.0},
+    {false, at::accel_bias_y, 0.0},
+    {true, lasting::wheel_scale, 1.0},
+    {false, at::steering_offset, 0.0},
+    {true, lasting::stiffness_scale, 1.0},
+}};
+
+/// Of a State or a const one.
+auto& value_of(auto& state, const Calibrated& c) noexcept {
+  return c.lasts ? state.lasting.mean[c.index] : state.mean[c.index];
+}
+auto& variance_of(auto& state, const Calibrated& c) noexcept {
+  return c.lasts ? state.lasting.covariance(c.index, c.index) : state.covariance(c.index, c.index);
 }
 
 Calibration calibration_of(const State& state, const State& fresh) noexcept {
-  const auto now = calibrated(state);
-  const auto before = calibrated(fresh);
   Calibration calibration;
   for (std::size_t i = 0; i < calibration_count; ++i) {
-    calibration.value[i] = now[i].value + now[i].neutral;
-    calibration.sigma[i] = std::sqrt(now[i].variance);
-    if (now[i].variance < learnt_share * learnt_share * before[i].variance) {
+    const Calibrated& c = calibrated[i];
+    const double variance = variance_of(state, c);
+    calibration.value[i] = value_of(state, c) + c.neutral;
+    calibration.sigma[i] = std::sqrt(variance);
+    if (variance < learnt_share * learnt_share * variance_of(fresh, c)) {
       calibration.valid |= std::uint64_t{1} << i;
     }
   }
@@ -145,14 +142,13 @@ State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noe
   state.covariance.block<3, 3>(at::v_x, at::v_x) = unpacked(now.velocity_covariance);
 
   const Calibration& known = predecessor.calibration;
-  const auto calibrations = calibrated(state);
   for (std::size_t i = 0; i < calibration_count; ++i) {
-    const auto& mine = calibrations[i];
-    const double value = known.value[i] - mine.neutral;
+    const Calibrated& c = calibrated[i];
+    const double value = known.value[i] - c.neutral;
     const double variance = known.sigma[i] * known.sigma[i];
-    if (std::isfinite(value) && variance > 0.0 && variance < mine.variance) {
-      mine.value = value;
-      mine.variance = variance;
+    if (std::isfinite(value) && variance > 0.0 && variance < variance_of(state, c)) {
+      value_of(state, c) = value;
+      variance_of(state, c) = variance;
     }
   }
   state.fused_ns[index_of(Source::camera)] = predecessor.camera_ns;
