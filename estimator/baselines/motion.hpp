@@ -39,7 +39,7 @@ void advance_paper(const FilterSettings& settings, const HeldSignals& held, cons
                    Motion& motion) noexcept;
 
 /// (v̇_x, v̇_y, ψ̈) as the model has them.
-[[nodiscard]] BodyVelocity dead_reckoning_acceleration(Model model, const FilterSettings& settings,
+[[nodiscard]] BodyVelocity dead_reckoning_acceleration(Model model, const Vehicle& car,
                                                        const HeldSignals& held,
                                                        const Motion& motion) noexcept;
 [[nodiscard]] BodyVelocity paper_acceleration(const FilterSettings& settings,
@@ -48,16 +48,15 @@ void advance_paper(const FilterSettings& settings, const HeldSignals& held, cons
 
 struct DeadReckoning {
   BodyVelocity velocity;
-  Eigen::Matrix<double, 3, 2> jacobian;  ///< ∂(v_x, v_y, ψ̇) / ∂(v_x, δ) or ∂(v_x, ψ̇)
+  Eigen::Matrix<double, 3, 2> jacobian;  ///< ∂(v_x, v_y, ψ̇) / ∂(v_x, turn)
   double slip = 0.0;                     ///< by which v_y may be wrong [m/s]
 };
 
-/// The bicycle of which no wheel slips sideways; `lever` is l_h, or 0 as printed. |δ| < π/2.
-[[nodiscard]] DeadReckoning kinematic(const Vehicle& car, double lever, double v_x,
-                                      double steering) noexcept;
-
-/// Turned by the gyro, with the side slip of a steady turn, in either direction.
-[[nodiscard]] DeadReckoning inertial(const Vehicle& car, double v_x, double yaw_rate) noexcept;
+/// The velocity by v_x and by what turns the car: of the kinematic models, of which no wheel slips
+/// sideways, δ, |δ| < π/2; of the inertial one ψ̇, with the side slip of a steady turn, in either
+/// direction.
+[[nodiscard]] DeadReckoning reckon(Model model, const Vehicle& car, double v_x,
+                                   double turn) noexcept;
 
 /// The dynamic bicycle's (v̇_x, v̇_y, ψ̈) (eqs 4-12). The slip angles divide by
 /// max(|v_x|, speed_floor), speed_floor > 0: above it they are those of the paper, and at

@@ -41,21 +41,6 @@ struct BodyVelocity {
   return {world.x - (c * local.x - s * local.y), world.y - (s * local.x + c * local.y), yaw};
 }
 
-/// One forward Euler step, with the heading before its own update.
-[[nodiscard]] inline Pose2 moved_euler(const Pose2& pose, const BodyVelocity& v,
-                                       double dt) noexcept {
-  const double c = std::cos(pose.yaw);
-  const double s = std::sin(pose.yaw);
-  return {
-      // X_k = X_{k-1} + Δt (v_x cos ψ - v_y sin ψ)          (eq. 28, discrete_X)
-      pose.x + dt * (v.v_x * c - v.v_y * s),
-      // Y_k = Y_{k-1} + Δt (v_x sin ψ + v_y cos ψ)          (eq. 29, discrete_Y)
-      pose.y + dt * (v.v_x * s + v.v_y * c),
-      // ψ_k = ψ_{k-1} + Δt ψ̇                                (eq. 30, discrete_psi)
-      pose.yaw + dt * v.yaw_rate,
-  };
-}
-
 /// The exact solution of eqs 8 (x_dot) and 9 for a velocity that is constant in the body frame: an
 /// arc. `dt` may be negative.
 [[nodiscard]] inline Pose2 moved(const Pose2& pose, const BodyVelocity& v, double dt) noexcept {

@@ -17,37 +17,43 @@ using testing::jacobian;
 using testing::variables;
 
 const Vehicle car;
-// Of the centre of gravity, and as printed.
-const std::array levers{car.rear_axle, 0.0};
+constexpr std::array kinematic_models{Model::kinematic, Model::kinematic_printed};
+
+DeadReckoning kinematic(double v_x, double steering) {
+  return reckon(Model::kinematic, car, v_x, steering);
+}
+
+DeadReckoning inertial(double v_x, double yaw_rate) {
+  return reckon(Model::inertial, car, v_x, yaw_rate);
+}
 
 TEST(Kinematic, YawRateIsThatOfTheCircleThroughBothAxles) {
-  for (const double lever : levers) {
-    const BodyVelocity v = kinematic(car, lever, 1.0, 0.3).velocity;
+  for (const Model model : kinematic_models) {
+    const BodyVelocity v = reckon(model, car, 1.0, 0.3).velocity;
     EXPECT_DOUBLE_EQ(v.v_x, 1.0);
     EXPECT_DOUBLE_EQ(v.yaw_rate, std::tan(0.3) / 0.26);
   }
 }
 
 TEST(Kinematic, RearAxleDoesNotSlip) {
-  const BodyVelocity v = kinematic(car, car.rear_axle, 1.3, -0.4).velocity;
+  const BodyVelocity v = kinematic(1.3, -0.4).velocity;
   EXPECT_DOUBLE_EQ(v.v_y - car.rear_axle * v.yaw_rate, 0.0);
 }
 
 TEST(Kinematic, FrontWheelDoesNotSlip) {
   const double delta = 0.35;
-  const BodyVelocity v = kinematic(car, car.rear_axle, 1.3, delta).velocity;
+  const BodyVelocity v = kinematic(1.3, delta).velocity;
   const double lateral = v.v_y + car.front_axle * v.yaw_rate;
   EXPECT_NEAR(std::atan2(lateral, v.v_x), delta, 1e-15);
 }
 
 TEST(Kinematic, AsPrintedTheCentreOfGravityDoesNotSlip) {
-  EXPECT_EQ(kinematic(car, 0.0, 1.0, 0.3).velocity.v_y, 0.0);
+  EXPECT_EQ(reckon(Model::kinematic_printed, car, 1.0, 0.3).velocity.v_y, 0.0);
 }
 
 TEST(Kinematic, ReversingTurnsTheOtherWay) {
-  const double lever = car.rear_axle;
-  const BodyVelocity forward = kinematic(car, lever, 0.7, 0.4).velocity;
-  const BodyVelocity backward = kinematic(car, lever, -0.7, 0.4).velocity;
+  const BodyVelocity forward = kinematic(0.7, 0.4).velocity;
+  const BodyVelocity backward = kinematic(-0.7, 0.4).velocity;
   EXPECT_EQ(backward.v_x, -forward.v_x);
   EXPECT_EQ(backward.v_y, -forward.v_y);
   EXPECT_EQ(backward.yaw_rate, -forward.yaw_rate);
@@ -59,11 +65,12 @@ TEST(Kinematic, JacobianIsThatOfTheModel) {
     const Dual<2> yaw_rate = input[0] / car.wheelbase() * tan(input[1]);
     return Eigen::Matrix<Dual<2>, 3, 1>{input[0], lever * yaw_rate, yaw_rate};
   };
-  for (const double lever : levers) {
+  for (const Model model : kinematic_models) {
+    const double lever = model == Model::kinematic ? car.rear_axle : 0.0;
     for (const double v_x : {-2.0, 0.0, 0.01, 1.0, 30.0}) {
       for (const double delta : {-0.6, -0.1, 0.0, 0.3, 0.6}) {
         const auto expected = velocity(lever, variables<2, 2>(Eigen::Vector2d{v_x, delta}, 0));
-        const DeadReckoning now = kinematic(car, lever, v_x, delta);
+        const DeadReckoning now = reckon(model, car, v_x, delta);
         EXPECT_EQ(now.velocity.v_x, v_x);
         EXPECT_DOUBLE_EQ(now.velocity.v_y, expected[1].value());
         EXPECT_DOUBLE_EQ(now.velocity.yaw_rate, expected[2].value());
@@ -78,7 +85,7 @@ TEST(Kinematic, JacobianIsThatOfTheModel) {
 TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
   for (const double v_x : {2.0, -2.0}) {
     for (const double yaw_rate : {0.7, -0.7}) {
-      const BodyVelocity v = inertial(car, v_x, yaw_rate).velocity;
+      const BodyVelocity v = inertial(v_x, yaw_rate).velocity;
       // With front wheels along their own way, α_v = 0, only the rear axle turns the car.
       const double delta = (v.v_y + car.front_axle * v.yaw_rate) / v.v_x;
       const double yaw_accel = dynamic_rate(car, v, delta, 0.0, 0.1).yaw_rate;
@@ -89,8 +96,8 @@ TEST(Inertial, RearAxleBearsItsShareOfTheSideForceOfASteadyTurn) {
 }
 
 TEST(Inertial, ReversingMirrorsTheVelocity) {
-  const BodyVelocity forward = inertial(car, 1.5, 0.8).velocity;
-  const BodyVelocity backward = inertial(car, -1.5, 0.8).velocity;
+  const BodyVelocity forward = inertial(1.5, 0.8).velocity;
+  const BodyVelocity backward = inertial(-1.5, 0.8).velocity;
   // The lever arm's part turns with ψ̇, the slip with a_y = v_x ψ̇ and the way the axle rolls.
   const double slip = forward.v_y - car.rear_axle * 0.8;
   EXPECT_LT(slip, 0.0);
@@ -101,8 +108,8 @@ TEST(Inertial, JacobianIsThatOfTheVelocity) {
   constexpr double step = 1e-6;
   for (const double v_x : {-2.0, 0.4, 3.0}) {
     for (const double yaw_rate : {-1.2, 0.0, 0.9}) {
-      const auto j = inertial(car, v_x, yaw_rate).jacobian;
-      const auto v_y = [](double v, double r) { return inertial(car, v, r).velocity.v_y; };
+      const auto j = inertial(v_x, yaw_rate).jacobian;
+      const auto v_y = [](double v, double r) { return inertial(v, r).velocity.v_y; };
       EXPECT_NEAR(j(1, 0), (v_y(v_x + step, yaw_rate) - v_y(v_x - step, yaw_rate)) / (2.0 * step),
                   1e-8);
       EXPECT_NEAR(j(1, 1), (v_y(v_x, yaw_rate + step) - v_y(v_x, yaw_rate - step)) / (2.0 * step),

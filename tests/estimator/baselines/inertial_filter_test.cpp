@@ -117,7 +117,7 @@ TEST(InertialFilter, AccelerationFollowsTheAccelerometerWithTheYawRateHeld) {
   EXPECT_DOUBLE_EQ(e.v_x_dot, 0.5 + e.v_y * e.yaw_rate);
   EXPECT_EQ(e.yaw_accel, 0.0);
   constexpr double step = 1e-6;
-  const double ahead = inertial(car, 2.0 + e.v_x_dot * step, 0.5).velocity.v_y;
+  const double ahead = reckon(Model::inertial, car, 2.0 + e.v_x_dot * step, 0.5).velocity.v_y;
   EXPECT_NEAR(e.v_y_dot, (ahead - e.v_y) / step, 1e-5);
 }
 

@@ -23,7 +23,13 @@ constexpr double tolerance = 1e-9;
 void advance(const GoldenRow& row, Motion& motion) {
   const FilterSettings settings;
   step_paper_ekf(settings, {row.steering, row.accel_x}, {row.yaw_rate, row.speed}, motion);
-  motion.odom = moved_euler(motion.odom, motion.velocity, settings.period_s);
+  const auto& [v_x, v_y, yaw_rate] = motion.velocity;
+  const double dt = settings.period_s;
+  const double c = std::cos(motion.odom.yaw);
+  const double s = std::sin(motion.odom.yaw);
+  motion.odom.x += dt * (v_x * c - v_y * s);
+  motion.odom.y += dt * (v_x * s + v_y * c);
+  motion.odom.yaw += dt * yaw_rate;
 }
 
 TEST(PaperEkf, AgreesWithTheAuthorsFilter) {

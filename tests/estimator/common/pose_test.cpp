@@ -1,4 +1,4 @@
-// Pose algebra and the two ways to integrate a velocity.
+// Pose algebra, and how a pose moves at a velocity.
 #include "estimator/common/pose.hpp"
 
 #include <gtest/gtest.h>
@@ -64,11 +64,6 @@ TEST(Pose, MovingBackInTimeReturns) {
   const BodyVelocity v{1.2, -0.3, 2.0};
   const Pose2 start{1.0, 2.0, 3.0};
   expect_near(moved(moved(start, v, 0.3), v, -0.3), start, 1e-14);
-}
-
-TEST(Pose, EulerUsesTheHeadingBeforeTheStep) {
-  expect_near(moved_euler({0.0, 0.0, pi / 2.0}, {1.0, 0.0, 1.0}, 0.1), {0.0, 0.1, pi / 2.0 + 0.1},
-              1e-15);
 }
 
 }  // namespace

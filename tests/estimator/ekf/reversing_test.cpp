@@ -96,8 +96,7 @@ TEST(Reversing, SettlesOnTheKinematicTurnAtWalkingPaceInBothDirections) {
       x = after(reference_car, x, 0.3, 0.0);
     }
     // The discrete model steers by δ where the geometry has tan δ.
-    const BodyVelocity turn =
-        kinematic(reference_car, reference_car.rear_axle, v_x, std::atan(0.3)).velocity;
+    const BodyVelocity turn = reckon(Model::kinematic, reference_car, v_x, std::atan(0.3)).velocity;
     EXPECT_NEAR(x[2] / turn.yaw_rate, 1.0, 0.01) << "v_x = " << v_x;
     EXPECT_NEAR(x[1] / turn.v_y, 1.0, 0.01) << "v_x = " << v_x;
   }
