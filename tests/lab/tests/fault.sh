@@ -54,8 +54,8 @@ canplayer -I drive.log &
 player=$!
 odom camera send --socket "$PWD/fault.sock" --from-now --log drive/camera.csv >camera.txt 2>&1 &
 camera=$!
-check "the daemon reports the gyro" "$(status '.sources[] | {name, flag}' -c)" \
-  await 30 status '[.sources[] | select(.name == "yaw_rate") | .flag] == ["frozen"]' -e
+# By its log: on a slow machine a flag comes and goes between two looks at the status.
+check "the daemon reports the gyro" "$(cat odomd.log)" await 30 grep -q 'yaw_rate.* is frozen' odomd.log
 wait $player
 wait $camera
 status . >status.json
