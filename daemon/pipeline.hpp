@@ -23,7 +23,7 @@
 #include "daemon/record.hpp"
 #include "daemon/source_watch.hpp"
 #include "estimator/filter.hpp"
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::daemon {
 
@@ -52,7 +52,6 @@ struct PipelineState {
   can::StampGuard stamp_guard;
   estimator::Filter filter;
   SourceWatch watch;
-  estimator::SourceMonitor monitor;
   TickRecord record;
   std::uint32_t outside_conditions = 0;
   bool camera_rejected = false;   ///< the last usable camera pose was gated or out of time

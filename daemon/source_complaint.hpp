@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::daemon {
 

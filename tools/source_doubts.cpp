@@ -9,7 +9,7 @@
 
 #include "daemon/source_complaint.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -13,7 +13,7 @@
 #include "can_protocol/frame.hpp"
 #include "daemon/pipeline.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 #include "tools/log_order.hpp"
 #include "tools/trajectory.hpp"
 
