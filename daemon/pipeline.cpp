@@ -41,7 +41,7 @@ Pipeline::Pipeline(const Config& config, std::span<const can::Database> database
     : decoder_(databases, config.can.bindings, config.can.protections, bus_names),
       camera_lever_arm_(config.camera.lever_arm),
       imu_yaw_(config.imu_yaw),
-      state_{.filter = initial_filter(config, camera_expected)} {
+      state_{.filter = initial_filter(config, camera_expected), .wiring = Wiring(config.vehicle)} {
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SignalSettings& signal = config.can.signals[source];
     sigma_[source] = signal.sigma;
@@ -98,6 +98,7 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
       state_.watch.refused(sample.channel, *refused, now_ns);
     } else {
       state_.watch.usable(sample.channel);
+      state_.wiring.hear(measurement.source, measurement.time_ns, measurement.value);
     }
     if (verdict == Verdict::non_finite) continue;
     state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
@@ -119,6 +120,7 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   const std::optional<Verdict> verdict = add(state_.filter, pose);
   if (verdict) judge_camera(*verdict);
   if (verdict == Verdict::non_finite) return;
+  state_.wiring.hear(pose);
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
   statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
   statistics_.sources[camera].last_latency_ns.set(
@@ -175,6 +177,10 @@ std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
     if (state_.watch.overdue(source, tick_ns, state_.start_ns)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
     if (state_.watch.failing(source)) bits |= ODOM_COND_PROTECTION;
   }
+  for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    if (state_.wiring.fault(source) != WiringFault::none) bits |= ODOM_COND_MISWIRED;
+    if (state_.consistency[source].inconsistent()) bits |= ODOM_COND_INCONSISTENT;
+  }
   if (state_.camera_rejected) bits |= ODOM_COND_CAMERA_REJECTED;
   if (estimate.model_fault) bits |= ODOM_COND_MODEL_FAULT;
   if (state_.recovered_ns != 0 && tick_ns - state_.recovered_ns < recovery_shown_ns)
@@ -189,6 +195,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   for (const estimator::Judgement& judgement : judgements()) {
     const auto source = static_cast<std::size_t>(judgement.source);
     statistics_.sources[source].innovations.take(judgement);
+    state_.consistency[source].take(judgement);
     if (source == camera) {
       judge_camera(judgement.verdict, judgement.count);
     } else {
@@ -202,6 +209,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   state_.recoveries = estimate.recoveries;
 
   state_.watch.settle(tick_ns);
+  state_.wiring.look(tick_ns);
   fill_record(estimate, state_.record);
   odom_pose& pose = state_.record.pose;
   pose.tick = number;
@@ -214,7 +222,12 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
     const estimator::SourceFlag flag = flag_of(source, tick_ns);
     statistics_.sources[source].flag.set(static_cast<std::uint64_t>(flag));
     statistics_.sources[source].noise.set(noise(state_.filter, static_cast<Source>(source)));
-    if (state_.watch.healthy(source, tick_ns) && flag == estimator::SourceFlag::ok)
+    const WiringFault wiring = state_.wiring.fault(source);
+    statistics_.sources[source].wiring.set(static_cast<std::uint64_t>(wiring));
+    statistics_.sources[source].inconsistent.set(state_.consistency[source].inconsistent() ? 1U
+                                                                                           : 0U);
+    if (state_.watch.healthy(source, tick_ns) && flag == estimator::SourceFlag::ok &&
+        wiring == WiringFault::none)
       pose.health |= 1U << source;
   }
   return state_.record;

@@ -49,6 +49,9 @@ struct ReplaySummary {
   std::array<std::array<std::uint64_t, estimator::source_flag_names.size()>,
              estimator::source_count>
       flagged{};  ///< ticks with each flag
+  std::array<std::array<std::uint64_t, daemon::wiring_names.size()>, estimator::source_count>
+      wired{};  ///< ticks with each daemon::WiringFault
+  std::array<std::uint64_t, estimator::source_count> inconsistent{};  ///< ticks
 
   /// Wheels and gyro alone, a point every 0.1 s; and what to say of the units that the camera's
   /// poses are in beside it, empty where nothing is.
