@@ -60,11 +60,7 @@ std::string duration(const Json& value) {
 }
 
 std::string source_state(const Json& source) {
-  if (is_true(member(source, "healthy")))
-    return is_true(member(source, "inconsistent")) ? "inconsistent" : "fine";
-  std::string wiring = word(member(source, "wiring"));
-  std::ranges::replace(wiring, '_', ' ');
-  if (wiring != "-" && wiring != "ok") return "miswired: " + wiring;
+  if (is_true(member(source, "healthy"))) return "fine";
   std::string flag = word(member(source, "flag"));
   if (flag == "-" || flag == "ok" || flag == "timed_out") return "overdue";
   std::ranges::replace(flag, '_', ' ');
