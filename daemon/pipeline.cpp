@@ -41,8 +41,7 @@ Pipeline::Pipeline(const Config& config, std::span<const can::Database> database
     : decoder_(databases, config.can.bindings, config.can.protections, bus_names),
       camera_lever_arm_(config.camera.lever_arm),
       imu_yaw_(config.imu_yaw),
-      state_{.filter = initial_filter(config, camera_expected),
-             .monitor = {config.vehicle, filter_settings(config).sigma}} {
+      state_{.filter = initial_filter(config, camera_expected), .wiring = Wiring(config.vehicle)} {
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     const SignalSettings& signal = config.can.signals[source];
     sigma_[source] = signal.sigma;
@@ -93,9 +92,14 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
                                              .value = sample.value,
                                              .sigma = sigma_[sample.channel],
                                              .arrival_ns = now_ns};
-    state_.monitor.take(measurement);
     const std::optional<Verdict> verdict = add(state_.filter, measurement);
     if (verdict) count(sample.channel, *verdict);
+    if (const auto refused = estimator::refusal(measurement)) {
+      state_.watch.refused(sample.channel, *refused, now_ns);
+    } else {
+      state_.watch.usable(sample.channel);
+      state_.wiring.hear(measurement.source, measurement.time_ns, measurement.value);
+    }
     if (verdict == Verdict::non_finite) continue;
     state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
     statistics_.sources[sample.channel].last_time_ns.set(
@@ -107,15 +111,16 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   state_.record.details.camera_messages += 1;
   // Asked before it is moved, which would make a positive number of a negative sigma.
   if (!estimator::is_usable(reference)) {
-    state_.monitor.take_unusable_pose();
+    state_.watch.unusable_pose();
     count(camera, Verdict::non_finite);
     return;
   }
   const estimator::CameraPose pose = to_centre_of_gravity(reference, camera_lever_arm_);
-  state_.monitor.take(pose);
+  state_.watch.usable_pose();
   const std::optional<Verdict> verdict = add(state_.filter, pose);
   if (verdict) judge_camera(*verdict);
   if (verdict == Verdict::non_finite) return;
+  state_.wiring.hear(pose);
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
   statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
   statistics_.sources[camera].last_latency_ns.set(
@@ -132,7 +137,7 @@ void Pipeline::judge_camera(Verdict verdict, std::uint64_t samples) noexcept {
 void Pipeline::take_malformed_camera_message() noexcept {
   state_.record.details.camera_messages += 1;
   statistics_.camera_malformed.add();
-  state_.monitor.take_unusable_pose();
+  state_.watch.unusable_pose();
 }
 
 void Pipeline::count(std::size_t source, Verdict verdict, std::uint64_t samples) noexcept {
@@ -151,7 +156,8 @@ estimator::SourceFlag Pipeline::flag_of(std::size_t source, std::int64_t tick_ns
   using estimator::SourceFlag;
   if (state_.watch.failing(source)) return SourceFlag::failed_protection;
   if (state_.watch.overdue(source, tick_ns, state_.start_ns)) return SourceFlag::timed_out;
-  return state_.monitor.flag(static_cast<Source>(source));
+  const SourceFlag refused = state_.watch.flag(source);
+  return refused != SourceFlag::ok ? refused : flag(state_.filter, static_cast<Source>(source));
 }
 
 std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
@@ -159,16 +165,21 @@ std::uint32_t Pipeline::conditions(const estimator::Estimate& estimate,
   std::uint32_t bits = state_.outside_conditions;
   using estimator::SourceFlag;
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
-    const SourceFlag flag = state_.monitor.flag(static_cast<Source>(source));
-    if (flag == SourceFlag::slipping) {
+    const SourceFlag flagged = flag(state_.filter, static_cast<Source>(source));
+    if (flagged == SourceFlag::slipping) {
       bits |= ODOM_COND_WHEEL_SLIP;
-    } else if (flag != SourceFlag::ok) {
+    } else if (flagged != SourceFlag::ok || state_.watch.flag(source) != SourceFlag::ok) {
       bits |= ODOM_COND_SENSOR_FAULT;
     }
   }
+  if (estimate.doubtful) bits |= ODOM_COND_SENSOR_FAULT;
   for (std::size_t source = 0; source < camera; ++source) {
     if (state_.watch.overdue(source, tick_ns, state_.start_ns)) bits |= ODOM_COND_SIGNAL_TIMEOUT;
     if (state_.watch.failing(source)) bits |= ODOM_COND_PROTECTION;
+  }
+  for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    if (state_.wiring.fault(source) != WiringFault::none) bits |= ODOM_COND_MISWIRED;
+    if (state_.consistency[source].inconsistent()) bits |= ODOM_COND_INCONSISTENT;
   }
   if (state_.camera_rejected) bits |= ODOM_COND_CAMERA_REJECTED;
   if (estimate.model_fault) bits |= ODOM_COND_MODEL_FAULT;
@@ -184,6 +195,7 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   for (const estimator::Judgement& judgement : judgements()) {
     const auto source = static_cast<std::size_t>(judgement.source);
     statistics_.sources[source].innovations.take(judgement);
+    state_.consistency[source].take(judgement);
     if (source == camera) {
       judge_camera(judgement.verdict, judgement.count);
     } else {
@@ -196,7 +208,8 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
   if (estimate.recoveries != state_.recoveries) state_.recovered_ns = tick_ns;
   state_.recoveries = estimate.recoveries;
 
-  state_.monitor.step(tick_ns);
+  state_.watch.settle(tick_ns);
+  state_.wiring.look(tick_ns);
   fill_record(estimate, state_.record);
   odom_pose& pose = state_.record.pose;
   pose.tick = number;
@@ -209,7 +222,12 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
     const estimator::SourceFlag flag = flag_of(source, tick_ns);
     statistics_.sources[source].flag.set(static_cast<std::uint64_t>(flag));
     statistics_.sources[source].noise.set(noise(state_.filter, static_cast<Source>(source)));
-    if (state_.watch.healthy(source, tick_ns) && flag == estimator::SourceFlag::ok)
+    const WiringFault wiring = state_.wiring.fault(source);
+    statistics_.sources[source].wiring.set(static_cast<std::uint64_t>(wiring));
+    statistics_.sources[source].inconsistent.set(state_.consistency[source].inconsistent() ? 1U
+                                                                                           : 0U);
+    if (state_.watch.healthy(source, tick_ns) && flag == estimator::SourceFlag::ok &&
+        wiring == WiringFault::none)
       pose.health |= 1U << source;
   }
   return state_.record;

@@ -18,12 +18,14 @@
 #include "can_protocol/decoder.hpp"
 #include "can_protocol/stamp_guard.hpp"
 #include "daemon/config.hpp"
+#include "daemon/consistency.hpp"
 #include "daemon/innovation_statistics.hpp"
 #include "daemon/noise_statistics.hpp"
 #include "daemon/record.hpp"
 #include "daemon/source_watch.hpp"
+#include "daemon/wiring.hpp"
 #include "estimator/filter.hpp"
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::daemon {
 
@@ -33,6 +35,8 @@ struct SourceStatistics {
   Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
   Counter last_verdict;     ///< an estimator::Verdict
   Counter flag;             ///< an estimator::SourceFlag, at the last tick
+  Counter wiring;           ///< a WiringFault, likewise
+  Counter inconsistent;     ///< 1: its NIS has been too large for seconds, likewise
   Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
   Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
   InnovationStatistics innovations;  ///< of models that test each sample
@@ -52,7 +56,8 @@ struct PipelineState {
   can::StampGuard stamp_guard;
   estimator::Filter filter;
   SourceWatch watch;
-  estimator::SourceMonitor monitor;
+  Wiring wiring;
+  std::array<Consistency, estimator::source_count> consistency{};
   TickRecord record;
   std::uint32_t outside_conditions = 0;
   bool camera_rejected = false;   ///< the last usable camera pose was gated or out of time

@@ -19,7 +19,7 @@
 namespace odomd::daemon {
 namespace {
 
-constexpr std::size_t stack_size = std::size_t{512} << 10;    // of each thread, and locked
+constexpr std::size_t stack_size = std::size_t{1} << 20;      // of each thread, and locked
 constexpr std::size_t stack_in_use = std::size_t{256} << 10;  // far more than a tick needs
 
 bool has_capability(std::uint32_t capability) {

@@ -30,7 +30,7 @@ static_assert(static_cast<int>(Source::count) == ODOM_SOURCE_COUNT);
 constexpr std::uint32_t degrading =
     ODOM_COND_NOT_REALTIME | ODOM_COND_RESTARTED | ODOM_COND_BUS_DOWN | ODOM_COND_SIGNAL_TIMEOUT |
     ODOM_COND_PROTECTION | ODOM_COND_FRAMES_LOST | ODOM_COND_CLOCK_STEPPED | ODOM_COND_SUSPENDED |
-    ODOM_COND_NON_FINITE | ODOM_COND_INPUT_ENDED | ODOM_COND_SENSOR_FAULT;
+    ODOM_COND_NON_FINITE | ODOM_COND_INPUT_ENDED | ODOM_COND_SENSOR_FAULT | ODOM_COND_MISWIRED;
 
 // Where the velocity block lies in the rest of the 6x6 upper triangle: after the three rows of
 // three that couple pose and velocity.

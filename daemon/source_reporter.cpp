@@ -24,6 +24,7 @@ SourceReporter::SourceReporter(const Running& running)
 void SourceReporter::look(const PublishedPose& published, std::int64_t now_ns, Journal& journal) {
   look_at_links(now_ns, journal);
   look_at_camera_times(journal);
+  look_at_wiring(journal);
   if (published.valid) look_at_signals(published, now_ns, journal);
 }
 
@@ -46,6 +47,23 @@ void SourceReporter::look_at_camera_times(Journal& journal) {
         future - camera_.future, static_cast<double>(-latency_ns) * 1e-9));
   }
   camera_ = {future, in_time, all_future};
+}
+
+void SourceReporter::look_at_wiring(Journal& journal) {
+  for (std::size_t i = 0; i < wiring_.size(); ++i) {
+    const SourceStatistics& source = running_.pipeline.statistics().sources[i];
+    const std::string name{estimator::source_names[i]};
+    const auto wiring = static_cast<WiringFault>(source.wiring.get());
+    if (wiring != wiring_[i])
+      wiring == WiringFault::none ? journal.info(name + " agrees with the others again")
+                                  : journal.warn(name + complaint(wiring, name));
+    wiring_[i] = wiring;
+    const bool inconsistent = source.inconsistent.get() != 0;
+    if (inconsistent != inconsistent_[i])
+      inconsistent ? journal.warn(name + std::string{inconsistent_complaint})
+                   : journal.info(name + " scatters as its sigma says again");
+    inconsistent_[i] = inconsistent;
+  }
 }
 
 void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
@@ -117,9 +135,10 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
     Signal& signal = signals_[i];
     const auto flag =
         static_cast<estimator::SourceFlag>(running_.pipeline.statistics().sources[i].flag.get());
-    // Wheels slip and grip again all the time; the status says so.
-    const bool healthy =
-        (published.pose.health >> i & 1U) != 0 || flag == estimator::SourceFlag::slipping;
+    // Wheels slip and grip again all the time; the status says so. Of its wiring is told above.
+    const bool healthy = (published.pose.health >> i & 1U) != 0 ||
+                         flag == estimator::SourceFlag::slipping ||
+                         (flag == estimator::SourceFlag::ok && wiring_[i] != WiringFault::none);
     const auto label = [&] {
       return fmt::format("{} ({})", estimator::source_names[i],
                          binding_of(running_.config, i).message);

@@ -26,6 +26,7 @@ class SourceReporter {
   void look_at_controller(std::size_t bus, std::int64_t now_ns, Journal& journal);
   void look_at_signals(const PublishedPose& published, std::int64_t now_ns, Journal& journal);
   void look_at_camera_times(Journal& journal);
+  void look_at_wiring(Journal& journal);
 
   /// A signal that never came is spoken of after so long.
   static constexpr std::int64_t patience_ns = 2'000'000'000;
@@ -52,6 +53,8 @@ class SourceReporter {
   const Running& running_;
   std::vector<Bus> buses_;
   std::array<Signal, estimator::source_count> signals_{};
+  std::array<WiringFault, estimator::source_count> wiring_{};
+  std::array<bool, estimator::source_count> inconsistent_{};
   CameraTimes camera_;
 };
 

@@ -6,7 +6,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <algorithm>
+
 #include "estimator/common/measurement.hpp"
+#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::daemon {
 
@@ -44,6 +47,46 @@ class SourceWatch {
     return entry.configured && now_ns - since > entry.timeout_ns;
   }
 
+  /// A sample that no filter looks at, whatever its state: two in a row raise a flag.
+  void refused(std::size_t source, estimator::Verdict verdict, std::int64_t now_ns) noexcept {
+    Entry& entry = entries_[source];
+    entry.bad = std::min(entry.bad + 1, bad_in_a_row);
+    if (entry.bad == bad_in_a_row) {
+      entry.flag = verdict == estimator::Verdict::gated ? estimator::SourceFlag::out_of_range
+                                                        : estimator::SourceFlag::non_finite;
+      entry.bad_ns = now_ns;
+    }
+  }
+  void usable(std::size_t source) noexcept { entries_[source].bad = 0; }
+
+  /// A camera's message that is no pose: what else comes in within the tick counts more, whichever
+  /// came first.
+  void unusable_pose() noexcept { ++unusable_poses_; }
+  void usable_pose() noexcept { usable_pose_ = true; }
+
+  /// Once a tick: a flag goes when nothing was refused for a second.
+  void settle(std::int64_t tick_ns) noexcept {
+    constexpr std::int64_t calm_ns = 1'000'000'000;
+    constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
+    if (usable_pose_) {
+      usable(camera);
+    } else {
+      for (int i = std::min(unusable_poses_, bad_in_a_row); i > 0; --i) {
+        refused(camera, estimator::Verdict::non_finite, tick_ns);
+      }
+    }
+    unusable_poses_ = 0;
+    usable_pose_ = false;
+    for (Entry& entry : entries_) {
+      if (tick_ns - entry.bad_ns >= calm_ns) entry.flag = estimator::SourceFlag::ok;
+    }
+  }
+
+  /// out_of_range, non_finite or ok.
+  [[nodiscard]] estimator::SourceFlag flag(std::size_t source) const noexcept {
+    return entries_[source].flag;
+  }
+
   [[nodiscard]] bool failing(std::size_t source) const noexcept { return entries_[source].failing; }
 
   [[nodiscard]] bool healthy(std::size_t source, std::int64_t now_ns) const noexcept {
@@ -56,11 +99,18 @@ class SourceWatch {
     bool configured = false;
     bool seen = false;
     bool failing = false;
+    int bad = 0;  ///< samples in a row that were refused
+    estimator::SourceFlag flag = estimator::SourceFlag::ok;
+    std::int64_t bad_ns = 0;
     std::int64_t timeout_ns = 0;
     std::int64_t heard_ns = 0;
     std::int64_t taken_ns = 0;
   };
+  static constexpr int bad_in_a_row = 2;
+
   std::array<Entry, estimator::source_count> entries_{};
+  int unusable_poses_ = 0;    ///< in this tick
+  bool usable_pose_ = false;  ///< likewise
 };
 
 }  // namespace odomd::daemon

@@ -20,10 +20,12 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr double ns_per_us = 1e3;
 
-constexpr std::array<std::string_view, 15> conditions_by_bit{
-    "not_realtime", "restarted",    "bus_down",      "signal_timeout", "protection",
-    "frames_lost",  "carried_over", "clock_stepped", "suspended",      "camera_rejected",
-    "model_fault",  "non_finite",   "input_ended",   "sensor_fault",   "wheel_slip"};
+constexpr std::array<std::string_view, 18> conditions_by_bit{
+    "not_realtime", "restarted",       "bus_down",     "signal_timeout",
+    "protection",   "frames_lost",     "carried_over", "clock_stepped",
+    "suspended",    "camera_rejected", "model_fault",  "non_finite",
+    "input_ended",  "sensor_fault",    "wheel_slip",   "",
+    "miswired",     "inconsistent"};
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
@@ -279,6 +281,9 @@ void write_sources(JsonWriter& json, const Running& running, const PublishedPose
     json.member("healthy", published.valid && (published.pose.health >> i & 1U) != 0);
     json.member("flag", estimator::source_flag_names[std::min<std::size_t>(
                             source.flag.get(), estimator::source_flag_names.size() - 1)]);
+    json.member("wiring",
+                wiring_names[std::min<std::size_t>(source.wiring.get(), wiring_names.size() - 1)]);
+    json.member("inconsistent", source.inconsistent.get() != 0);
     age_member(json, "age_s", source.last_time_ns, now_ns);
     json.member("timeout_s", settings.configured ? seconds(settings.timeout_ns) : NAN);
     json.member("sigma", settings.configured ? settings.sigma : NAN);
@@ -376,7 +381,8 @@ std::string_view name_of_mode(std::uint32_t mode) {
 std::vector<std::string_view> condition_names(std::uint32_t conditions) {
   std::vector<std::string_view> names;
   for (std::size_t bit = 0; bit < conditions_by_bit.size(); ++bit)
-    if ((conditions >> bit & 1U) != 0) names.push_back(conditions_by_bit[bit]);
+    if ((conditions >> bit & 1U) != 0 && !conditions_by_bit[bit].empty())
+      names.push_back(conditions_by_bit[bit]);
   return names;
 }
 

@@ -44,6 +44,10 @@ SourceNoise noise(const Filter& filter, Source source) noexcept {
   return full != nullptr ? full->noise(source) : SourceNoise();
 }
 
+SourceFlag flag(const Filter& filter, Source source) noexcept {
+  return std::visit([&](const auto& f) { return f.flag(source); }, filter);
+}
+
 Estimate step(Filter& filter, std::int64_t tick_ns) noexcept {
   return std::visit([&](auto& f) { return f.step(tick_ns); }, filter);
 }

@@ -48,6 +48,9 @@ std::optional<Verdict> add(Filter& filter, const CameraPose& pose) noexcept;
 /// of the sigma that FilterSettings states. Of the others nothing is estimated.
 [[nodiscard]] SourceNoise noise(const Filter& filter, Source source) noexcept;
 
+/// Whether a source tells the truth, at the last tick.
+[[nodiscard]] SourceFlag flag(const Filter& filter, Source source) noexcept;
+
 /// Advances to the tick that is valid at `tick_ns` and says what is believed there. Ticks that were
 /// skipped are made up for with the inputs held, at most 200 of them (a second); for time beyond
 /// that the covariance grows. A tick that is not at least half a period after the last one changes

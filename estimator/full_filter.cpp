@@ -43,6 +43,7 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
   }
   const std::int64_t window_ticks = window_ns_ / period_ns_ + 1;
   stride_ = window_ticks / static_cast<std::int64_t>(full::History::capacity - 3) + 1;
+  context_.sensors = {settings.vehicle, settings.tuning};
   context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
   fresh_ = full::fresh_state(settings);
   history_.anew() = fresh_;
@@ -226,6 +227,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
       }
     }
     full::advance(context_, now, grid_ns);
+    full::heed_sources(context_, now);
     full::limit(now);
     if (now.moving && grid_ns > *last_tick_ns_) {
       const BodyVelocity next = velocity_of(now);
@@ -287,6 +289,7 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.reset_count = reset_count_;
   e.last_jump = last_jump_;
   e.recoveries = recoveries_;
+  e.doubtful = now.doubtful || now.disputed;
   e.mode = modes_.update({.time_ns = tick_ns,
                           .initialised = e.initialised,
                           .wheel_speed = now.rest.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),

@@ -50,6 +50,10 @@ class FullFilter {
   /// At the last tick, of a source whose samples state no sigma of their own.
   [[nodiscard]] SourceNoise noise(Source source) const noexcept;
 
+  [[nodiscard]] SourceFlag flag(Source source) const noexcept {
+    return history_.now().integrity.flag(source);
+  }
+
  private:
   std::optional<Verdict> insert(const full::Sample& sample, std::int64_t arrival_ns,
                                 std::int64_t delay_ns) noexcept;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/accelerometer.hpp"
@@ -28,9 +29,13 @@ constexpr double quickest_steering = 20.0;
 // No car is known to stand whose wheels are unheard for so long.
 constexpr double wheels_needed_s = 2.5;
 
-// By how much a wheel's speed may be wrong after the camera has shown the filter to be.
-constexpr double doubted_share = 0.5;
-constexpr double shortest_interval_s = 0.001;
+// The filter is astray that is off what the sources agree on by so many sigmas, for so long.
+constexpr double astray_sigmas = 4.0;
+constexpr double astray_s = 0.1;
+// A source begins to disagree at so many.
+constexpr double beginning_sigmas = 1.5;
+// For so long the sources contradict each other before the pose is doubted.
+constexpr double contradicted_s = 0.25;
 
 void hold(HeldInput& held, const Sample& sample) noexcept {
   held = {true, sample.time_ns, sample.value[0]};
@@ -41,6 +46,9 @@ bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexce
 }
 
 bool gyro_alive(const State& state) noexcept {
+  if (!state.integrity.trusted(Source::yaw_rate)) {
+    return false;
+  }
   const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
   return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
 }
@@ -88,15 +96,8 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     unrest = 1.0;  // a wheel that has been calm may be so no longer
     z = predict();
   }
-  const bool doubted = sample.time_ns < state.wheels_doubted_until_ns;
-  if (doubted) {
-    // Not anew with every sample: one error for as long as the doubt lasts.
-    const double doubt = doubted_share * std::max(std::abs(speed), std::abs(state.mean[at::v_x]));
-    const double interval_s = state.heard[index_of(sample.source)].interval_s;
-    z.variance += doubt * doubt * wheels_doubted_s / std::max(interval_s, shortest_interval_s);
-  }
   const Judgement judgement = judge(context.model, state, sample, z, {.heading = !gyro});
-  if (surprising && judgement.verdict != Verdict::fused) {
+  if (surprising && !is_taken(judgement.verdict)) {
     unrest = calm;
   }
 
@@ -106,10 +107,10 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   // A few wheels that turn or are locked neither begin a rest nor end one.
   const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
   const bool most_rest = vote.resting > vote.turning;
-  if (most_rest && !turning && !doubted && judgement.verdict == Verdict::fused) {
+  if (most_rest && !turning && is_taken(judgement.verdict)) {
     rest_by_wheel(state, sample.time_ns);
-  } else if (!most_rest || (!turning && (doubted || seconds_between(last_wheel_ns(state),
-                                                                    sample.time_ns) > soon_s))) {
+  } else if (!most_rest ||
+             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > soon_s)) {
     // Wheels that slide are all gated. Where only those of one side are, a biased gyro makes a turn
     // about the others.
     state.rest.resting = false;
@@ -204,7 +205,8 @@ void steer(const SteeringActuator& actuator, double dt, State& state) noexcept {
 
 Input input_of(const State& state) noexcept {
   return {.steering = state.front_wheels,
-          .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s)};
+          .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s) &&
+                          state.integrity.trusted(Source::steering)};
 }
 
 void advance(const Context& context, State& state, std::int64_t time_ns) noexcept {
@@ -238,13 +240,130 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
   state.time_ns = time_ns;
 }
 
+void heed_sources(const Context& context, State& state) noexcept {
+  const std::int64_t looked_ns = state.integrity.looked_ns();
+  state.integrity.know({.gyro_bias = state.lasting.mean[lasting::gyro_bias],
+                        .gyro_bias_sigma = std::sqrt(
+                            state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias)),
+                        .steering_offset = state.mean[at::steering_offset],
+                        .steering_offset_sigma =
+                            std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
+                        .camera_unrest = state.camera_unrest});
+  state.integrity.look(context.sensors, state.time_ns);
+  const double dt = seconds_between(looked_ns, state.integrity.looked_ns());
+  if (looked_ns == 0 || dt <= 0.0) {
+    return;
+  }
+  const Integrity::Agreed& agreed = state.integrity.agreed();
+  const bool gyro_out = !state.integrity.trusted(Source::yaw_rate);
+  if (gyro_out ||
+      (agreed.contradicted && agreed.contradicted_since_ns != 0 &&
+       seconds_between(agreed.contradicted_since_ns, state.time_ns) >= contradicted_s)) {
+    state.doubtful = true;
+    state.confirming = 0;
+  }
+  if (!gyro_alive(state)) {
+    state.turn_unrest = 1.0;
+  }
+  Astray& astray = state.astray;
+  if (!state.moving) {
+    astray = {};
+    return;
+  }
+  hear(astray.speed, state.time_ns, state.mean[at::v_x], 0.0, false, 1e9);
+  hear(astray.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false, 1e9);
+  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
+  const auto root = [](double sigma, double variance) {
+    return std::sqrt(sigma * sigma + variance);
+  };
+  // 1. What a source that is at fault has made of the pose, since it began to disagree.
+  const auto follow = [&](double& sum, double off, double sigma) {
+    sum = std::abs(off) > beginning_sigmas * sigma ? sum + off * dt : 0.0;
+  };
+  follow(astray.turn, astray.yaw_rate.mean() - agreed.turn_without_gyro,
+         agreed.turn_without_gyro_sigma);
+  follow(astray.way, astray.speed.mean() - agreed.speed_without_wheels,
+         agreed.speed_without_wheels_sigma);
+  const bool turned = !std::exchange(astray.gyro_out, gyro_out) && gyro_out;
+  const bool slipped = !std::exchange(astray.wheels_out, agreed.wheels_out) && agreed.wheels_out;
+  if (turned) {
+    state.mean[at::yaw] -= astray.turn;
+    state.covariance(at::yaw, at::yaw) += 0.25 * astray.turn * astray.turn;
+  }
+  if (slipped) {
+    state.doubtful = true;
+    state.confirming = 0;
+    const double yaw = state.mean[at::yaw];
+    const Eigen::Vector2d way = astray.way * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    state.mean.head<2>() -= way;
+    state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
+  }
+  // 2. Where the motion is not what the sources agree on, it goes on from there.
+  const auto lasts = [&](std::int64_t& since_ns, double off, double sigma) {
+    if (std::abs(off) <= astray_sigmas * sigma || agreed.contradicted) {
+      since_ns = 0;
+      return false;
+    }
+    since_ns = since_ns == 0 ? looked_ns : since_ns;
+    return seconds_between(since_ns, state.time_ns) >= astray_s;
+  };
+  const double faster = agreed.speed - astray.speed.mean();
+  if (lasts(astray.speed_since_ns, faster, root(agreed.speed_sigma, P(3, 3))) || slipped) {
+    if (state.rest.standing) {
+      set_off(context.model, state, agreed.speed);
+    }
+    const double yaw = state.mean[at::yaw];
+    const Eigen::Vector2d way = faster * astray_s * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
+    state.mean[at::v_x] = agreed.speed;
+    state.mean[at::accel_x] = 0.0;
+    forget(state, at::v_x, agreed.speed_sigma);
+    forget(state, at::accel_x, context.model.tuning.drive_accel * gravity);
+    astray.speed = {};
+    astray.speed_since_ns = 0;
+  }
+  if (state.rest.standing) {
+    return;  // what a gyro says is its bias
+  }
+  const double turning = agreed.turn - astray.yaw_rate.mean();
+  if (lasts(astray.turn_since_ns, turning, root(agreed.turn_sigma, P(5, 5))) || turned) {
+    const double turn = turning * astray_s;
+    state.covariance(at::yaw, at::yaw) += turn * turn;
+    state.mean[at::yaw_rate] = agreed.turn;
+    state.mean[at::front_angle] = 0.0;
+    forget(state, at::yaw_rate, agreed.turn_sigma);
+    forget(state, at::front_angle, context.model.tuning.front_angle);
+    state.turned_since_ns = 0;
+    astray.yaw_rate = {};
+    astray.turn_since_ns = 0;
+  }
+}
+
 Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
   switch (sample.source) {
     case Source::camera:
-      return take_camera(context.model, context.camera, state, sample);
-    case Source::steering:
+      state.integrity.hear({.capture_ns = sample.time_ns,
+                            .x = sample.value[0],
+                            .y = sample.value[1],
+                            .yaw = sample.value[2],
+                            .sigma_x = sample.sigma[0],
+                            .sigma_y = sample.sigma[1],
+                            .sigma_yaw = sample.sigma[2]});
+      note_sighting(state, sample);
+      state.camera_was_out = state.camera_was_out || !state.integrity.trusted(Source::camera);
+      return state.integrity.trusted(Source::camera)
+                 ? take_camera(context.model, context.camera, state, sample)
+                 : gated(sample.source);
+    case Source::steering: {
+      const bool lags =
+          context.model.car.steering.lag_s > 0.0 || context.model.car.steering.rate_limit > 0.0;
+      state.integrity.hear(sample.source, sample.time_ns,
+                           lags && state.steering.seen ? state.front_wheels : sample.value[0],
+                           sample.sigma[0]);
       return take_steering(state, sample);
+    }
     case Source::direction:
+      state.integrity.hear(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
       return {.source = sample.source,
               .verdict = take_direction(context.model, state, sample),
               .degrees = 0};
@@ -261,7 +380,13 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   if (!is_wheel(sample.source)) {
     measure_noise(context.model.tuning, state, reading);
   }
-  const Judgement judgement = take_signal(context, state, reading, sample.sigma[0]);
+  state.integrity.hear(reading.source, reading.time_ns, reading.value[0], reading.sigma[0]);
+  if (is_wheel(sample.source) && state.integrity.backwards()) {
+    reading.value[0] = -std::abs(sample.value[0]);
+  }
+  const Judgement judgement = state.integrity.trusted(sample.source)
+                                  ? take_signal(context, state, reading, sample.sigma[0])
+                                  : gated(sample.source);
   note_heard(state, reading);
   return judgement;
 }

@@ -13,12 +13,17 @@ namespace odomd::estimator::full {
 struct Context {
   CarModel model;
   CameraGate camera;
+  integrity::Sensors sensors;
   double period_s = 0.005;
 };
 
 /// Moves the state to `time_ns`, not before its own time. A step is at most one and a half
 /// periods long.
 void advance(const Context& context, State& state, std::int64_t time_ns) noexcept;
+
+/// Holds the sources against each other, and the filter against what they agree on: where it has
+/// gone astray for a while, it goes on from there, and doubts its pose by as much.
+void heed_sources(const Context& context, State& state) noexcept;
 
 /// The model's inputs as they stand at the state's time: too old ones do not count.
 [[nodiscard]] Input input_of(const State& state) noexcept;

@@ -9,7 +9,7 @@
 namespace odomd::tools {
 namespace {
 
-constexpr std::array<Condition, 15> all{{
+constexpr std::array<Condition, 17> all{{
     {ODOM_COND_NOT_REALTIME, "not_realtime", "the machine refused real-time scheduling or locking"},
     {ODOM_COND_RESTARTED, "restarted", "went on from the pose of a predecessor"},
     {ODOM_COND_BUS_DOWN, "bus_down", "a bus is down or gone"},
@@ -26,6 +26,9 @@ constexpr std::array<Condition, 15> all{{
     {ODOM_COND_INPUT_ENDED, "input_ended", "the log or the pipe has ended"},
     {ODOM_COND_SENSOR_FAULT, "sensor_fault", "a sensor's values cannot be true: see its flag"},
     {ODOM_COND_WHEEL_SLIP, "wheel_slip", "a wheel turns otherwise than the car moves"},
+    {ODOM_COND_MISWIRED, "miswired", "a sensor is wired or described wrongly: see its wiring"},
+    {ODOM_COND_INCONSISTENT, "inconsistent",
+     "a source scatters more than its sigma says, for seconds"},
 }};
 
 }  // namespace

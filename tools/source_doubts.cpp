@@ -9,7 +9,7 @@
 
 #include "daemon/source_complaint.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -65,12 +65,25 @@ std::vector<std::string> source_doubts(const can::Decoder& decoder, const Replay
   const double drive_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     if (static_cast<Source>(source) == Source::camera && !summary.camera_units.empty()) continue;
+    const auto seconds = [&](std::uint64_t count) {
+      return fmt::format(" (for {:.1f} of {:.1f} s)", static_cast<double>(count) / ticks * drive_s,
+                         drive_s);
+    };
+    for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
+      if (const std::uint64_t count = summary.wired[source][fault]; count > 0)
+        doubts.push_back(label(decoder, source) +
+                         daemon::complaint(static_cast<daemon::WiringFault>(fault),
+                                           estimator::source_names[source]) +
+                         seconds(count));
+    if (const std::uint64_t count = summary.inconsistent[source]; count > 0)
+      doubts.push_back(label(decoder, source) + std::string{daemon::inconsistent_complaint} +
+                       seconds(count));
     for (const SourceFlag flag : told) {
       const double part =
           static_cast<double>(summary.flagged[source][static_cast<std::size_t>(flag)]) / ticks;
       if (part <= 0.0 || part * drive_s < std::min(long_flagged_s, long_part * drive_s)) continue;
-      doubts.push_back(fmt::format("{}{} (for {:.1f} of {:.1f} s)", label(decoder, source),
-                                   complaint(flag), part * drive_s, drive_s));
+      doubts.push_back(label(decoder, source) + complaint(flag) +
+                       seconds(summary.flagged[source][static_cast<std::size_t>(flag)]));
     }
     const auto& verdicts = summary.verdicts[source];
     const std::uint64_t gated = verdicts[static_cast<std::size_t>(Verdict::gated)];

@@ -60,7 +60,11 @@ std::string duration(const Json& value) {
 }
 
 std::string source_state(const Json& source) {
-  if (is_true(member(source, "healthy"))) return "fine";
+  if (is_true(member(source, "healthy")))
+    return is_true(member(source, "inconsistent")) ? "inconsistent" : "fine";
+  std::string wiring = word(member(source, "wiring"));
+  std::ranges::replace(wiring, '_', ' ');
+  if (wiring != "-" && wiring != "ok") return "miswired: " + wiring;
   std::string flag = word(member(source, "flag"));
   if (flag == "-" || flag == "ok" || flag == "timed_out") return "overdue";
   std::ranges::replace(flag, '_', ' ');

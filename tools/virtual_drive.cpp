@@ -16,8 +16,12 @@ void ReplaySummary::take_odometry(const odom_pose& pose) {
 }
 
 void ReplaySummary::take_flags(const daemon::Pipeline& pipeline) {
-  for (std::size_t source = 0; source < flagged.size(); ++source)
-    ++flagged[source].at(pipeline.statistics().sources[source].flag.get());
+  for (std::size_t source = 0; source < flagged.size(); ++source) {
+    const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
+    ++flagged[source].at(told.flag.get());
+    ++wired[source].at(told.wiring.get());
+    inconsistent[source] += told.inconsistent.get();
+  }
 }
 
 void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {

@@ -13,7 +13,7 @@
 #include "can_protocol/frame.hpp"
 #include "daemon/pipeline.hpp"
 #include "estimator/common/measurement.hpp"
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 #include "tools/log_order.hpp"
 #include "tools/trajectory.hpp"
 
@@ -49,6 +49,9 @@ struct ReplaySummary {
   std::array<std::array<std::uint64_t, estimator::source_flag_names.size()>,
              estimator::source_count>
       flagged{};  ///< ticks with each flag
+  std::array<std::array<std::uint64_t, daemon::wiring_names.size()>, estimator::source_count>
+      wired{};  ///< ticks with each daemon::WiringFault
+  std::array<std::uint64_t, estimator::source_count> inconsistent{};  ///< ticks
 
   /// Wheels and gyro alone, a point every 0.1 s; and what to say of the units that the camera's
   /// poses are in beside it, empty where nothing is.

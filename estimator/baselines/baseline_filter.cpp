@@ -50,6 +50,11 @@ bool BaselineFilter::resume(const Estimate& predecessor, double gap_s) noexcept 
 Verdict BaselineFilter::add(const Measurement& sample) noexcept {
   const std::int64_t arrival_ns = arrival_of(sample.arrival_ns);
   const Verdict verdict = held_.take(sample, ns_after(arrival_ns, period_ns_));
+  if (verdict == Verdict::fused) {
+    const bool reverse = is_wheel(sample.source) && held_[Source::direction].value < 0.0;
+    integrity_.hear(sample.source, sample.time_ns, reverse ? -std::abs(sample.value) : sample.value,
+                    held_[sample.source].sigma, sample.arrival_ns);
+  }
   const bool used =
       sample.source != Source::accel_y && (sample.source != Source::yaw_rate || uses_gyro(model_));
   // What the model does not use is held all the same: it is published.
@@ -61,7 +66,11 @@ Verdict BaselineFilter::add(const CameraPose& camera) noexcept {
     return Verdict::source_off;
   }
   const std::int64_t arrival_ns = arrival_of(camera.arrival_ns);
-  return anchor_.take(camera, ns_after(arrival_ns, period_ns_), arrival_ns);
+  const Verdict verdict = anchor_.take(camera, ns_after(arrival_ns, period_ns_), arrival_ns);
+  if (verdict == Verdict::fused || verdict == Verdict::gated) {
+    integrity_.hear(camera);
+  }
+  return verdict;
 }
 
 /// A sample that does not state when it arrived counts as coming with the next tick.
@@ -102,7 +111,8 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
     }
   }
 
-  // 3. What is believed now.
+  // 3. What is believed now, and whether the sources are.
+  integrity_.look({settings_.vehicle, settings_.tuning}, tick_ns);
   last_tick_ns_ = tick_ns;
   last_ = estimate(tick_ns, speed ? speed->v_x : 0.0);
   return last_;

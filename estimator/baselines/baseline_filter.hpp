@@ -14,6 +14,7 @@
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
+#include "estimator/integrity/integrity.hpp"
 #include "estimator/integrity/mode_monitor.hpp"
 
 namespace odomd::estimator {
@@ -29,6 +30,8 @@ class BaselineFilter {
   Verdict add(const CameraPose& camera) noexcept;
   Estimate step(std::int64_t tick_ns) noexcept;
 
+  [[nodiscard]] SourceFlag flag(Source source) const noexcept { return integrity_.flag(source); }
+
  private:
   [[nodiscard]] std::int64_t arrival_of(std::int64_t stated_ns) const noexcept;
   void advance(const AxleSpeed& speed, std::int64_t tick_ns, double gap_before_s) noexcept;
@@ -41,6 +44,7 @@ class BaselineFilter {
   Motion motion_;
   PoseAnchor anchor_;
   ModeMonitor modes_;
+  Integrity integrity_;  ///< changes no pose
 
   std::optional<AxleSpeed> resumed_speed_;  ///< until a wheel is heard
   std::optional<std::int64_t> last_tick_ns_;

@@ -44,6 +44,7 @@ struct Estimate {
   std::int64_t time_ns = 0;  ///< the instant all of this is valid at
   bool initialised = false;  ///< the pose below means something
   Mode mode = Mode::initialising;
+  bool doubtful = false;  ///< a fault may have moved the pose; no camera has shown otherwise since
   bool model_fault = false;  ///< the model has left its domain and stopped (paper: reversing)
 
   Pose2 map;   ///< centre of gravity in the map frame; jumps when a camera pose re-anchors it

@@ -75,13 +75,17 @@ enum class Verdict : std::uint8_t {
   non_finite,  ///< NaN, infinity, a negative sigma, or a camera's sigma that is not positive
   source_off,  ///< the model does not use this source
   failed_protection,
+  forced,  ///< taken against the test: the filter was wrong, by what the sources agree on
   count
 };
+[[nodiscard]] constexpr bool is_taken(Verdict verdict) noexcept {
+  return verdict == Verdict::fused || verdict == Verdict::forced;
+}
 inline constexpr std::size_t verdict_count = static_cast<std::size_t>(Verdict::count);
 
 inline constexpr std::array<std::string_view, verdict_count> verdict_names{
-    "fused",     "gated",      "too_old",    "future",
-    "duplicate", "non_finite", "source_off", "failed_protection"};
+    "fused",      "gated",      "too_old",           "future", "duplicate",
+    "non_finite", "source_off", "failed_protection", "forced"};
 
 /// How a sample that a filter takes in at a later step was judged.
 struct Judgement {

@@ -11,6 +11,7 @@
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
+#include "estimator/integrity/integrity.hpp"
 
 namespace odomd::estimator::full {
 
@@ -117,16 +118,8 @@ struct Sighting {
   std::int64_t capture_ns = 0;
   Pose2 seen;
   Pose2 believed;
-};
-
-/// The camera poses that were rejected one after the other.
-struct CameraContender {
-  int agreeing = 0;  ///< how many say the same, up to the last
-  int steady = 0;    ///< how many a car could have come through, up to the last
-  Sighting first_agreeing;
-  Sighting first_steady;
-  Sighting before_last;  ///< where two are steady
-  Sighting last;
+  Pose2 off;         ///< the way from the one before as it was seen, less the filter's ...
+  int in_a_row = 0;  ///< ... where there was one before
 };
 
 constexpr std::array<double, source_count> filled(double value) noexcept {
@@ -134,6 +127,18 @@ constexpr std::array<double, source_count> filled(double value) noexcept {
   all.fill(value);
   return all;
 }
+
+/// By how much the filter's motion has been off what the sources agree on, and since when.
+struct Astray {
+  integrity::Witness speed;  ///< the filter's own, averaged as a source's
+  integrity::Witness yaw_rate;
+  std::int64_t speed_since_ns = 0;  ///< 0: it is not
+  std::int64_t turn_since_ns = 0;
+  double way = 0.0;         ///< [m] driven beyond what all but the wheels say
+  double turn = 0.0;        ///< [rad] turned beyond what all but the gyro say
+  bool gyro_out = false;    ///< the gyro is distrusted
+  bool wheels_out = false;  ///< all wheels are
+};
 
 struct State {
   std::int64_t time_ns = 0;
@@ -162,9 +167,19 @@ struct State {
   std::array<std::int64_t, source_count> fused_ns{};  ///< newest fused sample; 0: none
   std::array<Rejection, source_count> rejected{};
 
-  CameraContender contender;
-  std::int64_t wheels_doubted_until_ns = 0;  ///< for a while after a reset
-  double camera_test_ratio = 0.0;            ///< of the newest judged camera pose
+  Integrity integrity;    ///< whether the sources tell the truth
+  Astray astray;          ///< of what they agree on
+  bool doubtful = false;  ///< a fault may have moved the pose, and no camera has shown otherwise
+  int confirming = 0;     ///< camera poses in a row that have
+  bool disputed =
+      false;  ///< a camera has moved the pose, and nothing says that it was wrong before
+  double camera_unrest = 1.0;  ///< variance of the camera's poses over the stated one
+  Sighting last_sighting;      ///< the camera's newest pose, fused or not
+
+  bool camera_was_out = false;     ///< distrusted since its last fused pose
+  int rejected_poses = 0;          ///< of the camera, in a row, of one way with ...
+  Sighting first_rejected;         ///< ... the first of them
+  double camera_test_ratio = 0.0;  ///< of the newest judged camera pose
   std::uint32_t resets = 0;  ///< times the camera has moved the pose against the filter's will
   Pose2 last_jump;
 

@@ -144,10 +144,17 @@ inline void forget(State& state, at::Index index, double sigma) noexcept {
   state.lasting.sensitivity.row(index).setZero();
 }
 
-/// P + B P_s Bᵀ of pose and velocity: how far they may be off, all errors taken together.
+/// P + B P_s Bᵀ of pose and velocity: how far they may be off, all errors taken together; and what
+/// a heading that is off has made of the way in the second order. A way D was driven at a heading
+/// off by ψ̃: P_Xψ = -D_y σ², P_Yψ = D_x σ², and -½ ψ̃² D beside the first order, in the mean square
+/// ¾ σ⁴ D Dᵀ.
 [[nodiscard]] inline Eigen::Matrix<double, 6, 6> covariance_of_motion(const State& state) noexcept {
   const Eigen::Matrix<double, 6, lasting::size> B = state.lasting.sensitivity.topRows<6>();
-  return state.covariance.topLeftCorner<6, 6>() + B * state.lasting.covariance * B.transpose();
+  Eigen::Matrix<double, 6, 6> P =
+      state.covariance.topLeftCorner<6, 6>() + B * state.lasting.covariance * B.transpose();
+  const Eigen::Vector2d way(P(at::y, at::yaw), -P(at::x, at::yaw));
+  P.topLeftCorner<2, 2>() += 0.75 * way * way.transpose();
+  return P;
 }
 
 }  // namespace odomd::estimator::full

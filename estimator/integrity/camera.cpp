@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
@@ -14,30 +15,18 @@
 namespace odomd::estimator::full {
 namespace {
 
+// A camera is taken for as noisy as stated up to so many times the variance.
+constexpr double least_camera_unrest = 2.5;
+
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
-// Rejected poses agree where the way from one to the next is the filter's, give or take this.
-constexpr double agreeing_share = 0.25;     // of the way
-constexpr double agreeing_distance = 0.05;  // [m], and four sigmas of the poses
-constexpr double agreeing_yaw = 0.1;        // [rad], likewise
-// A car changes its velocity no faster from one pose to the next ...
-constexpr double possible_accel = 15.0;      // [m/s²]
-constexpr double possible_yaw_accel = 60.0;  // [rad/s²]
-// ... and has gone somewhere by then.
-constexpr double driven_distance = 0.1;  // [m]
-constexpr double driven_yaw = 0.2;       // [rad]
 constexpr double longest_pause_s = 0.5;  // between two poses of one run
-constexpr double long_run_s = 2.0;       // of a car that creeps
 
-// How well the velocity is known after the pose turned out to be wrong.
-constexpr double doubted_speed = 0.1;         // [m/s]
-constexpr double doubted_bias = 0.03;         // [rad/s], of the gyro
-constexpr double largest_doubted_bias = 0.1;  // [rad/s]
-constexpr double shortest_run_s = 0.1;
-constexpr double significant = 3.0;  // sigmas
-// By how much the motion now may differ from that between two poses.
-constexpr double changed_speed = 0.2;     // [m/s]
-constexpr double changed_yaw_rate = 0.5;  // [rad/s]
+// How well the motion is known after the pose turned out to be wrong, at least and at most.
+constexpr double doubted_speed = 0.1;  // [m/s]
+constexpr double largest_doubted_speed = 1.0;
+constexpr double doubted_bias = 0.03;  // [rad/s], of the gyro
+constexpr double largest_doubted_bias = 0.1;
 
 /// What no tyre and no sensor is off by, and where the model would lose its sense.
 void keep_scales_possible(State& state) noexcept {
@@ -50,9 +39,8 @@ void keep_scales_possible(State& state) noexcept {
   keep(lasting::wheel_scale, -0.5, 0.5);
 }
 
-/// The nearer way round: each heading was seen next to the filter's, which the other's was not.
-double turn_between(const Pose2& from, const Pose2& to) noexcept {
-  return wrap_angle(to.yaw - from.yaw);
+double distance(const Pose2& a, const Pose2& b) noexcept {
+  return std::hypot(b.x - a.x, b.y - a.y);
 }
 
 /// By how much the way that was seen from one to the other differs from the filter's, told along
@@ -68,119 +56,25 @@ Pose2 apart(const Sighting& before, const Sighting& now) noexcept {
           wrap_angle(now.seen.yaw - before.seen.yaw - (now.believed.yaw - before.believed.yaw))};
 }
 
-double way_between(const Pose2& from, const Pose2& to) noexcept {
-  return std::hypot(to.x - from.x, to.y - from.y);
+double chi_squared(const Pose2& off, const std::array<double, 3>& sigma, double allowed) noexcept {
+  const double way = sigma[0] * sigma[0] + sigma[1] * sigma[1] + allowed * allowed;
+  const double turn = 2.0 * sigma[2] * sigma[2] + allowed * allowed;
+  return (off.x * off.x + off.y * off.y) / way + off.yaw * off.yaw / turn;
 }
 
-/// How far apart two poses of one place may lie [m], and two headings that are one [rad].
-double noise_between(const std::array<double, 3>& sigma) noexcept {
-  return 4.0 * std::numbers::sqrt2 * std::hypot(sigma[0], sigma[1]);
-}
-double yaw_noise_between(const std::array<double, 3>& sigma) noexcept {
-  return 4.0 * std::numbers::sqrt2 * sigma[2];
-}
-
-bool agree(const Sighting& before, const Sighting& now,
-           const std::array<double, 3>& sigma) noexcept {
-  const auto [dx, dy, turn] = apart(before, now);
-  const double way = way_between(before.believed, now.believed);
-  return std::hypot(dx, dy) <= agreeing_share * way + agreeing_distance + noise_between(sigma) &&
-         std::abs(turn) <= agreeing_yaw + yaw_noise_between(sigma);
+/// Whether the camera saw the car go from one to the other as the filter did.
+bool is_one_way(const Sighting& from, const Sighting& to,
+                const std::array<double, 3>& sigma) noexcept {
+  constexpr double gate = 16.27;
+  constexpr double share = 0.1;  // that the filter's way may be off by
+  return chi_squared(apart(from, to), sigma, share * distance(from.believed, to.believed)) <= gate;
 }
 
-/// Whether the filter has gone so far since then that a picture that stands still would not have
-/// agreed with it all the way; or has crept for so long that little is lost by believing one.
-bool tells_frozen(const Sighting& before, const Sighting& now,
-                  const std::array<double, 3>& sigma) noexcept {
-  return way_between(before.believed, now.believed) >
-             2.0 * (agreeing_distance + noise_between(sigma)) ||
-         seconds_between(before.capture_ns, now.capture_ns) > long_run_s;
-}
-
-/// Whether a car could have gone on to `now` as it has come, be the filter's velocity what it may.
-bool possible(const CameraContender& run, const Sighting& now,
-              const std::array<double, 3>& sigma) noexcept {
-  if (run.steady < 2) {
-    return true;
-  }
-  const double before_s = seconds_between(run.before_last.capture_ns, run.last.capture_ns);
-  const double now_s = seconds_between(run.last.capture_ns, now.capture_ns);
-  const double share = now_s / before_s;
-  const Pose2& a = run.before_last.seen;
-  const Pose2& b = run.last.seen;
-  const Pose2& c = now.seen;
-  const double dx = (c.x - b.x) - share * (b.x - a.x);
-  const double dy = (c.y - b.y) - share * (b.y - a.y);
-  const double turn = turn_between(b, c) - share * turn_between(a, b);
-  const double changing_s2 = 0.5 * now_s * (before_s + now_s);
-  const double noise = 4.0 * std::sqrt(2.0 * (1.0 + share + share * share));
-  return std::hypot(dx, dy) <=
-             possible_accel * changing_s2 + noise * std::hypot(sigma[0], sigma[1]) &&
-         std::abs(turn) <= possible_yaw_accel * changing_s2 + noise * sigma[2];
-}
-
-/// A long run of poses that a car could have come through, and has: a picture that stands still is
-/// no car that slips.
-bool seen_driving(const CameraContender& run, const std::array<double, 3>& sigma) noexcept {
-  const Pose2& from = run.first_steady.seen;
-  const Pose2& to = run.last.seen;
-  return run.steady >= believed_rejections &&
-         (way_between(from, to) > std::max(driven_distance, noise_between(sigma)) ||
-          std::abs(turn_between(from, to)) > std::max(driven_yaw, yaw_noise_between(sigma)));
-}
-
-/// A pose that was wrong came of a motion that was: by as much as the run's own motion is not the
-/// filter's. Where the ways differ it is the wheels that erred, or may have.
-void doubt_motion(State& state, const CameraContender& run,
-                  const std::array<double, 3>& sigma) noexcept {
-  const auto squared = [](double value) { return value * value; };
-  const auto [dx, dy, turn] = apart(run.first_steady, run.last);
-  const double run_s =
-      std::max(seconds_between(run.first_steady.capture_ns, run.last.capture_ns), shortest_run_s);
-  const double noise = 2.0 * squared(significant);
-  const double way = std::max(squared(dx) + squared(dy) - noise * squared(sigma[0]), 0.0);
-  const double turned = std::max(squared(turn) - noise * squared(sigma[2]), 0.0);
-  const double yaw_rate = turned / squared(run_s);
-  const double speed = squared(doubted_speed) + way / squared(run_s);
-  state.covariance(at::v_x, at::v_x) += speed;
-  state.covariance(at::v_y, at::v_y) += speed;
-  state.covariance(at::yaw_rate, at::yaw_rate) += yaw_rate;
-  state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) +=
-      std::min(squared(doubted_bias) + yaw_rate, squared(largest_doubted_bias));
-  if (way > 0.0) {
-    state.wheels_doubted_until_ns =
-        ns_after(run.last.capture_ns, std::llround(wheels_doubted_s * ns_per_second));
-  }
-}
-
-/// The motion is what two poses show, and no force that the filter has made up explains it.
-void take_motion(const CarModel& model, State& state, const Sighting& before, const Sighting& now,
-                 const std::array<double, 3>& sigma) noexcept {
-  const auto take = [&state](at::Index index, double seen, double deviation) {
-    Prediction z;
-    z.value = state.mean[index];
-    z.variance = deviation * deviation;
-    z.depends_on(index, 1.0);
-    const Innovation nu = innovation(state, z, seen);
-    correct(state, nu, optimal_gain(nu));
-  };
-  state.mean[at::accel_x] = state.mean[at::front_angle] = state.mean[at::side_force] = 0.0;
-  forget(state, at::accel_x, model.tuning.drive_accel * gravity);
-  forget(state, at::front_angle, model.tuning.front_angle);
-  forget(state, at::side_force, model.tuning.side_force_floor * gravity);
-
-  const double step_s = seconds_between(before.capture_ns, now.capture_ns);
-  const double turn = turn_between(before.seen, now.seen);
-  const double yaw = before.seen.yaw + 0.5 * turn;
-  const double c = std::cos(yaw);
-  const double s = std::sin(yaw);
-  const double v_x = ((now.seen.x - before.seen.x) * c + (now.seen.y - before.seen.y) * s) / step_s;
-  const double v_y = ((now.seen.y - before.seen.y) * c - (now.seen.x - before.seen.x) * s) / step_s;
-  const double yaw_rate = turn / step_s;
-  const double noise = std::sqrt(2.0) / step_s;
-  take(at::v_x, v_x, std::hypot(changed_speed, noise * sigma[0]));
-  take(at::v_y, v_y, std::hypot(changed_speed, noise * sigma[1]));
-  take(at::yaw_rate, yaw_rate, std::hypot(changed_yaw_rate, noise * sigma[2]));
+/// Whether it went so far meanwhile that a picture that stands still would have been found out.
+bool tells(const State& state, const Sighting& from, const std::array<double, 3>& sigma) noexcept {
+  constexpr double sigmas = 8.0;
+  return state.rest.standing ||
+         distance(from.believed, state.pose()) >= sigmas * std::hypot(sigma[0], sigma[1]);
 }
 
 /// The pose becomes `seen`, its covariance that of the camera, and nothing else is related to it.
@@ -193,14 +87,48 @@ void move_to(State& state, const Pose2& seen, const std::array<double, 3>& sigma
 
 }  // namespace
 
+/// One pose scatters beside those before by n_k - 2 n_k-1 + n_k-2, told along the filter's way: six
+/// times the variance of one. The median of χ² with three degrees of freedom is 2.37; a median, so
+/// that a few outliers do not count.
+void note_sighting(State& state, const Sample& pose) noexcept {
+  constexpr double median = 2.37;
+  constexpr double step = 1.16;
+  constexpr double most = 100.0;
+  const auto& [x, y, yaw] = pose.value;
+  const Sighting before =
+      std::exchange(state.last_sighting,
+                    {.capture_ns = pose.time_ns, .seen = {x, y, yaw}, .believed = state.pose()});
+  if (before.capture_ns == 0 ||
+      seconds_between(before.capture_ns, pose.time_ns) > longest_pause_s) {
+    return;
+  }
+  Sighting& now = state.last_sighting;
+  now.off = apart(before, now);
+  now.in_a_row = 1;
+  if (before.in_a_row == 0) {
+    return;
+  }
+  const Pose2 scatter{now.off.x - before.off.x, now.off.y - before.off.y,
+                      now.off.yaw - before.off.yaw};
+  double& unrest = state.camera_unrest;
+  const double ratio = chi_squared(scatter, pose.sigma, 0.0) / 3.0;
+  unrest = std::clamp(ratio > median * unrest ? unrest * step : unrest / step, 1.0, most);
+}
+
 Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
-                      const Sample& sample) noexcept {
+                      const Sample& stated) noexcept {
+  Sample sample = stated;
   Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
   const auto& [z_x, z_y, z_yaw] = sample.value;
   const auto fused = [&] {
     state.fused_ns[static_cast<std::size_t>(Source::camera)] = sample.time_ns;
-    state.contender = {};
+    state.rejected_poses = 0;
+    state.camera_was_out = false;
     state.turned_since_ns = 0;
+    if (++state.confirming >= believed_rejections) {
+      state.doubtful = false;
+    }
+    state.last_sighting.believed = state.pose();
   };
   if (!state.located) {
     if (!gate.locates) {
@@ -214,6 +142,11 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   }
 
   const Pose2 believed = state.pose();
+  if (state.camera_unrest > least_camera_unrest) {
+    for (double& sigma : sample.sigma) {
+      sigma *= std::sqrt(state.camera_unrest);
+    }
+  }
   judgement.degrees = 3;
   judgement.innovation = {z_x - believed.x, z_y - believed.y, wrap_angle(z_yaw - believed.yaw)};
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
@@ -251,42 +184,40 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     return judgement;
   }
 
-  const CameraContender before = state.contender;
-  const Sighting now{sample.time_ns, seen, believed};
-  const double dt = seconds_between(before.last.capture_ns, sample.time_ns);
-  const bool goes_on = before.steady > 0 && dt <= longest_pause_s;
-  if (goes_on && !state.rest.standing && seen.x == before.last.seen.x &&
-      seen.y == before.last.seen.y) {
-    // To the bit, of a car that drives: a tracker that repeats what it saw last.
-    judgement.verdict = Verdict::gated;
-    return judgement;
+  // One that was at fault since it was last believed moves no pose that nobody doubts.
+  if ((state.camera_was_out && !state.doubtful) || !state.integrity.agrees(Source::camera) ||
+      !is_one_way(state.first_rejected, state.last_sighting, sample.sigma)) {
+    state.rejected_poses = 0;
   }
-  const bool steady = goes_on && possible(before, now, sample.sigma);
-  const bool agrees = goes_on && agree(before.last, now, sample.sigma) &&
-                      agree(before.first_agreeing, now, sample.sigma);
-  state.contender = {.agreeing = agrees ? before.agreeing + 1 : 1,
-                     .steady = steady ? before.steady + 1 : 1,
-                     .first_agreeing = agrees ? before.first_agreeing : now,
-                     .first_steady = steady ? before.first_steady : now,
-                     .before_last = before.last,
-                     .last = now};
-  const bool goes_as_believed =
-      state.contender.agreeing >= believed_rejections &&
-      (state.rest.standing || tells_frozen(state.contender.first_agreeing, now, sample.sigma));
-  if (!goes_as_believed && !seen_driving(state.contender, sample.sigma)) {
+  if (state.rejected_poses++ == 0) {
+    state.first_rejected = state.last_sighting;
+  }
+  if (state.rejected_poses < believed_rejections ||
+      seconds_between(state.first_rejected.capture_ns, sample.time_ns) < believed_after_s ||
+      !tells(state, state.first_rejected, sample.sigma)) {
     judgement.verdict = Verdict::gated;
     return judgement;
   }
   // Believed against the test: it does not count among those that the filter expects.
   judgement.degrees = 0;
+  judgement.verdict = Verdict::forced;
   if (state.rest.standing) {
     set_off(model, state, 0.0);
   }
+  // The first one of all tells where it starts; later, either may be wrong.
+  state.disputed =
+      state.disputed || (state.fused_ns[index_of(Source::camera)] != 0 && !state.doubtful);
+  const double unseen_s = seconds_between(state.fused_ns[index_of(Source::camera)], sample.time_ns);
   move_to(state, seen, sample.sigma);
-  doubt_motion(state, state.contender, sample.sigma);
-  if (!goes_as_believed) {
-    take_motion(model, state, before.last, now, sample.sigma);
-  }
+  // A pose that was wrong came of a motion that was.
+  const auto doubt = [&](double jump, double least, double most) {
+    const double off = jump / std::max(unseen_s, believed_after_s);
+    return std::min(least * least + off * off, most * most);
+  };
+  const double way = std::hypot(seen.x - believed.x, seen.y - believed.y);
+  state.covariance(at::v_x, at::v_x) += doubt(way, doubted_speed, largest_doubted_speed);
+  state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) +=
+      doubt(seen.yaw - believed.yaw, doubted_bias, largest_doubted_bias);
   ++state.resets;
   state.last_jump = {seen.x - believed.x, seen.y - believed.y, seen.yaw - believed.yaw};
   fused();

@@ -8,27 +8,22 @@
 
 namespace odomd::estimator::full {
 
-/// So many rejected poses in a row are believed after all: that agree with how the filter goes, or
-/// that a car could have come through, however the filter thinks it goes. Where wheels spin the
-/// filter knows nothing better.
+/// So many rejected poses in a row, over so long, are believed after all, if the last of them is
+/// where the filter's way leads from the first.
 inline constexpr int believed_rejections = 6;
-
-/// So long the wheels are doubted when the camera has shown the car to go otherwise: what is known
-/// best to err is a wheel that slips [s].
-inline constexpr double wheels_doubted_s = 2.0;
+inline constexpr double believed_after_s = 0.25;
 
 struct CameraGate {
   double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %
   bool locates = true;  ///< the first pose may initialise the filter
 };
 
-/// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected are held
-/// against each other: where the motion along them is the filter's or a car's, six in a row, and of
-/// a slow car as many as tell it from a picture that stands still, move the filter's pose to the
-/// last of them (`resets`, `last_jump`). Velocity and gyro bias are doubted a little, and where the
-/// motion was not the filter's, it is the poses'. A picture that stands still while the car drives
-/// is no such run; a car that had to be moved does not stand, whatever its wheels say. The state is
-/// that at the time of the sample.
+/// Follows by how much the poses scatter, whether they are believed or not.
+void note_sighting(State& state, const Sample& pose) noexcept;
+
+/// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected again and
+/// again move the filter's pose to the last of them (`resets`, `last_jump`), if their motion is
+/// that which the sources agree on. The state is that at the time of the sample.
 [[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                                     const Sample& sample) noexcept;
 

@@ -11,16 +11,6 @@
 namespace odomd::estimator::full {
 namespace {
 
-// A car that slides on locked wheels slows down at least so much, and its accelerometer feels it.
-constexpr double slide_slows = 1.0;  // [m/s²]
-
-/// Until when the filter had one of the same kind to go by: wheels that are outvoted by those that
-/// are rejected count no longer.
-std::int64_t vouched_until_ns(const State& state, const Sample& sample) noexcept {
-  const bool outvoted = is_wheel(sample.source) && outvotes_the_fused(state, sample);
-  return outvoted ? state.fused_ns[index_of(sample.source)] : last_fused_ns(state, sample.source);
-}
-
 struct Patience {
   double seconds;
   at::Index doubted;  ///< the state that gives way
@@ -36,16 +26,8 @@ Patience patience_with(Source source) noexcept {
       // Standing; but a car whose wheels are blind to slow speeds sets off like this.
       return {1.5, at::accel_bias_x};
     default:
-      return {0.25, at::v_x};
+      return {0.1, at::v_x};
   }
-}
-
-/// Whether wheels that have read zero for as long as they were rejected are locked.
-bool slides(const State& state, const Sample& sample) noexcept {
-  const Rejection& rejection = state.rejected[index_of(sample.source)];
-  const double elapsed_s = seconds_between(rejection.since_ns, sample.time_ns);
-  return is_wheel(sample.source) && !turns(sample.value[0], sample.sigma[0]) &&
-         std::abs(rejection.speed) - std::abs(state.mean[at::v_x]) >= slide_slows * elapsed_s;
 }
 
 /// How far a sample may be off without being an outlier, beyond S, however calmly the car went: a
@@ -145,17 +127,13 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     judgement.verdict = Verdict::gated;
     count_rejected(state, sample, nu.value);
     const Patience patience = patience_with(sample.source);
-    if (!insists(state, sample, vouched_until_ns(state, sample), patience.seconds)) {
+    if (!insists(state, sample, 0, patience.seconds) || !state.integrity.agrees(sample.source)) {
       if (state.rest.standing && sample.source == Source::accel_x) {
         judgement.degrees = 0;  // felt before the wheels turn: it tests that the car stands
       }
       return judgement;
     }
-    if (slides(state, sample)) {
-      rejection = {};
-      return judgement;
-    }
-    judgement.verdict = Verdict::fused;
+    judgement.verdict = Verdict::forced;
     // Of a car that stands nothing moves: there, it is the gyro's bias that has changed.
     const double off = nu.value * nu.value;
     if (sample.source == Source::yaw_rate && state.rest.standing) {

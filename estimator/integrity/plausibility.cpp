@@ -117,24 +117,6 @@ WheelVote wheel_vote(Driven driven, const State& state, const Sample& sample) no
   return vote;
 }
 
-bool outvotes_the_fused(const State& state, const Sample& sample) noexcept {
-  int against = 1;
-  int fused = 0;
-  bool fused_rest = true;
-  for_the_other_wheels(state, sample, [&](std::size_t i) {
-    if (state.rejected[i].count == 0) {
-      ++fused;
-      fused_rest = fused_rest && !turns(state.heard[i].value, sample.sigma[0]);
-    } else if (agree(state.heard[i], sample)) {
-      ++against;
-    }
-  });
-  const Rejection& rejection = state.rejected[index_of(sample.source)];
-  return against > fused ||
-         (against == fused && fused_rest && turns(sample.value[0], sample.sigma[0]) &&
-          seconds_between(rejection.since_ns, sample.time_ns) >= dead_after_s);
-}
-
 void note_heard(State& state, const Sample& sample) noexcept {
   Reading& heard = state.heard[index_of(sample.source)];
   const double interval_s =

@@ -44,10 +44,6 @@ struct WheelVote {
 /// A wheel that rests for so long beside one that turns is dead [s].
 inline constexpr double dead_after_s = 0.5;
 
-/// Whether the wheels that are rejected and say what this one says are more than those that are
-/// fused; or as many, which have turned for long enough beside others that all rest.
-[[nodiscard]] bool outvotes_the_fused(const State& state, const Sample& sample) noexcept;
-
 /// Notes what the source has said, after the sample was taken.
 void note_heard(State& state, const Sample& sample) noexcept;
 

@@ -17,7 +17,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "estimator/integrity/source_monitor.hpp"
+#include "estimator/integrity/integrity.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/sim/random.hpp"

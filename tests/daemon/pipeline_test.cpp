@@ -343,7 +343,7 @@ TEST(Pipeline, FlagsASourceThatContradictsTheOthers) {
   // No signal of 16 bits is beyond physics here; a camera that stands still is beyond belief.
   for (std::int64_t k = 200; k < 400; ++k) {
     const std::int64_t now = start + k * 5 * ms;
-    p->take(frame(257, now, 1500), now);
+    p->take(frame(257, now, static_cast<std::int16_t>(1500 + k % 3)), now);
     p->take(estimator::CameraPose{.capture_ns = now - 30 * ms,
                                   .arrival_ns = now,
                                   .x = 1.0,

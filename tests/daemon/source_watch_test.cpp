@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace odomd::daemon::source_watch_test {
 namespace {
 
@@ -48,6 +50,45 @@ TEST(SourceWatch, FailsWithItsProtectionUntilTheNextGoodSample) {
   EXPECT_FALSE(watch.healthy(gyro, 101 * ms));
   watch.heard(gyro, 105 * ms, 105 * ms);
   EXPECT_TRUE(watch.healthy(gyro, 106 * ms));
+}
+
+TEST(SourceWatch, FlagsWhatIsRefusedTwiceInARowUntilNothingIsForASecond) {
+  using estimator::SourceFlag;
+  using estimator::Verdict;
+  for (const auto& [verdict, flag] : {std::pair(Verdict::gated, SourceFlag::out_of_range),
+                                      std::pair(Verdict::non_finite, SourceFlag::non_finite)}) {
+    SourceWatch watch;
+    watch.refused(gyro, verdict, 5'000 * ms);
+    watch.usable(gyro);
+    watch.refused(gyro, verdict, 5'010 * ms);  // one alone, twice
+    EXPECT_EQ(watch.flag(gyro), SourceFlag::ok);
+    watch.refused(gyro, verdict, 5'020 * ms);
+    EXPECT_EQ(watch.flag(gyro), flag);
+    watch.usable(gyro);
+    watch.settle(6'015 * ms);
+    EXPECT_EQ(watch.flag(gyro), flag);
+    watch.settle(6'020 * ms);
+    EXPECT_EQ(watch.flag(gyro), SourceFlag::ok);
+  }
+}
+
+TEST(SourceWatch, AUsablePoseInATickCountsMoreThanUnusableOnes) {
+  using estimator::SourceFlag;
+  constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
+  for (const bool usable_first : {true, false}) {
+    SourceWatch watch;
+    if (usable_first) watch.usable_pose();
+    for (int i = 0; i < 5; ++i) watch.unusable_pose();
+    if (!usable_first) watch.usable_pose();
+    watch.settle(5'000 * ms);
+    EXPECT_EQ(watch.flag(camera), SourceFlag::ok);
+    watch.unusable_pose();
+    watch.settle(5'005 * ms);
+    EXPECT_EQ(watch.flag(camera), SourceFlag::ok);
+    watch.unusable_pose();
+    watch.settle(5'010 * ms);
+    EXPECT_EQ(watch.flag(camera), SourceFlag::non_finite);
+  }
 }
 
 }  // namespace

@@ -40,7 +40,9 @@ TEST(ConditionNames, NameEveryBit) {
   EXPECT_TRUE(condition_names(0).empty());
   EXPECT_THAT(condition_names(ODOM_COND_NOT_REALTIME | ODOM_COND_INPUT_ENDED),
               ElementsAre("not_realtime", "input_ended"));
-  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 15U);
+  EXPECT_THAT(condition_names(ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT),
+              ElementsAre("miswired", "inconsistent"));
+  EXPECT_EQ(condition_names(0xFFFF'FFFF).size(), 17U);
 }
 
 TEST(ModeNames, CoverWhatNoDaemonPublishes) {

@@ -43,7 +43,7 @@ class Car {
                                       .source = source,
                                       .value = {value},
                                       .sigma = {sigmas[index_of(source)]}});
-    ++(judgement.verdict == Verdict::fused ? fused : gated)[source];
+    ++(is_taken(judgement.verdict) ? fused : gated)[source];
     return judgement;
   }
 
@@ -52,9 +52,10 @@ class Car {
     for (const auto& [source, value] : says.signals) {
       const bool wheel = source >= Source::wheel_front_left && source <= Source::motor;
       if (!wheel || state.time_ns % (2 * period_ns) == 0) {
-        say(source, value);
+        say(source, value + (source <= Source::accel_y ? tremor() : 0.0));
       }
     }
+    heed_sources(context, state);
     ASSERT_TRUE(is_covariance(state.covariance));
     ASSERT_TRUE(is_covariance(state.lasting.covariance));
   }
@@ -66,6 +67,11 @@ class Car {
     for (int i = 0; i < static_cast<int>(std::lround(200.0 * seconds)); ++i) {
       tick(says);
     }
+  }
+
+  /// No inertial sensor repeats itself to the bit.
+  [[nodiscard]] double tremor() const {
+    return state.time_ns % (2 * period_ns) == 0 ? 1e-9 : -1e-9;
   }
 
   static constexpr std::array<double, source_count> sigmas{0.01, 0.1,  0.1,  0.01,  0.01, 0.01,
@@ -85,6 +91,21 @@ inline Says straight_at(double speed) {
            {Source::wheel_front_right, speed},
            {Source::wheel_rear_left, speed},
            {Source::wheel_rear_right, speed}}};
+}
+
+/// On a circle to the left, on a road that grips.
+inline Says bend_at(double speed, double yaw_rate) {
+  const Vehicle car;
+  const double half = 0.5 * car.track_width * yaw_rate;
+  const double across = car.wheelbase() * yaw_rate;
+  return {{{Source::yaw_rate, yaw_rate},
+           {Source::accel_x, 0.0},
+           {Source::accel_y, speed * yaw_rate},
+           {Source::steering, std::atan2(across, speed)},
+           {Source::wheel_front_left, std::hypot(speed - half, across)},
+           {Source::wheel_front_right, std::hypot(speed + half, across)},
+           {Source::wheel_rear_left, speed - half},
+           {Source::wheel_rear_right, speed + half}}};
 }
 
 inline Says with(Says says, Source source, double value) {

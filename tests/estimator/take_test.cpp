@@ -13,6 +13,7 @@
 namespace odomd::estimator::full::take_test {
 namespace {
 
+using testing::bend_at;
 using testing::Car;
 using testing::millisecond;
 using testing::period_ns;
@@ -73,7 +74,8 @@ TEST(Take, AWheelThatSpinsIsLeftOutWhileOthersRoll) {
   EXPECT_EQ(car.gated[Source::wheel_front_left], 0);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
   EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
-  // Rolling again, it counts again.
+  // Rolling again for a while, it counts again.
+  car.drive(1.2, straight_at(1.0));
   car.drive(0.5, straight_at(1.0));
   EXPECT_EQ(car.gated[Source::wheel_rear_left], 0);
 }
@@ -100,16 +102,18 @@ TEST(Take, AWheelThatIsLockedIsLeftOutWhileOthersRoll) {
 }
 
 TEST(Take, AllWheelsTogetherAreBelievedAfterAWhile) {
+  // From 1 m/s to 3 m/s in no time, and nothing was felt: no car does that.
   Car car;
   car.drive(2.0, straight_at(1.0));
   car.drive(0.2, straight_at(3.0));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
   EXPECT_EQ(car.fused[Source::wheel_rear_left] + car.fused[Source::wheel_front_left], 0);
-  car.drive(0.15, straight_at(3.0));
+  EXPECT_TRUE(car.state.doubtful);
+  // An accelerometer alone knows no speed for long.
+  car.drive(8.0, straight_at(3.0));
   EXPECT_NEAR(car.state.mean[at::v_x], 3.0, 0.1);
-  EXPECT_GT(car.fused[Source::wheel_rear_left], 0);
   car.drive(1.0, straight_at(3.0));
-  EXPECT_TRUE(car.gated.empty() || car.gated[Source::wheel_rear_left] == 0);
+  EXPECT_EQ(car.gated[Source::wheel_rear_left], 0);
 }
 
 TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
@@ -149,8 +153,8 @@ TEST(Take, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
   // Straight for so long that the steering is trusted; then a bend in which it is wrong.
   Car car;
   drive_with_slow_gyro(car, 20.0, straight_at(2.0), 0.0);
-  const Says bend = with(straight_at(2.0), Source::accel_y, 1.0);
-  car.drive(1.0, with(bend, Source::yaw_rate, 0.5));
+  const Says bend = bend_at(2.0, 0.5);
+  car.drive(1.0, bend);
   const double begin = car.state.mean[at::yaw];
   drive_with_slow_gyro(car, 10.0, with(bend, Source::steering, 0.1), 0.5);
   EXPECT_NEAR(car.state.mean[at::yaw] - begin, 5.0, 0.005);
@@ -163,7 +167,7 @@ TEST(Take, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
     car.state.lasting.mean[lasting::gyro_bias] = 0.02;
     car.state.lasting.mean[lasting::gyro_scale] = 0.1;
     car.drive(5.0, with(straight_at(speed), Source::yaw_rate, 0.02));
-    const Says bend = with(straight_at(speed), Source::accel_y, 0.5 * speed);
+    const Says bend = without(bend_at(speed, 0.5), Source::steering);
     constexpr double reads = 1.1 * 0.5 + 0.02;
     car.drive(1.0, with(bend, Source::yaw_rate, reads));
     const double yaw = car.state.mean[at::yaw];
@@ -202,17 +206,17 @@ TEST(Take, AGyroThatWasNeverHeardHasNoIntegral) {
   }
 }
 
-TEST(Take, ACarThatSpinsIsFollowedByTheGyro) {
-  // On ice, on wheels that hardly turn: nothing but the gyro tells.
+TEST(Take, AGyroThatAloneTellsOfASpinIsNotBelieved) {
+  // On ice, perhaps; but wheels, steering and what is felt to the side say nothing of it.
   Car car;
-  car.drive(2.0, straight_at(0.2));
-  double turned = 0.0;
+  car.drive(2.0, straight_at(1.0));
+  const double yaw = car.state.mean[at::yaw];
   for (int i = 0; i < 400; ++i) {
-    const double yaw_rate = std::min(0.5 * i, 4.0);
-    turned += yaw_rate * 0.005;
-    car.tick(with(straight_at(0.2), Source::yaw_rate, yaw_rate));
+    car.tick(with(straight_at(1.0), Source::yaw_rate, std::min(0.5 * i, 4.0)));
   }
-  EXPECT_NEAR(car.state.mean[at::yaw], turned, 0.1 * turned);
+  EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
+  EXPECT_NEAR(car.state.mean[at::yaw], yaw, 0.3);
+  EXPECT_TRUE(car.state.doubtful);
 }
 
 TEST(Take, NothingIsLearntOfTheMotionBeforeItIsFollowed) {
@@ -249,14 +253,15 @@ TEST(Take, AnAccelerometerIsNotSilentForDriving) {
   EXPECT_LE(car.gated[Source::accel_x], 1);
 }
 
-TEST(Take, ALateralAccelerationThatInsistsOnASlowCarHasAnotherBias) {
+TEST(Take, ALateralAccelerationThatInsistsOnASlowCarPushesItNowhere) {
   Car car;
   car.drive(2.0, straight_at(0.05));
   ASSERT_FALSE(car.state.rest.standing);
   const double force = car.state.covariance(at::front_angle, at::front_angle);
   car.drive(1.0, with(straight_at(0.05), Source::accel_y, 6.0));
-  EXPECT_GT(car.fused[Source::accel_y], 20);
   EXPECT_LT(car.state.covariance(at::front_angle, at::front_angle), 1.5 * force);
+  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 1e-3);
+  EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-2);
 }
 
 TEST(Take, WithoutAGyroTheWheelsTellTheTurn) {

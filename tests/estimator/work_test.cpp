@@ -1,5 +1,5 @@
 // How much a step of the full filter does at most. The state's own work is replaced by fakes that
-// count: this program brings its own advance() and take(), and so the library's do not go into it.
+// count: this program brings its own advance() and its like, and so the library's do not go into it.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -23,6 +23,8 @@ void advance(const Context& /*context*/, State& state, std::int64_t time_ns) noe
 Input input_of(const State& /*state*/) noexcept {
   return {};
 }
+
+void heed_sources(const Context& /*context*/, State& /*state*/) noexcept {}
 
 Judgement take(const Context& /*context*/, State& state, const Sample& sample) noexcept {
   ++takes;

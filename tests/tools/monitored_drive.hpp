@@ -1,4 +1,4 @@
-// A recorded or simulated drive through the source monitor alone, with sensors that are made to
+// A recorded or simulated drive through the filter and its flags, with sensors that are made to
 // fail: what the fault injection tests and the campaign share.
 #pragma once
 
@@ -11,13 +11,17 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
 #include "can_protocol/log_reader.hpp"
 #include "daemon/camera_pose.hpp"
 #include "daemon/config.hpp"
-#include "estimator/integrity/source_monitor.hpp"
+#include "daemon/source_watch.hpp"
+#include "estimator/filter.hpp"
+#include "estimator/integrity/admission.hpp"
+#include "estimator/integrity/integrity.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/virtual_drive.hpp"
 
@@ -30,7 +34,7 @@ struct MonitoredDrive {
     std::variant<estimator::Measurement, estimator::CameraPose> sample;
   };
   estimator::Vehicle vehicle;
-  std::array<double, estimator::source_count> sigma{};
+  estimator::FilterSettings settings;
   std::int64_t period_ns = 5'000'000;
   std::vector<Event> events;
 };
@@ -46,7 +50,8 @@ inline MonitoredDrive load_drive(daemon::Config config, const std::filesystem::p
   MonitoredDrive drive;
   drive.vehicle = config.vehicle;
   drive.period_ns = config.realtime.period_ns;
-  for (std::size_t i = 0; i < drive.sigma.size(); ++i) drive.sigma[i] = config.can.signals[i].sigma;
+  drive.settings = daemon::filter_settings(config);
+  drive.settings.initialise_from_camera = !camera.empty();
   std::vector<std::string> warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
   can::BusNames buses;
@@ -152,20 +157,40 @@ struct FlagChange {
 };
 
 inline std::vector<FlagChange> monitored(const MonitoredDrive& drive) {
-  estimator::SourceMonitor monitor(drive.vehicle, drive.sigma);
+  estimator::Filter filter = make_filter(estimator::Model::full, drive.settings);
+  if (!drive.settings.initialise_from_camera) set_initial_pose(filter, {});
+  daemon::SourceWatch watch;
   std::array<estimator::SourceFlag, estimator::source_count> flags{};
   std::vector<FlagChange> changes;
   std::size_t next = 0;
+  const auto take = [&](const auto& sample, std::int64_t tick_ns) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(sample)>, estimator::Measurement>) {
+      const auto source = static_cast<std::size_t>(sample.source);
+      if (const auto refused = estimator::refusal(sample)) {
+        watch.refused(source, *refused, tick_ns);
+      } else {
+        watch.usable(source);
+      }
+    } else if (estimator::is_usable(sample)) {
+      watch.usable_pose();
+    } else {
+      watch.unusable_pose();
+    }
+    add(filter, sample);
+  };
   for (std::int64_t tick_ns = drive.events.front().tick_ns; next < drive.events.size();
        tick_ns += drive.period_ns) {
     for (; next < drive.events.size() && drive.events[next].tick_ns <= tick_ns; ++next)
-      std::visit([&](const auto& sample) { monitor.take(sample); }, drive.events[next].sample);
-    monitor.step(tick_ns);
+      std::visit([&](const auto& sample) { take(sample, tick_ns); }, drive.events[next].sample);
+    step(filter, tick_ns);
+    watch.settle(tick_ns);
     for (std::size_t i = 0; i < flags.size(); ++i) {
       const auto source = static_cast<estimator::Source>(i);
-      if (monitor.flag(source) == flags[i]) continue;
-      flags[i] = monitor.flag(source);
-      changes.push_back({tick_ns, source, flags[i]});
+      const auto refused = watch.flag(i);
+      const auto now = refused != estimator::SourceFlag::ok ? refused : flag(filter, source);
+      if (now == flags[i]) continue;
+      flags[i] = now;
+      changes.push_back({tick_ns, source, now});
     }
   }
   return changes;

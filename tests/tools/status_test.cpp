@@ -99,6 +99,18 @@ TEST(StatusText, ShowsModeConditionsPoseAndSources) {
   EXPECT_THAT(text, Not(HasSubstr("motor")));
 }
 
+TEST(StatusText, NamesWhatIsWiredWronglyAndWhatScatters) {
+  json wrong = document(10.0, 2000);
+  wrong["sources"][0]["flag"] = "drifting";
+  wrong["sources"][0]["wiring"] = "left_right_swapped";
+  EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("miswired: left right swapped"));
+  wrong["sources"][0]["wiring"] = "ok";
+  EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("drifting"));
+  wrong["sources"][0]["healthy"] = true;
+  wrong["sources"][0]["inconsistent"] = true;
+  EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("inconsistent"));
+}
+
 TEST(StatusText, LeavesWholeTurnsOutOfTheHeading) {
   json turned = document(10.0, 2000);
   turned["pose"]["yaw"] = 12.3;  // twice round, and 15.26 degrees less
@@ -194,7 +206,8 @@ TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
     EXPECT_EQ(bits & condition.bit, 0U);
     bits |= condition.bit;
   }
-  EXPECT_EQ(bits, 2U * ODOM_COND_WHEEL_SLIP - 1U);
+  constexpr std::uint32_t reserved = 1U << 15U;
+  EXPECT_EQ(bits, (2U * ODOM_COND_INCONSISTENT - 1U) & ~reserved);
 }
 
 TEST(Status, PassesTheDocumentOnOrShowsIt) {

@@ -123,7 +123,7 @@ TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
   EXPECT_NEAR(estimates.back().yaw_rate, circle.yaw_rate, 0.03);
 }
 
-TEST(CameraTrust, WheelsThatSlipResetThePoseOnce) {
+TEST(CameraTrust, WheelsThatSlipLeaveNoError) {
   // All of them, by a little or a lot, for three seconds.
   for (const double slip : {0.8, 1.2, 1.5, 3.0}) {
     const auto slipping = [slip](Arrival& arrival) {
@@ -133,7 +133,11 @@ TEST(CameraTrust, WheelsThatSlipResetThePoseOnce) {
       }
     };
     const std::vector<Estimate> estimates = drive(slipping);
-    EXPECT_LE(estimates.back().reset_count, 3U) << slip;
+    for (const Estimate& e : estimates) {
+      ASSERT_LT(off(e), 0.3) << slip << ' ' << e.time_ns - start_ns;
+      ASSERT_TRUE(off(e) < 0.2 || e.doubtful) << slip << ' ' << e.time_ns - start_ns;
+    }
+    EXPECT_LE(estimates.back().reset_count, 8U) << slip;
     EXPECT_LT(off(estimates.back()), 0.02) << slip;
   }
 }
@@ -144,18 +148,25 @@ TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
   constexpr double speed = 1.0;
   int badly = 0;
   Estimate e;
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0.0, 0.01);
+  const auto x_at = [](double t) {  // off at 1 m/s²
+    return t < 2.0 ? 0.0 : t < 3.0 ? 0.5 * (t - 2.0) * (t - 2.0) : speed * (t - 2.5);
+  };
   for (int k = 1; k <= 1200; ++k) {
     const std::int64_t now = start_ns + k * period_ns;
     const double t = k * 0.005;
-    const double x = t < 2.0 ? 0.0 : speed * (t - 2.0);
-    for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y,
-                                Source::wheel_rear_left, Source::wheel_rear_right}) {
+    const double x = x_at(t);
+    for (const Source source : {Source::yaw_rate, Source::accel_x, Source::accel_y}) {
+      const double pull = source == Source::accel_x && t > 2.0 && t < 3.0 ? 1.0 : 0.0;
+      (void)filter.add(Measurement{source, now - millisecond, pull + noise(random), 0.01, now});
+    }
+    for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right}) {
       (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
     }
     if (k % 7 == 0) {
-      const double seen = std::max(0.0, x - 0.04 * speed);
       (void)filter.add(
-          CameraPose{now - 40 * millisecond, now, seen, 0.0, 0.0, 0.008, 0.008, 0.009});
+          CameraPose{now - 40 * millisecond, now, x_at(t - 0.04), 0.0, 0.0, 0.008, 0.008, 0.009});
     }
     e = filter.step(now);
     badly += std::abs(e.map.x - x) > 0.3 ? 1 : 0;

@@ -10,6 +10,7 @@
 namespace odomd::estimator::full::stopping_test {
 namespace {
 
+using testing::bend_at;
 using testing::Car;
 using testing::millisecond;
 using testing::period_ns;
@@ -72,13 +73,15 @@ TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
 }
 
 TEST(Stopping, WheelsThatStopWithTheCarAreBelieved) {
-  // Against a wall: the accelerometer had no time to feel much of it.
+  // Against a wall: the accelerometer had no time to feel much of it. Wheels that had died would
+  // say the same, so it takes a while; and nobody knows where the car stands.
   Car car;
   car.drive(2.0, straight_at(3.0));
   const double x = car.state.mean[at::x];
-  car.drive(2.0, straight_at(0.0));
+  car.drive(4.0, straight_at(0.0));
   EXPECT_TRUE(car.state.rest.standing);
-  EXPECT_NEAR(car.state.mean[at::x] - x, 0.0, 0.9);
+  EXPECT_LT(car.state.mean[at::x] - x, 8.0);
+  EXPECT_TRUE(car.state.doubtful);
 }
 
 TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
@@ -266,19 +269,28 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
   Car car;
   car.drive(3.0, of_two_wheels(0.0, 0.0));
   ASSERT_TRUE(car.state.rest.standing);
-  car.drive(2.0, of_two_wheels(1.0, 0.0));
+  for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
+    car.tick(with(of_two_wheels(0.005 * i, 0.0), Source::accel_x, 1.0));
+  }
+  car.drive(1.0, of_two_wheels(1.0, 0.0));
   EXPECT_FALSE(car.state.rest.standing);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
-  EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.1);
+  EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.25);
 }
 
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
   Car car;
-  car.drive(3.0, of_two_wheels(0.0, 0.0));
-  car.drive(0.5, with(of_two_wheels(1.0, 0.0), Source::yaw_rate, 1.0));
+  const auto on_a_circle = [](double speed) {
+    const Says bend = with(bend_at(speed, speed), Source::wheel_rear_right, 0.0);
+    return without(without(bend, Source::wheel_front_left), Source::wheel_front_right);
+  };
+  car.drive(3.0, on_a_circle(0.0));
+  for (int i = 0; i < 100; ++i) {  // off at 2 m/s²
+    car.tick(with(on_a_circle(0.01 * i), Source::accel_x, 2.0));
+  }
   ASSERT_FALSE(car.state.rest.standing);
-  car.drive(2.0, with(of_two_wheels(1.0, 0.0), Source::yaw_rate, 1.0));
-  EXPECT_NEAR(car.state.mean[at::v_x], 1.08, 0.05);
+  car.drive(2.0, on_a_circle(1.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
 }
 
 TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {

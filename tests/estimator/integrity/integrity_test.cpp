@@ -1,22 +1,25 @@
-// The source monitor on a made-up drive: what each fault looks like, and what is none.
-#include "estimator/integrity/source_monitor.hpp"
+// Sources that are held against each other on a made-up drive: what each fault looks like, and what
+// is none.
+#include "estimator/integrity/integrity.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <optional>
+#include <string>
+#include <utility>
 
+#include "estimator/common/settings.hpp"
 #include "tests/allocation_count.hpp"
 
-namespace odomd::estimator::source_monitor_test {
+namespace odomd::estimator::integrity_test {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t start_ns = 1'000'000 * ms;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// Of good sensors, in the order of Source.
 constexpr std::array<double, source_count> sigmas{0.005, 0.15,  0.15,  0.007, 0.007,
@@ -31,10 +34,14 @@ struct Motion {
 Motion slalom(double t) {
   return {1.5 + 0.3 * std::sin(0.7 * t), 0.3 * std::sin(1.3 * t)};
 }
+Motion slalom_backwards(double t) {
+  const Motion ahead = slalom(t);
+  return {-ahead.speed, ahead.steering};
+}
 
-/// Replaces the true value of a source at a time.
-using Failure = std::function<double(Source source, double t, double value)>;
-double sound(Source, double, double value) {
+/// Replaces the true value of a source at a time; nothing: it is silent.
+using Failure = std::function<std::optional<double>(Source source, double t, double value)>;
+std::optional<double> sound(Source, double, double value) {
   return value;
 }
 
@@ -56,16 +63,15 @@ class Drive {
       const double t = time_s();
       if (now_ns_ / ms % 10 == 0) sense(t, failure);
       if (equipment_.camera) look(t);
-      monitor.step(now_ns_);
+      integrity.look({}, now_ns_);
       for (std::size_t i = 0; i < source_count; ++i)
-        if (!raised_s_[i] && monitor.flag(static_cast<Source>(i)) != SourceFlag::ok)
-          raised_s_[i] = t;
+        if (!raised_s_[i] && !integrity.trusted(static_cast<Source>(i))) raised_s_[i] = t;
     }
   }
 
   /// When the first flag of a source was raised.
   [[nodiscard]] std::optional<double> raised_s(Source source) const {
-    return raised_s_[static_cast<std::size_t>(source)];
+    return raised_s_[index_of(source)];
   }
   [[nodiscard]] int flagged() const {
     int count = 0;
@@ -76,7 +82,7 @@ class Drive {
   /// From now on it shows the same picture.
   void freeze_camera() { camera_frozen_ = true; }
 
-  SourceMonitor monitor{Vehicle{}, sigmas};
+  Integrity integrity;
 
  private:
   [[nodiscard]] double time_s() const { return static_cast<double>(now_ns_ - start_ns) * 1e-9; }
@@ -90,16 +96,15 @@ class Drive {
     // Moving sensors have noise; at rest they repeat.
     const double noise = v == 0.0 ? 0.0 : 0.01 * std::sin(97.0 * t);
     const auto give = [&](Source source, double value) {
-      monitor.take(Measurement{.source = source,
-                               .time_ns = now_ns_ - ms,
-                               .value = failure(source, t, value),
-                               .arrival_ns = now_ns_});
+      if (const std::optional<double> said = failure(source, t, value))
+        integrity.hear(source, now_ns_ - ms, *said, sigmas[index_of(source)]);
     };
     give(Source::yaw_rate, turn + noise);
     give(Source::accel_x, ahead + 10.0 * noise);
     give(Source::accel_y, v * turn - 10.0 * noise);
     const auto wheel = [&](double speed) {
-      return equipment_.unsigned_wheels ? std::abs(speed) : speed;
+      if (!equipment_.unsigned_wheels) return speed;
+      return equipment_.direction.value_or(0.0) < 0.0 ? -std::abs(speed) : std::abs(speed);
     };
     give(Source::wheel_front_left, wheel((v - half_track * turn) / std::cos(delta)));
     give(Source::wheel_front_right, wheel((v + half_track * turn) / std::cos(delta)));
@@ -119,7 +124,7 @@ class Drive {
     if (now_ns_ / ms % 35 != 0) return;
     seen_.capture_ns = now_ns_ - 5 * ms;
     seen_.arrival_ns = now_ns_;
-    monitor.take(seen_);
+    integrity.hear(seen_);
   }
 
   std::function<Motion(double)> motion_;
@@ -131,18 +136,26 @@ class Drive {
 };
 
 Failure failing(Source which, const std::function<double(double t, double value)>& how) {
-  return [which, how](Source source, double t, double value) {
+  return [which, how](Source source, double t, double value) -> std::optional<double> {
     return source == which ? how(t, value) : value;
   };
 }
-
-TEST(SourceMonitor, HasNothingToSayOfASlalom) {
-  Drive drive(slalom);
-  drive.until(60.0);
-  EXPECT_EQ(drive.flagged(), 0);
+Failure offset(Source which, double by) {
+  return failing(which, [by](double, double value) { return value + by; });
 }
 
-TEST(SourceMonitor, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
+TEST(Integrity, HasNothingToSayOfASlalom) {
+  for (const bool camera : {false, true}) {
+    Drive drive(slalom, {.camera = camera});
+    drive.until(60.0);
+    EXPECT_EQ(drive.flagged(), 0);
+    EXPECT_FALSE(drive.integrity.agreed().contradicted);
+    EXPECT_NEAR(drive.integrity.agreed().speed, slalom(59.97).speed, 0.03);
+    EXPECT_LT(drive.integrity.agreed().speed_sigma, 0.1);
+  }
+}
+
+TEST(Integrity, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
   // Backwards through a slalom, and hard on the brake and off it again.
   const auto backwards = [](double t) {
     const Motion ahead = slalom(t);
@@ -156,43 +169,67 @@ TEST(SourceMonitor, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
           << source_names[i] << " at " << drive.raised_s(static_cast<Source>(i)).value_or(0.0)
           << ", " << what;
     }
+    return drive.integrity.backwards();
   };
-  nothing_of({.unsigned_wheels = true}, "alone");
-  nothing_of({.unsigned_wheels = true, .camera = true}, "with camera");
-  nothing_of({.unsigned_wheels = true, .camera = true, .direction = -1.0}, "told so");
-  nothing_of({.unsigned_wheels = true, .camera = true, .direction = 0.0}, "not told");
+  EXPECT_TRUE(nothing_of({.unsigned_wheels = true}, "alone"));
+  EXPECT_TRUE(nothing_of({.unsigned_wheels = true, .camera = true}, "with camera"));
+  EXPECT_FALSE(nothing_of({.unsigned_wheels = true, .camera = true, .direction = -1.0}, "told so"));
+  EXPECT_TRUE(nothing_of({.unsigned_wheels = true, .camera = true, .direction = 0.0}, "not told"));
 }
 
-TEST(SourceMonitor, TellsWhatFailsInReverseOfWheelsThatKnowNoSign) {
-  const auto backwards = [](double t) {
-    const Motion ahead = slalom(t);
-    return Motion{-ahead.speed, ahead.steering};
+TEST(Integrity, TellsWhichWayUnsignedWheelsTurnAfterEachHalt) {
+  // Three seconds each ahead, at rest, backwards, at rest, and ahead again.
+  const auto to_and_fro = [](double t) {
+    const int part = static_cast<int>(t / 3.0) % 4;
+    const double ramp = std::min({1.0, std::fmod(t, 3.0), 3.0 - std::fmod(t, 3.0)});
+    const double speed = part == 0 ? 1.5 * ramp : part == 2 ? -1.5 * ramp : 0.0;
+    return Motion{speed, 0.3 * std::sin(2.0 * t)};
   };
+  Drive drive(to_and_fro, {.unsigned_wheels = true});
+  for (int round = 0; round < 3; ++round) {
+    drive.until(12.0 * round + 2.0);
+    EXPECT_FALSE(drive.integrity.backwards()) << round;
+    EXPECT_GT(drive.integrity.agreed().speed, 1.0) << round;
+    drive.until(12.0 * round + 8.0);
+    EXPECT_TRUE(drive.integrity.backwards()) << round;
+    EXPECT_LT(drive.integrity.agreed().speed, -1.0) << round;
+    drive.until(12.0 * round + 12.0);
+  }
+  for (std::size_t i = 0; i < source_count; ++i)
+    EXPECT_FALSE(drive.raised_s(static_cast<Source>(i)))
+        << source_names[i] << " at " << drive.raised_s(static_cast<Source>(i)).value_or(0.0);
+}
+
+TEST(Integrity, TellsWhatFailsInReverseOfWheelsThatKnowNoSign) {
   const std::pair<Source, double> offsets[] = {
       {Source::yaw_rate, 1.5}, {Source::accel_y, 5.0}, {Source::wheel_rear_left, 1.5}};
-  for (const auto& [source, offset] : offsets) {
-    Drive drive(backwards, {.unsigned_wheels = true, .camera = true});
+  for (const auto& [source, by] : offsets) {
+    Drive drive(slalom_backwards, {.unsigned_wheels = true, .camera = true});
     drive.until(7.3);
-    drive.until(
-        8.0, failing(source, [offset = offset](double, double value) { return value + offset; }));
-    EXPECT_NE(drive.monitor.flag(source), SourceFlag::ok) << source_names[index_of(source)];
+    drive.until(8.0, offset(source, by));
+    EXPECT_NE(drive.integrity.flag(source), SourceFlag::ok) << source_names[index_of(source)];
     EXPECT_EQ(drive.flagged(), 1) << source_names[index_of(source)];
   }
 }
 
-TEST(SourceMonitor, TakesARestForNoFault) {
-  Drive drive([](double t) { return t < 5.0 ? Motion{0.0, 0.2} : slalom(t); });
+TEST(Integrity, TakesARestForNoFault) {
+  Drive drive([](double t) {
+    // Sets off at 1.5 m/s².
+    const Motion going = slalom(t);
+    return t < 5.0 ? Motion{0.0, 0.2}
+                   : Motion{std::min(going.speed, 1.5 * (t - 5.0)), going.steering};
+  });
   drive.until(20.0);
   EXPECT_EQ(drive.flagged(), 0);
 }
 
-TEST(SourceMonitor, TakesASteadyDriveForNoFault) {
+TEST(Integrity, TakesASteadyDriveForNoFault) {
   Drive drive([](double) { return Motion{1.5, 0.1}; });  // wheels and steering repeat throughout
   drive.until(20.0);
   EXPECT_EQ(drive.flagged(), 0);
 }
 
-TEST(SourceMonitor, TellsWhatIsFrozen) {
+TEST(Integrity, TellsWhatIsFrozen) {
   for (const Source source : {Source::yaw_rate, Source::accel_y, Source::steering,
                               Source::wheel_front_left, Source::wheel_rear_right}) {
     // At a time at which the car turns to one side.
@@ -203,39 +240,39 @@ TEST(SourceMonitor, TellsWhatIsFrozen) {
                   held = held.value_or(value);
                   return *held;
                 }));
-    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::frozen)
-        << source_names[static_cast<std::size_t>(source)];
-    EXPECT_EQ(drive.flagged(), 1);
+    EXPECT_EQ(drive.integrity.flag(source), SourceFlag::frozen) << source_names[index_of(source)];
+    EXPECT_EQ(drive.flagged(), 1) << source_names[index_of(source)];
   }
 }
 
-TEST(SourceMonitor, TellsWhatContradictsTheOthersWithinHalfASecond) {
+TEST(Integrity, TellsWhatContradictsTheOthersWithinHalfASecond) {
   const std::pair<Source, double> offsets[] = {
       {Source::yaw_rate, 1.5}, {Source::accel_y, 5.0}, {Source::accel_x, -5.0}};
-  for (const auto& [source, offset] : offsets) {
+  for (const auto& [source, by] : offsets) {
     Drive drive(slalom);
     drive.until(7.3);
-    drive.until(
-        8.0, failing(source, [offset = offset](double, double value) { return value + offset; }));
-    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::drifting);
-    ASSERT_TRUE(drive.raised_s(source));
-    EXPECT_LT(*drive.raised_s(source), 7.8);
-    EXPECT_EQ(drive.flagged(), 1);
+    drive.until(8.0, offset(source, by));
+    EXPECT_EQ(drive.integrity.flag(source), SourceFlag::drifting);
+    ASSERT_TRUE(drive.raised_s(source)) << source_names[index_of(source)];
+    EXPECT_LT(*drive.raised_s(source), 7.8) << source_names[index_of(source)];
+    EXPECT_EQ(drive.flagged(), 1) << source_names[index_of(source)];
+    // What they agree on does not follow the one.
+    EXPECT_NEAR(drive.integrity.agreed().speed, slalom(8.0).speed, 0.1);
   }
 }
 
-TEST(SourceMonitor, TellsALockedAndASpinningWheel) {
+TEST(Integrity, TellsALockedAndASpinningWheel) {
   for (const double factor : {0.0, 2.0}) {
     Drive drive(slalom);
     drive.until(7.3);
     drive.until(7.8, failing(Source::wheel_rear_left,
                              [factor](double, double value) { return factor * value; }));
-    EXPECT_EQ(drive.monitor.flag(Source::wheel_rear_left), SourceFlag::slipping);
+    EXPECT_NE(drive.integrity.flag(Source::wheel_rear_left), SourceFlag::ok);
     EXPECT_EQ(drive.flagged(), 1);
   }
 }
 
-TEST(SourceMonitor, TellsTheAxleThatIsLockedUnderTheBrakeFromTheOneThatSpinsInBothDirections) {
+TEST(Integrity, TellsTheAxleThatIsLockedUnderTheBrakeFromTheOneThatSpinsInBothDirections) {
   for (const bool unsigned_wheels : {false, true}) {
     for (const double direction : {1.0, -1.0}) {
       // On the brake from 5 s to 6 s, then on the throttle: front wheels locked, rear wheels
@@ -251,110 +288,82 @@ TEST(SourceMonitor, TellsTheAxleThatIsLockedUnderTheBrakeFromTheOneThatSpinsInBo
       const auto rear = [](Source source) {
         return source == Source::wheel_rear_left || source == Source::wheel_rear_right;
       };
+      const auto what = [&] {
+        return (unsigned_wheels ? "unsigned, " : "signed, ") + std::to_string(direction);
+      };
       Drive locked(motion, equipment);
       locked.until(5.3);
-      locked.until(5.7, [&](Source source, double, double value) {
+      locked.until(5.7, [&](Source source, double, double value) -> std::optional<double> {
         return front(source) ? 0.1 * value : value;
       });
-      EXPECT_EQ(locked.monitor.flag(Source::wheel_front_left), SourceFlag::slipping);
-      EXPECT_EQ(locked.monitor.flag(Source::wheel_front_right), SourceFlag::slipping);
-      EXPECT_EQ(locked.monitor.flag(Source::wheel_rear_left), SourceFlag::ok);
+      EXPECT_EQ(locked.integrity.flag(Source::wheel_front_left), SourceFlag::slipping) << what();
+      EXPECT_EQ(locked.integrity.flag(Source::wheel_front_right), SourceFlag::slipping) << what();
+      EXPECT_EQ(locked.integrity.flag(Source::wheel_rear_left), SourceFlag::ok) << what();
 
       Drive spinning(motion, equipment);
       spinning.until(6.3);
-      spinning.until(6.7, [&](Source source, double, double value) {
+      spinning.until(6.7, [&](Source source, double, double value) -> std::optional<double> {
         return rear(source) ? 3.0 * value : value;
       });
-      EXPECT_EQ(spinning.monitor.flag(Source::wheel_rear_left), SourceFlag::slipping);
-      EXPECT_EQ(spinning.monitor.flag(Source::wheel_rear_right), SourceFlag::slipping);
-      EXPECT_EQ(spinning.monitor.flag(Source::wheel_front_left), SourceFlag::ok);
+      EXPECT_EQ(spinning.integrity.flag(Source::wheel_rear_left), SourceFlag::slipping) << what();
+      EXPECT_EQ(spinning.integrity.flag(Source::wheel_rear_right), SourceFlag::slipping) << what();
+      EXPECT_EQ(spinning.integrity.flag(Source::wheel_front_left), SourceFlag::ok) << what();
     }
   }
 }
 
-TEST(SourceMonitor, TellsValuesThatAreNoneWithinThreePeriods) {
-  for (const double value : {nan, 1e4}) {
+TEST(Integrity, ForgivesASingleValue) {
+  const std::pair<Source, double> spikes[] = {
+      {Source::yaw_rate, 8.0}, {Source::yaw_rate, 20.0},        {Source::accel_x, 50.0},
+      {Source::accel_y, 50.0}, {Source::wheel_rear_left, 30.0}, {Source::steering, 1.0}};
+  for (const auto& [source, value] : spikes) {
     Drive drive(slalom);
     drive.until(3.0);
-    drive.until(3.03, failing(Source::accel_y, [value](double, double) { return value; }));
-    EXPECT_EQ(drive.monitor.flag(Source::accel_y),
-              std::isnan(value) ? SourceFlag::non_finite : SourceFlag::out_of_range);
-    drive.until(3.5);
-    EXPECT_NE(drive.monitor.flag(Source::accel_y), SourceFlag::ok);  // not as soon as that
-    drive.until(4.5);
-    EXPECT_EQ(drive.monitor.flag(Source::accel_y), SourceFlag::ok);
-  }
-}
-
-TEST(SourceMonitor, ForgivesASingleValue) {
-  for (const double value : {nan, 1e4, 20.0}) {
-    Drive drive(slalom);
-    drive.until(3.0);
-    drive.until(3.01, failing(Source::yaw_rate, [value](double, double) { return value; }));
+    drive.until(3.01, failing(source, [value = value](double, double) { return value; }));
     drive.until(5.0);
-    EXPECT_EQ(drive.flagged(), 0);
+    EXPECT_EQ(drive.flagged(), 0) << source_names[index_of(source)] << ' ' << value;
   }
 }
 
-TEST(SourceMonitor, IsNotBlindedByAStampFromTheFuture) {
-  Drive drive(slalom, {.camera = true});
-  drive.until(3.0);
-  drive.monitor.take(CameraPose{.capture_ns = start_ns + 60'000 * ms,
-                                .arrival_ns = start_ns + 3'000 * ms,
-                                .sigma_x = 0.01,
-                                .sigma_y = 0.01,
-                                .sigma_yaw = 0.01});
-  drive.monitor.take(Measurement{.source = Source::yaw_rate,
-                                 .time_ns = start_ns + 60'000 * ms,
-                                 .value = 0.0,
-                                 .arrival_ns = start_ns + 3'000 * ms});
-  drive.until(7.3);
-  drive.until(8.0, failing(Source::yaw_rate, [](double, double value) { return value + 1.5; }));
-  EXPECT_EQ(drive.monitor.flag(Source::yaw_rate), SourceFlag::drifting);
-  EXPECT_EQ(drive.flagged(), 1);
-  drive.freeze_camera();
-  drive.until(9.5);
-  EXPECT_EQ(drive.monitor.flag(Source::camera), SourceFlag::frozen);
-}
-
-TEST(SourceMonitor, TakesAFlagBackWhenTheFaultIsGone) {
+TEST(Integrity, TakesAFlagBackWhenTheFaultIsGone) {
   Drive drive(slalom);
   drive.until(5.0);
-  drive.until(6.0, failing(Source::yaw_rate, [](double, double value) { return value + 1.5; }));
-  EXPECT_EQ(drive.monitor.flag(Source::yaw_rate), SourceFlag::drifting);
+  drive.until(6.0, offset(Source::yaw_rate, 1.5));
+  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::drifting);
+  drive.until(6.5);
+  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::drifting);  // not as soon as that
   drive.until(8.0);
-  EXPECT_EQ(drive.monitor.flag(Source::yaw_rate), SourceFlag::ok);
+  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::ok);
 }
 
-TEST(SourceMonitor, BlamesNoneOfTwoThatContradictEachOther) {
+TEST(Integrity, BlamesNoneOfTwoThatContradictEachOther) {
   Drive drive(slalom);
   drive.until(5.0);
-  const auto only_gyro_and_steering = [](double t, Source source, double value) {
+  const auto only_gyro_and_steering = [](Source source, double t,
+                                         double value) -> std::optional<double> {
     if (source == Source::yaw_rate || source == Source::steering) return value;
-    return source == Source::wheel_rear_left || source == Source::wheel_rear_right ? slalom(t).speed
-                                                                                   : nan;
+    // One of an axle without the other: no turn can be read from it either.
+    return source == Source::wheel_rear_left ? std::optional(slalom(t).speed) : std::nullopt;
   };
-  // Two of an axle without their difference: no turn can be read from them either.
-  drive.until(8.0, [&](Source source, double t, double value) {
-    return source == Source::wheel_rear_right ? nan : only_gyro_and_steering(t, source, value);
-  });
+  drive.until(8.0, only_gyro_and_steering);
   drive.until(9.0, [&](Source source, double t, double value) {
-    if (source == Source::yaw_rate) return value + 1.5;
-    return source == Source::wheel_rear_right ? nan : only_gyro_and_steering(t, source, value);
+    return only_gyro_and_steering(source, t, source == Source::yaw_rate ? value + 1.5 : value);
   });
-  EXPECT_EQ(drive.monitor.flag(Source::yaw_rate), SourceFlag::ok);
-  EXPECT_EQ(drive.monitor.flag(Source::steering), SourceFlag::ok);
+  EXPECT_TRUE(drive.integrity.trusted(Source::yaw_rate));
+  EXPECT_TRUE(drive.integrity.trusted(Source::steering));
+  EXPECT_TRUE(drive.integrity.agreed().contradicted);
+  EXPECT_FALSE(drive.integrity.agrees(Source::yaw_rate));
 }
 
 /// A car with one speed for its whole rear axle, a camera, and one more sensor that knows the turn.
 class OneAxle {
  public:
-  using Failure = std::function<double(double t, double value)>;
+  using Fails = std::function<double(double t, double value)>;
 
   OneAxle(Source sensor, std::function<double(double)> turn)
       : sensor_(sensor), turn_(std::move(turn)) {}
 
-  void until(double end_s, const Failure& failure, bool camera_frozen = false) {
+  void until(double end_s, const Fails& failure, bool camera_frozen = false) {
     for (; time_s() < end_s; ++ticks_) {
       const double turn = turn_(time_s());
       if (ticks_ % 2 == 0) {
@@ -372,13 +381,13 @@ class OneAxle {
       if (ticks_ % 7 == 0) {
         seen_.arrival_ns = now_ns();
         seen_.capture_ns = now_ns() - 5 * ms;
-        monitor.take(seen_);
+        integrity.hear(seen_);
       }
-      monitor.step(now_ns());
+      integrity.look({}, now_ns());
     }
   }
 
-  SourceMonitor monitor{Vehicle{}, sigmas};
+  Integrity integrity;
 
  private:
   static constexpr double speed = 1.5;
@@ -386,8 +395,7 @@ class OneAxle {
   [[nodiscard]] double time_s() const { return 0.005 * static_cast<double>(ticks_); }
   [[nodiscard]] std::int64_t now_ns() const { return start_ns + 5 * ticks_ * ms; }
   void give(Source source, double value) {
-    monitor.take(Measurement{
-        .source = source, .time_ns = now_ns() - ms, .value = value, .arrival_ns = now_ns()});
+    integrity.hear(source, now_ns() - ms, value, sigmas[index_of(source)]);
   }
 
   Source sensor_;
@@ -397,43 +405,61 @@ class OneAxle {
   CameraPose seen_{.sigma_x = 0.008, .sigma_y = 0.008, .sigma_yaw = 0.009};
 };
 
-TEST(SourceMonitor, TellsWhatIsFrozenByTheCameraAlone) {
+TEST(Integrity, TellsWhatIsFrozenByTheCameraAlone) {
   for (const Source source : {Source::yaw_rate, Source::steering}) {
     OneAxle drive(source, [](double t) { return 0.8 * std::sin(1.3 * t); });
     drive.until(4.0, [](double, double value) { return value; });
-    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::ok);
+    EXPECT_EQ(drive.integrity.flag(source), SourceFlag::ok) << source_names[index_of(source)];
     std::optional<double> held;
     drive.until(6.5, [&](double, double value) {
       held = held.value_or(value);
       return *held;
     });
-    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::frozen)
-        << source_names[static_cast<std::size_t>(source)];
-    EXPECT_EQ(drive.monitor.flag(Source::camera), SourceFlag::ok);
-    EXPECT_EQ(drive.monitor.flag(Source::wheel_rear), SourceFlag::ok);
+    EXPECT_EQ(drive.integrity.flag(source), SourceFlag::frozen) << source_names[index_of(source)];
+    EXPECT_EQ(drive.integrity.flag(Source::camera), SourceFlag::ok);
+    EXPECT_EQ(drive.integrity.flag(Source::wheel_rear), SourceFlag::ok);
   }
 }
 
-TEST(SourceMonitor, OfTwoThatBothRepeatBlamesTheCameraThatSeesNoMotion) {
+TEST(Integrity, OfTwoThatBothRepeatBlamesTheCameraThatSeesNoMotion) {
   // In a long bend a steering that is held repeats, and rightly so.
   for (const Source source : {Source::yaw_rate, Source::steering}) {
     OneAxle drive(source, [](double) { return 0.8; });
-    const auto sound = [](double, double value) { return value; };
-    drive.until(4.0, sound);
-    drive.until(8.0, sound, true);
-    EXPECT_EQ(drive.monitor.flag(source), SourceFlag::ok)
-        << source_names[static_cast<std::size_t>(source)];
-    EXPECT_EQ(drive.monitor.flag(Source::camera), SourceFlag::frozen);
+    const auto all_well = [](double, double value) { return value; };
+    drive.until(4.0, all_well);
+    drive.until(8.0, all_well, true);
+    EXPECT_EQ(drive.integrity.flag(source), SourceFlag::ok) << source_names[index_of(source)];
+    EXPECT_EQ(drive.integrity.flag(Source::camera), SourceFlag::frozen)
+        << source_names[index_of(source)];
   }
 }
 
-TEST(SourceMonitor, TakesNoMemory) {
+TEST(Integrity, TellsAFrozenPicture) {
+  Drive drive(slalom, {.camera = true});
+  drive.until(8.0);
+  drive.freeze_camera();
+  drive.until(9.5);
+  EXPECT_EQ(drive.integrity.flag(Source::camera), SourceFlag::frozen);
+  EXPECT_EQ(drive.flagged(), 1);
+}
+
+TEST(Integrity, HearsNothingThatIsOlderThanWhatItHasHeard) {
+  Drive drive(slalom);
+  drive.until(5.0);
+  Integrity late = drive.integrity;
+  late.hear(Source::yaw_rate, start_ns + 4'000 * ms, 9.0, 0.005);
+  late.look({}, start_ns + 5'100 * ms);
+  drive.integrity.look({}, start_ns + 5'100 * ms);
+  EXPECT_EQ(late.agreed().turn, drive.integrity.agreed().turn);
+}
+
+TEST(Integrity, TakesNoMemory) {
   Drive drive(slalom);
   drive.until(2.0);
   const auto before = allocation_count();
-  for (int i = 0; i < 100; ++i) drive.monitor.step(start_ns + (3000 + 5 * i) * ms);
+  for (int i = 0; i < 100; ++i) drive.integrity.look({}, start_ns + (3000 + 20 * i) * ms);
   EXPECT_EQ(allocation_count(), before);
 }
 
 }  // namespace
-}  // namespace odomd::estimator::source_monitor_test
+}  // namespace odomd::estimator::integrity_test

@@ -1,0 +1,70 @@
+// What several sources say together of one motion, and how well they agree without some of them:
+// weighted least squares over a few linear equations, each of which rests on one source or more.
+//
+// docs/model.md, "Consensus".
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "estimator/common/measurement.hpp"
+
+namespace odomd::estimator::integrity {
+
+/// A set of sources, a bit each.
+using Sources = std::uint32_t;
+
+[[nodiscard]] constexpr Sources only(Source source) noexcept {
+  return Sources{1} << index_of(source);
+}
+
+/// What is sought: speed and yaw rate of the car, and by how much more the front and the rear
+/// wheels turn than it goes [m/s].
+namespace of {
+enum Index : Eigen::Index { speed, turn, front_slip, rear_slip, size };
+}  // namespace of
+
+using Motion = Eigen::Matrix<double, of::size, 1>;
+
+/// aᵀ x = z, with the standard deviation of z.
+struct Row {
+  Sources sources = 0;  ///< that it rests on; none: known beforehand
+  Motion by = Motion::Zero();
+  double z = 0.0;
+  double sigma = 1.0;
+
+  [[nodiscard]] double off(const Motion& x) const noexcept { return (z - by.dot(x)) / sigma; }
+};
+
+struct Solution {
+  Motion motion = Motion::Zero();
+  Motion sigma = Motion::Ones();
+  double misfit = 0.0;  ///< Σ ((z - aᵀ x) / σ)²
+};
+
+class Consensus {
+ public:
+  static constexpr std::size_t capacity = 20;
+
+  void add(const Row& row) noexcept {
+    if (count_ < capacity) {
+      rows_[count_++] = row;
+    }
+  }
+  /// The least squares of all rows that rest on none of `left_out`. There must be enough of those
+  /// that rest on no source to make it unique.
+  [[nodiscard]] Solution without(Sources left_out) const noexcept;
+
+  [[nodiscard]] const Row* begin() const noexcept { return rows_.data(); }
+  [[nodiscard]] const Row* end() const noexcept { return rows_.data() + count_; }
+
+ private:
+  std::array<Row, capacity> rows_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace odomd::estimator::integrity

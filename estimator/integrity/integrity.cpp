@@ -1,0 +1,437 @@
+// docs/model.md, "Integrity".
+#include "estimator/integrity/integrity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "estimator/common/pose.hpp"
+#include "estimator/common/time.hpp"
+#include "estimator/ekf/wheel_speed.hpp"
+
+namespace odomd::estimator {
+namespace {
+
+using integrity::Consensus;
+using integrity::only;
+using integrity::Over;
+using integrity::Solution;
+using integrity::Sources;
+namespace of = integrity::of;
+
+// What is slower teaches nothing [m/s].
+constexpr double slowest_learning = 0.3;
+
+constexpr std::int64_t look_every_ns = 20'000'000;
+
+// By so much a hypothesis must explain more than that all is well, and than another one.
+constexpr double gate = 25.0;
+constexpr double margin = 6.0;
+constexpr double lasts_s = 0.1;
+constexpr double frozen_lasts_s = 0.05;
+constexpr double first_calm_s = 1.0;
+constexpr double longest_calm_s = 60.0;
+
+constexpr Sources front_wheels = only(Source::wheel_front_left) | only(Source::wheel_front_right);
+constexpr Sources rear_wheels = only(Source::wheel_rear_left) | only(Source::wheel_rear_right) |
+                                only(Source::wheel_rear) | only(Source::motor);
+constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
+
+/// What may fail together, and how unlikely that is: -2 log of its probability, over that of a
+/// single source.
+struct Hypothesis {
+  Sources sources;
+  double unlikely;
+};
+constexpr Sources wheels = front_wheels | rear_wheels;
+constexpr double pair = 8.0;
+constexpr double group = 14.0;
+constexpr std::array hypotheses{
+    Hypothesis{only(Source::yaw_rate), 0.0},
+    Hypothesis{only(Source::accel_x), 0.0},
+    Hypothesis{only(Source::accel_y), 0.0},
+    Hypothesis{only(Source::wheel_front_left), 0.0},
+    Hypothesis{only(Source::wheel_front_right), 0.0},
+    Hypothesis{only(Source::wheel_rear_left), 0.0},
+    Hypothesis{only(Source::wheel_rear_right), 0.0},
+    Hypothesis{only(Source::wheel_rear), 0.0},
+    Hypothesis{only(Source::motor), 0.0},
+    Hypothesis{only(Source::steering), 0.0},
+    Hypothesis{only(Source::camera), 0.0},
+    Hypothesis{front_wheels, pair},
+    Hypothesis{rear_wheels, pair},
+    Hypothesis{wheels, group},
+    Hypothesis{inertial, group},
+};
+// A source that repeats itself to the bit, or has jumped as no car does, is so much likelier at
+// fault.
+constexpr double odd = 20.0;
+constexpr double odd_for_s = 1.0;
+
+bool contains(Sources sources, std::size_t source) noexcept {
+  return (sources >> source & 1U) != 0;
+}
+
+/// The most that a motion changes a sensor by, from one sample to the next.
+double largest_change(Source source, double value, double elapsed_s) noexcept {
+  constexpr double at_once = 0.2;  // [m/s], and of the speed: steps of an encoder, kerbs
+  constexpr double share = 0.1;
+  return is_wheel(source) ? at_once + share * std::abs(value) + 2.0 * gravity * elapsed_s : 1e9;
+}
+
+}  // namespace
+
+void Integrity::hear(Source source, std::int64_t time_ns, double value, double sigma,
+                     std::int64_t heard_ns) noexcept {
+  integrity::Witness& witness = heard_.sources[index_of(source)];
+  if (witness.seen && time_ns <= witness.time_ns) {
+    return;
+  }
+  wheels_know_sign_ = wheels_know_sign_ || (is_wheel(source) && value < 0.0);
+  integrity::hear(witness, time_ns, value, sigma, value == witness.value,
+                  largest_change(source, witness.value, seconds_between(witness.time_ns, time_ns)));
+  witness.heard_ns = std::max(heard_ns, time_ns);
+}
+
+void Integrity::hear(const CameraPose& pose) noexcept {
+  constexpr double longest_pause_s = 0.5;
+  integrity::Witness& seen = heard_.sources[index_of(Source::camera)];
+  const double elapsed_s = seconds_between(seen.time_ns, pose.capture_ns);
+  if (seen.seen && elapsed_s <= 0.0) {
+    return;
+  }
+  const auto [x, y, yaw] = std::exchange(newest_pose_, {pose.x, pose.y, pose.yaw});
+  const bool same = pose.x == x && pose.y == y && pose.yaw == yaw;
+  if (seen.seen && elapsed_s < longest_pause_s) {
+    // The way between two poses, along the car.
+    const double turned = wrap_angle(pose.yaw - yaw);
+    const double middle = yaw + 0.5 * turned;
+    const double way = (pose.x - x) * std::cos(middle) + (pose.y - y) * std::sin(middle);
+    integrity::hear(heard_.seen_speed, pose.capture_ns, way / elapsed_s,
+                    std::max(pose.sigma_x, pose.sigma_y), same, 1e9);
+    integrity::hear(heard_.seen_turn, pose.capture_ns, turned / elapsed_s, pose.sigma_yaw, same,
+                    1e9);
+  }
+  integrity::hear(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
+  for (integrity::Witness* const witness : {&seen, &heard_.seen_speed, &heard_.seen_turn}) {
+    witness->heard_ns = std::max(pose.arrival_ns, pose.capture_ns);
+  }
+}
+
+Sources Integrity::distrusted() const noexcept {
+  Sources all = 0;
+  for (std::size_t i = 0; i < source_count; ++i) {
+    all |= trust_[i].flag != SourceFlag::ok ? Sources{1} << i : 0;
+  }
+  return all;
+}
+
+/// The speed goes on as the accelerometer says: v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ - α_h v, and with
+/// tyres that are linear α_h = m l_v a_y / (l C_h).
+void Integrity::feel(const Vehicle& car, double dt) noexcept {
+  constexpr double share = 0.1;     // of what is felt
+  constexpr double sideways = 0.1;  // of a_y
+  const double turn = heard_.turn();
+  const double a_y = heard_.by(Source::accel_y).mean();
+  const double softness =
+      car.mass * car.front_axle / (car.wheelbase() * car.cornering_stiffness_rear);
+  const double pull = heard_.by(Source::accel_x).mean() - heard_.felt_slope +
+                      car.rear_axle * turn * turn - softness * a_y * a_y;
+  heard_.felt_speed += pull * dt;
+  heard_.felt_sigma += dt * std::hypot(heard_.felt_slope_sigma, share * pull, sideways * a_y);
+}
+
+/// Wheels that are locked brake a car, which is felt: one whose wheels were distrusted, that is not
+/// seen to move, and that has felt nothing for so long, stands.
+void Integrity::stand(std::int64_t now_ns) noexcept {
+  constexpr double stands_after_s = 2.0;
+  constexpr double slowest_turning = 0.02;  // [m/s]
+  constexpr double brakes = 0.05;           // [g]
+  constexpr double surely = 0.1;            // [m/s]
+  bool rests = integrity::is_steady(heard_.by(Source::yaw_rate)) &&
+               std::abs(heard_.by(Source::accel_x).mean(Over::long_time) - heard_.felt_slope) <
+                   brakes * gravity;
+  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
+    const integrity::Witness& wheel = heard_.sources[i];
+    rests = rests && (!wheel.alive(now_ns) || std::abs(wheel.mean()) < slowest_turning);
+  }
+  if (!rests || !agreed_.wheels_out || heard_.seen_speed.alive(now_ns)) {
+    rests_since_ns_ = now_ns;
+  } else if (seconds_between(rests_since_ns_, now_ns) >= stands_after_s) {
+    heard_.felt_speed = 0.0;
+    heard_.felt_sigma = surely;
+  }
+}
+
+/// As long as the accelerometer does not contradict the others, which know the speed, its own
+/// follows theirs; how far it stays behind tells of slope and bias.
+void Integrity::follow_felt(bool felt, double dt) noexcept {
+  constexpr double felt_s = 0.3;
+  constexpr double slope_s = 20.0;
+  constexpr double least_slope = 0.01;   // [g]
+  constexpr double contradicting = 2.5;  // sigmas
+  constexpr double unknown = 10.0;       // [m/s]
+  const double ahead = heard_.felt_speed - heard_.speed();
+  const bool known = felt && heard_.felt_sigma < unknown;
+  const bool alone = (heard_now_ & ~distrusted() & (wheels | only(Source::camera))) == 0;
+  if (known &&
+      (alone || agreed_.contradicted || std::abs(ahead) > contradicting * heard_.felt_sigma)) {
+    return;
+  }
+  const double share = known ? -std::expm1(-dt / felt_s) : 1.0;
+  heard_.felt_speed -= share * ahead;
+  heard_.felt_sigma += share * (heard_.speed_sigma - heard_.felt_sigma);
+  if (known && suspected_ == 0 && distrusted() == 0) {
+    const double off = ahead / felt_s;
+    heard_.felt_for_s = std::min(heard_.felt_for_s + dt, slope_s);
+    const double follows = dt / heard_.felt_for_s;
+    heard_.felt_slope += follows * off;
+    if (std::abs(heard_.speed()) < slowest_learning) {
+      return;  // at rest no slope changes
+    }
+    const double variance = heard_.felt_slope_sigma * heard_.felt_slope_sigma;
+    heard_.felt_slope_sigma =
+        std::max(std::sqrt(variance + follows * (off * off - variance)), least_slope * gravity);
+  }
+}
+
+/// Wheels that know no sign may turn backwards. No car turns round without a halt, so what was seen
+/// since the last one counts: a sensor that fails does not turn it round. False: the other way
+/// explains more, but not yet for long enough.
+bool Integrity::settle_sign(const integrity::Sensors& sensors, Consensus& all,
+                            Solution& base) noexcept {
+  constexpr double slowest = 0.1;  // [m/s]
+  const integrity::Witness& direction = heard_.by(Source::direction);
+  if (wheels_know_sign_ || (direction.alive(looked_ns_) && direction.value != 0.0)) {
+    backwards_ = false;
+    return true;
+  }
+  if ((heard_now_ & wheels & ~distrusted()) == 0) {
+    return true;
+  }
+  integrity::Heard mirrored = heard_;
+  for (double& speed : mirrored.speeds) {
+    speed = -speed;
+  }
+  mirrored.felt_speed = -heard_.felt_speed;
+  mirrored.felt_slope = 0.0;
+  mirrored.felt_slope_sigma = integrity::Heard{}.felt_slope_sigma;
+  const Consensus otherwise =
+      parities(sensors, mirrored, looked_ns_, !backwards_, Over::short_time);
+  const Solution turned = otherwise.without(distrusted());
+  if (std::abs(base.motion[of::speed]) < slowest) {
+    ahead_rather_ = 0;
+  }
+  const double better = turned.misfit - base.misfit;
+  const int rather = std::abs(better) <= gate ? 0 : (better > 0.0) != backwards_ ? 1 : -1;
+  ahead_rather_ = std::clamp(ahead_rather_ + rather, -most_looks, most_looks);
+  if (backwards_ != (ahead_rather_ < 0)) {
+    backwards_ = ahead_rather_ < 0;
+    heard_ = mirrored;
+    heard_.felt_sigma = integrity::Heard{}.felt_sigma;
+    for (integrity::Witness& witness : heard_.sources) {
+      integrity::begin_anew(witness);
+    }
+    all = otherwise;
+    base = turned;
+    return true;
+  }
+  return better > -margin || std::abs(ahead_rather_) >= settled_looks;
+}
+
+void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noexcept {
+  constexpr double usual = 8.0;  // misfit
+  constexpr double longest_s = 0.1;
+  constexpr std::int64_t slack_ns = 1'000'000;
+  if (looked_ns_ != 0 && ns_between(looked_ns_, now_ns) < look_every_ns - slack_ns) {
+    return;
+  }
+  const double dt =
+      looked_ns_ != 0 ? std::min(seconds_between(looked_ns_, now_ns), longest_s) : 0.0;
+  looked_ns_ = now_ns;
+  const Sources out = distrusted();
+  const bool felt = heard_.by(Source::accel_x).alive(now_ns) && trusted(Source::accel_x);
+  if (felt) {
+    feel(sensors.car, dt);
+    stand(now_ns);
+  }
+  Consensus all = parities(sensors, heard_, now_ns, backwards_, Over::short_time);
+  Solution base = all.without(out);
+  heard_now_ = 0;
+  for (const integrity::Row& row : all) {
+    heard_now_ |= row.sources;
+  }
+  const bool sign_known = settle_sign(sensors, all, base);
+  const Consensus longer = parities(sensors, heard_, now_ns, backwards_, Over::long_time);
+  Solution longer_base = longer.without(out);
+  const bool soon = base.misfit > gate;
+  agreed_.contradicted = soon || longer_base.misfit > gate;
+  const Sources blamed = !sign_known            ? 0
+                         : soon                 ? suspects(all, base, out)
+                         : agreed_.contradicted ? suspects(longer, longer_base, out)
+                                                : 0;
+  accuse(blamed, !soon);
+  if (!agreed_.contradicted || blamed != 0) {
+    agreed_.contradicted_since_ns = now_ns;
+  }
+  if (blamed != 0) {
+    agreed_.contradicted = false;
+    base = all.without(out | blamed);
+    longer_base = longer.without(out | blamed);
+  }
+  learn_radii(sensors, longer, longer_base, dt);
+  const double stretch = std::sqrt(std::max(1.0, base.misfit / usual));
+  heard_.speeds = {base.motion[of::speed], longer_base.motion[of::speed]};
+  heard_.turns = {base.motion[of::turn], longer_base.motion[of::turn]};
+  heard_.speed_sigma = stretch * base.sigma[of::speed];
+  agreed_.speed = heard_.speed();
+  agreed_.speed_sigma = heard_.speed_sigma;
+  agreed_.turn = heard_.turn();
+  agreed_.turn_sigma = stretch * base.sigma[of::turn];
+  const Solution no_gyro = all.without(out | blamed | only(Source::yaw_rate));
+  agreed_.turn_without_gyro = no_gyro.motion[of::turn];
+  agreed_.turn_without_gyro_sigma = no_gyro.sigma[of::turn];
+  const Solution no_wheels = all.without(out | blamed | wheels);
+  agreed_.speed_without_wheels = no_wheels.motion[of::speed];
+  agreed_.speed_without_wheels_sigma = no_wheels.sigma[of::speed];
+  const Sources wheels_heard = wheels & heard_now_;
+  agreed_.wheels_out = wheels_heard != 0 && (wheels_heard & ~distrusted()) == 0;
+  follow_felt(felt, dt);
+  note_limit(heard_, now_ns);
+  for (std::size_t i = 0; i < source_count; ++i) {
+    const Sources it = Sources{1} << i;
+    if (trust_[i].flag != SourceFlag::ok) {
+      const Sources others = (out | blamed) & ~it;
+      const double soon_more = all.without(others).misfit - base.misfit;
+      const double longer_more = longer.without(others).misfit - longer_base.misfit;
+      trust_again(i, trust_[i].slowly ? std::max(soon_more, longer_more) : soon_more);
+    }
+  }
+}
+
+/// Whether all of them that are heard repeat themselves, or have jumped.
+bool Integrity::is_odd(Sources sources) const noexcept {
+  for (std::size_t i = 0; i < source_count; ++i) {
+    const integrity::Witness& witness = heard_.sources[i];
+    const bool quick = is_wheel(static_cast<Source>(i)) &&
+                       std::abs(witness.rate(Over::short_time)) > 3.0 * gravity;
+    const bool jumped = quick || (witness.jumped_ns != 0 &&
+                                  seconds_between(witness.jumped_ns, looked_ns_) <= odd_for_s);
+    // A wheel that is read in steps repeats itself as long as the car goes evenly, or stands.
+    const bool evenly =
+        is_wheel(static_cast<Source>(i)) &&
+        std::abs(heard_.speed() - heard_.speed(Over::long_time)) < 3.0 * witness.sigma &&
+        std::abs(heard_.speed() - agreed_.speed_without_wheels) <
+            3.0 * agreed_.speed_without_wheels_sigma;
+    const bool repeats = witness.repeats() && !evenly;
+    if (contains(sources, i) && witness.alive(looked_ns_) && !repeats && !jumped) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Sources Integrity::suspects(const Consensus& all, const Solution& base,
+                            Sources out) const noexcept {
+  struct Candidate {
+    Sources sources = 0;
+    double score = 0.0;
+  };
+  Sources heard = 0;
+  for (const auto& row : all) {
+    heard |= row.sources;
+  }
+  std::array<Candidate, hypotheses.size()> tried{};
+  Candidate best{.score = base.misfit - gate};
+  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
+    const Sources sources = hypotheses[i].sources & heard & ~out;
+    if (sources == 0) {
+      continue;
+    }
+    tried[i] = {sources, all.without(out | sources).misfit + hypotheses[i].unlikely -
+                             (is_odd(sources) ? odd : 0.0)};
+    if (tried[i].score < best.score) {
+      best = tried[i];
+    }
+  }
+  for (const Candidate& other : tried) {
+    if (other.sources != 0 && (other.sources & best.sources) == 0 &&
+        other.score < best.score + margin) {
+      return 0;  // one word against another
+    }
+  }
+  return best.sources;
+}
+
+/// Wheels are worn and inflated differently, and give way differently where they carry more: what
+/// always differs is their radius.
+void Integrity::learn_radii(const integrity::Sensors& sensors, const Consensus& all,
+                            const Solution& base, double dt) noexcept {
+  constexpr double learnt_s = 20.0;
+  constexpr double most = 0.02;
+  constexpr double load_known = 0.002;
+  const double v = base.motion[of::speed];
+  if (std::abs(v) < slowest_learning || suspected_ != 0 || distrusted() != 0) {
+    return;
+  }
+  const double side = v * base.motion[of::turn] / gravity;
+  for (const integrity::Row& row : all) {
+    for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
+      if (row.sources != Sources{1} << i) {
+        continue;
+      }
+      const double more = row.off(base.motion) * row.sigma / v;
+      double& radius = heard_.radius[i];
+      radius = std::clamp(radius + dt / learnt_s * more, -most, most);
+      const double left = full::wheel_place(sensors.car, static_cast<Source>(i)).left;
+      if (left != 0.0) {
+        heard_.load = std::clamp(heard_.load - std::copysign(dt, left) * side * more, -most, most);
+      }
+    }
+  }
+  const double unknown = heard_.load_sigma - load_known;
+  heard_.load_sigma -= 2.0 * dt * side * side * unknown;
+}
+
+/// Evidence that lasts becomes a flag.
+void Integrity::accuse(Sources suspects, bool slowly) noexcept {
+  if ((suspects & suspected_) == 0) {
+    suspected_since_ns_ = looked_ns_;
+  }
+  suspected_ = suspects;
+  for (std::size_t i = 0; i < source_count; ++i) {
+    if (!contains(suspects, i)) {
+      continue;
+    }
+    const bool wheel = is_wheel(static_cast<Source>(i));
+    const bool frozen = heard_.sources[i].repeats();
+    const double elapsed_s = seconds_between(suspected_since_ns_, looked_ns_);
+    if (elapsed_s >= (frozen || wheel ? frozen_lasts_s : lasts_s)) {
+      Trust& trust = trust_[i];
+      if (trust.flag == SourceFlag::ok) {
+        // The same again: it takes longer to be trusted.
+        trust.slowly = slowly;
+        trust.calm_s = std::clamp(2.0 * trust.calm_s, first_calm_s, longest_calm_s);
+      }
+      trust.flag = frozen  ? SourceFlag::frozen
+                   : wheel ? SourceFlag::slipping
+                           : SourceFlag::drifting;
+      trust.evidence_ns = looked_ns_;
+    }
+  }
+}
+
+/// A flag goes when what the source says has agreed with the others for a while: by `misfit` that
+/// comes with it.
+void Integrity::trust_again(std::size_t source, double misfit) noexcept {
+  constexpr double agrees = 9.0;
+  Trust& trust = trust_[source];
+  if (misfit > agrees || (trust.flag == SourceFlag::frozen && heard_.sources[source].same >= 4)) {
+    trust.evidence_ns = looked_ns_;
+  } else if (seconds_between(trust.evidence_ns, looked_ns_) >= trust.calm_s) {
+    trust.flag = SourceFlag::ok;
+    integrity::begin_anew(heard_.sources[source]);
+  }
+}
+
+}  // namespace odomd::estimator

@@ -1,0 +1,106 @@
+// A filter that is held to what its sources agree on: where it goes astray, what is forced, and
+// when its pose is doubted.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/estimator/signalled_car.hpp"
+
+namespace odomd::estimator::full::heed_sources_test {
+namespace {
+
+using testing::bend_at;
+using testing::Car;
+using testing::Says;
+using testing::straight_at;
+using testing::with;
+
+TEST(HeedSources, AnHonestDriveIsNeitherCorrectedNorDoubted) {
+  Car car;
+  car.drive(3.0, straight_at(1.5));
+  car.drive(3.0, bend_at(1.5, 0.8));
+  EXPECT_FALSE(car.state.doubtful);
+  EXPECT_FALSE(car.state.disputed);
+  EXPECT_EQ(car.state.astray.speed_since_ns, 0);
+  EXPECT_EQ(car.state.astray.turn_since_ns, 0);
+  EXPECT_NEAR(car.state.integrity.agreed().turn, 0.8, 0.05);
+}
+
+TEST(HeedSources, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) {
+  // Sure of a speed that no source says.
+  Car car;
+  car.drive(3.0, straight_at(1.5));
+  ASSERT_FALSE(car.state.doubtful);
+  const double before = car.state.covariance(at::x, at::x);
+  car.state.mean[at::v_x] = 6.0;
+  forget(car.state, at::v_x, 1e-3);
+  car.drive(0.4, straight_at(1.5));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.1);
+  EXPECT_GT(car.state.covariance(at::x, at::x), before);
+}
+
+TEST(HeedSources, AFilterThatIsAstrayInItsTurnGoesOnFromWhatTheSourcesAgreeOn) {
+  // Without a gyro, which is followed at once; front wheels that are turned as nothing says.
+  Car car;
+  const Says heard = testing::without(bend_at(1.5, 0.8), Source::yaw_rate);
+  car.drive(3.0, heard);
+  ASSERT_FALSE(car.state.doubtful);
+  const double before = car.state.covariance(at::yaw, at::yaw);
+  car.state.mean[at::yaw_rate] = -2.0;
+  car.state.mean[at::front_angle] = -0.6;
+  forget(car.state, at::yaw_rate, 1e-3);
+  forget(car.state, at::front_angle, 1e-3);
+  car.drive(0.4, heard);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.8, 0.2);
+  EXPECT_GT(car.state.covariance(at::yaw, at::yaw), before);
+}
+
+TEST(HeedSources, AGyroThatIsNotTrustedLeavesThePoseInDoubt) {
+  Car car;
+  car.drive(3.0, bend_at(1.5, 0.5));
+  ASSERT_FALSE(car.state.doubtful);
+  car.drive(1.0, with(bend_at(1.5, 0.5), Source::yaw_rate, 2.0));
+  EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
+  EXPECT_TRUE(car.state.doubtful);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.5, 0.1);
+  // Without a camera nothing says otherwise, ever.
+  car.drive(10.0, bend_at(1.5, 0.5));
+  EXPECT_TRUE(car.state.integrity.trusted(Source::yaw_rate));
+  EXPECT_TRUE(car.state.doubtful);
+}
+
+TEST(HeedSources, AWheelThatSlipsLeavesNoDoubt) {
+  Car car;
+  car.drive(3.0, straight_at(1.5));
+  car.drive(2.0, with(straight_at(1.5), Source::wheel_rear_left, 4.0));
+  EXPECT_EQ(car.state.integrity.flag(Source::wheel_rear_left), SourceFlag::slipping);
+  EXPECT_FALSE(car.state.doubtful);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.05);
+}
+
+TEST(HeedSources, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
+  // The filter is sure of a speed that all wheels contradict; nothing is looked at anew, so that
+  // it is not corrected before.
+  Car car;
+  car.drive(3.0, straight_at(1.5));
+  ASSERT_TRUE(car.state.integrity.agrees(Source::wheel_rear_left));
+  car.state.mean[at::v_x] = 3.0;
+  forget(car.state, at::v_x, 1e-4);
+  forget(car.state, at::accel_x, 1e-4);
+  int forced = 0;
+  for (int i = 0; i < 60; ++i) {
+    advance(car.context, car.state, car.state.time_ns + testing::period_ns);
+    car.say(Source::accel_x, i % 2 == 0 ? 1e-9 : -1e-9);
+    for (std::size_t w = index_of(Source::wheel_front_left);
+         w <= index_of(Source::wheel_rear_right) && i % 2 == 0; ++w) {
+      const Judgement judgement = car.say(static_cast<Source>(w), 1.5);
+      forced += judgement.verdict == Verdict::forced ? 1 : 0;
+      EXPECT_FALSE(judgement.verdict == Verdict::forced && judgement.test_ratio <= 1.0);
+    }
+  }
+  EXPECT_GT(forced, 0);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.1);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::heed_sources_test

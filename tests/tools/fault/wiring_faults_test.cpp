@@ -1,0 +1,194 @@
+// Mistakes in the wiring, made in simulated drives as odom fault makes them: each is named, and
+// nothing is said of the drives as they are.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/campaign/faulty_drive.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/fault/camera_fault.hpp"
+#include "tools/fault/injector.hpp"
+#include "tools/virtual_drive.hpp"
+
+namespace odomd::campaign::wiring_faults_test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::IsEmpty;
+
+/// What is found at any time, by source; and at the end.
+struct Found {
+  std::map<std::string, std::string> ever;
+  std::uint32_t conditions = 0;  ///< at any time
+};
+
+Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Camera camera) {
+  const std::vector<std::string> buses(drive.buses.begin(), drive.buses.end() - 1);
+  std::vector<can::Frame> frames;
+  std::vector<estimator::CameraPose> cameras;
+  if (faults.empty()) {
+    frames = drive.frames;
+    cameras = drive.cameras;
+  } else {
+    fault::Injector injector(drive.config, drive.databases, buses, faults);
+    for (const can::Frame& frame : drive.frames) injector.take(frame, frames);
+    injector.release(fault::end_of_time, frames);
+    fault::CameraInjector poses(faults, drive.start_ns());
+    for (const auto& pose : drive.cameras) poses.take(pose, cameras);
+  }
+  if (camera == Camera::off) cameras.clear();
+  const auto pipeline = std::make_unique<daemon::Pipeline>(drive.config, drive.databases, buses,
+                                                           camera == Camera::on);
+  Found found;
+  std::size_t next = 0;
+  const tools::ReplaySummary summary = tools::replay(
+      *pipeline, drive.config.realtime.period_ns,
+      [&] { return next < frames.size() ? &frames[next++] : nullptr; }, cameras,
+      [&](const daemon::TickRecord& record) { found.conditions |= record.pose.conditions; });
+  for (std::size_t source = 0; source < estimator::source_count; ++source)
+    for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
+      if (summary.wired[source][fault] > 0)
+        found.ever[std::string{estimator::source_names[source]}] += daemon::wiring_names[fault];
+  return found;
+}
+
+Drive simulated(const std::string& options) {
+  const tools::Scratch scratch;
+  const tools::Outcome made =
+      tools::run_shell("odom sim " + options + " --out " + scratch.path("drive").string());
+  EXPECT_EQ(made.status, 0) << made.err;
+  return read_drive(scratch.path("drive"));
+}
+
+constexpr std::uint32_t wiring_conditions = ODOM_COND_MISWIRED | ODOM_COND_INCONSISTENT;
+
+class SoundDrive : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(SoundDrive, IsNotSpokenOf) {
+  const Drive drive = simulated(GetParam());
+  for (const Camera camera : {Camera::off, Camera::on}) {
+    const Found found = replayed(drive, {}, camera);
+    EXPECT_THAT(found.ever, IsEmpty());
+    EXPECT_EQ(found.conditions & wiring_conditions, 0U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, SoundDrive,
+    ::testing::Values("--scenario lap", "--scenario circle", "--scenario slalom",
+                      "--scenario stop-and-go", "--scenario parking", "--scenario patch",
+                      "--scenario patch --speed 2.2", "--scenario exercise --servo",
+                      "--scenario road", "--scenario hills", "--car bmw_320i --scenario lap",
+                      "--car vw_vanagon --scenario slalom", "--car bmw_320i --scenario parking"),
+    [](const auto& test) {
+      std::string name;
+      for (const char c : std::string{test.param})
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
+      return name;
+    });
+
+using Names = std::map<std::string, std::string>;
+Names all_wheels(const std::string& fault) {
+  return {{"wheel_front_left", fault},
+          {"wheel_front_right", fault},
+          {"wheel_rear_left", fault},
+          {"wheel_rear_right", fault}};
+}
+
+struct Mistake {
+  const char* kind;
+  Names names;
+};
+
+class WrongWiring : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(WrongWiring, IsNamedAndNothingElseIs) {
+  const Drive drive = simulated(GetParam());
+  for (const auto& [kind, names] : std::vector<Mistake>{
+           {"gyro.inverted", {{"yaw_rate", "sign"}}},
+           {"gyro.scaled:::57.3", {{"yaw_rate", "unit"}}},
+           {"steering.inverted", {{"steering", "sign"}}},
+           {"wheels.left_right", all_wheels("left_right_swapped")},
+           {"wheels.scaled:::3.6", all_wheels("unit")},
+           {"wheel_rear_left.inverted", {{"wheel_rear_left", "sign"}}},
+           {"accel_y.inverted", {{"accel_y", "sign"}}},
+           {"accel.axes_swapped", {{"accel_x", "axes_swapped"}, {"accel_y", "axes_swapped"}}},
+           {"accel.scaled:::0.102", {{"accel_x", "unit"}, {"accel_y", "unit"}}}}) {
+    const Found found = replayed(drive, {fault::parse_fault(kind)}, Camera::off);
+    EXPECT_EQ(found.ever, names) << kind;
+    EXPECT_NE(found.conditions & ODOM_COND_MISWIRED, 0U) << kind;
+  }
+  for (const auto& [kind, names] : std::vector<Mistake>{{"camera.mirrored", {{"camera", "sign"}}},
+                                                        {"wheels.inverted", all_wheels("sign")}}) {
+    const Found found = replayed(drive, {fault::parse_fault(kind)}, Camera::on);
+    EXPECT_EQ(found.ever, names) << kind;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, WrongWiring,
+                         ::testing::Values("--scenario lap", "--scenario slalom",
+                                           "--car bmw_320i --scenario lap --laps 1"),
+                         [](const auto& test) { return "Drive" + std::to_string(test.index); });
+
+// The front wheels' longer way shows in tight turns that are driven gently, and the sign of a_x
+// where it is sped up and braked.
+TEST(WiringMistake, OfAxlesShowsInTightTurns) {
+  const Drive drive = simulated("--scenario parking --laps 1");
+  const Found found = replayed(drive, {fault::parse_fault("wheels.front_rear")}, Camera::off);
+  EXPECT_EQ(found.ever, all_wheels("front_rear_swapped"));
+}
+TEST(WiringMistake, OfTheForwardAccelerationShowsWhereItIsBraked) {
+  const Drive drive = simulated("--scenario road");
+  const Found found = replayed(drive, {fault::parse_fault("accel_x.inverted")}, Camera::off);
+  EXPECT_EQ(found.ever, (Names{{"accel_x", "sign"}}));
+}
+
+TEST(ScatteringSource, BringsTheCondition) {
+  const Drive drive = simulated("--scenario lap --laps 1");
+  const Found found = replayed(drive, {fault::parse_fault("wheels.noisy")}, Camera::off);
+  EXPECT_NE(found.conditions & ODOM_COND_INCONSISTENT, 0U);
+  EXPECT_EQ(found.conditions & ODOM_COND_MISWIRED, 0U);
+}
+
+TEST(RecordedDrive, ForTrainingIsNotSpokenOf) {
+  const std::vector<std::pair<std::string, std::string>> training{
+      {"dart", "dart_free1"},
+      {"dart", "dart_slow_steerid"},
+      {"ini", "ini_2026_01_16_01_22_28"},
+      {"genesis", "genesis_slow"},
+      {"rav4", "rav4"},
+      {"revs", "revs_250lm"}};
+  const char* const data = std::getenv("ODOMD_DRIVES");
+  if (data == nullptr) {
+    std::cout << "not run: " << training.size() << '\n';
+    return;
+  }
+  for (const auto& [car, name] : training) {
+    const tools::Scratch scratch;
+    const fs::path folder = fs::path(data) / name;
+    const fs::path config = fs::path(ODOMD_TEST_DATA) / "drives" / (car + ".toml");
+    const bool seen = fs::exists(folder / "camera.csv");
+    const std::string command =
+        "odom replay --config " + config.string() + " --can " + (folder / "drive.log").string() +
+        " --dbc " + (folder / "car.dbc").string() + " --initial 0,0,0 --out /dev/null --json";
+    for (const bool with_camera : {false, true}) {
+      if (with_camera && !seen) continue;
+      const tools::Outcome outcome = tools::run_shell(
+          command + (with_camera ? " --camera " + (folder / "camera.csv").string() : ""));
+      ASSERT_EQ(outcome.status, 0) << outcome.err;
+      EXPECT_THAT(outcome.err, ::testing::HasSubstr("\"wiring\":{}")) << name;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace odomd::campaign::wiring_faults_test
