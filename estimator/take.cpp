@@ -242,13 +242,16 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 
 void heed_sources(const Context& context, State& state) noexcept {
   const std::int64_t looked_ns = state.integrity.looked_ns();
-  state.integrity.know({.gyro_bias = state.lasting.mean[lasting::gyro_bias],
-                        .gyro_bias_sigma = std::sqrt(
-                            state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias)),
-                        .steering_offset = state.mean[at::steering_offset],
-                        .steering_offset_sigma =
-                            std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
-                        .camera_unrest = state.camera_unrest});
+  state.integrity.know(
+      {.gyro_bias = state.lasting.mean[lasting::gyro_bias],
+       .gyro_bias_sigma =
+           std::sqrt(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias)),
+       .steering_offset = state.mean[at::steering_offset],
+       .steering_offset_sigma =
+           std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
+       .wheel_slip = std::abs(state.lasting.mean[lasting::wheel_slip]) +
+                     std::sqrt(state.lasting.covariance(lasting::wheel_slip, lasting::wheel_slip)),
+       .camera_unrest = state.camera_unrest});
   state.integrity.look(context.sensors, state.time_ns);
   const double dt = seconds_between(looked_ns, state.integrity.looked_ns());
   if (looked_ns == 0 || dt <= 0.0) {

@@ -19,6 +19,9 @@ using integrity::Solution;
 using integrity::Sources;
 namespace of = integrity::of;
 
+// The felt speed follows the others within so long [s].
+constexpr double felt_s = 0.3;
+
 // What is slower teaches nothing [m/s].
 constexpr double slowest_learning = 0.3;
 
@@ -30,7 +33,9 @@ constexpr double margin = 6.0;
 constexpr double lasts_s = 0.1;
 constexpr double frozen_lasts_s = 0.05;
 constexpr double first_calm_s = 1.0;
+constexpr double first_calm_of_wheels_s = 0.4;  // a slip is no failure
 constexpr double longest_calm_s = 60.0;
+constexpr double forgiven_s = 60.0;
 
 constexpr Sources front_wheels = only(Source::wheel_front_left) | only(Source::wheel_front_right);
 constexpr Sources rear_wheels = only(Source::wheel_rear_left) | only(Source::wheel_rear_right) |
@@ -67,6 +72,10 @@ constexpr std::array hypotheses{
 // fault.
 constexpr double odd = 20.0;
 constexpr double odd_for_s = 1.0;
+
+double squared(double value) noexcept {
+  return value * value;
+}
 
 bool contains(Sources sources, std::size_t source) noexcept {
   return (sources >> source & 1U) != 0;
@@ -128,17 +137,25 @@ Sources Integrity::distrusted() const noexcept {
 
 /// The speed goes on as the accelerometer says: v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ - α_h v, and with
 /// tyres that are linear α_h = m l_v a_y / (l C_h).
-void Integrity::feel(const Vehicle& car, double dt) noexcept {
-  constexpr double share = 0.1;     // of what is felt
-  constexpr double sideways = 0.1;  // of a_y
+void Integrity::feel(const integrity::Sensors& sensors, double dt) noexcept {
+  constexpr double slide = 0.5;  // v_y over v, of a car that slides
+  constexpr double lately_s = 0.24;
+  const Vehicle& car = sensors.car;
+  const integrity::Witness& felt = heard_.by(Source::accel_x);
   const double turn = heard_.turn();
-  const double a_y = heard_.by(Source::accel_y).mean();
+  const double side = side_push(heard_, Over::short_time);
   const double softness =
       car.mass * car.front_axle / (car.wheelbase() * car.cornering_stiffness_rear);
-  const double pull = heard_.by(Source::accel_x).mean() - heard_.felt_slope +
-                      car.rear_axle * turn * turn - softness * a_y * a_y;
+  const double by_turn = car.rear_axle * turn * turn;
+  const double by_tyres = softness * side * side;
+  const double pull = felt.mean() - heard_.felt_slope + by_turn - by_tyres;
   heard_.felt_speed += pull * dt;
-  heard_.felt_sigma += dt * std::hypot(heard_.felt_slope_sigma, share * pull, sideways * a_y);
+  const double sideways =
+      heard_.slides(looked_ns_, lately_s) ? slide * heard_.speed() * turn : by_turn + by_tyres;
+  heard_.felt_sigma +=
+      dt *
+      std::sqrt(squared(heard_.felt_slope_sigma) + squared(felt.sigma) * felt.cycle_s / felt_s +
+                squared(sensors.tuning.pitch_gradient * pull) + squared(sideways));
 }
 
 /// Wheels that are locked brake a car, which is felt: one whose wheels were distrusted, that is not
@@ -166,9 +183,9 @@ void Integrity::stand(std::int64_t now_ns) noexcept {
 /// As long as the accelerometer does not contradict the others, which know the speed, its own
 /// follows theirs; how far it stays behind tells of slope and bias.
 void Integrity::follow_felt(bool felt, double dt) noexcept {
-  constexpr double felt_s = 0.3;
   constexpr double slope_s = 20.0;
-  constexpr double least_slope = 0.01;   // [g]
+  constexpr double least_slope = 0.01;   // [g], by which it changes ...
+  constexpr double most_slope = 0.06;    // ... and three times that is the steepest
   constexpr double contradicting = 2.5;  // sigmas
   constexpr double unknown = 10.0;       // [m/s]
   const double ahead = heard_.felt_speed - heard_.speed();
@@ -185,13 +202,14 @@ void Integrity::follow_felt(bool felt, double dt) noexcept {
     const double off = ahead / felt_s;
     heard_.felt_for_s = std::min(heard_.felt_for_s + dt, slope_s);
     const double follows = dt / heard_.felt_for_s;
-    heard_.felt_slope += follows * off;
+    constexpr double steepest = 3.0 * most_slope * gravity;
+    heard_.felt_slope = std::clamp(heard_.felt_slope + follows * off, -steepest, steepest);
     if (std::abs(heard_.speed()) < slowest_learning) {
       return;  // at rest no slope changes
     }
-    const double variance = heard_.felt_slope_sigma * heard_.felt_slope_sigma;
-    heard_.felt_slope_sigma =
-        std::max(std::sqrt(variance + follows * (off * off - variance)), least_slope * gravity);
+    const double variance = squared(heard_.felt_slope_sigma);
+    heard_.felt_slope_sigma = std::clamp(std::sqrt(variance + follows * (off * off - variance)),
+                                         least_slope * gravity, most_slope * gravity);
   }
 }
 
@@ -252,7 +270,7 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   const Sources out = distrusted();
   const bool felt = heard_.by(Source::accel_x).alive(now_ns) && trusted(Source::accel_x);
   if (felt) {
-    feel(sensors.car, dt);
+    feel(sensors, dt);
     stand(now_ns);
   }
   Consensus all = parities(sensors, heard_, now_ns, backwards_, Over::short_time);
@@ -296,8 +314,15 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   agreed_.speed_without_wheels_sigma = no_wheels.sigma[of::speed];
   const Sources wheels_heard = wheels & heard_now_;
   agreed_.wheels_out = wheels_heard != 0 && (wheels_heard & ~distrusted()) == 0;
+  // Tyres that push to the limit slide, and those that slip along.
+  const auto slips = [&](Sources axle) {
+    return (heard_now_ & axle) != 0 && (heard_now_ & axle & ~distrusted()) == 0;
+  };
+  if (side_push(heard_, Over::short_time) > integrity::limit || slips(front_wheels) ||
+      slips(rear_wheels)) {
+    heard_.slid_ns = now_ns;
+  }
   follow_felt(felt, dt);
-  note_limit(heard_, now_ns);
   for (std::size_t i = 0; i < source_count; ++i) {
     const Sources it = Sources{1} << i;
     if (trust_[i].flag != SourceFlag::ok) {
@@ -305,12 +330,15 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
       const double soon_more = all.without(others).misfit - base.misfit;
       const double longer_more = longer.without(others).misfit - longer_base.misfit;
       trust_again(i, trust_[i].slowly ? std::max(soon_more, longer_more) : soon_more);
+    } else {
+      trust_[i].calm_s -= dt / forgiven_s * trust_[i].calm_s;
     }
   }
 }
 
 /// Whether all of them that are heard repeat themselves, or have jumped.
 bool Integrity::is_odd(Sources sources) const noexcept {
+  constexpr double slack = 0.02;  // [m/s]: slower is a wheel that rests
   for (std::size_t i = 0; i < source_count; ++i) {
     const integrity::Witness& witness = heard_.sources[i];
     const bool quick = is_wheel(static_cast<Source>(i)) &&
@@ -318,11 +346,12 @@ bool Integrity::is_odd(Sources sources) const noexcept {
     const bool jumped = quick || (witness.jumped_ns != 0 &&
                                   seconds_between(witness.jumped_ns, looked_ns_) <= odd_for_s);
     // A wheel that is read in steps repeats itself as long as the car goes evenly, or stands.
+    const bool rests = std::abs(witness.value) < slack;
     const bool evenly =
         is_wheel(static_cast<Source>(i)) &&
-        std::abs(heard_.speed() - heard_.speed(Over::long_time)) < 3.0 * witness.sigma &&
-        std::abs(heard_.speed() - agreed_.speed_without_wheels) <
-            3.0 * agreed_.speed_without_wheels_sigma;
+        (rests || std::abs(heard_.speed() - heard_.speed(Over::long_time)) < 3.0 * witness.sigma) &&
+        std::abs(witness.mean() - agreed_.speed_without_wheels) <
+            (rests ? 0.5 : 3.0) * agreed_.speed_without_wheels_sigma;
     const bool repeats = witness.repeats() && !evenly;
     if (contains(sources, i) && witness.alive(looked_ns_) && !repeats && !jumped) {
       return false;
@@ -341,15 +370,18 @@ Sources Integrity::suspects(const Consensus& all, const Solution& base,
   for (const auto& row : all) {
     heard |= row.sources;
   }
+  const bool slides = heard_.slides(looked_ns_, 4.0 * integrity::mean_s.back());
   std::array<Candidate, hypotheses.size()> tried{};
   Candidate best{.score = base.misfit - gate};
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
     const Sources sources = hypotheses[i].sources & heard & ~out;
-    if (sources == 0) {
+    const bool is_strange = is_odd(sources);
+    // A car that spins contradicts all of an IMU that is sound.
+    if (sources == 0 || (sources == inertial && !is_strange && slides)) {
       continue;
     }
     tried[i] = {sources, all.without(out | sources).misfit + hypotheses[i].unlikely -
-                             (is_odd(sources) ? odd : 0.0)};
+                             (is_strange ? odd : 0.0)};
     if (tried[i].score < best.score) {
       best = tried[i];
     }
@@ -411,7 +443,8 @@ void Integrity::accuse(Sources suspects, bool slowly) noexcept {
       if (trust.flag == SourceFlag::ok) {
         // The same again: it takes longer to be trusted.
         trust.slowly = slowly;
-        trust.calm_s = std::clamp(2.0 * trust.calm_s, first_calm_s, longest_calm_s);
+        trust.calm_s = std::clamp(2.0 * trust.calm_s, wheel ? first_calm_of_wheels_s : first_calm_s,
+                                  longest_calm_s);
       }
       trust.flag = frozen  ? SourceFlag::frozen
                    : wheel ? SourceFlag::slipping
@@ -426,6 +459,9 @@ void Integrity::accuse(Sources suspects, bool slowly) noexcept {
 void Integrity::trust_again(std::size_t source, double misfit) noexcept {
   constexpr double agrees = 9.0;
   Trust& trust = trust_[source];
+  if (trust.flag == SourceFlag::drifting && heard_.sources[source].repeats()) {
+    trust.flag = SourceFlag::frozen;
+  }
   if (misfit > agrees || (trust.flag == SourceFlag::frozen && heard_.sources[source].same >= 4)) {
     trust.evidence_ns = looked_ns_;
   } else if (seconds_between(trust.evidence_ns, looked_ns_) >= trust.calm_s) {

@@ -86,7 +86,7 @@ class Integrity {
     double calm_s = 0.0;           ///< that it must agree for before it is trusted again
   };
 
-  void feel(const Vehicle& car, double dt) noexcept;
+  void feel(const integrity::Sensors& sensors, double dt) noexcept;
   void stand(std::int64_t now_ns) noexcept;
   void follow_felt(bool felt, double dt) noexcept;
   bool settle_sign(const integrity::Sensors& sensors, integrity::Consensus& all,

@@ -20,10 +20,10 @@ double root_of_squares(Values... values) noexcept {
   return std::sqrt((squared(values) + ...));
 }
 
-// Two sensors are heard so far apart, beside half of a cycle [s].
+// Two sensors are heard so far apart, beside half of a cycle [s]; and a servo is behind what it is
+// told by so much more.
 constexpr double apart_s = 0.01;
-// With more to the side all tyres may slide [m/s²].
-constexpr double limit = 4.0;
+constexpr double servo_s = 0.05;
 // A camera's motion is a mean over some time [s].
 constexpr double seen_s = 0.15;
 
@@ -37,11 +37,22 @@ struct View {
   [[nodiscard]] double turn() const noexcept { return heard.turn(over); }
   [[nodiscard]] double mean(Source source) const noexcept { return heard.by(source).mean(over); }
   [[nodiscard]] double side() const noexcept { return side_push(heard, over); }
+  [[nodiscard]] bool slides(Source source) const noexcept {
+    return heard.slides(heard.by(source).time_ns, 4.0 * seconds_of(over));
+  }
   /// What a mean may be off by for its age alone: no car changes its speed at more than 1.5 g.
   [[nodiscard]] double late(Source source) const noexcept {
     const Witness& witness = heard.by(source);
     const double most = is_wheel(source) ? 1.5 * gravity : 1e9;
     return (witness.cycle_s + apart_s) * std::min(std::abs(witness.rate(over)), most);
+  }
+  /// The mean of a product is not that of the means.
+  [[nodiscard]] double speed_changed() const noexcept {
+    return over == Over::long_time ? heard.speed() - heard.speed(over) : 0.0;
+  }
+  [[nodiscard]] double changed(Source source) const noexcept {
+    const Witness& witness = heard.by(source);
+    return witness.mean() - witness.mean(over);
   }
   [[nodiscard]] double noise(Source source) const noexcept { return heard.by(source).noise(over); }
 };
@@ -99,24 +110,24 @@ Row steering_row(const View& view) noexcept {
   // Held against the speed too: ∂ψ̇/∂v of a car without understeer.
   row.by[of::speed] = -tangent / l;
   row.z = 0.5 * (most + least) - tangent / l * v;
-  const double by_delta = std::abs(v) / l * (1.0 + tangent * tangent);
+  const double by_v = (1.0 + tangent * tangent) / l;
+  const double by_delta = std::abs(v) * by_v;
   // A car answers its steering so much later: ψ̈ = -ψ̇ (l_v² C_v + l_h² C_h) / (J_z v) + ...
   const double answers_s = car.yaw_inertia * std::abs(v) /
                            (car.front_axle * car.front_axle * car.cornering_stiffness_front +
                             car.rear_axle * car.rear_axle * car.cornering_stiffness_rear);
   // Who slides steers as he must, against the turn even.
-  const double slid_s =
-      seconds_between(view.heard.at_limit_ns, view.heard.by(Source::steering).time_ns);
-  const bool slid = view.heard.at_limit_ns != 0 && slid_s < 2.0 * seconds_of(view.over);
   const double counter =
-      slid ? std::max(std::abs(view.turn()), limit / std::max(std::abs(view.speed()), slowest))
-           : 0.0;
-  const double late =
-      view.late(Source::steering) + answers_s * view.heard.by(Source::steering).rate(view.over);
+      view.slides(Source::steering)
+          ? std::max(std::abs(view.turn()), limit / std::max(std::abs(view.speed()), slowest))
+          : 0.0;
+  const double late = view.late(Source::steering) +
+                      (servo_s + answers_s) * view.heard.by(Source::steering).rate(view.over);
   const double offset = std::max(
       least_off, learnt ? known.steering_offset_sigma : view.sensors.tuning.steering_offset);
   row.sigma = root_of_squares(by_delta * view.noise(Source::steering), by_delta * offset,
-                              by_delta * late, share * most, 0.5 * (most - least), counter, 0.02);
+                              by_delta * late, share * most, 0.5 * (most - least), counter, 0.02,
+                              by_v * view.changed(Source::steering) * view.speed_changed());
   return row;
 }
 
@@ -136,7 +147,6 @@ Row gyro_row(const View& view) noexcept {
 
 /// a_y = v ψ̇, at (v_0, ψ̇_0): a car that slides moves sideways ever faster.
 Row felt_row(const View& view) noexcept {
-  constexpr double grip = 6.0;       // [m/s²]: with more to the side the car may be sliding
   constexpr double sideways = 0.05;  // [g]: banks, and what is felt beside it
   const double felt = view.mean(Source::accel_y);
   const double demanded = std::abs(view.speed() * view.turn());
@@ -144,10 +154,11 @@ Row felt_row(const View& view) noexcept {
   row.by[of::speed] = view.turn();
   row.by[of::turn] = view.speed();
   row.z = felt + view.speed() * view.turn();
-  row.sigma =
-      root_of_squares(view.noise(Source::accel_y), view.sensors.tuning.accel_bias,
-                      sideways * gravity, view.sensors.tuning.roll_gradient * felt,
-                      view.late(Source::accel_y), view.side() > grip ? 0.5 * demanded : 0.0);
+  row.sigma = root_of_squares(view.noise(Source::accel_y), view.sensors.tuning.accel_bias,
+                              sideways * gravity, view.sensors.tuning.roll_gradient * view.side(),
+                              view.late(Source::accel_y),
+                              view.slides(Source::accel_y) ? 0.5 * std::max(demanded, limit) : 0.0,
+                              view.changed(Source::yaw_rate) * view.speed_changed());
   return row;
 }
 
@@ -165,12 +176,6 @@ double side_push(const Heard& heard, Over over) noexcept {
   const Witness& felt = heard.by(Source::accel_y);
   const double push = felt.seen ? felt.mean(over) : demanded;
   return demanded * push > 0.0 ? std::min(std::abs(demanded), std::abs(push)) : 0.0;
-}
-
-void note_limit(Heard& heard, std::int64_t now_ns) noexcept {
-  if (side_push(heard, Over::short_time) > limit) {
-    heard.at_limit_ns = now_ns;
-  }
 }
 
 Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_ns, bool backwards,
@@ -194,11 +199,25 @@ Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_
   add(0, {{of::speed, 1.0}}, v, root_of_squares(heard.speed_sigma, gravity * hold_s));
   add(0, {{of::turn, 1.0}}, view.turn(),
       sensors.tuning.turn_in * gravity / sensors.car.wheelbase() * 3.0 * hold_s);
-  const double pull = view.mean(Source::accel_x);
-  const double slip =
-      root_of_squares(slip_floor, slip_share * v, sensors.tuning.wheel_slip * pull * v);
-  add(0, {{of::front_slip, 1.0}}, 0.0, slip);
-  add(0, {{of::rear_slip, 1.0}}, 0.0, slip);
+  // Wheels that drive slip, and all that brake; by what is felt, or by what they do where that is
+  // less.
+  double faster = 0.0;
+  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
+    const double rate = heard.sources[i].rate(over);
+    faster = std::abs(rate) > std::abs(faster) ? rate : faster;
+  }
+  const double felt = heard.by(Source::accel_x).seen
+                          ? std::abs(view.mean(Source::accel_x) - heard.felt_slope)
+                          : std::abs(faster);
+  const double pull = std::min(felt, std::abs(faster));
+  const bool brakes = faster * v < 0.0;
+  const auto slip = [&](Source wheel) {
+    const bool slips = brakes || full::is_driven(sensors.car.driven, wheel);
+    return root_of_squares(slip_floor, slip_share * v,
+                           slips ? heard.known.wheel_slip * pull * v : 0.0);
+  };
+  add(0, {{of::front_slip, 1.0}}, 0.0, slip(Source::wheel_front_left));
+  add(0, {{of::rear_slip, 1.0}}, 0.0, slip(Source::wheel_rear_left));
 
   // 2. The sources.
   const auto tells = [&](const Witness& witness) {

@@ -27,6 +27,7 @@ struct Known {
   double gyro_bias_sigma = 1e9;
   double steering_offset = 0.0;  ///< [rad]
   double steering_offset_sigma = 1e9;
+  double wheel_slip = 0.02;    ///< of a driven wheel, per acceleration, and one sigma [s²/m]
   double camera_unrest = 1.0;  ///< variance of its poses over the stated one
 };
 
@@ -43,7 +44,7 @@ struct Heard {
   double speed_sigma = 100.0;
   std::array<double, 2> speeds{};  ///< v_x as it was agreed on last, by the time that it is over
   std::array<double, 2> turns{};   ///< ψ̇ likewise
-  std::int64_t at_limit_ns = 0;    ///< when all tyres might last slide; 0: never
+  std::int64_t slid_ns = 0;        ///< when the car might last slide; 0: never
   Known known;
   std::array<double, source_count> radius{};  ///< by how much a wheel reads more than the others
   double load = 0.0;          ///< by how much more an outer wheel does at 1 g to the side ...
@@ -55,6 +56,10 @@ struct Heard {
   [[nodiscard]] double turn(Over over = Over::short_time) const noexcept {
     return turns[static_cast<std::size_t>(over)];
   }
+  /// The car may have been sliding in the last so many seconds.
+  [[nodiscard]] bool slides(std::int64_t time_ns, double lately_s) const noexcept {
+    return slid_ns != 0 && seconds_between(slid_ns, time_ns) < lately_s;
+  }
   [[nodiscard]] const Witness& by(Source source) const noexcept {
     return sources[index_of(source)];
   }
@@ -63,8 +68,8 @@ struct Heard {
 /// What surely pushes the car sideways: demanded by its motion, and felt [m/s²].
 [[nodiscard]] double side_push(const Heard& heard, Over over) noexcept;
 
-/// Notes when all tyres may slide.
-void note_limit(Heard& heard, std::int64_t now_ns) noexcept;
+/// With more to the side all tyres may slide [m/s²].
+inline constexpr double limit = 4.0;
 
 /// Whether what a gyro reads while no wheel turns may as well be its bias.
 [[nodiscard]] bool is_steady(const Witness& gyro) noexcept;
