@@ -1,6 +1,7 @@
 // docs/model.md, "Bounds".
 #include "estimator/ekf/bounds.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -58,6 +59,14 @@ void limit(Eigen::Matrix<double, Size, Size>& P, const std::array<double, Count>
 void limit(State& state) noexcept {
   limit(state.covariance, largest_deviation);
   limit(state.lasting.covariance, largest_lasting);
+  for (Eigen::Index j = 0; j < lasting::size; ++j) {
+    const double sigma = std::sqrt(state.lasting.covariance(j, j));
+    for (Eigen::Index i = 0; i < at::size; ++i) {
+      const double most = largest_deviation[static_cast<std::size_t>(i)] / sigma;
+      double& by = state.lasting.sensitivity(i, j);
+      by = std::clamp(by, -most, most);
+    }
+  }
 }
 
 bool sound(const State& state) noexcept {
