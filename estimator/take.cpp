@@ -74,7 +74,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   if (state.rest.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
-      state.rejected[index_of(sample.source)] = {};
+      state.refused_since_ns[index_of(sample.source)] = 0;
       return held(sample.source);
     }
     const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);

@@ -105,14 +105,6 @@ struct Reading {
   double interval_s = 0.0;  ///< since the one before; 0: there was none
 };
 
-/// The samples of a source that were rejected one after the other and do not contradict each other.
-struct Rejection {
-  int count = 0;  ///< 0: the newest was fused
-  std::int64_t since_ns = 0;
-  double speed = 0.0;  ///< v_x when it began [m/s]
-  bool above = false;  ///< what was measured is more than was predicted
-};
-
 /// A camera pose, and where the filter was at its time.
 struct Sighting {
   std::int64_t capture_ns = 0;
@@ -164,8 +156,8 @@ struct State {
   HeldInput direction;
 
   std::array<Reading, source_count> heard{};
-  std::array<std::int64_t, source_count> fused_ns{};  ///< newest fused sample; 0: none
-  std::array<Rejection, source_count> rejected{};
+  std::array<std::int64_t, source_count> fused_ns{};          ///< newest fused sample; 0: none
+  std::array<std::int64_t, source_count> refused_since_ns{};  ///< 0: the newest was fused
 
   Integrity integrity;    ///< whether the sources tell the truth
   Astray astray;          ///< of what they agree on

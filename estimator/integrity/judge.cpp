@@ -103,6 +103,12 @@ void turn_by_gyro(State& state, const Reading& before, const Sample& sample, dou
 
 }  // namespace
 
+double refused_s(State& state, const Sample& sample) noexcept {
+  std::int64_t& since_ns = state.refused_since_ns[index_of(sample.source)];
+  since_ns = since_ns == 0 ? sample.time_ns : since_ns;
+  return seconds_between(since_ns, sample.time_ns);
+}
+
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
   if (!is_wheel(source)) {
     return state.fused_ns[index_of(source)];
@@ -122,12 +128,16 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       nu.value * nu.value / (nu.variance + possible * possible) / model.tuning.signal_gate;
 
   follow_unrest(model.tuning, state, sample, prediction, nu);
-  Rejection& rejection = state.rejected[index_of(sample.source)];
+  std::int64_t& refused_ns = state.refused_since_ns[index_of(sample.source)];
+  const bool first = refused_ns == 0;
   if (!(judgement.test_ratio <= 1.0) && !goes_on(state, sample)) {
     judgement.verdict = Verdict::gated;
-    count_rejected(state, sample, nu.value);
     const Patience patience = patience_with(sample.source);
-    if (!insists(state, sample, 0, patience.seconds) || !state.integrity.agrees(sample.source)) {
+    const double before = state.heard[index_of(sample.source)].value - sample.value[0] + nu.value;
+    if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
+      refused_ns = sample.time_ns;  // vibration is off to both sides
+    }
+    if (refused_s(state, sample) < patience.seconds || !state.integrity.agrees(sample.source)) {
       if (state.rest.standing && sample.source == Source::accel_x) {
         judgement.degrees = 0;  // felt before the wheels turn: it tests that the car stands
       }
@@ -146,15 +156,15 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     widen_turn(state, sample, nu.value);
     nu = innovation(state, prediction, sample.value[0]);
   } else if (nu.squared_ratio() > model.tuning.signal_gate) {
-    count_rejected(state, sample, nu.value);
-    if (rejection.count < 2) {
+    if (first) {
+      refused_ns = sample.time_ns;
       judgement.verdict = Verdict::gated;  // one telegram alone brakes no car
       return judgement;
     }
     widen_acceleration(model.tuning, state, sample, nu.value);
     nu = innovation(state, prediction, sample.value[0]);
   }
-  rejection = {};
+  refused_ns = 0;
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
   Vector gain = optimal_gain(nu);
   // The way is what was driven at the speeds that were believed: a speed that is put right moves no

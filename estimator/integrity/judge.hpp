@@ -16,6 +16,9 @@ inline constexpr double longest_unheard_s = 0.2;
 /// When one of the same kind was last fused, 0: never. Wheels vouch for each other.
 [[nodiscard]] std::int64_t last_fused_ns(const State& state, Source source) noexcept;
 
+/// For how long the source's samples have all been refused, this one the last [s].
+[[nodiscard]] double refused_s(State& state, const Sample& sample) noexcept;
+
 /// What a sample of the car's own sensors may teach.
 struct Teaches {
   bool heading = false;  ///< ψ, ψ̇ and ε: a gyro; without one, all

@@ -5,6 +5,7 @@
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/integrity/judge.hpp"
 #include "estimator/integrity/standstill.hpp"
 
 namespace odomd::estimator::full {
@@ -44,9 +45,8 @@ bool sets_off(State& state, const Sample& sample, const WheelVote& vote) noexcep
                                 (turns(before.value, sample.sigma[0]) ||
                                  seconds_between(before.time_ns, sample.time_ns) > soon_s));
   }
-  count_rejected(state, sample, sample.value[0] - state.mean[at::v_x]);
-  return vote.turning == vote.resting && (vote.free_turning || !vote.free_resting) &&
-         insists(state, sample, 0, dead_after_s);
+  return refused_s(state, sample) >= dead_after_s && vote.turning == vote.resting &&
+         (vote.free_turning || !vote.free_resting);
 }
 
 Verdict take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {

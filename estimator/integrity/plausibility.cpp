@@ -17,10 +17,6 @@ constexpr double longest_change_s = 0.3;
 // A wheel's reading is what it says now for so long.
 constexpr double fresh_s = 0.25;
 
-// A source has paused that is unheard for three of its intervals and this.
-constexpr double slack_s = 0.02;
-
-constexpr int fewest_rejected = 3;
 constexpr int most_counted = 3;
 
 /// |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most 2: kerbs and the wheels of one
@@ -123,27 +119,6 @@ void note_heard(State& state, const Sample& sample) noexcept {
       heard.agreeing > 0 ? seconds_between(heard.time_ns, sample.time_ns) : 0.0;
   heard = {agree(heard, sample) ? std::min(heard.agreeing + 1, most_counted) : 1, sample.time_ns,
            sample.value[0], interval_s};
-}
-
-void count_rejected(State& state, const Sample& sample, double innovation) noexcept {
-  const std::size_t index = index_of(sample.source);
-  Rejection& rejection = state.rejected[index];
-  const Reading& before = state.heard[index];
-  const bool paused = before.interval_s > 0.0 && seconds_between(before.time_ns, sample.time_ns) >
-                                                     3.0 * before.interval_s + slack_s;
-  const bool above = innovation > 0.0;
-  const bool noisy = sample.source == Source::accel_y && above != rejection.above;
-  if (rejection.count == 0 || paused || noisy || !agree(before, sample)) {
-    rejection = {0, sample.time_ns, state.mean[at::v_x], above};
-  }
-  rejection.count = std::min(rejection.count + 1, fewest_rejected);
-}
-
-bool insists(const State& state, const Sample& sample, std::int64_t fused_ns,
-             double patience_s) noexcept {
-  const Rejection& rejection = state.rejected[index_of(sample.source)];
-  return rejection.count >= fewest_rejected &&
-         seconds_between(std::max(rejection.since_ns, fused_ns), sample.time_ns) >= patience_s;
 }
 
 }  // namespace odomd::estimator::full

@@ -47,15 +47,4 @@ inline constexpr double dead_after_s = 0.5;
 /// Notes what the source has said, after the sample was taken.
 void note_heard(State& state, const Sample& sample) noexcept;
 
-/// Counts a sample that fails its gate by this innovation, before it is noted: those that do not
-/// contradict each other, without a pause, make one rejection; of the lateral accelerometer, which
-/// feels vibration, to one side only. (So one that is read 10 times a second never insists on a
-/// weave of 2.5 Hz.)
-void count_rejected(State& state, const Sample& sample, double innovation) noexcept;
-
-/// Whether the source of a sample that was just counted has been rejected for so long, with none of
-/// its kind fused since `fused_ns`, and by no fewer than three samples.
-[[nodiscard]] bool insists(const State& state, const Sample& sample, std::int64_t fused_ns,
-                           double patience_s) noexcept;
-
 }  // namespace odomd::estimator::full
