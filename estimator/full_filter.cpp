@@ -254,6 +254,7 @@ void FullFilter::recover(std::int64_t tick_ns) noexcept {
   now.moving = moving;
   now.resets = seen_resets_;
   now.last_jump = seen_jump_;
+  now.doubtful = true;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
   now.covariance(at::v_x, at::v_x) += last_.v_x * last_.v_x;

@@ -259,9 +259,8 @@ void heed_sources(const Context& context, State& state) noexcept {
   }
   const Integrity::Agreed& agreed = state.integrity.agreed();
   const bool gyro_out = !state.integrity.trusted(Source::yaw_rate);
-  if (gyro_out ||
-      (agreed.contradicted && agreed.contradicted_since_ns != 0 &&
-       seconds_between(agreed.contradicted_since_ns, state.time_ns) >= contradicted_s)) {
+  if (gyro_out || (agreed.contradicted && seconds_between(agreed.contradicted_since_ns,
+                                                          state.time_ns) >= contradicted_s)) {
     state.doubtful = true;
     state.confirming = 0;
   }

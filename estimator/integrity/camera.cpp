@@ -125,7 +125,8 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     state.rejected_poses = 0;
     state.camera_was_out = false;
     state.turned_since_ns = 0;
-    if (++state.confirming >= believed_rejections) {
+    state.confirming = std::min(state.confirming + 1, believed_rejections);
+    if (state.confirming == believed_rejections) {
       state.doubtful = false;
     }
     state.last_sighting.believed = state.pose();
@@ -184,8 +185,8 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     return judgement;
   }
 
-  // One that was at fault since it was last believed moves no pose that nobody doubts.
-  if ((state.camera_was_out && !state.doubtful) || !state.integrity.agrees(Source::camera) ||
+  state.confirming = 0;
+  if (!state.integrity.agrees(Source::camera) ||
       !is_one_way(state.first_rejected, state.last_sighting, sample.sigma)) {
     state.rejected_poses = 0;
   }
@@ -195,6 +196,13 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   if (state.rejected_poses < believed_rejections ||
       seconds_between(state.first_rejected.capture_ns, sample.time_ns) < believed_after_s ||
       !tells(state, state.first_rejected, sample.sigma)) {
+    judgement.verdict = Verdict::gated;
+    return judgement;
+  }
+  // One that was at fault since it was last believed moves no pose that nobody doubts; but one of
+  // the two is wrong.
+  if (state.camera_was_out && !state.doubtful) {
+    state.doubtful = true;
     judgement.verdict = Verdict::gated;
     return judgement;
   }

@@ -32,10 +32,13 @@ constexpr double gate = 25.0;
 constexpr double margin = 6.0;
 constexpr double lasts_s = 0.1;
 constexpr double frozen_lasts_s = 0.05;
-constexpr double first_calm_s = 1.0;
-constexpr double first_calm_of_wheels_s = 0.4;  // a slip is no failure
-constexpr double longest_calm_s = 60.0;
+// A source that was at fault must agree for so long [s], at first and at most; a slip is no
+// failure.
+constexpr std::pair calm_s{1.0, 60.0};
+constexpr std::pair calm_of_wheels_s{0.4, 5.0};
 constexpr double forgiven_s = 60.0;
+// So many negative speeds are no corrupt telegram.
+constexpr int sign_known_after = 3;
 
 constexpr Sources front_wheels = only(Source::wheel_front_left) | only(Source::wheel_front_right);
 constexpr Sources rear_wheels = only(Source::wheel_rear_left) | only(Source::wheel_rear_right) |
@@ -96,7 +99,9 @@ void Integrity::hear(Source source, std::int64_t time_ns, double value, double s
   if (witness.seen && time_ns <= witness.time_ns) {
     return;
   }
-  wheels_know_sign_ = wheels_know_sign_ || (is_wheel(source) && value < 0.0);
+  if (is_wheel(source) && value < 0.0 && heard_.by(Source::direction).value >= 0.0) {
+    negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
+  }
   integrity::hear(witness, time_ns, value, sigma, value == witness.value,
                   largest_change(source, witness.value, seconds_between(witness.time_ns, time_ns)));
   witness.heard_ns = std::max(heard_ns, time_ns);
@@ -147,11 +152,11 @@ void Integrity::feel(const integrity::Sensors& sensors, double dt) noexcept {
   const double softness =
       car.mass * car.front_axle / (car.wheelbase() * car.cornering_stiffness_rear);
   const double by_turn = car.rear_axle * turn * turn;
-  const double by_tyres = softness * side * side;
+  const double by_tyres = std::copysign(softness * side * side, heard_.speed());
   const double pull = felt.mean() - heard_.felt_slope + by_turn - by_tyres;
   heard_.felt_speed += pull * dt;
-  const double sideways =
-      heard_.slides(looked_ns_, lately_s) ? slide * heard_.speed() * turn : by_turn + by_tyres;
+  const double sideways = heard_.slides(looked_ns_, lately_s) ? slide * heard_.speed() * turn
+                                                              : by_turn + std::abs(by_tyres);
   heard_.felt_sigma +=
       dt *
       std::sqrt(squared(heard_.felt_slope_sigma) + squared(felt.sigma) * felt.cycle_s / felt_s +
@@ -184,7 +189,7 @@ void Integrity::stand(std::int64_t now_ns) noexcept {
 /// follows theirs; how far it stays behind tells of slope and bias.
 void Integrity::follow_felt(bool felt, double dt) noexcept {
   constexpr double slope_s = 20.0;
-  constexpr double least_slope = 0.01;   // [g], by which it changes ...
+  constexpr double least_slope = 0.02;   // [g], by which it changes ...
   constexpr double most_slope = 0.06;    // ... and three times that is the steepest
   constexpr double contradicting = 2.5;  // sigmas
   constexpr double unknown = 10.0;       // [m/s]
@@ -198,7 +203,7 @@ void Integrity::follow_felt(bool felt, double dt) noexcept {
   const double share = known ? -std::expm1(-dt / felt_s) : 1.0;
   heard_.felt_speed -= share * ahead;
   heard_.felt_sigma += share * (heard_.speed_sigma - heard_.felt_sigma);
-  if (known && suspected_ == 0 && distrusted() == 0) {
+  if (known && suspected_ == 0 && (distrusted() & (wheels | only(Source::accel_x))) == 0) {
     const double off = ahead / felt_s;
     heard_.felt_for_s = std::min(heard_.felt_for_s + dt, slope_s);
     const double follows = dt / heard_.felt_for_s;
@@ -220,7 +225,8 @@ bool Integrity::settle_sign(const integrity::Sensors& sensors, Consensus& all,
                             Solution& base) noexcept {
   constexpr double slowest = 0.1;  // [m/s]
   const integrity::Witness& direction = heard_.by(Source::direction);
-  if (wheels_know_sign_ || (direction.alive(looked_ns_) && direction.value != 0.0)) {
+  if (negative_speeds_ == sign_known_after ||
+      (direction.alive(looked_ns_) && direction.value != 0.0)) {
     backwards_ = false;
     return true;
   }
@@ -231,14 +237,14 @@ bool Integrity::settle_sign(const integrity::Sensors& sensors, Consensus& all,
   for (double& speed : mirrored.speeds) {
     speed = -speed;
   }
-  mirrored.felt_speed = -heard_.felt_speed;
-  mirrored.felt_slope = 0.0;
-  mirrored.felt_slope_sigma = integrity::Heard{}.felt_slope_sigma;
-  const Consensus otherwise =
-      parities(sensors, mirrored, looked_ns_, !backwards_, Over::short_time);
+  if (!halted_) {
+    mirrored.felt_speed = -heard_.felt_speed;  // it only knows the way since a halt
+  }
+  const Consensus otherwise = parities(sensors, mirrored, !backwards_, Over::short_time);
   const Solution turned = otherwise.without(distrusted());
   if (std::abs(base.motion[of::speed]) < slowest) {
     ahead_rather_ = 0;
+    halted_ = true;
   }
   const double better = turned.misfit - base.misfit;
   const int rather = std::abs(better) <= gate ? 0 : (better > 0.0) != backwards_ ? 1 : -1;
@@ -264,23 +270,28 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   if (looked_ns_ != 0 && ns_between(looked_ns_, now_ns) < look_every_ns - slack_ns) {
     return;
   }
-  const double dt =
-      looked_ns_ != 0 ? std::min(seconds_between(looked_ns_, now_ns), longest_s) : 0.0;
-  looked_ns_ = now_ns;
+  const double elapsed_s = looked_ns_ != 0 ? seconds_between(looked_ns_, now_ns) : 0.0;
+  const double dt = std::min(elapsed_s, longest_s);
+  looked_ns_ = heard_.now_ns = now_ns;
   const Sources out = distrusted();
-  const bool felt = heard_.by(Source::accel_x).alive(now_ns) && trusted(Source::accel_x);
+  heard_.out = out;
+  // 1. What was not looked at may have changed the speed.
+  heard_.felt_sigma += gravity * (elapsed_s - dt);
+  heard_.untold_s += elapsed_s - dt;
+  const bool felt = heard_.tells(Source::accel_x);
   if (felt) {
     feel(sensors, dt);
     stand(now_ns);
   }
-  Consensus all = parities(sensors, heard_, now_ns, backwards_, Over::short_time);
+  // 2. What they agree on, or whose absence would make them.
+  Consensus all = parities(sensors, heard_, backwards_, Over::short_time);
   Solution base = all.without(out);
   heard_now_ = 0;
   for (const integrity::Row& row : all) {
     heard_now_ |= row.sources;
   }
   const bool sign_known = settle_sign(sensors, all, base);
-  const Consensus longer = parities(sensors, heard_, now_ns, backwards_, Over::long_time);
+  const Consensus longer = parities(sensors, heard_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
   const bool soon = base.misfit > gate;
   agreed_.contradicted = soon || longer_base.misfit > gate;
@@ -297,7 +308,10 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
     base = all.without(out | blamed);
     longer_base = longer.without(out | blamed);
   }
+  // 3. What it is, and what is learnt of it.
   learn_radii(sensors, longer, longer_base, dt);
+  const Sources tellers = wheels | only(Source::camera) | only(Source::accel_x);
+  heard_.untold_s = (heard_now_ & ~(out | blamed) & tellers) != 0 ? 0.0 : heard_.untold_s + dt;
   const double stretch = std::sqrt(std::max(1.0, base.misfit / usual));
   heard_.speeds = {base.motion[of::speed], longer_base.motion[of::speed]};
   heard_.turns = {base.motion[of::turn], longer_base.motion[of::turn]};
@@ -341,6 +355,9 @@ bool Integrity::is_odd(Sources sources) const noexcept {
   constexpr double slack = 0.02;  // [m/s]: slower is a wheel that rests
   for (std::size_t i = 0; i < source_count; ++i) {
     const integrity::Witness& witness = heard_.sources[i];
+    if (!contains(sources, i) || !witness.alive(looked_ns_)) {
+      continue;
+    }
     const bool quick = is_wheel(static_cast<Source>(i)) &&
                        std::abs(witness.rate(Over::short_time)) > 3.0 * gravity;
     const bool jumped = quick || (witness.jumped_ns != 0 &&
@@ -353,7 +370,7 @@ bool Integrity::is_odd(Sources sources) const noexcept {
         std::abs(witness.mean() - agreed_.speed_without_wheels) <
             (rests ? 0.5 : 3.0) * agreed_.speed_without_wheels_sigma;
     const bool repeats = witness.repeats() && !evenly;
-    if (contains(sources, i) && witness.alive(looked_ns_) && !repeats && !jumped) {
+    if (!repeats && !jumped) {
       return false;
     }
   }
@@ -403,7 +420,8 @@ void Integrity::learn_radii(const integrity::Sensors& sensors, const Consensus& 
   constexpr double most = 0.02;
   constexpr double load_known = 0.002;
   const double v = base.motion[of::speed];
-  if (std::abs(v) < slowest_learning || suspected_ != 0 || distrusted() != 0) {
+  if (std::abs(v) < slowest_learning || suspected_ != 0 || distrusted() != 0 ||
+      agreed_.contradicted) {
     return;
   }
   const double side = v * base.motion[of::turn] / gravity;
@@ -422,7 +440,7 @@ void Integrity::learn_radii(const integrity::Sensors& sensors, const Consensus& 
     }
   }
   const double unknown = heard_.load_sigma - load_known;
-  heard_.load_sigma -= 2.0 * dt * side * side * unknown;
+  heard_.load_sigma -= std::min(2.0 * dt * side * side, 1.0) * unknown;
 }
 
 /// Evidence that lasts becomes a flag.
@@ -441,10 +459,11 @@ void Integrity::accuse(Sources suspects, bool slowly) noexcept {
     if (elapsed_s >= (frozen || wheel ? frozen_lasts_s : lasts_s)) {
       Trust& trust = trust_[i];
       if (trust.flag == SourceFlag::ok) {
+        trust.raised_ns = looked_ns_;
         // The same again: it takes longer to be trusted.
         trust.slowly = slowly;
-        trust.calm_s = std::clamp(2.0 * trust.calm_s, wheel ? first_calm_of_wheels_s : first_calm_s,
-                                  longest_calm_s);
+        const auto [first_s, longest_s] = wheel ? calm_of_wheels_s : calm_s;
+        trust.calm_s = std::clamp(2.0 * trust.calm_s, first_s, longest_s);
       }
       trust.flag = frozen  ? SourceFlag::frozen
                    : wheel ? SourceFlag::slipping
@@ -462,11 +481,17 @@ void Integrity::trust_again(std::size_t source, double misfit) noexcept {
   if (trust.flag == SourceFlag::drifting && heard_.sources[source].repeats()) {
     trust.flag = SourceFlag::frozen;
   }
-  if (misfit > agrees || (trust.flag == SourceFlag::frozen && heard_.sources[source].same >= 4)) {
+  const bool still =
+      trust.flag == SourceFlag::frozen && heard_.sources[source].same_since_ns < trust.raised_ns;
+  if (misfit > agrees || still || !heard_.sources[source].alive(looked_ns_)) {
     trust.evidence_ns = looked_ns_;
   } else if (seconds_between(trust.evidence_ns, looked_ns_) >= trust.calm_s) {
     trust.flag = SourceFlag::ok;
     integrity::begin_anew(heard_.sources[source]);
+    if (source == index_of(Source::camera)) {
+      integrity::begin_anew(heard_.seen_speed);
+      integrity::begin_anew(heard_.seen_turn);
+    }
   }
 }
 

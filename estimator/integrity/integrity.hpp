@@ -81,6 +81,7 @@ class Integrity {
  private:
   struct Trust {
     SourceFlag flag = SourceFlag::ok;
+    std::int64_t raised_ns = 0;
     std::int64_t evidence_ns = 0;  ///< last time that the flag was deserved
     bool slowly = false;           ///< it took the long mean to tell
     double calm_s = 0.0;           ///< that it must agree for before it is trusted again
@@ -111,10 +112,11 @@ class Integrity {
   integrity::Sources heard_now_ = 0;  ///< at the last look
   std::int64_t rests_since_ns_ = 0;   ///< no wheel turns, and nothing else is felt
   std::array<double, 3> newest_pose_{};
-  bool wheels_know_sign_ = false;  ///< a speed was negative
-  int ahead_rather_ = 10;          ///< looks since the last halt that say so, less the others
-  bool backwards_ = false;         ///< wheels that know no sign turn backwards
-  std::int64_t looked_ns_ = 0;     ///< 0: never
+  int negative_speeds_ = 0;     ///< that were heard
+  int ahead_rather_ = 10;       ///< looks since the last halt that say so, less the others
+  bool halted_ = false;         ///< it has been seen at rest
+  bool backwards_ = false;      ///< wheels that know no sign turn backwards
+  std::int64_t looked_ns_ = 0;  ///< 0: never
   Agreed agreed_;
 };
 

@@ -98,9 +98,8 @@ Row steering_row(const View& view) noexcept {
                           (l * car.cornering_stiffness_front * car.cornering_stiffness_rear);
   const double v = view.speed();
   const Known& known = view.heard.known;
-  const bool learnt = known.steering_offset_sigma < view.sensors.tuning.steering_offset;
-  const double tangent = std::tan(
-      std::clamp(view.mean(Source::steering) - (learnt ? known.steering_offset : 0.0), -1.4, 1.4));
+  const double tangent =
+      std::tan(std::clamp(view.mean(Source::steering) - known.steering_offset, -1.4, 1.4));
   const double most = v * tangent / std::max(0.5 * l, l + std::min(gradient, 0.0) * v * v);
   const double least = std::abs(v * most) > sliding
                            ? 0.0
@@ -121,10 +120,10 @@ Row steering_row(const View& view) noexcept {
       view.slides(Source::steering)
           ? std::max(std::abs(view.turn()), limit / std::max(std::abs(view.speed()), slowest))
           : 0.0;
-  const double late = view.late(Source::steering) +
-                      (servo_s + answers_s) * view.heard.by(Source::steering).rate(view.over);
-  const double offset = std::max(
-      least_off, learnt ? known.steering_offset_sigma : view.sensors.tuning.steering_offset);
+  const double late =
+      view.late(Source::steering) +
+      (servo_s + answers_s) * std::abs(view.heard.by(Source::steering).rate(view.over));
+  const double offset = std::max(least_off, known.steering_offset_sigma);
   row.sigma = root_of_squares(by_delta * view.noise(Source::steering), by_delta * offset,
                               by_delta * late, share * most, 0.5 * (most - least), counter, 0.02,
                               by_v * view.changed(Source::steering) * view.speed_changed());
@@ -134,14 +133,12 @@ Row steering_row(const View& view) noexcept {
 Row gyro_row(const View& view) noexcept {
   constexpr double least_off = 0.01;  // [rad/s]
   const Known& known = view.heard.known;
-  const bool learnt = known.gyro_bias_sigma < view.sensors.tuning.gyro_bias;
   Row row{.sources = only(Source::yaw_rate)};
   row.by[of::turn] = 1.0;
-  row.z = view.mean(Source::yaw_rate) - (learnt ? known.gyro_bias : 0.0);
-  row.sigma = root_of_squares(
-      view.noise(Source::yaw_rate),
-      std::max(least_off, learnt ? known.gyro_bias_sigma : view.sensors.tuning.gyro_bias),
-      view.sensors.tuning.gyro_scale * row.z, view.late(Source::yaw_rate));
+  row.z = view.mean(Source::yaw_rate) - known.gyro_bias;
+  row.sigma =
+      root_of_squares(view.noise(Source::yaw_rate), std::max(least_off, known.gyro_bias_sigma),
+                      view.sensors.tuning.gyro_scale * row.z, view.late(Source::yaw_rate));
   return row;
 }
 
@@ -173,13 +170,12 @@ bool is_steady(const Witness& gyro) noexcept {
 
 double side_push(const Heard& heard, Over over) noexcept {
   const double demanded = heard.speed(over) * heard.turn(over);
-  const Witness& felt = heard.by(Source::accel_y);
-  const double push = felt.seen ? felt.mean(over) : demanded;
+  const double push =
+      heard.tells(Source::accel_y) ? heard.by(Source::accel_y).mean(over) : demanded;
   return demanded * push > 0.0 ? std::min(std::abs(demanded), std::abs(push)) : 0.0;
 }
 
-Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_ns, bool backwards,
-                   Over over) noexcept {
+Consensus parities(const Sensors& sensors, const Heard& heard, bool backwards, Over over) noexcept {
   constexpr double slip_floor = 0.02;  // [m/s]
   constexpr double slip_share = 0.01;
   constexpr double slowest_turning = 0.02;  // [m/s]
@@ -196,7 +192,8 @@ Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_
   // 1. What is known beforehand: no car changes its motion faster; wheels slip a little.
   const double hold_s = 0.03 + seconds_of(over) - seconds_of(Over::short_time);
   const double v = view.speed();
-  add(0, {{of::speed, 1.0}}, v, root_of_squares(heard.speed_sigma, gravity * hold_s));
+  add(0, {{of::speed, 1.0}}, v,
+      root_of_squares(heard.speed_sigma, gravity * (hold_s + heard.untold_s)));
   add(0, {{of::turn, 1.0}}, view.turn(),
       sensors.tuning.turn_in * gravity / sensors.car.wheelbase() * 3.0 * hold_s);
   // Wheels that drive slip, and all that brake; by what is felt, or by what they do where that is
@@ -204,9 +201,11 @@ Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_
   double faster = 0.0;
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
     const double rate = heard.sources[i].rate(over);
-    faster = std::abs(rate) > std::abs(faster) ? rate : faster;
+    if (heard.tells(static_cast<Source>(i)) && std::abs(rate) > std::abs(faster)) {
+      faster = rate;
+    }
   }
-  const double felt = heard.by(Source::accel_x).seen
+  const double felt = heard.tells(Source::accel_x)
                           ? std::abs(view.mean(Source::accel_x) - heard.felt_slope)
                           : std::abs(faster);
   const double pull = std::min(felt, std::abs(faster));
@@ -221,18 +220,22 @@ Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_
 
   // 2. The sources.
   const auto tells = [&](const Witness& witness) {
-    return witness.alive(now_ns) &&
+    return witness.alive(heard.now_ns) &&
            (over == Over::short_time || witness.heard_s() >= 2.0 * seconds_of(over));
   };
   const auto alive = [&](Source source) { return tells(heard.by(source)); };
-  bool resting = true;
+  int turning = 0;
+  int resting = 0;
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
     if (alive(static_cast<Source>(i))) {
-      resting = resting && std::abs(heard.sources[i].mean()) < slowest_turning;
+      if (heard.tells(static_cast<Source>(i))) {
+        ++(std::abs(heard.sources[i].mean()) < slowest_turning ? resting : turning);
+      }
       all.add(wheel_row(view, static_cast<Source>(i), backwards));
     }
   }
-  if (alive(Source::yaw_rate) && !(resting && is_steady(heard.by(Source::yaw_rate)))) {
+  const bool rests = resting > 0 && turning == 0;
+  if (alive(Source::yaw_rate) && !(rests && is_steady(heard.by(Source::yaw_rate)))) {
     all.add(gyro_row(view));
   }
   if (alive(Source::steering)) {
@@ -250,7 +253,7 @@ Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_
     const Witness& turn = heard.seen_turn;
     // The mean of a rate is what the place has changed by.
     const double seconds = std::min(std::max(seen_s, seconds_of(over)), speed.heard_s() + 1e-3);
-    const double age_s = seen_s + seconds_between(speed.time_ns, now_ns);
+    const double age_s = seen_s + seconds_between(speed.time_ns, heard.now_ns);
     const double noise = std::sqrt(heard.known.camera_unrest) / seconds;
     add(only(Source::camera), {{of::speed, 1.0}}, speed.mean(over),
         root_of_squares(0.03 + share * std::abs(v), speed.sigma * noise, age_s * speed.rate(over)));

@@ -20,19 +20,20 @@ struct Sensors {
   Tuning tuning;
 };
 
-/// What has been learnt of sensors that err always the same way, and how well; less than
-/// that of a new one where nothing was.
+/// What has been learnt of sensors that err always the same way, and how well.
 struct Known {
   double gyro_bias = 0.0;  ///< [rad/s]
-  double gyro_bias_sigma = 1e9;
+  double gyro_bias_sigma = Tuning{}.gyro_bias;
   double steering_offset = 0.0;  ///< [rad]
-  double steering_offset_sigma = 1e9;
-  double wheel_slip = 0.02;    ///< of a driven wheel, per acceleration, and one sigma [s²/m]
-  double camera_unrest = 1.0;  ///< variance of its poses over the stated one
+  double steering_offset_sigma = Tuning{}.steering_offset;
+  double wheel_slip = Tuning{}.wheel_slip;  ///< of a driven wheel, per acceleration [s²/m]
+  double camera_unrest = 1.0;               ///< variance of its poses over the stated one
 };
 
 /// What has been heard, up to a time.
 struct Heard {
+  std::int64_t now_ns = 0;
+  Sources out = 0;                              ///< are distrusted
   std::array<Witness, source_count> sources{};  ///< the camera's: see below
   Witness seen_speed;                           ///< v_x by the camera's poses [m/s]
   Witness seen_turn;                            ///< ψ̇ by the camera's poses [rad/s]
@@ -42,6 +43,7 @@ struct Heard {
   double felt_slope_sigma = 0.06 * gravity;  ///< ... and by how much it changes
   double felt_for_s = 2.0;                   ///< that is the mean of so long [s], at least ...
   double speed_sigma = 100.0;
+  double untold_s = 0.0;           ///< for so long nothing has told the speed
   std::array<double, 2> speeds{};  ///< v_x as it was agreed on last, by the time that it is over
   std::array<double, 2> turns{};   ///< ψ̇ likewise
   std::int64_t slid_ns = 0;        ///< when the car might last slide; 0: never
@@ -60,6 +62,10 @@ struct Heard {
   [[nodiscard]] bool slides(std::int64_t time_ns, double lately_s) const noexcept {
     return slid_ns != 0 && seconds_between(slid_ns, time_ns) < lately_s;
   }
+  /// It is heard, and believed.
+  [[nodiscard]] bool tells(Source source) const noexcept {
+    return by(source).alive(now_ns) && (out & only(source)) == 0;
+  }
   [[nodiscard]] const Witness& by(Source source) const noexcept {
     return sources[index_of(source)];
   }
@@ -74,8 +80,8 @@ inline constexpr double limit = 4.0;
 /// Whether what a gyro reads while no wheel turns may as well be its bias.
 [[nodiscard]] bool is_steady(const Witness& gyro) noexcept;
 
-/// Of all that is alive at `now_ns`; where wheels that know no sign turn `backwards`.
-[[nodiscard]] Consensus parities(const Sensors& sensors, const Heard& heard, std::int64_t now_ns,
-                                 bool backwards, Over over) noexcept;
+/// Of all that is alive; where wheels that know no sign turn `backwards`.
+[[nodiscard]] Consensus parities(const Sensors& sensors, const Heard& heard, bool backwards,
+                                 Over over) noexcept;
 
 }  // namespace odomd::estimator::integrity

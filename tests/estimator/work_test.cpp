@@ -1,5 +1,6 @@
 // How much a step of the full filter does at most. The state's own work is replaced by fakes that
-// count: this program brings its own advance() and its like, and so the library's do not go into it.
+// count: this program brings its own advance() and its like, and so the library's do not go into
+// it.
 #include <gtest/gtest.h>
 
 #include <cstdint>

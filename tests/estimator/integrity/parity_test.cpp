@@ -65,6 +65,11 @@ struct Circle {
   }
 };
 
+Consensus parities_at(std::int64_t now_ns, Heard heard, bool backwards, Over over) {
+  heard.now_ns = now_ns;
+  return parities({}, heard, backwards, over);
+}
+
 /// By how much the truth is off the rows of a source, in sigmas; the most of them.
 double off(const Consensus& all, Source source, const Motion& truth) {
   double most = -1.0;
@@ -78,7 +83,7 @@ TEST(Parity, TheTrueMotionOfACircleIsOffNoneByASigma) {
                               Circle{-1.5, 0.6}, Circle{3.0, 0.0}}) {
     const Heard heard = circle.heard();
     for (const Over over : {Over::short_time, Over::long_time}) {
-      const Consensus all = parities({}, heard, Circle::now_ns, false, over);
+      const Consensus all = parities_at(Circle::now_ns, heard, false, over);
       for (const Row& row : all)
         EXPECT_LT(std::abs(row.off(circle.truth())), 1.0)
             << circle.speed << " m/s, " << circle.turn << " rad/s, sources " << row.sources;
@@ -92,7 +97,7 @@ TEST(Parity, TheTrueMotionOfACircleIsOffNoneByASigma) {
 
 TEST(Parity, EverySourceThatKnowsTheMotionHasARow) {
   const Circle circle;
-  const Consensus all = parities({}, circle.heard(), Circle::now_ns, false, Over::short_time);
+  const Consensus all = parities_at(Circle::now_ns, circle.heard(), false, Over::short_time);
   for (const Source source :
        {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
         Source::wheel_rear_right, Source::wheel_rear, Source::motor, Source::yaw_rate,
@@ -105,7 +110,7 @@ TEST(Parity, WhatIsSilentHasNone) {
   Heard heard = circle.heard();
   heard.sources[index_of(Source::steering)] = {};
   heard.sources[index_of(Source::wheel_front_left)].heard_ns -= 500 * ms;
-  const Consensus all = parities({}, heard, Circle::now_ns, false, Over::short_time);
+  const Consensus all = parities_at(Circle::now_ns, heard, false, Over::short_time);
   EXPECT_LT(off(all, Source::steering, circle.truth()), 0.0);
   EXPECT_LT(off(all, Source::wheel_front_left, circle.truth()), 0.0);
 }
@@ -114,7 +119,7 @@ TEST(Parity, AFrontWheelSaysHowFastItGoesAlongItself) {
   // Of a tight turn: it goes faster than the rear wheel of its side.
   const Circle circle{1.0, 1.8};
   EXPECT_GT(circle.wheel(Source::wheel_front_right), circle.wheel(Source::wheel_rear_right));
-  const Consensus all = parities({}, circle.heard(), Circle::now_ns, false, Over::short_time);
+  const Consensus all = parities_at(Circle::now_ns, circle.heard(), false, Over::short_time);
   EXPECT_LT(off(all, Source::wheel_front_right, circle.truth()), 0.1);
   // It tells the speed; and slip of its axle is no slip of the other.
   for (const Row& row : all) {
@@ -141,7 +146,7 @@ TEST(Parity, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
     Heard heard = circle.heard();
     Witness& witness = heard.sources[index_of(wrong.source)];
     for (Mean& mean : witness.means) mean = {mean.value + wrong.by, mean.slow + wrong.by};
-    const Consensus all = parities({}, heard, Circle::now_ns, false, Over::short_time);
+    const Consensus all = parities_at(Circle::now_ns, heard, false, Over::short_time);
     EXPECT_GT(off(all, wrong.source, circle.truth()), 3.0) << source_names[index_of(wrong.source)];
   }
 }
@@ -156,7 +161,7 @@ TEST(Parity, ASteeringIsHeldToNoTurnThatTyresDoNotMake) {
     hear(heard.sources[index_of(Source::steering)], t, delta, 0.002, false, 1e9);
   for (std::size_t i = 0; i < source_count; ++i)
     if (heard.sources[i].seen) heard.sources[i].time_ns = Circle::now_ns + 3'000 * ms;
-  const Consensus all = parities({}, heard, Circle::now_ns + 3'000 * ms, false, Over::short_time);
+  const Consensus all = parities_at(Circle::now_ns + 3'000 * ms, heard, false, Over::short_time);
   EXPECT_LT(off(all, Source::steering, sliding.truth()), 2.0);
 }
 
@@ -167,11 +172,11 @@ TEST(Parity, AGyroIsHeldToItsBiasOnceThatIsKnown) {
     mean = {mean.value + 0.1, mean.slow + 0.1};
   heard.known.gyro_bias = 0.1;
   heard.known.gyro_bias_sigma = 0.001;
-  EXPECT_LT(off(parities({}, heard, Circle::now_ns, false, Over::long_time), Source::yaw_rate,
+  EXPECT_LT(off(parities_at(Circle::now_ns, heard, false, Over::long_time), Source::yaw_rate,
                 circle.truth()),
             0.1);
   heard.known.gyro_bias = 0.0;
-  EXPECT_GT(off(parities({}, heard, Circle::now_ns, false, Over::long_time), Source::yaw_rate,
+  EXPECT_GT(off(parities_at(Circle::now_ns, heard, false, Over::long_time), Source::yaw_rate,
                 circle.truth()),
             2.0);
 }
@@ -181,7 +186,7 @@ TEST(Parity, WheelsThatKnowNoSignAreReadBackwards) {
   Heard heard = circle.heard();
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i)
     for (Mean& mean : heard.sources[i].means) mean = {-mean.value, -mean.slow};
-  const Consensus all = parities({}, heard, Circle::now_ns, true, Over::short_time);
+  const Consensus all = parities_at(Circle::now_ns, heard, true, Over::short_time);
   for (const Row& row : all) EXPECT_LT(std::abs(row.off(circle.truth())), 1.0) << row.sources;
 }
 
