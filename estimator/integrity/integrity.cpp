@@ -196,8 +196,8 @@ void Integrity::follow_felt(bool felt, double dt) noexcept {
   const double ahead = heard_.felt_speed - heard_.speed();
   const bool known = felt && heard_.felt_sigma < unknown;
   const bool alone = (heard_now_ & ~distrusted() & (wheels | only(Source::camera))) == 0;
-  if (known &&
-      (alone || agreed_.contradicted || std::abs(ahead) > contradicting * heard_.felt_sigma)) {
+  if (alone ||
+      (known && (agreed_.contradicted || std::abs(ahead) > contradicting * heard_.felt_sigma))) {
     return;
   }
   const double share = known ? -std::expm1(-dt / felt_s) : 1.0;
@@ -282,6 +282,8 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   if (felt) {
     feel(sensors, dt);
     stand(now_ns);
+  } else {
+    heard_.felt_sigma += gravity * dt;
   }
   // 2. What they agree on, or whose absence would make them.
   Consensus all = parities(sensors, heard_, backwards_, Over::short_time);

@@ -448,17 +448,92 @@ TEST(Integrity, HearsNothingThatIsOlderThanWhatItHasHeard) {
   drive.until(5.0);
   Integrity late = drive.integrity;
   late.hear(Source::yaw_rate, start_ns + 4'000 * ms, 9.0, 0.005);
-  late.look({}, start_ns + 5'100 * ms);
-  drive.integrity.look({}, start_ns + 5'100 * ms);
+  // So soon that the gyro still counts.
+  late.look({}, start_ns + 5'015 * ms);
+  drive.integrity.look({}, start_ns + 5'015 * ms);
+  EXPECT_NE(drive.integrity.agreed().turn, drive.integrity.agreed().turn_without_gyro);
   EXPECT_EQ(late.agreed().turn, drive.integrity.agreed().turn);
 }
 
-TEST(Integrity, TakesNoMemory) {
+TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
+  const auto from_rest = [](double t) {
+    return Motion{1.5 * std::clamp(t - 2.0, 0.0, 1.0), t < 4.0 ? 0.0 : 0.3 * std::sin(1.3 * t)};
+  };
+  Drive drive(from_rest, {.unsigned_wheels = true});
+  drive.until(12.0, [](Source source, double, double value) -> std::optional<double> {
+    return source == Source::yaw_rate ? -value : value;
+  });
+  EXPECT_FALSE(drive.integrity.backwards());
+  EXPECT_NEAR(drive.integrity.agreed().speed, 1.5, 0.1);
+  EXPECT_TRUE(drive.raised_s(Source::yaw_rate));
+  EXPECT_EQ(drive.flagged(), 1);
+}
+
+TEST(Integrity, WhatChangesUnheardIsBelievedAfterwards) {
+  // From 30 m/s to 6 m/s while the bus says nothing.
+  const auto braking = [](double t) {
+    return Motion{30.0 - 8.0 * std::clamp(t - 4.0, 0.0, 3.0) + 0.3 * std::sin(2.0 * t)};
+  };
+  Drive drive(braking);
+  drive.until(10.0, [](Source, double t, double value) {
+    return t < 4.0 || t > 7.0 ? std::optional(value) : std::nullopt;
+  });
+  EXPECT_NEAR(drive.integrity.agreed().speed, 6.0, 0.5);
+  EXPECT_LT(drive.integrity.agreed().speed_sigma, 0.1);
+  for (std::size_t i = 0; i < source_count; ++i)
+    EXPECT_TRUE(drive.integrity.trusted(static_cast<Source>(i))) << source_names[i];
+}
+
+TEST(Integrity, AWheelThatIsReadInStepsIsBelievedAgain) {
   Drive drive(slalom);
+  double held = 0.0;
+  const auto freezes = [&held](Source source, double t, double value) -> std::optional<double> {
+    if (source != Source::wheel_rear_left) return value;
+    const bool frozen = t > 10.0 && t < 12.0;
+    held = frozen ? held : 0.03 * std::round(value / 0.03);
+    return held;
+  };
+  drive.until(12.0, freezes);
+  ASSERT_FALSE(drive.integrity.trusted(Source::wheel_rear_left));
+  drive.until(16.0, freezes);
+  EXPECT_TRUE(drive.integrity.trusted(Source::wheel_rear_left));
+}
+
+TEST(Integrity, TellsAFrozenGyroByTheCameraAlone) {
+  const auto straight_first = [](double t) {
+    return Motion{1.5, t < 12.0 ? 0.0 : 0.3 * std::sin(1.3 * (t - 12.0))};
+  };
+  Drive drive(straight_first, {.camera = true});
+  double held = 0.0;
+  drive.until(14.0, [&held](Source source, double t, double value) -> std::optional<double> {
+    if (is_wheel(source)) return std::nullopt;
+    if (source != Source::yaw_rate) return value;
+    return t > 10.0 ? held : held = value;
+  });
+  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::frozen);
+}
+
+TEST(Integrity, ASilentSourceRegainsNoTrust) {
+  Drive drive(slalom);
+  const auto fails = [](Source source, double t, double value) -> std::optional<double> {
+    if (source != Source::yaw_rate || t < 5.0) return value;
+    return t < 7.0 ? std::optional(value + 1.0) : std::nullopt;
+  };
+  drive.until(15.0, fails);
+  EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
+}
+
+TEST(Integrity, TakesNoMemory) {
+  // Wheels that may turn backwards, and a gyro that fails: all that it does.
+  Drive drive(slalom, {.unsigned_wheels = true});
   drive.until(2.0);
+  const Failure fails = [](Source source, double, double value) -> std::optional<double> {
+    return source == Source::yaw_rate ? value + 1.0 : value;
+  };
   const auto before = allocation_count();
-  for (int i = 0; i < 100; ++i) drive.integrity.look({}, start_ns + (3000 + 20 * i) * ms);
+  drive.until(4.0, fails);
   EXPECT_EQ(allocation_count(), before);
+  EXPECT_FALSE(drive.integrity.trusted(Source::yaw_rate));
 }
 
 }  // namespace

@@ -190,5 +190,21 @@ TEST(Parity, WheelsThatKnowNoSignAreReadBackwards) {
   for (const Row& row : all) EXPECT_LT(std::abs(row.off(circle.truth())), 1.0) << row.sources;
 }
 
+TEST(Parity, SteeringIsAsLateToTheLeftAsToTheRight) {
+  const auto sigma_of = [](double rate) {
+    Heard heard;
+    heard.speeds = {1.5, 1.5};
+    for (std::int64_t t = start_ns; t <= Circle::now_ns; t += 20 * ms) {
+      const double from_end_s = static_cast<double>(t - Circle::now_ns) * 1e-9;
+      hear(heard.sources[index_of(Source::steering)], t, rate * from_end_s, 0.002, false, 1e9);
+    }
+    for (const Row& row : parities_at(Circle::now_ns, heard, false, Over::short_time))
+      if (row.sources == only(Source::steering)) return row.sigma;
+    return 0.0;
+  };
+  EXPECT_GT(sigma_of(0.5), sigma_of(0.0));
+  EXPECT_NEAR(sigma_of(0.5), sigma_of(-0.5), 1e-9);
+}
+
 }  // namespace
 }  // namespace odomd::estimator::integrity::parity_test
