@@ -16,20 +16,26 @@ class Comparison {
     double least = 0.0;  ///< rms of b below which nothing shows
   };
 
-  /// A piece that is `memory` pieces old counts by 1/e.
-  void add(double a, double b, double memory) noexcept {
+  /// A piece that is `memory` pieces old counts by 1/e. One that is large counts less, for a wrong
+  /// unit is to be forgotten as soon as a wrong sign.
+  void add(double a, double b, const Bounds& bounds, double memory) noexcept {
+    a = std::clamp(a, -most, most);
+    b = std::clamp(b, -most, most);
+    const double large = usual * bounds.least;
+    const double weight = 1.0 / (1.0 + (a * a + b * b) / (large * large));
     const double keep = 1.0 - 1.0 / memory;
-    n_ = keep * n_ + 1.0;
-    a_ = keep * a_ + a;
-    b_ = keep * b_ + b;
-    aa_ = keep * aa_ + a * a;
-    bb_ = keep * bb_ + b * b;
-    ab_ = keep * ab_ + a * b;
+    pieces_ = keep * pieces_ + 1.0;
+    n_ = keep * n_ + weight;
+    a_ = keep * a_ + weight * a;
+    b_ = keep * b_ + weight * b;
+    aa_ = keep * aa_ + weight * a * a;
+    bb_ = keep * bb_ + weight * b * b;
+    ab_ = keep * ab_ + weight * a * b;
   }
 
   /// Enough pieces, and enough in b.
   [[nodiscard]] bool shows(const Bounds& bounds, double fewest) const noexcept {
-    return n_ >= fewest && sums(bounds).bb >= bounds.least * bounds.least;
+    return pieces_ >= fewest && sums(bounds).bb >= bounds.least * bounds.least;
   }
 
   /// -1 to 1; 0 where one of them says nothing.
@@ -60,6 +66,10 @@ class Comparison {
             .ab = ab_ / n_ - mean_a * mean_b + rest_a * rest_b};
   }
 
+  static constexpr double most = 1e9;    ///< squares stay numbers
+  static constexpr double usual = 10.0;  ///< times the least: larger is seldom
+
+  double pieces_ = 0.0;
   double n_ = 0.0, a_ = 0.0, b_ = 0.0, aa_ = 0.0, bb_ = 0.0, ab_ = 0.0;
 };
 

@@ -1,6 +1,5 @@
-// Whether a source scatters about what the filter expects by far more than its sigma and the
-// filter's own say, and for seconds: by νᵀS⁻¹ν a degree of freedom, which is 1 where they are
-// right.
+// Whether a source lies by far more off what the filter expects than its sigma and the filter's own
+// say, and for seconds: by νᵀS⁻¹ν a degree of freedom, which is 1 where they are right.
 //
 // Only too much counts: a sigma that is stated too large is a choice.
 #pragma once
@@ -13,7 +12,7 @@
 
 namespace odomd::daemon {
 
-/// By the times of the samples alone.
+/// By the times of the samples and of the ticks alone.
 class Consistency {
  public:
   /// A sample that was tested, gated or not; others are passed over.
@@ -23,10 +22,19 @@ class Consistency {
     time_ns_ = judgement.time_ns;
     const double ratio = judgement.squared_ratio / judgement.degrees;
     const double bounded = std::isfinite(ratio) ? std::min(ratio, most) : most;
-    mean_ += (bounded - mean_) * (1.0 - std::exp(-std::min(dt, longest_s) / memory_s));
-    if (mean_ < large) calm_ns_ = time_ns_;
-    if (mean_ < small) inconsistent_ = false;
-    if (time_ns_ - calm_ns_ >= long_ns) inconsistent_ = true;
+    // A pause is no time that it was large.
+    const double counted_s = std::min(dt, longest_s);
+    mean_ += (bounded - mean_) * (1.0 - std::exp(-counted_s / memory_s));
+    large_s_ = mean_ < large ? 0.0 : large_s_ + counted_s;
+  }
+
+  /// Once a tick. `explained`: something else is known to be wrong, and the filter with it, so that
+  /// it is no fault of this source.
+  void look(std::int64_t now_ns, bool explained) noexcept {
+    if (now_ns - time_ns_ > silent_ns) mean_ = 1.0;
+    if (explained || mean_ < large) large_s_ = 0.0;
+    if (explained || mean_ < small) inconsistent_ = false;
+    if (large_s_ >= long_s) inconsistent_ = true;
   }
 
   [[nodiscard]] bool inconsistent() const noexcept { return inconsistent_; }
@@ -36,11 +44,12 @@ class Consistency {
   static constexpr double memory_s = 3.0, longest_s = 0.5;
   // No simulated drive and none for training is above 5.8 for so long; six times the noise is.
   static constexpr double large = 7.0, small = 4.0;
-  static constexpr std::int64_t long_ns = 5'000'000'000;
+  static constexpr double long_s = 5.0;
+  static constexpr std::int64_t silent_ns = 5'000'000'000;  ///< then nothing is known any more
 
   double mean_ = 1.0;
+  double large_s_ = 0.0;  ///< for so long
   std::int64_t time_ns_ = 0;
-  std::int64_t calm_ns_ = 0;  ///< when it was not large last
   bool inconsistent_ = false;
 };
 

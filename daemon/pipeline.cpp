@@ -94,12 +94,15 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
                                              .arrival_ns = now_ns};
     const std::optional<Verdict> verdict = add(state_.filter, measurement);
     if (verdict) count(sample.channel, *verdict);
-    if (const auto refused = estimator::refusal(measurement)) {
+    const auto refused = estimator::refusal(measurement);
+    if (refused) {
       state_.watch.refused(sample.channel, *refused, now_ns);
     } else {
       state_.watch.usable(sample.channel);
-      state_.wiring.hear(measurement.source, measurement.time_ns, measurement.value);
     }
+    // What no car does as well: a steering in degrees is beyond any in radians.
+    if (refused.value_or(Verdict::gated) == Verdict::gated)
+      state_.wiring.hear(measurement.source, measurement.time_ns, measurement.value);
     if (verdict == Verdict::non_finite) continue;
     state_.watch.heard(sample.channel, frame.time_ns, sample.time_ns);
     statistics_.sources[sample.channel].last_time_ns.set(
@@ -120,7 +123,7 @@ void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   const std::optional<Verdict> verdict = add(state_.filter, pose);
   if (verdict) judge_camera(*verdict);
   if (verdict == Verdict::non_finite) return;
-  state_.wiring.hear(pose);
+  if (estimator::is_possible(estimator::Pose2{pose.x, pose.y, pose.yaw})) state_.wiring.hear(pose);
   state_.watch.heard(camera, reference.arrival_ns, reference.capture_ns);
   statistics_.sources[camera].last_time_ns.set(std::bit_cast<std::uint64_t>(reference.capture_ns));
   statistics_.sources[camera].last_latency_ns.set(
@@ -210,6 +213,8 @@ const TickRecord& Pipeline::tick(std::uint64_t number, std::int64_t tick_ns) noe
 
   state_.watch.settle(tick_ns);
   state_.wiring.look(tick_ns);
+  const bool explained = state_.wiring.any_fault() || estimate.doubtful;
+  for (Consistency& source : state_.consistency) source.look(tick_ns, explained);
   fill_record(estimate, state_.record);
   odom_pose& pose = state_.record.pose;
   pose.tick = number;

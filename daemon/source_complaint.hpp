@@ -27,7 +27,8 @@ namespace odomd::daemon {
 }
 
 inline constexpr std::string_view inconsistent_complaint =
-    " scatters far more than its sigma says, for seconds: look at its sigma, latency and scale";
+    " does not fit what the filter expects, for seconds: look at its sigma, latency and scale, and "
+    "at the vehicle";
 
 /// Likewise of a mistake in the wiring or the description; `source` names the key.
 [[nodiscard]] inline std::string complaint(WiringFault fault, std::string_view source) {

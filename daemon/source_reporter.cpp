@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "daemon/source_complaint.hpp"
 
 namespace odomd::daemon {
@@ -52,16 +54,17 @@ void SourceReporter::look_at_camera_times(Journal& journal) {
 void SourceReporter::look_at_wiring(Journal& journal) {
   for (std::size_t i = 0; i < wiring_.size(); ++i) {
     const SourceStatistics& source = running_.pipeline.statistics().sources[i];
-    const std::string name{estimator::source_names[i]};
+    const std::string_view name = estimator::source_names[i];
     const auto wiring = static_cast<WiringFault>(source.wiring.get());
     if (wiring != wiring_[i])
-      wiring == WiringFault::none ? journal.info(name + " agrees with the others again")
-                                  : journal.warn(name + complaint(wiring, name));
+      wiring == WiringFault::none
+          ? journal.info(fmt::format("{} agrees with the others again", name))
+          : journal.warn(fmt::format("{}{}", name, complaint(wiring, name)));
     wiring_[i] = wiring;
     const bool inconsistent = source.inconsistent.get() != 0;
     if (inconsistent != inconsistent_[i])
-      inconsistent ? journal.warn(name + std::string{inconsistent_complaint})
-                   : journal.info(name + " scatters as its sigma says again");
+      inconsistent ? journal.warn(fmt::format("{}{}", name, inconsistent_complaint))
+                   : journal.info(fmt::format("{} is no longer said not to fit", name));
     inconsistent_[i] = inconsistent;
   }
 }
@@ -135,10 +138,13 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
     Signal& signal = signals_[i];
     const auto flag =
         static_cast<estimator::SourceFlag>(running_.pipeline.statistics().sources[i].flag.get());
-    // Wheels slip and grip again all the time; the status says so. Of its wiring is told above.
-    const bool healthy = (published.pose.health >> i & 1U) != 0 ||
-                         flag == estimator::SourceFlag::slipping ||
-                         (flag == estimator::SourceFlag::ok && wiring_[i] != WiringFault::none);
+    // While its wiring is named, which is told above, it neither drifts nor is fine.
+    if (wiring_[i] != WiringFault::none &&
+        (flag == estimator::SourceFlag::ok || flag == estimator::SourceFlag::drifting))
+      continue;
+    // Wheels slip and grip again all the time; the status says so.
+    const bool healthy =
+        (published.pose.health >> i & 1U) != 0 || flag == estimator::SourceFlag::slipping;
     const auto label = [&] {
       return fmt::format("{} ({})", estimator::source_names[i],
                          binding_of(running_.config, i).message);

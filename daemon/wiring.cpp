@@ -5,8 +5,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
 
 #include "daemon/wiring_causes.hpp"
+#include "daemon/wiring_fit.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -26,15 +28,50 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_backwards = 0.05;     // no noise of a wheel that stands [m/s]
 constexpr double slow = 0.1;                 // Froude numbers v / √(g l)
 constexpr double faster_than_reverse = 0.5;  // of wheels that know no sign
-constexpr double gentle_driving = 1.5;       // [m/s²]
+constexpr double slip_angle = 0.1;           // at which tyres begin to slide [rad]
+constexpr double dry_road = 6.0;             // most that a car does before [m/s²]
+constexpr double impossible = 20.0;          // [m/s²]
+constexpr int pieces_of_calm = 4;
+constexpr double most_gap = 0.03;  // of two axles' wheels, by their radii
 
-double mean(double sum, std::uint32_t count) {
-  return count == 0 ? nan : sum / count;
+double mean(double sum, double weights) {
+  return weights > 0.0 ? sum / weights : nan;
+}
+
+// The middle of the speeds that are told, in order. Where the two in the middle go opposite ways,
+// as with both wheels of a side reversed, the car goes ahead: backwards it seldom goes.
+double middle(std::span<const double> speeds) {
+  if (speeds.empty()) return nan;
+  const double low = speeds[(speeds.size() - 1) / 2], high = speeds[speeds.size() / 2];
+  const bool opposite = low < -least_backwards && high > least_backwards;
+  return 0.5 * (opposite ? high - low : high + low);
+}
+
+// From this on the tyres of an axle may slide, to the side or along [m/s²].
+double most_gentle(const estimator::Vehicle& car) {
+  const double front = car.cornering_stiffness_front / car.rear_axle,
+               rear = car.cornering_stiffness_rear / car.front_axle;
+  return std::min(slip_angle * car.wheelbase() / car.mass * std::min(front, rear), dry_road);
+}
+
+// Of the sources in `which`.
+double middle_speed(const std::array<double, source_count>& told, std::uint32_t which) {
+  std::array<double, last_wheel - first_wheel + 1> speeds_told{};
+  std::size_t count = 0;
+  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
+    if (std::isnan(told[wheel]) || (which >> wheel & 1U) == 0) continue;
+    double* const end = speeds_told.data() + count++;
+    double* const place = std::upper_bound(speeds_told.data(), end, told[wheel]);
+    std::move_backward(place, end, end + 1);
+    *place = told[wheel];
+  }
+  return middle({speeds_told.data(), count});
 }
 
 }  // namespace
 
-Wiring::Wiring(const estimator::Vehicle& vehicle) noexcept : vehicle_(vehicle) {}
+Wiring::Wiring(const estimator::Vehicle& vehicle) noexcept
+    : vehicle_(vehicle), gentle_(most_gentle(vehicle)) {}
 
 Wiring::Piece* Wiring::piece_at(std::int64_t time_ns) noexcept {
   const std::int64_t number = time_ns / piece_ns;
@@ -47,8 +84,10 @@ Wiring::Piece* Wiring::piece_at(std::int64_t time_ns) noexcept {
 void Wiring::hear(Source source, std::int64_t time_ns, double value) noexcept {
   Piece* const piece = piece_at(time_ns);
   if (piece == nullptr || !std::isfinite(value)) return;
-  piece->sum[index_of(source)] += value;
-  ++piece->count[index_of(source)];
+  const double phase =
+      (static_cast<double>(time_ns % piece_ns) + 0.5) / static_cast<double>(piece_ns);
+  piece->rising[index_of(source)].add(value, phase);
+  piece->falling[index_of(source)].add(value, 1.0 - phase);
 }
 
 void Wiring::hear(const estimator::CameraPose& pose) noexcept {
@@ -86,31 +125,17 @@ void Wiring::look(std::int64_t now_ns) noexcept {
 void Wiring::close(const Piece& piece) noexcept {
   Means now;
   for (std::size_t source = 0; source < source_count; ++source) {
-    now.of[source] = mean(piece.sum[source], piece.count[source]);
-    if (piece.count[source] > 0) heard_ |= 1U << source;
+    const Sum &rising = piece.rising[source], &falling = piece.falling[source];
+    now.of[source] = mean(rising.of + falling.of, rising.weights + falling.weights);
+    now.rising[source] = mean(rising.of, rising.weights);
+    now.falling[source] = mean(falling.of, falling.weights);
+    if (!std::isnan(now.of[source])) heard_ |= 1U << source;
   }
   now.pose = piece.pose;
   if (piece.poses == 0) now.pose.fill(nan);
   if (piece.poses > 0) heard_ |= bits(camera);
-
-  std::array<double, last_wheel - first_wheel + 1> speeds_told{};
-  std::size_t count = 0;
-  const double gear = now.of[index_of(direction)];
-  if (std::abs(gear) > 0.0) speed_has_sign_ = true;
-  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
-    double& v = now.of[wheel];
-    if (gear < 0.0) v = -std::abs(v);
-    if (v < -least_backwards) speed_has_sign_ = true;
-    if (std::isnan(v)) continue;
-    double* const end = speeds_told.data() + count++;
-    double* const place = std::upper_bound(speeds_told.data(), end, v);
-    std::move_backward(place, end, end + 1);
-    *place = v;
-  }
-  now.speed = nan;
-  if (count > 0) {
-    now.speed = 0.5 * (speeds_told[(count - 1) / 2] + speeds_told[count / 2]);
-  }
+  give_signs(now);
+  now.speed = middle_speed(now.of, all_wheels);
   const double slowest =
       (speed_has_sign_ ? slow : faster_than_reverse) * std::sqrt(gravity * vehicle_.wheelbase());
   if (std::min(std::abs(now.speed), std::abs(last_.speed)) >= slowest) {
@@ -120,9 +145,28 @@ void Wiring::close(const Piece& piece) noexcept {
   last_ = now;
 }
 
+// Those that know no sign have it from `direction`, and from those that have gone both ways.
+void Wiring::give_signs(Means& now) noexcept {
+  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
+    if (now.of[wheel] > least_backwards) ever_ahead_ |= 1U << wheel;
+    if (now.of[wheel] < -least_backwards) ever_back_ |= 1U << wheel;
+  }
+  const double gear = now.of[index_of(direction)];
+  const double signed_speed = middle_speed(now.of, ever_ahead_ & ever_back_);
+  if (std::abs(gear) > 0.0 || ever_back_ != 0) speed_has_sign_ = true;
+  if (!(gear < 0.0) && !(signed_speed < -least_backwards)) return;
+  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
+    if (!(gear < 0.0) && (ever_back_ >> wheel & 1U) != 0) continue;
+    for (double* const v : {&now.of[wheel], &now.rising[wheel], &now.falling[wheel]})
+      *v = -std::abs(*v);
+  }
+}
+
 void Wiring::compare(const Means& before, const Means& now) noexcept {
+  // Over both pieces, the samples in their middle weighing most: as a rate weighs in the difference
+  // of the means of what it is the rate of. Else what swings at 1.2 Hz would change its sign.
   const auto told = [&](Source source) {
-    return 0.5 * (before.of[index_of(source)] + now.of[index_of(source)]);
+    return 0.5 * (before.rising[index_of(source)] + now.falling[index_of(source)]);
   };
   const double l = vehicle_.wheelbase(), track = vehicle_.track_width;
   const double v = 0.5 * (before.speed + now.speed);
@@ -146,13 +190,22 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
       std::hypot(now.pose[0] - before.pose[0], now.pose[1] - before.pose[1]) / piece_s, v);
   const double front = told(wheel_front_left) + told(wheel_front_right);
   const double rear = told(wheel_rear_left) + told(wheel_rear_right);
-  const bool gentle = std::max(std::abs(q[lateral_gyro]), std::abs(q[faster])) < gentle_driving;
-  q[axle_gap] = gentle ? front / rear - 1.0 : nan;
+  q[axle_gap] = front / rear - 1.0;
   const double bend = l * q[turn_gyro] / v;
   q[axle_bend] = 0.5 * bend * bend;
+  // Tyres slip then, and a car that slides is steered against its turn for longer than it shows.
+  const auto violent = [&](Quantity of) {
+    return std::abs(q[of]) > gentle_ && std::abs(q[of]) < impossible;
+  };
+  calm_ = violent(lateral_gyro) || violent(side) || violent(faster) ? 0 : calm_ + 1;
+  spun_ = std::abs(q[axle_gap]) > most_gap + q[axle_bend] ? 0 : spun_ + 1;
+  const std::uint32_t unknown = (calm_ == 0 || spun_ < pieces_of_calm ? by_slip : 0U) |
+                                (calm_ < pieces_of_calm ? by_steering : 0U);
+  for (std::size_t i = 0; i < quantity_count; ++i)
+    if ((unknown >> i & 1U) != 0) q[i] = nan;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const double a = q[pairs[i].a], b = q[pairs[i].b];
-    if (std::isfinite(a) && std::isfinite(b)) pairs_[i].add(a, b, memory);
+    if (std::isfinite(a) && std::isfinite(b)) pairs_[i].add(a, b, pairs[i].bounds, memory);
   }
 }
 

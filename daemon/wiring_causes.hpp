@@ -1,9 +1,8 @@
-// What Wiring compares, and what each mistake makes of it: tables, and whether a pair is what a
-// mistake foretells.
+// What Wiring compares, and what each mistake makes of it: tables. Whether a pair is what a mistake
+// foretells: wiring_fit.hpp.
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -16,9 +15,6 @@ namespace odomd::daemon::wiring {
 
 using estimator::index_of;
 using estimator::Source;
-
-inline constexpr double alike = 0.7;       // correlation
-inline constexpr double very_alike = 0.8;  // of what has nothing to do with each other
 
 // What is compared, of every piece with that before. A turn by wheels is a curve, which a
 // difference of their radii offsets and no more.
@@ -52,34 +48,35 @@ enum class Relation : std::uint8_t { same, none };
 struct Pair {
   Quantity a, b;
   Comparison::Bounds bounds;
-  double about = 3.0;  ///< so many times more or less may be slip
+  double about;  ///< so many times more or less is the same unit
+  double other;  ///< and from so many times on another; between the two it may be slip
   Relation relation = Relation::same;
 };
-inline constexpr double any = 1e9;
+inline constexpr double any = 1e12;
 inline constexpr Comparison::Bounds turns{0.05, 0.05, 0.08}, curves{0.02, 0.02, 0.01},
     sideways{1.0, 0.3, 0.6}, lengthways{1.0, 0.0, 0.4}, ways{0.0, 0.0, 0.1}, axles{0.1, 0.1, 0.008};
 inline constexpr std::array<Pair, Wiring::pair_count> pairs{{
-    {turn_gyro, turn_steering, turns, 4.0},
-    {turn_gyro, turn_camera, turns},
-    {turn_steering, turn_camera, turns, 4.0},
-    {curve_gyro, curve_front, curves, any},
-    {curve_gyro, curve_rear, curves, any},
-    {curve_steering, curve_front, curves, any},
-    {curve_steering, curve_rear, curves, any},
-    {curve_front, curve_rear, curves, any},
-    {side, lateral_gyro, sideways},
-    {side, lateral_steering, sideways},
-    {ahead, faster, lengthways},
-    {ahead, lateral_gyro, sideways, 2.0, Relation::none},
-    {side, faster, lengthways, 2.0, Relation::none},
-    {quantity_of(Source::wheel_front_left), speed, ways},
-    {quantity_of(Source::wheel_front_right), speed, ways},
-    {quantity_of(Source::wheel_rear_left), speed, ways},
-    {quantity_of(Source::wheel_rear_right), speed, ways},
-    {quantity_of(Source::wheel_rear), speed, ways},
-    {quantity_of(Source::motor), speed, ways},
-    {speed_camera, speed, ways},
-    {axle_gap, axle_bend, axles},
+    {turn_gyro, turn_steering, turns, 2.0, 25.0},
+    {turn_gyro, turn_camera, turns, 2.0, 10.0},
+    {turn_steering, turn_camera, turns, 2.0, 25.0},
+    {curve_gyro, curve_front, curves, 1.5, 25.0},
+    {curve_gyro, curve_rear, curves, 1.5, 25.0},
+    {curve_steering, curve_front, curves, 1.5, 25.0},
+    {curve_steering, curve_rear, curves, 1.5, 25.0},
+    {curve_front, curve_rear, curves, 1.5, any},
+    {side, lateral_gyro, sideways, 2.0, 3.0},
+    {side, lateral_steering, sideways, 2.0, 25.0},
+    {ahead, faster, lengthways, 2.0, 3.0},
+    {ahead, lateral_gyro, sideways, 2.0, any, Relation::none},
+    {side, faster, lengthways, 2.0, any, Relation::none},
+    {quantity_of(Source::wheel_front_left), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_front_right), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_rear_left), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_rear_right), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_rear), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::motor), speed, ways, 1.5, 1.7},
+    {speed_camera, speed, ways, 2.0, 3.0},
+    {axle_gap, axle_bend, axles, 1.5, any},
 }};
 
 // What a mistake makes of a quantity: from `least` to `most` times as much, with a sign; 0: nothing
@@ -87,13 +84,16 @@ inline constexpr std::array<Pair, Wiring::pair_count> pairs{{
 struct Factor {
   double least = 1.0, most = 1.0;
   int sign = 1;
+  bool other = false;  ///< or by so many times less
 };
 constexpr Factor operator*(const Factor& a, const Factor& b) {
-  return {a.least * b.least, a.most * b.most, a.sign * b.sign};
+  return {a.least * b.least, a.most * b.most, a.sign * b.sign, a.other || b.other};
 }
 inline constexpr Factor reversed{1.0, 1.0, -1}, lost{1.0, 1.0, 0};
-inline constexpr Factor degrees{10.0, 110.0}, radians{1.0 / 110.0, 1.0 / 10.0};
+inline constexpr Factor degrees{25.0, 110.0}, radians{1.0 / 110.0, 1.0 / 25.0};
+inline constexpr Factor cut_degrees{10.0, 110.0};  // at what the bus or the gyro can say
 inline constexpr Factor km_per_h{3.0, 4.3}, in_g{0.06, 0.16}, millimetres{30.0, 3000.0};
+inline constexpr Factor geared{1.7, 1e3, 1, true};  // a ratio, a diameter for a radius, 2 pi
 
 constexpr std::uint32_t bits(auto... of) {
   return ((1U << static_cast<unsigned>(of)) | ...);
@@ -115,17 +115,29 @@ inline constexpr std::uint32_t rear_wheels = bits(wheel_rear_left, wheel_rear_ri
 inline constexpr std::uint32_t all_wheels = front_wheels | rear_wheels | bits(wheel_rear, motor);
 inline constexpr std::uint32_t by_gyro = bits(turn_gyro, curve_gyro, lateral_gyro);
 inline constexpr std::uint32_t by_steering = bits(turn_steering, curve_steering, lateral_steering);
+inline constexpr std::uint32_t by_slip = bits(curve_front, curve_rear, axle_gap);
 inline constexpr std::uint32_t speeds = (bits(speed) << 1U) - bits(first_wheel);
 
-constexpr Cause one_wheel(Source wheel, Quantity curve) {
-  return {WiringFault::sign,
+// `shown_in`: what else cannot be foretold then.
+constexpr Cause one_wheel(WiringFault fault, Source wheel, std::uint32_t shown_in) {
+  return {fault,
           2,
           bits(wheel),
-          {{{bits(quantity_of(wheel)), reversed}, {bits(curve, axle_gap), lost}}}};
+          {{{bits(quantity_of(wheel)), fault == WiringFault::sign ? reversed : geared},
+            {shown_in, lost}}}};
 }
+constexpr Cause one_side(Source front, Source rear) {
+  return {WiringFault::sign,
+          3,
+          bits(front, rear),
+          {{{bits(quantity_of(front), quantity_of(rear)), reversed},
+            {bits(curve_front, curve_rear, axle_gap), lost}}}};
+}
+inline constexpr std::uint32_t in_front = bits(curve_front, axle_gap),
+                               in_rear = bits(curve_rear, axle_gap);
 inline constexpr Cause causes[] = {
     {WiringFault::sign, 2, bits(yaw_rate), {{{by_gyro, reversed}}}},
-    {WiringFault::unit, 2, bits(yaw_rate), {{{by_gyro, degrees}, {bits(axle_bend), lost}}}},
+    {WiringFault::unit, 2, bits(yaw_rate), {{{by_gyro, cut_degrees}, {bits(axle_bend), lost}}}},
     {WiringFault::unit, 2, bits(yaw_rate), {{{by_gyro, radians}, {bits(axle_bend), lost}}}},
     {WiringFault::sign, 2, bits(steering), {{{by_steering, reversed}}}},
     {WiringFault::unit, 2, bits(steering), {{{by_steering, degrees}}}},
@@ -142,7 +154,7 @@ inline constexpr Cause causes[] = {
      {{{bits(axle_gap), reversed}}}},
     {WiringFault::sign,
      3,
-     all_wheels,
+     all_wheels | bits(direction),
      {{{bits(turn_steering, curve_gyro, lateral_gyro, faster), reversed}}}},
     {WiringFault::unit,
      3,
@@ -154,14 +166,24 @@ inline constexpr Cause causes[] = {
     {WiringFault::sign, 2, bits(accel_y), {{{bits(side), reversed}}}},
     {WiringFault::axes_swapped, 2, bits(accel_x, accel_y), {}},
     {WiringFault::unit, 2, bits(accel_x, accel_y), {{{bits(ahead, side), in_g}}}},
+    {WiringFault::unit, 2, bits(accel_x), {{{bits(ahead), in_g}}}},
+    {WiringFault::unit, 2, bits(accel_y), {{{bits(side), in_g}}}},
     {WiringFault::sign, 2, bits(camera), {{{bits(turn_camera), reversed}}}},
     {WiringFault::unit, 2, bits(camera), {{{bits(speed_camera), millimetres}}}},
-    one_wheel(wheel_front_left, curve_front),
-    one_wheel(wheel_front_right, curve_front),
-    one_wheel(wheel_rear_left, curve_rear),
-    one_wheel(wheel_rear_right, curve_rear),
-    one_wheel(wheel_rear, curve_rear),
-    one_wheel(motor, curve_rear),
+    one_wheel(WiringFault::sign, wheel_front_left, in_front),
+    one_wheel(WiringFault::sign, wheel_front_right, in_front),
+    one_wheel(WiringFault::sign, wheel_rear_left, in_rear),
+    one_wheel(WiringFault::sign, wheel_rear_right, in_rear),
+    one_wheel(WiringFault::sign, wheel_rear, 0),
+    one_wheel(WiringFault::sign, motor, 0),
+    one_wheel(WiringFault::unit, wheel_front_left, in_front),
+    one_wheel(WiringFault::unit, wheel_front_right, in_front),
+    one_wheel(WiringFault::unit, wheel_rear_left, in_rear),
+    one_wheel(WiringFault::unit, wheel_rear_right, in_rear),
+    one_wheel(WiringFault::unit, wheel_rear, 0),
+    one_wheel(WiringFault::unit, motor, 0),
+    one_side(wheel_front_left, wheel_rear_left),
+    one_side(wheel_front_right, wheel_rear_right),
 };
 inline constexpr std::uint8_t nothing = Wiring::cause_count;  ///< is wrong
 static_assert(std::size(causes) == nothing);
@@ -176,45 +198,5 @@ inline constexpr std::array<Factors, nothing + 1> factors = [] {
         if ((effect.quantities >> q & 1U) != 0) table[cause][q] = effect.factor;
   return table;
 }();
-
-// One thing cannot be wrong in the same way twice, and two units would explain too much.
-inline bool exclude(std::uint8_t one, std::uint8_t other) {
-  return other != nothing && causes[one].fault == causes[other].fault &&
-         (causes[one].fault == WiringFault::unit ||
-          (causes[one].sources & causes[other].sources) != 0);
-}
-
-inline bool swaps_axes(std::uint8_t cause) {
-  return cause != nothing && causes[cause].fault == WiringFault::axes_swapped;
-}
-
-// What is seen of a pair.
-struct Seen {
-  bool shows = false;
-  double correlation = 0.0, gain = 0.0;
-};
-enum class Fit : std::uint8_t { open, fits, contradicts };
-
-// Whether a pair is what one or two causes make of it.
-inline Fit fit(const std::array<std::uint8_t, 2>& by, const Pair& pair, const Seen& seen) noexcept {
-  if (!seen.shows) return Fit::open;
-  const bool swapped = swaps_axes(by[0]) || swaps_axes(by[1]);
-  if (pair.relation == Relation::none || (swapped && (pair.a == ahead || pair.a == side))) {
-    const bool related = std::abs(seen.correlation) > very_alike && seen.gain > 1.0 / pair.about;
-    if (swapped && pair.relation == Relation::none) return related ? Fit::fits : Fit::open;
-    return related ? Fit::contradicts : Fit::open;
-  }
-  if (std::abs(seen.correlation) < alike) return Fit::open;
-  const auto factor = [&](Quantity q) { return factors[by[0]][q] * factors[by[1]][q]; };
-  const Factor a = factor(pair.a), b = factor(pair.b);
-  if (a.sign * b.sign == 0) return Fit::open;
-  const bool same_unit = a.least == b.least && a.most == b.most;
-  const double least = same_unit ? 1.0 / pair.about : a.least / b.most;
-  const double most = same_unit ? pair.about : a.most / b.least;
-  return (seen.correlation > 0.0) == (a.sign * b.sign > 0) && seen.gain >= least &&
-                 seen.gain <= most
-             ? Fit::fits
-             : Fit::contradicts;
-}
 
 }  // namespace odomd::daemon::wiring

@@ -28,7 +28,7 @@ constexpr std::array<Condition, 17> all{{
     {ODOM_COND_WHEEL_SLIP, "wheel_slip", "a wheel turns otherwise than the car moves"},
     {ODOM_COND_MISWIRED, "miswired", "a sensor is wired or described wrongly: see its wiring"},
     {ODOM_COND_INCONSISTENT, "inconsistent",
-     "a source scatters more than its sigma says, for seconds"},
+     "a source does not fit what the filter expects, for seconds"},
 }};
 
 }  // namespace

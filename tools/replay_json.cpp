@@ -5,6 +5,26 @@
 #include "tools/pose_csv.hpp"
 
 namespace odomd::tools {
+namespace {
+
+// Sources that were found wired or described wrongly, or scattering too much, and for how long [s].
+nlohmann::ordered_json wiring_json(const ReplaySummary& summary) {
+  auto sources = nlohmann::ordered_json::object();
+  const double tick_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9 /
+                        static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
+  for (std::size_t source = 0; source < estimator::source_count; ++source) {
+    const std::string name{estimator::source_names[source]};
+    for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
+      if (const std::uint64_t ticks = summary.wired[source][fault]; ticks > 0)
+        sources[name][std::string{daemon::wiring_names[fault]}] =
+            tick_s * static_cast<double>(ticks);
+    if (const std::uint64_t ticks = summary.inconsistent[source]; ticks > 0)
+      sources[name]["inconsistent"] = tick_s * static_cast<double>(ticks);
+  }
+  return sources;
+}
+
+}  // namespace
 
 nlohmann::ordered_json innovations_json(const ReplaySummary& summary) {
   auto innovations = nlohmann::ordered_json::object();
@@ -49,23 +69,6 @@ nlohmann::ordered_json verdicts_json(const ReplaySummary& summary) {
     if (!verdicts.empty()) {
       sources[std::string{estimator::source_names[source]}] = std::move(verdicts);
     }
-  }
-  return sources;
-}
-
-// Sources that were found wired or described wrongly, or scattering too much, and for how long [s].
-nlohmann::ordered_json wiring_json(const ReplaySummary& summary) {
-  auto sources = nlohmann::ordered_json::object();
-  const double tick_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9 /
-                        static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
-  for (std::size_t source = 0; source < estimator::source_count; ++source) {
-    const std::string name{estimator::source_names[source]};
-    for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
-      if (const std::uint64_t ticks = summary.wired[source][fault]; ticks > 0)
-        sources[name][std::string{daemon::wiring_names[fault]}] =
-            tick_s * static_cast<double>(ticks);
-    if (const std::uint64_t ticks = summary.inconsistent[source]; ticks > 0)
-      sources[name]["inconsistent"] = tick_s * static_cast<double>(ticks);
   }
   return sources;
 }

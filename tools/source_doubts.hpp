@@ -10,11 +10,12 @@
 
 namespace odomd::tools {
 
-/// A line a source that was flagged for a second or more (a tenth of a shorter drive) as out of
-/// range, no number, frozen, contradicting the others or failing its protection; and one a source
-/// of whose samples more than a quarter was gated; one that was found wired or described wrongly
-/// (daemon/wiring.hpp), or scattering far too much, at any time. Each says how much, and what to
-/// look at. Of a camera in other units that alone.
+/// First a line a mistake in the wiring or the description that was found at any time
+/// (daemon/wiring.hpp), with the sources that it is of; of these nothing more that comes of it.
+/// Then a line a source that did not fit what the filter expects; that was flagged for a second or
+/// more (a tenth of a shorter drive) as out of range, no number, frozen, contradicting the others
+/// or failing its protection; of whose samples more than a quarter was gated. Each says how much,
+/// and what to look at. Of a camera in other units that alone.
 [[nodiscard]] std::vector<std::string> source_doubts(const can::Decoder& decoder,
                                                      const ReplaySummary& summary);
 

@@ -62,10 +62,14 @@ std::string duration(const Json& value) {
 std::string source_state(const Json& source) {
   if (is_true(member(source, "healthy")))
     return is_true(member(source, "inconsistent")) ? "inconsistent" : "fine";
+  // What it does not say at all, or never could be true, comes before what is held of it.
+  constexpr std::array first{"timed_out", "failed_protection", "out_of_range", "non_finite",
+                             "frozen"};
+  std::string flag = word(member(source, "flag"));
   std::string wiring = word(member(source, "wiring"));
   std::ranges::replace(wiring, '_', ' ');
-  if (wiring != "-" && wiring != "ok") return "miswired: " + wiring;
-  std::string flag = word(member(source, "flag"));
+  if (wiring != "-" && wiring != "ok" && std::ranges::find(first, flag) == first.end())
+    return "miswired: " + wiring;
   if (flag == "-" || flag == "ok" || flag == "timed_out") return "overdue";
   std::ranges::replace(flag, '_', ' ');
   return flag;

@@ -104,6 +104,11 @@ TEST(StatusText, NamesWhatIsWiredWronglyAndWhatScatters) {
   wrong["sources"][0]["flag"] = "drifting";
   wrong["sources"][0]["wiring"] = "left_right_swapped";
   EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("miswired: left right swapped"));
+  for (const char* const before : {"failed_protection", "out_of_range", "non_finite", "frozen"}) {
+    wrong["sources"][0]["flag"] = before;
+    EXPECT_THAT(status_as_text(wrong, {}), ::testing::Not(HasSubstr("miswired:"))) << before;
+  }
+  wrong["sources"][0]["flag"] = "drifting";
   wrong["sources"][0]["wiring"] = "ok";
   EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("drifting"));
   wrong["sources"][0]["healthy"] = true;

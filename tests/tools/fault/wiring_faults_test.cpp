@@ -17,6 +17,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
+#include "tools/source_doubts.hpp"
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::campaign::wiring_faults_test {
@@ -29,6 +30,7 @@ using ::testing::IsEmpty;
 struct Found {
   std::map<std::string, std::string> ever;
   std::uint32_t conditions = 0;  ///< at any time
+  std::vector<std::string> doubts;
 };
 
 Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Camera camera) {
@@ -58,6 +60,7 @@ Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Came
     for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
       if (summary.wired[source][fault] > 0)
         found.ever[std::string{estimator::source_names[source]}] += daemon::wiring_names[fault];
+  found.doubts = tools::source_doubts(pipeline->decoder(), summary);
   return found;
 }
 
@@ -117,6 +120,7 @@ TEST_P(WrongWiring, IsNamedAndNothingElseIs) {
            {"gyro.inverted", {{"yaw_rate", "sign"}}},
            {"gyro.scaled:::57.3", {{"yaw_rate", "unit"}}},
            {"steering.inverted", {{"steering", "sign"}}},
+           {"steering.scaled:::57.3", {{"steering", "unit"}}},
            {"wheels.left_right", all_wheels("left_right_swapped")},
            {"wheels.scaled:::3.6", all_wheels("unit")},
            {"wheel_rear_left.inverted", {{"wheel_rear_left", "sign"}}},
@@ -150,6 +154,25 @@ TEST(WiringMistake, OfTheForwardAccelerationShowsWhereItIsBraked) {
   const Drive drive = simulated("--scenario road");
   const Found found = replayed(drive, {fault::parse_fault("accel_x.inverted")}, Camera::off);
   EXPECT_EQ(found.ever, (Names{{"accel_x", "sign"}}));
+}
+
+TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
+  using ::testing::HasSubstr;
+  using ::testing::Not;
+  const Drive drive = simulated("--scenario slalom");
+  const auto doubts = [&](const char* kind) {
+    return replayed(drive, {fault::parse_fault(kind)}, Camera::off).doubts;
+  };
+  const auto of_gyro = doubts("gyro.inverted");
+  ASSERT_THAT(of_gyro, Not(IsEmpty()));
+  EXPECT_THAT(of_gyro[0], HasSubstr("yaw_rate (IMU) has the wrong sign"));
+  for (std::size_t i = 1; i < of_gyro.size(); ++i)
+    EXPECT_THAT(of_gyro[i], Not(HasSubstr("yaw_rate")));
+  const auto of_wheels = doubts("wheels.left_right");
+  ASSERT_THAT(of_wheels, Not(IsEmpty()));
+  EXPECT_THAT(of_wheels[0], HasSubstr("wheel_rear_left (WHEELS_REAR), wheel_rear_right"));
+  for (std::size_t i = 1; i < of_wheels.size(); ++i)
+    EXPECT_THAT(of_wheels[i], Not(HasSubstr("wheel_"))) << of_wheels[i];
 }
 
 TEST(ScatteringSource, BringsTheCondition) {
