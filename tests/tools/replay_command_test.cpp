@@ -279,9 +279,9 @@ TEST(ReplayCommand, SaysWhichSensorWasNotBelieved) {
     return outcome.err;
   };
   EXPECT_THAT(replayed("yaw_rate", "-1", ""),
-              ContainsRegex("odom replay: warning: yaw_rate \\(IMU\\) contradicts the other "
-                            "sensors: look at its scale, offset and mounting \\(for [0-9.]* of "
-                            "[0-9.]* s\\)"));
+              ContainsRegex("odom replay: warning: yaw_rate \\(IMU\\) has the wrong sign, by all "
+                            "the others: look at the sign of can.signals.yaw_rate.scale "
+                            "\\(for [0-9.]* of [0-9.]* s\\)"));
   const auto wheels = nlohmann::json::parse(replayed("wheel_rear_[a-z]*", "3.6", " --json"));
   EXPECT_THAT(wheels["warnings"].dump(),
               ContainsRegex("wheel_rear_left \\(WHEELS_REAR\\): [0-9]* of its [0-9]* samples"));
