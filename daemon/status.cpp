@@ -20,12 +20,10 @@ namespace {
 constexpr double ns_per_s = 1e9;
 constexpr double ns_per_us = 1e3;
 
-constexpr std::array<std::string_view, 18> conditions_by_bit{
-    "not_realtime", "restarted",       "bus_down",     "signal_timeout",
-    "protection",   "frames_lost",     "carried_over", "clock_stepped",
-    "suspended",    "camera_rejected", "model_fault",  "non_finite",
-    "input_ended",  "sensor_fault",    "wheel_slip",   "",
-    "miswired",     "inconsistent"};
+constexpr std::array<std::string_view, 17> conditions_by_bit{
+    "not_realtime", "restarted",     "bus_down",   "signal_timeout",  "protection",  "frames_lost",
+    "carried_over", "clock_stepped", "suspended",  "camera_rejected", "model_fault", "non_finite",
+    "input_ended",  "sensor_fault",  "wheel_slip", "miswired",        "inconsistent"};
 
 constexpr std::array<std::string_view, 4> link_names{"up", "down", "gone", "ended"};
 
@@ -381,8 +379,7 @@ std::string_view name_of_mode(std::uint32_t mode) {
 std::vector<std::string_view> condition_names(std::uint32_t conditions) {
   std::vector<std::string_view> names;
   for (std::size_t bit = 0; bit < conditions_by_bit.size(); ++bit)
-    if ((conditions >> bit & 1U) != 0 && !conditions_by_bit[bit].empty())
-      names.push_back(conditions_by_bit[bit]);
+    if ((conditions >> bit & 1U) != 0) names.push_back(conditions_by_bit[bit]);
   return names;
 }
 

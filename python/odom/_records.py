@@ -68,8 +68,8 @@ class Conditions(enum.IntFlag):
     INPUT_ENDED = 1 << 12  #: the log or the pipe has ended
     SENSOR_FAULT = 1 << 13  #: a sensor's values cannot be true; see `Pose.health`
     WHEEL_SLIP = 1 << 14  #: a wheel turns otherwise than the car moves
-    MISWIRED = 1 << 16  #: a sensor is wired or described wrongly; see `Pose.health`
-    INCONSISTENT = 1 << 17  #: a source scatters more than its sigma says, for seconds
+    MISWIRED = 1 << 15  #: a sensor is wired or described wrongly; see `Pose.health`
+    INCONSISTENT = 1 << 16  #: a source does not fit what the filter expects, for seconds
 
 
 class Source(enum.IntEnum):

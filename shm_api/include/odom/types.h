@@ -46,9 +46,8 @@ enum {
   ODOM_COND_INPUT_ENDED = 1u << 12,    /**< the log or the pipe has ended */
   ODOM_COND_SENSOR_FAULT = 1u << 13,   /**< a sensor's values cannot be true (see health) */
   ODOM_COND_WHEEL_SLIP = 1u << 14,     /**< a wheel turns otherwise than the car moves */
-  /* bit 15 is reserved */
-  ODOM_COND_MISWIRED = 1u << 16,    /**< a sensor is wired or described wrongly (see health) */
-  ODOM_COND_INCONSISTENT = 1u << 17 /**< a source scatters more than its sigma says, for seconds */
+  ODOM_COND_MISWIRED = 1u << 15,       /**< a sensor is wired or described wrongly (see health) */
+  ODOM_COND_INCONSISTENT = 1u << 16    /**< a source does not fit what the filter expects */
 };
 
 /** Index of a source in health, source_age_ns and the status. Append-only. */
