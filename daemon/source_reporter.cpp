@@ -64,7 +64,7 @@ void SourceReporter::look_at_wiring(Journal& journal) {
     const bool inconsistent = source.inconsistent.get() != 0;
     if (inconsistent != inconsistent_[i])
       inconsistent ? journal.warn(fmt::format("{}{}", name, inconsistent_complaint))
-                   : journal.info(fmt::format("{} is no longer said not to fit", name));
+                   : journal.info(fmt::format("{} fits what the filter expects again", name));
     inconsistent_[i] = inconsistent;
   }
 }
