@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "daemon/config_sections.hpp"
+#include "estimator/common/tuning.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -21,7 +22,6 @@ constexpr Range track_of_base{0.2, 2.0};      // 0.5 to 0.8
 constexpr Range stiffness_of_weight{0.05, 80.0};  // C/(m g) [1/rad]; 0.6 to 10
 constexpr Range grip{0.3, 50.0};                  // [m/s²]; ice 1, a racing car's with wings 40
 constexpr double farthest_sensor = 3.0;           // wheelbases from the centre of gravity
-constexpr double gravity = 9.81;                  // [m/s²]
 
 void doubt_vehicle(const Config& config, std::vector<std::string>& warnings) {
   const estimator::Vehicle& car = config.vehicle;
@@ -46,7 +46,8 @@ void doubt_vehicle(const Config& config, std::vector<std::string>& warnings) {
   for (const auto& [key, value] :
        {std::pair{"cornering_stiffness_front", car.cornering_stiffness_front},
         std::pair{"cornering_stiffness_rear", car.cornering_stiffness_rear}})
-    if (const double share = value / (car.mass * gravity); !stiffness_of_weight.holds(share))
+    if (const double share = value / (car.mass * estimator::gravity);
+        !stiffness_of_weight.holds(share))
       warn(
           fmt::format("{} {} is {:.2g} times the car's weight per radian, of tyres it is 0.5 to 10 "
                       "times: write it in N/rad, of the whole axle",

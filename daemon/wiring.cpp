@@ -9,6 +9,7 @@
 
 #include "daemon/wiring_causes.hpp"
 #include "daemon/wiring_fit.hpp"
+#include "estimator/common/tuning.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -23,7 +24,6 @@ constexpr double fewest = 10.0;            // pieces, as they are remembered
 constexpr int looks_needed = 4;            // that say the same
 constexpr int looks_where_ambiguous = 20;  // ... where others are nearly as likely
 constexpr int most_cost = 100;
-constexpr double gravity = 9.81;  // [m/s²]
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double least_backwards = 0.05;     // no noise of a wheel that stands [m/s]
 constexpr double slow = 0.1;                 // Froude numbers v / √(g l)
@@ -136,8 +136,8 @@ void Wiring::close(const Piece& piece) noexcept {
   if (piece.poses > 0) heard_ |= bits(camera);
   give_signs(now);
   now.speed = middle_speed(now.of, all_wheels);
-  const double slowest =
-      (speed_has_sign_ ? slow : faster_than_reverse) * std::sqrt(gravity * vehicle_.wheelbase());
+  const double slowest = (speed_has_sign_ ? slow : faster_than_reverse) *
+                         std::sqrt(estimator::gravity * vehicle_.wheelbase());
   if (std::min(std::abs(now.speed), std::abs(last_.speed)) >= slowest) {
     compare(last_, now);
     decide();

@@ -12,6 +12,7 @@
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/update.hpp"
 #include "estimator/integrity/admission.hpp"
+#include "estimator/integrity/heed_sources.hpp"
 
 namespace odomd::estimator {
 namespace {

@@ -21,17 +21,16 @@ struct Context {
 /// periods long.
 void advance(const Context& context, State& state, std::int64_t time_ns) noexcept;
 
-/// Holds the sources against each other, and the filter against what they agree on: where it has
-/// gone astray for a while, it goes on from there, and doubts its pose by as much.
-void heed_sources(const Context& context, State& state) noexcept;
-
 /// The model's inputs as they stand at the state's time: too old ones do not count.
 [[nodiscard]] Input input_of(const State& state) noexcept;
 
-/// Takes a sample whose time is the state's. Of a source that is rejected for too long (the gyro
-/// 50 ms, the lateral accelerometer 0.2 s, the other one 1.5 s, the wheels 0.25 s of which none was
-/// fused) the filter gives in: the variance of what it measures, of an accelerometer of its bias,
-/// grows as far as the sample is off, and the sample is fused.
+/// Whether the gyro is trusted, and was fused so lately that it tells the turn.
+[[nodiscard]] bool gyro_alive(const State& state) noexcept;
+
+/// Takes a sample whose time is the state's. Of a source that agrees with the others and is
+/// rejected for too long (the gyro 50 ms, the lateral accelerometer 0.2 s, the other one 1.5 s, a
+/// wheel 0.1 s) the filter gives in: the variance of what it measures, of an accelerometer of its
+/// bias, grows as far as the sample is off, and the sample is fused.
 [[nodiscard]] Judgement take(const Context& context, State& state, const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <memory>
 
+#include "estimator/common/squares.hpp"
+
 namespace odomd::estimator::full {
 namespace {
-
-double squared(double value) noexcept {
-  return value * value;
-}
 
 /// What the random walks add.
 void add_walks(const Tuning& walks, double dt, State& state) noexcept {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
 
 namespace odomd::estimator::full {

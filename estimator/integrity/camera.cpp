@@ -65,9 +65,9 @@ double chi_squared(const Pose2& off, const std::array<double, 3>& sigma, double 
 /// Whether the camera saw the car go from one to the other as the filter did.
 bool is_one_way(const Sighting& from, const Sighting& to,
                 const std::array<double, 3>& sigma) noexcept {
-  constexpr double gate = 16.27;
   constexpr double share = 0.1;  // that the filter's way may be off by
-  return chi_squared(apart(from, to), sigma, share * distance(from.believed, to.believed)) <= gate;
+  return chi_squared(apart(from, to), sigma, share * distance(from.believed, to.believed)) <=
+         CameraGate{}.gate;
 }
 
 /// Whether it went so far meanwhile that a picture that stands still would have been found out.

@@ -8,6 +8,7 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/wheel_speed.hpp"
+#include "estimator/integrity/felt_speed.hpp"
 
 namespace odomd::estimator {
 namespace {
@@ -15,15 +16,10 @@ namespace {
 using integrity::Consensus;
 using integrity::only;
 using integrity::Over;
+using integrity::slowest_learning;
 using integrity::Solution;
 using integrity::Sources;
 namespace of = integrity::of;
-
-// The felt speed follows the others within so long [s].
-constexpr double felt_s = 0.3;
-
-// What is slower teaches nothing [m/s].
-constexpr double slowest_learning = 0.3;
 
 constexpr std::int64_t look_every_ns = 20'000'000;
 
@@ -75,10 +71,6 @@ constexpr std::array hypotheses{
 // fault.
 constexpr double odd = 20.0;
 constexpr double odd_for_s = 1.0;
-
-double squared(double value) noexcept {
-  return value * value;
-}
 
 bool contains(Sources sources, std::size_t source) noexcept {
   return (sources >> source & 1U) != 0;
@@ -138,84 +130,6 @@ Sources Integrity::distrusted() const noexcept {
     all |= trust_[i].flag != SourceFlag::ok ? Sources{1} << i : 0;
   }
   return all;
-}
-
-/// The speed goes on as the accelerometer says: v̇_x = a_x + v_y ψ̇, v_y = l_h ψ̇ - α_h v, and with
-/// tyres that are linear α_h = m l_v a_y / (l C_h).
-void Integrity::feel(const integrity::Sensors& sensors, double dt) noexcept {
-  constexpr double slide = 0.5;  // v_y over v, of a car that slides
-  constexpr double lately_s = 0.24;
-  const Vehicle& car = sensors.car;
-  const integrity::Witness& felt = heard_.by(Source::accel_x);
-  const double turn = heard_.turn();
-  const double side = side_push(heard_, Over::short_time);
-  const double softness =
-      car.mass * car.front_axle / (car.wheelbase() * car.cornering_stiffness_rear);
-  const double by_turn = car.rear_axle * turn * turn;
-  const double by_tyres = std::copysign(softness * side * side, heard_.speed());
-  const double pull = felt.mean() - heard_.felt_slope + by_turn - by_tyres;
-  heard_.felt_speed += pull * dt;
-  const double sideways = heard_.slides(looked_ns_, lately_s) ? slide * heard_.speed() * turn
-                                                              : by_turn + std::abs(by_tyres);
-  heard_.felt_sigma +=
-      dt *
-      std::sqrt(squared(heard_.felt_slope_sigma) + squared(felt.sigma) * felt.cycle_s / felt_s +
-                squared(sensors.tuning.pitch_gradient * pull) + squared(sideways));
-}
-
-/// Wheels that are locked brake a car, which is felt: one whose wheels were distrusted, that is not
-/// seen to move, and that has felt nothing for so long, stands.
-void Integrity::stand(std::int64_t now_ns) noexcept {
-  constexpr double stands_after_s = 2.0;
-  constexpr double slowest_turning = 0.02;  // [m/s]
-  constexpr double brakes = 0.05;           // [g]
-  constexpr double surely = 0.1;            // [m/s]
-  bool rests = integrity::is_steady(heard_.by(Source::yaw_rate)) &&
-               std::abs(heard_.by(Source::accel_x).mean(Over::long_time) - heard_.felt_slope) <
-                   brakes * gravity;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const integrity::Witness& wheel = heard_.sources[i];
-    rests = rests && (!wheel.alive(now_ns) || std::abs(wheel.mean()) < slowest_turning);
-  }
-  if (!rests || !agreed_.wheels_out || heard_.seen_speed.alive(now_ns)) {
-    rests_since_ns_ = now_ns;
-  } else if (seconds_between(rests_since_ns_, now_ns) >= stands_after_s) {
-    heard_.felt_speed = 0.0;
-    heard_.felt_sigma = surely;
-  }
-}
-
-/// As long as the accelerometer does not contradict the others, which know the speed, its own
-/// follows theirs; how far it stays behind tells of slope and bias.
-void Integrity::follow_felt(bool felt, double dt) noexcept {
-  constexpr double slope_s = 20.0;
-  constexpr double least_slope = 0.02;   // [g], by which it changes ...
-  constexpr double most_slope = 0.06;    // ... and three times that is the steepest
-  constexpr double contradicting = 2.5;  // sigmas
-  constexpr double unknown = 10.0;       // [m/s]
-  const double ahead = heard_.felt_speed - heard_.speed();
-  const bool known = felt && heard_.felt_sigma < unknown;
-  const bool alone = (heard_now_ & ~distrusted() & (wheels | only(Source::camera))) == 0;
-  if (alone ||
-      (known && (agreed_.contradicted || std::abs(ahead) > contradicting * heard_.felt_sigma))) {
-    return;
-  }
-  const double share = known ? -std::expm1(-dt / felt_s) : 1.0;
-  heard_.felt_speed -= share * ahead;
-  heard_.felt_sigma += share * (heard_.speed_sigma - heard_.felt_sigma);
-  if (known && suspected_ == 0 && (distrusted() & (wheels | only(Source::accel_x))) == 0) {
-    const double off = ahead / felt_s;
-    heard_.felt_for_s = std::min(heard_.felt_for_s + dt, slope_s);
-    const double follows = dt / heard_.felt_for_s;
-    constexpr double steepest = 3.0 * most_slope * gravity;
-    heard_.felt_slope = std::clamp(heard_.felt_slope + follows * off, -steepest, steepest);
-    if (std::abs(heard_.speed()) < slowest_learning) {
-      return;  // at rest no slope changes
-    }
-    const double variance = squared(heard_.felt_slope_sigma);
-    heard_.felt_slope_sigma = std::clamp(std::sqrt(variance + follows * (off * off - variance)),
-                                         least_slope * gravity, most_slope * gravity);
-  }
 }
 
 /// Wheels that know no sign may turn backwards. No car turns round without a halt, so what was seen
@@ -280,8 +194,12 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   heard_.untold_s += elapsed_s - dt;
   const bool felt = heard_.tells(Source::accel_x);
   if (felt) {
-    feel(sensors, dt);
-    stand(now_ns);
+    feel(sensors, heard_, dt);
+    if (agreed_.wheels_out) {
+      rest_with_locked_wheels(heard_);
+    } else {
+      heard_.rests_since_ns = now_ns;
+    }
   } else {
     heard_.felt_sigma += gravity * dt;
   }
@@ -338,7 +256,12 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
       slips(rear_wheels)) {
     heard_.slid_ns = now_ns;
   }
-  follow_felt(felt, dt);
+  const Sources told = ~distrusted();
+  follow(heard_, dt,
+         {.felt = felt,
+          .told = (heard_now_ & told & (wheels | only(Source::camera))) != 0,
+          .contradicted = agreed_.contradicted,
+          .sound = suspected_ == 0 && (~told & (wheels | only(Source::accel_x))) == 0});
   for (std::size_t i = 0; i < source_count; ++i) {
     const Sources it = Sources{1} << i;
     if (trust_[i].flag != SourceFlag::ok) {

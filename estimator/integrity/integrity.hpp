@@ -87,9 +87,6 @@ class Integrity {
     double calm_s = 0.0;           ///< that it must agree for before it is trusted again
   };
 
-  void feel(const integrity::Sensors& sensors, double dt) noexcept;
-  void stand(std::int64_t now_ns) noexcept;
-  void follow_felt(bool felt, double dt) noexcept;
   bool settle_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
                    integrity::Solution& base) noexcept;
   [[nodiscard]] integrity::Sources distrusted() const noexcept;
@@ -110,7 +107,6 @@ class Integrity {
   integrity::Sources suspected_ = 0;  ///< by the last look
   std::int64_t suspected_since_ns_ = 0;
   integrity::Sources heard_now_ = 0;  ///< at the last look
-  std::int64_t rests_since_ns_ = 0;   ///< no wheel turns, and nothing else is felt
   std::array<double, 3> newest_pose_{};
   int negative_speeds_ = 0;     ///< that were heard
   int ahead_rather_ = 10;       ///< looks since the last halt that say so, less the others

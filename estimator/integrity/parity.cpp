@@ -6,19 +6,11 @@
 #include <initializer_list>
 #include <utility>
 
+#include "estimator/common/squares.hpp"
 #include "estimator/ekf/wheel_speed.hpp"
 
 namespace odomd::estimator::integrity {
 namespace {
-
-double squared(double value) noexcept {
-  return value * value;
-}
-
-template <typename... Values>
-double root_of_squares(Values... values) noexcept {
-  return std::sqrt((squared(values) + ...));
-}
 
 // Two sensors are heard so far apart, beside half of a cycle [s]; and a servo is behind what it is
 // told by so much more.

@@ -42,6 +42,7 @@ struct Heard {
   double felt_slope = 0.0;  ///< slope and bias: what is felt more [m/s²], of lately ...
   double felt_slope_sigma = 0.06 * gravity;  ///< ... and by how much it changes
   double felt_for_s = 2.0;                   ///< that is the mean of so long [s], at least ...
+  std::int64_t rests_since_ns = 0;           ///< no wheel turns, and nothing else is felt
   double speed_sigma = 100.0;
   double untold_s = 0.0;           ///< for so long nothing has told the speed
   std::array<double, 2> speeds{};  ///< v_x as it was agreed on last, by the time that it is over

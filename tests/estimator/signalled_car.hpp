@@ -9,6 +9,7 @@
 #include <map>
 
 #include "estimator/ekf/publication.hpp"
+#include "estimator/integrity/heed_sources.hpp"
 #include "estimator/take.hpp"
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/ekf/states.hpp"
