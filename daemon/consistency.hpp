@@ -42,7 +42,8 @@ class Consistency {
  private:
   static constexpr double most = 30.0;  ///< a sample that is wide of the mark is no scatter
   static constexpr double memory_s = 3.0, longest_s = 0.5;
-  // No simulated drive and none for training is above 5.8 for so long; six times the noise is.
+  // No simulated drive and none for training is above 5.8 for so long; wheels of six times the
+  // noise are.
   static constexpr double large = 7.0, small = 4.0;
   static constexpr double long_s = 5.0;
   static constexpr std::int64_t silent_ns = 5'000'000'000;  ///< then nothing is known any more
