@@ -33,6 +33,8 @@ constexpr double frozen_lasts_s = 0.05;
 constexpr std::pair calm_s{1.0, 60.0};
 constexpr std::pair calm_of_wheels_s{0.4, 5.0};
 constexpr double forgiven_s = 60.0;
+// No car turns in faster [rad/s²].
+constexpr double quickest_turn_in = 30.0;
 // So many negative speeds are no corrupt telegram.
 constexpr int sign_known_after = 3;
 
@@ -99,24 +101,44 @@ void Integrity::hear(Source source, std::int64_t time_ns, double value, double s
   witness.heard_ns = std::max(heard_ns, time_ns);
 }
 
+/// The way between two poses, along the car. One pose that strays is left out; where the next does,
+/// too, the map has jumped, which is no motion.
 void Integrity::hear(const CameraPose& pose) noexcept {
   constexpr double longest_pause_s = 0.5;
   integrity::Witness& seen = heard_.sources[index_of(Source::camera)];
-  const double elapsed_s = seconds_between(seen.time_ns, pose.capture_ns);
-  if (seen.seen && elapsed_s <= 0.0) {
+  if (seen.seen && pose.capture_ns <= seen.time_ns) {
     return;
   }
   const auto [x, y, yaw] = std::exchange(newest_pose_, {pose.x, pose.y, pose.yaw});
   const bool same = pose.x == x && pose.y == y && pose.yaw == yaw;
-  if (seen.seen && elapsed_s < longest_pause_s) {
-    // The way between two poses, along the car.
-    const double turned = wrap_angle(pose.yaw - yaw);
-    const double middle = yaw + 0.5 * turned;
-    const double way = (pose.x - x) * std::cos(middle) + (pose.y - y) * std::sin(middle);
-    integrity::hear(heard_.seen_speed, pose.capture_ns, way / elapsed_s,
-                    std::max(pose.sigma_x, pose.sigma_y), same, 1e9);
-    integrity::hear(heard_.seen_turn, pose.capture_ns, turned / elapsed_s, pose.sigma_yaw, same,
-                    1e9);
+  const double dt = seconds_between(seen_from_.capture_ns, pose.capture_ns);
+  bool strays = false;
+  if (seen.seen && dt < longest_pause_s) {
+    const double turned = wrap_angle(pose.yaw - seen_from_.yaw);
+    const double middle = seen_from_.yaw + 0.5 * turned;
+    const double way =
+        (pose.x - seen_from_.x) * std::cos(middle) + (pose.y - seen_from_.y) * std::sin(middle);
+    const double sigma = std::max(pose.sigma_x, pose.sigma_y);
+    const auto is_motion = [&](const integrity::Witness& lately, double by, double noise,
+                               double rate) {
+      constexpr double sigmas = 8.0;
+      const double most = sigmas * std::sqrt(heard_.known.camera_unrest) * noise +
+                          rate * (integrity::mean_s.front() + dt) * dt;
+      return !lately.seen || std::abs(by - lately.mean() * dt) <= most;
+    };
+    strays = !is_motion(heard_.seen_speed, way, sigma, 1.5 * gravity) ||
+             !is_motion(heard_.seen_turn, turned, pose.sigma_yaw, quickest_turn_in);
+    if (!strays) {
+      const auto counts = integrity::Single::counts;
+      integrity::hear(heard_.seen_speed, pose.capture_ns, way / dt, sigma, same, 1e9, counts);
+      integrity::hear(heard_.seen_turn, pose.capture_ns, turned / dt, pose.sigma_yaw, same, 1e9,
+                      counts);
+    }
+  }
+  const bool jumps = strays && strayed_;
+  strayed_ = strays && !jumps;
+  if (!strayed_) {
+    seen_from_ = pose;
   }
   integrity::hear(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
   for (integrity::Witness* const witness : {&seen, &heard_.seen_speed, &heard_.seen_turn}) {
@@ -248,12 +270,18 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   agreed_.speed_without_wheels_sigma = no_wheels.sigma[of::speed];
   const Sources wheels_heard = wheels & heard_now_;
   agreed_.wheels_out = wheels_heard != 0 && (wheels_heard & ~distrusted()) == 0;
-  // Tyres that push to the limit slide, and those that slip along.
+  // Tyres that push to the limit slide, and those that slip along; and a car that slid does so as
+  // long as it turns round faster than any steering lets it.
+  constexpr double sharpest = 0.55;  // tan δ
+  constexpr double slid_for_s = 0.24;
   const auto slips = [&](Sources axle) {
     return (heard_now_ & axle) != 0 && (heard_now_ & axle & ~distrusted()) == 0;
   };
+  const double rolls = std::abs(heard_.speed()) * sharpest / sensors.car.wheelbase();
+  const bool spins = heard_.slides(now_ns, slid_for_s) &&
+                     std::abs(heard_.turn()) > rolls + integrity::largest_gyro_bias;
   if (side_push(heard_, Over::short_time) > integrity::limit || slips(front_wheels) ||
-      slips(rear_wheels)) {
+      slips(rear_wheels) || spins) {
     heard_.slid_ns = now_ns;
   }
   const Sources told = ~distrusted();

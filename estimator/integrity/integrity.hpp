@@ -108,6 +108,8 @@ class Integrity {
   std::int64_t suspected_since_ns_ = 0;
   integrity::Sources heard_now_ = 0;  ///< at the last look
   std::array<double, 3> newest_pose_{};
+  CameraPose seen_from_;        ///< the pose that the next is told from
+  bool strayed_ = false;        ///< the newest was off by more than any motion
   int negative_speeds_ = 0;     ///< that were heard
   int ahead_rather_ = 10;       ///< looks since the last halt that say so, less the others
   bool halted_ = false;         ///< it has been seen at rest

@@ -78,6 +78,9 @@ struct Heard {
 /// With more to the side all tyres may slide [m/s²].
 inline constexpr double limit = 4.0;
 
+/// A gyro that reads more than that turns [rad/s].
+inline constexpr double largest_gyro_bias = 0.5;
+
 /// Whether what a gyro reads while no wheel turns may as well be its bias.
 [[nodiscard]] bool is_steady(const Witness& gyro) noexcept;
 

@@ -70,10 +70,14 @@ struct Witness {
   }
 };
 
+/// Whether a single sample that is wrong is left out. Of rates none may be: what one has too much,
+/// the next has too little.
+enum class Single : std::uint8_t { left_out, counts };
+
 /// A sample newer than the last one, as it comes in; `change` is the most that a car's motion makes
 /// of it.
 inline void hear(Witness& witness, std::int64_t time_ns, double value, double sigma, bool same,
-                 double change) noexcept {
+                 double change, Single single = Single::left_out) noexcept {
   constexpr double longest_cycle_s = 0.3;
   const double elapsed_s = witness.seen ? seconds_between(witness.time_ns, time_ns) : 0.0;
   if (!witness.seen || elapsed_s > 1.0) {
@@ -83,7 +87,7 @@ inline void hear(Witness& witness, std::int64_t time_ns, double value, double si
   } else {
     // Of three in a row the middle one: a single sample that is wrong counts for nothing.
     // One that is heard more seldom than it is averaged must be taken at its word.
-    const double middle = witness.cycle_s > mean_s.front()
+    const double middle = single == Single::counts || witness.cycle_s > mean_s.front()
                               ? value
                               : std::max(std::min(value, witness.value),
                                          std::min(std::max(value, witness.value), witness.before));

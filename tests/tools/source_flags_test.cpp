@@ -40,13 +40,15 @@ MonitoredDrive simulated(const std::string& options) {
 }
 
 TEST(SourceFlags, RaiseNoAlarmOnSimulatedDrives) {
-  for (const char* const scenario :
-       {"lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road"}) {
-    const MonitoredDrive drive = simulated(std::string{"--scenario "} + scenario + " --laps 1");
+  for (const std::string_view scenario :
+       {"lap", "circle", "slalom", "stop-and-go", "parking", "patch", "road",
+        "circle --friction 0.25 --speed 2 --duration 15",
+        "slalom --friction 0.15 --speed 3 --duration 6"}) {
+    const MonitoredDrive drive = simulated("--scenario " + std::string{scenario} + " --laps 1");
+    const bool on_ice = scenario == "patch" || scenario.find("friction") != scenario.npos;
     for (const FlagChange& change : monitored(drive)) {
       // On ice wheels do slip.
-      if (std::string_view{scenario} == "patch" &&
-          (change.flag == SourceFlag::slipping || change.flag == SourceFlag::ok))
+      if (on_ice && (change.flag == SourceFlag::slipping || change.flag == SourceFlag::ok))
         continue;
       ADD_FAILURE() << scenario << ": " << described(drive, change);
     }

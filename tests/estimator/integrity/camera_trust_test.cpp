@@ -175,5 +175,23 @@ TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
   EXPECT_LT(e.reset_count, 8U);
 }
 
+TEST(CameraTrust, ANoisyCameraBesideACarThatStandsIsBelieved) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  FullFilter filter = started();
+  for (int k = 1; k <= 12'000; ++k) {  // a minute
+    const std::int64_t now = start_ns + k * period_ns;
+    for (const Source source : {Source::yaw_rate, Source::wheel_rear_left}) {
+      (void)filter.add(Measurement{source, now - millisecond, 0.0, 0.01, now});
+    }
+    if (k % 7 == 0) {
+      (void)filter.add(CameraPose{now - 40 * millisecond, now, 0.08 * noise(random),
+                                  0.08 * noise(random), 0.009 * noise(random), 0.08, 0.08, 0.009});
+    }
+    (void)filter.step(now);
+    ASSERT_EQ(filter.flag(Source::camera), SourceFlag::ok) << k;
+  }
+}
+
 }  // namespace
 }  // namespace odomd::estimator::full::camera_trust_test

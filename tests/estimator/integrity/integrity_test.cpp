@@ -312,6 +312,55 @@ TEST(Integrity, TellsTheAxleThatIsLockedUnderTheBrakeFromTheOneThatSpinsInBothDi
   }
 }
 
+/// A car that spins off a corner, over its rear axle: β grows to a right angle and beyond, while
+/// the driver steers against it. What each sensor says of it.
+TEST(Integrity, ASpinIsNoFaultOfTheSteering) {
+  constexpr double spin_s = 3.0;
+  const double l = Vehicle{}.wheelbase();
+  const double into = std::atan(l * 3.0 / 2.4);  // δ [rad]
+  const double against = -0.25;
+  const auto corner = [into](double t) { return Motion{2.4, into * std::clamp(t, 0.0, 1.0)}; };
+  const auto speed = [](double s) { return std::max(2.4 - 4.0 * s, 0.0); };
+  const auto slip = [](double s) { return 2.4 * s; };  // β [rad]
+  const auto v_x = [&](double s) { return speed(s) * std::cos(slip(s)); };
+  const auto v_y = [&](double s) { return -speed(s) * std::sin(slip(s)); };
+  const Failure spin = [&](Source source, double t, double value) -> std::optional<double> {
+    const double s = t - spin_s;
+    if (s < 0.0) return value;
+    constexpr double h = 1e-3;
+    const double turn = 3.0 + 2.0 * std::min(s, 0.3);
+    const double half_track = 0.5 * Vehicle{}.track_width;
+    const double steering = std::lerp(into, against, std::min(s / 0.2, 1.0));
+    const auto wheel = [&](double left, double ahead, double delta) {
+      return (v_x(s) - left * turn) * std::cos(delta) + (v_y(s) + ahead * turn) * std::sin(delta);
+    };
+    switch (source) {
+      case Source::yaw_rate:
+        return turn + 0.01 * std::sin(97.0 * t);
+      case Source::accel_x:
+        return (v_x(s + h) - v_x(s - h)) / (2.0 * h) - turn * v_y(s);
+      case Source::accel_y:
+        return (v_y(s + h) - v_y(s - h)) / (2.0 * h) + turn * v_x(s);
+      case Source::wheel_front_left:
+        return wheel(half_track, l, steering);
+      case Source::wheel_front_right:
+        return wheel(-half_track, l, steering);
+      case Source::wheel_rear_left:
+        return wheel(half_track, 0.0, 0.0);
+      case Source::wheel_rear_right:
+        return wheel(-half_track, 0.0, 0.0);
+      case Source::steering:
+        return steering;
+      default:
+        return value;
+    }
+  };
+  Drive drive(corner);
+  drive.until(spin_s + 0.6, spin);
+  EXPECT_FALSE(drive.raised_s(Source::steering));
+  EXPECT_FALSE(drive.raised_s(Source::yaw_rate));
+}
+
 TEST(Integrity, ForgivesASingleValue) {
   const std::pair<Source, double> spikes[] = {
       {Source::yaw_rate, 8.0}, {Source::yaw_rate, 20.0},        {Source::accel_x, 50.0},
