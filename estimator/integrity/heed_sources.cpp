@@ -81,6 +81,14 @@ void heed_sources(const Context& context, State& state) noexcept {
     state.mean.head<2>() -= way;
     state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
   }
+  if (agreed.way_back != 0.0) {
+    state.doubtful = true;
+    state.confirming = 0;
+    const double yaw = state.mean[at::yaw];
+    const Eigen::Vector2d way = agreed.way_back * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    state.mean.head<2>() -= 2.0 * way;
+    state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
+  }
   // 2. Where the motion is not what the sources agree on, it goes on from there.
   const auto lasts = [&](std::int64_t& since_ns, double off, double sigma) {
     if (std::abs(off) <= astray_sigmas * sigma || agreed.contradicted) {

@@ -181,12 +181,14 @@ bool Integrity::settle_sign(const integrity::Sensors& sensors, Consensus& all,
   if (std::abs(base.motion[of::speed]) < slowest) {
     ahead_rather_ = 0;
     halted_ = true;
+    way_ = 0.0;
   }
   const double better = turned.misfit - base.misfit;
   const int rather = std::abs(better) <= gate ? 0 : (better > 0.0) != backwards_ ? 1 : -1;
   ahead_rather_ = std::clamp(ahead_rather_ + rather, -most_looks, most_looks);
   if (backwards_ != (ahead_rather_ < 0)) {
     backwards_ = ahead_rather_ < 0;
+    agreed_.way_back = std::exchange(way_, -way_);
     heard_ = mirrored;
     heard_.felt_sigma = integrity::Heard{}.felt_sigma;
     for (integrity::Witness& witness : heard_.sources) {
@@ -232,6 +234,7 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   for (const integrity::Row& row : all) {
     heard_now_ |= row.sources;
   }
+  agreed_.way_back = 0.0;
   const bool sign_known = settle_sign(sensors, all, base);
   const Consensus longer = parities(sensors, heard_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
@@ -255,6 +258,7 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   const Sources tellers = wheels | only(Source::camera) | only(Source::accel_x);
   heard_.untold_s = (heard_now_ & ~(out | blamed) & tellers) != 0 ? 0.0 : heard_.untold_s + dt;
   const double stretch = std::sqrt(std::max(1.0, base.misfit / usual));
+  way_ += dt * base.motion[of::speed];
   heard_.speeds = {base.motion[of::speed], longer_base.motion[of::speed]};
   heard_.turns = {base.motion[of::turn], longer_base.motion[of::turn]};
   heard_.speed_sigma = stretch * base.sigma[of::speed];

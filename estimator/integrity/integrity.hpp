@@ -70,6 +70,7 @@ class Integrity {
     double speed_without_wheels = 0.0;  ///< by all others [m/s]
     double speed_without_wheels_sigma = 0.0;
     bool wheels_out = false;  ///< all of them are distrusted
+    double way_back = 0.0;    ///< [m] driven since the last halt, which was the other way round
     std::int64_t contradicted_since_ns = 0;
     bool contradicted = false;  ///< they do not agree, and no source can be told to be at fault
   };
@@ -114,6 +115,7 @@ class Integrity {
   int ahead_rather_ = 10;       ///< looks since the last halt that say so, less the others
   bool halted_ = false;         ///< it has been seen at rest
   bool backwards_ = false;      ///< wheels that know no sign turn backwards
+  double way_ = 0.0;            ///< since the last halt [m]
   std::int64_t looked_ns_ = 0;  ///< 0: never
   Agreed agreed_;
 };

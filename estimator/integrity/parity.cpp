@@ -154,7 +154,7 @@ Row felt_row(const View& view) noexcept {
 }  // namespace
 
 bool is_steady(const Witness& gyro) noexcept {
-  constexpr double swing = 0.02;        // [rad/s], and two sigmas
+  constexpr double swing = 0.02;  // [rad/s], and two sigmas
   return std::abs(gyro.mean()) < largest_gyro_bias &&
          std::abs(gyro.mean() - gyro.mean(Over::long_time)) < swing + 2.0 * gyro.sigma;
 }

@@ -14,6 +14,7 @@ using testing::Car;
 using testing::Says;
 using testing::straight_at;
 using testing::with;
+using testing::without;
 
 TEST(HeedSources, AnHonestDriveIsNeitherCorrectedNorDoubted) {
   Car car;
@@ -42,7 +43,7 @@ TEST(HeedSources, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) 
 TEST(HeedSources, AFilterThatIsAstrayInItsTurnGoesOnFromWhatTheSourcesAgreeOn) {
   // Without a gyro, which is followed at once; front wheels that are turned as nothing says.
   Car car;
-  const Says heard = testing::without(bend_at(1.5, 0.8), Source::yaw_rate);
+  const Says heard = without(bend_at(1.5, 0.8), Source::yaw_rate);
   car.drive(3.0, heard);
   ASSERT_FALSE(car.state.doubtful);
   const double before = car.state.covariance(at::yaw, at::yaw);
@@ -76,6 +77,28 @@ TEST(HeedSources, AWheelThatSlipsLeavesNoDoubt) {
   EXPECT_EQ(car.state.integrity.flag(Source::wheel_rear_left), SourceFlag::slipping);
   EXPECT_FALSE(car.state.doubtful);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.05);
+}
+
+TEST(HeedSources, ACarThatTurnsOutToGoBackwardsHasBeenGoingBackwards) {
+  // Wheels that know no sign; on a straight without an accelerometer nothing tells which way.
+  const auto backwards = [](double speed, double yaw_rate) {
+    Says says = without(without(bend_at(speed, -yaw_rate), Source::accel_x), Source::accel_y);
+    says.signals[Source::yaw_rate] = yaw_rate;
+    return says;
+  };
+  Car car;
+  car.drive(3.0, backwards(0.0, 0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  car.drive(2.0, backwards(1.0, 0.0));
+  ASSERT_FALSE(car.state.integrity.backwards());
+  ASSERT_NEAR(car.state.mean[at::x], 2.0, 0.1);
+  car.drive(1.0, backwards(1.0, 0.8));
+  EXPECT_TRUE(car.state.integrity.backwards());
+  EXPECT_TRUE(car.state.doubtful);
+  EXPECT_NEAR(car.state.mean[at::v_x], -1.0, 0.05);
+  const double off = car.state.mean[at::x] - (-2.0 - std::sin(0.8) / 0.8);
+  EXPECT_LT(std::abs(off), 0.5);
+  EXPECT_LT(off * off, car.state.covariance(at::x, at::x));
 }
 
 TEST(HeedSources, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
