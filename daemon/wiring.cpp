@@ -217,9 +217,9 @@ void Wiring::decide() noexcept {
     seen[i] = {.shows = pairs_[i].shows(pairs[i].bounds, fewest),
                .correlation = pairs_[i].correlation(pairs[i].bounds),
                .gain = pairs_[i].gain(pairs[i].bounds)};
-  const auto contradicted = [&seen](const Causes& causes) {
+  const auto contradicted = [&seen](const Causes& together) {
     for (std::size_t i = 0; i < pairs.size(); ++i)
-      if (fit(causes, pairs[i], seen[i]) == Fit::contradicts) return true;
+      if (fit(together, pairs[i], seen[i]) == Fit::contradicts) return true;
     return false;
   };
   // Whether the first explains something that the second alone does not.
