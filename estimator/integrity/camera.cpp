@@ -202,7 +202,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   // One that was at fault since it was last believed moves no pose that nobody doubts; but one of
   // the two is wrong.
   if (state.camera_was_out && !state.doubtful) {
-    state.doubtful = true;
+    state.doubtful = state.disputed = true;
     judgement.verdict = Verdict::gated;
     return judgement;
   }

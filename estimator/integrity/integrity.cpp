@@ -300,7 +300,7 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
       const Sources others = (out | blamed) & ~it;
       const double soon_more = all.without(others).misfit - base.misfit;
       const double longer_more = longer.without(others).misfit - longer_base.misfit;
-      trust_again(i, trust_[i].slowly ? std::max(soon_more, longer_more) : soon_more);
+      trust_again(i, trust_[i].slowly ? std::max(soon_more, longer_more) : soon_more, dt);
     } else {
       trust_[i].calm_s -= dt / forgiven_s * trust_[i].calm_s;
     }
@@ -425,15 +425,19 @@ void Integrity::accuse(Sources suspects, bool slowly) noexcept {
       trust.flag = frozen  ? SourceFlag::frozen
                    : wheel ? SourceFlag::slipping
                            : SourceFlag::drifting;
-      trust.evidence_ns = looked_ns_;
+      trust.agreed_s = 0.0;
     }
   }
 }
 
 /// A flag goes when what the source says has agreed with the others for a while: by `misfit` that
-/// comes with it.
-void Integrity::trust_again(std::size_t source, double misfit) noexcept {
+/// comes with it. Of a turn it says little as long as there is none.
+void Integrity::trust_again(std::size_t source, double misfit, double dt) noexcept {
   constexpr double agrees = 9.0;
+  constexpr Sources of_turns = only(Source::yaw_rate) | only(Source::accel_y) |
+                               only(Source::steering) | only(Source::camera);
+  constexpr double slowest_turn = 0.1;  // [rad/s]
+  constexpr double without_turn = 0.2;
   Trust& trust = trust_[source];
   if (trust.flag == SourceFlag::drifting && heard_.sources[source].repeats()) {
     trust.flag = SourceFlag::frozen;
@@ -441,8 +445,12 @@ void Integrity::trust_again(std::size_t source, double misfit) noexcept {
   const bool still =
       trust.flag == SourceFlag::frozen && heard_.sources[source].same_since_ns < trust.raised_ns;
   if (misfit > agrees || still || !heard_.sources[source].alive(looked_ns_)) {
-    trust.evidence_ns = looked_ns_;
-  } else if (seconds_between(trust.evidence_ns, looked_ns_) >= trust.calm_s) {
+    trust.agreed_s = 0.0;
+    return;
+  }
+  const bool tells = !contains(of_turns, source) || std::abs(heard_.turn()) > slowest_turn;
+  trust.agreed_s += tells ? dt : without_turn * dt;
+  if (trust.agreed_s >= trust.calm_s) {
     trust.flag = SourceFlag::ok;
     integrity::begin_anew(heard_.sources[source]);
     if (source == index_of(Source::camera)) {

@@ -83,9 +83,9 @@ class Integrity {
   struct Trust {
     SourceFlag flag = SourceFlag::ok;
     std::int64_t raised_ns = 0;
-    std::int64_t evidence_ns = 0;  ///< last time that the flag was deserved
-    bool slowly = false;           ///< it took the long mean to tell
-    double calm_s = 0.0;           ///< that it must agree for before it is trusted again
+    double agreed_s = 0.0;  ///< for so long the flag has not been deserved
+    double calm_s = 0.0;    ///< that it must agree for before it is trusted again
+    bool slowly = false;    ///< it took the long mean to tell
   };
 
   bool settle_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
@@ -98,7 +98,7 @@ class Integrity {
   void learn_radii(const integrity::Sensors& sensors, const integrity::Consensus& all,
                    const integrity::Solution& base, double dt) noexcept;
   void accuse(integrity::Sources suspects, bool slowly) noexcept;
-  void trust_again(std::size_t source, double misfit) noexcept;
+  void trust_again(std::size_t source, double misfit, double dt) noexcept;
 
   static constexpr int most_looks = 50;     ///< that say which way it goes
   static constexpr int settled_looks = 20;  ///< that settle it

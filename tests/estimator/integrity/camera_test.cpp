@@ -237,6 +237,25 @@ TEST(FullCamera, WhereNothingElseWasWrongAJumpIsDisputed) {
   }
 }
 
+TEST(FullCamera, TheDoubtOfACameraThatWasAtFaultItselfIsNotEndedByIt) {
+  Disagreement car;
+  for (int i = 1; i <= 60; ++i) {
+    ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
+  }
+  car.truth = {0.0, -0.3, 0.0};
+  car.state.camera_was_out = true;
+  int i = 61;
+  for (; car.state.resets == 0 && i < 400; ++i) {
+    car.pose(i);
+  }
+  ASSERT_EQ(car.state.resets, 1U);
+  for (const int end = i + 2 * believed_rejections; i < end; ++i) {
+    ASSERT_EQ(car.pose(i).verdict, Verdict::fused);
+  }
+  EXPECT_FALSE(car.state.doubtful);
+  EXPECT_TRUE(car.state.disputed);
+}
+
 TEST(FullCamera, SixFittingPosesInARowEndADoubt) {
   Disagreement car;
   car.state.doubtful = true;

@@ -385,6 +385,17 @@ TEST(Integrity, TakesAFlagBackWhenTheFaultIsGone) {
   EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::ok);
 }
 
+TEST(Integrity, AgreementOnAStraightSaysLittleOfAGyro) {
+  const auto bend_then_straight = [](double t) { return Motion{1.5, t < 5.0 ? 0.3 : 0.0}; };
+  const Failure inverted = failing(Source::yaw_rate, [](double, double value) { return -value; });
+  Drive drive(bend_then_straight);
+  drive.until(4.0);
+  drive.until(8.0, inverted);
+  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::drifting);
+  drive.until(14.0);
+  EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::ok);
+}
+
 TEST(Integrity, BlamesNoneOfTwoThatContradictEachOther) {
   Drive drive(slalom);
   drive.until(5.0);
