@@ -154,6 +154,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     nu = innovation(state, prediction, sample.value[0]);
   } else if (nu.squared_ratio() > model.tuning.signal_gate && sample.source == Source::yaw_rate) {
     widen_turn(state, sample, nu.value);
+    state.turn_unrest = std::max(state.turn_unrest, 0.2);
     nu = innovation(state, prediction, sample.value[0]);
   } else if (nu.squared_ratio() > model.tuning.signal_gate) {
     if (first) {
