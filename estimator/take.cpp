@@ -25,6 +25,9 @@ constexpr double gyro_lifetime_s = 0.35;
 // No front wheels turn faster [rad/s].
 constexpr double quickest_steering = 20.0;
 
+// ν² of a force that is no noise, in its own variances.
+constexpr double telling_ratio = 9.0;
+
 // No car is known to stand whose wheels are unheard for so long.
 constexpr double wheels_needed_s = 2.5;
 
@@ -106,8 +109,12 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
+  // By how much it overstates a force is learnt of one that stands out of its own uncertainty: of a
+  // noise that is taken for a force it would be learnt too small.
+  const double force = state.mean[at::accel_x];
+  const bool tells = force * force > telling_ratio * state.covariance(at::accel_x, at::accel_x);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
-               {.lasting = only(lasting::pitch_gradient)});
+               {.lasting = tells ? only(lasting::pitch_gradient) : none()});
 }
 
 /// A steering that jumps further than one turns may be a telegram's alone: by the rest of the jump

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <vector>
 
 #include "signalled_car.hpp"
@@ -35,6 +36,21 @@ TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
   EXPECT_EQ(car.say(Source::wheel_rear_left, 2.0).verdict, Verdict::fused);
   EXPECT_TRUE(car.state.moving);
   EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
+}
+
+TEST(Take, NoiseTeachesNoPitch) {
+  // A minute at an even speed, with the noise of wheels and accelerometer as it is stated.
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  Car car;
+  for (int i = 0; i < 200 * 60; ++i) {
+    Says says = straight_at(1.5);
+    for (auto& [source, value] : says.signals) {
+      value += noise(random) * Car::sigmas[index_of(source)];
+    }
+    car.tick(says);
+  }
+  EXPECT_NEAR(car.state.lasting.mean[lasting::pitch_gradient], 0.0, 0.05);
 }
 
 TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
