@@ -40,6 +40,9 @@ MEDIAN_RATIO = 1.2
 LARGEST_RATIO = 2.0
 WITHIN_LARGEST = 0.95  # of the runs
 
+DOCUMENT = ROOT / "docs/reliability.md"
+MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -->\n")
+
 # Kinds that no other sensor of the set contradicts, and the parity that is missing: at most eight, by the
 # camera being off or on. They are reported, and held to no bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
@@ -66,8 +69,11 @@ def arguments():
                         help="keep the simulated drives here, and take those that are there already: empty it "
                              "when the simulator has changed")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="every run, for programs")
+    parser.add_argument("--write", action="store_true", help="put the results into docs/reliability.md")
     parser.add_argument("--verbose", action="store_true", help="name every run that is silent too long")
     given = parser.parse_args()
+    if given.write and (given.scenario or given.kind or given.camera != "both"):
+        parser.error("--write: with all scenarios and kinds, the camera on and off")
     if given.seeds < 1 or given.jobs < 1:
         parser.error("--seeds and --jobs: 1 or more")
     if max(map(len, NOT_DETECTABLE.values())) > MOST_NOT_DETECTABLE:
@@ -156,6 +162,34 @@ class Row:
                 f"{self.worst:.2f}", *ends, verdict)
 
 
+def documented(rows, begun, given):
+    """The part of docs/reliability.md that is measured."""
+    yield (f"Measured on {begun:%F}: {given.seeds} simulated drives of each of {len(SCENARIOS)} scenarios "
+           f"({', '.join(SCENARIOS)}), a fault each.")
+    for camera in (False, True):
+        these = [row for row in rows if row.camera == camera and row.kind != "none"]
+        yield f"\n### With{'' if camera else 'out'} a camera\n"
+        yield "| fault | told [%] | after [s] | silent [%] | longest [s] | off by [m] | in σ, 95 % | end |"
+        yield "|---|--:|--:|--:|--:|--:|--:|--:|"
+        for row in these:
+            sigmas = sorted(one["worst_sigmas"] for one in row.runs)[int(0.95 * (len(row.runs) - 1))]
+            yield (f"| `{row.kind}`{' ¹' if row.excuse else ''} | {100 * row.detected:.0f} | "
+                   f"{'' if row.delay is None else f'{row.delay:.2f}'} | {100 * row.judged:.0f} | {row.worst:.1f} | "
+                   f"{statistics.median(one['worst_m'] for one in row.runs):.2f} | {sigmas:.1f} | {row.ratio:.2f} |")
+        excused = [row for row in these if row.excuse]
+        if excused:
+            yield "\n¹ Not always noticed, for want of:\n"
+            yield from (f"- `{row.kind}`: {row.excuse}." for row in excused)
+    yield ""
+
+
+def write_document(rows, begun, given):
+    before, rest = DOCUMENT.read_text().split(MARKS[0])
+    after = rest.split(MARKS[1])[1]
+    measured = "\n".join(documented(rows, begun, given)) + "\n"
+    DOCUMENT.write_text(before + MARKS[0] + measured + MARKS[1] + after)
+
+
 HEADS = ("runs", "silent [%]", "gross [%]", "detected [%]", "delay [s]", "worst [s]", "end ratio", "≤ 2 [%]", "bars")
 
 
@@ -210,6 +244,8 @@ def main():
     print("\n".join(summary(rows)), "\n")
     if given.json:
         given.json.write_text("[\n" + ",\n".join(json.dumps(one) for one in runs) + "\n]\n")
+    if given.write:
+        write_document(rows, begun, given)
     missed = [row for row in rows if row.missed]
     took = (datetime.datetime.now(datetime.timezone.utc) - begun).total_seconds()
     print(f"{begun:%F} integrity: {len(rows) - len(missed)} kinds met, {len(missed)} missed, in {took:.0f} s")
