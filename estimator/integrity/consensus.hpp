@@ -22,6 +22,17 @@ using Sources = std::uint32_t;
   return Sources{1} << index_of(source);
 }
 
+[[nodiscard]] constexpr bool contains(Sources sources, std::size_t source) noexcept {
+  return (sources >> source & 1U) != 0;
+}
+
+inline constexpr Sources front_wheels =
+    only(Source::wheel_front_left) | only(Source::wheel_front_right);
+inline constexpr Sources rear_wheels = only(Source::wheel_rear_left) |
+                                       only(Source::wheel_rear_right) | only(Source::wheel_rear) |
+                                       only(Source::motor);
+inline constexpr Sources wheels = front_wheels | rear_wheels;
+
 /// What is sought: speed and yaw rate of the car, and by how much more the front and the rear
 /// wheels turn than it goes [m/s].
 namespace of {

@@ -7,13 +7,21 @@
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
 #include "estimator/integrity/felt_speed.hpp"
+#include "estimator/integrity/hypotheses.hpp"
+#include "estimator/integrity/wheel_radii.hpp"
 
 namespace odomd::estimator {
 namespace {
 
 using integrity::Consensus;
+using integrity::contains;
+using integrity::front_wheels;
+using integrity::gate;
+using integrity::margin;
+using integrity::rear_wheels;
+using integrity::wheels;
+
 using integrity::only;
 using integrity::Over;
 using integrity::slowest_learning;
@@ -23,9 +31,6 @@ namespace of = integrity::of;
 
 constexpr std::int64_t look_every_ns = 20'000'000;
 
-// By so much a hypothesis must explain more than that all is well, and than another one.
-constexpr double gate = 25.0;
-constexpr double margin = 6.0;
 constexpr double lasts_s = 0.1;
 constexpr double frozen_lasts_s = 0.05;
 // A source that was at fault must agree for so long [s], at first and at most; a slip is no
@@ -37,46 +42,6 @@ constexpr double forgiven_s = 60.0;
 constexpr double quickest_turn_in = 30.0;
 // So many negative speeds are no corrupt telegram.
 constexpr int sign_known_after = 3;
-
-constexpr Sources front_wheels = only(Source::wheel_front_left) | only(Source::wheel_front_right);
-constexpr Sources rear_wheels = only(Source::wheel_rear_left) | only(Source::wheel_rear_right) |
-                                only(Source::wheel_rear) | only(Source::motor);
-constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
-
-/// What may fail together, and how unlikely that is: -2 log of its probability, over that of a
-/// single source.
-struct Hypothesis {
-  Sources sources;
-  double unlikely;
-};
-constexpr Sources wheels = front_wheels | rear_wheels;
-constexpr double pair = 8.0;
-constexpr double group = 14.0;
-constexpr std::array hypotheses{
-    Hypothesis{only(Source::yaw_rate), 0.0},
-    Hypothesis{only(Source::accel_x), 0.0},
-    Hypothesis{only(Source::accel_y), 0.0},
-    Hypothesis{only(Source::wheel_front_left), 0.0},
-    Hypothesis{only(Source::wheel_front_right), 0.0},
-    Hypothesis{only(Source::wheel_rear_left), 0.0},
-    Hypothesis{only(Source::wheel_rear_right), 0.0},
-    Hypothesis{only(Source::wheel_rear), 0.0},
-    Hypothesis{only(Source::motor), 0.0},
-    Hypothesis{only(Source::steering), 0.0},
-    Hypothesis{only(Source::camera), 0.0},
-    Hypothesis{front_wheels, pair},
-    Hypothesis{rear_wheels, pair},
-    Hypothesis{wheels, group},
-    Hypothesis{inertial, group},
-};
-// A source that repeats itself to the bit, or has jumped as no car does, is so much likelier at
-// fault.
-constexpr double odd = 20.0;
-constexpr double odd_for_s = 1.0;
-
-bool contains(Sources sources, std::size_t source) noexcept {
-  return (sources >> source & 1U) != 0;
-}
 
 /// The most that a motion changes a sensor by, from one sample to the next.
 double largest_change(Source source, double value, double elapsed_s) noexcept {
@@ -240,9 +205,14 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
   Solution longer_base = longer.without(out);
   const bool soon = base.misfit > gate;
   agreed_.contradicted = soon || longer_base.misfit > gate;
+  const integrity::WithoutWheels without_wheels{agreed_.speed_without_wheels,
+                                                agreed_.speed_without_wheels_sigma};
+  const auto suspects = [&](const Consensus& rows, const Solution& solution) {
+    return integrity::suspects(heard_, rows, solution, out, without_wheels);
+  };
   const Sources blamed = !sign_known            ? 0
-                         : soon                 ? suspects(all, base, out)
-                         : agreed_.contradicted ? suspects(longer, longer_base, out)
+                         : soon                 ? suspects(all, base)
+                         : agreed_.contradicted ? suspects(longer, longer_base)
                                                 : 0;
   accuse(blamed, !soon);
   if (!agreed_.contradicted || blamed != 0) {
@@ -254,7 +224,9 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
     longer_base = longer.without(out | blamed);
   }
   // 3. What it is, and what is learnt of it.
-  learn_radii(sensors, longer, longer_base, dt);
+  if (suspected_ == 0 && distrusted() == 0 && !agreed_.contradicted) {
+    learn_radii(sensors, longer, longer_base, dt, heard_);
+  }
   const Sources tellers = wheels | only(Source::camera) | only(Source::accel_x);
   heard_.untold_s = (heard_now_ & ~(out | blamed) & tellers) != 0 ? 0.0 : heard_.untold_s + dt;
   const double stretch = std::sqrt(std::max(1.0, base.misfit / usual));
@@ -305,99 +277,6 @@ void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noe
       trust_[i].calm_s -= dt / forgiven_s * trust_[i].calm_s;
     }
   }
-}
-
-/// Whether all of them that are heard repeat themselves, or have jumped.
-bool Integrity::is_odd(Sources sources) const noexcept {
-  constexpr double slack = 0.02;  // [m/s]: slower is a wheel that rests
-  for (std::size_t i = 0; i < source_count; ++i) {
-    const integrity::Witness& witness = heard_.sources[i];
-    if (!contains(sources, i) || !witness.alive(looked_ns_)) {
-      continue;
-    }
-    const bool quick = is_wheel(static_cast<Source>(i)) &&
-                       std::abs(witness.rate(Over::short_time)) > 3.0 * gravity;
-    const bool jumped = quick || (witness.jumped_ns != 0 &&
-                                  seconds_between(witness.jumped_ns, looked_ns_) <= odd_for_s);
-    // A wheel that is read in steps repeats itself as long as the car goes evenly, or stands.
-    const bool rests = std::abs(witness.value) < slack;
-    const bool evenly =
-        is_wheel(static_cast<Source>(i)) &&
-        (rests || std::abs(heard_.speed() - heard_.speed(Over::long_time)) < 3.0 * witness.sigma) &&
-        std::abs(witness.mean() - agreed_.speed_without_wheels) <
-            (rests ? 0.5 : 3.0) * agreed_.speed_without_wheels_sigma;
-    const bool repeats = witness.repeats() && !evenly;
-    if (!repeats && !jumped) {
-      return false;
-    }
-  }
-  return true;
-}
-
-Sources Integrity::suspects(const Consensus& all, const Solution& base,
-                            Sources out) const noexcept {
-  struct Candidate {
-    Sources sources = 0;
-    double score = 0.0;
-  };
-  Sources heard = 0;
-  for (const auto& row : all) {
-    heard |= row.sources;
-  }
-  const bool slides = heard_.slides(looked_ns_, 4.0 * integrity::mean_s.back());
-  std::array<Candidate, hypotheses.size()> tried{};
-  Candidate best{.score = base.misfit - gate};
-  for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    const Sources sources = hypotheses[i].sources & heard & ~out;
-    const bool is_strange = is_odd(sources);
-    // A car that spins contradicts all of an IMU that is sound.
-    if (sources == 0 || (sources == inertial && !is_strange && slides)) {
-      continue;
-    }
-    tried[i] = {sources, all.without(out | sources).misfit + hypotheses[i].unlikely -
-                             (is_strange ? odd : 0.0)};
-    if (tried[i].score < best.score) {
-      best = tried[i];
-    }
-  }
-  for (const Candidate& other : tried) {
-    if (other.sources != 0 && (other.sources & best.sources) == 0 &&
-        other.score < best.score + margin) {
-      return 0;  // one word against another
-    }
-  }
-  return best.sources;
-}
-
-/// Wheels are worn and inflated differently, and give way differently where they carry more: what
-/// always differs is their radius.
-void Integrity::learn_radii(const integrity::Sensors& sensors, const Consensus& all,
-                            const Solution& base, double dt) noexcept {
-  constexpr double learnt_s = 20.0;
-  constexpr double most = 0.02;
-  constexpr double load_known = 0.002;
-  const double v = base.motion[of::speed];
-  if (std::abs(v) < slowest_learning || suspected_ != 0 || distrusted() != 0 ||
-      agreed_.contradicted) {
-    return;
-  }
-  const double side = v * base.motion[of::turn] / gravity;
-  for (const integrity::Row& row : all) {
-    for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-      if (row.sources != Sources{1} << i) {
-        continue;
-      }
-      const double more = row.off(base.motion) * row.sigma / v;
-      double& radius = heard_.radius[i];
-      radius = std::clamp(radius + dt / learnt_s * more, -most, most);
-      const double left = full::wheel_place(sensors.car, static_cast<Source>(i)).left;
-      if (left != 0.0) {
-        heard_.load = std::clamp(heard_.load - std::copysign(dt, left) * side * more, -most, most);
-      }
-    }
-  }
-  const double unknown = heard_.load_sigma - load_known;
-  heard_.load_sigma -= std::min(2.0 * dt * side * side, 1.0) * unknown;
 }
 
 /// Evidence that lasts becomes a flag.

@@ -91,12 +91,6 @@ class Integrity {
   bool settle_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
                    integrity::Solution& base) noexcept;
   [[nodiscard]] integrity::Sources distrusted() const noexcept;
-  [[nodiscard]] bool is_odd(integrity::Sources sources) const noexcept;
-  [[nodiscard]] integrity::Sources suspects(const integrity::Consensus& all,
-                                            const integrity::Solution& base,
-                                            integrity::Sources out) const noexcept;
-  void learn_radii(const integrity::Sensors& sensors, const integrity::Consensus& all,
-                   const integrity::Solution& base, double dt) noexcept;
   void accuse(integrity::Sources suspects, bool slowly) noexcept;
   void trust_again(std::size_t source, double misfit, double dt) noexcept;
 
