@@ -102,6 +102,7 @@ struct Reading {
   int agreeing = 0;  ///< how many in a row, with this one, can be of one motion; 0: never heard
   std::int64_t time_ns = 0;
   double value = 0.0;
+  double before = 0.0;      ///< what it said before that
   double interval_s = 0.0;  ///< since the one before; 0: there was none
 };
 

@@ -86,14 +86,23 @@ bool goes_on(const State& state, const Sample& sample) noexcept {
 
 /// The heading is the gyro's integral, whatever the tyres' model made of the time between two of
 /// its samples: it would settle between both, and a model that errs for long would turn the car.
-/// This is the trapezium of the two, less what is known of bias and scale. `yaw` and `by` are ψ and
-/// its row of B before the newer one was fused.
-void turn_by_gyro(State& state, const Reading& before, const Sample& sample, double yaw,
-                  const LastingVector& by) noexcept {
+/// This is the trapezium of the two, less what is known of bias and scale. A reading that strays
+/// from those before and after it by more than any car turns in is none: it is replaced by the
+/// middle one of the three, for the trapezium before it too. `yaw` and `by` are ψ and its row of B
+/// before the newer one was fused.
+void turn_by_gyro(const CarModel& model, State& state, const Reading& before, const Sample& sample,
+                  double yaw, const LastingVector& by) noexcept {
   const LastingVector& s = state.lasting.mean;
   const double tau =
       seconds_between(before.time_ns, sample.time_ns) / (1.0 + s[lasting::gyro_scale]);
-  const double turn = tau * (0.5 * (before.value + sample.value[0]) - s[lasting::gyro_bias]);
+  const double z = sample.value[0];
+  const auto [least, most] = std::minmax(z, before.before);
+  const double stray = before.value - std::clamp(before.value, least, most);
+  const double possible =
+      model.tuning.turn_in * gravity / model.car.wheelbase() * before.interval_s;
+  const double wrong = std::abs(stray) > possible && before.interval_s > 0.0 ? stray : 0.0;
+  const double turn = tau * (0.5 * (before.value - wrong + z) - s[lasting::gyro_bias]) -
+                      0.5 * before.interval_s * wrong;
   state.mean[at::yaw] = yaw - state.turned + turn;
   auto B = state.lasting.sensitivity.row(at::yaw);
   B = (by - state.turned_by).transpose();
@@ -188,7 +197,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     if (teaches.heading && !state.rest.resting && before.agreeing > 0 &&
         before.time_ns == state.turned_since_ns &&
         seconds_between(before.time_ns, sample.time_ns) <= longest_unheard_s) {
-      turn_by_gyro(state, before, sample, yaw, yaw_by);
+      turn_by_gyro(model, state, before, sample, yaw, yaw_by);
     }
     state.turned = 0.0;
     state.turned_by.setZero();

@@ -118,7 +118,7 @@ void note_heard(State& state, const Sample& sample) noexcept {
   const double interval_s =
       heard.agreeing > 0 ? seconds_between(heard.time_ns, sample.time_ns) : 0.0;
   heard = {agree(heard, sample) ? std::min(heard.agreeing + 1, most_counted) : 1, sample.time_ns,
-           sample.value[0], interval_s};
+           sample.value[0], heard.value, interval_s};
 }
 
 }  // namespace odomd::estimator::full

@@ -110,6 +110,17 @@ TEST(Plausibility, OneSpikeOfTheGyroIsLeftOut) {
   EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.005);
 }
 
+TEST(Plausibility, OneReadingOfTheGyroThatPassesTheGateTurnsNoCar) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  for (int i = 0; i < 20; ++i) {
+    car.tick(with(straight_at(1.0), Source::yaw_rate, 1.5));
+    car.drive(0.1, straight_at(1.0));
+  }
+  EXPECT_EQ(car.gated[Source::yaw_rate], 0);
+  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.002);
+}
+
 TEST(Plausibility, LateralAccelerationsToBothSidesNeverInsist) {
   const Says heard = without(straight_at(2.0), Source::accel_y);
   const auto fused_of = [&heard](double first, double second) {
