@@ -47,8 +47,8 @@ MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -
 # camera being off or on. They are reported, and held to no bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
     False: {
-        "gyro.scaled": "a yaw rate within 30 % of the gyro's; on a full-size car, steering and lateral acceleration are "
-                       "not that precise",
+        "gyro.scaled": "a yaw rate within 30 % of the gyro's; on a full-size car, steering and lateral acceleration "
+                       "are not that precise",
         "gyro.ramped": "a yaw rate as precise as a gyro's bias",
         "wheels.frozen": "a speed independent of the wheels; at walking pace, the accelerometer's error is as large as "
                          "the speed",
