@@ -1,8 +1,9 @@
 // Says in which mode the estimate is, without flapping: what is entered late is left at a wider
-// threshold, or after more than one event.
+// threshold, or after more than one event. docs/model.md, "Modes".
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "estimator/common/estimate.hpp"
 
@@ -22,20 +23,14 @@ class ModeMonitor {
  public:
   explicit ModeMonitor(double camera_timeout_s) noexcept : camera_timeout_s_(camera_timeout_s) {}
 
-  /// Once a tick, in order of time. Precedence: fault, initialising, standstill, then
-  /// dead_reckoning or tracking. (`degraded` is for those who know the bus.)
+  /// Once a tick, in order of time. Precedence: fault, initialising, standstill, then tracking or
+  /// dead_reckoning. (`degraded` is for those who know the bus.)
   Mode update(const ModeInputs& inputs) noexcept;
 
  private:
-  void update_rest(const ModeInputs& inputs) noexcept;
-  void update_tracking(const ModeInputs& inputs) noexcept;
-
   double camera_timeout_s_ = 0.5;
-
-  bool resting_ = false;   ///< below the thresholds since rest_since_ns_
-  bool standing_ = false;  ///< and that for long enough
-  std::int64_t rest_since_ns_ = 0;
-
+  std::optional<std::int64_t> still_since_ns_;
+  bool standing_ = false;  ///< still for long enough
   bool tracking_ = false;
   std::int64_t last_camera_ns_ = 0;
 };
