@@ -35,11 +35,9 @@ void advance_dead_reckoning(Model model, const FilterSettings& settings, const H
                             const AxleSpeed& speed, Motion& motion) noexcept {
   const HeldSignal& turn = turn_of(model, held);
   const DeadReckoning now = reckon(model, settings.vehicle, speed.v_x, turn.value);
-  if (motion.moving) {
-    const BodyVelocity velocity =
-        uses_gyro(model) ? now.velocity : mean(motion.velocity, now.velocity);
-    motion.odom = moved(motion.odom, velocity, settings.period_s);
-  }
+  motion.mean =
+      uses_gyro(model) || !motion.moving ? now.velocity : mean(motion.velocity, now.velocity);
+  motion.way = motion.moving ? moved({}, motion.mean, settings.period_s) : Pose2{};
   motion.velocity = now.velocity;
   motion.covariance = covariance_of(now, speed.sigma, turn.sigma);
   motion.moving = true;

@@ -12,10 +12,12 @@
 
 namespace odomd::estimator {
 
+/// Of the car at a tick, and over the period that led there.
 struct Motion {
-  Pose2 odom;
   BodyVelocity velocity;
   Symmetric3 covariance = diagonal(1.0, 1.0, 1.0);  ///< of the velocity
+  BodyVelocity mean;                                ///< over the period
+  Pose2 way;             ///< of the period, in the axes of the car before it
   bool moving = false;   ///< the velocity is that of a tick before, or of a predecessor
   bool stopped = false;  ///< the model has left its domain: it stays where it is, for good
 };
@@ -25,10 +27,9 @@ struct Motion {
   return model != Model::kinematic && model != Model::kinematic_printed;
 }
 
-/// Moves by one period with the newest signals; what was not heard yet counts as 0. All but the
-/// paper's start at the first wheel speed, with the pose where it was set. From then on the
-/// kinematic ones move a tick along the arc of the mean of the velocities at both ends of it, the
-/// inertial one along that of the newest.
+/// One period with the newest signals; what was not heard yet counts as 0. The kinematic models
+/// move along the arc of the mean of the velocities at both ends of the period, the inertial one
+/// along that of the newest. Neither moves in its first tick.
 void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
                             const AxleSpeed& speed, Motion& motion) noexcept;
 

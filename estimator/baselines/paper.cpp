@@ -51,12 +51,11 @@ void advance_paper(const FilterSettings& settings, const HeldSignals& held, cons
   if (motion.velocity.v_x < slowest_v_x) {
     motion.stopped = true;
     motion.velocity = {};
-    return;
   }
   // X, Y and ψ by one forward Euler step, with the heading before its own update (eqs 28 to 30)
-  const auto& [v_x, v_y, yaw_rate] = motion.velocity;
+  const auto& [v_x, v_y, yaw_rate] = motion.mean = motion.velocity;
   const double dt = settings.period_s;
-  motion.odom = compose(motion.odom, {dt * v_x, dt * v_y, dt * yaw_rate});
+  motion.way = {dt * v_x, dt * v_y, dt * yaw_rate};
 }
 
 BodyVelocity paper_acceleration(const FilterSettings& settings, const HeldSignals& held,
