@@ -157,13 +157,9 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
                           .camera_ns = e.camera_ns});
   // A car that stands does not accelerate, whatever the bias of its sensors says.
   if (e.mode != Mode::standstill) {
-    const BodyVelocity rate =
-        model_ == Model::paper
-            ? paper_acceleration(settings_, held_, motion_)
-            : dead_reckoning_acceleration(model_, settings_.vehicle, held_, motion_);
-    e.v_x_dot = rate.v_x;
-    e.v_y_dot = rate.v_y;
-    e.yaw_accel = rate.yaw_rate;
+    e.v_x_dot = motion_.rate.v_x;
+    e.v_y_dot = motion_.rate.v_y;
+    e.yaw_accel = motion_.rate.yaw_rate;
   }
   return e;
 }

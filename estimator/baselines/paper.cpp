@@ -46,26 +46,20 @@ void advance_paper(const FilterSettings& settings, const HeldSignals& held, cons
   if (motion.stopped) {
     return;
   }
-  step_paper_ekf(settings, {held[Source::steering].value, held[Source::accel_x].value},
-                 {held[Source::yaw_rate].value, speed.v_x}, motion);
-  if (motion.velocity.v_x < slowest_v_x) {
-    motion.stopped = true;
+  const double steering = held[Source::steering].value;
+  const double accel_x = held[Source::accel_x].value;
+  const double dt = settings.period_s;
+  step_paper_ekf(settings, {steering, accel_x}, {held[Source::yaw_rate].value, speed.v_x}, motion);
+  motion.stopped = motion.velocity.v_x < slowest_v_x;
+  if (motion.stopped) {
     motion.velocity = {};
   }
   // X, Y and ψ by one forward Euler step, with the heading before its own update (eqs 28 to 30)
   const auto& [v_x, v_y, yaw_rate] = motion.mean = motion.velocity;
-  const double dt = settings.period_s;
   motion.way = {dt * v_x, dt * v_y, dt * yaw_rate};
-}
-
-BodyVelocity paper_acceleration(const FilterSettings& settings, const HeldSignals& held,
-                                const Motion& motion) noexcept {
-  if (motion.stopped) {
-    return {};
-  }
-  return dynamic_rate(settings.vehicle, motion.velocity, held[Source::steering].value,
-                      held[Source::accel_x].value,
-                      slowest_resolved_speed(settings.vehicle, settings.period_s));
+  motion.rate = motion.stopped ? BodyVelocity{}
+                               : dynamic_rate(settings.vehicle, motion.velocity, steering, accel_x,
+                                              slowest_resolved_speed(settings.vehicle, dt));
 }
 
 BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double steering,
