@@ -78,13 +78,12 @@ std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
-  // 1. How many ticks are due. Half a period off the grid is still the same tick.
+  // 1. How many ticks are due, and are made up for. Half a period off the grid is still the same.
   const std::int64_t elapsed = last_tick_ns_ ? ns_between(*last_tick_ns_, tick_ns) : period_ns_;
   if (elapsed < period_ns_ / 2) {
     return last_;
   }
   const std::int64_t due = elapsed / period_ns_ + (elapsed % period_ns_ >= period_ns_ / 2 ? 1 : 0);
-  const std::int64_t steps = std::min(due, most_ticks_made_up);
 
   // 2. The speed, from whichever wheels there are; and the motion, a period at a time.
   const double yaw_rate =
@@ -93,10 +92,7 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
     speed_ = heard;
   }
   if (speed_) {
-    if (due > steps) {
-      anchor_.lose_sight(static_cast<double>(due - steps) * settings_.period_s);
-    }
-    for (std::int64_t left = steps; left-- > 0;) {
+    for (std::int64_t left = std::min(due, most_ticks_made_up); left-- > 0;) {
       advance(ns_after(tick_ns, -left * period_ns_));
     }
   }

@@ -46,30 +46,27 @@ Symmetric3 suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcep
   return diagonal(position * position, position * position, yaw * yaw);
 }
 
-Symmetric3 of_sigmas(double x, double y, double yaw) noexcept {
-  return diagonal(x * x, y * y, yaw * yaw);
-}
-
-Symmetric3 initial_covariance(const FilterSettings& s) noexcept {
-  return of_sigmas(s.initial_sigma_position, s.initial_sigma_position, s.initial_sigma_yaw);
-}
-
-Symmetric3 covariance_of(const CameraPose& camera) noexcept {
-  const auto bounded = [](double sigma) {
-    return std::clamp(sigma, smallest_sigma, largest_camera_sigma);
+Symmetric3 covariance_of(double sigma_x, double sigma_y, double sigma_yaw) noexcept {
+  const auto variance = [](double sigma) {
+    const double bounded = std::clamp(sigma, smallest_sigma, largest_camera_sigma);
+    return bounded * bounded;
   };
-  return of_sigmas(bounded(camera.sigma_x), bounded(camera.sigma_y), bounded(camera.sigma_yaw));
+  return diagonal(variance(sigma_x), variance(sigma_y), variance(sigma_yaw));
 }
 
 }  // namespace
 
-PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept : settings_(settings) {
-  tick(0).covariance = initial_covariance(settings);
+PoseAnchor::PoseAnchor(const FilterSettings& settings) noexcept
+    : settings_(settings),
+      initial_covariance_(covariance_of(settings.initial_sigma_position,
+                                        settings.initial_sigma_position,
+                                        settings.initial_sigma_yaw)) {
+  tick(0).covariance = initial_covariance_;
 }
 
 void PoseAnchor::set_pose(const Pose2& pose) noexcept {
   re_anchor({odom(), last_, 0.0}, pose, {});
-  tick(last_).covariance = initial_covariance(settings_);
+  tick(last_).covariance = initial_covariance_;
 }
 
 void PoseAnchor::resume(const Estimate& predecessor) noexcept {
@@ -94,6 +91,10 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
   // Q = Δt² G V Gᵀ
   const double yaw = before.odom.yaw;
   now.noise = scaled(rotated(motion.covariance, std::cos(yaw), std::sin(yaw)), dt * dt);
+  const double gap_s = seconds_between(before.time_ns, time_ns) - dt;
+  if (gap_s >= dt) {
+    now.noise = sum(now.noise, gap_noise(gap_s));
+  }
   if (time_ns <= suspect_until_ns_) {
     // The error stays the same from tick to tick, so n ticks after the last camera pose σ is n σ_1,
     // and a tick adds σ_1² (2n - 1).
@@ -101,10 +102,6 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
     now.noise = sum(now.noise, scaled(suspect_motion(before.odom, now.odom, dt), 2.0 * n - 1.0));
   }
   now.covariance = grown(before.covariance, before.odom, now.odom, map_from_odom_.yaw, now.noise);
-}
-
-void PoseAnchor::lose_sight(double gap_s) noexcept {
-  tick(last_).covariance = sum(covariance(), gap_noise(gap_s));
 }
 
 Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
@@ -136,7 +133,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
 
   judged_capture_ns_ = time_ns;
   const Place at = place(time_ns);
-  const Symmetric3 R = covariance_of(camera);
+  const Symmetric3 R = covariance_of(camera.sigma_x, camera.sigma_y, camera.sigma_yaw);
   Pose2 seen{camera.x, camera.y, wrap_angle(camera.yaw)};
   if (initialises) {
     initialised_ = false;

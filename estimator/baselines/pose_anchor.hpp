@@ -37,11 +37,8 @@ class PoseAnchor {
   void resume(const Estimate& predecessor) noexcept;
 
   /// Appends a tick; the first one begins the history. The velocity's error is white from tick to
-  /// tick.
+  /// tick; of a time before the tick's own period nothing is known.
   void extend(std::int64_t time_ns, const Motion& motion) noexcept;
-
-  /// Grows the covariance by a time before the next tick that nothing is known of.
-  void lose_sight(double gap_s) noexcept;
 
   /// Judges a camera pose by its distance to the map pose at the capture and, when it is fused,
   /// re-anchors. `latest_ns` is the limit for captures; a pose that arrives late by more than the
@@ -89,6 +86,7 @@ class PoseAnchor {
   void re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept;
 
   FilterSettings settings_;
+  Symmetric3 initial_covariance_;
   std::array<Tick, ring_ticks> ring_{};
   std::size_t last_ = 0;  ///< the newest tick's number, counted from the start of the history
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/admission.hpp"
@@ -29,22 +28,20 @@ Verdict HeldSignals::take(const Measurement& sample, std::int64_t latest_ns) noe
   }
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
   held = {true, sample.time_ns, sample.value, std::min(sigma, physical_limit[index])};
+  if (is_wheel(sample.source)) {
+    newest_wheel_ns_ = std::max(newest_wheel_ns_, sample.time_ns);
+  }
   return Verdict::fused;
+}
+
+bool HeldSignals::alive(Source wheel) const noexcept {
+  constexpr double silent_after_s = 0.5;
+  const HeldSignal& held = (*this)[wheel];
+  return held.seen && seconds_between(held.time_ns, newest_wheel_ns_) <= silent_after_s;
 }
 
 std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                          double car_yaw_rate) noexcept {
-  constexpr double silent_after_s = 0.5;
-  std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();
-  for (std::size_t i = 0; i < source_count; ++i) {
-    const Source source = static_cast<Source>(i);
-    if (is_wheel(source) && held[source].seen) {
-      newest_ns = std::max(newest_ns, held[source].time_ns);
-    }
-  }
-  const auto alive = [&](Source source) {
-    return held[source].seen && seconds_between(held[source].time_ns, newest_ns) <= silent_after_s;
-  };
   const auto speed = [&, reversing = held[Source::direction].value < 0.0](Source source) {
     const double value = held[source].value;
     return reversing ? -std::abs(value) : value;
@@ -67,7 +64,7 @@ std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& 
                            {wheel_front_left, wheel_front_right, front, 0.0},
                            {wheel_front_left, wheel_front_left, front, turn},
                            {wheel_front_right, wheel_front_right, front, -turn}}) {
-    if (alive(of.left) && alive(of.right)) {
+    if (held.alive(of.left) && held.alive(of.right)) {
       const double sigma = of.left == of.right
                                ? held[of.left].sigma
                                : 0.5 * std::hypot(held[of.left].sigma, held[of.right].sigma);

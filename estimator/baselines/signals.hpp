@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "estimator/common/measurement.hpp"
@@ -33,10 +34,13 @@ class HeldSignals {
   [[nodiscard]] const HeldSignal& operator[](Source source) const noexcept {
     return held_[index_of(source)];
   }
+  /// Heard at least once, and within half a second of the newest sample of a wheel.
+  [[nodiscard]] bool alive(Source wheel) const noexcept;
 
  private:
   std::array<HeldSignal, source_count> held_{};
   std::array<double, source_count> sigma_{};
+  std::int64_t newest_wheel_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
 struct AxleSpeed {
@@ -44,10 +48,10 @@ struct AxleSpeed {
   double sigma = 0.0;  ///< [m/s]
 };
 
-/// v_x, which a rigid car has at the rear axle as at the centre of gravity: by the first choice of
-/// wheels (the table in signals.cpp) that was not silent for half a second while another was heard.
-/// Nothing where no wheel was ever heard. While the held direction is -1, positive speeds count as
-/// negative: those of sensors that do not know a sign.
+/// v_x, which a rigid car has at the rear axle as at the centre of gravity, by the first choice of
+/// wheels that are alive (the table in signals.cpp); nothing where no wheel was ever heard. While
+/// the held direction is -1, positive speeds count as negative: those of sensors that do not know a
+/// sign.
 [[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                                        double car_yaw_rate) noexcept;
 
