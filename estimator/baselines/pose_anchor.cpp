@@ -22,6 +22,9 @@ constexpr double inflation = 1.0 + 1e-9;
 // while.
 constexpr double longest_pause_s = 0.5;
 constexpr double suspect_s = 2.0;
+constexpr double suspect_share = 0.5;     // of the way
+constexpr double suspect_speed = 0.5;     // [m/s]
+constexpr double suspect_yaw_rate = 1.0;  // [rad/s]
 
 /// P ← F P Fᵀ + Q, from one odometry pose to another: their displacement and Q turned into a frame
 /// that lies at `yaw`.
@@ -38,11 +41,11 @@ Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double
   return limited(next, largest_variance);
 }
 
-/// What an odometry that is suspect may err by between two poses: half of the way, and 0.5 m/s and
-/// 1 rad/s.
+/// What an odometry that is suspect may err by between two poses, its error the same throughout.
 Symmetric3 suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
-  const double position = 0.5 * std::hypot(to.x - from.x, to.y - from.y) + 0.5 * dt;
-  const double yaw = 0.5 * std::abs(to.yaw - from.yaw) + 1.0 * dt;
+  const double way = std::hypot(to.x - from.x, to.y - from.y);
+  const double position = suspect_share * way + suspect_speed * dt;
+  const double yaw = suspect_share * std::abs(to.yaw - from.yaw) + suspect_yaw_rate * dt;
   return diagonal(position * position, position * position, yaw * yaw);
 }
 
@@ -96,8 +99,7 @@ void PoseAnchor::extend(std::int64_t time_ns, const Motion& motion) noexcept {
     now.noise = sum(now.noise, gap_noise(gap_s));
   }
   if (time_ns <= suspect_until_ns_) {
-    // The error stays the same from tick to tick, so n ticks after the last camera pose σ is n σ_1,
-    // and a tick adds σ_1² (2n - 1).
+    // n ticks after the last camera pose σ is n σ_1, so a tick adds σ_1² (2n - 1).
     const double n = std::clamp(seconds_between(fused_capture_ns_, time_ns) / dt, 1.0, 40.0);
     now.noise = sum(now.noise, scaled(suspect_motion(before.odom, now.odom, dt), 2.0 * n - 1.0));
   }
@@ -139,6 +141,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     initialised_ = false;
     reset_count_ = 0;
   } else {
+    // P at the capture: that of its tick, carried there
     const Tick& next = tick(at.next);
     const Symmetric3 P = grown(next.covariance, next.odom, at.odom, map_from_odom_.yaw,
                                scaled(next.noise, at.steps));
