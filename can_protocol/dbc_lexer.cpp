@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "base/printable.hpp"
 #include "can_protocol/dbc.hpp"
-#include "can_protocol/printable.hpp"
 
 namespace odomd::can {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/counter.hpp"
+#include "base/counter.hpp"
 #include "can_protocol/dbc.hpp"
 #include "can_protocol/e2e.hpp"
 #include "can_protocol/e2e_trust.hpp"

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "base/nearest_name.hpp"
 #include "can_protocol/decoder_tables.hpp"
-#include "can_protocol/nearest_name.hpp"
 #include "can_protocol/units.hpp"
 
 namespace odomd::can {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/nearest_name.hpp"
 #include "can_protocol/crc8.hpp"
-#include "can_protocol/nearest_name.hpp"
 
 namespace odomd::can {
 namespace {

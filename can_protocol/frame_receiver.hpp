@@ -6,11 +6,11 @@
 #include <memory>
 #include <span>
 
+#include "base/wall_clock.hpp"
 #include "can_protocol/device_clock.hpp"
 #include "can_protocol/frame.hpp"
 #include "can_protocol/frame_source.hpp"
 #include "can_protocol/kernel_frame.hpp"
-#include "can_protocol/wall_clock.hpp"
 
 namespace odomd::can {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/counter.hpp"
+#include "base/counter.hpp"
 #include "can_protocol/frame.hpp"
 
 namespace odomd::can {

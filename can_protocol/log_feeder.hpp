@@ -9,16 +9,16 @@
 #include <thread>
 #include <vector>
 
+#include "base/file_descriptor.hpp"
+#include "base/spsc_ring.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/candump.hpp"
 #include "can_protocol/complaints.hpp"
-#include "can_protocol/file_descriptor.hpp"
 #include "can_protocol/frame_source.hpp"
 #include "can_protocol/line_buffer.hpp"
 #include "can_protocol/live_stamps.hpp"
 #include "can_protocol/log_clock.hpp"
 #include "can_protocol/smallest_delay.hpp"
-#include "can_protocol/spsc_ring.hpp"
 
 namespace odomd::can {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "base/file_descriptor.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/candump.hpp"
-#include "can_protocol/file_descriptor.hpp"
 #include "can_protocol/frame.hpp"
 #include "can_protocol/line_buffer.hpp"
 

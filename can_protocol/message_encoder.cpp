@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "can_protocol/nearest_name.hpp"
+#include "base/nearest_name.hpp"
 #include "can_protocol/signal_layout.hpp"
 
 namespace odomd::can {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/file_descriptor.hpp"
 #include "can_protocol/complaints.hpp"
-#include "can_protocol/file_descriptor.hpp"
 #include "can_protocol/frame_receiver.hpp"
 #include "can_protocol/frame_source.hpp"
 

@@ -12,10 +12,10 @@
 #include <memory>
 #include <span>
 
-#include "can_protocol/counter.hpp"
+#include "base/counter.hpp"
+#include "base/wall_clock.hpp"
 #include "can_protocol/frame_source.hpp"
 #include "can_protocol/log_clock.hpp"
-#include "can_protocol/wall_clock.hpp"
 #include "daemon/camera_door.hpp"
 #include "daemon/event.hpp"
 #include "daemon/pipeline.hpp"

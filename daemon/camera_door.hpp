@@ -8,8 +8,8 @@
 #include <cstdint>
 #include <span>
 
-#include "can_protocol/counter.hpp"
-#include "can_protocol/file_descriptor.hpp"
+#include "base/counter.hpp"
+#include "base/file_descriptor.hpp"
 #include "daemon/camera_wire.hpp"
 #include "daemon/event.hpp"
 #include "daemon/local_socket.hpp"

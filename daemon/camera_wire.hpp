@@ -10,7 +10,7 @@
 
 #include <odom/odom.h>
 
-#include "can_protocol/wall_clock.hpp"
+#include "base/wall_clock.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "base/nearest_name.hpp"
 #include "can_protocol/decoder.hpp"
-#include "can_protocol/nearest_name.hpp"
 #include "can_protocol/open_source.hpp"
 #include "daemon/config_sections.hpp"
 

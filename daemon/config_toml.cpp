@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "can_protocol/nearest_name.hpp"
+#include "base/nearest_name.hpp"
 #include "daemon/toml_depth.hpp"
 
 namespace odomd::daemon {

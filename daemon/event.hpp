@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "can_protocol/counter.hpp"
-#include "can_protocol/spsc_ring.hpp"
+#include "base/counter.hpp"
+#include "base/spsc_ring.hpp"
 
 namespace odomd::daemon {
 

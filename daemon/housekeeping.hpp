@@ -9,7 +9,7 @@
 
 #include <odom/odom.h>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/local_socket.hpp"
 #include "daemon/recorder_door.hpp"

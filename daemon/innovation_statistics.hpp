@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdint>
 
-#include "can_protocol/counter.hpp"
+#include "base/counter.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {

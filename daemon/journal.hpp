@@ -9,7 +9,7 @@
 
 #include <spdlog/logger.h>
 
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 #include "daemon/config.hpp"
 
 namespace odomd::daemon {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 
 namespace odomd::daemon {
 

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 #include "daemon/check.hpp"
 #include "daemon/options.hpp"
 #include "daemon/run.hpp"

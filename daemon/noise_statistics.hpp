@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "can_protocol/counter.hpp"
+#include "base/counter.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::daemon {

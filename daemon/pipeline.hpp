@@ -14,7 +14,7 @@
 
 #include <odom/types.h>
 
-#include "can_protocol/counter.hpp"
+#include "base/counter.hpp"
 #include "can_protocol/decoder.hpp"
 #include "can_protocol/stamp_guard.hpp"
 #include "daemon/config.hpp"

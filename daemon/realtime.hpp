@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "daemon/config.hpp"
 
 namespace odomd::daemon {

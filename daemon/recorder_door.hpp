@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "base/file_descriptor.hpp"
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/file_descriptor.hpp"
 #include "daemon/config.hpp"
 #include "daemon/journal.hpp"
 #include "daemon/local_socket.hpp"

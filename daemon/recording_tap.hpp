@@ -16,9 +16,9 @@
 #include <memory>
 #include <vector>
 
+#include "base/spsc_ring.hpp"
 #include "can_protocol/decoder.hpp"
 #include "can_protocol/frame.hpp"
-#include "can_protocol/spsc_ring.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/record.hpp"
 #include "estimator/common/measurement.hpp"

@@ -1,7 +1,7 @@
 // What signals do to the daemon: none ends it by accident.
 #pragma once
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 
 namespace odomd::daemon {
 

@@ -8,8 +8,8 @@
 #include <fmt/ranges.h>
 #include <CLI/CLI.hpp>
 
-#include "can_protocol/nearest_name.hpp"
-#include "can_protocol/printable.hpp"
+#include "base/nearest_name.hpp"
+#include "base/printable.hpp"
 
 namespace odomd::daemon {
 namespace {

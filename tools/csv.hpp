@@ -76,7 +76,7 @@ void append_number(std::string& out, double value);
 void append_seconds(std::string& out, std::int64_t time_ns);
 
 /// Text from a file as it may stand in a message: in quotes, control characters spelled out, cut
-/// where it is long (can_protocol/printable.hpp).
+/// where it is long (base/printable.hpp).
 [[nodiscard]] std::string quoted(std::string_view text);
 
 }  // namespace odomd::tools

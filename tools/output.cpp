@@ -13,7 +13,7 @@
 #include <system_error>
 #include <utility>
 
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 
 namespace odomd::tools {
 namespace {

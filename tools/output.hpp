@@ -2,7 +2,7 @@
 //
 // Commands that end in their own way hold INT and TERM back (interrupt.hpp). A write to a pipe that
 // nobody empties would hold them back for good: here it ends a second after the signal has come.
-// And what goes through the streams is made harmless to terminals (can_protocol/printable.hpp).
+// And what goes through the streams is made harmless to terminals (base/printable.hpp).
 #pragma once
 
 #include <streambuf>

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 #include "tools/output.hpp"
 
 namespace odomd::tools {

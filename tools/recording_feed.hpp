@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "daemon/recording_wire.hpp"
 
 namespace odomd::tools {

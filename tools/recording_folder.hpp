@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "daemon/recording_files.hpp"
 #include "daemon/recording_tap.hpp"
 

@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "tools/json_text.hpp"
 
 namespace odomd::tools {

@@ -15,7 +15,7 @@
 #include <ctime>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 
 namespace odomd::can::frame_receiver_test {
 namespace {

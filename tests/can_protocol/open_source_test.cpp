@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "can_protocol/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 

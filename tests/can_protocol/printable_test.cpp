@@ -1,5 +1,5 @@
 // What comes from outside, as messages show it.
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 
 #include <gtest/gtest.h>
 

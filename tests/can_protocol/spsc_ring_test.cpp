@@ -1,5 +1,5 @@
 // The ring keeps order, refuses when full, and loses nothing between two threads.
-#include "can_protocol/spsc_ring.hpp"
+#include "base/spsc_ring.hpp"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/nearest_name.hpp"
+#include "base/nearest_name.hpp"
 
 namespace odomd::can::units_test {
 namespace {

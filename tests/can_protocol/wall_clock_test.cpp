@@ -1,5 +1,5 @@
 // Stamps through a wall clock that is set, set back, and asleep, in made-up time.
-#include "can_protocol/wall_clock.hpp"
+#include "base/wall_clock.hpp"
 
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 
 #include <spdlog/logger.h>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 
 namespace odomd::daemon::error_sink_test {
 namespace {

@@ -24,7 +24,7 @@
 #include <thread>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "can_protocol/frame.hpp"
 
 namespace odomd::can {

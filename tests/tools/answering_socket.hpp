@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 
 namespace odomd::tools {
 

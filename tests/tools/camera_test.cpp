@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
 #include "tests/tools/answering_socket.hpp"
 #include "tests/tools/scratch.hpp"

@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
 #include "tests/tools/scratch.hpp"
 

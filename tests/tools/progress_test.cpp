@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 
 namespace odomd::tools::progress_test {
 namespace {

@@ -13,8 +13,8 @@
 #include <odom/odom.h>
 #include <nlohmann/json.hpp>
 
+#include "base/file_descriptor.hpp"
 #include "can_protocol/candump.hpp"
-#include "can_protocol/file_descriptor.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/sim/vehicle.hpp"
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "tools/csv.hpp"
 #include "tools/pose_csv.hpp"
 #include "tools/pose_fields.hpp"

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "daemon/config.hpp"
 #include "daemon/config_toml.hpp"
 #include "tools/identify/config_patch.hpp"

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "can_protocol/nearest_name.hpp"
+#include "base/nearest_name.hpp"
 #include "tools/identify/quantity.hpp"
 #include "tools/text.hpp"
 

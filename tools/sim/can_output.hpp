@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
+#include "base/file_descriptor.hpp"
 #include "can_protocol/candump.hpp"
-#include "can_protocol/file_descriptor.hpp"
 #include "can_protocol/frame.hpp"
 
 namespace odomd::sim {

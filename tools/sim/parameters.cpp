@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/nearest_name.hpp"
+#include "base/nearest_name.hpp"
 #include "tools/sim/random.hpp"
 
 namespace odomd::sim {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 #include "tools/text.hpp"
 
 namespace odomd::watch {

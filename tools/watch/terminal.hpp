@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "tools/watch/keys.hpp"
 #include "tools/watch/line.hpp"
 

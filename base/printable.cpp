@@ -1,4 +1,4 @@
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // The thin shell that reads the clocks.
-#include "can_protocol/wall_clock.hpp"
+#include "base/wall_clock.hpp"
 
 #include <ctime>
 

@@ -1,5 +1,5 @@
 // Edit distance (optimal string alignment) over names.
-#include "can_protocol/nearest_name.hpp"
+#include "base/nearest_name.hpp"
 
 #include <algorithm>
 #include <cstddef>
