@@ -14,8 +14,8 @@
 
 #include "base/counter.hpp"
 #include "base/wall_clock.hpp"
-#include "can_protocol/frame_source.hpp"
-#include "can_protocol/log_clock.hpp"
+#include "can_protocol/sources/frame_source.hpp"
+#include "can_protocol/sources/log_clock.hpp"
 #include "daemon/camera_door.hpp"
 #include "daemon/event.hpp"
 #include "daemon/pipeline.hpp"

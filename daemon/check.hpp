@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "daemon/config.hpp"
 
 namespace odomd::daemon {

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
-#include "can_protocol/signal_binding.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/decode/signal_binding.hpp"
 #include "daemon/config_error.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include "base/nearest_name.hpp"
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/open_source.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/open_source.hpp"
 #include "daemon/config_sections.hpp"
 
 namespace odomd::daemon {

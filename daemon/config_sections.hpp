@@ -2,7 +2,7 @@
 // asks of them. Private to load_config() and load_databases().
 #pragma once
 
-#include "can_protocol/decoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
 #include "daemon/config.hpp"
 #include "daemon/config_toml.hpp"
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "can_protocol/controller.hpp"
+#include "can_protocol/sources/controller.hpp"
 
 namespace odomd::daemon {
 

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "can_protocol/controller.hpp"
+#include "can_protocol/sources/controller.hpp"
 
 namespace odomd::daemon {
 

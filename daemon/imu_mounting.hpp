@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "can_protocol/decoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
 
 namespace odomd::daemon {
 

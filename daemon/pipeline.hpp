@@ -15,8 +15,8 @@
 #include <odom/types.h>
 
 #include "base/counter.hpp"
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/stamp_guard.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/stamp_guard.hpp"
 #include "daemon/config.hpp"
 #include "daemon/consistency.hpp"
 #include "daemon/innovation_statistics.hpp"

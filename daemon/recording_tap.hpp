@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "base/spsc_ring.hpp"
-#include "can_protocol/decoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/frame.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/record.hpp"

@@ -19,7 +19,7 @@
 #include <fmt/ranges.h>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/open_source.hpp"
+#include "can_protocol/sources/open_source.hpp"
 #include "daemon/beat.hpp"
 #include "daemon/controller_watch.hpp"
 #include "daemon/inheritance.hpp"

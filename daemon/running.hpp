@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/frame_source.hpp"
-#include "can_protocol/log_clock.hpp"
+#include "can_protocol/sources/frame_source.hpp"
+#include "can_protocol/sources/log_clock.hpp"
 #include "daemon/beat.hpp"
 #include "daemon/camera_door.hpp"
 #include "daemon/config.hpp"

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/dbc.hpp"
-#include "can_protocol/log_reader.hpp"
-#include "can_protocol/signal_layout.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tools/dbc_commands.hpp"
 #include "tools/output.hpp"
 

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "tools/dbc_commands.hpp"
 #include "tools/output.hpp"
 

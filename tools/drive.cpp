@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/log_order.hpp"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/frame.hpp"
 #include "daemon/config.hpp"
 #include "estimator/common/measurement.hpp"

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/pipeline.hpp"
 #include "daemon/recording_wire.hpp"
 #include "tools/camera_csv.hpp"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "daemon/config.hpp"
 #include "daemon/record.hpp"
 #include "tools/virtual_drive.hpp"

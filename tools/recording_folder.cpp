@@ -14,7 +14,7 @@
 
 #include <fmt/format.h>
 
-#include "can_protocol/candump.hpp"
+#include "can_protocol/sources/candump.hpp"
 #include "daemon/recording_wire.hpp"
 #include "estimator/integrity/admission.hpp"
 #include "tools/csv.hpp"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/config.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/commands.hpp"

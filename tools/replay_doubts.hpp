@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/decoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::tools {

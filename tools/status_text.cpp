@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "can_protocol/decoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
 #include "tools/conditions.hpp"
 #include "tools/status_values.hpp"
 #include "tools/text.hpp"

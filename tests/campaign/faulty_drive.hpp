@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/frame.hpp"
 #include "daemon/config.hpp"
 #include "daemon/pipeline.hpp"

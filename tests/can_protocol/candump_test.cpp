@@ -1,5 +1,5 @@
 // The candump grammar: every form of a frame, both ways, and what is said of a line that is none.
-#include "can_protocol/candump.hpp"
+#include "can_protocol/sources/candump.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

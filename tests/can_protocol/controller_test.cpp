@@ -1,5 +1,5 @@
 // What has no CAN controller below it. Real ones are read in the lab.
-#include "can_protocol/controller.hpp"
+#include "can_protocol/sources/controller.hpp"
 
 #include <gtest/gtest.h>
 

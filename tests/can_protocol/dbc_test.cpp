@@ -1,5 +1,5 @@
 // The DBC reader: what it takes, what it takes with a warning, what it passes over.
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

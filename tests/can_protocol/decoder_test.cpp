@@ -1,6 +1,6 @@
 // The decoder: compiling bindings, verdicts and values of frames, and that decoding never
 // allocates.
-#include "can_protocol/decoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "can_protocol/e2e_trust.hpp"
-#include "can_protocol/message_encoder.hpp"
+#include "can_protocol/decode/e2e_trust.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
 #include "tests/allocation_count.hpp"
 
 namespace odomd::can::decoder_test {

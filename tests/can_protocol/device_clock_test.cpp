@@ -1,5 +1,5 @@
 // Hardware stamps through a device clock with drift, under software stamps with jitter.
-#include "can_protocol/device_clock.hpp"
+#include "can_protocol/sources/device_clock.hpp"
 
 #include <gtest/gtest.h>
 

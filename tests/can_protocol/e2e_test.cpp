@@ -1,5 +1,5 @@
 // End-to-end protection: the published vectors, every state, every refusal.
-#include "can_protocol/e2e.hpp"
+#include "can_protocol/decode/e2e.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <string>
 
-#include "can_protocol/crc8.hpp"
+#include "can_protocol/decode/crc8.hpp"
 
 namespace odomd::can::e2e_test {
 namespace {

@@ -1,6 +1,6 @@
 // Frames of the kernel to frames of ours, and the receive path on a socket that every machine has:
 // a datagram socket on the loopback stamps, counts drops and batches as a CAN socket does.
-#include "can_protocol/frame_receiver.hpp"
+#include "can_protocol/sources/frame_receiver.hpp"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

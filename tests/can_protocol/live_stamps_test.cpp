@@ -1,4 +1,4 @@
-#include "can_protocol/live_stamps.hpp"
+#include "can_protocol/sources/live_stamps.hpp"
 
 #include <gtest/gtest.h>
 

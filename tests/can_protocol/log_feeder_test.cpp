@@ -1,6 +1,6 @@
 // A log as a live bus: the mapping of its clock onto the tick grid, the hand-over, the odd inputs,
 // and an end at any moment.
-#include "can_protocol/log_feeder.hpp"
+#include "can_protocol/sources/log_feeder.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 
 namespace odomd::can::log_feeder_test {

@@ -1,5 +1,5 @@
 // Logs as they come: whole, cut off, damaged, missing, several at once, and the real drives.
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Encoding messages by name.
-#include "can_protocol/message_encoder.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "can_protocol/signal_layout.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
 
 namespace odomd::can::message_encoder_test {
 namespace {

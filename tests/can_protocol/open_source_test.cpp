@@ -1,5 +1,5 @@
 // What a name means, and what is said where it can mean nothing.
-#include "can_protocol/open_source.hpp"
+#include "can_protocol/sources/open_source.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "base/file_descriptor.hpp"
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/temporary_file.hpp"
 
 namespace odomd::can::open_source_test {

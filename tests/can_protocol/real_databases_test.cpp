@@ -7,9 +7,9 @@
 #include <set>
 #include <string>
 
-#include "can_protocol/dbc.hpp"
-#include "can_protocol/message_encoder.hpp"
-#include "can_protocol/signal_layout.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
 #include "tests/can_protocol/real_data.hpp"
 
 namespace odomd::can::real_databases_test {

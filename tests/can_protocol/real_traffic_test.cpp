@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/log_reader.hpp"
-#include "can_protocol/message_encoder.hpp"
-#include "can_protocol/signal_layout.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tests/can_protocol/real_data.hpp"
 
 namespace odomd::can::real_traffic_test {

@@ -1,5 +1,5 @@
 // Bits in and out of payloads, against a reference that goes bit by bit.
-#include "can_protocol/signal_layout.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
 
 #include <gtest/gtest.h>
 

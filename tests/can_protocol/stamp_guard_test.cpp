@@ -1,5 +1,5 @@
 // Each verdict on a time stamp, and what the guard keeps apart.
-#include "can_protocol/stamp_guard.hpp"
+#include "can_protocol/sources/stamp_guard.hpp"
 
 #include <gtest/gtest.h>
 

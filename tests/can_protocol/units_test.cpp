@@ -1,5 +1,5 @@
 // Unit texts of databases, and the names that misspelt ones are nearest to.
-#include "can_protocol/units.hpp"
+#include "can_protocol/decode/units.hpp"
 
 #include <gtest/gtest.h>
 

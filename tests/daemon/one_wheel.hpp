@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "daemon/config.hpp"
 
 namespace odomd::daemon::one_wheel {

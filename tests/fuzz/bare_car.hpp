@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string>
 
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "daemon/config.hpp"
 #include "daemon/record.hpp"
 #include "tests/fuzz/fuzz.hpp"

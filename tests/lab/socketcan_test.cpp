@@ -1,6 +1,6 @@
 // The SocketCAN source on real (virtual) buses: every kind of frame, filters, stamps, overflow, and
 // links that go down, vanish and come back. Needs root and a kernel with vcan; makes its own buses.
-#include "can_protocol/socketcan.hpp"
+#include "can_protocol/sources/socketcan.hpp"
 
 #include <gtest/gtest.h>
 #include <linux/can.h>

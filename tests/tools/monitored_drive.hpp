@@ -15,7 +15,7 @@
 #include <variant>
 #include <vector>
 
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/camera_pose.hpp"
 #include "daemon/config.hpp"
 #include "daemon/source_watch.hpp"

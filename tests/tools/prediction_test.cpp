@@ -12,7 +12,7 @@
 
 #include <odom/odom.h>
 
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/config.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/camera_csv.hpp"

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/config.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/virtual_drive.hpp"

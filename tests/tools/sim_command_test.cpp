@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/file_descriptor.hpp"
-#include "can_protocol/candump.hpp"
+#include "can_protocol/sources/candump.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/sim/vehicle.hpp"
 

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "can_protocol/decoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
 #include "daemon/config.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/camera_csv.hpp"

@@ -6,8 +6,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "daemon/config.hpp"
 #include "daemon/pipeline.hpp"
 #include "tools/csv.hpp"

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "can_protocol/candump.hpp"
+#include "can_protocol/sources/candump.hpp"
 #include "tools/csv.hpp"
 #include "tools/files.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"

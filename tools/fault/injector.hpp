@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "daemon/config.hpp"
 #include "tools/fault/frame_fault.hpp"
 

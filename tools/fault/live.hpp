@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
-#include "can_protocol/socketcan.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/sources/socketcan.hpp"
 #include "daemon/config.hpp"
 #include "daemon/local_socket.hpp"
 #include "tools/camera_feed.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tools/drive_evaluation.hpp"
 #include "tools/identify/fit_drive.hpp"
 #include "tools/identify/fit_reference.hpp"

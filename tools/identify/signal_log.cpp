@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/log_reader.hpp"
-#include "can_protocol/stamp_guard.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+#include "can_protocol/sources/stamp_guard.hpp"
 #include "daemon/imu_mounting.hpp"
 #include "tools/log_order.hpp"
 #include "tools/replay_doubts.hpp"

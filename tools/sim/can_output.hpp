@@ -6,8 +6,8 @@
 #include <string>
 
 #include "base/file_descriptor.hpp"
-#include "can_protocol/candump.hpp"
 #include "can_protocol/frame.hpp"
+#include "can_protocol/sources/candump.hpp"
 
 namespace odomd::sim {
 

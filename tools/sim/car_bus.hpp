@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/message_encoder.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
 #include "tools/sim/sensors.hpp"
 
 namespace odomd::sim {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/message_encoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
 #include "daemon/config.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/sim/car_bus.hpp"
