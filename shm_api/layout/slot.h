@@ -29,7 +29,7 @@
 
 /* C that C++ reads too. NOLINTBEGIN(modernize-*) */
 
-#include "shm_api/segment.h"
+#include "shm_api/layout/segment.h"
 
 static inline uint64_t odomi_load(const uint64_t* word) {
   return __atomic_load_n(word, __ATOMIC_RELAXED);
