@@ -5,7 +5,7 @@
 #include <string>
 
 #include "can_protocol/dbc/dbc.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::daemon {
 

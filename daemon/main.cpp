@@ -9,9 +9,9 @@
 
 #include "base/printable.hpp"
 #include "daemon/check.hpp"
+#include "daemon/core/usage.hpp"
 #include "daemon/options.hpp"
 #include "daemon/run.hpp"
-#include "daemon/usage.hpp"
 
 namespace odomd::daemon {
 namespace {

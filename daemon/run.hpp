@@ -6,8 +6,8 @@
 #include <string>
 
 #include "can_protocol/dbc/dbc.hpp"
-#include "daemon/config.hpp"
-#include "daemon/housekeeping.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/housekeeping/housekeeping.hpp"
 
 namespace odomd::daemon {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "daemon/usage.hpp"
+#include "daemon/core/usage.hpp"
 #include "shm_api/cut_short.hpp"
 #include "tools/files.hpp"
 #include "tools/output.hpp"

@@ -10,7 +10,7 @@
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/frame.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/trajectory.hpp"
 

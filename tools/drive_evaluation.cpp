@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "daemon/pipeline.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tools/pose_point.hpp"
 #include "tools/replay_doubts.hpp"
 

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config.hpp"
-#include "daemon/record.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/record.hpp"
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/drive.hpp"

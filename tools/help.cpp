@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/usage.hpp"
+#include "daemon/core/usage.hpp"
 #include "tools/commands.hpp"
 
 namespace odomd::tools {

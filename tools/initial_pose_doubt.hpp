@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::tools {

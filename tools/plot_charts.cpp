@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "daemon/record.hpp"
+#include "daemon/core/record.hpp"
 #include "tools/chart/chart.hpp"
 #include "tools/chart/map.hpp"
 #include "tools/chart/style.hpp"

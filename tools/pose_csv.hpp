@@ -8,7 +8,7 @@
 
 #include <odom/types.h>
 
-#include "daemon/record.hpp"
+#include "daemon/core/record.hpp"
 
 namespace odomd::tools {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/record.hpp"
+#include "daemon/core/record.hpp"
 
 namespace odomd::tools {
 

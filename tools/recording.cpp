@@ -12,8 +12,8 @@
 #include <fmt/format.h>
 
 #include "can_protocol/sources/log_reader.hpp"
-#include "daemon/pipeline.hpp"
-#include "daemon/recording_wire.hpp"
+#include "daemon/core/pipeline.hpp"
+#include "daemon/core/recording_wire.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/csv.hpp"
 #include "tools/files.hpp"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
-#include "daemon/config.hpp"
-#include "daemon/record.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/record.hpp"
 #include "tools/virtual_drive.hpp"
 
 namespace odomd::tools {

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "base/file_descriptor.hpp"
-#include "daemon/recording_wire.hpp"
+#include "daemon/core/recording_wire.hpp"
 
 namespace odomd::tools {
 

@@ -15,7 +15,7 @@
 #include <fmt/format.h>
 
 #include "can_protocol/sources/candump.hpp"
-#include "daemon/recording_wire.hpp"
+#include "daemon/core/recording_wire.hpp"
 #include "estimator/integrity/admission.hpp"
 #include "tools/csv.hpp"
 #include "tools/pose_csv.hpp"

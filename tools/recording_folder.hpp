@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "base/file_descriptor.hpp"
-#include "daemon/recording_files.hpp"
-#include "daemon/recording_tap.hpp"
+#include "daemon/core/recording_files.hpp"
+#include "daemon/core/recording_tap.hpp"
 
 namespace odomd::tools {
 

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "daemon/recording_wire.hpp"
+#include "daemon/core/recording_wire.hpp"
 #include "tools/csv.hpp"
 #include "tools/files.hpp"
 #include "tools/pose_csv.hpp"

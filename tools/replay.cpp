@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "can_protocol/sources/log_reader.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/commands.hpp"
 #include "tools/files.hpp"

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "daemon/source_complaint.hpp"
+#include "daemon/core/source_complaint.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/integrity/integrity.hpp"
 

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "can_protocol/frame.hpp"
-#include "daemon/pipeline.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/integrity/integrity.hpp"
 #include "tools/log_order.hpp"

@@ -1,5 +1,5 @@
 // The camera connections over real socket pairs: what the beat reads of them, and when they end.
-#include "daemon/camera_door.hpp"
+#include "daemon/sockets/camera_door.hpp"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "daemon/camera_pose.hpp"
+#include "daemon/core/camera_pose.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/camera_wire.hpp"
+#include "daemon/sockets/camera_wire.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/comparison.hpp"
+#include "daemon/core/comparison.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::daemon::config_databases_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config_sections.hpp"
+#include "daemon/core/config_sections.hpp"
 
 namespace odomd::daemon::config_doubts_test {
 namespace {

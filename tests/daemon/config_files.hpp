@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::daemon {
 

@@ -1,5 +1,5 @@
 // What a configuration means, and the words of the command line that mean the same.
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::daemon::configuration_doc_test {
 namespace {
@@ -301,7 +301,7 @@ TEST_F(ConfigurationPage, ListsEveryKeyThatTheCodeReads) {
       R"re((?:\b(?:read\w*|require|table|has)\(|\{(?="\w+", &))"([a-z_0-9]+)")re");
   std::set<std::string> read;
   for (const auto* file : {"config.cpp", "config_can.cpp", "config_signal.cpp"}) {
-    const auto source = text_of(std::string(ODOMD_SOURCE_DIR "/daemon/") + file);
+    const auto source = text_of(std::string(ODOMD_SOURCE_DIR "/daemon/core/") + file);
     for (std::sregex_iterator at(source.begin(), source.end(), reads), end; at != end; ++at)
       read.insert((*at)[1]);
   }

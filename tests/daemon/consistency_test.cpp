@@ -1,4 +1,4 @@
-#include "daemon/consistency.hpp"
+#include "daemon/core/consistency.hpp"
 
 #include <gtest/gtest.h>
 

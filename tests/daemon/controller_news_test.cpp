@@ -1,5 +1,5 @@
 // What the log says of a CAN controller.
-#include "daemon/controller_news.hpp"
+#include "daemon/housekeeping/controller_news.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

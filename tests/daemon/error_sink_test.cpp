@@ -1,4 +1,4 @@
-#include "daemon/error_sink.hpp"
+#include "daemon/journal/error_sink.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,4 @@
-#include "daemon/event.hpp"
+#include "daemon/journal/event.hpp"
 
 #include <gtest/gtest.h>
 

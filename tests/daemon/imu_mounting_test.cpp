@@ -1,4 +1,4 @@
-#include "daemon/imu_mounting.hpp"
+#include "daemon/core/imu_mounting.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/innovation_statistics.hpp"
+#include "daemon/core/innovation_statistics.hpp"
 
 #include <gtest/gtest.h>
 

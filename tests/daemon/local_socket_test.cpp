@@ -1,4 +1,4 @@
-#include "daemon/local_socket.hpp"
+#include "daemon/sockets/local_socket.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

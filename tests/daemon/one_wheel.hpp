@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::daemon::one_wheel {
 

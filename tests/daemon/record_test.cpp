@@ -1,4 +1,4 @@
-#include "daemon/record.hpp"
+#include "daemon/core/record.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // The record door with recorders that read, that refuse to, and that do so slowly. The test turns
 // the clock and makes the ticks.
-#include "daemon/recorder_door.hpp"
+#include "daemon/sockets/recorder_door.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/pipeline.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tests/daemon/one_wheel.hpp"
 
 namespace odomd::daemon::recorder_door_test {

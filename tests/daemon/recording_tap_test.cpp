@@ -1,12 +1,12 @@
 // The tap between the beat and a recorder: what belongs to which tick, when it begins and ends, and
 // that it ends where it has no room left.
-#include "daemon/recording_tap.hpp"
+#include "daemon/core/recording_tap.hpp"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
-#include "daemon/pipeline.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/daemon/one_wheel.hpp"
 

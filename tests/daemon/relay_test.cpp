@@ -1,4 +1,4 @@
-#include "daemon/relay.hpp"
+#include "daemon/realtime/relay.hpp"
 
 #include <gtest/gtest.h>
 

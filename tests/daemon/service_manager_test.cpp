@@ -1,5 +1,5 @@
 // What a service manager hears, over a socket as systemd makes it.
-#include "daemon/service_manager.hpp"
+#include "daemon/housekeeping/service_manager.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

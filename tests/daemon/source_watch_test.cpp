@@ -1,4 +1,4 @@
-#include "daemon/source_watch.hpp"
+#include "daemon/core/source_watch.hpp"
 
 #include <gtest/gtest.h>
 

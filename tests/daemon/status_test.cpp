@@ -1,4 +1,4 @@
-#include "daemon/status.hpp"
+#include "daemon/housekeeping/status.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "daemon/json.hpp"
+#include "daemon/sockets/json.hpp"
 
 namespace odomd::daemon::status_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "daemon/surroundings.hpp"
+#include "daemon/realtime/surroundings.hpp"
 
 #include <gtest/gtest.h>
 

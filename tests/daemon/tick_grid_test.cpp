@@ -1,4 +1,4 @@
-#include "daemon/tick_grid.hpp"
+#include "daemon/realtime/tick_grid.hpp"
 
 #include <gtest/gtest.h>
 

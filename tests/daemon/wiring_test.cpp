@@ -1,5 +1,5 @@
 // A small car that weaves, sensor by sensor wrong.
-#include "daemon/wiring.hpp"
+#include "daemon/core/wiring.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

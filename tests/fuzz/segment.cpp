@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/core/pipeline.hpp"
 #include "daemon/inheritance.hpp"
-#include "daemon/pipeline.hpp"
 #include "shm_api/layout/segment.h"
 #include "shm_api/layout/slot.h"
 #include "shm_api/writer.hpp"

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "can_protocol/sources/log_reader.hpp"
-#include "daemon/camera_pose.hpp"
-#include "daemon/config.hpp"
-#include "daemon/source_watch.hpp"
+#include "daemon/core/camera_pose.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/source_watch.hpp"
 #include "estimator/filter.hpp"
 #include "estimator/integrity/admission.hpp"
 #include "estimator/integrity/integrity.hpp"

@@ -13,7 +13,7 @@
 #include <odom/odom.h>
 
 #include "can_protocol/sources/log_reader.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/virtual_drive.hpp"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "can_protocol/sources/log_reader.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/virtual_drive.hpp"
 

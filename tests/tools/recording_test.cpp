@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/recording_files.hpp"
-#include "daemon/recording_wire.hpp"
+#include "daemon/core/recording_files.hpp"
+#include "daemon/core/recording_wire.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/recording.hpp"
 #include "tools/recording_folder.hpp"

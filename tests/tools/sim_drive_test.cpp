@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "can_protocol/decode/decoder.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/camera_csv.hpp"
 #include "tools/sim/drive_folder.hpp"

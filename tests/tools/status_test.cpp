@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "daemon/status.hpp"
+#include "daemon/housekeeping/status.hpp"
 #include "tests/tools/answering_socket.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/conditions.hpp"

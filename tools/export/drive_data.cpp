@@ -8,8 +8,8 @@
 
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
-#include "daemon/config.hpp"
-#include "daemon/pipeline.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "tools/csv.hpp"
 #include "tools/drive.hpp"
 #include "tools/files.hpp"

@@ -12,7 +12,7 @@
 #include "can_protocol/decode/decoder_tables.hpp"
 #include "can_protocol/decode/e2e.hpp"
 #include "can_protocol/frame.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::fault {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "can_protocol/dbc/dbc.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/fault/frame_fault.hpp"
 
 namespace odomd::fault {

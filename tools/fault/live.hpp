@@ -13,8 +13,8 @@
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/sources/socketcan.hpp"
-#include "daemon/config.hpp"
-#include "daemon/local_socket.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/sockets/local_socket.hpp"
 #include "tools/camera_feed.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/identify/signal_log.hpp"
 

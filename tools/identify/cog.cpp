@@ -5,7 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/identify/config_patch.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/methods.hpp"

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "daemon/config_toml.hpp"
+#include "daemon/core/config_toml.hpp"
 #include "tools/csv.hpp"
 #include "tools/identify/toml_lines.hpp"
 #include "tools/identify/toml_path.hpp"

@@ -10,8 +10,8 @@
 #include <system_error>
 
 #include "base/file_descriptor.hpp"
-#include "daemon/config.hpp"
-#include "daemon/config_toml.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/config_toml.hpp"
 #include "tools/identify/config_patch.hpp"
 
 namespace odomd::tools {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/identify/circle_runs.hpp"
 #include "tools/identify/film_alignment.hpp"
 #include "tools/identify/stiffness_options.hpp"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/identify/finding.hpp"
 #include "tools/identify/resampled.hpp"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/identify/latency_estimate.hpp"
 #include "tools/identify/offset_regression.hpp"
 #include "tools/identify/resampled.hpp"

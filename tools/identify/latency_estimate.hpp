@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/identify/signal_log.hpp"
 #include "tools/identify/steering_response.hpp"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/drive.hpp"
 #include "tools/identify/finding.hpp"
 #include "tools/identify/record.hpp"

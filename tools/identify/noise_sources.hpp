@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::tools {
 

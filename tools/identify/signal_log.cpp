@@ -10,7 +10,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "can_protocol/sources/stamp_guard.hpp"
-#include "daemon/imu_mounting.hpp"
+#include "daemon/core/imu_mounting.hpp"
 #include "tools/log_order.hpp"
 #include "tools/replay_doubts.hpp"
 #include "tools/text.hpp"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::tools {

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/identify/cornering_stiffness.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/filmed_circles.hpp"

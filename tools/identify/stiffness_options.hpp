@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/command.hpp"
 #include "tools/identify/cornering_stiffness.hpp"
 #include "tools/identify/delivery.hpp"

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "daemon/toml_depth.hpp"
+#include "daemon/core/toml_depth.hpp"
 #include "tools/csv.hpp"
 #include "tools/identify/toml_lines.hpp"
 

@@ -10,7 +10,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "daemon/config_toml.hpp"
+#include "daemon/core/config_toml.hpp"
 #include "tools/json_text.hpp"
 #include "tools/tune/value_in_force.hpp"
 

@@ -11,7 +11,7 @@
 
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/decode/message_encoder.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/sim/car_bus.hpp"
 

@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::actuator_findings_test {
