@@ -20,8 +20,8 @@
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/fault/fault.hpp"
-#include "tools/trajectory.hpp"
 
 namespace odomd::campaign {
 

@@ -1,4 +1,4 @@
-#include "tools/alignment.hpp"
+#include "tools/evaluation/alignment.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tests/tools/drives.hpp"
-#include "tools/se2.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools::alignment_test {
 namespace {

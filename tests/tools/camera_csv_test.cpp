@@ -1,4 +1,4 @@
-#include "tools/camera_csv.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "tools/coverage_doubt.hpp"
+#include "tools/diagnostics/coverage_doubt.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

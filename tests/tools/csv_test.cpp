@@ -1,4 +1,4 @@
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "tools/drive_evaluation.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

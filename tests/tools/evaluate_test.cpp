@@ -10,7 +10,7 @@
 
 #include "tests/tools/drives.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 
 namespace odomd::tools::evaluate_test {
 namespace {

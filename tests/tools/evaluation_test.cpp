@@ -1,4 +1,4 @@
-#include "tools/evaluation.hpp"
+#include "tools/evaluation/evaluation.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "tests/tools/drives.hpp"
-#include "tools/evaluation_report.hpp"
+#include "tools/evaluation/evaluation_report.hpp"
 
 namespace odomd::tools::evaluation_test {
 namespace {

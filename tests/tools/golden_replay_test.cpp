@@ -11,7 +11,7 @@
 
 #include "tests/estimator/golden.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/trajectory.hpp"
+#include "tools/drive_files/trajectory.hpp"
 
 namespace odomd::tools::golden_replay_test {
 namespace {

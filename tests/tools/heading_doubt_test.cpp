@@ -1,4 +1,4 @@
-#include "tools/heading_doubt.hpp"
+#include "tools/diagnostics/heading_doubt.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "tools/horizon.hpp"
+#include "tools/evaluation/horizon.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "tests/tools/drives.hpp"
-#include "tools/closed_loop.hpp"
-#include "tools/evaluation.hpp"
-#include "tools/pose_error.hpp"
+#include "tools/evaluation/closed_loop.hpp"
+#include "tools/evaluation/evaluation.hpp"
+#include "tools/evaluation/pose_error.hpp"
 
 namespace odomd::tools::horizon_test {
 namespace {

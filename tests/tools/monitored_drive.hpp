@@ -22,8 +22,8 @@
 #include "estimator/filter.hpp"
 #include "estimator/integrity/admission.hpp"
 #include "estimator/integrity/integrity.hpp"
-#include "tools/camera_csv.hpp"
-#include "tools/virtual_drive.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
 

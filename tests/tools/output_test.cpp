@@ -1,6 +1,6 @@
 // Standard output and error as others leave and read them: pipes that nobody empties, and text from
 // outside that a terminal would obey.
-#include "tools/output.hpp"
+#include "tools/cli/output.hpp"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

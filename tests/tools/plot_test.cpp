@@ -12,8 +12,8 @@
 #include "tests/tools/drives.hpp"
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/innovation_chart.hpp"
-#include "tools/innovation_file.hpp"
+#include "tools/drive_files/innovation_file.hpp"
+#include "tools/report/innovation_chart.hpp"
 
 namespace odomd::tools::plot_test {
 namespace {

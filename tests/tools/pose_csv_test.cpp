@@ -1,5 +1,5 @@
-#include "tools/pose_csv.hpp"
-#include "tools/pose_file.hpp"
+#include "tools/drive_files/pose_csv.hpp"
+#include "tools/drive_files/pose_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <string>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/trajectory.hpp"
+#include "tools/drive_files/trajectory.hpp"
 
 namespace odomd::tools::pose_csv_test {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "shm_api/writer.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/pose_text.hpp"
+#include "tools/live/pose_text.hpp"
 
 namespace odomd::tools::pose_test {
 namespace {

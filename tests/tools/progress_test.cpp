@@ -1,5 +1,5 @@
 // How far long work is, as it is told on a terminal and elsewhere.
-#include "tools/progress.hpp"
+#include "tools/cli/progress.hpp"
 
 #include <gtest/gtest.h>
 #include <pty.h>

@@ -15,8 +15,8 @@
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
-#include "tools/camera_csv.hpp"
-#include "tools/virtual_drive.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools::real_drives_test {
 namespace {

@@ -12,9 +12,9 @@
 #include "daemon/core/recording_files.hpp"
 #include "daemon/core/recording_wire.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/recording.hpp"
-#include "tools/recording_folder.hpp"
-#include "tools/recording_verifier.hpp"
+#include "tools/drive_files/recording_folder.hpp"
+#include "tools/replay/recording.hpp"
+#include "tools/replay/recording_verifier.hpp"
 
 namespace odomd::tools::recording_test {
 namespace {

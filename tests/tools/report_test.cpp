@@ -8,7 +8,7 @@
 
 #include "tests/tools/markup.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/beat_histogram.hpp"
+#include "tools/drive_files/beat_histogram.hpp"
 
 namespace odomd::tools::report_test {
 namespace {

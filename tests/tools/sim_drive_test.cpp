@@ -12,7 +12,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/core/config.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/camera_csv.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/simulation.hpp"
 

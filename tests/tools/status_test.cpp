@@ -9,8 +9,8 @@
 #include "daemon/housekeeping/status.hpp"
 #include "tests/tools/answering_socket.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/conditions.hpp"
-#include "tools/status_text.hpp"
+#include "tools/diagnostics/conditions.hpp"
+#include "tools/live/status_text.hpp"
 
 namespace odomd::tools::status_test {
 namespace {

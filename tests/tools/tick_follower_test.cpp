@@ -1,4 +1,4 @@
-#include "tools/tick_follower.hpp"
+#include "tools/live/tick_follower.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

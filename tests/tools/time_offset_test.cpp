@@ -1,4 +1,4 @@
-#include "tools/time_offset.hpp"
+#include "tools/evaluation/time_offset.hpp"
 
 #include <gtest/gtest.h>
 

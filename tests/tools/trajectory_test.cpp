@@ -1,4 +1,4 @@
-#include "tools/trajectory.hpp"
+#include "tools/drive_files/trajectory.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

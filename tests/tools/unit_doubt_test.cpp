@@ -1,4 +1,4 @@
-#include "tools/unit_doubt.hpp"
+#include "tools/diagnostics/unit_doubt.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

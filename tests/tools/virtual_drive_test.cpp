@@ -1,4 +1,4 @@
-#include "tools/virtual_drive.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 #include <gtest/gtest.h>
 

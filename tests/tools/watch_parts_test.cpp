@@ -4,9 +4,9 @@
 
 #include <string>
 
-#include "tools/watch/histogram.hpp"
-#include "tools/watch/keys.hpp"
-#include "tools/watch/line.hpp"
+#include "tools/live/watch/histogram.hpp"
+#include "tools/live/watch/keys.hpp"
+#include "tools/live/watch/line.hpp"
 
 namespace odomd::watch::watch_parts_test {
 namespace {

@@ -7,8 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "tools/watch/draw.hpp"
-#include "tools/watch/map.hpp"
+#include "tools/live/watch/draw.hpp"
+#include "tools/live/watch/map.hpp"
 
 namespace odomd::watch::watch_test {
 namespace {

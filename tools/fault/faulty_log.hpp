@@ -9,9 +9,9 @@
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/cli/progress.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/progress.hpp"
 
 namespace odomd::fault {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {

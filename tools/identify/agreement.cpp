@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "tools/cli/text.hpp"
+#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/resampled.hpp"
-#include "tools/median.hpp"
-#include "tools/text.hpp"
-#include "tools/trajectory.hpp"
-#include "tools/unit_doubt.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/core/config_toml.hpp"
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/identify/toml_lines.hpp"
 #include "tools/identify/toml_path.hpp"
 

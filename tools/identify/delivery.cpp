@@ -7,10 +7,10 @@
 #include <iostream>
 #include <string_view>
 
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/identify/config_patch.hpp"
-#include "tools/json_text.hpp"
-#include "tools/output.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools {
 namespace {

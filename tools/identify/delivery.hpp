@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tools/command.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/identify/finding.hpp"
 
 namespace odomd::tools {

@@ -3,13 +3,13 @@
 #include <string>
 #include <vector>
 
+#include "tools/cli/progress.hpp"
 #include "tools/identify/agreement.hpp"
 #include "tools/identify/driving_noise.hpp"
 #include "tools/identify/noise_findings.hpp"
 #include "tools/identify/noise_sources.hpp"
 #include "tools/identify/process_noise.hpp"
 #include "tools/identify/standstill.hpp"
-#include "tools/progress.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/median.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
-#include "tools/median.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

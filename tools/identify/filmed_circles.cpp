@@ -11,7 +11,7 @@
 #include "tools/identify/film_motion.hpp"
 #include "tools/identify/marker_track.hpp"
 #include "tools/identify/signal_log.hpp"
-#include "tools/median.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,7 +1,7 @@
 // odom identify fit: hands over to the program odom-fit, which alone is linked with Ceres.
 #include <memory>
 
-#include "tools/companion.hpp"
+#include "tools/cli/companion.hpp"
 #include "tools/identify/fit_options.hpp"
 #include "tools/identify/methods.hpp"
 

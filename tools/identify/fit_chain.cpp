@@ -5,7 +5,7 @@
 #include <iterator>
 #include <utility>
 
-#include "tools/median.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -5,8 +5,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/fit_parameters.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

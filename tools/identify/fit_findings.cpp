@@ -6,11 +6,11 @@
 #include <optional>
 #include <utility>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/actuator_findings.hpp"
 #include "tools/identify/fit_allowance.hpp"
 #include "tools/identify/fit_tyres.hpp"
 #include "tools/identify/fit_window.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/log_reader.hpp"
-#include "tools/drive_evaluation.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/identify/fit_drive.hpp"
 #include "tools/identify/fit_reference.hpp"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/drive.hpp"
 #include "tools/identify/config_patch.hpp"
+#include "tools/replay/drive.hpp"
 #include "tools/tune/score.hpp"
 
 namespace odomd::tools::fitting {

@@ -9,9 +9,10 @@
 #include <utility>
 #include <vector>
 
-#include "tools/camera_csv.hpp"
-#include "tools/command_line.hpp"
-#include "tools/drive.hpp"
+#include "tools/cli/command_line.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/agreement.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/fit_findings.hpp"
@@ -19,8 +20,7 @@
 #include "tools/identify/fit_options.hpp"
 #include "tools/identify/fit_solver.hpp"
 #include "tools/identify/fit_trial.hpp"
-#include "tools/output.hpp"
-#include "tools/trajectory.hpp"
+#include "tools/replay/drive.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/command.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/identify/delivery.hpp"
 
 namespace odomd::tools {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "base/nearest_name.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/identify/quantity.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "estimator/common/measurement.hpp"
-#include "tools/trajectory.hpp"
+#include "tools/drive_files/trajectory.hpp"
 
 namespace odomd::tools::fitting {
 

@@ -10,8 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/fit_problem.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/fit_choice.hpp"
 #include "tools/identify/fit_judge.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools::fitting {
 namespace {

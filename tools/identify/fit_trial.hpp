@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
-#include "tools/drive.hpp"
 #include "tools/identify/finding.hpp"
+#include "tools/replay/drive.hpp"
 
 namespace odomd::tools::fitting {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/median.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 

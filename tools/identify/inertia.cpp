@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/bifilar.hpp"
 #include "tools/identify/config_patch.hpp"
 #include "tools/identify/delivery.hpp"
@@ -16,7 +17,6 @@
 #include "tools/identify/scale_options.hpp"
 #include "tools/identify/swing_fit.hpp"
 #include "tools/identify/swing_timing.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools {
 namespace {

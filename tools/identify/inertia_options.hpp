@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/command.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/identify/bifilar.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/propagation.hpp"

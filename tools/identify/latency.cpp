@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "tools/camera_csv.hpp"
+#include "tools/cli/progress.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/actuator_findings.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/latency_estimate.hpp"
 #include "tools/identify/methods.hpp"
-#include "tools/progress.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools {
 namespace {

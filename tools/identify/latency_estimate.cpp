@@ -5,13 +5,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/accel_latency.hpp"
 #include "tools/identify/agreement.hpp"
 #include "tools/identify/gyro_drive.hpp"
 #include "tools/identify/noise_sources.hpp"
 #include "tools/identify/offset_regression.hpp"
 #include "tools/identify/wheel_latency.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/cli/progress.hpp"
 #include "tools/identify/signal_log.hpp"
 #include "tools/identify/steering_response.hpp"
-#include "tools/progress.hpp"
 
 namespace odomd::tools {
 

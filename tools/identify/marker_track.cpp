@@ -10,8 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "tools/csv.hpp"
-#include "tools/files.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
 
 namespace odomd::tools {
 namespace {

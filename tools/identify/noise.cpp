@@ -6,11 +6,11 @@
 #include <string>
 
 #include "tools/chart/drawing.hpp"
-#include "tools/drive.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/noise_findings.hpp"
 #include "tools/identify/record.hpp"
+#include "tools/replay/drive.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "daemon/core/config.hpp"
-#include "tools/drive.hpp"
 #include "tools/identify/finding.hpp"
 #include "tools/identify/record.hpp"
+#include "tools/replay/drive.hpp"
 
 namespace odomd::tools {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/median.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

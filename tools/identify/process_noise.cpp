@@ -7,7 +7,7 @@
 #include <cmath>
 #include <optional>
 
-#include "tools/drive_evaluation.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
 
 namespace odomd::tools {
 namespace {

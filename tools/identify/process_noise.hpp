@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "tools/drive.hpp"
+#include "tools/cli/progress.hpp"
 #include "tools/identify/finding.hpp"
-#include "tools/progress.hpp"
+#include "tools/replay/drive.hpp"
 
 namespace odomd::tools {
 

@@ -8,7 +8,7 @@
 #include <span>
 #include <stdexcept>
 
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,8 +8,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "tools/csv.hpp"
-#include "tools/files.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
 
 namespace odomd::tools {
 namespace {

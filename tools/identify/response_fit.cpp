@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/median.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/quantity.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/command.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/identify/weighing.hpp"
 
 namespace odomd::tools {

@@ -11,9 +11,9 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "can_protocol/sources/stamp_guard.hpp"
 #include "daemon/core/imu_mounting.hpp"
-#include "tools/log_order.hpp"
-#include "tools/replay_doubts.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/diagnostics/log_order.hpp"
+#include "tools/replay/replay_doubts.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tools/identify/bias_filter.hpp"
-#include "tools/median.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 

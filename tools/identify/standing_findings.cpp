@@ -6,12 +6,12 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tools/cli/text.hpp"
 #include "tools/identify/allan.hpp"
 #include "tools/identify/noise_findings.hpp"
 #include "tools/identify/noise_sources.hpp"
 #include "tools/identify/standing_noise.hpp"
 #include "tools/identify/standstill.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools {
 namespace {

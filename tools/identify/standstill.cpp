@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/median.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "estimator/common/vehicle.hpp"
+#include "tools/cli/progress.hpp"
 #include "tools/identify/finding.hpp"
 #include "tools/identify/resampled.hpp"
-#include "tools/progress.hpp"
 
 namespace odomd::tools {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/core/config.hpp"
-#include "tools/command.hpp"
+#include "tools/cli/command.hpp"
 #include "tools/identify/cornering_stiffness.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/film_motion.hpp"

@@ -6,7 +6,7 @@
 
 #include "tools/chart/chart.hpp"
 #include "tools/chart/style.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "daemon/core/toml_depth.hpp"
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/identify/toml_lines.hpp"
 
 namespace odomd::tools {

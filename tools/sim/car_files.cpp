@@ -6,7 +6,7 @@
 #include <numbers>
 #include <string_view>
 
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/sim/cars.hpp"
 #include "tools/sim/vehicle.hpp"
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "tools/files.hpp"
+#include "tools/cli/files.hpp"
 #include "tools/sim/can_output.hpp"
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/car_files.hpp"

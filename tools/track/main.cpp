@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "tools/command_line.hpp"
-#include "tools/files.hpp"
-#include "tools/output.hpp"
+#include "tools/cli/command_line.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/track/options.hpp"
 #include "tools/track/track_film.hpp"
 

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "tools/csv.hpp"
-#include "tools/files.hpp"
-#include "tools/json_text.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/json_text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/output.hpp"
+#include "tools/cli/output.hpp"
 
 namespace odomd::tools {
 

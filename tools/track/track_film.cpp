@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
-#include "tools/csv.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/text.hpp"
 #include "tools/track/film.hpp"
 #include "tools/track/markers.hpp"
 #include "tools/track/progress.hpp"

@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "daemon/core/config_toml.hpp"
-#include "tools/json_text.hpp"
+#include "tools/cli/json_text.hpp"
 #include "tools/tune/value_in_force.hpp"
 
 namespace odomd::tools {

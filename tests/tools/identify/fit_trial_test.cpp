@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/camera_csv.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/delivery.hpp"
 #include "tools/identify/fit_choice.hpp"
 #include "tools/identify/fit_judge.hpp"

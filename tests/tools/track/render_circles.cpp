@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "tests/tools/track/film_renderer.hpp"
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/track/view.hpp"
 
 namespace odomd::tools {
