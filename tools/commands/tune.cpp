@@ -21,7 +21,7 @@
 #include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/identify/config_patch.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/tune/config_difference.hpp"
 #include "tools/tune/drive_doubts.hpp"
 #include "tools/tune/tune_report.hpp"

@@ -1,5 +1,5 @@
 // What is written into [steering]: of responses that are known, and of simulated drives.
-#include "tools/identify/actuator_findings.hpp"
+#include "tools/identify/latency/actuator_findings.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "tools/identify/agreement.hpp"
+#include "tools/identify/common/agreement.hpp"
 
 namespace odomd::tools::agreement_test {
 namespace {

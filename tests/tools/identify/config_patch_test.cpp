@@ -1,4 +1,4 @@
-#include "tools/identify/config_patch.hpp"
+#include "tools/config_patch/config_patch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,11 +1,11 @@
-#include "tools/identify/cornering_stiffness.hpp"
+#include "tools/identify/stiffness/cornering_stiffness.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tools/identify/stiffness_plot.hpp"
+#include "tools/identify/stiffness/stiffness_plot.hpp"
 
 namespace odomd::tools::cornering_stiffness_test {
 namespace {

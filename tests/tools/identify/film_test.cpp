@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/identify/synthetic_film.hpp"
-#include "tools/identify/circle_runs.hpp"
-#include "tools/identify/film_alignment.hpp"
-#include "tools/identify/film_motion.hpp"
+#include "tools/identify/stiffness/circle_runs.hpp"
+#include "tools/identify/stiffness/film_alignment.hpp"
+#include "tools/identify/stiffness/film_motion.hpp"
 
 namespace odomd::tools::film_test {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/fit_options.hpp"
-#include "tools/identify/fit_parameters.hpp"
+#include "tools/identify/fit/options.hpp"
+#include "tools/identify/fit/parameters.hpp"
 
 namespace odomd::tools::fit_options_test {
 namespace {

@@ -6,14 +6,14 @@
 #include <cmath>
 
 #include "estimator/ekf/process.hpp"
-#include "tools/identify/fit_allowance.hpp"
-#include "tools/identify/fit_drive.hpp"
-#include "tools/identify/fit_findings.hpp"
-#include "tools/identify/fit_parameters.hpp"
-#include "tools/identify/fit_solver.hpp"
-#include "tools/identify/fit_tyres.hpp"
-#include "tools/identify/fit_window.hpp"
-#include "tools/identify/four_wheels.hpp"
+#include "tools/identify/fit/allowance.hpp"
+#include "tools/identify/fit/drive.hpp"
+#include "tools/identify/fit/findings.hpp"
+#include "tools/identify/fit/four_wheels.hpp"
+#include "tools/identify/fit/parameters.hpp"
+#include "tools/identify/fit/solver.hpp"
+#include "tools/identify/fit/tyres.hpp"
+#include "tools/identify/fit/window.hpp"
 
 namespace odomd::tools::fitting::fit_test {
 namespace {

@@ -10,11 +10,11 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
-#include "tools/identify/delivery.hpp"
-#include "tools/identify/fit_choice.hpp"
-#include "tools/identify/fit_judge.hpp"
-#include "tools/identify/fit_reference.hpp"
-#include "tools/identify/fit_trial.hpp"
+#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/fit/choice.hpp"
+#include "tools/identify/fit/judge.hpp"
+#include "tools/identify/fit/reference.hpp"
+#include "tools/identify/fit/trial.hpp"
 
 namespace odomd::tools::fitting::fit_trial_test {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/identify/fit_window.hpp"
+#include "tools/identify/fit/window.hpp"
 #include "tools/sim/vehicle.hpp"
 
 namespace odomd::tools::fitting::fit_wheels_test {

@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/bifilar.hpp"
-#include "tools/identify/propagation.hpp"
-#include "tools/identify/swing_fit.hpp"
-#include "tools/identify/swing_timing.hpp"
+#include "tools/identify/inertia/bifilar.hpp"
+#include "tools/identify/inertia/propagation.hpp"
+#include "tools/identify/inertia/swing_fit.hpp"
+#include "tools/identify/inertia/swing_timing.hpp"
 #include "tools/sim/random.hpp"
 #include "tools/sim/swing.hpp"
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/latency_estimate.hpp"
-#include "tools/identify/offset_regression.hpp"
-#include "tools/identify/response_fit.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
+#include "tools/identify/latency/offset_regression.hpp"
+#include "tools/identify/latency/response_fit.hpp"
 
 namespace odomd::tools::latency_test {
 namespace {

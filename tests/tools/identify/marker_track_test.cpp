@@ -1,4 +1,4 @@
-#include "tools/identify/marker_track.hpp"
+#include "tools/identify/stiffness/marker_track.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/allan.hpp"
-#include "tools/identify/driving_noise.hpp"
-#include "tools/identify/standing_noise.hpp"
-#include "tools/identify/standstill.hpp"
+#include "tools/identify/noise/allan.hpp"
+#include "tools/identify/noise/driving_noise.hpp"
+#include "tools/identify/noise/standing_noise.hpp"
+#include "tools/identify/noise/standstill.hpp"
 #include "tools/sim/random.hpp"
 
 namespace odomd::tools::noise_test {

@@ -1,4 +1,4 @@
-#include "tools/identify/signal_log.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,8 +5,8 @@
 #include <functional>
 #include <vector>
 
-#include "tools/identify/film_motion.hpp"
-#include "tools/identify/signal_log.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/stiffness/film_motion.hpp"
 
 namespace odomd::tools {
 

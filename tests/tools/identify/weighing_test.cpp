@@ -1,4 +1,4 @@
-#include "tools/identify/weighing.hpp"
+#include "tools/identify/weighing/weighing.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/delivery.hpp"
-#include "tools/identify/quantity.hpp"
+#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools::weighing_test {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tests/tools/track/film_renderer.hpp"
-#include "tools/identify/marker_track.hpp"
+#include "tools/identify/stiffness/marker_track.hpp"
 #include "tools/track/view.hpp"
 
 namespace odomd::tools::track_test {
