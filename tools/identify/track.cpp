@@ -3,7 +3,7 @@
 
 #include "tools/cli/companion.hpp"
 #include "tools/identify/methods.hpp"
-#include "tools/track/options.hpp"
+#include "tools/marker_tracking/options.hpp"
 
 namespace odomd::tools {
 

@@ -14,7 +14,7 @@
 
 #include "tests/tools/track/film_renderer.hpp"
 #include "tools/cli/csv.hpp"
-#include "tools/track/view.hpp"
+#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,5 +1,5 @@
 // The command line of odom identify track, which is there without OpenCV too.
-#include "tools/track/options.hpp"
+#include "tools/marker_tracking/options.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

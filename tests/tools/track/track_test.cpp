@@ -1,5 +1,5 @@
 // odom identify track on films that are rendered here, of a motion that is known.
-#include "tools/track/track_film.hpp"
+#include "tools/marker_tracking/track_film.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tests/tools/track/film_renderer.hpp"
 #include "tools/identify/stiffness/marker_track.hpp"
-#include "tools/track/view.hpp"
+#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools::track_test {
 namespace {

@@ -8,10 +8,10 @@
 
 #include <fmt/format.h>
 
-#include "tools/track/film.hpp"
-#include "tools/track/progress.hpp"
-#include "tools/track/track_film.hpp"
-#include "tools/track/view.hpp"
+#include "tools/marker_tracking/film.hpp"
+#include "tools/marker_tracking/progress.hpp"
+#include "tools/marker_tracking/track_film.hpp"
+#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/track/film.hpp"
+#include "tools/marker_tracking/film.hpp"
 
 #include <cmath>
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include "tools/track/track_film.hpp"
+#include "tools/marker_tracking/track_film.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,10 +11,10 @@
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/track/film.hpp"
-#include "tools/track/markers.hpp"
-#include "tools/track/progress.hpp"
-#include "tools/track/view.hpp"
+#include "tools/marker_tracking/film.hpp"
+#include "tools/marker_tracking/markers.hpp"
+#include "tools/marker_tracking/progress.hpp"
+#include "tools/marker_tracking/view.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/track/progress.hpp"
+#include "tools/marker_tracking/progress.hpp"
 
 #include <unistd.h>
 

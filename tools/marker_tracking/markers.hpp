@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/track/options.hpp"
+#include "tools/marker_tracking/options.hpp"
 
 namespace odomd::tools {
 

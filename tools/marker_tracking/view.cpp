@@ -1,4 +1,4 @@
-#include "tools/track/view.hpp"
+#include "tools/marker_tracking/view.hpp"
 
 #include <cmath>
 #include <opencv2/calib3d.hpp>

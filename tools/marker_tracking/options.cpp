@@ -1,4 +1,4 @@
-#include "tools/track/options.hpp"
+#include "tools/marker_tracking/options.hpp"
 
 #include <charconv>
 #include <cmath>

@@ -9,8 +9,8 @@
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
-#include "tools/track/options.hpp"
-#include "tools/track/track_film.hpp"
+#include "tools/marker_tracking/options.hpp"
+#include "tools/marker_tracking/track_film.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/track/markers.hpp"
+#include "tools/marker_tracking/markers.hpp"
 
 #include <algorithm>
 #include <cmath>
