@@ -11,10 +11,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/sim/cars.hpp"
-#include "tools/sim/plant.hpp"
-#include "tools/sim/road.hpp"
-#include "tools/sim/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/plant.hpp"
+#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/course/road.hpp"
 
 namespace odomd::sim::sim_chassis_test {
 namespace {

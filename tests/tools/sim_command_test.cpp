@@ -16,7 +16,7 @@
 #include "base/file_descriptor.hpp"
 #include "can_protocol/sources/candump.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tools/sim/vehicle.hpp"
+#include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::tools::sim_command_test {
 namespace {

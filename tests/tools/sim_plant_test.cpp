@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/sim/plant.hpp"
-#include "tools/sim/tyre.hpp"
-#include "tools/sim/vehicle.hpp"
+#include "tools/sim/car/plant.hpp"
+#include "tools/sim/car/tyre.hpp"
+#include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::sim::sim_plant_test {
 namespace {

@@ -8,10 +8,10 @@
 #include <gtest/gtest.h>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/sim/camera.hpp"
-#include "tools/sim/parameters.hpp"
-#include "tools/sim/random.hpp"
-#include "tools/sim/sensors.hpp"
+#include "tools/math/random.hpp"
+#include "tools/sim/car/parameters.hpp"
+#include "tools/sim/sensors/camera.hpp"
+#include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim::sim_sensors_test {
 namespace {

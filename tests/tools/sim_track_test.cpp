@@ -6,10 +6,10 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/sim/driver.hpp"
-#include "tools/sim/scenario.hpp"
-#include "tools/sim/track.hpp"
-#include "tools/sim/vehicle.hpp"
+#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/course/driver.hpp"
+#include "tools/sim/course/scenario.hpp"
+#include "tools/sim/course/track.hpp"
 
 namespace odomd::sim::sim_track_test {
 namespace {

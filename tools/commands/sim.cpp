@@ -16,7 +16,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/commands/sim_experiments.hpp"
 #include "tools/sim/can_output.hpp"
-#include "tools/sim/cars.hpp"
+#include "tools/sim/car/cars.hpp"
 #include "tools/sim/drive_folder.hpp"
 #include "tools/sim/live.hpp"
 #include "tools/sim/progress.hpp"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "can_protocol/decode/message_encoder.hpp"
-#include "tools/sim/sensors.hpp"
+#include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim {
 

@@ -7,8 +7,8 @@
 #include <string_view>
 
 #include "tools/cli/csv.hpp"
-#include "tools/sim/cars.hpp"
-#include "tools/sim/vehicle.hpp"
+#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::sim {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "tools/identify/fit/window.hpp"
-#include "tools/sim/vehicle.hpp"
+#include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::tools::fitting::fit_wheels_test {
 namespace {

@@ -10,8 +10,8 @@
 #include "tools/identify/inertia/propagation.hpp"
 #include "tools/identify/inertia/swing_fit.hpp"
 #include "tools/identify/inertia/swing_timing.hpp"
-#include "tools/sim/random.hpp"
-#include "tools/sim/swing.hpp"
+#include "tools/math/random.hpp"
+#include "tools/sim/car/swing.hpp"
 
 namespace odomd::tools::inertia_test {
 namespace {

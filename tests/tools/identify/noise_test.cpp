@@ -9,7 +9,7 @@
 #include "tools/identify/noise/driving_noise.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
 #include "tools/identify/noise/standstill.hpp"
-#include "tools/sim/random.hpp"
+#include "tools/math/random.hpp"
 
 namespace odomd::tools::noise_test {
 namespace {
