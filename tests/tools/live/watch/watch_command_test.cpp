@@ -15,7 +15,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "shm_api/writer.hpp"
-#include "tests/tools/answering_socket.hpp"
+#include "tests/tools/live/answering_socket.hpp"
 #include "tests/tools/scratch.hpp"
 
 namespace odomd::tools::watch_command_test {

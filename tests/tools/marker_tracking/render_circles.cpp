@@ -12,7 +12,7 @@
 #include <span>
 #include <vector>
 
-#include "tests/tools/track/film_renderer.hpp"
+#include "tests/tools/marker_tracking/film_renderer.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/marker_tracking/view.hpp"
 

@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "daemon/core/pipeline.hpp"
-#include "tests/daemon/one_wheel.hpp"
+#include "tests/daemon/core/one_wheel.hpp"
 
 namespace odomd::daemon::recorder_door_test {
 namespace {

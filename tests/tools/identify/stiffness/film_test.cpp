@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/tools/identify/synthetic_film.hpp"
+#include "tests/tools/identify/stiffness/synthetic_film.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
 #include "tools/identify/stiffness/film_alignment.hpp"
 #include "tools/identify/stiffness/film_motion.hpp"

@@ -1,4 +1,4 @@
-#include "tests/tools/track/film_renderer.hpp"
+#include "tests/tools/marker_tracking/film_renderer.hpp"
 
 #include <algorithm>
 #include <cmath>

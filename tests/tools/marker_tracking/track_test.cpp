@@ -10,8 +10,8 @@
 #include <opencv2/videoio.hpp>
 #include <sstream>
 
+#include "tests/tools/marker_tracking/film_renderer.hpp"
 #include "tests/tools/scratch.hpp"
-#include "tests/tools/track/film_renderer.hpp"
 #include "tools/identify/stiffness/marker_track.hpp"
 #include "tools/marker_tracking/view.hpp"
 

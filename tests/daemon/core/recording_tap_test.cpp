@@ -8,7 +8,7 @@
 
 #include "daemon/core/pipeline.hpp"
 #include "tests/allocation_count.hpp"
-#include "tests/daemon/one_wheel.hpp"
+#include "tests/daemon/core/one_wheel.hpp"
 
 namespace odomd::daemon::recording_tap_test {
 namespace {

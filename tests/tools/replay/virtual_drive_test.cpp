@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "tests/daemon/one_wheel.hpp"
+#include "tests/daemon/core/one_wheel.hpp"
 
 namespace odomd::tools::virtual_drive_test {
 namespace {
