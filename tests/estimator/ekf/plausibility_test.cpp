@@ -1,5 +1,5 @@
 // One strange reading among honest ones, and which of two that contradict each other is believed.
-#include "estimator/integrity/plausibility.hpp"
+#include "estimator/ekf/plausibility.hpp"
 
 #include <gtest/gtest.h>
 

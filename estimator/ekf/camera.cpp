@@ -1,4 +1,4 @@
-#include "estimator/integrity/camera.hpp"
+#include "estimator/ekf/camera.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include "estimator/common/symmetric3.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
-#include "estimator/integrity/standstill.hpp"
 
 namespace odomd::estimator::full {
 namespace {

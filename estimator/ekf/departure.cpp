@@ -1,12 +1,12 @@
-#include "estimator/integrity/motion.hpp"
+#include "estimator/ekf/departure.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/integrity/judge.hpp"
-#include "estimator/integrity/standstill.hpp"
+#include "estimator/ekf/judge.hpp"
+#include "estimator/ekf/standstill.hpp"
 
 namespace odomd::estimator::full {
 namespace {

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "estimator/common/measurement.hpp"
+#include "estimator/ekf/plausibility.hpp"
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
-#include "estimator/integrity/plausibility.hpp"
 
 namespace odomd::estimator::full {
 

@@ -1,11 +1,11 @@
-#include "estimator/integrity/plausibility.hpp"
+#include "estimator/ekf/plausibility.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/wheel_speed.hpp"
-#include "estimator/integrity/standstill.hpp"
 
 namespace odomd::estimator::full {
 namespace {

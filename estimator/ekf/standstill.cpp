@@ -1,12 +1,12 @@
-#include "estimator/integrity/standstill.hpp"
+#include "estimator/ekf/standstill.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/plausibility.hpp"
 #include "estimator/ekf/update.hpp"
-#include "estimator/integrity/plausibility.hpp"
 
 namespace odomd::estimator::full {
 namespace {

@@ -1,6 +1,6 @@
 // One sample after the other into a state: which are believed, and what becomes of a sensor that
 // keeps disagreeing with the others.
-#include "estimator/take.hpp"
+#include "estimator/ekf/take.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // Which samples of the car's own sensors are believed, what they may move, and what of a surprise
 // they are taken to say.
-#include "estimator/integrity/judge.hpp"
+#include "estimator/ekf/judge.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,18 +1,18 @@
-#include "estimator/take.hpp"
+#include "estimator/ekf/take.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/accelerometer.hpp"
+#include "estimator/ekf/departure.hpp"
 #include "estimator/ekf/gyro.hpp"
+#include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/plausibility.hpp"
+#include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
 #include "estimator/ekf/wheel_speed.hpp"
-#include "estimator/integrity/judge.hpp"
-#include "estimator/integrity/motion.hpp"
-#include "estimator/integrity/plausibility.hpp"
-#include "estimator/integrity/standstill.hpp"
 
 namespace odomd::estimator::full {
 namespace {

@@ -1,12 +1,12 @@
-#include "estimator/integrity/judge.hpp"
+#include "estimator/ekf/judge.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/noise.hpp"
-#include "estimator/integrity/plausibility.hpp"
-#include "estimator/integrity/standstill.hpp"
+#include "estimator/ekf/plausibility.hpp"
+#include "estimator/ekf/standstill.hpp"
 
 namespace odomd::estimator::full {
 namespace {

@@ -2,10 +2,10 @@
 // that keeps disagreeing. A pure function of state and sample, so that a window can be replayed.
 #pragma once
 
+#include "estimator/ekf/camera.hpp"
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
-#include "estimator/integrity/camera.hpp"
 
 namespace odomd::estimator::full {
 

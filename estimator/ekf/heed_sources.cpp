@@ -1,12 +1,12 @@
 // docs/model.md, "Integrity".
-#include "estimator/integrity/heed_sources.hpp"
+#include "estimator/ekf/heed_sources.hpp"
 
 #include <cmath>
 #include <utility>
 
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/standstill.hpp"
 #include "estimator/ekf/update.hpp"
-#include "estimator/integrity/standstill.hpp"
 
 namespace odomd::estimator::full {
 namespace {

@@ -1,5 +1,5 @@
 // The camera's gate and update, and what becomes of a filter that disagrees with it.
-#include "estimator/integrity/camera.hpp"
+#include "estimator/ekf/camera.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <random>
 
 #include "estimator/common/pose.hpp"
+#include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
-#include "estimator/take.hpp"
 #include "tests/estimator/ekf/states.hpp"
 
 namespace odomd::estimator::full::camera_test {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "estimator/ekf/state.hpp"
-#include "estimator/take.hpp"
+#include "estimator/ekf/take.hpp"
 
 namespace odomd::estimator::full {
 

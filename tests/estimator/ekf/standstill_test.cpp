@@ -1,5 +1,5 @@
 // When the car is taken to stand, when to have set off, and what is learnt meanwhile.
-#include "estimator/integrity/standstill.hpp"
+#include "estimator/ekf/standstill.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "estimator/ekf/publication.hpp"
+#include "estimator/ekf/take.hpp"
 #include "estimator/ekf/update.hpp"
-#include "estimator/take.hpp"
 #include "tests/estimator/ekf/states.hpp"
 
 namespace odomd::estimator::full::standstill_test {
