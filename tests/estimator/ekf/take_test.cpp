@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "signalled_car.hpp"
+#include "tests/estimator/signalled_car.hpp"
 
 namespace odomd::estimator::full::take_test {
 namespace {
