@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "can_protocol/log_reader.hpp"
-#include "can_protocol/open_source.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+#include "can_protocol/sources/open_source.hpp"
 
 namespace odomd::daemon {
 namespace {

@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "can_protocol/dbc.hpp"
-#include "daemon/config.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::daemon {
 

@@ -7,11 +7,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "can_protocol/printable.hpp"
+#include "base/printable.hpp"
 #include "daemon/check.hpp"
+#include "daemon/core/usage.hpp"
 #include "daemon/options.hpp"
 #include "daemon/run.hpp"
-#include "daemon/usage.hpp"
 
 namespace odomd::daemon {
 namespace {

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "daemon/local_socket.hpp"
+#include "daemon/sockets/local_socket.hpp"
 
 namespace odomd::daemon {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "daemon/config.hpp"
-#include "daemon/housekeeping.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/housekeeping/housekeeping.hpp"
 
 namespace odomd::daemon {
 

@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
-#include "can_protocol/dbc.hpp"
-#include "daemon/config.hpp"
-#include "daemon/housekeeping.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/housekeeping/housekeeping.hpp"
 
 namespace odomd::daemon {
 

@@ -8,11 +8,11 @@
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/bounds.hpp"
+#include "estimator/ekf/heed_sources.hpp"
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/update.hpp"
 #include "estimator/integrity/admission.hpp"
-#include "estimator/integrity/heed_sources.hpp"
 
 namespace odomd::estimator {
 namespace {

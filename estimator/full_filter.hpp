@@ -24,8 +24,8 @@
 #include "estimator/ekf/judgements.hpp"
 #include "estimator/ekf/sample_window.hpp"
 #include "estimator/ekf/state.hpp"
+#include "estimator/ekf/take.hpp"
 #include "estimator/integrity/mode_monitor.hpp"
-#include "estimator/take.hpp"
 
 namespace odomd::estimator {
 

@@ -19,8 +19,8 @@
 #include <system_error>
 #include <vector>
 
+#include "shm_api/layout/segment.h"
 #include "shm_api/libodom/attach.h"
-#include "shm_api/segment.h"
 
 namespace odomd::shm {
 namespace {

@@ -19,9 +19,9 @@
 #include <utility>
 #include <vector>
 
+#include "shm_api/layout/slot.h"
 #include "shm_api/libodom/attach.h"
 #include "shm_api/segment_file.hpp"
-#include "shm_api/slot.h"
 
 namespace odomd::shm {
 namespace {

@@ -13,11 +13,6 @@ namespace {
 
 constexpr std::int64_t most_ticks_made_up = 200;
 
-/// Δt² G V Gᵀ: what errors of the velocity, white from tick to tick, add in one step.
-Symmetric3 step_noise(const Symmetric3& velocity_covariance, double yaw, double dt) noexcept {
-  return scaled(rotated(velocity_covariance, std::cos(yaw), std::sin(yaw)), dt * dt);
-}
-
 }  // namespace
 
 BaselineFilter::BaselineFilter(Model model, const FilterSettings& settings) noexcept
@@ -43,7 +38,7 @@ bool BaselineFilter::resume(const Estimate& predecessor, double gap_s) noexcept 
   motion_.velocity = velocity_of(now);
   motion_.covariance = now.velocity_covariance;
   motion_.moving = true;
-  resumed_speed_ = AxleSpeed{now.v_x, std::sqrt(now.velocity_covariance[0])};
+  speed_ = AxleSpeed{now.v_x, std::sqrt(now.velocity_covariance[0])};
   return true;
 }
 
@@ -83,67 +78,50 @@ std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
-  // 1. How many ticks are due. Half a period off the grid is still the same tick.
-  std::int64_t due = 1;
-  if (last_tick_ns_) {
-    const std::int64_t elapsed = ns_between(*last_tick_ns_, tick_ns);
-    due =
-        elapsed <= 0 ? 0 : elapsed / period_ns_ + (elapsed % period_ns_ >= period_ns_ / 2 ? 1 : 0);
-  }
-  if (due <= 0) {
+  // 1. How many ticks are due, and are made up for. Half a period off the grid is still the same.
+  const std::int64_t elapsed = last_tick_ns_ ? ns_between(*last_tick_ns_, tick_ns) : period_ns_;
+  if (elapsed < period_ns_ / 2) {
     return last_;
   }
-  const std::int64_t steps = std::min(due, most_ticks_made_up);
-  const double unobserved_s = static_cast<double>(due - steps) * settings_.period_s;
+  const std::int64_t due = elapsed / period_ns_ + (elapsed % period_ns_ >= period_ns_ / 2 ? 1 : 0);
 
   // 2. The speed, from whichever wheels there are; and the motion, a period at a time.
   const double yaw_rate =
       uses_gyro(model_) ? held_[Source::yaw_rate].value : motion_.velocity.yaw_rate;
-  const std::optional<AxleSpeed> heard = rear_axle_speed(settings_.vehicle, held_, yaw_rate);
-  const std::optional<AxleSpeed> speed = heard ? heard : resumed_speed_;
-  if (speed) {
-    if (!anchor_.started()) {
-      anchor_.start(ns_after(tick_ns, -steps * period_ns_));
-    }
-    for (std::int64_t left = steps; left-- > 0;) {
-      advance(*speed, ns_after(tick_ns, -left * period_ns_),
-              left == steps - 1 ? unobserved_s : 0.0);
+  if (const auto heard = rear_axle_speed(settings_.vehicle, held_, yaw_rate)) {
+    speed_ = heard;
+  }
+  if (speed_) {
+    for (std::int64_t left = std::min(due, most_ticks_made_up); left-- > 0;) {
+      advance(ns_after(tick_ns, -left * period_ns_));
     }
   }
 
   // 3. What is believed now, and whether the sources are.
   integrity_.look({settings_.vehicle, settings_.tuning}, tick_ns);
   last_tick_ns_ = tick_ns;
-  last_ = estimate(tick_ns, speed ? speed->v_x : 0.0);
+  last_ = estimate(tick_ns);
   return last_;
 }
 
 /// One period. A step to numbers that are not finite is not taken.
-void BaselineFilter::advance(const AxleSpeed& speed, std::int64_t tick_ns,
-                             double gap_before_s) noexcept {
-  motion_.odom = anchor_.odom();
-  const double yaw = motion_.odom.yaw;
+void BaselineFilter::advance(std::int64_t tick_ns) noexcept {
   Motion next = motion_;
   if (model_ == Model::paper) {
-    advance_paper(settings_, held_, speed, next);
+    advance_paper(settings_, held_, *speed_, next);
   } else {
-    advance_dead_reckoning(model_, settings_, held_, speed, next);
+    advance_dead_reckoning(model_, settings_, held_, *speed_, next);
   }
-  Symmetric3 noise = step_noise(next.covariance, yaw, settings_.period_s);
-  if (is_finite(next.velocity) && is_finite(next.covariance) && is_finite(next.odom) &&
-      is_finite(noise)) {
+  if (is_finite(next.way) && is_finite(next.velocity) && is_finite(next.covariance)) {
     motion_ = next;
   } else {
-    noise = step_noise(motion_.covariance, yaw, settings_.period_s);
+    motion_.way = {};
     ++recoveries_;
   }
-  if (gap_before_s > 0.0) {
-    noise = sum(noise, gap_noise(gap_before_s));
-  }
-  anchor_.extend(tick_ns, motion_.odom, noise, motion_.velocity);
+  anchor_.extend(tick_ns, motion_);
 }
 
-Estimate BaselineFilter::estimate(std::int64_t tick_ns, double wheel_speed) noexcept {
+Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
   Estimate e;
   e.time_ns = tick_ns;
   e.initialised = anchor_.started() && anchor_.initialised();
@@ -170,18 +148,14 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns, double wheel_speed) noex
   e.mode = modes_.update({.time_ns = tick_ns,
                           .initialised = e.initialised,
                           .fault = e.model_fault,
-                          .wheel_speed = wheel_speed,
+                          .wheel_speed = speed_ ? speed_->v_x : 0.0,
                           .yaw_rate = e.yaw_rate,
                           .camera_ns = e.camera_ns});
   // A car that stands does not accelerate, whatever the bias of its sensors says.
   if (e.mode != Mode::standstill) {
-    const BodyVelocity rate =
-        model_ == Model::paper
-            ? paper_acceleration(settings_, held_, motion_)
-            : dead_reckoning_acceleration(model_, settings_.vehicle, held_, motion_);
-    e.v_x_dot = rate.v_x;
-    e.v_y_dot = rate.v_y;
-    e.yaw_accel = rate.yaw_rate;
+    e.v_x_dot = motion_.rate.v_x;
+    e.v_y_dot = motion_.rate.v_y;
+    e.yaw_accel = motion_.rate.yaw_rate;
   }
   return e;
 }

@@ -34,8 +34,8 @@ class BaselineFilter {
 
  private:
   [[nodiscard]] std::int64_t arrival_of(std::int64_t stated_ns) const noexcept;
-  void advance(const AxleSpeed& speed, std::int64_t tick_ns, double gap_before_s) noexcept;
-  [[nodiscard]] Estimate estimate(std::int64_t tick_ns, double wheel_speed) noexcept;
+  void advance(std::int64_t tick_ns) noexcept;
+  [[nodiscard]] Estimate estimate(std::int64_t tick_ns) noexcept;
 
   Model model_ = Model::kinematic;
   FilterSettings settings_;
@@ -46,7 +46,7 @@ class BaselineFilter {
   ModeMonitor modes_;
   Integrity integrity_;  ///< changes no pose
 
-  std::optional<AxleSpeed> resumed_speed_;  ///< until a wheel is heard
+  std::optional<AxleSpeed> speed_;  ///< the predecessor's until a wheel is heard
   std::optional<std::int64_t> last_tick_ns_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

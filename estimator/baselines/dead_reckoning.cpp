@@ -20,43 +20,28 @@ Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double 
   return packed(V);
 }
 
-BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) noexcept {
-  return {(a.v_x + b.v_x) / 2.0, (a.v_y + b.v_y) / 2.0, (a.yaw_rate + b.yaw_rate) / 2.0};
-}
-
-/// What turns the car, as the model knows it.
-const HeldSignal& turn_of(Model model, const HeldSignals& held) noexcept {
-  return held[uses_gyro(model) ? Source::yaw_rate : Source::steering];
-}
-
 }  // namespace
 
 void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
                             const AxleSpeed& speed, Motion& motion) noexcept {
-  const HeldSignal& turn = turn_of(model, held);
+  const HeldSignal& turn = held[uses_gyro(model) ? Source::yaw_rate : Source::steering];
   const DeadReckoning now = reckon(model, settings.vehicle, speed.v_x, turn.value);
-  if (motion.moving) {
-    const BodyVelocity velocity =
-        uses_gyro(model) ? now.velocity : mean(motion.velocity, now.velocity);
-    motion.odom = moved(motion.odom, velocity, settings.period_s);
-  }
-  motion.velocity = now.velocity;
+  const BodyVelocity& v = now.velocity;
+  const BodyVelocity& before = uses_gyro(model) || !motion.moving ? v : motion.velocity;
+  motion.mean = {(before.v_x + v.v_x) / 2.0, (before.v_y + v.v_y) / 2.0,
+                 (before.yaw_rate + v.yaw_rate) / 2.0};
+  motion.way = motion.moving ? moved({}, motion.mean, settings.period_s) : Pose2{};
+  motion.velocity = v;
   motion.covariance = covariance_of(now, speed.sigma, turn.sigma);
   motion.moving = true;
-}
 
-BodyVelocity dead_reckoning_acceleration(Model model, const Vehicle& car, const HeldSignals& held,
-                                         const Motion& motion) noexcept {
-  if (!held[Source::accel_x].seen) {
-    return {};
+  motion.rate = {};
+  if (held[Source::accel_x].seen) {
+    // v̇_x = a_x + v_y ψ̇                                        (errata, 4)
+    const double v_x_dot = held[Source::accel_x].value + v.v_y * v.yaw_rate;
+    // The steering is held, and so is the yaw rate, for a gyro's differences are noise.
+    motion.rate = {v_x_dot, now.jacobian(1, 0) * v_x_dot, now.jacobian(2, 0) * v_x_dot};
   }
-  const BodyVelocity& v = motion.velocity;
-  // v̇_x = a_x + v_y ψ̇                                        (errata, 4)
-  const double v_x_dot = held[Source::accel_x].value + v.v_y * v.yaw_rate;
-  // The steering is held, and so is the yaw rate, for a gyro's differences are noise.
-  const DeadReckoning now = reckon(model, car, v.v_x, turn_of(model, held).value);
-  const Eigen::Vector3d by_v_x = now.jacobian.col(0);
-  return {v_x_dot, by_v_x[1] * v_x_dot, by_v_x[2] * v_x_dot};
 }
 
 DeadReckoning reckon(Model model, const Vehicle& car, double v_x, double turn) noexcept {

@@ -12,10 +12,13 @@
 
 namespace odomd::estimator {
 
+/// Of the car at a tick, and over the period that led there.
 struct Motion {
-  Pose2 odom;
   BodyVelocity velocity;
   Symmetric3 covariance = diagonal(1.0, 1.0, 1.0);  ///< of the velocity
+  BodyVelocity rate;     ///< (v̇_x, v̇_y, ψ̈) as the model has them [m/s², m/s², rad/s²]
+  BodyVelocity mean;     ///< velocity over the period
+  Pose2 way;             ///< of the period, in the axes of the car before it
   bool moving = false;   ///< the velocity is that of a tick before, or of a predecessor
   bool stopped = false;  ///< the model has left its domain: it stays where it is, for good
 };
@@ -25,10 +28,9 @@ struct Motion {
   return model != Model::kinematic && model != Model::kinematic_printed;
 }
 
-/// Moves by one period with the newest signals; what was not heard yet counts as 0. All but the
-/// paper's start at the first wheel speed, with the pose where it was set. From then on the
-/// kinematic ones move a tick along the arc of the mean of the velocities at both ends of it, the
-/// inertial one along that of the newest.
+/// One period with the newest signals; what was not heard yet counts as 0. The kinematic models
+/// move along the arc of the mean of the velocities at both ends of the period, the inertial one
+/// along that of the newest. Neither moves in its first tick.
 void advance_dead_reckoning(Model model, const FilterSettings& settings, const HeldSignals& held,
                             const AxleSpeed& speed, Motion& motion) noexcept;
 
@@ -37,14 +39,6 @@ void advance_dead_reckoning(Model model, const FilterSettings& settings, const H
 /// already in its first tick. Below a v_x of -0.05 m/s it stops.
 void advance_paper(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
                    Motion& motion) noexcept;
-
-/// (v̇_x, v̇_y, ψ̈) as the model has them.
-[[nodiscard]] BodyVelocity dead_reckoning_acceleration(Model model, const Vehicle& car,
-                                                       const HeldSignals& held,
-                                                       const Motion& motion) noexcept;
-[[nodiscard]] BodyVelocity paper_acceleration(const FilterSettings& settings,
-                                              const HeldSignals& held,
-                                              const Motion& motion) noexcept;
 
 struct DeadReckoning {
   BodyVelocity velocity;
@@ -70,8 +64,7 @@ struct PaperStep {
 };
 
 /// The dynamic bicycle, discrete as printed (eqs 31-33), with errata 1 and 2. Forward only: its
-/// denominators vanish at v_x = -Δt (C_v + C_h) / m and -Δt (l_v² C_v + l_h² C_h) / J_z (-0.134 and
-/// -0.185 m/s for the reference car at 5 ms), and the map is unstable below about -0.06 m/s.
+/// denominators vanish just below 0, and the map is unstable before.
 [[nodiscard]] PaperStep paper_step(const Vehicle& car, const BodyVelocity& v, double steering,
                                    double accel_x, double dt) noexcept;
 

@@ -1,8 +1,8 @@
 // The paper's filter: the dynamic bicycle with linear tyres, and an extended Kalman filter of it.
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
+
+#include <Eigen/LU>
 
 #include "estimator/baselines/motion.hpp"
 
@@ -12,57 +12,33 @@ namespace {
 /// Below this v_x [m/s] the discrete model is about to lose its stability.
 constexpr double slowest_v_x = -0.05;
 
-using Column = std::array<double, 3>;
+/// A B, its sums from left to right: the same bits however the compiler vectorises.
+Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) noexcept {
+  return a.col(0) * b.row(0) + a.col(1) * b.row(1) + a.col(2) * b.row(2);
+}
 
 }  // namespace
 
 void step_paper_ekf(const FilterSettings& settings, const Eigen::Vector2d& u,
                     const Eigen::Vector2d& z, Motion& motion) noexcept {
   const auto& [Q, R] = settings.paper;
-  Symmetric3& P = motion.covariance;
   // x̂⁻ = f(x̂⁺, u),  Φ = ∂f/∂x at x̂⁺          (eqs 17, state_prediction, and 15)
   auto [x, phi] = paper_step(settings.vehicle, motion.velocity, u[0], u[1], settings.period_s);
   // P⁻ = Φ P Φᵀ + Q                             (eq. 18, covariance_prediction)
-  const auto times_row = [&phi = phi](int row, const Column& c) {
-    return phi(row, 0) * c[0] + phi(row, 1) * c[1] + phi(row, 2) * c[2];
-  };
-  const auto P_times_row = [&](int row) {
-    return Column{times_row(row, {P[0], P[1], P[2]}), times_row(row, {P[1], P[3], P[4]}),
-                  times_row(row, {P[2], P[4], P[5]})};
-  };
-  // The first row of Φ is (1 0 0).
-  const Column r = P_times_row(1);
-  const Column s = P_times_row(2);
-  P = {P[0] + Q[0], r[0], s[0], times_row(1, r) + Q[1], times_row(2, r), times_row(2, s) + Q[2]};
-
-  // P⁻ Hᵀ with H = [0 0 1; 1 0 0]: the third and the first column of P⁻
-  const Column third{P[2], P[4], P[5]};
-  const Column first{P[0], P[1], P[2]};
-  // S = H P⁻ Hᵀ + R, and its inverse
-  const double s00 = P[5] + R[0];
-  const double s01 = P[2];
-  const double s11 = P[0] + R[1];
-  const double per_det = 1.0 / (s00 * s11 - s01 * s01);
-  const double i00 = s11 * per_det;
-  const double i01 = -s01 * per_det;
-  const double i11 = s00 * per_det;
-  // ν = z - h(x̂⁻)
-  const double nu0 = z[0] - x.yaw_rate;
-  const double nu1 = z[1] - x.v_x;
-  const std::array<double*, 3> state{&x.v_x, &x.v_y, &x.yaw_rate};
-  std::size_t packed = 0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    // K = P⁻ Hᵀ S⁻¹                             (eq. 19, kalman_gain)
-    const double k0 = third[i] * i00 + first[i] * i01;
-    const double k1 = third[i] * i01 + first[i] * i11;
-    // x̂⁺ = x̂⁻ + K ν                             (eq. 20, state_update)
-    *state[i] += k0 * nu0 + k1 * nu1;
-    // P⁺ = (I - K H) P⁻                         (eq. 21, covariance_update)
-    for (std::size_t j = i; j < 3; ++j, ++packed) {
-      P[packed] = P[packed] - k0 * third[j] - k1 * first[j];
-    }
-  }
-  motion.velocity = x;
+  Eigen::Matrix3d P = product(product(phi, unpacked(motion.covariance)), phi.transpose());
+  P.diagonal() += Eigen::Vector3d(Q[0], Q[1], Q[2]);
+  // P⁻ Hᵀ with H = [0 0 1; 1 0 0],  S = H P⁻ Hᵀ + R
+  Eigen::Matrix<double, 3, 2> PHt;
+  PHt << P.col(2), P.col(0);
+  const Eigen::Matrix2d S{{P(2, 2) + R[0], P(0, 2)}, {P(0, 2), P(0, 0) + R[1]}};
+  // K = P⁻ Hᵀ S⁻¹                               (eq. 19, kalman_gain)
+  const Eigen::Matrix<double, 3, 2> K = PHt * S.inverse();
+  // x̂⁺ = x̂⁻ + K (z - h(x̂⁻))                     (eq. 20, state_update)
+  const Eigen::Vector3d correction = K * (z - Eigen::Vector2d(x.yaw_rate, x.v_x));
+  motion.velocity = {x.v_x + correction[0], x.v_y + correction[1], x.yaw_rate + correction[2]};
+  // P⁺ = (I - K H) P⁻                           (eq. 21, covariance_update)
+  P = P - K.col(0) * PHt.col(0).transpose() - K.col(1) * PHt.col(1).transpose();
+  motion.covariance = packed(P);
 }
 
 void advance_paper(const FilterSettings& settings, const HeldSignals& held, const AxleSpeed& speed,
@@ -70,27 +46,20 @@ void advance_paper(const FilterSettings& settings, const HeldSignals& held, cons
   if (motion.stopped) {
     return;
   }
-  step_paper_ekf(settings, {held[Source::steering].value, held[Source::accel_x].value},
-                 {held[Source::yaw_rate].value, speed.v_x}, motion);
-  if (motion.velocity.v_x < slowest_v_x) {
-    motion.stopped = true;
+  const double steering = held[Source::steering].value;
+  const double accel_x = held[Source::accel_x].value;
+  const double dt = settings.period_s;
+  step_paper_ekf(settings, {steering, accel_x}, {held[Source::yaw_rate].value, speed.v_x}, motion);
+  motion.stopped = motion.velocity.v_x < slowest_v_x;
+  if (motion.stopped) {
     motion.velocity = {};
-    return;
   }
   // X, Y and ψ by one forward Euler step, with the heading before its own update (eqs 28 to 30)
-  const auto& [v_x, v_y, yaw_rate] = motion.velocity;
-  const double dt = settings.period_s;
-  motion.odom = compose(motion.odom, {dt * v_x, dt * v_y, dt * yaw_rate});
-}
-
-BodyVelocity paper_acceleration(const FilterSettings& settings, const HeldSignals& held,
-                                const Motion& motion) noexcept {
-  if (motion.stopped) {
-    return {};
-  }
-  return dynamic_rate(settings.vehicle, motion.velocity, held[Source::steering].value,
-                      held[Source::accel_x].value,
-                      slowest_resolved_speed(settings.vehicle, settings.period_s));
+  const auto& [v_x, v_y, yaw_rate] = motion.mean = motion.velocity;
+  motion.way = {dt * v_x, dt * v_y, dt * yaw_rate};
+  motion.rate = motion.stopped ? BodyVelocity{}
+                               : dynamic_rate(settings.vehicle, motion.velocity, steering, accel_x,
+                                              slowest_resolved_speed(settings.vehicle, dt));
 }
 
 BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double steering,

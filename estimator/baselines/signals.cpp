@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/admission.hpp"
@@ -29,54 +28,50 @@ Verdict HeldSignals::take(const Measurement& sample, std::int64_t latest_ns) noe
   }
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
   held = {true, sample.time_ns, sample.value, std::min(sigma, physical_limit[index])};
+  if (is_wheel(sample.source)) {
+    newest_wheel_ns_ = std::max(newest_wheel_ns_, sample.time_ns);
+  }
   return Verdict::fused;
+}
+
+bool HeldSignals::alive(Source wheel) const noexcept {
+  constexpr double silent_after_s = 0.5;
+  const HeldSignal& held = (*this)[wheel];
+  return held.seen && seconds_between(held.time_ns, newest_wheel_ns_) <= silent_after_s;
 }
 
 std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                          double car_yaw_rate) noexcept {
-  constexpr double silent_after_s = 0.5;
-  std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();
-  for (std::size_t i = 0; i < source_count; ++i) {
-    const HeldSignal& signal = held[static_cast<Source>(i)];
-    if (is_wheel(static_cast<Source>(i)) && signal.seen) {
-      newest_ns = std::max(newest_ns, signal.time_ns);
-    }
-  }
-  const auto alive = [&](Source source) {
-    return held[source].seen && seconds_between(held[source].time_ns, newest_ns) <= silent_after_s;
-  };
   const auto speed = [&, reversing = held[Source::direction].value < 0.0](Source source) {
     const double value = held[source].value;
     return reversing ? -std::abs(value) : value;
   };
-  const double turn = car_yaw_rate * car.track_width / 2.0;
-  // Of two wheels that roll at an angle of this cosine: of both, or else of the one that is alive.
-  const auto of_wheels = [&](Source left, Source right, double along) -> std::optional<AxleSpeed> {
-    if (alive(left) && alive(right)) {
-      return AxleSpeed{(speed(left) + speed(right)) / 2.0 * along,
-                       0.5 * std::hypot(held[left].sigma, held[right].sigma)};
-    }
-    if (alive(left)) {
-      return AxleSpeed{speed(left) * along + turn, held[left].sigma};
-    }
-    if (alive(right)) {
-      return AxleSpeed{speed(right) * along - turn, held[right].sigma};
-    }
-    return std::nullopt;
-  };
 
+  // Both wheels of an axle, or one that is taken to its middle: v_x = v cos(angle) ± ψ̇ t/2, with t
+  // the track width; a front wheel rolls along δ.
   using enum Source;
-  const bool both_rear = alive(wheel_rear_left) && alive(wheel_rear_right);
-  if (!both_rear && alive(wheel_rear)) {
-    return AxleSpeed{speed(wheel_rear), held[wheel_rear].sigma};
+  const double turn = car_yaw_rate * car.track_width / 2.0;
+  const double front = std::cos(held[steering].value);
+  struct Choice {
+    Source left, right;  // the same where it is one
+    double along, turn;
+  };
+  for (const Choice& of : {Choice{wheel_rear_left, wheel_rear_right, 1.0, 0.0},
+                           {wheel_rear, wheel_rear, 1.0, 0.0},
+                           {wheel_rear_left, wheel_rear_left, 1.0, turn},
+                           {wheel_rear_right, wheel_rear_right, 1.0, -turn},
+                           {motor, motor, 1.0, 0.0},
+                           {wheel_front_left, wheel_front_right, front, 0.0},
+                           {wheel_front_left, wheel_front_left, front, turn},
+                           {wheel_front_right, wheel_front_right, front, -turn}}) {
+    if (held.alive(of.left) && held.alive(of.right)) {
+      const double sigma = of.left == of.right
+                               ? held[of.left].sigma
+                               : 0.5 * std::hypot(held[of.left].sigma, held[of.right].sigma);
+      return AxleSpeed{(speed(of.left) + speed(of.right)) / 2.0 * of.along + of.turn, sigma};
+    }
   }
-  if (const std::optional<AxleSpeed> rear = of_wheels(wheel_rear_left, wheel_rear_right, 1.0)) {
-    return rear;
-  }
-  if (alive(motor)) {
-    return AxleSpeed{speed(motor), held[motor].sigma};
-  }
-  return of_wheels(wheel_front_left, wheel_front_right, std::cos(held[steering].value));
+  return std::nullopt;
 }
 
 }  // namespace odomd::estimator

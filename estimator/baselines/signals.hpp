@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "estimator/common/measurement.hpp"
@@ -33,10 +34,13 @@ class HeldSignals {
   [[nodiscard]] const HeldSignal& operator[](Source source) const noexcept {
     return held_[index_of(source)];
   }
+  /// Heard at least once, and within half a second of the newest sample of a wheel.
+  [[nodiscard]] bool alive(Source wheel) const noexcept;
 
  private:
   std::array<HeldSignal, source_count> held_{};
   std::array<double, source_count> sigma_{};
+  std::int64_t newest_wheel_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
 struct AxleSpeed {
@@ -44,17 +48,10 @@ struct AxleSpeed {
   double sigma = 0.0;  ///< [m/s]
 };
 
-/// v_x, which a rigid car has at the rear axle as at the centre of gravity, or nothing where no
-/// wheel was ever seen. A wheel off the centre line sees the turn of the car on top of it. The
-/// first of these counts that was not silent for half a second while another of them was not:
-///   both rear wheels      v_x = (v_rl + v_rr) / 2
-///   the rear axle         v_x = v_r
-///   one rear wheel        v_x = v_rl + ψ̇ t/2   or   v_rr - ψ̇ t/2              (t: track width)
-///   the motor             v_x = v_motor
-///   both front wheels     v_x = (v_fl + v_fr) / 2 · cos δ
-///   one front wheel       v_x = v_fl cos δ + ψ̇ t/2   or   v_fr cos δ - ψ̇ t/2
-/// A front wheel rolls along δ; cos δ takes its speed to the car's axis. While the held direction
-/// is -1, positive speeds count as negative: those of sensors that do not know a sign.
+/// v_x, which a rigid car has at the rear axle as at the centre of gravity, by the first choice of
+/// wheels that are alive (the table in signals.cpp); nothing where no wheel was ever heard. While
+/// the held direction is -1, positive speeds count as negative: those of sensors that do not know a
+/// sign.
 [[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                                        double car_yaw_rate) noexcept;
 

@@ -31,22 +31,6 @@ double steering_of(const Vehicle& car, const Input& input, const Vector& x) noex
 
 }  // namespace
 
-WheelPlace wheel_place(const Vehicle& car, Source source) noexcept {
-  const double half_track = 0.5 * car.track_width;
-  switch (source) {
-    case Source::wheel_front_left:
-      return {car.front_axle, half_track, true};
-    case Source::wheel_front_right:
-      return {car.front_axle, -half_track, true};
-    case Source::wheel_rear_left:
-      return {-car.rear_axle, half_track, false};
-    case Source::wheel_rear_right:
-      return {-car.rear_axle, -half_track, false};
-    default:  // the rear axle, the motor
-      return {-car.rear_axle, 0.0, false};
-  }
-}
-
 Prediction predict_wheel_speed(const CarModel& model, const Input& input, const State& state,
                                Source source, double sigma, bool gyro) noexcept {
   const WheelPlace place = wheel_place(model.car, source);

@@ -5,16 +5,11 @@
 
 #include <cmath>
 
+#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/process.hpp"
 #include "estimator/ekf/update.hpp"
 
 namespace odomd::estimator::full {
-
-/// Whether a source's wheel drives the car; the motor does.
-[[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
-  const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
-  return driven == Driven::all || source == Source::motor || front == (driven == Driven::front);
-}
 
 /// A wheel's share of the force on the car, over that of a driven wheel when two drive: brakes are
 /// on all four, half as hard each.
@@ -24,14 +19,6 @@ namespace odomd::estimator::full {
   }
   return driven == Driven::all ? 1.0 : 0.5;
 }
-
-/// Where a source's wheel is: ahead of the centre of gravity, left of it [m]; steered.
-struct WheelPlace {
-  double ahead = 0.0;
-  double left = 0.0;
-  bool steered = false;
-};
-[[nodiscard]] WheelPlace wheel_place(const Vehicle& car, Source source) noexcept;
 
 /// z = (1 + s_w) (1 + c_s η a) (u cos δ + u_⊥ sin δ), a = ± (a_x + d), with u = v_x - y_w ψ̇ and
 /// u_⊥ = v_y + x_w ψ̇ the velocity of the wheel's place (x_w, y_w), 1 and 0 for cos δ and sin δ of a

@@ -1,10 +1,13 @@
 // Says in which mode the estimate is, without flapping: what is entered late is left at a wider
-// threshold, or after more than one event.
+// threshold, or after more than one event. docs/model.md, "Modes".
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <optional>
 
 #include "estimator/common/estimate.hpp"
+#include "estimator/common/time.hpp"
 
 namespace odomd::estimator {
 
@@ -22,22 +25,49 @@ class ModeMonitor {
  public:
   explicit ModeMonitor(double camera_timeout_s) noexcept : camera_timeout_s_(camera_timeout_s) {}
 
-  /// Once a tick, in order of time. Precedence: fault, initialising, standstill, then
-  /// dead_reckoning or tracking. (`degraded` is for those who know the bus.)
+  /// Once a tick, in order of time. Precedence: fault, initialising, standstill, then tracking or
+  /// dead_reckoning. (`degraded` is for those who know the bus.)
   Mode update(const ModeInputs& inputs) noexcept;
 
  private:
-  void update_rest(const ModeInputs& inputs) noexcept;
-  void update_tracking(const ModeInputs& inputs) noexcept;
+  static constexpr double standing_speed = 0.01;    // [m/s]
+  static constexpr double standing_yaw_rate = 0.1;  // [rad/s]: above a gyro's bias and noise
+  static constexpr double leaves_at = 2.0;          // times these
+  static constexpr double standing_after_s = 0.5;
 
   double camera_timeout_s_ = 0.5;
-
-  bool resting_ = false;   ///< below the thresholds since rest_since_ns_
-  bool standing_ = false;  ///< and that for long enough
-  std::int64_t rest_since_ns_ = 0;
-
+  std::optional<std::int64_t> still_since_ns_;
+  bool standing_ = false;  ///< still for long enough
   bool tracking_ = false;
   std::int64_t last_camera_ns_ = 0;
 };
+
+inline Mode ModeMonitor::update(const ModeInputs& inputs) noexcept {
+  const std::int64_t now_ns = inputs.time_ns;
+  const double wider = standing_ ? leaves_at : 1.0;
+  const bool still = std::abs(inputs.wheel_speed) < wider * standing_speed &&
+                     std::abs(inputs.yaw_rate) < wider * standing_yaw_rate;
+  if (!still) {
+    still_since_ns_.reset();
+  } else if (!still_since_ns_) {
+    still_since_ns_ = now_ns;
+  }
+  standing_ = still_since_ns_ && seconds_between(*still_since_ns_, now_ns) >= standing_after_s;
+
+  // Two poses enter that are not too far apart, so that a camera that sees the map once in a while
+  // does not make the mode flap.
+  const bool seen_twice = last_camera_ns_ != 0 && inputs.camera_ns != last_camera_ns_ &&
+                          seconds_between(last_camera_ns_, inputs.camera_ns) <= camera_timeout_s_;
+  const bool seen_lately =
+      inputs.camera_ns != 0 && seconds_between(inputs.camera_ns, now_ns) <= camera_timeout_s_;
+  tracking_ = seen_lately && (tracking_ || seen_twice);
+  last_camera_ns_ = inputs.camera_ns;
+
+  return inputs.fault          ? Mode::fault
+         : !inputs.initialised ? Mode::initialising
+         : standing_           ? Mode::standstill
+         : tracking_           ? Mode::tracking
+                               : Mode::dead_reckoning;
+}
 
 }  // namespace odomd::estimator

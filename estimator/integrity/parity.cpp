@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "estimator/common/squares.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
+#include "estimator/common/wheel_place.hpp"
 
 namespace odomd::estimator::integrity {
 namespace {
@@ -51,7 +51,7 @@ struct View {
 
 /// The speed of a wheel's place along the wheel, at (v_0, ψ̇_0): f = ± |(v - y ψ̇, x ψ̇)|.
 Row wheel_row(const View& view, Source source, bool backwards) noexcept {
-  const full::WheelPlace place = full::wheel_place(view.sensors.car, source);
+  const WheelPlace place = wheel_place(view.sensors.car, source);
   const double v = view.speed();
   const double r = view.turn();
   // A front wheel moves sideways with l ψ̇, behind an axle that does not slip.
@@ -202,7 +202,7 @@ Consensus parities(const Sensors& sensors, const Heard& heard, bool backwards, O
   const double pull = std::min(felt, std::abs(faster));
   const bool brakes = faster * v < 0.0;
   const auto slip = [&](Source wheel) {
-    const bool slips = brakes || full::is_driven(sensors.car.driven, wheel);
+    const bool slips = brakes || is_driven(sensors.car.driven, wheel);
     return root_of_squares(slip_floor, slip_share * v,
                            slips ? heard.known.wheel_slip * pull * v : 0.0);
   };

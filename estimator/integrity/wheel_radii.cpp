@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/ekf/wheel_speed.hpp"
+#include "estimator/common/wheel_place.hpp"
 #include "estimator/integrity/felt_speed.hpp"
 
 namespace odomd::estimator::integrity {
@@ -27,7 +27,7 @@ void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& b
       const double more = row.off(base.motion) * row.sigma / v;
       double& radius = heard.radius[i];
       radius = std::clamp(radius + dt / learnt_s * more, -most, most);
-      const double left = full::wheel_place(sensors.car, static_cast<Source>(i)).left;
+      const double left = wheel_place(sensors.car, static_cast<Source>(i)).left;
       if (left != 0.0) {
         heard.load = std::clamp(heard.load - std::copysign(dt, left) * side * more, -most, most);
       }

@@ -16,7 +16,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "shm_api/slot.h"
+#include "shm_api/layout/slot.h"
 
 static const uint64_t header_minimum = ODOM_WORD_BYTES * ODOM_SEGMENT_HEADER_WORDS;
 static const char shm_directory[] = "/dev/shm";

@@ -9,8 +9,8 @@
 
 #include <odom/odom.h>
 
+#include "shm_api/layout/slot.h"
 #include "shm_api/libodom/service.h"
-#include "shm_api/slot.h"
 
 static const char service_user[] = "odomd";
 

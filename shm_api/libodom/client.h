@@ -5,8 +5,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "shm_api/layout/slot.h"
 #include "shm_api/libodom/attach.h"
-#include "shm_api/slot.h"
 
 enum { ODOMI_ATTEMPTS = 3 }; /* of a read that the writer overtakes */
 

@@ -15,8 +15,8 @@
 
 #include <odom/odom.h>
 
+#include "shm_api/layout/slot.h"
 #include "shm_api/libodom/client.h"
-#include "shm_api/slot.h"
 
 static const int64_t longest_gap_ns = 100000000;
 

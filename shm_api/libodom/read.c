@@ -3,8 +3,8 @@
 
 #include <odom/odom.h>
 
+#include "shm_api/layout/slot.h"
 #include "shm_api/libodom/client.h"
-#include "shm_api/slot.h"
 
 static size_t smaller(size_t a, size_t b) {
   return a < b ? a : b;

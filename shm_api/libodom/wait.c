@@ -6,8 +6,8 @@
 
 #include <odom/odom.h>
 
+#include "shm_api/layout/slot.h"
 #include "shm_api/libodom/client.h"
-#include "shm_api/slot.h"
 
 /* Sleeps while the futex word is `seen`, `timeout_ns` at the most. A shared futex works on a
  * read-only mapping: the kernel finds the waiters by the page of the file. */

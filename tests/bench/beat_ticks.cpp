@@ -18,7 +18,7 @@
 #include <string>
 #include <thread>
 
-#include "shm_api/slot.h"
+#include "shm_api/layout/slot.h"
 
 namespace {
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/e2e.hpp"
-#include "can_protocol/message_encoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/decode/e2e.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
 
 namespace odomd::can {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <odom/odom.hpp>
 
-#include "shm_api/slot.h"
+#include "shm_api/layout/slot.h"
 #include "tests/bench/freshly_written.hpp"
 #include "tests/shm_api/segment_fixture.hpp"
 

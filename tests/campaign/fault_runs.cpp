@@ -20,7 +20,7 @@
 #include "estimator/integrity/integrity.hpp"
 #include "tests/campaign/faulty_drive.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/sim/random.hpp"
+#include "tools/math/random.hpp"
 
 namespace odomd::campaign {
 namespace {

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "can_protocol/log_reader.hpp"
-#include "tools/camera_csv.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/virtual_drive.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::campaign {
 namespace {

@@ -15,13 +15,13 @@
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/frame.hpp"
-#include "daemon/config.hpp"
-#include "daemon/pipeline.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/fault/fault.hpp"
-#include "tools/trajectory.hpp"
 
 namespace odomd::campaign {
 

@@ -12,8 +12,8 @@ case $seconds in '' | *[!0-9]*) sed -n '2,5s/^# \{0,1\}//p' "$0" >&2; exit 2 ;; 
 tools/dependencies.sh campaign || exit 1
 mkdir -p build/logs
 cmake --preset fuzz >build/logs/configure-fuzz.log 2>&1 || { cat build/logs/configure-fuzz.log; exit 1; }
-cmake --build --preset fuzz -j "$(nproc)" || exit 1
 [ $# -gt 0 ] || set -- $(basename -s .cpp tests/fuzz/*.cpp)
+cmake --build --preset fuzz -j "$(nproc)" --target $(printf 'fuzz_%s ' "$@") || exit 1
 
 # fuzz NAME: the fuzzer's status; says one line about it.
 fuzz() {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "daemon_process.hpp"
-#include "shm_api/segment.h"
+#include "shm_api/layout/segment.h"
 
 namespace odomd::testing::odomd_survival_test {
 namespace {

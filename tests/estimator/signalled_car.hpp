@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <map>
 
+#include "estimator/ekf/heed_sources.hpp"
 #include "estimator/ekf/publication.hpp"
-#include "estimator/integrity/heed_sources.hpp"
-#include "estimator/take.hpp"
+#include "estimator/ekf/take.hpp"
 #include "tests/estimator/drive.hpp"
 #include "tests/estimator/ekf/states.hpp"
 

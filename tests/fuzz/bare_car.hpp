@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <string>
 
-#include "can_protocol/dbc.hpp"
-#include "daemon/config.hpp"
-#include "daemon/record.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/record.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace odomd::fuzz {

@@ -1,5 +1,5 @@
 // Any text as a camera log: finite poses, or one line about what is wrong with it.
-#include "tools/camera_csv.hpp"
+#include "tools/drive_files/camera_csv.hpp"
 
 #include <stdexcept>
 #include <string>

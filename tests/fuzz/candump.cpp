@@ -1,6 +1,6 @@
 // Any line: it is refused with a column inside it, or its frame is sound and survives being written
 // and read again.
-#include "can_protocol/candump.hpp"
+#include "can_protocol/sources/candump.hpp"
 
 #include <string>
 

@@ -1,5 +1,5 @@
 // Any text as a configuration: values in range, or one line about what is wrong with it.
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 #include <stdexcept>
 

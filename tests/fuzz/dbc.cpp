@@ -1,6 +1,6 @@
 // Any text as a database: refused in one line, or every signal of it can be bound, decoded and
 // encoded without harm.
-#include "can_protocol/dbc.hpp"
+#include "can_protocol/dbc/dbc.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/message_encoder.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 namespace odomd::can {

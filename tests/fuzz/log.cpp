@@ -2,7 +2,7 @@
 #include <array>
 #include <string>
 
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tests/fuzz/fuzz.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -4,7 +4,7 @@
 // The input is a model (one byte) and then commands: a frame (0-5: which signal; its stamp's lead
 // over the clock in units of 0.1 ms, signed; eight bytes of payload), a camera message (6: as the
 // wire carries it), a tick (all else).
-#include "daemon/pipeline.hpp"
+#include "daemon/core/pipeline.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/camera_wire.hpp"
+#include "daemon/sockets/camera_wire.hpp"
 #include "tests/fuzz/bare_car.hpp"
 
 using odomd::daemon::Pipeline;

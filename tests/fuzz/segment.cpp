@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
+#include "daemon/core/pipeline.hpp"
 #include "daemon/inheritance.hpp"
-#include "daemon/pipeline.hpp"
-#include "shm_api/segment.h"
-#include "shm_api/slot.h"
+#include "shm_api/layout/segment.h"
+#include "shm_api/layout/slot.h"
 #include "shm_api/writer.hpp"
 #include "tests/fuzz/bare_car.hpp"
 

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/camera_door.hpp"
-#include "daemon/recorder_door.hpp"
+#include "daemon/sockets/camera_door.hpp"
+#include "daemon/sockets/recorder_door.hpp"
 #include "tests/fuzz/bare_car.hpp"
 
 namespace odomd::fuzz {

@@ -1,6 +1,6 @@
 // The SocketCAN source on real (virtual) buses: every kind of frame, filters, stamps, overflow, and
 // links that go down, vanish and come back. Needs root and a kernel with vcan; makes its own buses.
-#include "can_protocol/socketcan.hpp"
+#include "can_protocol/sources/socketcan.hpp"
 
 #include <gtest/gtest.h>
 #include <linux/can.h>
@@ -24,7 +24,7 @@
 #include <thread>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "can_protocol/frame.hpp"
 
 namespace odomd::can {

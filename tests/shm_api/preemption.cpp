@@ -20,8 +20,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "shm_api/layout/slot.h"
 #include "shm_api/libodom/attach.h"
-#include "shm_api/slot.h"
 #include "tests/shm_api/segment_fixture.hpp"
 
 namespace odomd::shm::testing {

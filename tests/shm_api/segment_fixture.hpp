@@ -14,7 +14,7 @@
 
 #include <odom/odom.h>
 
-#include "shm_api/segment.h"
+#include "shm_api/layout/segment.h"
 #include "shm_api/writer.hpp"
 
 namespace odomd::shm::testing {

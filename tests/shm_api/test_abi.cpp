@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 #include <cstddef>
 
-#include "shm_api/segment.h"
+#include "shm_api/layout/segment.h"
 
 namespace {
 

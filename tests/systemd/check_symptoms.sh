@@ -4,10 +4,10 @@
 #   check_symptoms.sh SOURCE_DIR
 set -eu
 cd "$1"
-sources=$(cat daemon/*.[ch]pp can_protocol/*.cpp tools/*.cpp shm_api/libodom/*.c)
+sources=$(find base daemon can_protocol tools -name '*.[ch]pp' -exec cat {} +; cat shm_api/libodom/*.c)
 page=$(cat docs/operations.md)
 # As the compiler sees it: adjacent literals are one.
-sources=$(printf '%s' "$sources" | tr '\n' ' ' | sed -E 's/" +"//g')
+sources=$(find base daemon can_protocol tools -name '*.[ch]pp' -exec cat {} +; cat shm_api/libodom/*.c)
 
 status=0
 while IFS= read -r words; do

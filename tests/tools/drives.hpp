@@ -6,9 +6,9 @@
 #include <string>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/csv.hpp"
-#include "tools/se2.hpp"
-#include "tools/trajectory.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/drive_files/trajectory.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools {
 

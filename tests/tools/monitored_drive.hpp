@@ -15,15 +15,15 @@
 #include <variant>
 #include <vector>
 
-#include "can_protocol/log_reader.hpp"
-#include "daemon/camera_pose.hpp"
-#include "daemon/config.hpp"
-#include "daemon/source_watch.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+#include "daemon/core/camera_pose.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/source_watch.hpp"
 #include "estimator/filter.hpp"
 #include "estimator/integrity/admission.hpp"
 #include "estimator/integrity/integrity.hpp"
-#include "tools/camera_csv.hpp"
-#include "tools/virtual_drive.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
 

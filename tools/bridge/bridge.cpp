@@ -13,11 +13,11 @@
 #include <thread>
 #include <utility>
 
-#include "tools/attach.hpp"
-#include "tools/interrupt.hpp"
-#include "tools/json_text.hpp"
-#include "tools/output.hpp"
-#include "tools/tick_follower.hpp"
+#include "tools/cli/interrupt.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/live/attach.hpp"
+#include "tools/live/tick_follower.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -7,8 +7,8 @@
 #include "tools/bridge/dds_sink.hpp"
 #include "tools/bridge/options.hpp"
 #include "tools/bridge/udp_sink.hpp"
-#include "tools/command_line.hpp"
-#include "tools/interrupt.hpp"
+#include "tools/cli/command_line.hpp"
+#include "tools/cli/interrupt.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "tools/se2.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -6,10 +6,10 @@
 #include <stdexcept>
 
 #include "tools/bridge/udp_sink.hpp"
-#include "tools/choice.hpp"
-#include "tools/csv.hpp"
-#include "tools/daemon_options.hpp"
-#include "tools/json_text.hpp"
+#include "tools/cli/choice.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/daemon_options.hpp"
+#include "tools/cli/json_text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tools/bridge/odometry.hpp"
-#include "tools/command.hpp"
+#include "tools/cli/command.hpp"
 
 namespace odomd::tools {
 

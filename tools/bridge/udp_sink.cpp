@@ -9,10 +9,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "can_protocol/file_descriptor.hpp"
-#include "tools/csv.hpp"
-#include "tools/pose_csv.hpp"
-#include "tools/pose_fields.hpp"
+#include "base/file_descriptor.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/drive_files/pose_csv.hpp"
+#include "tools/drive_files/pose_fields.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <span>
 
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {
 namespace {

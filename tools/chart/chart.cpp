@@ -10,7 +10,7 @@
 #include "tools/chart/legend.hpp"
 #include "tools/chart/style.hpp"
 #include "tools/chart/svg.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {
 namespace {

@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "tools/chart/drawing.hpp"
-#include "tools/files.hpp"
+#include "tools/cli/files.hpp"
 
 namespace odomd::tools::chart {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "tools/chart/style.hpp"
 #include "tools/chart/svg.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {
 namespace {

@@ -12,7 +12,7 @@
 #include "tools/chart/map_layout.hpp"
 #include "tools/chart/style.hpp"
 #include "tools/chart/svg.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {
 namespace {

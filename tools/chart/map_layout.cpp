@@ -5,7 +5,7 @@
 
 #include "tools/chart/axis.hpp"
 #include "tools/chart/style.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools::chart {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools::svg {
 namespace {

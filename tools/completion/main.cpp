@@ -6,9 +6,9 @@
 #include <string>
 
 #include "daemon/options.hpp"
-#include "tools/commands.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/commands/commands.hpp"
 #include "tools/completion/scripts.hpp"
-#include "tools/files.hpp"
 
 namespace odomd::completion {
 namespace {

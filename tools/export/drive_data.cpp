@@ -6,16 +6,16 @@
 #include <optional>
 #include <stdexcept>
 
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/log_reader.hpp"
-#include "daemon/config.hpp"
-#include "daemon/pipeline.hpp"
-#include "tools/csv.hpp"
-#include "tools/drive.hpp"
-#include "tools/files.hpp"
-#include "tools/recording.hpp"
-#include "tools/recording_folder.hpp"
-#include "tools/virtual_drive.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/drive_files/recording_folder.hpp"
+#include "tools/replay/drive.hpp"
+#include "tools/replay/recording.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
 namespace {

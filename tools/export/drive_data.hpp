@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "estimator/common/measurement.hpp"
-#include "tools/camera_csv.hpp"
-#include "tools/pose_fields.hpp"
-#include "tools/trajectory.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/pose_fields.hpp"
+#include "tools/drive_files/trajectory.hpp"
 
 namespace odomd::tools {
 

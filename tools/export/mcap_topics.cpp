@@ -10,9 +10,9 @@
 #include <string>
 
 #include "tools/bridge/odometry.hpp"
+#include "tools/drive_files/pose_csv.hpp"
 #include "tools/export/formats.hpp"
 #include "tools/export/schemas.hpp"
-#include "tools/pose_csv.hpp"
 
 namespace odomd::tools {
 namespace {

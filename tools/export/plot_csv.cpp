@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 #include "tools/export/formats.hpp"
 
 namespace odomd::tools {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-#include "tools/pose_fields.hpp"
+#include "tools/drive_files/pose_fields.hpp"
 
 namespace odomd::tools {
 

@@ -8,7 +8,7 @@
 
 #include "estimator/common/measurement.hpp"
 #include "tools/fault/fault.hpp"
-#include "tools/sim/random.hpp"
+#include "tools/math/random.hpp"
 
 namespace odomd::fault {
 

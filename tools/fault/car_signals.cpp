@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "can_protocol/signal_layout.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
 
 namespace odomd::fault {
 namespace {

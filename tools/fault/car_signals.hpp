@@ -8,11 +8,11 @@
 #include <span>
 #include <string>
 
-#include "can_protocol/dbc.hpp"
-#include "can_protocol/decoder_tables.hpp"
-#include "can_protocol/e2e.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/decode/decoder_tables.hpp"
+#include "can_protocol/decode/e2e.hpp"
 #include "can_protocol/frame.hpp"
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::fault {

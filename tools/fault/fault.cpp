@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 
 namespace odomd::fault {
 namespace {

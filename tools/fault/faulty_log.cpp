@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "can_protocol/candump.hpp"
-#include "tools/csv.hpp"
-#include "tools/files.hpp"
+#include "can_protocol/sources/candump.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
 
 namespace odomd::fault {
 namespace {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "can_protocol/bus_names.hpp"
-#include "can_protocol/log_reader.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "estimator/common/measurement.hpp"
+#include "tools/cli/progress.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/progress.hpp"
 
 namespace odomd::fault {
 

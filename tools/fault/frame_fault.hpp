@@ -9,7 +9,7 @@
 #include "can_protocol/frame.hpp"
 #include "tools/fault/car_signals.hpp"
 #include "tools/fault/fault.hpp"
-#include "tools/sim/random.hpp"
+#include "tools/math/random.hpp"
 
 namespace odomd::fault {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "daemon/config_error.hpp"
+#include "daemon/core/config_error.hpp"
 
 namespace odomd::fault {
 namespace {

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
-#include "daemon/config.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/fault/frame_fault.hpp"
 
 namespace odomd::fault {

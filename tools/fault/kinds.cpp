@@ -3,7 +3,7 @@
 #include <array>
 #include <stdexcept>
 
-#include "can_protocol/nearest_name.hpp"
+#include "base/nearest_name.hpp"
 
 namespace odomd::fault {
 namespace {

@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/dbc.hpp"
-#include "can_protocol/socketcan.hpp"
-#include "daemon/config.hpp"
-#include "daemon/local_socket.hpp"
-#include "tools/camera_feed.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/sources/socketcan.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/sockets/local_socket.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
+#include "tools/live/camera_feed.hpp"
 #include "tools/sim/can_output.hpp"
 
 namespace odomd::fault {

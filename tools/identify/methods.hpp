@@ -1,7 +1,7 @@
 // The methods of odom identify: each file adds its own subcommand.
 #pragma once
 
-#include "tools/command.hpp"
+#include "tools/cli/command.hpp"
 
 namespace odomd::tools {
 

@@ -1,9 +1,9 @@
 // odom identify track: hands over to the program odom-track, which alone is linked with OpenCV.
 #include <memory>
 
-#include "tools/companion.hpp"
+#include "tools/cli/companion.hpp"
 #include "tools/identify/methods.hpp"
-#include "tools/track/options.hpp"
+#include "tools/marker_tracking/options.hpp"
 
 namespace odomd::tools {
 

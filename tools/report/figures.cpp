@@ -6,14 +6,14 @@
 #include <iterator>
 #include <numbers>
 
-#include "tools/alignment.hpp"
-#include "tools/beat_chart.hpp"
 #include "tools/chart/chart.hpp"
 #include "tools/chart/style.hpp"
-#include "tools/evaluation_map.hpp"
-#include "tools/innovation_chart.hpp"
-#include "tools/pose_error.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/evaluation/alignment.hpp"
+#include "tools/evaluation/pose_error.hpp"
+#include "tools/report/beat_chart.hpp"
+#include "tools/report/evaluation_map.hpp"
+#include "tools/report/innovation_chart.hpp"
 
 namespace odomd::tools::report {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "tools/beat_histogram.hpp"
 #include "tools/chart/drawing.hpp"
-#include "tools/evaluated_drive.hpp"
+#include "tools/drive_files/beat_histogram.hpp"
+#include "tools/evaluation/evaluated_drive.hpp"
 
 namespace odomd::tools::report {
 

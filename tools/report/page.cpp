@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "tools/chart/svg.hpp"
-#include "tools/evaluation_summary.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/evaluation/evaluation_summary.hpp"
 #include "tools/report/figures.hpp"
-#include "tools/text.hpp"
 
 namespace odomd::tools::report {
 namespace {

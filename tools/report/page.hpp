@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "tools/evaluated_drive.hpp"
+#include "tools/evaluation/evaluated_drive.hpp"
 
 namespace odomd::tools::report {
 

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "tools/output.hpp"
+#include "tools/cli/output.hpp"
 
 namespace odomd::sim {
 namespace {

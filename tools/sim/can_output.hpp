@@ -5,9 +5,9 @@
 #include <span>
 #include <string>
 
-#include "can_protocol/candump.hpp"
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "can_protocol/frame.hpp"
+#include "can_protocol/sources/candump.hpp"
 
 namespace odomd::sim {
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "can_protocol/message_encoder.hpp"
-#include "tools/sim/sensors.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
+#include "tools/sim/sensors/sensors.hpp"
 
 namespace odomd::sim {
 

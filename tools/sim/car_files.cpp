@@ -6,9 +6,9 @@
 #include <numbers>
 #include <string_view>
 
-#include "tools/csv.hpp"
-#include "tools/sim/cars.hpp"
-#include "tools/sim/vehicle.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/sim/car/cars.hpp"
+#include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::sim {
 namespace {

@@ -7,9 +7,9 @@
 #include <system_error>
 #include <utility>
 
-#include "tools/csv.hpp"
-#include "tools/files.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::sim {
 namespace {

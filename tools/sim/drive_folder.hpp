@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "can_protocol/candump.hpp"
+#include "can_protocol/sources/candump.hpp"
 #include "tools/sim/car_files.hpp"
 #include "tools/sim/simulation.hpp"
 

@@ -6,12 +6,12 @@
 #include <stdexcept>
 #include <vector>
 
-#include "tools/files.hpp"
+#include "tools/cli/files.hpp"
 #include "tools/sim/can_output.hpp"
+#include "tools/sim/car/swing.hpp"
+#include "tools/sim/car/vehicle.hpp"
 #include "tools/sim/car_bus.hpp"
 #include "tools/sim/car_files.hpp"
-#include "tools/sim/swing.hpp"
-#include "tools/sim/vehicle.hpp"
 
 namespace odomd::sim {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <odom/odom.h>
 
-#include "tools/output.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/sim/can_output.hpp"
 
 namespace odomd::sim {

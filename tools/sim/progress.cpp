@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/output.hpp"
+#include "tools/cli/output.hpp"
 
 namespace odomd::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/sim/vehicle.hpp"
+#include "tools/sim/car/vehicle.hpp"
 
 namespace odomd::sim {
 namespace {

@@ -8,14 +8,14 @@
 
 #include "can_protocol/frame.hpp"
 #include "estimator/common/measurement.hpp"
-#include "tools/sim/camera.hpp"
+#include "tools/sim/car/parameters.hpp"
+#include "tools/sim/car/plant.hpp"
 #include "tools/sim/car_bus.hpp"
-#include "tools/sim/driver.hpp"
-#include "tools/sim/film.hpp"
-#include "tools/sim/parameters.hpp"
-#include "tools/sim/plant.hpp"
-#include "tools/sim/road.hpp"
-#include "tools/sim/scenario.hpp"
+#include "tools/sim/course/driver.hpp"
+#include "tools/sim/course/road.hpp"
+#include "tools/sim/course/scenario.hpp"
+#include "tools/sim/sensors/camera.hpp"
+#include "tools/sim/sensors/film.hpp"
 
 namespace odomd::sim {
 

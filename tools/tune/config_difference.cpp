@@ -10,8 +10,8 @@
 #include <sstream>
 #include <string_view>
 
-#include "daemon/config_toml.hpp"
-#include "tools/json_text.hpp"
+#include "daemon/core/config_toml.hpp"
+#include "tools/cli/json_text.hpp"
 #include "tools/tune/value_in_force.hpp"
 
 namespace odomd::tools {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/tune/parameter.hpp"
 
 namespace odomd::tools {

@@ -3,11 +3,11 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/drive_mismatch.hpp"
-#include "tools/evaluation_doubts.hpp"
-#include "tools/heading_doubt.hpp"
-#include "tools/initial_pose_doubt.hpp"
-#include "tools/time_doubt.hpp"
+#include "tools/diagnostics/drive_mismatch.hpp"
+#include "tools/diagnostics/heading_doubt.hpp"
+#include "tools/diagnostics/initial_pose_doubt.hpp"
+#include "tools/evaluation/evaluation_doubts.hpp"
+#include "tools/evaluation/time_doubt.hpp"
 
 namespace odomd::tools {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/drive_evaluation.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
 
 namespace odomd::tools {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "tools/csv.hpp"
+#include "tools/cli/csv.hpp"
 
 namespace odomd::tools {
 namespace {

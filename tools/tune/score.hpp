@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/evaluation.hpp"
+#include "tools/evaluation/evaluation.hpp"
 
 namespace odomd::tools {
 

@@ -15,8 +15,8 @@
 #include <system_error>
 #include <utility>
 
-#include "tools/files.hpp"
-#include "tools/json_text.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/json_text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "tools/tune/parameter.hpp"
 #include "tools/tune/trials.hpp"
 

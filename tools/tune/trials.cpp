@@ -10,7 +10,7 @@
 #include <mutex>
 #include <thread>
 
-#include "tools/identify/config_patch.hpp"
+#include "tools/config_patch/config_patch.hpp"
 
 namespace odomd::tools {
 namespace {

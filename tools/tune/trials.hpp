@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "estimator/common/settings.hpp"
-#include "tools/drive.hpp"
-#include "tools/drive_evaluation.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/replay/drive.hpp"
 #include "tools/tune/parameter.hpp"
 #include "tools/tune/score.hpp"
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "tools/csv.hpp"
-#include "tools/json_text.hpp"
-#include "tools/text.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tools/identify/config_patch.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/tune/trial_log.hpp"
 #include "tools/tune/value_in_force.hpp"
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "daemon/config.hpp"
+#include "daemon/core/config.hpp"
 
 namespace odomd::tools {
 

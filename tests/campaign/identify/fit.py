@@ -10,7 +10,7 @@ the mean over a cycle of 10 ms before.
 from .rows import MASS, SIGMA_MASS, command, each, findings, judge, measure_car, remove_drive, sample
 
 INERTIA, TRACK, RADIUS = 0.0283384, 0.16, 0.033
-WHEEL, MOTOR = 3.3e-5, 6e-5  # kg m^2, as in tools/sim/vehicle.cpp
+WHEEL, MOTOR = 3.3e-5, 6e-5  # kg m^2, as in tools/sim/car/vehicle.cpp
 FRAME = 0.3e-3
 
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "derivatives.hpp"
-#include "estimator/take.hpp"
+#include "estimator/ekf/take.hpp"
 #include "states.hpp"
 
 namespace odomd::estimator::full::wheel_speed_test {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "estimator/ekf/wheel_speed.hpp"
+#include "estimator/common/wheel_place.hpp"
 
 namespace odomd::estimator::integrity::parity_test {
 namespace {
@@ -26,7 +26,7 @@ struct Circle {
   [[nodiscard]] double steering() const { return std::atan(turn * Vehicle{}.wheelbase() / speed); }
   [[nodiscard]] double wheel(Source source) const {
     const Vehicle car;
-    const full::WheelPlace place = full::wheel_place(car, source);
+    const WheelPlace place = wheel_place(car, source);
     const double along = speed - place.left * turn;
     return std::copysign(std::hypot(along, place.steered ? car.wheelbase() * turn : 0.0), along);
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/se2.hpp"
+#include "tools/math/se2.hpp"
 
 namespace odomd::tools::odometry_test {
 namespace {

@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "can_protocol/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 #include "tests/tools/bridge/bridge_process.hpp"
 #include "tools/bridge/udp_sink.hpp"
 

@@ -10,7 +10,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/virtual_drive.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::campaign::faulty_drive_test {
 namespace {

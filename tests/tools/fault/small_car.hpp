@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "can_protocol/decoder.hpp"
-#include "can_protocol/message_encoder.hpp"
-#include "daemon/config.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
+#include "daemon/core/config.hpp"
 #include "tools/fault/injector.hpp"
 #include "tools/sim/car_bus.hpp"
 

@@ -17,8 +17,8 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/source_doubts.hpp"
-#include "tools/virtual_drive.hpp"
+#include "tools/replay/source_doubts.hpp"
+#include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::campaign::wiring_faults_test {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tests/tools/scratch.hpp"
-#include "tools/identify/config_patch.hpp"
+#include "tools/config_patch/config_patch.hpp"
 
 namespace odomd::tools::tune_command_test {
 namespace {

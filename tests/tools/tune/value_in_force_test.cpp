@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "tools/identify/config_patch.hpp"
+#include "tools/config_patch/config_patch.hpp"
 
 namespace odomd::tools::value_in_force_test {
 namespace {

@@ -1,0 +1,197 @@
+// Taking tokens and reporting what does not fit.
+#include "can_protocol/dbc/cursor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "can_protocol/dbc/text.hpp"
+
+namespace odomd::can {
+namespace {
+
+constexpr std::array<std::string_view, 34> keywords{
+    "VERSION",       "NS_",         "BS_",
+    "BU_",           "BO_",         "SG_",
+    "CM_",           "VAL_",        "VAL_TABLE_",
+    "BA_",           "BA_DEF_",     "BA_DEF_DEF_",
+    "SIG_VALTYPE_",  "SG_MUL_VAL_", "NS_DESC_",
+    "CAT_DEF_",      "CAT_",        "FILTER",
+    "EV_",           "EV_DATA_",    "ENVVAR_DATA_",
+    "SGTYPE_",       "SGTYPE_VAL_", "SIG_GROUP_",
+    "SIG_TYPE_REF_", "BA_SGTYPE_",  "BA_DEF_SGTYPE_",
+    "BA_DEF_REL_",   "BA_REL_",     "BA_DEF_DEF_REL_",
+    "BO_TX_BU_",     "BU_SG_REL_",  "BU_EV_REL_",
+    "BU_BO_REL_"};
+
+/// The format's own limit is 32, the longest that editors write 128.
+constexpr std::size_t longest_name = 255;
+
+bool is_letter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
+bool is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+}  // namespace
+
+bool is_dbc_keyword(std::string_view word) {
+  return std::find(keywords.begin(), keywords.end(), word) != keywords.end();
+}
+
+std::optional<std::uint64_t> unsigned_of(std::string_view word) {
+  std::uint64_t value = 0;
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, value);
+  if (word.empty() || error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+DbcCursor::DbcCursor(std::string_view text, std::string file_name)
+    : file_name_(std::move(file_name)),
+      tokens_(tokenize(to_utf8(text))),
+      ends_in_newline_(text.ends_with('\n')) {}
+
+const Token& DbcCursor::peek(std::size_t ahead) const {
+  return tokens_[std::min(at_ + ahead, tokens_.size() - 1)];
+}
+
+bool DbcCursor::at_punctuation(char c) const {
+  return peek().kind == TokenKind::punctuation && peek().text[0] == c;
+}
+
+bool DbcCursor::at_statement() const {
+  const Token& token = peek();
+  return token.kind == TokenKind::word && (token.starts_line || token.text.ends_with('_')) &&
+         is_dbc_keyword(token.text);
+}
+
+const Token& DbcCursor::take() {
+  const Token& token = peek();
+  if (token.kind == TokenKind::broken) fail_at(token.line, token.text);
+  if (token.kind != TokenKind::end) ++at_;
+  return token;
+}
+
+bool DbcCursor::take_if(char c) {
+  const bool there = at_punctuation(c);
+  if (there) ++at_;
+  return there;
+}
+
+void DbcCursor::take_punctuation(char c, std::string_view what, std::string_view mend) {
+  if (!take_if(c)) fail(peek(), std::string{'\'', c, '\''}.append(" ").append(what), mend);
+}
+
+std::string DbcCursor::take_word(std::string_view what, std::string_view mend) {
+  if (peek().kind != TokenKind::word) fail(peek(), what, mend);
+  return take().text;
+}
+
+std::string DbcCursor::take_name(std::string_view what, std::string_view mend) {
+  const Token& token = peek();
+  if (token.kind != TokenKind::word ||
+      std::none_of(token.text.begin(), token.text.end(), is_letter))
+    fail(token, what, mend);
+  if (token.text.size() > longest_name)  // warnings repeat it
+    fail_at(token.line, "expected a name of at most " + std::to_string(longest_name) +
+                            " bytes, found " + std::to_string(token.text.size()) + ": " +
+                            show(token) + "; shorten it");
+  if (!is_letter(token.text[0]))
+    warn(token.line, "the name " + show(token) + " does not start with a letter");
+  else if (!std::all_of(token.text.begin(), token.text.end(),
+                        [](char c) { return is_letter(c) || is_digit(c); }))
+    warn(token.line, "the name " + show(token) + " has characters beside letters and digits");
+  return take().text;
+}
+
+std::string DbcCursor::take_text(std::string_view what, std::string_view mend) {
+  if (peek().kind != TokenKind::text) fail(peek(), what, mend);
+  return take().text;
+}
+
+std::uint64_t DbcCursor::take_unsigned(std::string_view what, std::uint64_t largest,
+                                       std::string_view mend) {
+  const Token& token = peek();
+  const auto value = token.kind == TokenKind::word ? unsigned_of(token.text) : std::nullopt;
+  if (!value || *value > largest) fail(token, what, mend);
+  take();
+  return *value;
+}
+
+double DbcCursor::take_number(std::string_view what, std::string_view mend) {
+  const Token& token = peek();
+  std::string_view digits = token.text;
+  if (digits.starts_with('+')) digits.remove_prefix(1);
+  double value = 0.0;
+  const char* end = digits.data() + digits.size();
+  const auto [stop, error] = std::from_chars(digits.data(), end, value);
+  if (token.kind != TokenKind::word || digits.empty() || error != std::errc{} || stop != end ||
+      !std::isfinite(value))
+    fail(token, what, mend);
+  if (digits.starts_with('-')) digits.remove_prefix(1);
+  if (digits.starts_with('.'))
+    warn(token.line, "the number " + show(token) + " has no digit before its point");
+  take();
+  return value;
+}
+
+void DbcCursor::end_statement(std::string_view keyword) {
+  if (take_if(';')) return;
+  if (peek().kind == TokenKind::broken) take();
+  const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should stand
+  const std::string text =
+      "expected ';' at the end of " + std::string(keyword) + ", found " + show(peek());
+  if (!at_statement() && !(at_end() && ends_in_newline_))
+    fail_at(line, text + (at_end() ? "; the file seems to be cut off, fetch it whole"
+                                   : "; close the statement"));
+  warn(line, text + "; taken as closed");
+}
+
+void DbcCursor::skip_to_end() {
+  while (!at_end() && !at_punctuation(';') && !(at_statement() && peek().starts_line)) take();
+}
+
+void DbcCursor::skip_statement(std::string_view keyword) {
+  skip_to_end();
+  end_statement(keyword);
+}
+
+void DbcCursor::check_ending() {
+  if (ends_in_newline_ || at_ == 0 || tokens_[at_ - 1].text == ";") return;
+  // Such a file ends with a receiver or a sender. One that is named before is most likely whole.
+  const Token& last = tokens_[at_ - 1];
+  const auto before = std::span(tokens_).first(at_ - 1);
+  const bool is_name = last.kind == TokenKind::word && !last.text.empty() &&
+                       std::isdigit(static_cast<unsigned char>(last.text.front())) == 0;
+  if (!is_name || std::ranges::find(before, last.text, &Token::text) == before.end())
+    fail_at(last.line, "expected a line end after " + show(last) +
+                           ", found end of file; fetch the file whole if it was cut off, or add "
+                           "the line end");
+  warn(last.line, "the file does not end with a line end: it may have been cut off");
+}
+
+void DbcCursor::fail(const Token& found, std::string_view what, std::string_view mend) const {
+  if (found.kind == TokenKind::broken) fail_at(found.line, found.text);
+  fail_at(found.line, std::string("expected ")
+                          .append(what)
+                          .append(", found ")
+                          .append(show(found))
+                          .append("; ")
+                          .append(mend));
+}
+
+void DbcCursor::fail_at(std::uint32_t line, const std::string& text) const {
+  throw DbcError(at_line(file_name_, line, text));
+}
+
+void DbcCursor::warn(std::uint32_t line, std::string text) {
+  warnings_.push_back({line, std::move(text)});
+}
+
+}  // namespace odomd::can

@@ -1,0 +1,58 @@
+// A database while it is read: messages whose multiplexing is still as it was written.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "can_protocol/dbc/cursor.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+
+namespace odomd::can {
+
+/// What SG_ (`m3`) and SG_MUL_VAL_ say of one signal.
+struct DraftMultiplexing {
+  std::optional<std::uint64_t> selected_by;
+  std::string multiplexor;
+  std::vector<MultiplexRange> ranges;
+};
+
+struct DraftMessage {
+  Message message;
+  std::vector<DraftMultiplexing> multiplexing;           ///< by signal
+  std::unordered_map<std::string, std::size_t> by_name;  ///< indices of the signals
+  std::optional<double> cycle_time_ms;
+  std::optional<FrameProtocol> protocol;  ///< as VFrameFormat says
+};
+
+/// The signal's index, or nothing.
+[[nodiscard]] std::optional<std::size_t> find_signal(const DraftMessage& draft,
+                                                     const std::string& name);
+
+/// How many more comparisons a file is worth: pairs of signals, and pairs of their multiplexor
+/// values, are as many as its square.
+class Effort {
+ public:
+  explicit Effort(std::size_t comparisons) : left_(comparisons) {}
+
+  /// False once there is not enough left, and from then on.
+  bool spend(std::size_t comparisons) {
+    left_ = comparisons > left_ ? 0 : left_ - comparisons;
+    return left_ > 0;
+  }
+
+ private:
+  std::size_t left_;
+};
+
+/// Finds every multiplexed signal's multiplexor. Throws DbcError where that is not clear.
+void resolve_multiplexing(DraftMessage& draft, DbcCursor& cursor);
+
+/// Warns of signals that lie beyond the payload or on top of one another; the latter while there is
+/// effort left.
+void warn_of_misfits(const Message& message, Effort& effort, DbcCursor& cursor);
+
+}  // namespace odomd::can

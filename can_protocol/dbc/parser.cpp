@@ -1,0 +1,253 @@
+// DBC statements that build messages and signals, and those that say nothing we need.
+#include "can_protocol/dbc/parser.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "can_protocol/dbc/signal_layout.hpp"
+
+namespace odomd::can {
+namespace {
+
+constexpr std::uint32_t largest_standard_id = 0x7FFU;
+constexpr std::uint32_t largest_extended_id = 0x1FFF'FFFFU;
+constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
+
+/// For the signals that overlap: a fraction of a second, and more than databases of cars take.
+constexpr std::size_t comparisons = std::size_t{1} << 25U;
+
+constexpr std::string_view signal_form =
+    "write SG_ NAME : START|LENGTH@ORDER+ (FACTOR,OFFSET) [MIN|MAX] \"UNIT\" RECEIVER";
+constexpr std::string_view message_form = "write BO_ ID NAME: LENGTH SENDER";
+
+}  // namespace
+
+Database parse_dbc(std::string_view text, std::string file_name) {
+  return DbcParser(text, std::move(file_name)).run();
+}
+
+DbcParser::DbcParser(std::string_view text, std::string file_name)
+    : cursor_(text, std::move(file_name)) {}
+
+Database DbcParser::run() {
+  while (!cursor_.at_end()) statement();
+  cursor_.check_ending();
+  for (const auto& apply : later_) apply();
+  Database database;
+  Effort effort(comparisons);
+  for (DraftMessage& draft : drafts_) {
+    apply_attributes(draft);
+    resolve_multiplexing(draft, cursor_);
+    warn_of_misfits(draft.message, effort, cursor_);
+    database.messages.push_back(std::move(draft.message));
+  }
+  if (!effort.spend(1))
+    cursor_.warn(1, "too many signals to compare them all; some may overlap without a warning");
+  database.file = cursor_.file_name();
+  database.warnings = std::move(cursor_.warnings());
+  std::stable_sort(database.warnings.begin(), database.warnings.end(),
+                   [](const Warning& a, const Warning& b) { return a.line < b.line; });
+  return database;
+}
+
+void DbcParser::statement() {
+  if (cursor_.take_if(';')) return;
+  const Token token = cursor_.peek();
+  const std::string& keyword = token.text;
+  if (token.kind == TokenKind::word) {
+    cursor_.take();
+    if (keyword == "BO_") return message(token.line);
+    if (keyword == "SG_") return signal(token.line);
+    if (keyword == "CM_") return comment();
+    if (keyword == "VAL_") return value_names();
+    if (keyword == "BA_") return attribute();
+    if (keyword == "BA_DEF_") return attribute_definition();
+    if (keyword == "BA_DEF_DEF_") return attribute_default();
+    if (keyword == "SIG_VALTYPE_") return value_type();
+    if (keyword == "SG_MUL_VAL_") return extended_multiplexing();
+    if (keyword == "VERSION") return version();
+    if (keyword == "NS_") return symbols();
+    if (keyword == "BS_" || keyword == "BU_") return pass_over_list();
+    if (is_dbc_keyword(keyword)) return cursor_.skip_statement(keyword);
+    // Extensions of other tools look like this; a misspelt BO_ does as well, but has no ';'.
+    if (keyword.size() > 1 && keyword.ends_with('_')) {
+      cursor_.skip_to_end();
+      if (cursor_.take_if(';')) return;
+    }
+  }
+  cursor_.fail(token, "a statement such as BO_, SG_, CM_ or VAL_",
+               "remove it, or mend the statement before it");
+}
+
+// Statements that say nothing we need
+
+void DbcParser::version() {
+  cursor_.take_text("the version in quotes", "write VERSION \"\"");
+  cursor_.take_if(';');
+}
+
+/// The symbols that the file may use, mostly one a line; they look like statements.
+void DbcParser::symbols() {
+  cursor_.take_punctuation(':', "after NS_", "write NS_ :");
+  while (cursor_.peek().kind == TokenKind::word) {
+    const bool alone = cursor_.peek(1).starts_line || cursor_.peek(1).kind == TokenKind::end;
+    if (cursor_.peek().starts_line && !alone) return;
+    cursor_.take();
+  }
+}
+
+/// BS_: and BU_:, which no ';' ends.
+void DbcParser::pass_over_list() {
+  cursor_.take_punctuation(':', "after BS_ or BU_", "write BS_: or BU_: NODE ...");
+  while (!cursor_.at_end() && !cursor_.at_statement()) cursor_.take();
+}
+
+// Messages and signals
+
+DbcParser::Key DbcParser::identifier(const Token& token, std::uint64_t number) const {
+  const auto id = static_cast<std::uint32_t>(number & ~std::uint64_t{extended_flag});
+  if (number > std::numeric_limits<std::uint32_t>::max() || id > largest_extended_id)
+    cursor_.fail(token, "an identifier of 11 or 29 bits",
+                 "write the identifier, plus 2147483648 if it is an extended one");
+  const bool flagged = (number & extended_flag) != 0;
+  const bool extended = flagged || id > largest_standard_id;
+  return {id, extended ? IdFormat::extended : IdFormat::standard, extended && !flagged};
+}
+
+void DbcParser::message(std::uint32_t line) {
+  DraftMessage draft;
+  Message& message = draft.message;
+  const Token id_token = cursor_.peek();
+  const std::uint64_t number =
+      cursor_.take_unsigned("the message's identifier", largest_u64, message_form);
+  message.name = cursor_.take_name("the message's name", message_form);
+  cursor_.take_punctuation(':', "after the message's name", message_form);
+  const std::uint64_t length =
+      cursor_.take_unsigned("the message's length in bytes", 0xFFFF, message_form);
+  if (cursor_.peek().kind == TokenKind::word && !cursor_.peek().starts_line)
+    message.sender = cursor_.take().text;
+  message.line = line;
+
+  current_ = nullptr;
+  inside_message_ = true;
+  if (number == unused_signals_id) return;  // its signals are read and dropped
+  const Key key = identifier(id_token, number);
+  if (key.flag_missing)
+    cursor_.warn(line, "identifier " + id_token.text + " of message '" + message.name +
+                           "' has more than 11 bits but no extended flag; taken as extended");
+  message.id = key.id;
+  message.format = key.format;
+  const auto [place, first] =
+      by_key_.try_emplace(frame_key(key.id, key.format), std::optional<std::size_t>{});
+  if (!first) {
+    cursor_.warn(line, "message '" + message.name +
+                           "' has the identifier of another one above; "
+                           "left out");
+    return;
+  }
+  if (length > max_payload) {
+    cursor_.warn(line, "message '" + message.name + "' has " + std::to_string(length) +
+                           " bytes, more than a frame; left out");
+    return;
+  }
+  if (!names_.insert(message.name).second)
+    cursor_.warn(line, "message '" + message.name +
+                           "' has the name of another one above, "
+                           "which is the one found by name");
+  message.length = static_cast<std::uint8_t>(length);
+  place->second = drafts_.size();
+  current_ = &drafts_.emplace_back(std::move(draft));
+}
+
+void DbcParser::signal(std::uint32_t line) {
+  Signal signal;
+  DraftMultiplexing multiplexing;
+  signal.line = line;
+  const Token name = cursor_.peek();
+  signal.name = cursor_.take_name("the signal's name", signal_form);
+  if (!inside_message_)
+    cursor_.fail(name, "a message (BO_) before the first signal", "put the signal below its BO_");
+  if (!cursor_.at_punctuation(':')) multiplexing_of(signal, multiplexing);
+  cursor_.take_punctuation(':', "after the signal's name", signal_form);
+  const Token start = cursor_.peek();
+  const std::uint64_t start_bit =
+      cursor_.take_unsigned("the signal's start bit", max_payload * 8 - 1, signal_form);
+  cursor_.take_punctuation('|', "after the start bit", signal_form);
+  signal.length = static_cast<std::uint8_t>(
+      cursor_.take_unsigned("the signal's length in bits, 1 to 64", 64, signal_form));
+  if (signal.length == 0)
+    cursor_.fail_at(line, "expected the length of signal '" + signal.name +
+                              "', 1 to 64 bits, found 0; mend or remove the signal");
+  cursor_.take_punctuation('@', "after the signal's length", signal_form);
+  order_and_sign(signal);
+  if (bytes_needed(static_cast<unsigned>(start_bit), signal.length, signal.byte_order) >
+      max_payload)
+    cursor_.fail(start, "a start bit from which signal '" + signal.name + "' fits 64 bytes",
+                 "mend its start bit or its length");
+  signal.start_bit = static_cast<std::uint16_t>(start_bit);
+  scaling_and_range(signal);
+  const Token unit = cursor_.peek();
+  signal.unit = cursor_.take_text("the signal's unit in quotes", signal_form);
+  if (signal.unit.find('\n') != std::string::npos)
+    cursor_.fail(unit, "'\"' that closes the unit on its line", signal_form);
+  while ((cursor_.peek().kind == TokenKind::word && !cursor_.at_statement()) ||
+         cursor_.at_punctuation(','))
+    cursor_.take();  // receivers
+  add_signal(std::move(signal), std::move(multiplexing));
+}
+
+/// M, m3 or m3M.
+void DbcParser::multiplexing_of(Signal& signal, DraftMultiplexing& multiplexing) {
+  const Token token = cursor_.peek();
+  std::string_view word = token.text;
+  if (word.ends_with('M')) {
+    signal.is_multiplexor = true;
+    word.remove_suffix(1);
+  }
+  if (word.starts_with('m')) {
+    multiplexing.selected_by = unsigned_of(word.substr(1));
+    if (multiplexing.selected_by) word = {};
+  }
+  if (token.kind != TokenKind::word || !word.empty())
+    cursor_.fail(token, "':' or a multiplexing (M, m0, m0M) after the signal's name", signal_form);
+  cursor_.take();
+}
+
+void DbcParser::order_and_sign(Signal& signal) {
+  const Token token = cursor_.peek();
+  std::string word = cursor_.take_word("the byte order, 0 or 1", signal_form);
+  if (word.size() == 1 && cursor_.peek().kind == TokenKind::word) word += cursor_.take().text;
+  if (word.size() != 2 || (word[0] != '0' && word[0] != '1') || (word[1] != '+' && word[1] != '-'))
+    cursor_.fail(token, "byte order and sign, one of 1+ 1- 0+ 0-", signal_form);
+  signal.byte_order = word[0] == '1' ? ByteOrder::little_endian : ByteOrder::big_endian;
+  signal.type = word[1] == '-' ? ValueType::signed_integer : ValueType::unsigned_integer;
+}
+
+void DbcParser::scaling_and_range(Signal& signal) {
+  cursor_.take_punctuation('(', "before the factor", signal_form);
+  signal.scale = cursor_.take_number("the signal's factor", signal_form);
+  cursor_.take_punctuation(',', "between factor and offset", signal_form);
+  signal.offset = cursor_.take_number("the signal's offset", signal_form);
+  cursor_.take_punctuation(')', "after the offset", signal_form);
+  cursor_.take_punctuation('[', "before the range", signal_form);
+  signal.minimum = cursor_.take_number("the signal's minimum", signal_form);
+  cursor_.take_punctuation('|', "between minimum and maximum", signal_form);
+  signal.maximum = cursor_.take_number("the signal's maximum", signal_form);
+  cursor_.take_punctuation(']', "after the range", signal_form);
+}
+
+void DbcParser::add_signal(Signal signal, DraftMultiplexing multiplexing) {
+  if (current_ == nullptr) return;
+  if (!current_->by_name.try_emplace(signal.name, current_->message.signals.size()).second) {
+    cursor_.warn(signal.line, "message '" + current_->message.name + "' has two signals '" +
+                                  signal.name + "'; the first is taken");
+    return;
+  }
+  if (signal.scale == 0.0)
+    cursor_.warn(signal.line, "signal '" + signal.name + "' has the factor 0");
+  current_->message.signals.push_back(std::move(signal));
+  current_->multiplexing.push_back(std::move(multiplexing));
+}
+
+}  // namespace odomd::can

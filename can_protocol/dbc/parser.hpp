@@ -1,0 +1,92 @@
+// The DBC parser: one function a statement. Internal to parse_dbc.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can_protocol/dbc/cursor.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/dbc/draft.hpp"
+
+namespace odomd::can {
+
+/// Reads one file; use once. What refers to a message or a signal is kept and applied when all of
+/// them are known, since files put it anywhere.
+class DbcParser {
+ public:
+  DbcParser(std::string_view text, std::string file_name);
+
+  /// Throws DbcError.
+  Database run();
+
+ private:
+  // parser.cpp: the statements that build messages.
+  void statement();
+  void version();
+  void symbols();
+  void pass_over_list();
+  void message(std::uint32_t line);
+  void signal(std::uint32_t line);
+  void multiplexing_of(Signal& signal, DraftMultiplexing& multiplexing);
+  void order_and_sign(Signal& signal);
+  void scaling_and_range(Signal& signal);
+  void add_signal(Signal signal, DraftMultiplexing multiplexing);
+
+  // references.cpp: the statements that refer to them.
+  void comment();
+  void value_names();
+  void value_type();
+  void extended_multiplexing();
+  void attribute_definition();
+  void attribute_default();
+  void attribute();
+
+  static constexpr std::uint32_t extended_flag = 0x8000'0000U;
+  /// Editors keep signals that belong to no message under this one.
+  static constexpr std::uint64_t unused_signals_id = 0xC000'0000U;
+
+  struct Key {
+    std::uint32_t id = 0;
+    IdFormat format = IdFormat::standard;
+    bool flag_missing = false;
+  };
+  /// Bit 31 of the number marks an extended identifier.
+  [[nodiscard]] Key identifier(const Token& token, std::uint64_t number) const;
+
+  struct Reference {
+    std::uint32_t line = 0;
+    std::string statement;
+    std::string number;                ///< as the file has it
+    std::optional<std::uint32_t> key;  ///< frame_key; none: the unused signals
+  };
+  Reference reference(std::string statement);
+  /// The message, or null: with a warning, or without one if the message was left out.
+  DraftMessage* find(const Reference& reference);
+  /// Calls `apply(draft, index of the signal)` once everything is known.
+  void with_signal(Reference reference, std::string name,
+                   std::function<void(DraftMessage&, std::size_t)> apply);
+  void message_comment(Reference of, std::string_view form);
+  void set_multiplexor(DraftMessage& draft, std::size_t signal, std::uint32_t line,
+                       const std::string& multiplexor, const std::vector<MultiplexRange>& ranges);
+  double cycle_time();
+  void apply_attributes(DraftMessage& draft) const;
+
+  DbcCursor cursor_;
+  std::vector<DraftMessage> drafts_;
+  DraftMessage* current_ = nullptr;  ///< that signals are added to; null: they are dropped
+  bool inside_message_ = false;
+  std::map<std::uint32_t, std::optional<std::size_t>> by_key_;  ///< empty: left out
+  std::vector<std::function<void()>> later_;
+  std::set<std::string> names_;               ///< of the messages
+  std::vector<FrameProtocol> frame_formats_;  ///< that VFrameFormat numbers
+  FrameProtocol default_protocol_ = FrameProtocol::classic;
+  double default_cycle_time_ms_ = 0.0;
+};
+
+}  // namespace odomd::can

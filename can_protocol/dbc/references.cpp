@@ -1,0 +1,253 @@
+// DBC statements that refer to messages and signals: comments, names of values, floating-point
+// types, extended multiplexing, attributes.
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "can_protocol/dbc/parser.hpp"
+
+namespace odomd::can {
+namespace {
+
+constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
+constexpr std::string_view id_form = "write the number that stands after BO_";
+
+/// Of VFrameFormat: "StandardCAN_FD", "ExtendedCAN_FD", and others.
+FrameProtocol protocol_named(std::string_view format) {
+  return format.ends_with("CAN_FD") ? FrameProtocol::fd : FrameProtocol::classic;
+}
+
+}  // namespace
+
+DbcParser::Reference DbcParser::reference(std::string statement) {
+  const Token token = cursor_.peek();
+  const std::uint64_t number =
+      cursor_.take_unsigned("the identifier of a message", largest_u64, id_form);
+  if (number == unused_signals_id)
+    return {token.line, std::move(statement), token.text, std::nullopt};
+  const Key key = identifier(token, number);
+  return {token.line, std::move(statement), token.text, frame_key(key.id, key.format)};
+}
+
+DraftMessage* DbcParser::find(const Reference& reference) {
+  if (!reference.key) return nullptr;
+  const auto found = by_key_.find(*reference.key);
+  if (found == by_key_.end()) {
+    cursor_.warn(reference.line, reference.statement + " names message " + reference.number +
+                                     ", which is not in the file; passed over");
+    return nullptr;
+  }
+  return found->second ? &drafts_[*found->second] : nullptr;
+}
+
+void DbcParser::with_signal(Reference reference, std::string name,
+                            std::function<void(DraftMessage&, std::size_t)> apply) {
+  later_.emplace_back(
+      [this, reference = std::move(reference), name = std::move(name), apply = std::move(apply)] {
+        DraftMessage* draft = find(reference);
+        if (draft == nullptr) return;
+        const auto signal = find_signal(*draft, name);
+        if (!signal)
+          cursor_.warn(reference.line, reference.statement + " names signal '" + name +
+                                           "', which message '" + draft->message.name +
+                                           "' does not have; passed over");
+        else
+          apply(*draft, *signal);
+      });
+}
+
+void DbcParser::comment() {
+  constexpr std::string_view form = "write CM_ SG_ ID SIGNAL \"text\";";
+  const Token kind = cursor_.peek();
+  if (kind.text == "BO_" && kind.kind == TokenKind::word) {
+    cursor_.take();
+    message_comment(reference("CM_ BO_"), form);
+  } else if (kind.text == "SG_" && kind.kind == TokenKind::word) {
+    cursor_.take();
+    Reference of = reference("CM_ SG_");
+    if (cursor_.peek().kind == TokenKind::text) {
+      cursor_.warn(of.line, "CM_ SG_ names no signal; taken as the comment of the message");
+      message_comment(std::move(of), form);
+    } else {
+      std::string name = cursor_.take_word("the signal's name", form);
+      std::string text = cursor_.take_text("the comment in quotes", form);
+      with_signal(std::move(of), std::move(name), [text](DraftMessage& draft, std::size_t i) {
+        draft.message.signals[i].comment = text;
+      });
+    }
+  } else {
+    return cursor_.skip_statement("CM_");
+  }
+  cursor_.end_statement("CM_");
+}
+
+void DbcParser::message_comment(Reference of, std::string_view form) {
+  std::string text = cursor_.take_text("the comment in quotes", form);
+  later_.emplace_back([this, of = std::move(of), text = std::move(text)] {
+    if (DraftMessage* draft = find(of)) draft->message.comment = text;
+  });
+}
+
+void DbcParser::value_names() {
+  constexpr std::string_view form = R"(write VAL_ ID SIGNAL 0 "name" 1 "name" ;)";
+  if (!unsigned_of(cursor_.peek().text))  // of an environment variable
+    return cursor_.skip_statement("VAL_");
+  Reference of = reference("VAL_");
+  std::string name = cursor_.take_word("the signal's name", form);
+  std::vector<ValueName> values;
+  while (cursor_.peek().kind == TokenKind::word && !cursor_.at_statement()) {
+    const Token token = cursor_.peek();
+    const double raw = cursor_.take_number("a raw value", form);
+    const Token name_token = cursor_.peek();
+    std::string text = cursor_.take_text("the value's name in quotes", form);
+    if (text.find('\n') != std::string::npos)
+      cursor_.fail(name_token, "'\"' that closes the value's name on its line", form);
+    // 2^63 as a double: beyond it no raw value can be meant.
+    if (raw != std::nearbyint(raw) || std::abs(raw) >= 9223372036854775808.0)
+      cursor_.warn(token.line, "VAL_ names " + show(token) + ", which is no raw value");
+    else
+      values.push_back({static_cast<std::int64_t>(raw), std::move(text)});
+  }
+  cursor_.end_statement("VAL_");
+  with_signal(std::move(of), std::move(name), [values](DraftMessage& draft, std::size_t i) {
+    draft.message.signals[i].values = values;
+  });
+}
+
+void DbcParser::value_type() {
+  constexpr std::string_view form = "write SIG_VALTYPE_ ID SIGNAL : 1;";
+  Reference of = reference("SIG_VALTYPE_");
+  std::string name = cursor_.take_word("the signal's name", form);
+  cursor_.take_if(':');
+  const std::uint64_t type = cursor_.take_unsigned("0 (integer), 1 (float) or 2 (double)", 2, form);
+  cursor_.end_statement("SIG_VALTYPE_");
+  if (type == 0) return;
+  const std::uint32_t line = of.line;
+  with_signal(
+      std::move(of), std::move(name), [this, type, line](DraftMessage& draft, std::size_t i) {
+        Signal& signal = draft.message.signals[i];
+        const unsigned length = type == 1 ? 32 : 64;
+        if (signal.length != length)
+          cursor_.fail_at(line, "expected " + std::to_string(length) +
+                                    " bits for the floating-point " + "signal '" + signal.name +
+                                    "', found " + std::to_string(signal.length) +
+                                    "; mend its SG_ or SIG_VALTYPE_");
+        signal.type = type == 1 ? ValueType::float32 : ValueType::float64;
+      });
+}
+
+void DbcParser::extended_multiplexing() {
+  constexpr std::string_view form = "write SG_MUL_VAL_ ID SIGNAL MULTIPLEXOR 0-0, 2-5;";
+  Reference of = reference("SG_MUL_VAL_");
+  std::string name = cursor_.take_word("the signal's name", form);
+  const Token multiplexor = cursor_.peek();
+  cursor_.take_word("the multiplexor's name", form);
+  std::vector<MultiplexRange> ranges;
+  do {
+    const Token token = cursor_.peek();
+    const std::string word = cursor_.take_word("a range of multiplexor values", form);
+    const std::size_t dash = word.find('-');
+    const auto first = unsigned_of(std::string_view{word}.substr(0, dash));
+    const auto last =
+        dash == std::string::npos ? first : unsigned_of(std::string_view{word}.substr(dash + 1));
+    if (!first || !last || *first > *last)
+      cursor_.fail(token, "a range of multiplexor values", form);
+    ranges.push_back({*first, *last});
+  } while (cursor_.take_if(','));
+  cursor_.end_statement("SG_MUL_VAL_");
+  const std::uint32_t line = of.line;
+  with_signal(
+      std::move(of), std::move(name),
+      [this, line, multiplexor = multiplexor.text, ranges](DraftMessage& draft, std::size_t i) {
+        set_multiplexor(draft, i, line, multiplexor, ranges);
+      });
+}
+
+void DbcParser::set_multiplexor(DraftMessage& draft, std::size_t signal, std::uint32_t line,
+                                const std::string& multiplexor,
+                                const std::vector<MultiplexRange>& ranges) {
+  DraftMultiplexing& written = draft.multiplexing[signal];
+  auto& signals = draft.message.signals;
+  const auto found = find_signal(draft, multiplexor);
+  if (!found || (!written.multiplexor.empty() && written.multiplexor != multiplexor))
+    cursor_.fail_at(line, "expected the one multiplexor of signal '" + signals[signal].name +
+                              "', found '" + multiplexor + "'; name a signal of message '" +
+                              draft.message.name + "'");
+  if (!signals[*found].is_multiplexor) {
+    cursor_.warn(line, "signal '" + multiplexor +
+                           "' is not marked as a multiplexor (M); taken "
+                           "as one");
+    signals[*found].is_multiplexor = true;
+  }
+  written.multiplexor = multiplexor;
+  written.ranges.insert(written.ranges.end(), ranges.begin(), ranges.end());
+}
+
+// Attributes: GenMsgCycleTime in milliseconds, and VFrameFormat
+
+void DbcParser::attribute_definition() {
+  while (!cursor_.at_end() && cursor_.peek().kind == TokenKind::word) cursor_.take();
+  if (cursor_.peek().text == "VFrameFormat") {
+    cursor_.take();
+    while (!cursor_.at_end() && !cursor_.at_punctuation(';') && !cursor_.at_statement()) {
+      const Token& token = cursor_.take();
+      if (token.kind == TokenKind::text) frame_formats_.push_back(protocol_named(token.text));
+    }
+  }
+  cursor_.skip_statement("BA_DEF_");
+}
+
+void DbcParser::attribute_default() {
+  const std::string name = cursor_.peek().text;
+  if (cursor_.peek(1).kind != TokenKind::end) {
+    if (name == "GenMsgCycleTime") {
+      cursor_.take();
+      default_cycle_time_ms_ = cycle_time();
+    } else if (name == "VFrameFormat") {
+      cursor_.take();
+      default_protocol_ = protocol_named(cursor_.take().text);
+    }
+  }
+  cursor_.skip_statement("BA_DEF_DEF_");
+}
+
+void DbcParser::attribute() {
+  const std::string name = cursor_.peek().text;
+  const bool of_message = cursor_.peek(1).text == "BO_" && cursor_.peek(1).kind == TokenKind::word;
+  if (!of_message || (name != "GenMsgCycleTime" && name != "VFrameFormat"))
+    return cursor_.skip_statement("BA_");
+  cursor_.take();
+  cursor_.take();
+  const Reference of = reference("BA_ \"" + name + '"');
+  if (name == "GenMsgCycleTime") {
+    later_.emplace_back([this, of, ms = cycle_time()] {
+      if (DraftMessage* draft = find(of)) draft->cycle_time_ms = ms;
+    });
+  } else {
+    const std::string word = cursor_.take().text;
+    later_.emplace_back([this, of, index = unsigned_of(word), named = protocol_named(word)] {
+      if (DraftMessage* draft = find(of))
+        draft->protocol = index && *index < frame_formats_.size() ? frame_formats_[*index] : named;
+    });
+  }
+  cursor_.end_statement("BA_");
+}
+
+double DbcParser::cycle_time() {
+  const Token token = cursor_.peek();
+  const double ms = cursor_.take_number("the cycle time in milliseconds",
+                                        "write BA_ \"GenMsgCycleTime\" BO_ ID MILLISECONDS;");
+  constexpr double longest_ms = 1e9;
+  if (ms >= 0.0 && ms <= longest_ms) return ms;
+  cursor_.warn(token.line, "no message has a cycle time of " + show(token) + " ms; passed over");
+  return 0.0;
+}
+
+void DbcParser::apply_attributes(DraftMessage& draft) const {
+  const double ms = draft.cycle_time_ms.value_or(default_cycle_time_ms_);
+  draft.message.cycle_time_ns = std::llround(ms * 1e6);
+  draft.message.protocol =
+      draft.message.length > 8 ? FrameProtocol::fd : draft.protocol.value_or(default_protocol_);
+}
+
+}  // namespace odomd::can

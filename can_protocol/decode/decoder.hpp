@@ -1,0 +1,113 @@
+// Frames to signals: the bindings of a configuration, compiled against the databases into one flat
+// table. Compiling throws and allocates; decoding does neither.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/counter.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/decode/e2e.hpp"
+#include "can_protocol/decode/e2e_trust.hpp"
+#include "can_protocol/decode/signal_binding.hpp"
+#include "can_protocol/frame.hpp"
+
+namespace odomd::can {
+
+/// One decoded quantity, in SI units.
+struct Sample {
+  std::uint16_t channel = 0;  ///< SignalBinding::channel
+  std::int64_t time_ns = 0;   ///< frame time less the binding's latency
+  double value = 0.0;
+};
+
+/// Samples that one frame yields at the most.
+inline constexpr std::size_t max_samples_per_frame = 24;
+
+/// What became of a frame. Every frame has exactly one.
+enum class FrameVerdict : std::uint8_t {
+  decoded,         ///< at least one sample came out
+  unmapped,        ///< no binding wants this id
+  no_sample,       ///< bound, but its multiplexed signals are absent or valid_when does not hold
+  too_short,       ///< payload ends before a bound signal does
+  failed_crc,      ///< protection: ERROR
+  repeated,        ///< protection: REPEATED
+  wrong_sequence,  ///< protection: WRONGSEQUENCE
+  distrusted,      ///< protection: OK, but the check before or too many of the last failed
+  count
+};
+
+inline constexpr std::size_t frame_verdict_count = static_cast<std::size_t>(FrameVerdict::count);
+inline constexpr std::array<std::string_view, frame_verdict_count> frame_verdict_names{
+    "decoded",    "unmapped", "no_sample",      "too_short",
+    "failed_crc", "repeated", "wrong_sequence", "distrusted"};
+
+[[nodiscard]] constexpr std::string_view name_of(FrameVerdict verdict) noexcept {
+  return frame_verdict_names[static_cast<std::size_t>(verdict)];
+}
+
+/// Counted per bound message; readable from any thread.
+struct MessageCounters {
+  Counter verdicts[frame_verdict_count];
+  Counter some_lost;     ///< of the decoded: protection said OKSOMELOST
+  Counter last_time_ns;  ///< of the last decoded frame (bit pattern of the signed time)
+};
+
+struct DecodeResult {
+  FrameVerdict verdict = FrameVerdict::unmapped;
+  std::uint8_t count = 0;     ///< samples written
+  std::int16_t message = -1;  ///< index into messages(), -1: unmapped
+};
+
+/// A bound message, for status and for kernel filters.
+struct BoundMessage {
+  std::string name;
+  std::uint32_t id = 0;
+  IdFormat format = IdFormat::standard;
+  std::int64_t cycle_time_ns = 0;  ///< GenMsgCycleTime, 0 where the database has none
+  std::vector<std::uint16_t> channels;
+};
+
+/// What the protection of a message remembers of the frames so far, by bus: counters run apart.
+struct ProtectionState {
+  std::array<E2eState, max_buses> counters{};
+  std::array<E2eTrust, max_buses> trust{};
+};
+
+class Decoder {
+ public:
+  struct Tables;  ///< the compiled form, decoder_tables.hpp
+
+  /// Compiles. Throws std::invalid_argument whose text names the role, message or signal that does
+  /// not fit, with the nearest valid name. `bus_names[i]` is the name of bus i for bindings that
+  /// ask for one.
+  Decoder(std::span<const Database> databases, std::span<const SignalBinding> bindings,
+          std::span<const E2eBinding> protections, std::span<const std::string> bus_names);
+  ~Decoder();
+  Decoder(const Decoder&) = delete;
+  Decoder& operator=(const Decoder&) = delete;
+  Decoder(Decoder&&) noexcept;
+  Decoder& operator=(Decoder&&) noexcept;
+
+  /// Real-time safe; tens of nanoseconds. `samples` must hold max_samples_per_frame. A frame that
+  /// fails its protection writes none.
+  DecodeResult decode(const Frame& frame, std::span<Sample> samples) noexcept;
+
+  [[nodiscard]] std::span<const BoundMessage> messages() const noexcept;
+  [[nodiscard]] const MessageCounters& counters(std::size_t message) const noexcept;
+
+  /// All that decoding one frame leaves behind for the next, by message; to be read, and put back
+  /// into a decoder of the same bindings, by the thread that decodes.
+  [[nodiscard]] std::span<ProtectionState> protections() noexcept;
+  [[nodiscard]] std::span<const ProtectionState> protections() const noexcept;
+
+ private:
+  std::unique_ptr<Tables> tables_;
+};
+
+}  // namespace odomd::can

@@ -1,0 +1,282 @@
+// Bindings and databases to the decoder's tables; every mismatch is told here.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "base/nearest_name.hpp"
+#include "can_protocol/decode/decoder_tables.hpp"
+#include "can_protocol/decode/units.hpp"
+
+namespace odomd::can {
+namespace {
+
+[[noreturn]] void refuse(const SignalBinding& binding, const std::string& text) {
+  throw std::invalid_argument("signal '" + binding.role + "': " + text);
+}
+
+/// Shortest decimal form, for messages.
+std::string show(double value) {
+  std::string text = std::to_string(value);
+  if (text.find('.') != std::string::npos) {
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.ends_with('.')) text.pop_back();
+  }
+  return text;
+}
+
+/// Where a message was found: the first database that has one of its name.
+struct Found {
+  const Message* message = nullptr;
+  const Database* database = nullptr;
+};
+
+class Compiler {
+ public:
+  Compiler(const DecoderInputs& inputs, Decoder::Tables& tables)
+      : inputs_(inputs), tables_(tables) {}
+
+  void run() {
+    check_protections();
+    for (const SignalBinding& binding : inputs_.bindings) group(binding);
+    for (const Group& group : groups_) add_message(group);
+    for (std::size_t i = 0; i < groups_.size(); ++i) add_identifier(i);
+    std::sort(tables_.extended.begin(), tables_.extended.end(),
+              [](const ExtendedEntry& a, const ExtendedEntry& b) { return a.id < b.id; });
+    tables_.counters.resize(groups_.size());
+    tables_.protections.resize(groups_.size());
+  }
+
+ private:
+  struct Group {
+    Found found;
+    std::vector<const SignalBinding*> bindings;
+  };
+
+  // Looking up ------------------------------------------------------------------------------------
+
+  [[nodiscard]] Found find(std::string_view name) const {
+    for (const Database& database : inputs_.databases)
+      if (const Message* message = find_message(database, name)) return {message, &database};
+    return {};
+  }
+
+  /// Why a message was not found: the databases there are, and the nearest name in them.
+  [[nodiscard]] std::string missing(const std::string& name) const {
+    if (inputs_.databases.empty()) return "there is no database to look '" + name + "' up in";
+    std::string files;
+    std::vector<std::string> names;
+    for (const Database& database : inputs_.databases) {
+      files += (files.empty() ? "" : ", ") + database.file;
+      for (const Message& message : database.messages) names.push_back(message.name);
+    }
+    return "no message '" + name + "' in " + files + nearest_hint(name, names);
+  }
+
+  static const Signal& require_signal(const SignalBinding& binding, const Found& found,
+                                      const std::string& name) {
+    const Signal* signal = find_signal(*found.message, name);
+    if (signal == nullptr) {
+      std::vector<std::string> names;
+      for (const Signal& other : found.message->signals) names.push_back(other.name);
+      refuse(binding, "message '" + found.message->name + "' of " + found.database->file +
+                          " has no signal '" + name + "'" + nearest_hint(name, names));
+    }
+    return *signal;
+  }
+
+  void check_protections() const {
+    for (std::size_t i = 0; i < inputs_.protections.size(); ++i) {
+      const std::string& name = inputs_.protections[i].message;
+      const Found found = find(name);
+      if (found.message == nullptr)
+        throw std::invalid_argument("end-to-end protection: " + missing(name));
+      for (std::size_t j = 0; j < i; ++j)
+        if (inputs_.protections[j].message == name)
+          throw std::invalid_argument("end-to-end protection: message '" + name +
+                                      "' is named twice; remove one");
+      // Also of a message that no binding wants: a mistake there should not wait.
+      (void)E2eProtection(*found.message, inputs_.protections[i]);
+    }
+  }
+
+  void group(const SignalBinding& binding) {
+    const Found found = find(binding.message);
+    if (found.message == nullptr) refuse(binding, missing(binding.message));
+    auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& other) {
+      return other.found.message == found.message;
+    });
+    if (group == groups_.end()) group = groups_.insert(groups_.end(), {found, {}});
+    group->bindings.push_back(&binding);
+  }
+
+  // Compiling -------------------------------------------------------------------------------------
+
+  void add_message(const Group& group) {
+    const Message& message = *group.found.message;
+    if (group.bindings.size() > max_samples_per_frame)
+      refuse(*group.bindings.back(), "message '" + message.name + "' has more than " +
+                                         std::to_string(max_samples_per_frame) +
+                                         " bindings; remove some");
+    CompiledMessage compiled;
+    compiled.bindings = {size_of(tables_.bindings),
+                         static_cast<std::uint32_t>(group.bindings.size())};
+    BoundMessage bound{message.name, message.id, message.format, message.cycle_time_ns, {}};
+    for (const SignalBinding* binding : group.bindings) {
+      const CompiledBinding& added =
+          tables_.bindings.emplace_back(compile_binding(*binding, group.found));
+      compiled.bus_mask |= added.bus_mask;
+      bound.channels.push_back(binding->channel);
+    }
+    for (const E2eBinding& protection : inputs_.protections)
+      if (protection.message == message.name && protection.profile != E2eProfile::none)
+        compiled.protection.emplace(message, protection);
+    tables_.messages.push_back(compiled);
+    tables_.bound.push_back(std::move(bound));
+  }
+
+  /// Messages of one identifier are chained, each on buses of its own.
+  void add_identifier(std::size_t index) {
+    const Message& message = *groups_[index].found.message;
+    CompiledMessage& compiled = tables_.messages[index];
+    std::int16_t* first = nullptr;
+    if (message.format == IdFormat::standard) {
+      first = &tables_.standard[message.id];
+    } else {
+      const auto entry =
+          std::find_if(tables_.extended.begin(), tables_.extended.end(),
+                       [&](const ExtendedEntry& other) { return other.id == message.id; });
+      first = entry != tables_.extended.end()
+                  ? &entry->message
+                  : &tables_.extended.emplace_back(ExtendedEntry{message.id, -1}).message;
+    }
+    for (std::int16_t at = *first; at >= 0;) {
+      const auto other = static_cast<std::size_t>(at);
+      if ((tables_.messages[other].bus_mask & compiled.bus_mask) != 0)
+        refuse(*groups_[index].bindings.front(),
+               "message '" + message.name + "' has the identifier of message '" +
+                   tables_.bound[other].name +
+                   "', which is bound as well; give their signals different buses");
+      at = tables_.messages[other].next;
+    }
+    compiled.next = *first;
+    *first = static_cast<std::int16_t>(index);
+  }
+
+  CompiledBinding compile_binding(const SignalBinding& binding, const Found& found) {
+    CompiledBinding compiled;
+    compiled.channel = binding.channel;
+    compiled.latency_ns = binding.latency_ns;
+    compiled.bus_mask = bus_mask(binding);
+    compiled.scale = binding.scale;
+    compiled.offset = binding.offset;
+    if (!std::isfinite(binding.scale) || !std::isfinite(binding.offset))
+      refuse(binding, "scale or offset is not a finite number; mend it");
+
+    const bool direction = binding.forward || binding.reverse;
+    if (binding.signals.empty()) refuse(binding, "no signal is named; add one");
+    if (direction && binding.signals.size() > 1)
+      refuse(binding, "a direction comes from one signal, not from a sum; name one");
+    std::vector<const Signal*> read;  // whatever must be present
+    for (const std::string& name : binding.signals)
+      read.push_back(&require_signal(binding, found, name));
+    compiled.terms = {size_of(tables_.terms), static_cast<std::uint32_t>(read.size())};
+    for (const Signal* signal : read) tables_.terms.push_back(layout_of(*signal));
+    if (direction) {
+      if (binding.forward) compiled.forward = match(binding, *read[0], *binding.forward);
+      if (binding.reverse) compiled.reverse = match(binding, *read[0], *binding.reverse);
+      if (compiled.forward && compiled.reverse && compiled.forward->bits == compiled.reverse->bits)
+        refuse(binding, "forward and reverse are the same value; mend one");
+    } else {
+      for (const Signal* signal : read) {
+        check_unit(binding, found, *signal);
+        if (signal->scale == 0.0)
+          refuse(binding, "signal '" + signal->name + "' has the factor 0 in " +
+                              found.database->file + ':' + std::to_string(signal->line) +
+                              " and never changes; mend the database");
+      }
+      compiled.unit_factor = unit_factor(binding);
+    }
+    if (binding.valid_when) {
+      const Signal& condition = require_signal(binding, found, binding.valid_when->signal);
+      compiled.valid_when = match(binding, condition, binding.valid_when->equals);
+      read.push_back(&condition);
+    }
+    for (const Signal* signal : read)
+      compiled.bytes_needed = std::max(compiled.bytes_needed, layout_of(*signal).bytes_needed);
+    compiled.selectors.first = size_of(tables_.selectors);
+    for (const Signal* signal : read) add_selectors(*found.message, *signal);
+    compiled.selectors.count = size_of(tables_.selectors) - compiled.selectors.first;
+    return compiled;
+  }
+
+  [[nodiscard]] std::uint8_t bus_mask(const SignalBinding& binding) const {
+    if (binding.bus.empty()) return 0xFF;
+    const auto found = std::find(inputs_.bus_names.begin(), inputs_.bus_names.end(), binding.bus);
+    if (found == inputs_.bus_names.end() ||
+        found - inputs_.bus_names.begin() >= static_cast<std::ptrdiff_t>(max_buses))
+      refuse(binding, "there is no bus '" + binding.bus + "'" +
+                          nearest_hint(binding.bus, inputs_.bus_names));
+    return static_cast<std::uint8_t>(1U << (found - inputs_.bus_names.begin()));
+  }
+
+  static void check_unit(const SignalBinding& binding, const Found& found, const Signal& signal) {
+    if (binding.unit == Unit::none) return;
+    const auto stated = unit_of_text(signal.unit);
+    const bool contradicts = stated ? *stated != binding.unit : is_other_unit(signal.unit);
+    if (!contradicts) return;
+    refuse(binding, "unit '" + std::string(unit_name(binding.unit)) + "' contradicts '" +
+                        signal.unit + "' of signal '" + found.message->name + '.' + signal.name +
+                        "' in " + found.database->file + ':' + std::to_string(signal.line) +
+                        (stated ? "; mend one of them"
+                                : "; mend one of them, or take it as unit = \"1\" with a scale"));
+  }
+
+  /// For rpm the speed of the wheel: v = omega * radius / ratio.
+  static double unit_factor(const SignalBinding& binding) {
+    if (binding.unit != Unit::rpm) return si_factor(binding.unit);
+    if (!(binding.radius_m > 0.0) || !std::isfinite(binding.radius_m))
+      refuse(binding, "unit rpm needs the wheel's radius in metres; add a positive radius");
+    if (binding.ratio == 0.0 || !std::isfinite(binding.ratio))
+      refuse(binding, "the ratio must be a number other than 0; mend it");
+    return si_factor(Unit::rpm) * binding.radius_m / binding.ratio;
+  }
+
+  static CompiledMatch match(const SignalBinding& binding, const Signal& signal, double value) {
+    const SignalLayout layout = layout_of(signal);
+    const std::uint64_t bits = bits_for(layout, value);
+    const double nearest = physical_value(layout, bits);
+    const double tolerance = 1e-6 * std::abs(signal.scale) + 1e-12 * std::abs(value);
+    if (!(std::abs(nearest - value) <= tolerance))
+      refuse(binding, "signal '" + signal.name + "' never has the value " + show(value) +
+                          "; the nearest is " + show(nearest));
+    return {layout, bits};
+  }
+
+  void add_selectors(const Message& message, const Signal& signal) {
+    for (const Signal* at = &signal; at->multiplexor; at = &message.signals[*at->multiplexor]) {
+      tables_.selectors.push_back(
+          {layout_of(message.signals[*at->multiplexor]),
+           {size_of(tables_.ranges), static_cast<std::uint32_t>(at->selected_by.size())}});
+      tables_.ranges.insert(tables_.ranges.end(), at->selected_by.begin(), at->selected_by.end());
+    }
+  }
+
+  template <typename T>
+  static std::uint32_t size_of(const std::vector<T>& items) {
+    return static_cast<std::uint32_t>(items.size());
+  }
+
+  const DecoderInputs& inputs_;
+  Decoder::Tables& tables_;
+  std::vector<Group> groups_;
+};
+
+}  // namespace
+
+void compile(const DecoderInputs& inputs, Decoder::Tables& tables) {
+  Compiler(inputs, tables).run();
+}
+
+}  // namespace odomd::can

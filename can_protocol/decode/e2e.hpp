@@ -1,0 +1,82 @@
+// End-to-end protection of a message: AUTOSAR profiles 1, 11, 2 and 22, a plain counter, and the
+// plain SAE J1850 checksum.
+//
+// Source: AUTOSAR FO, E2E Protocol Specification (document 849). The CRC runs over
+//   1, 11      start 0x00, the data id, all protected bytes but the CRC's own; polynomial 0x1D.
+//              Data id: BOTH low byte, high byte; LOW low byte; ALT low byte if the counter is
+//              even, else high byte; NIBBLE low byte, 0x00, and the low nibble of the high byte is
+//              sent in the other half of the counter's byte.
+//   2, 22      start 0xFF, all protected bytes but the CRC's own, then data_id_list[counter]; final
+//              xor 0xFF; polynomial 0x2F.
+//   SAE J1850  start 0xFF, all protected bytes but the CRC's own; final xor 0xFF; polynomial 0x1D.
+// Protected are the bytes of the message as the database gives its length; padding behind them is
+// not looked at. CRC and counter lie where their signals lie.
+//
+// Counters run 0 to 14 (profiles 1 and 11; 15 is an error), 0 to 15 (2 and 22), or through all
+// values of their signal (plain).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
+#include "can_protocol/decode/signal_binding.hpp"
+
+namespace odomd::can {
+
+/// AUTOSAR's check states. With d the counter's step since the last frame whose CRC was right:
+enum class E2eStatus : std::uint8_t {
+  ok,              ///< d = 1, or the first frame of all (AUTOSAR's INITIAL)
+  ok_some_lost,    ///< 1 < d <= max_delta_counter
+  repeated,        ///< d = 0
+  wrong_sequence,  ///< d > max_delta_counter
+  error,           ///< wrong CRC, data id or counter range, or a payload that is too short
+  no_new_data      ///< an empty payload
+};
+
+/// What a receiver or sender remembers between frames.
+///
+/// Every frame with a right CRC becomes the new reference, also one that is refused as
+/// wrong_sequence: after any gap one frame is refused and the next in turn is ok again, so that no
+/// loss locks a message out. A frame in error and an empty one change nothing.
+struct E2eState {
+  std::optional<std::uint32_t> counter;  ///< of the last good frame, or of the last one sent
+};
+
+/// The compiled protection of one message. Immutable: any thread may use it, each with its state.
+class E2eProtection {
+ public:
+  /// Throws std::invalid_argument for signals that are not there or cannot hold a CRC or counter,
+  /// naming message, signal and the nearest valid name.
+  E2eProtection(const Message& message, const E2eBinding& binding);
+
+  /// Real-time safe.
+  E2eStatus check(std::span<const std::uint8_t> payload, E2eState& state) const noexcept;
+
+  /// Puts counter and CRC into a payload of at least length() bytes; the first counter is 0.
+  void protect(std::span<std::uint8_t> payload, E2eState& state) const noexcept;
+
+  /// Bytes that are protected.
+  [[nodiscard]] std::uint8_t length() const noexcept { return length_; }
+
+ private:
+  [[nodiscard]] std::uint8_t crc(std::span<const std::uint8_t> payload,
+                                 std::uint32_t counter) const noexcept;
+
+  E2eProfile profile_ = E2eProfile::none;
+  std::uint8_t data_id_nibble_ = 0;  ///< what NIBBLE sends of the data id
+  std::uint8_t length_ = 0;
+  std::uint8_t max_delta_ = 1;
+  std::uint64_t counter_values_ = 0;  ///< how many there are; 0: no counter
+  std::array<std::uint8_t, 16> data_id_list_{};
+  std::optional<std::uint8_t> crc_byte_;
+  std::array<std::uint8_t, 2> crc_start_{};  ///< with an even, an odd counter
+  std::uint8_t crc_final_xor_ = 0;
+  SignalLayout counter_;
+  SignalLayout nibble_;  ///< where NIBBLE sends its part of the data id
+};
+
+}  // namespace odomd::can

@@ -1,0 +1,51 @@
+// Physical values to frames, for the simulator and for tests: the decoder's counterpart.
+//
+//   MessageEncoder imu(*find_message(database, "IMU"), protection);
+//   imu.set("YawRate", 0.3);
+//   Frame frame = imu.frame(time_ns);
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/decode/e2e.hpp"
+#include "can_protocol/frame.hpp"
+
+namespace odomd::can {
+
+/// Holds the values of one message between frames; all raw values are 0 at first. One thread.
+class MessageEncoder {
+ public:
+  explicit MessageEncoder(Message message);
+
+  /// Every frame gets the next counter and its CRC. Throws as E2eProtection does.
+  MessageEncoder(Message message, const E2eBinding& protection);
+
+  /// Rounds to the nearest raw value and saturates at what the signal's bits can hold. Of a
+  /// multiplexed signal, sets its multiplexors so that they select it. Throws
+  /// std::invalid_argument for a name that is no signal's, naming the nearest one, and for a value
+  /// that is not a number in a signal without one.
+  void set(std::string_view signal, double physical);
+
+  /// The same for the signal's bits as they are; those beyond its length are dropped.
+  void set_bits(std::string_view signal, std::uint64_t bits);
+
+  /// A frame with the present values.
+  [[nodiscard]] Frame frame(std::int64_t time_ns, std::uint8_t bus = 0);
+
+  [[nodiscard]] const Message& message() const noexcept { return message_; }
+
+ private:
+  [[nodiscard]] const Signal& require(std::string_view signal) const;
+  void insert(const Signal& signal, std::uint64_t bits);
+
+  Message message_;
+  std::array<std::uint8_t, max_payload> payload_{};
+  std::optional<E2eProtection> protection_;
+  E2eState protection_state_;
+};
+
+}  // namespace odomd::can

@@ -1,0 +1,66 @@
+// Many frames out of a socket with one system call, each with its time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "base/wall_clock.hpp"
+#include "can_protocol/frame.hpp"
+#include "can_protocol/sources/device_clock.hpp"
+#include "can_protocol/sources/frame_source.hpp"
+#include "can_protocol/sources/kernel_frame.hpp"
+
+namespace odomd::can {
+
+/// Which of the kernel's stamps times a frame.
+enum class StampSource : std::uint8_t { software, hardware };
+
+/// Asks a socket for what a receiver reads beside a frame: stamps, and the count of drops. False,
+/// with errno set, where the kernel refuses.
+[[nodiscard]] bool request_stamps(int socket, StampSource stamps) noexcept;
+
+struct Received {
+  std::size_t count = 0;  ///< frames handed on
+  int error = 0;          ///< errno of the socket, 0 when it is well
+};
+
+/// Its buffers are allocated once; `receive` is real-time safe: one recvmmsg that does not block,
+/// and the clocks. One thread.
+class FrameReceiver {
+ public:
+  FrameReceiver(std::uint8_t bus, StampSource stamps);
+  ~FrameReceiver();
+  FrameReceiver(const FrameReceiver&) = delete;
+  FrameReceiver& operator=(const FrameReceiver&) = delete;
+
+  /// Fills `frames`, at most max_frames_per_drain, with what waits in the socket, times on
+  /// CLOCK_MONOTONIC, and counts everything it sees. Error frames are counted, not handed on. A
+  /// frame without a plausible stamp gets the time of this call.
+  Received receive(int socket, std::span<Frame> frames, SourceCounters& counters) noexcept;
+
+  /// The next call reads from another socket: its count of drops starts over.
+  void restart() noexcept { drops_.restart(); }
+
+ private:
+  struct Stamps {
+    std::int64_t software_ns = 0;  // CLOCK_REALTIME, 0: none
+    std::int64_t hardware_ns = 0;  // the controller's clock, 0: none
+  };
+  struct Buffers;
+
+  Stamps read_control(std::size_t message, SourceCounters& counters) noexcept;
+  std::int64_t time_of(const Stamps& stamps, std::int64_t now_ns,
+                       SourceCounters& counters) noexcept;
+
+  std::uint8_t bus_;
+  StampSource stamps_;
+  std::unique_ptr<Buffers> buffers_;
+  std::size_t used_;  // messages whose control length the kernel has overwritten
+  WallClock wall_clock_;
+  DeviceClock device_clock_;
+  DropCount drops_;
+};
+
+}  // namespace odomd::can

@@ -1,0 +1,275 @@
+// Waits sleep in poll(2), always with the stop event beside what is waited for.
+#include "can_protocol/sources/log_feeder.hpp"
+
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <ctime>
+#include <system_error>
+#include <utility>
+
+#include "can_protocol/sources/kernel_frame.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+
+namespace odomd::can {
+namespace {
+
+constexpr std::int64_t ns_per_s = 1'000'000'000;
+constexpr std::int64_t ring_full_wait_ns = 2'000'000;
+constexpr std::int64_t oldest_line_ns = 10 * ns_per_s;
+constexpr std::int64_t long_pause_ns = 600 * ns_per_s;
+
+std::int64_t time_on(clockid_t clock) noexcept {
+  timespec now{};
+  ::clock_gettime(clock, &now);
+  return now.tv_sec * ns_per_s + now.tv_nsec;
+}
+
+std::int64_t monotonic_now() noexcept {
+  return time_on(CLOCK_MONOTONIC);
+}
+
+bool is_pipe(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode);
+}
+
+/// How long before its time the first frame is read. A file waits for nobody, so it gets the time
+/// that the reader needs to run ahead; a pipe may be fed as things happen, so little is added to
+/// its latency.
+std::int64_t head_start(bool pipe, std::int64_t period_ns) {
+  return pipe ? 2 * period_ns : LogFeeder::ahead_ns;
+}
+
+/// Signals are for the thread that waits for them.
+class AllSignalsBlocked {
+ public:
+  AllSignalsBlocked() {
+    sigset_t all;
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  AllSignalsBlocked(const AllSignalsBlocked&) = delete;
+  AllSignalsBlocked& operator=(const AllSignalsBlocked&) = delete;
+  ~AllSignalsBlocked() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+ private:
+  sigset_t before_{};
+};
+
+}  // namespace
+
+LogFeeder::LogFeeder(std::string path, BusNames& buses, LogClock& clock)
+    : path_(std::move(path)),
+      label_(log_label(path_)),
+      buses_(buses),
+      clock_(clock),
+      file_(open_log(path_, FifoOpening::at_once)),
+      stop_(::eventfd(0, EFD_CLOEXEC)),
+      pipe_(is_pipe(file_.get())),
+      lead_ns_(head_start(pipe_, clock.period_ns())) {
+  if (!stop_) throw std::system_error(errno, std::generic_category(), label_ + ": eventfd");
+  const AllSignalsBlocked blocked;
+  thread_ = std::thread([this] { run(); });
+  ::pthread_setname_np(thread_.native_handle(), "odomd-feeder");
+}
+
+LogFeeder::~LogFeeder() {
+  ::eventfd_write(stop_.get(), 1);
+  thread_.join();
+}
+
+// The beat's side ---------------------------------------------------------------------------------
+
+std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
+                             std::int64_t /*now_ns*/) noexcept {
+  std::size_t count = 0;
+  std::size_t taken = 0;
+  const Frame* frame = nullptr;
+  const std::int64_t advance_ns = clock_.advance_ns();
+  const auto released = [advance_ns](const Frame& f) {
+    return f.time_ns == 0 ? 0 : f.time_ns - advance_ns;
+  };
+  while ((frame = ring_.front()) != nullptr && released(*frame) <= tick_ns) {
+    if (taken == frames.size()) {
+      counters_.carried_over.add();
+      break;
+    }
+    if (frame->kind == FrameKind::error) {
+      count_error_frame(*frame, counters_);
+    } else {
+      frames[count] = *frame;
+      frames[count++].time_ns = released(*frame);
+    }
+    ring_.pop();
+    ++taken;
+  }
+  counters_.received.add(count);
+  return count;
+}
+
+LinkState LogFeeder::link() const noexcept {
+  // In this order: the ring's last frames were pushed before the flag was set.
+  return fed_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended : LinkState::up;
+}
+
+// The thread's side -------------------------------------------------------------------------------
+
+void LogFeeder::run() noexcept {
+  try {
+    feed();
+  } catch (const std::exception& error) {
+    complaints_.add(Complaint::failure, label_ + ": " + error.what());
+  }
+  fed_.store(true, std::memory_order_release);
+}
+
+void LogFeeder::feed() {
+  while (std::optional<Frame> frame = next()) {
+    doubt_stamps(*frame);
+    if (frame->time_ns != 0) {
+      follow_step(*frame);
+      const std::int64_t base_ns = clock_.start(frame->time_ns, earliest_release(*frame));
+      follow_arrivals(*frame);
+      frame->time_ns -= base_ns;
+      const std::int64_t release_ns = frame->time_ns - clock_.advance_ns();
+      const std::int64_t pause_ns = release_ns - monotonic_now();
+      if (pause_ns > long_pause_ns)
+        complaints_.add(Complaint::long_pause,
+                        at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
+                            std::to_string(pause_ns / ns_per_s) +
+                            " s, which are waited for; cut the log where it pauses");
+      // Runs ahead in strides of half the window: one wake-up for many frames.
+      if (pause_ns > reads_ahead_ns() &&
+          wait_until(release_ns - reads_ahead_ns() / 2) == Waited::stopped)
+        return;
+    }
+    while (!ring_.push(*frame))
+      if (wait_until(monotonic_now() + ring_full_wait_ns) == Waited::stopped) return;
+  }
+  if (input_ended_ && !stamps_differ_ && with_only_stamp_ > 1) tell_one_stamp();
+}
+
+void LogFeeder::doubt_stamps(const Frame& frame) {
+  if (stamps_differ_) return;
+  stamps_differ_ = only_stamp_ns_.value_or(frame.time_ns) != frame.time_ns;
+  only_stamp_ns_ = frame.time_ns;
+  if (!stamps_differ_ && ++with_only_stamp_ == too_many_with_one_stamp) tell_one_stamp();
+}
+
+void LogFeeder::tell_one_stamp() {
+  complaints_.add(Complaint::one_stamp, describe_one_stamp(at_line(label_, lines_.line_number()),
+                                                           with_only_stamp_, *only_stamp_ns_));
+}
+
+/// Now, and a little. The first line of a pipe may be older than that: it was held up, or had
+/// waited for us in the pipe. Where its stamp is this machine's wall clock, that says how old it
+/// is.
+std::int64_t LogFeeder::earliest_release(const Frame& first) const {
+  const std::int64_t age_ns = pipe_ ? time_on(CLOCK_REALTIME) - first.time_ns : 0;
+  const bool known = age_ns > 0 && age_ns < oldest_line_ns;
+  return monotonic_now() + lead_ns_ - (known ? age_ns : 0);
+}
+
+void LogFeeder::follow_arrivals(const Frame& frame) {
+  if (!pipe_ || !waited_for_) return;
+  const auto delay_ns = delay_.take(frame.time_ns, monotonic_now());
+  if (!delay_ns) return;
+  const std::int64_t by_ns =
+      clock_.advance(frame.time_ns, frame.time_ns + *delay_ns + lead_ns_, pipe_ahead_ns + lead_ns_);
+  if (by_ns > 0)
+    complaints_.add(
+        Complaint::late_first_line,
+        label_ + ": its first line came late: the others come " +
+            std::to_string(by_ns / 1'000'000) +
+            " ms earlier against their stamps; they are followed, and what lies between is lost");
+}
+
+void LogFeeder::follow_step(const Frame& frame) {
+  const std::int64_t now_ns = monotonic_now();
+  const auto step_ns = live_stamps_.step(frame.time_ns, now_ns);
+  if (!step_ns || !clock_.offset_ns()) return;
+  clock_.restart(frame.time_ns, now_ns + lead_ns_);
+  delay_.restart();
+  counters_.clock_steps.add();
+  complaints_.add(Complaint::clock_step, at_line(label_, lines_.line_number()) +
+                                             "the clock behind the stamps was set by " +
+                                             std::to_string(*step_ns / ns_per_s) +
+                                             " s; they are followed from here");
+}
+
+std::optional<Frame> LogFeeder::next() {
+  Frame frame;
+  while (!input_ended_) {
+    if (const auto text = lines_.next_line()) {
+      if (take(*text, frame)) return frame;
+      continue;
+    }
+    if (wait_for_input() == Waited::stopped) return std::nullopt;
+    switch (lines_.fill(file_.get())) {
+      case LineBuffer::Fill::data:
+      case LineBuffer::Fill::again:
+        break;
+      case LineBuffer::Fill::error:
+        complaints_.add(Complaint::failure,
+                        label_ + ": reading failed: " + std::generic_category().message(errno));
+        [[fallthrough]];
+      case LineBuffer::Fill::end:
+        input_ended_ = true;
+        if (const auto text = lines_.last_line(); text && take(*text, frame)) return frame;
+    }
+  }
+  return std::nullopt;
+}
+
+bool LogFeeder::take(std::string_view text, Frame& frame) {
+  if (is_blank(text)) return false;
+  const CandumpLine line = parse_candump_line(text);
+  if (!line.good()) {
+    counters_.malformed.add();
+    complaints_.add(Complaint::malformed_line, input_ended_
+                                                   ? describe_cut_off(label_, lines_.line_number())
+                                                   : describe(label_, lines_.line_number(), line));
+    return false;
+  }
+  if (line.interface != last_interface_) {
+    const auto bus = buses_.index_of(line.interface);
+    if (!bus) {
+      counters_.malformed.add();
+      complaints_.add(Complaint::too_many_buses,
+                      describe_bus_too_many(label_, lines_.line_number(), line.interface));
+      return false;
+    }
+    last_interface_ = line.interface;
+    last_bus_ = *bus;
+  }
+  frame = line.frame;
+  frame.bus = last_bus_;
+  return true;
+}
+
+LogFeeder::Waited LogFeeder::wait_for_input() {
+  std::array<pollfd, 2> events{pollfd{file_.get(), POLLIN, 0}, pollfd{stop_.get(), POLLIN, 0}};
+  const bool ready = ::poll(events.data(), events.size(), 0) > 0;
+  waited_for_ = !ready;
+  live_stamps_.read(ready ? LiveStamps::Input::ready : LiveStamps::Input::waited_for);
+  if (!ready) ::poll(events.data(), events.size(), -1);
+  return events[1].revents != 0 ? Waited::stopped : Waited::due;
+}
+
+LogFeeder::Waited LogFeeder::wait_until(std::int64_t monotonic_ns) const {
+  for (;;) {
+    const std::int64_t rest = monotonic_ns - monotonic_now();
+    if (rest <= 0) return Waited::due;
+    const timespec timeout{rest / ns_per_s, rest % ns_per_s};
+    pollfd stop{stop_.get(), POLLIN, 0};
+    if (::ppoll(&stop, 1, &timeout, nullptr) > 0) return Waited::stopped;
+  }
+}
+
+}  // namespace odomd::can

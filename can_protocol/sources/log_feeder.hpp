@@ -1,0 +1,107 @@
+// A candump log, or standard input, as a live bus: a thread reads it and releases each frame when
+// its stamp says so.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/file_descriptor.hpp"
+#include "base/spsc_ring.hpp"
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/sources/candump.hpp"
+#include "can_protocol/sources/complaints.hpp"
+#include "can_protocol/sources/frame_source.hpp"
+#include "can_protocol/sources/line_buffer.hpp"
+#include "can_protocol/sources/live_stamps.hpp"
+#include "can_protocol/sources/log_clock.hpp"
+#include "can_protocol/sources/smallest_delay.hpp"
+
+namespace odomd::can {
+
+/// The thread runs from construction to destruction and hands frames over through a ring, up to
+/// `ahead_ns` before their time, of a pipe up to `pipe_ahead_ns`; the drain holds them back until a
+/// tick is due. A frame whose time has passed (the input is late, or its stamps run backwards) is
+/// released at once; a gap is waited for; a stamp of zero is none: the frame is released at once
+/// with time 0. Error frames are counted, not handed on. Where a pipe is fed live, a clock that is
+/// set behind its stamps is noticed and followed (live_stamps.hpp), and so is a first line that
+/// came late (smallest_delay.hpp).
+///
+/// A line that is no frame is counted as malformed and passed over. At the end of the input, and
+/// once the ring is empty, the link is `ended`.
+class LogFeeder final : public FrameSource {
+ public:
+  static constexpr std::int64_t ahead_ns = 50'000'000;
+  /// So much later than the others a first line may come: they are read, and not left in the pipe.
+  static constexpr std::int64_t pipe_ahead_ns = 1'000'000'000;
+
+  /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Throws LogError
+  /// where the log cannot be opened.
+  LogFeeder(std::string path, BusNames& buses, LogClock& clock);
+  ~LogFeeder() override;
+  LogFeeder(const LogFeeder&) = delete;
+  LogFeeder& operator=(const LogFeeder&) = delete;
+
+  std::size_t drain(std::span<Frame> frames, std::int64_t tick_ns,
+                    std::int64_t now_ns) noexcept override;
+  [[nodiscard]] LinkState link() const noexcept override;
+  [[nodiscard]] const SourceCounters& counters() const noexcept override { return counters_; }
+  [[nodiscard]] const std::string& name() const noexcept override { return path_; }
+
+  /// Log clock - CLOCK_MONOTONIC; nothing before the first frame. Any thread.
+  [[nodiscard]] std::optional<std::int64_t> log_offset_ns() const noexcept {
+    return clock_.offset_ns();
+  }
+
+  [[nodiscard]] std::vector<std::string> complaints() const override { return complaints_.list(); }
+
+ private:
+  enum class Waited : std::uint8_t { due, stopped };
+  static constexpr std::size_t ring_capacity = 8192;
+  static constexpr std::uint64_t too_many_with_one_stamp = 500;
+
+  void run() noexcept;
+  void feed();
+  void doubt_stamps(const Frame& frame);
+  void tell_one_stamp();
+  void follow_step(const Frame& frame);
+  void follow_arrivals(const Frame& frame);
+  [[nodiscard]] std::int64_t earliest_release(const Frame& first) const;
+  [[nodiscard]] std::int64_t reads_ahead_ns() const { return pipe_ ? pipe_ahead_ns : ahead_ns; }
+  std::optional<Frame> next();
+  bool take(std::string_view text, Frame& frame);
+  Waited wait_for_input();
+  Waited wait_until(std::int64_t monotonic_ns) const;
+
+  std::string path_;
+  std::string label_;
+  BusNames& buses_;
+  LogClock& clock_;
+  FileDescriptor file_;
+  FileDescriptor stop_;       // an eventfd: readable once the thread must end
+  bool pipe_ = false;         // no regular file
+  std::int64_t lead_ns_ = 0;  // head start of the first frame
+  SourceCounters counters_;   // malformed, clock_steps: the thread's; the others: the drain's
+
+  // The thread's own.
+  LineBuffer lines_;
+  LiveStamps live_stamps_;
+  SmallestDelay delay_;
+  bool waited_for_ = false;                    // the lines at hand: the input was empty before
+  std::optional<std::int64_t> only_stamp_ns_;  // of all frames so far
+  std::uint64_t with_only_stamp_ = 0;
+  bool stamps_differ_ = false;
+  std::string last_interface_;
+  std::uint8_t last_bus_ = 0;
+  bool input_ended_ = false;
+
+  Complaints complaints_;
+  std::atomic<bool> fed_{false};  // the thread pushes no more
+  SpscRing<Frame, ring_capacity> ring_;
+  std::thread thread_;
+};
+
+}  // namespace odomd::can

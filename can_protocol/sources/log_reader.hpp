@@ -1,0 +1,111 @@
+// Candump logs read offline: one after the other, or several merged in the order of their stamps.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "base/file_descriptor.hpp"
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/frame.hpp"
+#include "can_protocol/sources/candump.hpp"
+#include "can_protocol/sources/line_buffer.hpp"
+
+namespace odomd::can {
+
+/// A log that cannot be used: one line that names the file, the line and the mend.
+class LogError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Whether opening a FIFO waits until somebody writes to it.
+enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
+
+/// Opens a log for reading; "-" is standard input. Throws LogError where it is missing, a
+/// directory, or may not be read.
+[[nodiscard]] FileDescriptor open_log(const std::string& path,
+                                      FifoOpening fifo = FifoOpening::wait_for_writer);
+
+/// "drive.log", or "standard input" for "-".
+[[nodiscard]] std::string log_label(const std::string& path);
+
+/// Of a log in which no time passes; `position`, "drive.log:150: ", is that of its last frame.
+[[nodiscard]] std::string describe_one_stamp(const std::string& position, std::uint64_t frames,
+                                             std::int64_t stamp_ns);
+
+// What is said of a line, in one line of its own: label, line number, what is wrong, the mend.
+[[nodiscard]] std::string at_line(const std::string& label, std::uint64_t line_number);
+[[nodiscard]] std::string describe(const std::string& label, std::uint64_t line_number,
+                                   const CandumpLine& line);
+[[nodiscard]] std::string describe_cut_off(const std::string& label, std::uint64_t line_number);
+[[nodiscard]] std::string describe_bus_too_many(const std::string& label, std::uint64_t line_number,
+                                                std::string_view interface);
+
+/// Nothing but spaces: passed over.
+[[nodiscard]] bool is_blank(std::string_view line) noexcept;
+
+/// One log, frame by frame, in the file's order. One thread.
+class LogReader {
+ public:
+  /// `path` may be "-", standard input. Interfaces are numbered by `buses`, which must outlive
+  /// this. Throws LogError as open_log does.
+  LogReader(const std::string& path, BusNames& buses);
+
+  /// The next frame, its time on the log's clock, until the next call; nullptr at the end. Throws
+  /// LogError at a line that is no frame, at one bus too many, and at the end of a log without any
+  /// frame; std::system_error when reading fails. A last line that is cut off (no newline, no
+  /// frame) ends the log with a warning.
+  [[nodiscard]] const Frame* next();
+
+  /// Empty, or one line about what was passed over.
+  [[nodiscard]] const std::string& warning() const noexcept { return warning_; }
+  [[nodiscard]] const std::string& label() const noexcept { return label_; }
+  [[nodiscard]] std::uint64_t line_number() const noexcept { return lines_.line_number(); }
+
+ private:
+  enum class Ending : std::uint8_t { newline, cut_off };
+  bool take(std::string_view text, Ending ending);
+
+  std::string label_;
+  BusNames& buses_;
+  FileDescriptor file_;
+  LineBuffer lines_;
+  std::string last_interface_;  // spares the look-up for the common case
+  std::uint8_t last_bus_ = 0;
+  Frame frame_;
+  std::uint64_t frames_ = 0;
+  bool ended_ = false;
+  std::string warning_;
+};
+
+/// Several logs as one, in the order of their stamps; equal stamps in the order of naming. A log
+/// whose stamps run backwards keeps its own order. One thread.
+class MergedLog {
+ public:
+  /// Throws as LogReader does, also for logs that hold no frame.
+  MergedLog(std::span<const std::string> paths, BusNames& buses);
+
+  /// As LogReader does.
+  [[nodiscard]] const Frame* next();
+
+  /// "drive.log:12: ", where the newest frame came from; empty before the first.
+  [[nodiscard]] std::string position() const;
+
+  /// The warnings so far, in the order of naming.
+  [[nodiscard]] std::vector<std::string> warnings() const;
+
+ private:
+  struct Input {
+    LogReader reader;
+    const Frame* head = nullptr;  ///< read, but not yet given; nullptr at the end
+  };
+
+  std::vector<Input> inputs_;
+  Input* newest_ = nullptr;  ///< its head is the frame that was given last
+};
+
+}  // namespace odomd::can

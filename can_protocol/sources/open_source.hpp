@@ -1,0 +1,37 @@
+// What the user named as a CAN source, and the frame source for it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/sources/frame_source.hpp"
+#include "can_protocol/sources/log_clock.hpp"
+#include "can_protocol/sources/socketcan.hpp"
+
+namespace odomd::can {
+
+enum class SourceKind : std::uint8_t { standard_input, log, interface };
+
+/// "-" is standard input. A name with a '/' or ending in ".log" is a log, and so is the name of a
+/// file or FIFO, unless an interface has it, too. All else is an interface. Throws
+/// std::invalid_argument for what can be neither.
+[[nodiscard]] SourceKind source_kind(const std::string& name);
+
+/// What only an interface needs to know.
+struct InterfaceSettings {
+  std::vector<std::uint32_t> keys;  ///< identifiers to listen to (frame_key); empty: all
+  StampSource stamps = StampSource::software;
+  int receive_buffer = 1 << 20;
+};
+
+/// Opens a source for the live daemon. `buses` numbers the interface, or those inside the log;
+/// `clock` maps the stamps of logs. Both must outlive the source. Throws as LogFeeder and
+/// SocketCanSource do, and std::invalid_argument at one bus too many.
+[[nodiscard]] std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buses,
+                                                       LogClock& clock,
+                                                       const InterfaceSettings& settings);
+
+}  // namespace odomd::can

@@ -1,0 +1,147 @@
+// The configuration: one TOML file, read once at start. Every number is SI; unknown keys, missing
+// signals and impossible values are errors that name the file, the line and the nearest valid name.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/decode/signal_binding.hpp"
+#include "daemon/core/config_error.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/settings.hpp"
+
+namespace odomd::daemon {
+
+/// What the configuration says of a role beyond its binding.
+struct SignalSettings {
+  bool configured = false;
+  double sigma = 0.0;           ///< standard deviation in the role's SI unit
+  std::int64_t timeout_ns = 0;  ///< overdue after so long; default three cycle times
+};
+
+enum class Timestamps : std::uint8_t { software, hardware };
+
+struct CanConfig {
+  std::vector<std::string> sources;          ///< interfaces, log files, "-"
+  std::vector<std::filesystem::path> dbc;    ///< made absolute
+  std::vector<can::SignalBinding> bindings;  ///< channel = estimator::Source
+  std::vector<can::E2eBinding> protections;
+  std::array<SignalSettings, estimator::source_count> signals{};
+  Timestamps timestamps = Timestamps::software;
+  int receive_buffer = 1 << 20;  ///< SO_RCVBUF in bytes
+};
+
+struct CameraConfig {
+  bool configured = false;
+  std::filesystem::path socket = "/run/odomd/camera.sock";
+  std::uint32_t socket_mode = 0660;
+  std::string socket_group;           ///< empty: the process's
+  std::array<double, 3> lever_arm{};  ///< x, y [m], yaw [rad] of the reference point, body frame
+  double max_latency_s = 0.2;
+};
+
+struct RealtimeConfig {
+  std::int64_t period_ns = 5'000'000;
+  int priority = 45;  ///< SCHED_FIFO
+  int cpu = -1;       ///< pinned to this one; -1: any
+};
+
+struct ShmConfig {
+  std::string name = "/odomd";
+  std::uint32_t mode = 0644;
+  std::string group;
+};
+
+struct StatusConfig {
+  std::filesystem::path socket = "/run/odomd/status.sock";
+  std::uint32_t socket_mode = 0666;
+  std::string socket_group;  ///< empty: the process's
+};
+
+struct RecordConfig {
+  std::filesystem::path
+      socket;  ///< where `odom record` connects; default: beside the status socket
+};
+
+struct LogConfig {
+  std::filesystem::path file;  ///< empty: standard error
+  std::string level = "info";
+};
+
+/// Between which [filter] window may be chosen.
+inline constexpr double shortest_window_s = 0.2;
+inline constexpr double longest_window_s = 1.0;
+
+struct Config {
+  std::filesystem::path file;  ///< where it was read from
+  std::string text;            ///< what stood there
+  estimator::Vehicle vehicle;
+  CanConfig can;
+  CameraConfig camera;
+  std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
+  double imu_yaw = 0.0;                  ///< of the accelerometer's x axis in the body frame [rad]
+  /// Of the accelerometers on the leaning body: a measured = (1 + gradient) a. Nothing: learnt.
+  std::optional<double> roll_gradient;
+  std::optional<double> pitch_gradient;
+  std::optional<estimator::Pose2> initial_pose;
+  estimator::Model model = estimator::Model::full;
+  double window_s = 0.25;  ///< history for late samples
+  double camera_gate = estimator::FilterSettings{}.camera_gate;
+  estimator::Tuning tuning;
+  estimator::PaperNoise paper_noise;
+  RealtimeConfig realtime;
+  ShmConfig shm;
+  StatusConfig status;
+  RecordConfig record;
+  LogConfig log;
+  std::vector<std::string> warnings;  ///< of what was assumed; one line each
+};
+
+/// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
+/// key and the mend. Does not open the databases.
+[[nodiscard]] Config load_config(const std::filesystem::path& file);
+/// The same of a text; `file` is what errors call it, and what its paths are relative to.
+[[nodiscard]] Config parse_config(std::string text, const std::filesystem::path& file);
+
+/// Where recorders connect: [record] socket, or record.sock beside the status socket.
+[[nodiscard]] std::filesystem::path record_socket(const Config& config);
+/// Its mode: whoever may read the pose may record it, and what it was made of.
+[[nodiscard]] std::uint32_t record_mode(const Config& config);
+
+/// The model of a name; throws std::invalid_argument that says which there are.
+[[nodiscard]] estimator::Model parse_model(std::string_view name);
+[[nodiscard]] std::string_view name_of(estimator::Model model);
+
+/// The first of the sources that is named more than once: its frames would count twice.
+[[nodiscard]] std::optional<std::string> named_twice(std::vector<std::string> sources);
+
+/// What is said of a pose that is not estimator::is_possible().
+inline constexpr std::string_view pose_too_far =
+    "is too far off; x and y are at most 1e8 m, yaw is at most 1e6 rad";
+
+/// "x,y,yaw" in metres and radians, as the command line takes it; throws std::invalid_argument.
+[[nodiscard]] estimator::Pose2 parse_pose(std::string_view text);
+
+/// Reads the databases that a configuration names, and checks its bindings against them: the units,
+/// and the time-outs that default to three of a message's cycle times (100 ms where the database
+/// has none). Warnings of oddities are appended to `warnings`. Throws std::invalid_argument.
+[[nodiscard]] std::vector<can::Database> load_databases(Config& config,
+                                                        std::vector<std::string>& warnings);
+
+/// The buses that bindings ask for by name, in the order in which the decoder is to number them.
+[[nodiscard]] std::vector<std::string> expected_buses(const Config& config);
+
+/// Throws ConfigError where the model cannot do without a role that is not mapped. load_databases()
+/// asks it of the configuration's own model, a Pipeline of the one that it is given.
+void require_roles(const Config& config);
+
+/// What the filter is told, but for `initialise_from_camera`, which the surroundings know.
+[[nodiscard]] estimator::FilterSettings filter_settings(const Config& config);
+
+}  // namespace odomd::daemon

@@ -1,0 +1,180 @@
+// [can.signals]: which signal a role is taken from, in which unit, and how good it is.
+#include <algorithm>
+#include <array>
+#include <span>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "daemon/core/config_sections.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+using can::Unit;
+using estimator::Source;
+
+struct UnitName {
+  std::string_view name;
+  Unit unit;
+};
+constexpr std::array unit_names{
+    UnitName{"rad", Unit::rad},
+    UnitName{"deg", Unit::deg},
+    UnitName{"rad/s", Unit::rad_per_s},
+    UnitName{"deg/s", Unit::deg_per_s},
+    UnitName{"m/s", Unit::m_per_s},
+    UnitName{"km/h", Unit::km_per_h},
+    UnitName{"rpm", Unit::rpm},
+    UnitName{"m/s2", Unit::m_per_s2},
+    UnitName{"g", Unit::g},
+    UnitName{"1", Unit::none},
+};
+
+constexpr std::array angle{Unit::rad, Unit::deg};
+constexpr std::array angular_rate{Unit::rad_per_s, Unit::deg_per_s};
+constexpr std::array acceleration{Unit::m_per_s2, Unit::g};
+constexpr std::array speed{Unit::m_per_s, Unit::km_per_h, Unit::rpm};
+
+/// What a role may be given in, and how far its samples are trusted where `sigma` is not given:
+/// sensors of a 1:10 car.
+struct RoleTraits {
+  std::span<const Unit> units;
+  double sigma;
+};
+
+RoleTraits traits_of(Source role) {
+  switch (role) {
+    case Source::yaw_rate:
+      return {angular_rate, 0.03};  // rad/s
+    case Source::accel_x:
+    case Source::accel_y:
+      return {acceleration, 0.3};  // m/s²
+    case Source::steering:
+      return {angle, 0.02};  // rad
+    case Source::direction:
+      return {{}, 0.5};
+    default:
+      return {speed, 0.05};  // m/s
+  }
+}
+
+Source role_named(const std::string& role, const TableReader& table) {
+  if (role == estimator::source_names[static_cast<std::size_t>(Source::camera)])
+    table.fail("a camera does not speak on the bus; it has its own table, [camera]");
+  const auto names =
+      std::span(estimator::source_names).first(static_cast<std::size_t>(Source::camera));
+  const auto found = std::ranges::find(names, role);
+  if (found == names.end()) {
+    const std::vector<std::string> all(names.begin(), names.end());
+    table.fail("unknown role" + suggestion(role, all));
+  }
+  return static_cast<Source>(found - names.begin());
+}
+
+void read_signal_names(TableReader& table, can::SignalBinding& binding) {
+  table.require("message");
+  table.read("message", binding.message);
+  const bool single = table.has("signal");
+  if (single == table.has("sum"))
+    table.fail(single ? "has both `signal` and `sum`; keep one"
+                      : "names no signal; add signal = \"...\"");
+  if (single) {
+    table.read("signal", binding.signals.emplace_back());
+  } else {
+    table.read_texts("sum", binding.signals);
+  }
+}
+
+void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBinding& binding) {
+  std::vector<std::string> fitting;
+  for (const auto& [name, unit] : unit_names)
+    if (std::ranges::find(possible, unit) != possible.end())
+      fitting.push_back(fmt::format("\"{}\"", name));
+  const auto list = fmt::format("{}", fmt::join(fitting, ", "));
+
+  table.require("unit", "; it is one of " + list);
+  std::string name;
+  table.read("unit", name);
+  const auto* const chosen = std::ranges::find(unit_names, name, &UnitName::name);
+  if (chosen == unit_names.end())
+    table.fail("unit", fmt::format("\"{}\" is not known; it is one of {}", name, list));
+  binding.unit = chosen->unit;
+  if (binding.unit == Unit::none) {
+    if (!table.has("scale"))
+      table.fail("unit", "\"1\" needs `scale`, which turns the number into the role's SI quantity");
+  } else if (std::ranges::find(possible, binding.unit) == possible.end()) {
+    table.fail("unit", fmt::format("\"{}\" does not fit this role; it is one of {}", name, list));
+  }
+
+  if (binding.unit == Unit::rpm) {
+    if (!table.has("radius"))
+      table.fail("unit", "\"rpm\" needs `radius`, the rolling radius of the wheel in metres");
+    table.read("radius", binding.radius_m, {0.0, 10.0, false, "between 0 and 10 (m)"});
+    table.read("ratio", binding.ratio,
+               {0.0, 1000.0, false, "between 0 and 1000 (motor turns per wheel turn)"});
+  } else {
+    for (const auto* key : {"radius", "ratio"})
+      if (table.has(key)) table.fail(key, "goes with unit = \"rpm\" alone");
+  }
+}
+
+/// Forward and reverse are physical values of the signal: the sample is +1, -1 or 0.
+void read_direction(TableReader& table, can::SignalBinding& binding) {
+  if (binding.signals.size() > 1) table.fail("sum", "a direction is one signal");
+  for (const auto* key : {"unit", "scale", "offset", "radius", "ratio"})
+    if (table.has(key)) table.fail(key, "does not apply to a direction");
+  table.require("forward");
+  table.require("reverse");
+  table.read("forward", binding.forward.emplace(), any_number);
+  table.read("reverse", binding.reverse.emplace(), any_number);
+  if (*binding.forward == *binding.reverse) table.fail("reverse", "is the same value as forward");
+}
+
+std::optional<can::ValidWhen> read_valid_when(TableReader& table) {
+  auto condition = table.table("valid_when", table.name() + " valid_when");
+  if (!condition) return std::nullopt;
+  can::ValidWhen valid_when;
+  condition->require("signal");
+  condition->require("equals");
+  condition->read("signal", valid_when.signal);
+  condition->read("equals", valid_when.equals, any_number);
+  condition->finish();
+  return valid_when;
+}
+
+}  // namespace
+
+void read_signal(const std::string& role, TableReader table, CanConfig& can) {
+  const Source source = role_named(role, table);
+  const RoleTraits traits = traits_of(source);
+
+  can::SignalBinding binding;
+  binding.channel = static_cast<std::uint16_t>(source);
+  binding.role = role;
+  read_signal_names(table, binding);
+  table.read("bus", binding.bus);
+  if (source == Source::direction) {
+    read_direction(table, binding);
+  } else {
+    for (const auto* key : {"forward", "reverse"})
+      if (table.has(key)) table.fail(key, "belongs to the role direction");
+    read_unit(table, traits.units, binding);
+    table.read("scale", binding.scale, any_number);
+    if (binding.scale == 0.0) table.fail("scale", "0 is not possible: the value would vanish");
+    table.read("offset", binding.offset, any_number);
+  }
+  binding.valid_when = read_valid_when(table);
+  table.read_seconds("latency", binding.latency_ns, {0.0, 1.0, true, "between 0 and 1 (s)"});
+
+  SignalSettings& settings = can.signals[static_cast<std::size_t>(source)];
+  settings.configured = true;
+  settings.sigma = traits.sigma;
+  table.read("sigma", settings.sigma, positive);
+  table.read_seconds("timeout", settings.timeout_ns, {0.0, 60.0, false, "between 0 and 60 (s)"});
+  table.finish();
+  can.bindings.push_back(std::move(binding));
+}
+
+}  // namespace odomd::daemon

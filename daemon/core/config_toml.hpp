@@ -1,0 +1,101 @@
+// Reading a TOML table with manners: every value is checked for type and range where it is taken
+// out, and the keys that were asked for are the keys that exist, so that a misspelt one is found.
+// Private to the configuration and to what patches it: nothing else sees toml++.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "daemon/core/config_error.hpp"
+
+namespace odomd::daemon {
+
+/// Which numbers are possible. The text completes "it must be ...".
+struct Range {
+  double lowest = -std::numeric_limits<double>::max();
+  double highest = std::numeric_limits<double>::max();
+  bool lowest_included = true;
+  std::string_view text = "a finite number";
+
+  [[nodiscard]] bool contains(double value) const;
+};
+inline constexpr double largest = std::numeric_limits<double>::max();
+inline constexpr Range any_number{};
+inline constexpr Range positive{0.0, largest, false, "greater than 0"};
+inline constexpr Range not_negative{0.0, largest, true, "0 or greater"};
+
+/// One table of the file. Every call that names a key makes the key known; finish() refuses the
+/// rest. All errors are ConfigErrors that name file, line, table and key.
+class TableReader {
+ public:
+  /// `name` is the table's as errors show it: "[can.signals] yaw_rate".
+  TableReader(const toml::table& table, std::string name, const std::filesystem::path& file)
+      : table_(&table), name_(std::move(name)), file_(&file) {}
+
+  [[nodiscard]] bool has(std::string_view key);
+  /// The same of a key that must not be there: no suggestion shall name it.
+  [[nodiscard]] bool contains(std::string_view key) const { return table_->contains(key); }
+  [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const std::filesystem::path& file() const { return *file_; }
+
+  /// Read a key into `value`, which keeps what it holds where the key is absent.
+  void read(std::string_view key, double& value, const Range& range);
+  void read(std::string_view key, std::string& value);
+  void read(std::string_view key, std::filesystem::path& value);  ///< relative to the file
+  void read(std::string_view key, int& value, int lowest, int highest);
+  void read_mode(std::string_view key, std::uint32_t& value);  ///< file mode: 0o660 or "0660"
+  void read_seconds(std::string_view key, std::int64_t& nanoseconds, const Range& range);
+  void read(std::string_view key, std::span<double> values, const Range& range);
+  void read(std::string_view key, std::vector<std::uint8_t>& bytes, std::size_t count);
+  void read_texts(std::string_view key, std::vector<std::string>& values);  ///< one, or a list
+
+  /// One of `names`; the index of the one it is. Letter case does not matter.
+  [[nodiscard]] std::optional<std::size_t> read_choice(std::string_view key,
+                                                       std::span<const std::string_view> names);
+
+  /// A table below this one, if it is there.
+  [[nodiscard]] std::optional<TableReader> table(std::string_view key, std::string name);
+
+  /// All keys with their tables, for tables whose keys are names.
+  [[nodiscard]] std::vector<std::pair<std::string, TableReader>> tables();
+
+  /// Refuses keys that nobody asked for.
+  void finish() const;
+
+  [[noreturn]] void fail(std::string_view key, const std::string& what) const;
+  [[noreturn]] void fail(const std::string& what) const;
+  /// A key of a fixed set is needed and absent; `mend` follows "is missing". Where another key
+  /// looks like it misspelt, that one is named.
+  void require(std::string_view key, std::string_view mend = "");
+
+ private:
+  const toml::node* find(std::string_view key);
+  [[nodiscard]] double number(std::string_view key, const toml::node& node,
+                              const Range& range) const;
+  [[nodiscard]] std::string text(std::string_view key, const toml::node& node) const;
+
+  const toml::table* table_;
+  std::string name_;
+  const std::filesystem::path* file_;
+  std::vector<std::string> known_;
+};
+
+/// The file's text, read once: it may be a pipe. One line for whatever is wrong with it.
+[[nodiscard]] std::string read_toml_file(const std::filesystem::path& file);
+[[nodiscard]] toml::table parse_toml(const std::string& text, const std::filesystem::path& file);
+
+/// "; did you mean \"mass\"?": the nearest of the names that are valid.
+[[nodiscard]] std::string suggestion(std::string_view name, std::span<const std::string> names);
+
+}  // namespace odomd::daemon

@@ -1,0 +1,139 @@
+// Frames and camera poses in, a pose record out: the one object that the live daemon and the
+// offline replay share. Only the clock and the frame source differ around it.
+//
+// Real-time safe after construction: no heap, no lock, no exception, no system call. One thread;
+// statistics() and decoder() may be read from others.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <type_traits>
+
+#include <odom/types.h>
+
+#include "base/counter.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/stamp_guard.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/consistency.hpp"
+#include "daemon/core/innovation_statistics.hpp"
+#include "daemon/core/noise_statistics.hpp"
+#include "daemon/core/record.hpp"
+#include "daemon/core/source_watch.hpp"
+#include "daemon/core/wiring.hpp"
+#include "estimator/filter.hpp"
+#include "estimator/integrity/integrity.hpp"
+
+namespace odomd::daemon {
+
+/// Counts that housekeeping and `odom status` read while the beat runs.
+struct SourceStatistics {
+  std::array<Counter, estimator::verdict_count> verdicts;
+  Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
+  Counter last_verdict;     ///< an estimator::Verdict
+  Counter flag;             ///< an estimator::SourceFlag, at the last tick
+  Counter wiring;           ///< a WiringFault, likewise
+  Counter inconsistent;     ///< 1: its NIS has been too large for seconds, likewise
+  Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
+  Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
+  InnovationStatistics innovations;  ///< of models that test each sample
+  NoiseStatistics noise;             ///< likewise, at the last tick
+};
+
+struct PipelineStatistics {
+  std::array<SourceStatistics, estimator::source_count> sources;
+  std::array<Counter, can::frame_verdict_count> frames;
+  std::array<Counter, can::stamp_verdict_count> stamps;
+  Counter camera_malformed;  ///< messages of the wrong size, magic, version or clock
+};
+
+/// Everything that one tick leaves behind for the next, but for what the decoder keeps and what is
+/// only counted. It owns nothing and points nowhere: its bytes are all there is.
+struct PipelineState {
+  can::StampGuard stamp_guard;
+  estimator::Filter filter;
+  SourceWatch watch;
+  Wiring wiring;
+  std::array<Consistency, estimator::source_count> consistency{};
+  TickRecord record;
+  std::uint32_t outside_conditions = 0;
+  bool camera_rejected = false;   ///< the last usable camera pose was gated or out of time
+  std::int64_t start_ns = 0;      ///< of the first tick
+  std::int64_t recovered_ns = 0;  ///< of the last tick that reset a non-finite state
+  std::uint32_t recoveries = 0;
+};
+// Not trivially copyable only for Eigen 3.4's fixed-size vectors, which are plain numbers.
+static_assert(std::is_trivially_destructible_v<PipelineState>);
+static_assert(std::is_trivially_copyable_v<can::ProtectionState>);
+
+class Pipeline {
+ public:
+  /// Start-up: allocates, and throws std::invalid_argument where the configuration does not fit the
+  /// databases. With `camera_expected` and no initial pose in the configuration the first camera
+  /// pose initialises; otherwise the pose starts at the configuration's, or at zero.
+  Pipeline(const Config& config, std::span<const can::Database> databases,
+           std::span<const std::string> bus_names, bool camera_expected);
+
+  /// Takes a frame in, its time on the pipeline's clock. `now_ns`: the drain's time (replay: the
+  /// tick's), which a stamp may not lead.
+  void take(const can::Frame& frame, std::int64_t now_ns) noexcept;
+
+  /// Takes a camera pose of the reference point in, its times on the pipeline's clock.
+  void take(const estimator::CameraPose& reference) noexcept;
+
+  /// A camera message that could not be understood: counted as taken in, with its verdict.
+  void take_malformed_camera_message() noexcept;
+
+  /// Conditions that only the surroundings know (ODOM_COND_ bits: real time refused, bus down,
+  /// ...); they hold until they are set anew.
+  void set_conditions(std::uint32_t bits) noexcept { state_.outside_conditions = bits; }
+
+  /// Goes on from a predecessor's last pose, `gap_ns` old, its covariance grown for the gap; false
+  /// where the pose is none to go on from, and nothing has changed.
+  bool resume(const odom_pose& pose, const odom_details& details, std::int64_t gap_ns) noexcept;
+
+  /// Steps the filter to the tick that is valid at `tick_ns` and returns what is to be published.
+  const TickRecord& tick(std::uint64_t number, std::int64_t tick_ns) noexcept;
+
+  /// Between two ticks: what was taken in so far, for another pipeline of the same configuration to
+  /// go on from, to the bit. Real-time safe.
+  [[nodiscard]] const PipelineState& state() const noexcept { return state_; }
+  [[nodiscard]] std::span<const can::ProtectionState> protections() const noexcept {
+    return decoder_.protections();
+  }
+  /// `protections` is as long as protections(). Counts begin at zero.
+  void restore(const PipelineState& state,
+               std::span<const can::ProtectionState> protections) noexcept;
+
+  /// How the last tick judged the samples that it took in, of models that test each at its own
+  /// time. Valid until the next call.
+  [[nodiscard]] std::span<const estimator::Judgement> judgements() const noexcept {
+    return estimator::judgements(state_.filter);
+  }
+
+  [[nodiscard]] const PipelineStatistics& statistics() const noexcept { return statistics_; }
+  [[nodiscard]] const can::Decoder& decoder() const noexcept { return decoder_; }
+
+ private:
+  void take_samples(std::span<can::Sample> samples, const can::Frame& frame,
+                    can::StampVerdict stamp, std::int64_t now_ns) noexcept;
+  void judge_camera(estimator::Verdict verdict, std::uint64_t samples = 1) noexcept;
+  void count(std::size_t source, estimator::Verdict verdict, std::uint64_t samples = 1) noexcept;
+  [[nodiscard]] estimator::SourceFlag flag_of(std::size_t source,
+                                              std::int64_t tick_ns) const noexcept;
+  [[nodiscard]] std::uint32_t conditions(const estimator::Estimate& estimate,
+                                         std::int64_t tick_ns) const noexcept;
+
+  can::Decoder decoder_;
+  std::array<double, 3> camera_lever_arm_;
+  double imu_yaw_;
+  std::array<double, estimator::source_count> sigma_{};
+  std::array<can::Sample, can::max_samples_per_frame> samples_;  ///< of the frame at hand
+  PipelineState state_;
+  PipelineStatistics statistics_;
+};
+
+}  // namespace odomd::daemon

@@ -1,0 +1,270 @@
+#include "daemon/core/wiring.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include "daemon/core/wiring_causes.hpp"
+#include "daemon/core/wiring_fit.hpp"
+#include "estimator/common/tuning.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+using namespace wiring;
+using estimator::source_count;
+
+constexpr std::int64_t piece_ns = 500'000'000;
+constexpr double piece_s = 0.5;
+constexpr double memory = 20.0;            // pieces
+constexpr double fewest = 10.0;            // pieces, as they are remembered
+constexpr int looks_needed = 4;            // that say the same
+constexpr int looks_where_ambiguous = 20;  // ... where others are nearly as likely
+constexpr int most_cost = 100;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double least_backwards = 0.05;     // no noise of a wheel that stands [m/s]
+constexpr double slow = 0.1;                 // Froude numbers v / √(g l)
+constexpr double faster_than_reverse = 0.5;  // of wheels that know no sign
+constexpr double slip_angle = 0.1;           // at which tyres begin to slide [rad]
+constexpr double dry_road = 6.0;             // most that a car does before [m/s²]
+constexpr double impossible = 20.0;          // [m/s²]
+constexpr int pieces_of_calm = 4;
+constexpr double most_gap = 0.03;  // of two axles' wheels, by their radii
+
+double mean(double sum, double weights) {
+  return weights > 0.0 ? sum / weights : nan;
+}
+
+// The middle of the speeds that are told, in order. Where the two in the middle go opposite ways,
+// as with both wheels of a side reversed, the car goes ahead: backwards it seldom goes.
+double middle(std::span<const double> speeds) {
+  if (speeds.empty()) return nan;
+  const double low = speeds[(speeds.size() - 1) / 2], high = speeds[speeds.size() / 2];
+  const bool opposite = low < -least_backwards && high > least_backwards;
+  return 0.5 * (opposite ? high - low : high + low);
+}
+
+// From this on the tyres of an axle may slide, to the side or along [m/s²].
+double most_gentle(const estimator::Vehicle& car) {
+  const double front = car.cornering_stiffness_front / car.rear_axle,
+               rear = car.cornering_stiffness_rear / car.front_axle;
+  return std::min(slip_angle * car.wheelbase() / car.mass * std::min(front, rear), dry_road);
+}
+
+// Of the sources in `which`.
+double middle_speed(const std::array<double, source_count>& told, std::uint32_t which) {
+  std::array<double, last_wheel - first_wheel + 1> speeds_told{};
+  std::size_t count = 0;
+  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
+    if (std::isnan(told[wheel]) || (which >> wheel & 1U) == 0) continue;
+    double* const end = speeds_told.data() + count++;
+    double* const place = std::upper_bound(speeds_told.data(), end, told[wheel]);
+    std::move_backward(place, end, end + 1);
+    *place = told[wheel];
+  }
+  return middle({speeds_told.data(), count});
+}
+
+}  // namespace
+
+Wiring::Wiring(const estimator::Vehicle& vehicle) noexcept
+    : vehicle_(vehicle), gentle_(most_gentle(vehicle)) {}
+
+Wiring::Piece* Wiring::piece_at(std::int64_t time_ns) noexcept {
+  const std::int64_t number = time_ns / piece_ns;
+  if (first_open_ == 0) first_open_ = number;
+  if (number < first_open_ || number >= first_open_ + static_cast<std::int64_t>(open_pieces))
+    return nullptr;
+  return &open_[static_cast<std::size_t>(number) % open_pieces];
+}
+
+void Wiring::hear(Source source, std::int64_t time_ns, double value) noexcept {
+  Piece* const piece = piece_at(time_ns);
+  if (piece == nullptr || !std::isfinite(value)) return;
+  const double phase =
+      (static_cast<double>(time_ns % piece_ns) + 0.5) / static_cast<double>(piece_ns);
+  piece->rising[index_of(source)].add(value, phase);
+  piece->falling[index_of(source)].add(value, 1.0 - phase);
+}
+
+void Wiring::hear(const estimator::CameraPose& pose) noexcept {
+  Piece* const piece = piece_at(pose.capture_ns);
+  if (piece == nullptr) return;
+  // The heading about that of the first, which no turn of it is between.
+  if (piece->poses == 0) piece->pose[2] = pose.yaw;
+  ++piece->poses;
+  const double part = 1.0 / piece->poses;
+  piece->pose[0] += part * (pose.x - piece->pose[0]);
+  piece->pose[1] += part * (pose.y - piece->pose[1]);
+  piece->pose[2] += part * std::remainder(pose.yaw - piece->pose[2], 2.0 * std::numbers::pi);
+}
+
+void Wiring::look(std::int64_t now_ns) noexcept {
+  if (first_open_ == 0) return;
+  // A sample may be half a second late.
+  const std::int64_t last = now_ns / piece_ns - 2;
+  // A first sample from the future must not be waited for.
+  if (first_open_ > last + static_cast<std::int64_t>(open_pieces)) {
+    open_ = {};
+    first_open_ = last + 1;
+  }
+  for (std::size_t k = 0; k < open_pieces && first_open_ <= last; ++k, ++first_open_) {
+    Piece& piece = open_[static_cast<std::size_t>(first_open_) % open_pieces];
+    close(piece);
+    piece = {};
+  }
+  if (first_open_ <= last) {
+    first_open_ = last + 1;
+    last_ = {};
+  }
+}
+
+void Wiring::close(const Piece& piece) noexcept {
+  Means now;
+  for (std::size_t source = 0; source < source_count; ++source) {
+    const Sum &rising = piece.rising[source], &falling = piece.falling[source];
+    now.of[source] = mean(rising.of + falling.of, rising.weights + falling.weights);
+    now.rising[source] = mean(rising.of, rising.weights);
+    now.falling[source] = mean(falling.of, falling.weights);
+    if (!std::isnan(now.of[source])) heard_ |= 1U << source;
+  }
+  now.pose = piece.pose;
+  if (piece.poses == 0) now.pose.fill(nan);
+  if (piece.poses > 0) heard_ |= bits(camera);
+  give_signs(now);
+  now.speed = middle_speed(now.of, all_wheels);
+  const double slowest = (speed_has_sign_ ? slow : faster_than_reverse) *
+                         std::sqrt(estimator::gravity * vehicle_.wheelbase());
+  if (std::min(std::abs(now.speed), std::abs(last_.speed)) >= slowest) {
+    compare(last_, now);
+    decide();
+  }
+  last_ = now;
+}
+
+// Those that know no sign have it from `direction`, and from those that have gone both ways.
+void Wiring::give_signs(Means& now) noexcept {
+  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
+    if (now.of[wheel] > least_backwards) ever_ahead_ |= 1U << wheel;
+    if (now.of[wheel] < -least_backwards) ever_back_ |= 1U << wheel;
+  }
+  const double gear = now.of[index_of(direction)];
+  const double signed_speed = middle_speed(now.of, ever_ahead_ & ever_back_);
+  if (std::abs(gear) > 0.0 || ever_back_ != 0) speed_has_sign_ = true;
+  if (!(gear < 0.0) && !(signed_speed < -least_backwards)) return;
+  for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
+    if (!(gear < 0.0) && (ever_back_ >> wheel & 1U) != 0) continue;
+    for (double* const v : {&now.of[wheel], &now.rising[wheel], &now.falling[wheel]})
+      *v = -std::abs(*v);
+  }
+}
+
+void Wiring::compare(const Means& before, const Means& now) noexcept {
+  // Over both pieces, the samples in their middle weighing most: as a rate weighs in the difference
+  // of the means of what it is the rate of. Else what swings at 1.2 Hz would change its sign.
+  const auto told = [&](Source source) {
+    return 0.5 * (before.rising[index_of(source)] + now.falling[index_of(source)]);
+  };
+  const double l = vehicle_.wheelbase(), track = vehicle_.track_width;
+  const double v = 0.5 * (before.speed + now.speed);
+  std::array<double, quantity_count> q{};
+  q[turn_gyro] = told(yaw_rate);
+  q[turn_steering] = v * told(steering) / l;
+  q[turn_camera] = std::remainder(now.pose[2] - before.pose[2], 2.0 * std::numbers::pi) / piece_s;
+  q[curve_gyro] = track * q[turn_gyro] / v;
+  q[curve_steering] = track * told(steering) / l;
+  q[curve_front] = (told(wheel_front_right) - told(wheel_front_left)) / v;
+  q[curve_rear] = (told(wheel_rear_right) - told(wheel_rear_left)) / v;
+  q[lateral_gyro] = v * q[turn_gyro];
+  q[lateral_steering] = v * q[turn_steering];
+  q[side] = told(accel_y);
+  q[ahead] = told(accel_x);
+  q[faster] = (now.speed - before.speed) / piece_s;
+  for (std::size_t i = 0; i <= last_wheel - first_wheel; ++i)
+    q[first_wheel + i] = told(static_cast<Source>(index_of(wheel_front_left) + i));
+  q[speed] = v;
+  q[speed_camera] = std::copysign(
+      std::hypot(now.pose[0] - before.pose[0], now.pose[1] - before.pose[1]) / piece_s, v);
+  const double front = told(wheel_front_left) + told(wheel_front_right);
+  const double rear = told(wheel_rear_left) + told(wheel_rear_right);
+  q[axle_gap] = front / rear - 1.0;
+  const double bend = l * q[turn_gyro] / v;
+  q[axle_bend] = 0.5 * bend * bend;
+  // Tyres slip then, and a car that slides is steered against its turn for longer than it shows.
+  const auto violent = [&](Quantity of) {
+    return std::abs(q[of]) > gentle_ && std::abs(q[of]) < impossible;
+  };
+  calm_ = violent(lateral_gyro) || violent(side) || violent(faster) ? 0 : calm_ + 1;
+  spun_ = std::abs(q[axle_gap]) > most_gap + q[axle_bend] ? 0 : spun_ + 1;
+  const std::uint32_t unknown = (calm_ == 0 || spun_ < pieces_of_calm ? by_slip : 0U) |
+                                (calm_ < pieces_of_calm ? by_steering : 0U);
+  for (std::size_t i = 0; i < quantity_count; ++i)
+    if ((unknown >> i & 1U) != 0) q[i] = nan;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const double a = q[pairs[i].a], b = q[pairs[i].b];
+    if (std::isfinite(a) && std::isfinite(b)) pairs_[i].add(a, b, pairs[i].bounds, memory);
+  }
+}
+
+// What is believed stays until it is contradicted. Then: what explains all that is seen at the
+// least cost, one cause or two; several of one cost, where none can be told from the other.
+void Wiring::decide() noexcept {
+  std::array<Seen, pair_count> seen{};
+  for (std::size_t i = 0; i < pairs.size(); ++i)
+    seen[i] = {.shows = pairs_[i].shows(pairs[i].bounds, fewest),
+               .correlation = pairs_[i].correlation(pairs[i].bounds),
+               .gain = pairs_[i].gain(pairs[i].bounds)};
+  const auto contradicted = [&seen](const Causes& together) {
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (fit(together, pairs[i], seen[i]) == Fit::contradicts) return true;
+    return false;
+  };
+  // Whether the first explains something that the second alone does not.
+  const auto explains = [&seen](std::uint8_t one, std::uint8_t other) {
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (fit({one, other}, pairs[i], seen[i]) == Fit::fits &&
+          fit({nothing, other}, pairs[i], seen[i]) == Fit::contradicts)
+        return true;
+    return false;
+  };
+
+  Belief would{.count = 0};
+  for (std::size_t i = 0; i < belief_.count; ++i)
+    if (!contradicted(belief_.causes[i])) would.causes[would.count++] = belief_.causes[i];
+  bool ambiguous = false;
+  if (would.count == 0 && !contradicted({nothing, nothing})) {
+    would = {};
+  } else if (would.count == 0) {
+    int least = most_cost;
+    for (std::uint8_t one = 0; one < nothing; ++one) {
+      for (std::uint8_t other = one + 1; other <= nothing; ++other) {
+        const int cost = causes[one].cost + (other == nothing ? 0 : causes[other].cost + 1);
+        if (cost > least + 1 || exclude(one, other) || contradicted({one, other}) ||
+            !explains(one, other) || (other != nothing && !explains(other, one)))
+          continue;
+        ambiguous = least < most_cost && cost >= least - 1;
+        if (cost < least) would = {.count = 0};
+        if (cost <= least && would.count < would.causes.size())
+          would.causes[would.count++] = {one, other};
+        least = std::min(least, cost);
+      }
+    }
+    if (would.count == 0) would = belief_;
+  }
+  looks_ = would == belief_ ? 0 : would == next_ ? looks_ + 1 : 1;
+  next_ = would;
+  if (looks_ < (ambiguous ? looks_where_ambiguous : looks_needed)) return;
+  belief_ = would;
+  looks_ = 0;
+  faults_.fill(WiringFault::none);
+  for (std::size_t i = 0; i < belief_.count; ++i)
+    for (const std::uint8_t cause : belief_.causes[i])
+      for (std::size_t source = 0; source < source_count; ++source)
+        if (cause != nothing && ((causes[cause].sources & heard_) >> source & 1U) != 0)
+          faults_[source] = causes[cause].fault;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,116 @@
+// Whether the sensors are wired and described as the configuration says: signs, sides, axles, axes
+// and units, held against each other over the last tens of seconds of driving.
+//
+// The filter's own flags tell within a fraction of a second that a source is wrong; this tells
+// after seconds why, and goes on telling until the cause is gone.
+//
+// docs/model.md, "Wiring".
+//
+// A value; no heap, no clock, bounded work. By the times of the samples alone.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "daemon/core/comparison.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/common/vehicle.hpp"
+
+namespace odomd::daemon {
+
+/// What is wrong with a source. The order is that of wiring_names.
+enum class WiringFault : std::uint8_t {
+  none,
+  sign,
+  left_right_swapped,
+  front_rear_swapped,
+  axes_swapped,
+  unit,
+  count
+};
+inline constexpr std::array<std::string_view, static_cast<std::size_t>(WiringFault::count)>
+    wiring_names{"ok", "sign", "left_right_swapped", "front_rear_swapped", "axes_swapped", "unit"};
+
+class Wiring {
+ public:
+  explicit Wiring(const estimator::Vehicle& vehicle) noexcept;
+
+  /// A sample as it came in, in SI units and the car's axes, be it beyond what a car does; of any
+  /// order within a second.
+  void hear(estimator::Source source, std::int64_t time_ns, double value) noexcept;
+  void hear(const estimator::CameraPose& pose) noexcept;
+
+  /// Once a tick.
+  void look(std::int64_t now_ns) noexcept;
+
+  [[nodiscard]] WiringFault fault(std::size_t source) const noexcept { return faults_[source]; }
+
+  /// Of any source.
+  [[nodiscard]] bool any_fault() const noexcept {
+    return std::ranges::any_of(faults_,
+                               [](WiringFault fault) { return fault != WiringFault::none; });
+  }
+
+  /// What is compared with what (wiring_causes.hpp).
+  static constexpr std::size_t pair_count = 21;
+  static constexpr std::uint8_t cause_count = 34;
+
+ private:
+  // A weighted sum and its weights.
+  struct Sum {
+    double of = 0.0, weights = 0.0;
+    void add(double value, double weight) noexcept {
+      of += weight * value;
+      weights += weight;
+    }
+  };
+  // The sums of a piece of half a second; of samples that weigh the more, the later or the earlier.
+  struct Piece {
+    std::array<Sum, estimator::source_count> rising{}, falling{};
+    std::array<double, 3> pose{};
+    std::uint32_t poses = 0;
+  };
+  // Their means; NaN where there was no sample.
+  struct Means {
+    std::array<double, estimator::source_count> of{}, rising{}, falling{};
+    std::array<double, 3> pose{};
+    double speed = 0.0;
+  };
+  // Numbers of causes (wiring_causes.hpp), two at once; cause_count: none.
+  using Causes = std::array<std::uint8_t, 2>;
+  // Several, where none can be told from the other.
+  struct Belief {
+    std::array<Causes, 4> causes{Causes{cause_count, cause_count}};
+    std::uint8_t count = 1;
+    bool operator==(const Belief&) const = default;
+  };
+
+  [[nodiscard]] Piece* piece_at(std::int64_t time_ns) noexcept;
+  void close(const Piece& piece) noexcept;
+  void give_signs(Means& now) noexcept;
+  void compare(const Means& before, const Means& now) noexcept;
+  void decide() noexcept;
+
+  estimator::Vehicle vehicle_;
+  double gentle_;  ///< [m/s²]
+  static constexpr std::size_t open_pieces = 4;
+  std::array<Piece, open_pieces> open_{};
+  std::int64_t first_open_ = 0;  ///< number of the oldest open piece; 0: none yet
+  Means last_{};
+  bool speed_has_sign_ = false;
+  std::uint32_t ever_ahead_ = 0;  ///< wheels
+  std::uint32_t ever_back_ = 0;
+  int calm_ = 0;  ///< pieces since the car may have slid last
+  int spun_ = 0;  ///< ... since the wheels of an axle span
+  std::array<Comparison, pair_count> pairs_{};
+  std::uint32_t heard_ = 0;  ///< sources
+  Belief belief_;
+  Belief next_;    ///< what the last looks would say instead
+  int looks_ = 0;  ///< so many of them
+  std::array<WiringFault, estimator::source_count> faults_{};
+};
+
+}  // namespace odomd::daemon

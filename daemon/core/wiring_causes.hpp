@@ -1,0 +1,202 @@
+// What Wiring compares, and what each mistake makes of it: tables. Whether a pair is what a mistake
+// foretells: wiring_fit.hpp.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+
+#include "daemon/core/comparison.hpp"
+#include "daemon/core/wiring.hpp"
+#include "estimator/common/measurement.hpp"
+
+namespace odomd::daemon::wiring {
+
+using estimator::index_of;
+using estimator::Source;
+
+// What is compared, of every piece with that before. A turn by wheels is a curve, which a
+// difference of their radii offsets and no more.
+enum Quantity : std::uint8_t {
+  turn_gyro,         // ψ̇ [rad/s]
+  turn_steering,     // v δ / l
+  turn_camera,       //
+  curve_gyro,        // ψ̇ / v, over the track [1], as the next three
+  curve_steering,    // δ / l
+  curve_front,       // (v_right - v_left) / v
+  curve_rear,        //
+  lateral_gyro,      // v ψ̇ [m/s²]
+  lateral_steering,  // v² δ / l
+  side,              // a_y
+  ahead,             // a_x
+  faster,            // dv/dt
+  first_wheel,       // [m/s], in the order of Source
+  last_wheel = first_wheel + 5,
+  speed,         // their median
+  speed_camera,  //
+  axle_gap,      // how much faster the front wheels go than the rear ones [1]
+  axle_bend,     // ... as they must by the turn, (l ψ̇ / v)² / 2, while the tyres hardly slip
+  quantity_count
+};
+constexpr Quantity quantity_of(Source wheel) {
+  return static_cast<Quantity>(first_wheel + index_of(wheel) - index_of(Source::wheel_front_left));
+}
+
+// Whether the two are one quantity, or have nothing to do with each other.
+enum class Relation : std::uint8_t { same, none };
+struct Pair {
+  Quantity a, b;
+  Comparison::Bounds bounds;
+  double about;  ///< so many times more or less is the same unit
+  double other;  ///< and from so many times on another; between the two it may be slip
+  Relation relation = Relation::same;
+};
+inline constexpr double any = 1e12;
+inline constexpr Comparison::Bounds turns{0.05, 0.05, 0.08}, curves{0.02, 0.02, 0.01},
+    sideways{1.0, 0.3, 0.6}, lengthways{1.0, 0.0, 0.4}, ways{0.0, 0.0, 0.1}, axles{0.1, 0.1, 0.008};
+inline constexpr std::array<Pair, Wiring::pair_count> pairs{{
+    {turn_gyro, turn_steering, turns, 2.0, 25.0},
+    {turn_gyro, turn_camera, turns, 2.0, 10.0},
+    {turn_steering, turn_camera, turns, 2.0, 25.0},
+    {curve_gyro, curve_front, curves, 1.5, 25.0},
+    {curve_gyro, curve_rear, curves, 1.5, 25.0},
+    {curve_steering, curve_front, curves, 1.5, 25.0},
+    {curve_steering, curve_rear, curves, 1.5, 25.0},
+    {curve_front, curve_rear, curves, 1.5, any},
+    {side, lateral_gyro, sideways, 2.0, 3.0},
+    {side, lateral_steering, sideways, 2.0, 25.0},
+    {ahead, faster, lengthways, 2.0, 3.0},
+    {ahead, lateral_gyro, sideways, 2.0, any, Relation::none},
+    {side, faster, lengthways, 2.0, any, Relation::none},
+    {quantity_of(Source::wheel_front_left), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_front_right), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_rear_left), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_rear_right), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::wheel_rear), speed, ways, 1.5, 1.7},
+    {quantity_of(Source::motor), speed, ways, 1.5, 1.7},
+    {speed_camera, speed, ways, 2.0, 3.0},
+    {axle_gap, axle_bend, axles, 1.5, any},
+}};
+
+// What a mistake makes of a quantity: from `least` to `most` times as much, with a sign; 0: nothing
+// that can be foretold.
+struct Factor {
+  double least = 1.0, most = 1.0;
+  int sign = 1;
+  bool other = false;  ///< or by so many times less
+};
+constexpr Factor operator*(const Factor& a, const Factor& b) {
+  return {a.least * b.least, a.most * b.most, a.sign * b.sign, a.other || b.other};
+}
+inline constexpr Factor reversed{1.0, 1.0, -1}, lost{1.0, 1.0, 0};
+inline constexpr Factor degrees{25.0, 110.0}, radians{1.0 / 110.0, 1.0 / 25.0};
+inline constexpr Factor cut_degrees{10.0, 110.0};  // at what the bus or the gyro can say
+inline constexpr Factor km_per_h{3.0, 4.3}, in_g{0.06, 0.16}, millimetres{30.0, 3000.0};
+inline constexpr Factor geared{1.7, 1e3, 1, true};  // a ratio, a diameter for a radius, 2 pi
+
+constexpr std::uint32_t bits(auto... of) {
+  return ((1U << static_cast<unsigned>(of)) | ...);
+}
+struct Effect {
+  std::uint32_t quantities = 0;  ///< bits
+  Factor factor;
+};
+struct Cause {
+  WiringFault fault = WiringFault::none;
+  int cost = 0;  ///< the larger, the more seldom
+  std::uint32_t sources = 0;
+  std::array<Effect, 3> effects{};
+};
+
+using enum Source;
+inline constexpr std::uint32_t front_wheels = bits(wheel_front_left, wheel_front_right);
+inline constexpr std::uint32_t rear_wheels = bits(wheel_rear_left, wheel_rear_right);
+inline constexpr std::uint32_t all_wheels = front_wheels | rear_wheels | bits(wheel_rear, motor);
+inline constexpr std::uint32_t by_gyro = bits(turn_gyro, curve_gyro, lateral_gyro);
+inline constexpr std::uint32_t by_steering = bits(turn_steering, curve_steering, lateral_steering);
+inline constexpr std::uint32_t by_slip = bits(curve_front, curve_rear, axle_gap);
+inline constexpr std::uint32_t speeds = (bits(speed) << 1U) - bits(first_wheel);
+
+// `shown_in`: what else cannot be foretold then.
+constexpr Cause one_wheel(WiringFault fault, Source wheel, std::uint32_t shown_in) {
+  return {fault,
+          2,
+          bits(wheel),
+          {{{bits(quantity_of(wheel)), fault == WiringFault::sign ? reversed : geared},
+            {shown_in, lost}}}};
+}
+constexpr Cause one_side(Source front, Source rear) {
+  return {WiringFault::sign,
+          3,
+          bits(front, rear),
+          {{{bits(quantity_of(front), quantity_of(rear)), reversed},
+            {bits(curve_front, curve_rear, axle_gap), lost}}}};
+}
+inline constexpr std::uint32_t in_front = bits(curve_front, axle_gap),
+                               in_rear = bits(curve_rear, axle_gap);
+inline constexpr Cause causes[] = {
+    {WiringFault::sign, 2, bits(yaw_rate), {{{by_gyro, reversed}}}},
+    {WiringFault::unit, 2, bits(yaw_rate), {{{by_gyro, cut_degrees}, {bits(axle_bend), lost}}}},
+    {WiringFault::unit, 2, bits(yaw_rate), {{{by_gyro, radians}, {bits(axle_bend), lost}}}},
+    {WiringFault::sign, 2, bits(steering), {{{by_steering, reversed}}}},
+    {WiringFault::unit, 2, bits(steering), {{{by_steering, degrees}}}},
+    {WiringFault::unit, 2, bits(steering), {{{by_steering, radians}}}},
+    {WiringFault::left_right_swapped, 2, front_wheels, {{{bits(curve_front), reversed}}}},
+    {WiringFault::left_right_swapped, 2, rear_wheels, {{{bits(curve_rear), reversed}}}},
+    {WiringFault::left_right_swapped,
+     3,
+     front_wheels | rear_wheels,
+     {{{bits(curve_front, curve_rear), reversed}}}},
+    {WiringFault::front_rear_swapped,
+     2,
+     front_wheels | rear_wheels,
+     {{{bits(axle_gap), reversed}}}},
+    {WiringFault::sign,
+     3,
+     all_wheels | bits(direction),
+     {{{bits(turn_steering, curve_gyro, lateral_gyro, faster), reversed}}}},
+    {WiringFault::unit,
+     3,
+     all_wheels,
+     {{{bits(turn_steering, lateral_gyro, faster) | speeds, km_per_h},
+       {bits(lateral_steering), km_per_h* km_per_h},
+       {bits(axle_bend), lost}}}},
+    {WiringFault::sign, 2, bits(accel_x), {{{bits(ahead), reversed}}}},
+    {WiringFault::sign, 2, bits(accel_y), {{{bits(side), reversed}}}},
+    {WiringFault::axes_swapped, 2, bits(accel_x, accel_y), {}},
+    {WiringFault::unit, 2, bits(accel_x, accel_y), {{{bits(ahead, side), in_g}}}},
+    {WiringFault::unit, 2, bits(accel_x), {{{bits(ahead), in_g}}}},
+    {WiringFault::unit, 2, bits(accel_y), {{{bits(side), in_g}}}},
+    {WiringFault::sign, 2, bits(camera), {{{bits(turn_camera), reversed}}}},
+    {WiringFault::unit, 2, bits(camera), {{{bits(speed_camera), millimetres}}}},
+    one_wheel(WiringFault::sign, wheel_front_left, in_front),
+    one_wheel(WiringFault::sign, wheel_front_right, in_front),
+    one_wheel(WiringFault::sign, wheel_rear_left, in_rear),
+    one_wheel(WiringFault::sign, wheel_rear_right, in_rear),
+    one_wheel(WiringFault::sign, wheel_rear, 0),
+    one_wheel(WiringFault::sign, motor, 0),
+    one_wheel(WiringFault::unit, wheel_front_left, in_front),
+    one_wheel(WiringFault::unit, wheel_front_right, in_front),
+    one_wheel(WiringFault::unit, wheel_rear_left, in_rear),
+    one_wheel(WiringFault::unit, wheel_rear_right, in_rear),
+    one_wheel(WiringFault::unit, wheel_rear, 0),
+    one_wheel(WiringFault::unit, motor, 0),
+    one_side(wheel_front_left, wheel_rear_left),
+    one_side(wheel_front_right, wheel_rear_right),
+};
+inline constexpr std::uint8_t nothing = Wiring::cause_count;  ///< is wrong
+static_assert(std::size(causes) == nothing);
+
+using Factors = std::array<Factor, quantity_count>;
+inline constexpr std::array<Factors, nothing + 1> factors = [] {
+  std::array<Factors, nothing + 1> table{};
+  for (Factors& row : table) row.fill(Factor{});
+  for (std::size_t cause = 0; cause < nothing; ++cause)
+    for (const Effect& effect : causes[cause].effects)
+      for (std::size_t q = 0; q < quantity_count; ++q)
+        if ((effect.quantities >> q & 1U) != 0) table[cause][q] = effect.factor;
+  return table;
+}();
+
+}  // namespace odomd::daemon::wiring

@@ -1,0 +1,44 @@
+// Looks after the CAN controllers below the buses, once a second and when something is amiss, in a
+// thread of its own: the kernel answers under a lock that a driver may hold for seconds, and
+// neither the beat nor housekeeping (which feeds the watchdog) waits for that.
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "can_protocol/sources/controller.hpp"
+
+namespace odomd::daemon {
+
+class ControllerWatch {
+ public:
+  /// One name a bus; an empty one has no controller (a log).
+  explicit ControllerWatch(std::vector<std::string> interfaces);
+  ~ControllerWatch();
+  ControllerWatch(const ControllerWatch&) = delete;
+  ControllerWatch& operator=(const ControllerWatch&) = delete;
+
+  /// As last seen; empty where there is no controller, and before the first look.
+  [[nodiscard]] std::optional<can::Controller> latest(std::size_t bus) const;
+
+  /// Something happened: look again now, not in a second.
+  void look_again();
+
+ private:
+  void run();
+
+  const std::vector<std::string> interfaces_;
+  mutable std::mutex mutex_;  // guards all below it
+  std::condition_variable wake_;
+  std::vector<std::optional<can::Controller>> seen_;
+  bool asked_ = false;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace odomd::daemon

@@ -1,0 +1,258 @@
+#include "daemon/housekeeping/housekeeping.hpp"
+
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+#include <csignal>
+#include <ctime>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace odomd::daemon {
+namespace {
+
+constexpr int turn_ms = 20;
+constexpr int accepts_per_turn = 16;  // of each socket: whoever hammers it does not hold us up
+constexpr std::int64_t linger_ns = 200'000'000;  // after the last input has ended
+constexpr std::int64_t mode_every_ns = 1'000'000'000;
+constexpr std::int64_t segment_every_ns = 500'000'000;
+constexpr std::int64_t status_every_ns = 1'000'000'000;  // to the service manager
+
+double milliseconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-6;
+}
+double seconds(std::int64_t ns) {
+  return static_cast<double>(ns) * 1e-9;
+}
+
+std::int64_t monotonic_now() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+Housekeeping::Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+                           std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
+                           std::optional<RecorderDoor> recorders, AtEnd at_end)
+    : running_(running),
+      journal_(journal),
+      sources_(running),
+      signals_(std::move(signals)),
+      camera_(std::move(camera)),
+      status_(std::move(status)),
+      recorders_(std::move(recorders)),
+      camera_group_(running.config.camera.socket_group.empty()
+                        ? ::getegid()
+                        : group_named(running.config.camera.socket_group)),
+      at_end_(at_end) {}
+
+void Housekeeping::run() {
+  std::array<pollfd, 4> inputs{pollfd{signals_.get(), POLLIN, 0},
+                               pollfd{camera_ ? camera_->get() : -1, POLLIN, 0},
+                               pollfd{status_ ? status_->get() : -1, POLLIN, 0},
+                               pollfd{recorders_ ? recorders_->get() : -1, POLLIN, 0}};
+  while (!stop_) {
+    ::poll(inputs.data(), inputs.size(), turn_ms);
+    const std::int64_t now_ns = monotonic_now();
+    if (inputs[0].revents != 0) read_signals();
+    if (inputs[1].revents != 0) accept_cameras(now_ns);
+    if (inputs[2].revents != 0) serve_status(now_ns);
+    // In this order: a recorder that went away does not keep the next one out.
+    if (recorders_) recorders_->serve(now_ns, journal_);
+    if (inputs[3].revents != 0) recorders_->accept(now_ns, journal_);
+    for (const auto& source : running_.sources) source->maintain();
+    tell_events();
+    const PublishedPose seen = published();
+    if (seen.valid) tell_mode(seen.pose, now_ns);
+    running_.cameras.close_ended();
+    sources_.look(seen, now_ns, journal_);
+    look_at_segment(now_ns);
+    look_at_end(now_ns);
+    tell_service_manager(now_ns);
+  }
+  notify_stopping();
+  if (recorders_) recorders_->close(monotonic_now(), journal_);
+}
+
+void Housekeeping::read_signals() {
+  signalfd_siginfo info{};
+  while (::read(signals_.get(), &info, sizeof info) == sizeof info) {
+    if (info.ssi_signo == SIGHUP) {
+      journal_.reopen();
+    } else {
+      journal_.info(fmt::format("ending: signal {}", info.ssi_signo == SIGINT ? "INT" : "TERM"));
+      stop_ = true;
+    }
+  }
+}
+
+void Housekeeping::accept_cameras(std::int64_t now_ns) {
+  for (int i = 0; i < accepts_per_turn; ++i) {
+    auto connection = camera_->accept();
+    if (!connection) return;
+    const auto peer = peer_of(connection.get());
+    if (!peer ||
+        !peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
+      journal_.warn(Topic::camera_refused, now_ns,
+                    fmt::format("a camera process (pid {}, uid {}) was refused; put its user into "
+                                "the group of [camera] socket_group",
+                                peer ? peer->pid : 0, peer ? peer->uid : 0));
+      continue;
+    }
+    if (running_.cameras.admit(std::move(connection), *peer)) {
+      journal_.info(
+          Topic::camera_connection, now_ns,
+          fmt::format("a camera process connected (pid {}, uid {})", peer->pid, peer->uid));
+    } else {
+      journal_.warn(Topic::camera_refused, now_ns,
+                    fmt::format("a camera process (pid {}) was refused: {} are connected already; "
+                                "end one of them",
+                                peer->pid, CameraDoor::max_connections));
+    }
+  }
+}
+
+void Housekeeping::serve_status(std::int64_t now_ns) {
+  const std::string document = status_json(running_, published(), now_ns);
+  for (int i = 0; i < accepts_per_turn; ++i) {
+    const auto connection = status_->accept();
+    if (!connection) return;
+    // It fits into the socket's buffer many times: nobody waits for whoever does not read.
+    static_cast<void>(::send(connection.get(), document.data(), document.size(), MSG_NOSIGNAL));
+  }
+}
+
+void Housekeeping::tell_events() {
+  while (const auto event = running_.events.next()) tell(*event);
+}
+
+void Housekeeping::tell(const Event& event) {
+  const std::int64_t at = event.time_ns;
+  switch (event.kind) {
+    case EventKind::overrun:
+      journal_.warn(Topic::overrun, at,
+                    fmt::format("a tick overran: it worked for {:.3f} ms and had woken {:.3f} ms "
+                                "late",
+                                milliseconds(event.a), milliseconds(event.b)));
+      break;
+    case EventKind::missed:
+      journal_.warn(Topic::missed, at,
+                    fmt::format("ticks missed: {}; the beat woke {:.3f} ms late", event.a,
+                                milliseconds(event.b)));
+      break;
+    case EventKind::pose_reset:
+      journal_.info(Topic::pose_reset, at,
+                    fmt::format("the map pose was set anew (reset {})", event.a));
+      break;
+    case EventKind::clock_stepped:
+      journal_.warn(Topic::clock, at,
+                    fmt::format("the wall clock was set by {:+.6f} s", seconds(event.a)));
+      break;
+    case EventKind::suspended:
+      journal_.warn(Topic::clock, at,
+                    fmt::format("the machine was suspended; the wall clock moved by {:+.3f} s",
+                                seconds(event.a)));
+      break;
+    case EventKind::camera_gone:
+      journal_.info(Topic::camera_connection, at, "a camera process went away");
+      break;
+    case EventKind::camera_malformed:
+      journal_.warn(Topic::camera_malformed, at,
+                    fmt::format("a camera message was not understood: {}",
+                                malformed_texts[static_cast<std::size_t>(event.a)]));
+      break;
+  }
+}
+
+void Housekeeping::tell_mode(const odom_pose& pose, std::int64_t now_ns) {
+  if (pose.mode == told_mode_ || now_ns - mode_told_ns_ < mode_every_ns) return;
+  const auto conditions = condition_names(pose.conditions);
+  const auto because =
+      conditions.empty() ? std::string() : fmt::format(" ({})", fmt::join(conditions, ", "));
+  const std::string text =
+      fmt::format("mode: {}{}, was {}", name_of_mode(pose.mode), because, name_of_mode(told_mode_));
+  const bool matters = pose.mode == ODOM_FAULT || pose.mode == ODOM_DEGRADED ||
+                       (pose.mode == ODOM_DEAD_RECKONING && told_mode_ == ODOM_TRACKING);
+  matters ? journal_.warn(text) : journal_.info(text);
+  told_mode_ = pose.mode;
+  mode_told_ns_ = now_ns;
+}
+
+void Housekeeping::look_at_segment(std::int64_t now_ns) {
+  if (now_ns - segment_seen_ns_ < segment_every_ns) return;
+  segment_seen_ns_ = now_ns;
+  const std::string& name = running_.config.shm.name;
+  std::string trouble;
+  try {
+    switch (running_.writer.look_after()) {
+      case shm::Upkeep::stands:
+        break;
+      case shm::Upkeep::lock_renewed:
+        journal_.warn(fmt::format(
+            "{}.lock was removed while odomd runs; it is there again: leave it in place", name));
+        break;
+      case shm::Upkeep::made_again:
+        journal_.warn(fmt::format(
+            "{}: the segment was removed or replaced while odomd runs; it is made again, and "
+            "readers go over to the new one: leave it in place",
+            name));
+    }
+  } catch (const shm::Displaced&) {
+    throw;
+  } catch (const std::exception& error) {
+    trouble = error.what();
+    if (trouble != segment_trouble_)
+      journal_.warn(fmt::format(
+          "the segment was removed while odomd runs, and cannot be made again: {}", trouble));
+  }
+  segment_trouble_ = std::move(trouble);
+}
+
+void Housekeeping::look_at_end(std::int64_t now_ns) {
+  const bool ended = std::ranges::all_of(
+      running_.sources, [](const auto& source) { return source->link() == can::LinkState::ended; });
+  if (!ended) {
+    ended_ns_ = 0;
+  } else if (ended_ns_ == 0) {
+    ended_ns_ = now_ns;
+  } else if (at_end_ == AtEnd::exit && now_ns - ended_ns_ > linger_ns) {
+    journal_.info("ending: all inputs have ended");
+    stop_ = true;
+  }
+}
+
+void Housekeeping::tell_service_manager(std::int64_t now_ns) {
+  const std::uint64_t ticks = running_.beat.counters().ticks.get();
+  if (!ready_ && ticks > 0) {
+    notify_ready();
+    ready_ = true;
+  }
+  watchdog_.feed(ticks, now_ns);
+  if (now_ns - last_status_ns_ < status_every_ns) return;
+  last_status_ns_ = now_ns;
+  const auto seen = published();
+  notify_status(fmt::format("{}, {} poses", name_of_mode(seen.pose.mode), ticks));
+}
+
+PublishedPose Housekeeping::published() {
+  PublishedPose seen;
+  if (!client_) {
+    odom_client* client = nullptr;
+    if (odom_open(running_.config.shm.name.c_str(), &client) != ODOM_OK) return seen;
+    client_.reset(client);
+  }
+  const odom_status status = odom_latest_details(client_.get(), &seen.pose, sizeof seen.pose,
+                                                 &seen.details, sizeof seen.details);
+  seen.valid = status == ODOM_OK || status == ODOM_STALE;
+  return seen;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,74 @@
+// Housekeeping: everything that may take its time. It owns the log, the service manager, the
+// listening sockets and the signals; the beat owes it nothing but events.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <odom/odom.h>
+
+#include "base/file_descriptor.hpp"
+#include "daemon/housekeeping/running.hpp"
+#include "daemon/housekeeping/service_manager.hpp"
+#include "daemon/housekeeping/source_reporter.hpp"
+#include "daemon/housekeeping/status.hpp"
+#include "daemon/journal/journal.hpp"
+#include "daemon/sockets/local_socket.hpp"
+#include "daemon/sockets/recorder_door.hpp"
+
+namespace odomd::daemon {
+
+/// What to do when every log and pipe has ended.
+enum class AtEnd : std::uint8_t { go_on, exit };
+
+class Housekeeping {
+ public:
+  /// `signals` is a signalfd of TERM, INT and HUP.
+  Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+               std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
+               std::optional<RecorderDoor> recorders, AtEnd at_end);
+
+  /// Returns when the daemon is to end. Throws where it must not go on: another one publishes under
+  /// its name.
+  void run();
+
+ private:
+  void read_signals();
+  void accept_cameras(std::int64_t now_ns);
+  void serve_status(std::int64_t now_ns);
+  void tell_events();
+  void tell(const Event& event);
+  void tell_mode(const odom_pose& pose, std::int64_t now_ns);
+  void look_at_segment(std::int64_t now_ns);
+  void look_at_end(std::int64_t now_ns);
+  void tell_service_manager(std::int64_t now_ns);
+  [[nodiscard]] PublishedPose published();
+
+  struct CloseClient {
+    void operator()(odom_client* client) const { odom_close(client); }
+  };
+
+  const Running& running_;
+  Journal& journal_;
+  Watchdog watchdog_;
+  SourceReporter sources_;
+  can::FileDescriptor signals_;
+  std::optional<LocalSocket> camera_;
+  std::optional<LocalSocket> status_;
+  std::optional<RecorderDoor> recorders_;
+  gid_t camera_group_ = 0;
+  AtEnd at_end_;
+  std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes
+  std::int64_t segment_seen_ns_ = 0;
+  std::string segment_trouble_;  // as the log says
+  std::int64_t ended_ns_ = 0;    // since when all inputs have ended
+  std::int64_t last_status_ns_ = 0;
+  std::uint32_t told_mode_ = ODOM_INITIALISING;  // as the log says; follows once a second
+  std::int64_t mode_told_ns_ = 0;
+  bool ready_ = false;
+  bool stop_ = false;
+};
+
+}  // namespace odomd::daemon

@@ -1,0 +1,49 @@
+// Everything that runs, for housekeeping and the status to look at.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/sources/frame_source.hpp"
+#include "can_protocol/sources/log_clock.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/pipeline.hpp"
+#include "daemon/core/recording_tap.hpp"
+#include "daemon/housekeeping/controller_watch.hpp"
+#include "daemon/journal/event.hpp"
+#include "daemon/realtime/beat.hpp"
+#include "daemon/realtime/realtime.hpp"
+#include "daemon/sockets/camera_door.hpp"
+#include "shm_api/writer.hpp"
+
+namespace odomd::daemon {
+
+/// What the machine granted, for the status.
+struct RealtimeFacts {
+  bool memory_locked = false;
+  bool dma_latency_held = false;
+  int priority = 0;
+  int cpu = -1;
+  std::vector<std::string> refusals;
+};
+
+struct Running {
+  const Config& config;
+  const can::BusNames& buses;
+  const RealtimeFacts& realtime;
+  const std::vector<std::unique_ptr<can::FrameSource>>& sources;
+  const can::LogClock& log_clock;
+  const Pipeline& pipeline;
+  shm::Writer& writer;
+  CameraDoor& cameras;
+  EventRing& events;
+  Beat& beat;
+  ControllerWatch& controllers;
+  RecordingTap& tap;
+  std::int64_t started_ns = 0;  ///< CLOCK_MONOTONIC
+};
+
+}  // namespace odomd::daemon

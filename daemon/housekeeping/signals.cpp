@@ -1,0 +1,56 @@
+#include "daemon/housekeeping/signals.hpp"
+
+#include <sys/signalfd.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#include <csignal>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <system_error>
+
+#include "shm_api/cut_short.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+constexpr std::array handled{SIGTERM, SIGINT, SIGHUP};
+
+/// A fault says where it happened; to ignore one would be to run on without sense.
+constexpr std::array faults{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT, SIGSYS};
+
+/// What stops and continues a process, or does nothing anyhow.
+constexpr std::array harmless{SIGSTOP, SIGTSTP, SIGTTIN, SIGTTOU,
+                              SIGCONT, SIGCHLD, SIGURG,  SIGWINCH};
+
+bool is_one_of(const auto& signals, int signal) {
+  return std::ranges::find(signals, signal) != signals.end();
+}
+
+}  // namespace
+
+can::FileDescriptor take_signals() {
+  for (int signal = 1; signal <= SIGRTMAX; ++signal) {
+    if (is_one_of(handled, signal) || is_one_of(faults, signal) || is_one_of(harmless, signal))
+      continue;
+    static_cast<void>(::signal(signal, SIG_IGN));  // fails for KILL and libc's own
+  }
+  // libc keeps two for pthread_cancel and setuid, that nothing here calls, and lets nobody ignore
+  // them: the kernel does. Its struct begins with the handler, and zeros will do for the rest.
+  const std::array<std::uintptr_t, 8> ignored{reinterpret_cast<std::uintptr_t>(SIG_IGN)};
+  for (int signal = 32; signal < SIGRTMIN; ++signal)
+    ::syscall(SYS_rt_sigaction, signal, ignored.data(), nullptr, sizeof(std::uint64_t));
+  shm::end_where_a_segment_is_cut_short("odomd");
+
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : handled) sigaddset(&set, signal);
+  ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  can::FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
+  if (!descriptor) throw std::system_error(errno, std::generic_category(), "signalfd");
+  return descriptor;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,38 @@
+// The status document: everything that the daemon counts, as one JSON object. Built from counters
+// and the published pose, without the beat noticing. Its fields are described in docs/realtime.md.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <odom/odom.h>
+
+#include "daemon/housekeeping/running.hpp"
+
+namespace odomd::daemon {
+
+/// The newest published pose, as a client would read it.
+struct PublishedPose {
+  bool valid = false;
+  odom_pose pose{};
+  odom_details details{};
+};
+
+/// An odom_mode in words.
+[[nodiscard]] std::string_view name_of_mode(std::uint32_t mode);
+
+[[nodiscard]] std::string status_json(const Running& running, const PublishedPose& published,
+                                      std::int64_t now_ns);
+
+/// The names of the ODOM_COND_ bits that are set, in their order.
+[[nodiscard]] std::vector<std::string_view> condition_names(std::uint32_t conditions);
+
+/// The time [us] that a share of the samples stayed below: the upper edge of the bucket that it
+/// falls into, at most `max_ns`. 0 where there are no samples.
+[[nodiscard]] double percentile_us(std::span<const std::uint64_t, ODOM_HISTOGRAM_BUCKETS> histogram,
+                                   double share, std::int64_t max_ns);
+
+}  // namespace odomd::daemon

@@ -1,0 +1,55 @@
+// What the beat has to say to housekeeping: small events of a fixed size through a ring with one
+// producer and one consumer. Telling costs a few stores; a full ring drops the event and counts it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "base/counter.hpp"
+#include "base/spsc_ring.hpp"
+
+namespace odomd::daemon {
+
+enum class EventKind : std::uint8_t {
+  overrun,          ///< a: how long the tick worked [ns], b: how late it woke [ns]
+  missed,           ///< a: cycles skipped, b: how late the tick woke [ns]
+  pose_reset,       ///< a: the reset count
+  clock_stepped,    ///< a: by how much CLOCK_REALTIME was set [ns]
+  suspended,        ///< a: for how long the machine slept [ns]
+  camera_gone,      ///< index: the connection's slot
+  camera_malformed  ///< index: the connection's slot, a: a MalformedCause
+};
+
+struct Event {
+  EventKind kind = EventKind::overrun;
+  std::uint8_t index = 0;
+  std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
+  std::int64_t a = 0;
+  std::int64_t b = 0;
+};
+
+class EventRing {
+ public:
+  /// The beat's call.
+  void tell(const Event& event) noexcept {
+    if (!ring_.push(event)) dropped_.add();
+  }
+
+  /// Housekeeping's call: the oldest event, if any.
+  [[nodiscard]] std::optional<Event> next() noexcept {
+    const Event* front = ring_.front();
+    if (front == nullptr) return std::nullopt;
+    const Event event = *front;
+    ring_.pop();
+    return event;
+  }
+
+  /// Events that found the ring full. Any thread.
+  [[nodiscard]] std::uint64_t dropped() const noexcept { return dropped_.get(); }
+
+ private:
+  SpscRing<Event, 256> ring_;
+  Counter dropped_;
+};
+
+}  // namespace odomd::daemon

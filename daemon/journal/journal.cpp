@@ -1,0 +1,121 @@
+#include "daemon/journal/journal.hpp"
+
+#include <sys/stat.h>
+#include <syslog.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <spdlog/pattern_formatter.h>
+#include <spdlog/sinks/basic_file_sink.h>
+
+#include "daemon/journal/error_sink.hpp"
+
+namespace odomd::daemon {
+namespace {
+
+constexpr std::int64_t quiet_ns = 1'000'000'000;
+
+/// The level as syslog numbers it, which the journal takes from the head of a line.
+class SyslogLevel final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
+              spdlog::memory_buf_t& line) override {
+    fmt::format_to(std::back_inserter(line), "<{}>", number(message.level));
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<SyslogLevel>();
+  }
+
+ private:
+  static int number(spdlog::level::level_enum level) {
+    switch (level) {
+      case spdlog::level::critical:
+        return LOG_CRIT;
+      case spdlog::level::err:
+        return LOG_ERR;
+      case spdlog::level::warn:
+        return LOG_WARNING;
+      case spdlog::level::info:
+        return LOG_INFO;
+      default:
+        return LOG_DEBUG;
+    }
+  }
+};
+
+/// Whether standard error goes to systemd's journal: the variable alone may be a parent's.
+bool writes_to_journal() {
+  const char* stream = std::getenv("JOURNAL_STREAM");
+  struct stat error {};
+  return stream != nullptr && ::fstat(STDERR_FILENO, &error) == 0 &&
+         fmt::format("{}:{}", error.st_dev, error.st_ino) == stream;
+}
+
+std::shared_ptr<spdlog::sinks::sink> open_sink(const LogConfig& config) {
+  if (config.file.empty()) {
+    auto sink = std::make_shared<ErrorSink>();
+    if (writes_to_journal()) {  // it knows the time and our name already
+      auto formatter = std::make_unique<spdlog::pattern_formatter>();
+      formatter->add_flag<SyslogLevel>('*').set_pattern("%*%l: %v");
+      sink->set_formatter(std::move(formatter));
+    } else {
+      sink->set_pattern("%H:%M:%S.%e odomd %l: %v");
+    }
+    return sink;
+  }
+  auto sink = std::make_shared<spdlog::sinks::basic_file_sink_st>(config.file.string());
+  sink->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z odomd[%P] %l: %v");
+  return sink;
+}
+
+}  // namespace
+
+Journal::Journal(const LogConfig& config) : config_(config) {
+  try {
+    logger_ = std::make_shared<spdlog::logger>("odomd", open_sink(config));
+  } catch (const spdlog::spdlog_ex& error) {
+    throw std::invalid_argument(
+        fmt::format("[log] file {}: cannot be opened: {}", config.file.string(), error.what()));
+  }
+  logger_->set_level(spdlog::level::from_str(config.level));
+  logger_->flush_on(spdlog::level::trace);
+}
+
+void Journal::reopen() {
+  if (config_.file.empty()) return;
+  try {
+    logger_->sinks().front() = open_sink(config_);
+    info("the log was opened anew");
+  } catch (const spdlog::spdlog_ex& problem) {
+    error(fmt::format("the log cannot be opened anew, the old one is kept: {}", problem.what()));
+  }
+}
+
+void Journal::info(Topic topic, std::int64_t now_ns, const std::string& text) {
+  limited(spdlog::level::info, topic, now_ns, text);
+}
+
+void Journal::warn(Topic topic, std::int64_t now_ns, const std::string& text) {
+  limited(spdlog::level::warn, topic, now_ns, text);
+}
+
+void Journal::limited(spdlog::level::level_enum level, Topic topic, std::int64_t now_ns,
+                      const std::string& text) {
+  Limit& limit = limits_[static_cast<std::size_t>(topic)];
+  if (limit.ever && now_ns - limit.last_ns < quiet_ns) {
+    ++limit.kept_back;
+    return;
+  }
+  if (limit.kept_back > 0) {
+    logger_->log(level, "{} ({} more of this kind since the last)", one_line(text),
+                 limit.kept_back);
+  } else {
+    logger_->log(level, "{}", one_line(text));
+  }
+  limit = {now_ns, 0, true};
+}
+
+}  // namespace odomd::daemon

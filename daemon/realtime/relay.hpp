@@ -1,0 +1,40 @@
+// The thread that wakes the readers. The beat wakes this one thread, by one futex, and this one
+// wakes them all: no number of readers can stretch the beat.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <thread>
+
+#include "daemon/realtime/realtime.hpp"
+
+namespace odomd::daemon {
+
+class Relay {
+ public:
+  /// `wake_all` runs in the relay's thread, once for any number of rings since the last time.
+  /// `priority` is the beat's: the relay takes the one below.
+  Relay(int priority, int cpu, std::function<void()> wake_all);
+  ~Relay();
+  Relay(const Relay&) = delete;
+  Relay& operator=(const Relay&) = delete;
+
+  /// The beat's call, once a tick: one store and one FUTEX_WAKE of one thread.
+  void ring() noexcept;
+
+  /// What the thread got; known once the constructor has returned.
+  [[nodiscard]] const ThreadGrant& grant() const noexcept { return grant_; }
+
+ private:
+  void run(int priority, int cpu);
+
+  std::function<void()> wake_all_;
+  std::atomic<std::uint32_t> rings_{0};
+  std::atomic<bool> stop_{false};
+  std::atomic<bool> started_{false};
+  ThreadGrant grant_;
+  std::thread thread_;
+};
+
+}  // namespace odomd::daemon

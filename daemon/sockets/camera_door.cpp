@@ -1,0 +1,101 @@
+#include "daemon/sockets/camera_door.hpp"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace odomd::daemon {
+
+CameraDoor::~CameraDoor() {
+  for (auto& slot : slots_) {
+    const int state = slot.state.load(std::memory_order_acquire);
+    if (state != Slot::free) ::close(state >= 0 ? state : Slot::ended(state));
+  }
+}
+
+CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
+                                      const MessageClocks& clocks, std::int64_t now_ns,
+                                      EventRing& events) noexcept {
+  Drained drained;
+  for (std::uint8_t index = 0; index < max_connections; ++index) {
+    Slot& slot = slots_[index];
+    // Acquire: the counters were set back before the descriptor was handed over.
+    const int descriptor = slot.state.load(std::memory_order_acquire);
+    if (descriptor < 0) continue;
+    for (std::size_t message = 0; message < max_messages_per_drain; ++message) {
+      const auto received =
+          receive(index, descriptor, clocks, now_ns, poses[drained.poses], events);
+      if (received == Received::nothing) break;
+      if (received == Received::ended) {
+        // Release: housekeeping closes it, and the beat does not touch it again.
+        slot.state.store(Slot::ended(descriptor), std::memory_order_release);
+        events.tell({EventKind::camera_gone, index, now_ns, 0, 0});
+        break;
+      }
+      slot.messages.add();
+      if (received == Received::pose) {
+        ++drained.poses;
+      } else {
+        slot.malformed.add();
+        ++drained.malformed;
+      }
+    }
+  }
+  return drained;
+}
+
+CameraDoor::Received CameraDoor::receive(std::uint8_t index, int descriptor,
+                                         const MessageClocks& clocks, std::int64_t now_ns,
+                                         estimator::CameraPose& pose, EventRing& events) noexcept {
+  std::array<std::byte, sizeof(odom_camera_message)> bytes;
+  iovec part{bytes.data(), bytes.size()};
+  msghdr header{};
+  header.msg_iov = &part;
+  header.msg_iovlen = 1;
+  // MSG_TRUNC: the true length of a message that is longer than ours.
+  const ssize_t size = ::recvmsg(descriptor, &header, MSG_DONTWAIT | MSG_TRUNC);
+  if (size < 0) return errno == EAGAIN || errno == EINTR ? Received::nothing : Received::ended;
+  if (size == 0) return Received::ended;
+  const auto message = read_camera_message(bytes, static_cast<std::size_t>(size), clocks, now_ns);
+  if (message.cause != MalformedCause::none) {
+    events.tell(
+        {EventKind::camera_malformed, index, now_ns, static_cast<std::int64_t>(message.cause), 0});
+    return Received::malformed;
+  }
+  pose = message.pose;
+  return Received::pose;
+}
+
+bool CameraDoor::admit(can::FileDescriptor connection, Peer peer) {
+  for (auto& slot : slots_) {
+    if (slot.state.load(std::memory_order_relaxed) != Slot::free) continue;
+    slot.peer = peer;
+    slot.messages.set(0);
+    slot.malformed.set(0);
+    slot.state.store(connection.release(), std::memory_order_release);
+    return true;
+  }
+  return false;
+}
+
+void CameraDoor::close_ended() noexcept {
+  for (auto& slot : slots_) {
+    const int state = slot.state.load(std::memory_order_acquire);
+    if (state >= Slot::free) continue;
+    ::close(Slot::ended(state));
+    slot.state.store(Slot::free, std::memory_order_relaxed);
+  }
+}
+
+std::array<CameraDoor::Connection, CameraDoor::max_connections> CameraDoor::connections() const {
+  std::array<Connection, max_connections> all;
+  for (std::size_t i = 0; i < max_connections; ++i) {
+    const Slot& slot = slots_[i];
+    all[i] = {slot.state.load(std::memory_order_acquire) >= 0, slot.peer, slot.messages.get(),
+              slot.malformed.get()};
+  }
+  return all;
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,146 @@
+#include "daemon/sockets/local_socket.hpp"
+
+#include <grp.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace odomd::daemon {
+namespace {
+
+constexpr int backlog = 16;
+
+[[noreturn]] void refuse(const std::filesystem::path& path, std::string_view what) {
+  throw std::runtime_error(fmt::format("{}: {}", path.string(), what));
+}
+
+[[noreturn]] void fail(const std::filesystem::path& path, std::string_view doing) {
+  throw std::system_error(errno, std::generic_category(),
+                          fmt::format("{}: {}", path.string(), doing));
+}
+
+sockaddr_un address_of(const std::filesystem::path& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.native().size() >= sizeof address.sun_path)
+    throw std::invalid_argument(
+        fmt::format("{}: is too long for a socket; {} characters are the most", path.string(),
+                    sizeof address.sun_path - 1));
+  path.native().copy(address.sun_path, path.native().size());
+  return address;
+}
+
+const sockaddr* generic(const sockaddr_un& address) {
+  return reinterpret_cast<const sockaddr*>(&address);
+}
+
+int type_of(SocketType type) {
+  return type == SocketType::stream ? SOCK_STREAM : SOCK_SEQPACKET;
+}
+
+/// The directory of a socket that lies in /run is gone after a boot.
+void make_directory(const LocalSocketSettings& settings) {
+  const std::filesystem::path& path = settings.path;
+  const auto directory = path.parent_path();
+  std::error_code error;
+  if (std::filesystem::is_directory(directory, error)) return;
+  if (::mkdir(directory.c_str(), 0755) != 0)
+    refuse(path, fmt::format("the directory {} is missing and cannot be made: {}; make it, or {}",
+                             directory.string(), std::strerror(errno), settings.mend));
+}
+
+/// Takes a socket away that nobody listens on any more.
+void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& address) {
+  struct stat status {};
+  if (::lstat(settings.path.c_str(), &status) != 0) return;
+  if (!S_ISSOCK(status.st_mode))
+    refuse(settings.path, "is there already and is not a socket; remove it or choose another name");
+  const can::FileDescriptor probe(
+      ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (::connect(probe.get(), generic(address), sizeof address) == 0 || errno != ECONNREFUSED)
+    refuse(settings.path, "another program listens there; is an odomd running?");
+  if (::unlink(settings.path.c_str()) != 0) fail(settings.path, "cannot remove the old socket");
+}
+
+}  // namespace
+
+LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.path) {
+  const sockaddr_un address = address_of(path_);
+  // As chown has it: -1 changes nothing.
+  const gid_t group = settings.group.empty() ? static_cast<gid_t>(-1) : group_named(settings.group);
+  make_directory(settings);
+  remove_stale(settings, address);
+
+  can::FileDescriptor descriptor(
+      ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!descriptor) fail(path_, "cannot make a socket");
+  if (::bind(descriptor.get(), generic(address), sizeof address) != 0)
+    refuse(path_, fmt::format("cannot be made: {}; {}", std::strerror(errno), settings.mend));
+  struct stat status {};
+  if (::lstat(path_.c_str(), &status) != 0) fail(path_, "cannot be found again");
+  device_ = status.st_dev;
+  inode_ = status.st_ino;
+  descriptor_ = std::move(descriptor);
+  // Nobody connects before listen(): mode and group are in place by then.
+  if (::chown(path_.c_str(), static_cast<uid_t>(-1), group) != 0)
+    fail(path_, fmt::format("cannot give it to the group {}", settings.group));
+  if (::chmod(path_.c_str(), settings.mode) != 0) fail(path_, "cannot set its mode");
+  if (::listen(descriptor_.get(), backlog) != 0) fail(path_, "cannot listen");
+}
+
+LocalSocket::~LocalSocket() {
+  if (!descriptor_) return;
+  // Somebody may have taken our file away, and another daemon may listen under its name by now.
+  struct stat status {};
+  if (::lstat(path_.c_str(), &status) != 0) return;
+  if (status.st_dev == device_ && status.st_ino == inode_) ::unlink(path_.c_str());
+}
+
+can::FileDescriptor LocalSocket::accept() const noexcept {
+  return can::FileDescriptor(
+      ::accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+}
+
+gid_t group_named(const std::string& name) {
+  std::vector<char> buffer(1 << 16);
+  group entry{};
+  group* found = nullptr;
+  ::getgrnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found);
+  if (found == nullptr)
+    throw std::invalid_argument(
+        fmt::format("there is no group \"{}\" on this machine; make it with groupadd", name));
+  return entry.gr_gid;
+}
+
+std::optional<Peer> peer_of(int connection) noexcept {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
+    return std::nullopt;
+  return Peer{credentials.pid, credentials.uid};
+}
+
+bool peer_is_welcome(int connection, gid_t group, std::uint32_t mode) {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(connection, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return false;
+  if (credentials.uid == 0 || credentials.uid == ::geteuid()) return true;
+  if ((mode & S_IWOTH) != 0 || credentials.gid == group) return true;
+  std::vector<gid_t> groups(1 << 10);
+  size = static_cast<socklen_t>(groups.size() * sizeof(gid_t));
+  if (::getsockopt(connection, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
+  groups.resize(size / sizeof(gid_t));
+  return std::ranges::find(groups, group) != groups.end();
+}
+
+}  // namespace odomd::daemon

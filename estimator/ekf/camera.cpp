@@ -1,0 +1,235 @@
+#include "estimator/ekf/camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "estimator/common/pose.hpp"
+#include "estimator/common/symmetric3.hpp"
+#include "estimator/common/time.hpp"
+#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/standstill.hpp"
+#include "estimator/ekf/update.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+// A camera is taken for as noisy as stated up to so many times the variance.
+constexpr double least_camera_unrest = 2.5;
+
+constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
+
+constexpr double longest_pause_s = 0.5;  // between two poses of one run
+
+// How well the motion is known after the pose turned out to be wrong, at least and at most.
+constexpr double doubted_speed = 0.1;  // [m/s]
+constexpr double largest_doubted_speed = 1.0;
+constexpr double doubted_bias = 0.03;  // [rad/s], of the gyro
+constexpr double largest_doubted_bias = 0.1;
+
+/// What no tyre and no sensor is off by, and where the model would lose its sense.
+void keep_scales_possible(State& state) noexcept {
+  LastingVector& scales = state.lasting.mean;
+  const auto keep = [&scales](lasting::Index index, double lowest, double highest) {
+    scales[index] = std::clamp(scales[index], lowest, highest);
+  };
+  keep(lasting::stiffness_scale, -0.7, 2.0);
+  keep(lasting::gyro_scale, -0.5, 0.5);
+  keep(lasting::wheel_scale, -0.5, 0.5);
+}
+
+double distance(const Pose2& a, const Pose2& b) noexcept {
+  return std::hypot(b.x - a.x, b.y - a.y);
+}
+
+/// By how much the way that was seen from one to the other differs from the filter's, told along
+/// the car: a heading that is wrong turns the filter's way, and makes it no other.
+Pose2 apart(const Sighting& before, const Sighting& now) noexcept {
+  const double heading = before.seen.yaw - before.believed.yaw;
+  const double c = std::cos(heading);
+  const double s = std::sin(heading);
+  const double x = now.seen.x - before.seen.x;
+  const double y = now.seen.y - before.seen.y;
+  return {c * x + s * y - (now.believed.x - before.believed.x),
+          c * y - s * x - (now.believed.y - before.believed.y),
+          wrap_angle(now.seen.yaw - before.seen.yaw - (now.believed.yaw - before.believed.yaw))};
+}
+
+double chi_squared(const Pose2& off, const std::array<double, 3>& sigma, double allowed) noexcept {
+  const double way = sigma[0] * sigma[0] + sigma[1] * sigma[1] + allowed * allowed;
+  const double turn = 2.0 * sigma[2] * sigma[2] + allowed * allowed;
+  return (off.x * off.x + off.y * off.y) / way + off.yaw * off.yaw / turn;
+}
+
+/// Whether the camera saw the car go from one to the other as the filter did.
+bool is_one_way(const Sighting& from, const Sighting& to,
+                const std::array<double, 3>& sigma) noexcept {
+  constexpr double share = 0.1;  // that the filter's way may be off by
+  return chi_squared(apart(from, to), sigma, share * distance(from.believed, to.believed)) <=
+         CameraGate{}.gate;
+}
+
+/// Whether it went so far meanwhile that a picture that stands still would have been found out.
+bool tells(const State& state, const Sighting& from, const std::array<double, 3>& sigma) noexcept {
+  constexpr double sigmas = 8.0;
+  return state.rest.standing ||
+         distance(from.believed, state.pose()) >= sigmas * std::hypot(sigma[0], sigma[1]);
+}
+
+/// The pose becomes `seen`, its covariance that of the camera, and nothing else is related to it.
+void move_to(State& state, const Pose2& seen, const std::array<double, 3>& sigma) noexcept {
+  state.mean.head<3>() << seen.x, seen.y, seen.yaw;
+  for (std::size_t i = 0; i < pose_states.size(); ++i) {
+    forget(state, pose_states[i], sigma[i]);
+  }
+}
+
+}  // namespace
+
+/// One pose scatters beside those before by n_k - 2 n_k-1 + n_k-2, told along the filter's way: six
+/// times the variance of one. The median of χ² with three degrees of freedom is 2.37; a median, so
+/// that a few outliers do not count.
+void note_sighting(State& state, const Sample& pose) noexcept {
+  constexpr double median = 2.37;
+  constexpr double step = 1.16;
+  constexpr double most = 100.0;
+  const auto& [x, y, yaw] = pose.value;
+  const Sighting before =
+      std::exchange(state.last_sighting,
+                    {.capture_ns = pose.time_ns, .seen = {x, y, yaw}, .believed = state.pose()});
+  if (before.capture_ns == 0 ||
+      seconds_between(before.capture_ns, pose.time_ns) > longest_pause_s) {
+    return;
+  }
+  Sighting& now = state.last_sighting;
+  now.off = apart(before, now);
+  now.in_a_row = 1;
+  if (before.in_a_row == 0) {
+    return;
+  }
+  const Pose2 scatter{now.off.x - before.off.x, now.off.y - before.off.y,
+                      now.off.yaw - before.off.yaw};
+  double& unrest = state.camera_unrest;
+  const double ratio = chi_squared(scatter, pose.sigma, 0.0) / 3.0;
+  unrest = std::clamp(ratio > median * unrest ? unrest * step : unrest / step, 1.0, most);
+}
+
+Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
+                      const Sample& stated) noexcept {
+  Sample sample = stated;
+  Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
+  const auto& [z_x, z_y, z_yaw] = sample.value;
+  const auto fused = [&] {
+    state.fused_ns[static_cast<std::size_t>(Source::camera)] = sample.time_ns;
+    state.rejected_poses = 0;
+    state.camera_was_out = false;
+    state.turned_since_ns = 0;
+    state.confirming = std::min(state.confirming + 1, believed_rejections);
+    if (state.confirming == believed_rejections) {
+      state.doubtful = false;
+    }
+    state.last_sighting.believed = state.pose();
+  };
+  if (!state.located) {
+    if (!gate.locates) {
+      judgement.verdict = Verdict::source_off;
+      return judgement;
+    }
+    move_to(state, {z_x, z_y, wrap_angle(z_yaw)}, sample.sigma);
+    state.located = true;
+    fused();
+    return judgement;
+  }
+
+  const Pose2 believed = state.pose();
+  if (state.camera_unrest > least_camera_unrest) {
+    for (double& sigma : sample.sigma) {
+      sigma *= std::sqrt(state.camera_unrest);
+    }
+  }
+  judgement.degrees = 3;
+  judgement.innovation = {z_x - believed.x, z_y - believed.y, wrap_angle(z_yaw - believed.yaw)};
+  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
+  const Symmetric3 S{P(0, 0) + sample.sigma[0] * sample.sigma[0],
+                     P(0, 1),
+                     P(0, 2),
+                     P(1, 1) + sample.sigma[1] * sample.sigma[1],
+                     P(1, 2),
+                     P(2, 2) + sample.sigma[2] * sample.sigma[2]};
+  judgement.variance = {S[0], S[3], S[5]};
+  judgement.squared_ratio = mahalanobis_squared(S, judgement.innovation);
+  judgement.test_ratio = judgement.squared_ratio / gate.gate;
+  state.camera_test_ratio = judgement.test_ratio;
+
+  // The turn that continues the filter's yaw.
+  const Pose2 seen{z_x, z_y, believed.yaw + judgement.innovation[2]};
+  if (judgement.squared_ratio <= gate.gate) {
+    const std::array<double, 3> measured{seen.x, seen.y, seen.yaw};
+    for (std::size_t i = 0; i < pose_states.size(); ++i) {
+      Prediction z;
+      z.value = state.mean[pose_states[i]];
+      z.variance = sample.sigma[i] * sample.sigma[i];
+      z.depends_on(pose_states[i], 1.0);
+      const Innovation nu = full::innovation(state, z, measured[i]);
+      correct(state, nu, optimal_gain(nu));
+      teach(state, nu, all());
+    }
+    keep_scales_possible(state);
+    const std::int64_t before_ns = state.fused_ns[index_of(Source::camera)];
+    if (before_ns != 0) {
+      follow_way_unrest(model.tuning, state, judgement.squared_ratio,
+                        seconds_between(before_ns, sample.time_ns));
+    }
+    fused();
+    return judgement;
+  }
+
+  state.confirming = 0;
+  if (!state.integrity.agrees(Source::camera) ||
+      !is_one_way(state.first_rejected, state.last_sighting, sample.sigma)) {
+    state.rejected_poses = 0;
+  }
+  if (state.rejected_poses++ == 0) {
+    state.first_rejected = state.last_sighting;
+  }
+  if (state.rejected_poses < believed_rejections ||
+      seconds_between(state.first_rejected.capture_ns, sample.time_ns) < believed_after_s ||
+      !tells(state, state.first_rejected, sample.sigma)) {
+    judgement.verdict = Verdict::gated;
+    return judgement;
+  }
+  // One that was at fault since it was last believed moves no pose that nobody doubts; but one of
+  // the two is wrong.
+  if (state.camera_was_out && !state.doubtful) {
+    state.doubtful = state.disputed = true;
+    judgement.verdict = Verdict::gated;
+    return judgement;
+  }
+  // Believed against the test: it does not count among those that the filter expects.
+  judgement.degrees = 0;
+  judgement.verdict = Verdict::forced;
+  if (state.rest.standing) {
+    set_off(model, state, 0.0);
+  }
+  // The first one of all tells where it starts; later, either may be wrong.
+  state.disputed =
+      state.disputed || (state.fused_ns[index_of(Source::camera)] != 0 && !state.doubtful);
+  const double unseen_s = seconds_between(state.fused_ns[index_of(Source::camera)], sample.time_ns);
+  move_to(state, seen, sample.sigma);
+  // A pose that was wrong came of a motion that was.
+  const auto doubt = [&](double jump, double least, double most) {
+    const double off = jump / std::max(unseen_s, believed_after_s);
+    return std::min(least * least + off * off, most * most);
+  };
+  const double way = std::hypot(seen.x - believed.x, seen.y - believed.y);
+  state.covariance(at::v_x, at::v_x) += doubt(way, doubted_speed, largest_doubted_speed);
+  state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) +=
+      doubt(seen.yaw - believed.yaw, doubted_bias, largest_doubted_bias);
+  ++state.resets;
+  state.last_jump = {seen.x - believed.x, seen.y - believed.y, seen.yaw - believed.yaw};
+  fused();
+  return judgement;
+}
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,293 @@
+#include "estimator/ekf/take.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/common/time.hpp"
+#include "estimator/ekf/accelerometer.hpp"
+#include "estimator/ekf/departure.hpp"
+#include "estimator/ekf/gyro.hpp"
+#include "estimator/ekf/judge.hpp"
+#include "estimator/ekf/noise.hpp"
+#include "estimator/ekf/plausibility.hpp"
+#include "estimator/ekf/standstill.hpp"
+#include "estimator/ekf/update.hpp"
+#include "estimator/ekf/wheel_speed.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+// An input that is older says nothing of now.
+constexpr double steering_lifetime_s = 0.5;
+// A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
+constexpr double gyro_lifetime_s = 0.35;
+
+// No front wheels turn faster [rad/s].
+constexpr double quickest_steering = 20.0;
+
+// ν² of a force that is no noise, in its own variances.
+constexpr double telling_ratio = 9.0;
+
+// No car is known to stand whose wheels are unheard for so long.
+constexpr double wheels_needed_s = 2.5;
+
+void hold(HeldInput& held, const Sample& sample) noexcept {
+  held = {true, sample.time_ns, sample.value[0]};
+}
+
+bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexcept {
+  return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
+}
+
+/// What is not tested: an input that is held, and what there is nothing to test against.
+Judgement held(Source source) noexcept {
+  return {.source = source, .verdict = Verdict::fused, .degrees = 0};
+}
+Judgement gated(Source source) noexcept {
+  return {.source = source, .verdict = Verdict::gated, .degrees = 0};
+}
+
+Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
+  const double speed = sample.value[0];
+  const double sigma = sample.sigma[0];
+  const bool turning = turns(speed, sigma);
+  if (!state.moving) {
+    if (vouchers(state, sample) == 0) {
+      return held(sample.source);
+    }
+    begin_motion(state, sample);
+  }
+  if (state.rest.standing) {
+    if (!turning) {
+      state.fused_ns[index_of(sample.source)] = sample.time_ns;
+      state.refused_since_ns[index_of(sample.source)] = 0;
+      return held(sample.source);
+    }
+    const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
+    if (!sets_off(state, sample, vote)) {
+      return gated(sample.source);
+    }
+    set_off(context.model, state, vote.slowest);
+  }
+  const bool gyro = gyro_alive(state);
+  const auto predict = [&] {
+    return predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
+  };
+  Prediction z = predict();
+  double& unrest = state.wheel_unrest[index_of(sample.source)];
+  const double calm = unrest;
+  const bool surprising = unrest < 1.0 && innovation(state, z, speed).squared_ratio() >
+                                              context.model.tuning.signal_gate;
+  if (surprising) {
+    unrest = 1.0;  // a wheel that has been calm may be so no longer
+    z = predict();
+  }
+  const Judgement judgement = judge(context.model, state, sample, z, {.heading = !gyro});
+  if (surprising && !is_taken(judgement.verdict)) {
+    unrest = calm;
+  }
+
+  if (turning && !state.rest.resting) {
+    return judgement;
+  }
+  // A few wheels that turn or are locked neither begin a rest nor end one.
+  const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
+  const bool most_rest = vote.resting > vote.turning;
+  if (most_rest && !turning && is_taken(judgement.verdict)) {
+    rest_by_wheel(state, sample.time_ns);
+  } else if (!most_rest ||
+             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > soon_s)) {
+    // Wheels that slide are all gated. Where only those of one side are, a biased gyro makes a turn
+    // about the others.
+    state.rest.resting = false;
+  }
+  return judgement;
+}
+
+Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
+  if (state.accel_x.seen && vouchers(state, sample) == 0) {
+    return gated(sample.source);
+  }
+  hold(state.accel_x, sample);
+  // By how much it overstates a force is learnt of one that stands out of its own uncertainty: of a
+  // noise that is taken for a force it would be learnt too small.
+  const double force = state.mean[at::accel_x];
+  const bool tells = force * force > telling_ratio * state.covariance(at::accel_x, at::accel_x);
+  return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
+               {.lasting = tells ? only(lasting::pitch_gradient) : none()});
+}
+
+/// A steering that jumps further than one turns may be a telegram's alone: by the rest of the jump
+/// the front wheels may be turned otherwise.
+Judgement take_steering(State& state, const Sample& sample) noexcept {
+  if (!state.steering.seen) {
+    state.front_wheels = sample.value[0];
+  } else {
+    const double elapsed_s =
+        std::min(seconds_between(state.steering.time_ns, sample.time_ns), longest_unheard_s);
+    const double jump = std::abs(sample.value[0] - state.steering.value);
+    const double strange = std::max(jump - quickest_steering * elapsed_s, 0.0);
+    state.covariance(at::front_angle, at::front_angle) += strange * strange;
+  }
+  hold(state.steering, sample);
+  return held(sample.source);
+}
+
+/// How the car moves is not known yet, so nothing is learnt of it; but it begins with the turn that
+/// the gyro tells.
+Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
+  if (vouchers(state, sample) == 0) {
+    return held(sample.source);
+  }
+  state.fused_ns[index_of(sample.source)] = sample.time_ns;
+  if (sample.source == Source::yaw_rate) {
+    state.mean[at::yaw_rate] = sample.value[0] - state.lasting.mean[lasting::gyro_bias];
+  } else {
+    hold(sample.source == Source::accel_x ? state.accel_x : state.accel_y, sample);
+  }
+  return held(sample.source);
+}
+
+/// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
+/// tell: it takes two others that agree with it.
+Judgement take_signal(const Context& context, State& state, const Sample& sample,
+                      double stated_sigma) noexcept {
+  const std::int64_t fused_ns = last_fused_ns(state, sample.source);
+  if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
+      vouchers(state, sample) < 2) {
+    return gated(sample.source);
+  }
+  if (!state.moving && !is_wheel(sample.source)) {
+    return hold_before_motion(state, sample);
+  }
+  switch (sample.source) {
+    case Source::yaw_rate:
+      // By the noise as it is stated: that of a calm hour makes a turn of every bump.
+      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], stated_sigma);
+      return judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
+                   {.heading = !state.rest.standing,
+                    .lasting = state.rest.standing ? only(lasting::gyro_bias) : none()});
+    case Source::accel_x:
+      return take_accel_x(context, state, sample);
+    case Source::accel_y:
+      hold(state.accel_y, sample);
+      return judge(
+          context.model, state, sample,
+          predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
+          {.heading = !gyro_alive(state), .lasting = only(lasting::roll_gradient)});
+    default:
+      return take_wheel(context, state, sample);
+  }
+}
+
+/// The front wheels follow the command: δ' = δ + (δ_c - δ) (1 - exp(-Δt / T)), no faster than they
+/// can.
+void steer(const SteeringActuator& actuator, double dt, State& state) noexcept {
+  const double share = actuator.lag_s > 0.0 ? -std::expm1(-dt / actuator.lag_s) : 1.0;
+  double change = share * (state.steering.value - state.front_wheels);
+  if (actuator.rate_limit > 0.0) {
+    change = std::clamp(change, -actuator.rate_limit * dt, actuator.rate_limit * dt);
+  }
+  state.front_wheels += change;
+}
+
+}  // namespace
+
+bool gyro_alive(const State& state) noexcept {
+  if (!state.integrity.trusted(Source::yaw_rate)) {
+    return false;
+  }
+  const std::int64_t gyro_ns = state.fused_ns[index_of(Source::yaw_rate)];
+  return gyro_ns != 0 && seconds_between(gyro_ns, state.time_ns) <= gyro_lifetime_s;
+}
+
+Input input_of(const State& state) noexcept {
+  return {.steering = state.front_wheels,
+          .has_steering = alive(state.steering, state.time_ns, steering_lifetime_s) &&
+                          state.integrity.trusted(Source::steering)};
+}
+
+void advance(const Context& context, State& state, std::int64_t time_ns) noexcept {
+  double left = seconds_between(state.time_ns, time_ns);
+  if (!(left > 0.0)) {
+    return;
+  }
+  if (!state.moving) {
+    state.time_ns = time_ns;
+    return;
+  }
+  if (state.rest.standing) {
+    const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
+    if (unheard_s > wheels_needed_s) {
+      set_off(context.model, state, brisk_accel * unheard_s);
+    }
+  }
+  if (state.rest.standing) {
+    steer(context.model.car.steering, left, state);
+    propagate_standing(context.model, left, state);
+    state.time_ns = time_ns;
+    return;
+  }
+  while (left > 1.5 * context.period_s) {
+    steer(context.model.car.steering, context.period_s, state);
+    propagate(context.model, input_of(state), context.period_s, state);
+    left -= context.period_s;
+  }
+  steer(context.model.car.steering, left, state);
+  propagate(context.model, input_of(state), left, state);
+  state.time_ns = time_ns;
+}
+
+Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
+  switch (sample.source) {
+    case Source::camera:
+      state.integrity.hear({.capture_ns = sample.time_ns,
+                            .x = sample.value[0],
+                            .y = sample.value[1],
+                            .yaw = sample.value[2],
+                            .sigma_x = sample.sigma[0],
+                            .sigma_y = sample.sigma[1],
+                            .sigma_yaw = sample.sigma[2]});
+      note_sighting(state, sample);
+      state.camera_was_out = state.camera_was_out || !state.integrity.trusted(Source::camera);
+      return state.integrity.trusted(Source::camera)
+                 ? take_camera(context.model, context.camera, state, sample)
+                 : gated(sample.source);
+    case Source::steering: {
+      const bool lags =
+          context.model.car.steering.lag_s > 0.0 || context.model.car.steering.rate_limit > 0.0;
+      state.integrity.hear(sample.source, sample.time_ns,
+                           lags && state.steering.seen ? state.front_wheels : sample.value[0],
+                           sample.sigma[0]);
+      return take_steering(state, sample);
+    }
+    case Source::direction:
+      state.integrity.hear(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
+      return {.source = sample.source,
+              .verdict = take_direction(context.model, state, sample),
+              .degrees = 0};
+    case Source::count:
+      return {.source = sample.source, .verdict = Verdict::source_off, .degrees = 0};
+    default:
+      break;
+  }
+  Sample reading = sample;
+  if (is_wheel(sample.source) && state.direction.seen && state.direction.value < 0.0) {
+    // Speeds of sensors that know no sign take that of the direction.
+    reading.value[0] = -std::abs(sample.value[0]);
+  }
+  if (!is_wheel(sample.source)) {
+    measure_noise(context.model.tuning, state, reading);
+  }
+  state.integrity.hear(reading.source, reading.time_ns, reading.value[0], reading.sigma[0]);
+  if (is_wheel(sample.source) && state.integrity.backwards()) {
+    reading.value[0] = -std::abs(sample.value[0]);
+  }
+  const Judgement judgement = state.integrity.trusted(sample.source)
+                                  ? take_signal(context, state, reading, sample.sigma[0])
+                                  : gated(sample.source);
+  note_heard(state, reading);
+  return judgement;
+}
+
+}  // namespace odomd::estimator::full

@@ -1,0 +1,71 @@
+// The ring keeps order, refuses when full, and loses nothing between two threads.
+#include "base/spsc_ring.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <thread>
+
+namespace odomd::spsc_ring_test {
+namespace {
+
+TEST(SpscRing, IsEmptyAtFirstAndAfterTheLastPop) {
+  SpscRing<int, 4> ring;
+  EXPECT_TRUE(ring.empty());
+  EXPECT_EQ(ring.front(), nullptr);
+  ASSERT_TRUE(ring.push(7));
+  EXPECT_FALSE(ring.empty());
+  ASSERT_NE(ring.front(), nullptr);
+  EXPECT_EQ(*ring.front(), 7);
+  ring.pop();
+  EXPECT_TRUE(ring.empty());
+  EXPECT_EQ(ring.front(), nullptr);
+}
+
+TEST(SpscRing, RefusesWhenFullAndOverwritesNothing) {
+  SpscRing<int, 4> ring;
+  for (int round = 0; round < 10; ++round) {
+    for (int i = 0; i < 4; ++i) ASSERT_TRUE(ring.push(i));
+    EXPECT_FALSE(ring.push(99));
+    for (int i = 0; i < 4; ++i) {
+      ASSERT_NE(ring.front(), nullptr);
+      EXPECT_EQ(*ring.front(), i);
+      ring.pop();
+    }
+    EXPECT_EQ(ring.front(), nullptr);
+  }
+}
+
+TEST(SpscRing, LosesNothingBetweenTwoThreads) {
+  struct Item {
+    std::uint64_t number;
+    std::uint64_t check;
+  };
+  constexpr std::uint64_t items = 200'000;
+  const auto ring = std::make_unique<SpscRing<Item, 64>>();
+  std::thread producer([&] {
+    for (std::uint64_t i = 0; i < items;)
+      if (ring->push({i, ~i}))
+        ++i;
+      else
+        std::this_thread::yield();
+  });
+  std::uint64_t wrong = 0;
+  for (std::uint64_t i = 0; i < items;) {
+    const Item* const item = ring->front();
+    if (item == nullptr) {
+      std::this_thread::yield();
+      continue;
+    }
+    if (item->number != i || item->check != ~i) ++wrong;
+    ring->pop();
+    ++i;
+  }
+  producer.join();
+  EXPECT_EQ(wrong, 0U);
+  EXPECT_TRUE(ring->empty());
+}
+
+}  // namespace
+}  // namespace odomd::spsc_ring_test

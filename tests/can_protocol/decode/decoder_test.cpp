@@ -1,0 +1,499 @@
+// The decoder: compiling bindings, verdicts and values of frames, and that decoding never
+// allocates.
+#include "can_protocol/decode/decoder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "can_protocol/decode/e2e_trust.hpp"
+#include "can_protocol/decode/message_encoder.hpp"
+#include "tests/allocation_count.hpp"
+
+namespace odomd::can::decoder_test {
+namespace {
+
+using testing::DoubleEq;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Pair;
+
+constexpr const char* car = R"(BO_ 416 IMU: 8 X
+ SG_ CRC : 0|8@1+ (1,0) [0|0] "" X
+ SG_ Counter : 8|4@1+ (1,0) [0|0] "" X
+ SG_ Yaw : 16|16@1- (0.01,0) [0|0] "deg/s" X
+ SG_ Acc : 32|16@1- (0.001,0) [0|0] "g" X
+BO_ 2147484064 WHEELS: 8 X
+ SG_ Left : 0|16@1+ (0.1,0) [0|0] "km/h" X
+ SG_ Right : 16|16@1+ (0.1,0) [0|0] "km/h" X
+ SG_ Fault : 32|2@1+ (1,0) [0|0] "" X
+ SG_ Motor : 48|16@1- (1,0) [0|0] "rpm" X
+BO_ 32 STEER: 4 X
+ SG_ Angle : 7|12@0- (1.5,0) [0|0] "deg" X
+ SG_ Fraction : 11|4@0- (0.1,0) [0|0] "deg" X
+ SG_ Gear : 16|3@1+ (1,0) [0|0] "" X
+BO_ 33 MIXED: 3 X
+ SG_ Page M : 0|4@1+ (1,0) [0|0] "" X
+ SG_ Speed m2 : 8|8@1+ (0.5,-10) [0|0] "m/s" X
+ SG_ Other m3 : 8|16@1+ (1,0) [0|0] "" X
+BA_DEF_DEF_ "GenMsgCycleTime" 0;
+BA_ "GenMsgCycleTime" BO_ 416 5;
+)";
+
+SignalBinding bind(std::uint16_t channel, std::string message, std::string signal,
+                   Unit unit = Unit::none) {
+  SignalBinding binding;
+  binding.channel = channel;
+  binding.role = "role_" + std::to_string(channel);
+  binding.message = std::move(message);
+  binding.signals = {std::move(signal)};
+  binding.unit = unit;
+  return binding;
+}
+
+using Values = std::vector<std::pair<int, double>>;
+
+/// A decoder over `car` and what a frame gives.
+class Rig {
+ public:
+  explicit Rig(std::vector<SignalBinding> bindings, std::vector<E2eBinding> protections = {},
+               std::vector<std::string> buses = {"can0", "can1"})
+      : databases_{parse_dbc(car, "car.dbc")}, decoder_(databases_, bindings, protections, buses) {}
+
+  FrameVerdict decode(const Frame& frame) {
+    std::array<Sample, max_samples_per_frame> samples;
+    const DecodeResult result = decoder_.decode(frame, samples);
+    samples_.assign(samples.begin(), samples.begin() + result.count);
+    return result.verdict;
+  }
+
+  [[nodiscard]] Values values() const {
+    Values values;
+    for (const Sample& sample : samples_) values.emplace_back(sample.channel, sample.value);
+    return values;
+  }
+  [[nodiscard]] const std::vector<Sample>& samples() const { return samples_; }
+  [[nodiscard]] const Decoder& decoder() const { return decoder_; }
+
+  [[nodiscard]] MessageEncoder encoder(std::string_view message) const {
+    return MessageEncoder(*find_message(databases_[0], message));
+  }
+  [[nodiscard]] MessageEncoder encoder(std::string_view message, const E2eBinding& e2e) const {
+    return {*find_message(databases_[0], message), e2e};
+  }
+
+ private:
+  std::vector<Database> databases_;
+  Decoder decoder_;
+  std::vector<Sample> samples_;
+};
+
+Frame raw_frame(std::uint32_t id, IdFormat format, std::vector<std::uint8_t> payload) {
+  Frame frame;
+  frame.time_ns = 1'000;
+  frame.id = id;
+  frame.format = format;
+  frame.length = static_cast<std::uint8_t>(payload.size());
+  std::copy(payload.begin(), payload.end(), frame.data.begin());
+  return frame;
+}
+
+TEST(Decoder, ConvertsUnitsThenScaleThenOffset) {
+  SignalBinding yaw = bind(1, "IMU", "Yaw", Unit::deg_per_s);
+  yaw.scale = -2.0;
+  yaw.offset = 0.25;
+  yaw.latency_ns = 300;
+  SignalBinding motor = bind(4, "WHEELS", "Motor", Unit::rpm);
+  motor.radius_m = 0.05;
+  motor.ratio = 8.0;
+  Rig rig({yaw, bind(2, "IMU", "Acc", Unit::g), bind(3, "WHEELS", "Left", Unit::km_per_h), motor});
+
+  MessageEncoder imu = rig.encoder("IMU");
+  imu.set("Yaw", 90.0);
+  imu.set("Acc", -0.5);
+  EXPECT_EQ(rig.decode(imu.frame(10'000)), FrameVerdict::decoded);
+  EXPECT_THAT(rig.values(), ElementsAre(Pair(1, DoubleEq(-std::numbers::pi + 0.25)),
+                                        Pair(2, DoubleEq(-0.5 * 9.80665))));
+  EXPECT_EQ(rig.samples()[0].time_ns, 9'700);
+  EXPECT_EQ(rig.samples()[1].time_ns, 10'000);
+
+  MessageEncoder wheels = rig.encoder("WHEELS");
+  wheels.set("Left", 36.0);
+  wheels.set("Motor", -4800.0);
+  EXPECT_EQ(rig.decode(wheels.frame(0)), FrameVerdict::decoded);
+  // 600 wheel turns a minute are 10 a second: 10 * 2 pi * 0.05 m.
+  EXPECT_THAT(rig.values(),
+              ElementsAre(Pair(3, DoubleEq(10.0)), Pair(4, DoubleEq(-std::numbers::pi))));
+}
+
+TEST(Decoder, SumsSignals) {
+  SignalBinding steering = bind(1, "STEER", "Angle", Unit::deg);
+  steering.signals = {"Angle", "Fraction"};
+  Rig rig({steering});
+  MessageEncoder steer = rig.encoder("STEER");
+  steer.set("Angle", -30.0);
+  steer.set("Fraction", 0.7);
+  EXPECT_EQ(rig.decode(steer.frame(0)), FrameVerdict::decoded);
+  ASSERT_EQ(rig.samples().size(), 1U);
+  EXPECT_NEAR(rig.samples()[0].value, -29.3 * std::numbers::pi / 180.0, 1e-12);
+}
+
+TEST(Decoder, CountsASampleOnlyWhileItIsValid) {
+  SignalBinding left = bind(1, "WHEELS", "Left", Unit::km_per_h);
+  left.valid_when = ValidWhen{"Fault", 2.0};
+  Rig rig({left, bind(2, "WHEELS", "Right", Unit::km_per_h)});
+  MessageEncoder wheels = rig.encoder("WHEELS");
+  EXPECT_EQ(rig.decode(wheels.frame(0)), FrameVerdict::decoded);
+  EXPECT_THAT(rig.values(), ElementsAre(Pair(2, 0.0)));
+  wheels.set("Fault", 2.0);
+  EXPECT_EQ(rig.decode(wheels.frame(0)), FrameVerdict::decoded);
+  EXPECT_THAT(rig.values(), ElementsAre(Pair(1, 0.0), Pair(2, 0.0)));
+
+  Rig alone({left});
+  wheels.set("Fault", 0.0);
+  EXPECT_EQ(alone.decode(wheels.frame(0)), FrameVerdict::no_sample);
+  EXPECT_TRUE(alone.samples().empty());
+}
+
+TEST(Decoder, MakesADirectionOfItsValues) {
+  SignalBinding gear = bind(1, "STEER", "Gear");
+  gear.forward = 1.0;
+  gear.reverse = 2.0;
+  gear.scale = 100.0;  // does not apply
+  Rig rig({gear});
+  MessageEncoder steer = rig.encoder("STEER");
+  for (const auto& [raw, direction] : Values{{1, 1.0}, {2, -1.0}, {0, 0.0}, {7, 0.0}}) {
+    steer.set_bits("Gear", static_cast<std::uint64_t>(raw));
+    EXPECT_EQ(rig.decode(steer.frame(0)), FrameVerdict::decoded);
+    EXPECT_THAT(rig.values(), ElementsAre(Pair(1, direction)));
+  }
+}
+
+TEST(Decoder, SeesMultiplexedSignalsOnlyWhenTheyArePresent) {
+  Rig rig({bind(1, "MIXED", "Speed", Unit::m_per_s)});
+  EXPECT_EQ(rig.decode(raw_frame(33, IdFormat::standard, {2, 40, 0})), FrameVerdict::decoded);
+  EXPECT_THAT(rig.values(), ElementsAre(Pair(1, 10.0)));
+  EXPECT_EQ(rig.decode(raw_frame(33, IdFormat::standard, {3, 40, 0})), FrameVerdict::no_sample);
+  EXPECT_EQ(rig.decode(raw_frame(33, IdFormat::standard, {2})), FrameVerdict::too_short);
+  EXPECT_EQ(rig.decode(raw_frame(33, IdFormat::standard, {3})), FrameVerdict::no_sample);
+  EXPECT_EQ(rig.decode(raw_frame(33, IdFormat::standard, {})), FrameVerdict::too_short);
+}
+
+TEST(Decoder, TakesNothingOfAPayloadThatEndsBeforeABoundSignal) {
+  Rig rig({bind(1, "WHEELS", "Left"), bind(2, "WHEELS", "Right")});
+  const Frame whole = raw_frame(416, IdFormat::extended, {1, 0, 2, 0});
+  EXPECT_EQ(rig.decode(whole), FrameVerdict::decoded);  // unbound signals may be missing
+  EXPECT_EQ(rig.decode(raw_frame(416, IdFormat::extended, {1, 0, 2})), FrameVerdict::too_short);
+  EXPECT_TRUE(rig.samples().empty());
+  Frame longer = whole;
+  longer.length = 64;
+  EXPECT_EQ(rig.decode(longer), FrameVerdict::decoded);
+  longer.length = 255;  // no frame is: must not be read beyond
+  EXPECT_EQ(rig.decode(longer), FrameVerdict::decoded);
+}
+
+TEST(Decoder, TellsIdentifiersOfBothFormatsApart) {
+  Rig rig({bind(1, "IMU", "Yaw"), bind(2, "WHEELS", "Left")});
+  const std::vector<std::uint8_t> zeros(8);
+  EXPECT_EQ(rig.decode(raw_frame(416, IdFormat::standard, zeros)), FrameVerdict::decoded);
+  EXPECT_THAT(rig.values(), ElementsAre(Pair(1, 0.0)));
+  EXPECT_EQ(rig.decode(raw_frame(416, IdFormat::extended, zeros)), FrameVerdict::decoded);
+  EXPECT_THAT(rig.values(), ElementsAre(Pair(2, 0.0)));
+  for (const std::uint32_t id : {0U, 415U, 417U, 2047U, 2048U, 0xFFFF'FFFFU}) {
+    EXPECT_EQ(rig.decode(raw_frame(id, IdFormat::standard, zeros)), FrameVerdict::unmapped);
+    EXPECT_EQ(rig.decode(raw_frame(id, IdFormat::extended, zeros)), FrameVerdict::unmapped);
+  }
+}
+
+TEST(Decoder, PassesOverRemoteAndErrorFrames) {
+  Rig rig({bind(1, "IMU", "Yaw")});
+  Frame frame = raw_frame(416, IdFormat::standard, std::vector<std::uint8_t>(8));
+  frame.kind = FrameKind::remote;
+  EXPECT_EQ(rig.decode(frame), FrameVerdict::unmapped);
+  frame.kind = FrameKind::error;
+  EXPECT_EQ(rig.decode(frame), FrameVerdict::unmapped);
+  frame.kind = FrameKind::data;
+  frame.bus = 200;
+  EXPECT_EQ(rig.decode(frame), FrameVerdict::unmapped);
+}
+
+TEST(Decoder, TakesABindingFromItsBusOnly) {
+  SignalBinding left = bind(1, "WHEELS", "Left");
+  left.bus = "can1";
+  Rig rig({left});
+  Frame frame = raw_frame(416, IdFormat::extended, std::vector<std::uint8_t>(8));
+  EXPECT_EQ(rig.decode(frame), FrameVerdict::unmapped);
+  frame.bus = 1;
+  EXPECT_EQ(rig.decode(frame), FrameVerdict::decoded);
+}
+
+TEST(Decoder, LetsTwoMessagesShareAnIdentifierOnDifferentBuses) {
+  const std::vector<Database> databases{
+      parse_dbc("BO_ 7 A: 1 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n", "a.dbc"),
+      parse_dbc("BO_ 7 B: 1 X\n SG_ S : 0|8@1+ (2,0) [0|0] \"\" X\n", "b.dbc")};
+  std::vector<SignalBinding> bindings{bind(1, "A", "S"), bind(2, "B", "S")};
+  const std::vector<std::string> buses{"can0", "can1"};
+  EXPECT_THROW(Decoder(databases, bindings, {}, buses), std::invalid_argument);
+  bindings[0].bus = "can0";
+  bindings[1].bus = "can1";
+  Decoder decoder(databases, bindings, {}, buses);
+  std::array<Sample, max_samples_per_frame> samples;
+  Frame frame = raw_frame(7, IdFormat::standard, {5});
+  EXPECT_EQ(decoder.decode(frame, samples).verdict, FrameVerdict::decoded);
+  EXPECT_EQ(samples[0].channel, 1);
+  frame.bus = 1;
+  EXPECT_EQ(decoder.decode(frame, samples).verdict, FrameVerdict::decoded);
+  EXPECT_EQ(samples[0].channel, 2);
+  EXPECT_EQ(samples[0].value, 10.0);
+}
+
+TEST(Decoder, TakesAMessageFromTheFirstDatabaseThatHasIt) {
+  const std::vector<Database> databases{
+      parse_dbc("BO_ 7 A: 1 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\" X\n", "a.dbc"),
+      parse_dbc("BO_ 8 A: 1 X\n SG_ T : 0|8@1+ (2,0) [0|0] \"\" X\n", "b.dbc")};
+  const std::vector<SignalBinding> bindings{bind(1, "A", "S")};
+  const Decoder decoder(databases, bindings, {}, {});
+  EXPECT_EQ(decoder.messages()[0].id, 7U);
+}
+
+TEST(Decoder, ListsItsMessages) {
+  const Rig rig({bind(5, "IMU", "Yaw"), bind(6, "WHEELS", "Left"), bind(7, "IMU", "Acc")});
+  const auto messages = rig.decoder().messages();
+  ASSERT_EQ(messages.size(), 2U);
+  EXPECT_EQ(messages[0].name, "IMU");
+  EXPECT_EQ(messages[0].cycle_time_ns, 5'000'000);
+  EXPECT_THAT(messages[0].channels, ElementsAre(5, 7));
+  EXPECT_EQ(messages[1].format, IdFormat::extended);
+  EXPECT_EQ(messages[1].id, 416U);
+  EXPECT_EQ(messages[1].cycle_time_ns, 0);
+}
+
+// Protection --------------------------------------------------------------------------------------
+
+E2eBinding imu_protection() {
+  E2eBinding e2e;
+  e2e.message = "IMU";
+  e2e.profile = E2eProfile::p01;
+  e2e.data_id = 0x1A0;
+  e2e.crc_signal = "CRC";
+  e2e.counter_signal = "Counter";
+  return e2e;
+}
+
+TEST(Decoder, GivesEveryProtectedFrameItsVerdictAndCountsIt) {
+  Rig rig({bind(1, "IMU", "Yaw")}, {imu_protection()});
+  MessageEncoder imu = rig.encoder("IMU", imu_protection());
+  const Frame first = imu.frame(100);
+  EXPECT_EQ(rig.decode(first), FrameVerdict::decoded);
+  EXPECT_EQ(rig.decode(first), FrameVerdict::repeated);
+  EXPECT_TRUE(rig.samples().empty());
+  Frame broken = imu.frame(200);
+  broken.data[4] ^= 1U;
+  EXPECT_EQ(rig.decode(broken), FrameVerdict::failed_crc);
+  EXPECT_TRUE(rig.samples().empty());
+  EXPECT_EQ(rig.decode(imu.frame(250)), FrameVerdict::distrusted);  // right behind an error
+  EXPECT_TRUE(rig.samples().empty());
+  (void)imu.frame(0);
+  EXPECT_EQ(rig.decode(imu.frame(300)), FrameVerdict::decoded);  // one was lost: OKSOMELOST
+  for (int i = 0; i < 5; ++i) (void)imu.frame(0);
+  EXPECT_EQ(rig.decode(imu.frame(400)), FrameVerdict::wrong_sequence);
+  EXPECT_TRUE(rig.samples().empty());
+  EXPECT_EQ(rig.decode(imu.frame(500)), FrameVerdict::decoded);
+  Frame cut = imu.frame(600);
+  cut.length = 7;
+  EXPECT_EQ(rig.decode(cut), FrameVerdict::too_short);
+
+  const MessageCounters& counters = rig.decoder().counters(0);
+  const auto count = [&](FrameVerdict verdict) {
+    return counters.verdicts[static_cast<std::size_t>(verdict)].get();
+  };
+  EXPECT_EQ(count(FrameVerdict::decoded), 3U);
+  EXPECT_EQ(count(FrameVerdict::repeated), 1U);
+  EXPECT_EQ(count(FrameVerdict::failed_crc), 1U);
+  EXPECT_EQ(count(FrameVerdict::distrusted), 1U);
+  EXPECT_EQ(count(FrameVerdict::wrong_sequence), 1U);
+  EXPECT_EQ(count(FrameVerdict::too_short), 1U);
+  EXPECT_EQ(counters.some_lost.get(), 1U);
+  EXPECT_EQ(counters.last_time_ns.get(), 500U);
+}
+
+TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
+  Rig rig({bind(1, "IMU", "Yaw")}, {imu_protection()});
+  MessageEncoder imu = rig.encoder("IMU", imu_protection());
+  const auto broken = [&] {
+    Frame frame = imu.frame(1);
+    frame.data[4] ^= 1U;
+    return frame;
+  };
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
+
+  // A few failures leave the message believed from the second good frame on, many do not.
+  for (int i = 0; i < E2eTrust::max_failed / 2; ++i)
+    EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
+  EXPECT_TRUE(rig.samples().empty());
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
+  for (int i = 0; i < E2eTrust::window; ++i)
+    EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
+  (void)rig.decode(imu.frame(1));  // takes up the sequence again
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
+  EXPECT_TRUE(rig.samples().empty());
+
+  // The disturbance has ended: believed again once the window has slid past it.
+  int refused = 0;
+  while (rig.decode(imu.frame(1)) == FrameVerdict::distrusted) ++refused;
+  EXPECT_LE(refused, E2eTrust::window - E2eTrust::max_failed);
+  EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
+}
+
+TEST(E2eTrust, IsNotShakenByAGatewayThatRepeatsEveryFrame) {
+  E2eTrust trust;
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(trust.after(E2eStatus::ok));
+    EXPECT_TRUE(trust.after(E2eStatus::repeated));
+  }
+}
+
+TEST(Decoder, KeepsTheCountersOfTwoBusesApart) {
+  Rig rig({bind(1, "IMU", "Yaw")}, {imu_protection()});
+  MessageEncoder imu = rig.encoder("IMU", imu_protection());
+  for (int i = 0; i < 20; ++i) {
+    Frame frame = imu.frame(i);
+    EXPECT_EQ(rig.decode(frame), FrameVerdict::decoded);
+    frame.bus = 1;
+    EXPECT_EQ(rig.decode(frame), FrameVerdict::decoded);
+  }
+}
+
+TEST(Decoder, NeverAllocatesWhileDecoding) {
+  SignalBinding gated = bind(3, "WHEELS", "Left", Unit::km_per_h);
+  gated.valid_when = ValidWhen{"Fault", 0.0};
+  Rig rig({bind(1, "IMU", "Yaw"), bind(2, "MIXED", "Speed"), gated}, {imu_protection()});
+  MessageEncoder imu = rig.encoder("IMU", imu_protection());
+  std::vector<Frame> frames;
+  frames.reserve(34);
+  for (int i = 0; i < 30; ++i) frames.push_back(imu.frame(i));
+  frames[3].data[5] ^= 1U;
+  frames.push_back(raw_frame(33, IdFormat::standard, {2, 40, 0}));
+  frames.push_back(raw_frame(33, IdFormat::standard, {2}));
+  frames.push_back(raw_frame(416, IdFormat::extended, std::vector<std::uint8_t>(8)));
+  frames.push_back(raw_frame(5, IdFormat::extended, std::vector<std::uint8_t>(8)));
+
+  const Database database = parse_dbc(car, "car.dbc");
+  const std::vector<SignalBinding> bindings{bind(1, "IMU", "Yaw")};
+  std::array<Sample, max_samples_per_frame> samples;
+  const std::size_t before = allocation_count();
+  Decoder decoder(std::span(&database, 1), bindings, {}, {});
+  EXPECT_GT(allocation_count(), before);  // the count works
+  const std::size_t after = allocation_count();
+  for (const Frame& frame : frames) (void)decoder.decode(frame, samples);
+  EXPECT_EQ(allocation_count(), after);
+}
+
+// Mismatches ------------------------------------------------------------------------------------
+
+template <typename Change>
+std::string refusal(Change change) {
+  SignalBinding binding = bind(1, "IMU", "Yaw", Unit::deg_per_s);
+  E2eBinding e2e = imu_protection();
+  change(binding, e2e);
+  try {
+    const Rig rig({binding}, {e2e});
+  } catch (const std::invalid_argument& refused) {
+    return refused.what();
+  }
+  return "taken";
+}
+
+TEST(DecoderErrors, NameTheRoleAndTheNearestName) {
+  EXPECT_EQ(refusal([](auto& b, auto&) { b.message = "IUM"; }),
+            "signal 'role_1': no message 'IUM' in car.dbc; the nearest is 'IMU'");
+  EXPECT_EQ(refusal([](auto& b, auto&) { b.signals = {"yaw"}; }),
+            "signal 'role_1': message 'IMU' of car.dbc has no signal 'yaw'; the nearest is 'Yaw'");
+  EXPECT_EQ(refusal([](auto& b, auto&) { b.bus = "can2"; }),
+            "signal 'role_1': there is no bus 'can2'; the nearest is 'can0'");
+  EXPECT_EQ(refusal([](auto& b, auto&) {
+              b.valid_when = ValidWhen{"Acx", 0.0};
+            }),
+            "signal 'role_1': message 'IMU' of car.dbc has no signal 'Acx'; the nearest is 'Acc'");
+  EXPECT_EQ(refusal([](auto&, auto& e) { e.message = "IMUU"; }),
+            "end-to-end protection: no message 'IMUU' in car.dbc; the nearest is 'IMU'");
+  EXPECT_THAT(refusal([](auto&, auto& e) { e.crc_signal = "CRK"; }), HasSubstr("nearest is 'CRC'"));
+}
+
+TEST(DecoderErrors, TellUnitsThatContradictTheDatabase) {
+  EXPECT_EQ(refusal([](auto& b, auto&) { b.unit = Unit::rad_per_s; }),
+            "signal 'role_1': unit 'rad/s' contradicts 'deg/s' of signal 'IMU.Yaw' in car.dbc:4; "
+            "mend one of them");
+  EXPECT_EQ(refusal([](auto& b, auto&) {
+              b.signals = {"Counter"};
+              b.unit = Unit::rad;
+            }),
+            "taken");  // an empty unit contradicts nothing
+}
+
+TEST(DecoderErrors, TellUnitsAndFactorsThatNoValueComesOutOf) {
+  const auto refusal_of = [](const std::string& scaling) {
+    const std::vector<Database> databases{
+        parse_dbc("BO_ 1 W: 8 X\n SG_ V : 0|16@1+ " + scaling + " X\n", "car.dbc")};
+    try {
+      const Decoder decoder(databases, std::vector{bind(1, "W", "V", Unit::m_per_s)}, {}, {});
+    } catch (const std::invalid_argument& refused) {
+      return std::string(refused.what());
+    }
+    return std::string("taken");
+  };
+  EXPECT_EQ(refusal_of("(0.01,0) [0|0] \"mph\""),
+            "signal 'role_1': unit 'm/s' contradicts 'mph' of signal 'W.V' in car.dbc:2; "
+            "mend one of them, or take it as unit = \"1\" with a scale");
+  EXPECT_EQ(refusal_of("(0,0) [0|0] \"m/s\""),
+            "signal 'role_1': signal 'V' has the factor 0 in car.dbc:2 and never changes; "
+            "mend the database");
+  EXPECT_EQ(refusal_of("(0.01,0) [0|0] \"SED\""), "taken");
+}
+
+TEST(DecoderErrors, TellValuesThatASignalNeverHas) {
+  EXPECT_THAT(refusal([](auto& b, auto&) {
+                b.valid_when = ValidWhen{"Counter", 16.0};
+              }),
+              HasSubstr("signal 'Counter' never has the value 16; the nearest is 15"));
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 0.005; }),
+              HasSubstr("signal 'Yaw' never has the value 0.005"));
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = b.reverse = 1.0; }),
+              HasSubstr("forward and reverse are the same value"));
+}
+
+TEST(DecoderErrors, TellIncompleteBindings) {
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.signals.clear(); }), HasSubstr("no signal is named"));
+  EXPECT_THAT(refusal([](auto& b, auto&) {
+                b.forward = 1.0;
+                b.signals = {"CRC", "Counter"};
+              }),
+              HasSubstr("a direction comes from one signal"));
+  EXPECT_THAT(refusal([](auto& b, auto&) {
+                b.signals = {"CRC"};
+                b.unit = Unit::rpm;
+              }),
+              HasSubstr("unit rpm needs the wheel's radius"));
+  EXPECT_THAT(refusal([](auto& b, auto&) {
+                b.signals = {"CRC"};
+                b.unit = Unit::rpm;
+                b.radius_m = 0.1;
+                b.ratio = 0.0;
+              }),
+              HasSubstr("ratio must be a number other than 0"));
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.scale = HUGE_VAL; }), HasSubstr("not a finite"));
+  EXPECT_THROW(Rig({}, {imu_protection(), imu_protection()}), std::invalid_argument);
+  EXPECT_THROW(Decoder({}, std::vector{bind(1, "IMU", "Yaw")}, {}, {}), std::invalid_argument);
+  EXPECT_THROW(Rig(std::vector(max_samples_per_frame + 1, bind(1, "IMU", "Yaw"))),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace odomd::can::decoder_test

@@ -1,0 +1,95 @@
+// Encoding messages by name.
+#include "can_protocol/decode/message_encoder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "can_protocol/dbc/signal_layout.hpp"
+
+namespace odomd::can::message_encoder_test {
+namespace {
+
+Message message(const char* text) {
+  return parse_dbc(text, "a.dbc").messages.at(0);
+}
+
+constexpr const char* nested = R"(BO_ 2147483653 A: 12 X
+ SG_ Root M : 0|8@1+ (1,0) [0|0] "" X
+ SG_ Inner m1M : 8|8@1+ (1,0) [0|0] "" X
+ SG_ Deep m3 : 16|8@1- (0.5,1) [0|0] "" X
+ SG_ Simple m0 : 24|8@1+ (1,0) [0|0] "" X
+SG_MUL_VAL_ 5 Inner Root 2-4;
+SG_MUL_VAL_ 2147483653 Inner Root 2-4;
+SG_MUL_VAL_ 2147483653 Deep Inner 7-7;
+SG_MUL_VAL_ 2147483653 Simple Root 0-0;
+)";
+
+TEST(MessageEncoder, MakesFramesOfItsMessage) {
+  MessageEncoder encoder(message(nested));
+  const Frame frame = encoder.frame(42, 3);
+  EXPECT_EQ(frame.time_ns, 42);
+  EXPECT_EQ(frame.id, 5U);
+  EXPECT_EQ(frame.format, IdFormat::extended);
+  EXPECT_EQ(frame.protocol, FrameProtocol::fd);
+  EXPECT_EQ(frame.kind, FrameKind::data);
+  EXPECT_EQ(frame.bus, 3);
+  EXPECT_EQ(frame.length, 12);
+  EXPECT_EQ(frame.data, (std::array<std::uint8_t, max_payload>{}));
+}
+
+TEST(MessageEncoder, SelectsAMultiplexedSignalThroughAllItsMultiplexors) {
+  MessageEncoder encoder(message(nested));
+  encoder.set("Deep", -3.0);
+  EXPECT_EQ(encoder.frame(0).data[0], 2);
+  EXPECT_EQ(encoder.frame(0).data[1], 7);
+  EXPECT_EQ(encoder.frame(0).data[2], 0xF8);
+  encoder.set("Root", 3.0);  // selects Inner as well
+  encoder.set("Deep", 1.0);
+  EXPECT_EQ(encoder.frame(0).data[0], 3);
+  encoder.set("Simple", 9.0);
+  EXPECT_EQ(encoder.frame(0).data[0], 0);
+}
+
+TEST(MessageEncoder, RefusesWhatItCannotSend) {
+  MessageEncoder encoder(message(nested));
+  try {
+    encoder.set("Deeep", 1.0);
+    FAIL() << "was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "message 'A' has no signal 'Deeep'; the nearest is 'Deep'");
+  }
+  EXPECT_THROW(encoder.set("Deep", std::nan("")), std::invalid_argument);
+}
+
+TEST(MessageEncoder, SendsProtectedFramesOfOurOwnBus) {
+  const Database bus = read_dbc(ODOMD_SOURCE_DIR "/can_protocol/odomd.dbc");
+  for (const Message& sent : bus.messages) {
+    E2eBinding e2e;
+    e2e.message = sent.name;
+    e2e.profile = E2eProfile::p01;
+    e2e.data_id = static_cast<std::uint16_t>(sent.id);
+    e2e.crc_signal = sent.name + "_CRC";
+    e2e.counter_signal = sent.name + "_Counter";
+    MessageEncoder encoder(sent, e2e);
+    const E2eProtection receiver(sent, e2e);
+    E2eState state;
+    for (int i = 0; i < 40; ++i) {
+      for (const Signal& signal : sent.signals)
+        if (!signal.unit.empty()) encoder.set(signal.name, 0.01 * i - 0.2);
+      const Frame frame = encoder.frame(i);
+      EXPECT_EQ(receiver.check(frame.payload(), state), E2eStatus::ok);
+      for (const Signal& signal : sent.signals) {
+        if (signal.unit.empty()) continue;
+        const SignalLayout layout = layout_of(signal);
+        EXPECT_NEAR(physical_value(layout, extract_bits(layout, frame.payload())), 0.01 * i - 0.2,
+                    0.501 * signal.scale);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace odomd::can::message_encoder_test

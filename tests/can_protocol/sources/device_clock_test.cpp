@@ -1,0 +1,106 @@
+// Hardware stamps through a device clock with drift, under software stamps with jitter.
+#include "can_protocol/sources/device_clock.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+namespace odomd::can::device_clock_test {
+namespace {
+
+constexpr std::int64_t us = 1'000;
+constexpr std::int64_t ms = 1'000 * us;
+constexpr std::int64_t s = 1'000 * ms;
+
+/// A controller whose clock shows `at(t)` at instant t.
+struct Device {
+  std::int64_t origin = 0;
+  std::int64_t drift_per_million = 0;
+  [[nodiscard]] std::int64_t at(std::int64_t time) const {
+    return origin + time + time / 1'000'000 * drift_per_million;
+  }
+};
+
+/// Software stamps: never early, mostly 10-60 us late, now and then a millisecond.
+class Latency {
+ public:
+  std::int64_t next() {
+    const auto draw = static_cast<std::int64_t>(random_() % 1000);
+    return draw < 50 ? 10 * us + draw * 20 * us : 10 * us + draw * 50;
+  }
+
+ private:
+  std::minstd_rand random_{42};
+};
+
+class DriftingDeviceClock : public testing::TestWithParam<std::int64_t> {};
+
+TEST_P(DriftingDeviceClock, IsFollowedToTheSmallestLatency) {
+  const Device device{-123'456'789'012, GetParam()};
+  DeviceClock clock;
+  Latency latency;
+  std::int64_t worst = 0;
+  for (std::int64_t i = 0; i < 60'000; ++i) {  // a frame a millisecond, one minute
+    const std::int64_t time = 1000 * s + i * ms;
+    const std::int64_t software = time + latency.next();
+    const std::int64_t mapped = clock.to_monotonic(device.at(time), software);
+    ASSERT_LE(mapped, software);
+    if (i > 2000) worst = std::max(worst, std::abs(mapped - time));
+  }
+  EXPECT_LT(worst, 30 * us);
+}
+
+INSTANTIATE_TEST_SUITE_P(PartsPerMillion, DriftingDeviceClock,
+                         testing::Values(-100, -50, 0, 50, 100));
+
+TEST(DeviceClock, FollowsAClockThatJumpsAheadAtOnce) {
+  Device device;
+  DeviceClock clock;
+  for (std::int64_t i = 0; i < 100; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
+  device.origin += 7 * s;
+  const std::int64_t time = 101 * ms;
+  EXPECT_EQ(clock.to_monotonic(device.at(time), time + 10 * us), time + 10 * us);
+}
+
+TEST(DeviceClock, FollowsAClockThatStartsOverAtOnce) {
+  Device device{500 * s, 0};
+  DeviceClock clock;
+  for (std::int64_t i = 0; i < 100; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
+  device.origin = 0;
+  const std::int64_t time = 101 * ms;
+  EXPECT_EQ(clock.to_monotonic(device.at(time), time + 10 * us), time + 10 * us);
+}
+
+TEST(DeviceClock, FollowsAClockThatFallsBackALittleWithinTwoWindows) {
+  Device device;
+  DeviceClock clock;
+  std::int64_t time = 0;
+  for (; time < 3 * s; time += ms) clock.to_monotonic(device.at(time), time + 10 * us);
+  device.origin -= 20 * ms;
+  std::int64_t mapped = 0;
+  for (; time < 3 * s + 2 * DeviceClock::window_ns + 2 * ms; time += ms) {
+    mapped = clock.to_monotonic(device.at(time), time + 10 * us);
+    ASSERT_LE(mapped, time + 10 * us);
+  }
+  EXPECT_LE(std::abs(mapped - (time - ms)), 20 * us);
+}
+
+TEST(DeviceClock, ComesBackRightFromALongSilence) {
+  const Device device{0, -80};
+  DeviceClock clock;
+  for (std::int64_t i = 0; i < 3000; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
+  const std::int64_t time = 63 * s;  // 80 per million of a minute: 4.8 ms
+  EXPECT_LE(std::abs(clock.to_monotonic(device.at(time), time + 10 * us) - time), 20 * us);
+}
+
+TEST(DeviceClock, IsNotMovedByOneLateSoftwareStamp) {
+  const Device device{5 * s, 0};
+  DeviceClock clock;
+  for (std::int64_t i = 0; i < 3000; ++i) clock.to_monotonic(device.at(i * ms), i * ms + 10 * us);
+  const std::int64_t time = 3 * s;
+  EXPECT_LE(std::abs(clock.to_monotonic(device.at(time), time + 30 * ms) - time), 20 * us);
+}
+
+}  // namespace
+}  // namespace odomd::can::device_clock_test

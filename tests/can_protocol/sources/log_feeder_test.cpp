@@ -1,0 +1,461 @@
+// A log as a live bus: the mapping of its clock onto the tick grid, the hand-over, the odd inputs,
+// and an end at any moment.
+#include "can_protocol/sources/log_feeder.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <ctime>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "can_protocol/sources/log_reader.hpp"
+#include "tests/can_protocol/temporary_file.hpp"
+
+namespace odomd::can::log_feeder_test {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr std::int64_t period = 5'000'000;
+constexpr std::int64_t never_held_back = INT64_MAX;
+constexpr auto patience = std::chrono::seconds(20);
+
+std::int64_t monotonic_now() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * 1'000'000'000 + now.tv_nsec;
+}
+
+/// Drains until `count` frames came, the source ended, or patience did.
+std::vector<Frame> drain(FrameSource& source, std::size_t count,
+                         std::int64_t tick_ns = never_held_back) {
+  std::vector<Frame> all;
+  std::array<Frame, max_frames_per_drain> frames;
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (all.size() < count && std::chrono::steady_clock::now() < deadline) {
+    const bool ended = source.link() == LinkState::ended;
+    const std::size_t got = source.drain(frames, tick_ns, monotonic_now());
+    all.insert(all.end(), frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(got));
+    if (ended) break;
+    if (got == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return all;
+}
+
+void await_end(FrameSource& source) {
+  std::array<Frame, max_frames_per_drain> frames;
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (source.link() != LinkState::ended && std::chrono::steady_clock::now() < deadline) {
+    source.drain(frames, never_held_back, monotonic_now());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(source.link(), LinkState::ended);
+}
+
+class Fifo {
+ public:
+  Fifo() : place_("unused", ""), path_((place_.directory() / "bus.log").string()) {
+    EXPECT_EQ(::mkfifo(path_.c_str(), 0600), 0);
+  }
+  void open_writer() { writer_ = FileDescriptor(::open(path_.c_str(), O_WRONLY | O_CLOEXEC)); }
+  void close_writer() { writer_ = FileDescriptor(); }
+  void write(std::string_view text) const {
+    ASSERT_EQ(::write(writer_.get(), text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  TemporaryFile place_;
+  std::string path_;
+  FileDescriptor writer_;
+};
+
+// The clock of the log ----------------------------------------------------------------------------
+
+TEST(AlignedRelease, PutsMultiplesOfThePeriodOnTicks) {
+  for (const std::int64_t first_tick : {0LL, 17LL, 123'456'789LL, 990'000'000'000'001LL})
+    for (const std::int64_t stamp : {0LL, 1LL, 69'964'000LL, 1'760'000'000'069'964'000LL})
+      for (const std::int64_t earliest : {1LL, 5'000'000LL, 123'456'790LL, 77'777'777'777LL}) {
+        const std::int64_t release = aligned_release(stamp, earliest, first_tick, period);
+        EXPECT_GE(release, earliest);
+        EXPECT_LT(release, earliest + period);
+        EXPECT_EQ((release - first_tick - stamp) % period, 0);
+      }
+}
+
+TEST(AlignedRelease, DoesNotWaitWhenItIsAlreadyAligned) {
+  EXPECT_EQ(aligned_release(7'000'000, 102'000'000, 100'000'000, period), 102'000'000);
+}
+
+TEST(LogClock, IsSetByTheFirstFrameForGood) {
+  LogClock clock(0, period);
+  EXPECT_FALSE(clock.offset_ns());
+  const std::int64_t offset = clock.start(1'000'000'000'000, 40'000'000);
+  EXPECT_EQ(offset, 1'000'000'000'000 - 40'000'000);
+  EXPECT_EQ(clock.start(5'000'000'000'000, 90'000'000), offset);
+  EXPECT_EQ(clock.offset_ns(), offset);
+}
+
+TEST(LogClock, IsPutForwardWhereItsFirstLineCameLate) {
+  LogClock clock(0, period);
+  const std::int64_t stamp = 1'000'000'000'000;
+  EXPECT_EQ(clock.advance(stamp, 0, 1'000'000'000), 0) << "it does not run";
+  const std::int64_t late = clock.start(stamp, 140'000'000);
+  EXPECT_EQ(clock.advance(stamp, 135'000'000, 1'000'000'000), 0) << "one period is none";
+  EXPECT_EQ(clock.advance(stamp, 39'000'000, 1'000'000'000), 100'000'000);
+  EXPECT_EQ(clock.offset_ns(), late + 100'000'000);
+  EXPECT_EQ(clock.advance_ns(), 100'000'000);
+  EXPECT_EQ(clock.start(stamp, 0), late) << "the base is as it was";
+  EXPECT_EQ(clock.advance(stamp, 140'000'000, 1'000'000'000), 0) << "it is never put back";
+  EXPECT_EQ(clock.advance(stamp, -2'000'000'000, 1'000'000'000), 0) << "that is no delay";
+  clock.restart(stamp, 500'000'000);
+  EXPECT_EQ(clock.offset_ns(), stamp - 500'000'000) << "whatever was advanced before";
+}
+
+TEST(SmallestDelay, IsToldOnceTwoWindowsAgree) {
+  SmallestDelay delay;
+  const std::int64_t ms = 1'000'000;
+  const std::int64_t offset = 77'000 * ms;
+  std::optional<std::int64_t> told;
+  // The first line came 100 ms late; every third of the others comes without delay.
+  EXPECT_FALSE(delay.take(0, offset + 100 * ms));
+  for (std::int64_t t = 100 * ms; t < 700 * ms && !told; t += 10 * ms)
+    told = delay.take(t, t + offset + t / (10 * ms) % 3 * 2 * ms);
+  EXPECT_EQ(told, offset);
+}
+
+TEST(SmallestDelay, IsNotToldOfAProducerThatIsFasterThanTime) {
+  for (const std::int64_t speed : {2, 10, 100}) {
+    SmallestDelay delay;
+    for (std::int64_t t = 0; t < 5'000'000'000; t += 1'000'000)
+      EXPECT_FALSE(delay.take(t * speed, t)) << speed;
+  }
+}
+
+// The hand-over -----------------------------------------------------------------------------------
+
+TEST(LogFeeder, KeepsTheStampsDistancesAndTheTicksOfAReplay) {
+  std::string text;
+  std::vector<std::int64_t> stamps;
+  for (int i = 0; i < 40; ++i) {
+    Frame frame;
+    frame.time_ns = 1'760'000'000'003'000'000 + i * 777'000LL;
+    stamps.push_back(frame.time_ns);
+    append_candump_line(text, frame, "can0");
+  }
+  const TemporaryFile file("drive.log", text);
+  BusNames buses;
+  const std::int64_t first_tick = monotonic_now() + 1'234'567;
+  LogClock clock(first_tick, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  const auto frames = drain(feeder, stamps.size());
+  ASSERT_EQ(frames.size(), stamps.size());
+  ASSERT_TRUE(feeder.log_offset_ns());
+  const auto tick_after = [](std::int64_t time, std::int64_t tick_zero) {
+    return (time - tick_zero + 1000 * period - 1) / period;
+  };
+  const std::int64_t replay_zero = (stamps[0] + period - 1) / period * period;
+  const std::int64_t first_live = tick_after(frames[0].time_ns, first_tick);
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    EXPECT_EQ(frames[i].time_ns + *feeder.log_offset_ns(), stamps[i]);
+    EXPECT_EQ(tick_after(frames[i].time_ns, first_tick) - first_live,
+              tick_after(stamps[i], replay_zero) - tick_after(stamps[0], replay_zero));
+  }
+  EXPECT_EQ(feeder.counters().received.get(), stamps.size());
+}
+
+TEST(LogFeeder, HoldsAFrameBackUntilItsTick) {
+  const TemporaryFile file("drive.log",
+                           "(1.000000) can0 001#\n(1.005000) can0 002#\n(1.005001) can0 003#\n");
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (!feeder.log_offset_ns() && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::yield();
+  ASSERT_TRUE(feeder.log_offset_ns());
+  const std::int64_t tick = 1'005'000'000 - *feeder.log_offset_ns();
+  ASSERT_EQ(drain(feeder, 2, tick).size(), 2U);
+  std::array<Frame, 4> frames;
+  EXPECT_EQ(feeder.drain(frames, tick, tick), 0U);
+  EXPECT_NE(feeder.link(), LinkState::ended);
+  EXPECT_EQ(drain(feeder, 1, tick + 1000).size(), 1U);
+}
+
+TEST(LogFeeder, CarriesOverWhatADrainHasNoRoomFor) {
+  std::string text;
+  for (int i = 0; i < 300; ++i) text += "(1.000000) can0 100#\n";
+  const TemporaryFile file("drive.log", text);
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  EXPECT_EQ(drain(feeder, 300).size(), 300U);
+  std::array<Frame, 1> one;
+  EXPECT_EQ(feeder.drain(one, never_held_back, 0), 0U);
+  await_end(feeder);
+}
+
+TEST(LogFeeder, ReleasesBackwardStampsAtOnce) {
+  const TemporaryFile file("drive.log",
+                           "(5000.000000) can0 001#\n(1.000000) can0 002#\n(0.000000) can0 003#\n");
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  const auto frames = drain(feeder, 3);
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_EQ(frames[1].time_ns - frames[0].time_ns, -4'999'000'000'000);
+  EXPECT_EQ(frames[2].time_ns, 0);  // a stamp of zero is none
+}
+
+TEST(LogFeeder, IsNotSetByAStampOfZero) {
+  const TemporaryFile file("drive.log", "(0.000000) can0 001#\n(1760000000.000000) can0 002#\n");
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  const std::int64_t start = monotonic_now();
+  const auto frames = drain(feeder, 2);
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_EQ(frames[0].time_ns, 0);
+  EXPECT_GE(frames[1].time_ns, start);
+}
+
+TEST(LogFeeder, CountsErrorFramesAndKeepsThemToItself) {
+  const TemporaryFile file("drive.log",
+                           "(1.000000) can0 20000004#0001000000000000\n"
+                           "(1.000000) can0 20000040#0000000000000000\n(1.000000) can0 002#R\n");
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  const auto frames = drain(feeder, 2);
+  ASSERT_EQ(frames.size(), 1U);
+  EXPECT_EQ(frames[0].kind, FrameKind::remote);
+  EXPECT_EQ(feeder.counters().error_frames.get(), 2U);
+  EXPECT_EQ(feeder.counters().controller_overflows.get(), 1U);
+  EXPECT_EQ(feeder.counters().bus_offs.get(), 1U);
+  EXPECT_EQ(feeder.counters().received.get(), 1U);
+}
+
+TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
+  std::string text = "(1.000000) can0 001#\nnonsense\n(1.000100) can0 0002#\n";
+  for (char bus = '1'; bus <= '8'; ++bus) text += std::string("(1.000200) can") + bus + " 003#\n";
+  text += "(1.000300) can0 004#\n(1.000400) can0 00";
+  const TemporaryFile file("drive.log", text);
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  EXPECT_EQ(drain(feeder, 100).size(), 9U);
+  EXPECT_EQ(feeder.link(), LinkState::ended);
+  EXPECT_EQ(feeder.counters().malformed.get(), 4U);  // two lines, one bus, the cut-off end
+  EXPECT_THAT(feeder.complaints(),
+              ElementsAre(HasSubstr("drive.log:2: expected '('"), HasSubstr("can8")));
+}
+
+TEST(LogFeeder, SaysThatNoTimePassesInALog) {
+  for (const std::string stamp : {"0.000000", "1700000000.250000"}) {
+    std::string text;
+    for (int i = 0; i < 150; ++i) text += "(" + stamp + ") can0 102#00\n";
+    const TemporaryFile file("drive.log", text);
+    BusNames buses;
+    LogClock clock(0, period);
+    LogFeeder feeder(file.path(), buses, clock);
+    await_end(feeder);
+    EXPECT_THAT(
+        feeder.complaints(),
+        ElementsAre(HasSubstr("drive.log:150: all 150 frames up to here bear the stamp " + stamp)));
+  }
+}
+
+TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
+  std::string text = "nonsense\nmore nonsense\n";
+  for (int i = 0; i < 600; ++i) text += "(1.000000) can0 102#00\n";
+  for (int i = 0; i < 2; ++i)
+    for (char bus = '1'; bus <= '9'; ++bus) text += std::string("(1.000000) can") + bus + " 003#\n";
+  const TemporaryFile file("drive.log", text + "nonsense\n");
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  await_end(feeder);
+  EXPECT_THAT(feeder.complaints(),
+              ElementsAre(HasSubstr("drive.log:1: expected '('"),
+                          HasSubstr("drive.log:502: all 500"), HasSubstr("can8")));
+}
+
+TEST(LogFeeder, RefusesALogThatCannotBeOpened) {
+  BusNames buses;
+  LogClock clock(0, period);
+  EXPECT_THROW(LogFeeder("/nonexistent/drive.log", buses, clock), LogError);
+  EXPECT_THROW(LogFeeder("/", buses, clock), LogError);
+}
+
+// A pipe ------------------------------------------------------------------------------------------
+
+TEST(LogFeeder, HandsOutAPipesFramesAsTheyCome) {
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  EXPECT_EQ(feeder.link(), LinkState::up);
+  fifo.write("(1.000000) can0 001#\n(1.00");
+  ASSERT_EQ(drain(feeder, 1).size(), 1U);
+  fifo.write("0200) can0 002#\n");
+  const auto second = drain(feeder, 1);
+  ASSERT_EQ(second.size(), 1U);
+  EXPECT_EQ(second[0].id, 2U);
+  fifo.close_writer();
+  await_end(feeder);
+  EXPECT_EQ(feeder.counters().malformed.get(), 0U);
+}
+
+TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  std::int64_t stamp_ms = 1'700'000'000'000;
+  const auto live_frames = [&] {
+    for (int i = 0; i < 20; ++i, stamp_ms += 5) {
+      fifo.write("(" + std::to_string(stamp_ms / 1000) + "." +
+                 std::to_string(1000 + stamp_ms % 1000).substr(1) + "000) can0 100#01\n");
+      const auto frames = drain(feeder, 1);
+      ASSERT_EQ(frames.size(), 1U);
+      EXPECT_LT(std::abs(frames[0].time_ns - monotonic_now()), 10'000'000'000);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  };
+  live_frames();
+  stamp_ms += 3'600'000;
+  live_frames();
+  stamp_ms -= 7'200'000;
+  live_frames();
+  EXPECT_EQ(feeder.counters().clock_steps.get(), 2U);
+  EXPECT_THAT(feeder.complaints(),
+              Contains(HasSubstr("the clock behind the stamps was set by 35")));
+}
+
+std::string line_at(std::int64_t stamp_ns) {
+  std::string text;
+  Frame frame;
+  frame.time_ns = stamp_ns;
+  append_candump_line(text, frame, "can0");
+  return text;
+}
+
+/// How much later than it comes a line of a live pipe is released in the end, whose clock is ahead
+/// of CLOCK_MONOTONIC by `offset_ns` and whose first line comes `late`.
+std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::milliseconds late,
+                                   std::int64_t good_ns) {
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  const std::int64_t begin = monotonic_now();
+  std::this_thread::sleep_for(late);
+  std::int64_t sent = begin;
+  std::int64_t lag = INT64_MAX;
+  std::array<Frame, max_frames_per_drain> frames;
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (lag > good_ns && std::chrono::steady_clock::now() < deadline) {
+    std::string lines;
+    for (const std::int64_t now = monotonic_now(); sent < now; sent += period)
+      lines += line_at(sent + offset_ns);
+    fifo.write(lines);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    feeder.drain(frames, monotonic_now(), monotonic_now());
+    if (feeder.log_offset_ns()) lag = offset_ns - *feeder.log_offset_ns();
+  }
+  return lag;
+}
+
+TEST(LogFeeder, FollowsALivePipeWhoseFirstLineCameLate) {
+  // Two periods of head start, one to the grid, and two that are let be.
+  EXPECT_LE(
+      lag_after_a_late_line(1'000'000'000'000'000, std::chrono::milliseconds(300), 30'000'000),
+      30'000'000);
+}
+
+TEST(LogFeeder, KnowsAtOnceHowLateALineIsThatThisMachineStamped) {
+  timespec wall{};
+  ::clock_gettime(CLOCK_REALTIME, &wall);
+  const std::int64_t offset = wall.tv_sec * 1'000'000'000 + wall.tv_nsec - monotonic_now();
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  const std::int64_t stamp = monotonic_now() + offset - 700'000'000;
+  fifo.write(line_at(stamp));
+  ASSERT_EQ(drain(feeder, 1).size(), 1U);
+  ASSERT_TRUE(feeder.log_offset_ns());
+  EXPECT_NEAR(static_cast<double>(*feeder.log_offset_ns()), static_cast<double>(offset), 50e6);
+}
+
+TEST(LogFeeder, EndsWhileItWaitsForAWriter) {
+  const Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  const LogFeeder feeder(fifo.path(), buses, clock);
+  EXPECT_EQ(feeder.link(), LinkState::up);
+}
+
+TEST(LogFeeder, EndsWhileThePipeIsSilent) {
+  Fifo fifo;
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(fifo.path(), buses, clock);
+  fifo.open_writer();
+  fifo.write("(1.000000) can0 001#\n(1.0");
+  EXPECT_EQ(drain(feeder, 1).size(), 1U);
+}
+
+TEST(LogFeeder, EndsInsideAGapOfYears) {
+  const TemporaryFile file("drive.log", "(1.000000) can0 001#\n(8999999999.000000) can0 002#\n");
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  EXPECT_EQ(drain(feeder, 1).size(), 1U);
+  std::array<Frame, 4> frames;
+  EXPECT_EQ(feeder.drain(frames, never_held_back, monotonic_now()), 0U);
+  EXPECT_EQ(feeder.link(), LinkState::up);
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (feeder.complaints().empty() && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::yield();
+  EXPECT_THAT(feeder.complaints(),
+              ElementsAre(HasSubstr("drive.log:2: the stamps jump ahead by 8999999998 s")));
+}
+
+TEST(LogFeeder, EndsWhileItsRingIsFull) {
+  std::string text;
+  for (int i = 0; i < 20'000; ++i) text += "(1.000000) can0 100#\n";
+  const TemporaryFile file("drive.log", text);
+  BusNames buses;
+  LogClock clock(0, period);
+  const LogFeeder feeder(file.path(), buses, clock);
+  EXPECT_NE(feeder.link(), LinkState::ended);
+}
+
+TEST(LogFeeder, PassesAFloodOnWholeThoughItsRingIsSmaller) {
+  std::string text;
+  for (int i = 0; i < 20'000; ++i) text += "(1.000000) can0 100#\n";
+  const TemporaryFile file("drive.log", text);
+  BusNames buses;
+  LogClock clock(0, period);
+  LogFeeder feeder(file.path(), buses, clock);
+  EXPECT_EQ(drain(feeder, 20'000).size(), 20'000U);
+  EXPECT_GT(feeder.counters().carried_over.get(), 0U);
+}
+
+}  // namespace
+}  // namespace odomd::can::log_feeder_test

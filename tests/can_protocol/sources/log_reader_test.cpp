@@ -1,0 +1,222 @@
+// Logs as they come: whole, cut off, damaged, missing, several at once, and the real drives.
+#include "can_protocol/sources/log_reader.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/can_protocol/temporary_file.hpp"
+
+namespace odomd::can::log_reader_test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::vector<Frame> read_all(const std::string& path, BusNames& buses) {
+  LogReader reader(path, buses);
+  std::vector<Frame> frames;
+  while (const auto* frame = reader.next()) frames.push_back(*frame);
+  return frames;
+}
+
+std::string error_of(const std::string& path) {
+  BusNames buses;
+  try {
+    read_all(path, buses);
+  } catch (const LogError& error) {
+    EXPECT_THAT(error.what(), Not(HasSubstr("\n")));
+    return error.what();
+  }
+  return "no error";
+}
+
+std::string error_of_content(std::string_view content) {
+  const TemporaryFile file("drive.log", content);
+  const std::string text = error_of(file.path());
+  EXPECT_THAT(text, StartsWith(file.path()));
+  return text.substr(std::min(text.size(), file.path().size()));
+}
+
+TEST(LogReader, NumbersTheBusesInTheOrderOfTheirAppearance) {
+  const TemporaryFile file("drive.log",
+                           "(1.000000) can1 100#01\n(1.000100) can0 100#02\n"
+                           "(1.000200) can1 100#03\n");
+  BusNames buses;
+  const auto frames = read_all(file.path(), buses);
+  ASSERT_EQ(frames.size(), 3U);
+  EXPECT_EQ(frames[0].bus, 0);
+  EXPECT_EQ(frames[1].bus, 1);
+  EXPECT_EQ(frames[2].bus, 0);
+  EXPECT_EQ(frames[2].data[0], 3);
+  EXPECT_EQ(buses.all(), (std::vector<std::string>{"can1", "can0"}));
+}
+
+TEST(LogReader, PassesOverEmptyLinesAndCarriageReturns) {
+  const TemporaryFile file("drive.log", "\n\r\n(1.000000) can0 100#01\r\n  \n(2.000000) can0 100#");
+  BusNames buses;
+  EXPECT_EQ(read_all(file.path(), buses).size(), 2U);
+}
+
+TEST(LogReader, KeepsTheDriveWhenTheLastLineIsCutOff) {
+  const std::string whole = "(1.000000) can0 100#01\n";
+  const std::string last = "(1.000100) can0 100#0";
+  for (std::size_t cut = 1; cut <= last.size(); ++cut) {
+    const TemporaryFile file("drive.log", whole + last.substr(0, cut));
+    BusNames buses;
+    LogReader reader(file.path(), buses);
+    std::size_t frames = 0;
+    while (reader.next()) ++frames;
+    const bool parsable = last.substr(0, cut) == "(1.000100) can0 100#";
+    EXPECT_EQ(frames, parsable ? 2U : 1U) << cut;
+    if (!parsable) {
+      EXPECT_THAT(reader.warning(), HasSubstr("drive.log:2: the last line is cut off"));
+    }
+  }
+}
+
+TEST(LogReader, KeepsTheDriveWhenAPowerCutLeftZeros) {
+  const TemporaryFile file("drive.log", "(1.000000) can0 100#01\n" + std::string(5000, '\0'));
+  BusNames buses;
+  LogReader reader(file.path(), buses);
+  EXPECT_TRUE(reader.next());
+  EXPECT_FALSE(reader.next());
+  EXPECT_FALSE(reader.warning().empty());
+}
+
+TEST(LogReader, NamesTheLineTheColumnAndTheMend) {
+  EXPECT_THAT(
+      error_of_content("(1.000000) can0 100#01\n(1.000000) can0 1000#01\n"),
+      AllOf(StartsWith(":2: expected"), HasSubstr("column 21"), HasSubstr("a line looks like")));
+}
+
+TEST(LogReader, RefusesALogWithoutAFrame) {
+  EXPECT_THAT(error_of_content(""), HasSubstr("holds no frame"));
+  EXPECT_THAT(error_of_content("\n\n"), HasSubstr("holds no frame"));
+  EXPECT_THAT(error_of_content("(1.0000"), StartsWith(":1: expected 6 or 9 decimals"));
+  EXPECT_THAT(error_of_content("\ngarbage"), StartsWith(":2: expected '('"));
+}
+
+TEST(LogReader, RefusesBinaryGarbageWithOneLine) {
+  std::string garbage;
+  for (unsigned i = 0; i < 400'000; ++i) garbage.push_back(static_cast<char>(i * i >> 3U));
+  EXPECT_THAT(error_of_content(garbage), HasSubstr(":1: expected"));
+  EXPECT_THAT(error_of_content(std::string(400'000, 'x')), HasSubstr(":1: expected"));
+}
+
+TEST(LogReader, RefusesOneBusTooMany) {
+  std::string text;
+  for (char bus = '0'; bus <= '8'; ++bus) text += std::string("(1.000000) can") + bus + " 100#\n";
+  EXPECT_THAT(error_of_content(text),
+              AllOf(StartsWith(":9: "), HasSubstr("can8"), HasSubstr("at most 8")));
+}
+
+TEST(LogReader, RefusesWhatIsNoReadableFile) {
+  EXPECT_THAT(error_of("/nonexistent/drive.log"),
+              AllOf(StartsWith("/nonexistent/drive.log: No such file"), HasSubstr("candump")));
+  EXPECT_THAT(error_of("/"), HasSubstr("is a directory"));
+}
+
+TEST(LogReader, ReadsLinesAcrossItsBuffersEdge) {
+  std::string text;
+  constexpr int frames = 20'000;  // several buffers
+  for (int i = 0; i < frames; ++i) {
+    Frame frame;
+    frame.time_ns = i * 1'000'000LL;
+    frame.id = static_cast<std::uint32_t>(i % 0x7FF);
+    frame.length = static_cast<std::uint8_t>(i % 9);
+    append_candump_line(text, frame, "can0");
+  }
+  const TemporaryFile file("drive.log", text);
+  BusNames buses;
+  const auto read = read_all(file.path(), buses);
+  ASSERT_EQ(read.size(), static_cast<std::size_t>(frames));
+  for (int i = 0; i < frames; ++i) {
+    const Frame& frame = read[static_cast<std::size_t>(i)];
+    ASSERT_EQ(frame.time_ns, i * 1'000'000LL);
+    ASSERT_EQ(frame.id, static_cast<std::uint32_t>(i % 0x7FF));
+    ASSERT_EQ(frame.length, i % 9);
+  }
+}
+
+TEST(MergedLog, OrdersByStampAndBreaksTiesByTheOrderOfNaming) {
+  const TemporaryFile first("first.log",
+                            "(1.000000) can0 001#\n(3.000000) can0 003#\n(3.000000) can0 004#\n");
+  const TemporaryFile second("second.log",
+                             "(0.500000) can1 000#\n(1.000000) can1 002#\n(3.000000) can1 005#\n"
+                             "(9.000000) can1 006");
+  BusNames buses;
+  const std::vector<std::string> paths{first.path(), second.path()};
+  MergedLog log(paths, buses);
+  for (std::uint32_t id = 0; id < 6; ++id) {
+    const auto* frame = log.next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->id, id);
+  }
+  EXPECT_FALSE(log.next());
+  ASSERT_EQ(log.warnings().size(), 1U);
+  EXPECT_THAT(log.warnings()[0], HasSubstr("second.log:4"));
+}
+
+TEST(MergedLog, KnowsWhereItsNewestFrameCameFrom) {
+  const TemporaryFile a("a.log", "(1.000000) can0 001#\n\n(3.000000) can0 003#\n");
+  const TemporaryFile b("b.log", "(2.000000) can0 002#\n");
+  BusNames buses;
+  MergedLog log(std::vector<std::string>{a.path(), b.path()}, buses);
+  EXPECT_EQ(log.position(), "");
+  for (const std::string& expected : {a.path() + ":1: ", b.path() + ":1: ", a.path() + ":3: "}) {
+    ASSERT_TRUE(log.next());
+    EXPECT_EQ(log.position(), expected);
+  }
+}
+
+TEST(MergedLog, KeepsTheOrderOfALogThatRunsBackwards) {
+  const TemporaryFile file("drive.log",
+                           "(5.000000) can0 000#\n(1.000000) can0 001#\n(6.000000) can0 002#\n");
+  BusNames buses;
+  const std::vector<std::string> paths{file.path()};
+  MergedLog log(paths, buses);
+  for (std::uint32_t id = 0; id < 3; ++id) EXPECT_EQ(log.next()->id, id);
+}
+
+TEST(RealDrives, ReadToTheLastLineAndWriteBackAsTheyAre) {
+  const char* const drives = std::getenv("ODOMD_DRIVES");
+  if (drives == nullptr) {
+    std::puts("not run: 13");
+    return;
+  }
+  std::size_t logs = 0;
+  for (const auto& folder : std::filesystem::directory_iterator(drives)) {
+    const auto path = folder.path() / "drive.log";
+    if (!std::filesystem::exists(path)) continue;
+    ++logs;
+    BusNames buses;
+    LogReader reader(path.string(), buses);
+    std::ifstream lines(path);
+    std::string line;
+    std::string written;
+    while (std::getline(lines, line)) {
+      const auto* frame = reader.next();
+      ASSERT_TRUE(frame) << path;
+      written.clear();
+      append_candump_line(written, *frame, buses.all()[frame->bus]);
+      const std::size_t padding = 10 - std::min<std::size_t>(10, line.find('.') - 1);
+      line.insert(1, padding, '0');
+      ASSERT_EQ(written, line + "\n") << path;
+    }
+    EXPECT_FALSE(reader.next());
+    EXPECT_EQ(reader.warning(), "");
+  }
+  EXPECT_EQ(logs, 13U);
+}
+
+}  // namespace
+}  // namespace odomd::can::log_reader_test

@@ -1,0 +1,246 @@
+// The configuration held against its databases.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+#include "daemon/core/config.hpp"
+
+namespace odomd::daemon::config_databases_test {
+namespace {
+
+using estimator::Source;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr auto database = R"(VERSION ""
+BU_: CAR
+BO_ 256 WHEEL: 8 CAR
+ SG_ RL : 0|16@1- (0.001,0) [0|0] "m/s" CAR
+ SG_ RR : 16|16@1- (0.001,0) [0|0] "m/s" CAR
+BO_ 257 GYRO: 4 CAR
+ SG_ YawRate : 0|16@1- (0.001,0) [0|0] "rad/s" CAR
+BO_ 258 STEER: 2 CAR
+ SG_ Angle : 0|16@1- (0.0001,0) [0|0] "" CAR
+BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;
+BA_ "GenMsgCycleTime" BO_ 256 10;
+)";
+
+class DatabasesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = testing::TempDir() + "odomd_databases_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = std::filesystem::canonical(name);
+    std::ofstream(directory_ / "car.dbc") << database;
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  [[nodiscard]] Config load(const std::string& signals) const {
+    std::ofstream(directory_ / "car.toml") << "[can]\ndbc = \"car.dbc\"\n[can.signals]\n"
+                                           << signals;
+    return load_config(directory_ / "car.toml");
+  }
+
+  [[nodiscard]] std::string error_of(const std::string& signals) const {
+    Config config = load(signals);
+    std::vector<std::string> warnings;
+    try {
+      static_cast<void>(load_databases(config, warnings));
+    } catch (const std::invalid_argument& error) {
+      std::string what = error.what();
+      EXPECT_EQ(what.find('\n'), std::string::npos) << what;
+      return what;
+    }
+    return "";
+  }
+
+  std::filesystem::path directory_;
+};
+
+constexpr auto wheel =
+    "wheel_rear_left = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\" }\n";
+constexpr auto gyro = "yaw_rate = { message = \"GYRO\", signal = \"YawRate\", unit = \"rad/s\" }\n";
+
+TEST_F(DatabasesTest, TimeOutsAreThreeCycleTimesOrATenthOfASecond) {
+  Config config = load(std::string(wheel) + gyro +
+                       "steering = { message = \"STEER\", signal = \"Angle\", unit = \"rad\", "
+                       "timeout = 0.7 }\n");
+  std::vector<std::string> warnings;
+  EXPECT_EQ(load_databases(config, warnings).size(), 1U);
+  const auto timeout = [&](Source source) {
+    return config.can.signals[static_cast<std::size_t>(source)].timeout_ns;
+  };
+  EXPECT_EQ(timeout(Source::wheel_rear_left), 30'000'000);
+  EXPECT_EQ(timeout(Source::yaw_rate), 100'000'000);
+  EXPECT_EQ(timeout(Source::steering), 700'000'000);
+  EXPECT_THAT(warnings, IsEmpty());
+}
+
+TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
+  Config config = load(wheel);
+  std::vector<std::string> warnings;
+  config.model = estimator::Model::paper;
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, Contains(HasSubstr("steering is not mapped")));
+  EXPECT_THAT(warnings,
+              Contains(HasSubstr("yaw_rate is not mapped: the filter takes it to measure 0")));
+
+  config.model = estimator::Model::kinematic;
+  warnings.clear();
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, testing::Not(Contains(HasSubstr("yaw_rate"))));
+
+  config.model = estimator::Model::full;
+  warnings.clear();
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, Contains(HasSubstr("yaw_rate is not mapped: the car's turning is left to "
+                                           "steering and wheels")));
+}
+
+TEST_F(DatabasesTest, WarnsOfAServoWithoutACommand) {
+  const std::string servo = "[steering]\ndelay = 0.06\n";
+  const auto expected = Contains(HasSubstr("[steering]: steering is not mapped"));
+  std::vector<std::string> warnings;
+  Config config = load(std::string(wheel) + gyro + servo);
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, expected);
+
+  config = load(std::string(wheel) + gyro +
+                "steering = { message = \"STEER\", signal = \"Angle\", unit = \"rad\" }\n" + servo);
+  warnings.clear();
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, IsEmpty());
+}
+
+TEST_F(DatabasesTest, RefusesTheModelInertialWithoutAGyro) {
+  const auto file = [](const std::string& signals) {
+    return signals + "[filter]\nmodel = \"inertial\"\n";
+  };
+  EXPECT_THAT(error_of(file(wheel)),
+              testing::EndsWith("car.toml: [can.signals]: yaw_rate is not mapped, and the model "
+                                "inertial has its heading from the gyro alone; map yaw_rate, or "
+                                "choose another model, such as full"));
+  Config config = load(file(std::string(wheel) + gyro));
+  std::vector<std::string> warnings;
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, IsEmpty());  // it does without steering
+}
+
+TEST_F(DatabasesTest, RefusesALatencyThatTheWindowOfTheFullModelDoesNotReach) {
+  const std::string late =
+      "wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", latency = 0.3 }\n";
+  EXPECT_THAT(
+      error_of(late),
+      testing::EndsWith("car.toml: [can.signals] wheel_rear latency: 0.3 s is beyond "
+                        "[filter] window, 0.25 s: samples so old would never be fused; make "
+                        "window at least 0.3, or mend the latency"));
+  EXPECT_EQ(error_of(late + "[filter]\nwindow = 0.3\n"), "");
+  EXPECT_EQ(error_of(late + "[filter]\nmodel = \"kinematic\"\n"), "");
+}
+
+TEST_F(DatabasesTest, RefusesACameraThatTheWindowOfTheFullModelDoesNotReach) {
+  EXPECT_THAT(error_of(std::string(wheel) + "[camera]\nmax_latency = 0.4\n"),
+              testing::EndsWith("car.toml: [camera] max_latency: 0.4 s is beyond [filter] window, "
+                                "0.25 s: poses so old would never be fused; make window at least "
+                                "0.4, or lower max_latency"));
+  EXPECT_THAT(error_of(std::string(wheel) + "[camera]\nmax_latency = 2\n"),
+              testing::EndsWith("would never be fused; lower max_latency"));
+  EXPECT_EQ(error_of(std::string(wheel) + "[camera]\nmax_latency = 0.25\n"), "");
+}
+
+TEST_F(DatabasesTest, WarnsWhereMoreSamplesComeThanTheWindowHolds) {
+  std::string many = database;
+  many.replace(many.rfind(" 10;"), 4, " 1; ");
+  std::ofstream(directory_ / "car.dbc") << many;
+  const std::string both = std::string(wheel) +
+                           "wheel_rear_right = { message = \"WHEEL\", signal = \"RR\", unit = "
+                           "\"m/s\" }\n[filter]\nwindow = ";
+  std::vector<std::string> warnings;
+  Config config = load(both + "1.0\n");
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, Contains(HasSubstr("2010 samples come in 1 s and a tick")));
+  warnings.clear();
+  config = load(both + "0.5\n");
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, testing::Not(Contains(HasSubstr("samples come"))));
+}
+
+TEST_F(DatabasesTest, TurnsBothAxesOfAnAccelerometerOrNone) {
+  std::ofstream(directory_ / "car.dbc", std::ios::app)
+      << "BO_ 259 IMU: 4 CAR\n SG_ AX : 0|16@1- (0.001,0) [0|0] \"m/s2\" CAR\n"
+         " SG_ AY : 16|16@1- (0.001,0) [0|0] \"m/s2\" CAR\n"
+         "BO_ 260 OTHER: 2 CAR\n SG_ AY : 0|16@1- (0.001,0) [0|0] \"m/s2\" CAR\n";
+  const auto axis = [](const std::string& role, const std::string& message,
+                       const std::string& signal, const std::string& more = "") {
+    return role + " = { message = \"" + message + "\", signal = \"" + signal +
+           "\", unit = \"m/s2\"" + more + " }\n";
+  };
+  const std::string along = wheel + axis("accel_x", "IMU", "AX");
+  const std::string turned = "[imu]\nyaw = 1.57\n";
+  EXPECT_EQ(error_of(along + axis("accel_y", "IMU", "AY") + turned), "");
+  EXPECT_EQ(error_of(wheel + turned), "");
+  EXPECT_THAT(error_of(along + turned), HasSubstr("[imu] yaw: accel_x and accel_y are turned "
+                                                  "together: map accel_y too"));
+  EXPECT_THAT(error_of(along + axis("accel_y", "OTHER", "AY") + turned),
+              HasSubstr("take both from one message"));
+  EXPECT_THAT(error_of(along + axis("accel_y", "IMU", "AY", ", latency = 0.01") + turned),
+              HasSubstr("give both the same latency"));
+}
+
+TEST_F(DatabasesTest, RefusesACarWithoutAnySpeed) {
+  EXPECT_THAT(error_of(gyro), HasSubstr("car.toml: [can.signals]: no speed is mapped"));
+}
+
+TEST_F(DatabasesTest, SuggestsTheNearestMessageAndSignal) {
+  EXPECT_THAT(error_of("wheel_rear = { message = \"WHEELS\", signal = \"RL\", unit = \"m/s\" }\n"),
+              testing::AllOf(HasSubstr("car.toml: "), HasSubstr("wheel_rear"),
+                             HasSubstr("the nearest is 'WHEEL'")));
+  EXPECT_THAT(error_of("wheel_rear = { message = \"WHEEL\", signal = \"RX\", unit = \"m/s\" }\n"),
+              testing::AllOf(HasSubstr("wheel_rear"), HasSubstr("the nearest is 'RL'")));
+}
+
+TEST_F(DatabasesTest, RefusesAUnitThatContradictsTheDatabase) {
+  EXPECT_THAT(error_of("wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"km/h\" }\n"),
+              testing::AllOf(HasSubstr("wheel_rear"), HasSubstr("km/h"), HasSubstr("m/s")));
+}
+
+TEST_F(DatabasesTest, RefusesADatabaseThatIsNotThere) {
+  std::filesystem::remove(directory_ / "car.dbc");
+  EXPECT_THAT(error_of(wheel), AllOf(HasSubstr("car.dbc: cannot be read"),
+                                     HasSubstr("(a database for "), HasSubstr("car.toml)")));
+}
+
+TEST_F(DatabasesTest, NumbersTheBusesThatBindingsName) {
+  const Config config = load(
+      "wheel_rear_left = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", bus = \"can1\" }\n"
+      "wheel_rear_right = { message = \"WHEEL\", signal = \"RR\", unit = \"m/s\", bus = \"can0\" "
+      "}\n"
+      "yaw_rate = { message = \"GYRO\", signal = \"YawRate\", unit = \"rad/s\", bus = \"can1\" "
+      "}\n");
+  EXPECT_THAT(expected_buses(config), testing::ElementsAre("can1", "can0"));
+}
+
+TEST_F(DatabasesTest, RefusesABusThatNobodyListensTo) {
+  Config config = load(
+      "wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", bus = \"can1\" }\n");
+  std::vector<std::string> warnings;
+  config.can.sources = {"can0", "can1"};
+  EXPECT_NO_THROW(static_cast<void>(load_databases(config, warnings)));
+  config.can.sources = {"can0", "drive.log"};  // the log may have it
+  EXPECT_NO_THROW(static_cast<void>(load_databases(config, warnings)));
+  config.can.sources = {"can0", "can2"};
+  try {
+    static_cast<void>(load_databases(config, warnings));
+    FAIL() << "was taken";
+  } catch (const ConfigError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("signal 'wheel_rear': bus 'can1' is no source; the nearest is 'can0'"));
+  }
+}
+
+}  // namespace
+}  // namespace odomd::daemon::config_databases_test

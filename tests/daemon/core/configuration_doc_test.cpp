@@ -1,0 +1,397 @@
+// docs/configuration.md says what the code does: its examples load, its errors are the real ones,
+// and its tables list the keys that there are. Comments in the page mark what is looked at.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "daemon/core/config.hpp"
+
+namespace odomd::daemon::configuration_doc_test {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using Row = std::vector<std::string>;
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+const std::string& page() {
+  static const std::string text = text_of(ODOMD_SOURCE_DIR "/docs/configuration.md");
+  return text;
+}
+
+std::string odomd_dbc() {
+  return text_of(ODOMD_SOURCE_DIR "/can_protocol/odomd.dbc");
+}
+
+/// What is marked with <!-- KIND: LABEL -->, up to the next mark, by label.
+std::multimap<std::string, std::string> marked(const std::string& kind) {
+  std::multimap<std::string, std::string> found;
+  const std::string opening = "<!-- " + kind;
+  for (auto at = page().find(opening); at != std::string::npos; at = page().find(opening, at + 1)) {
+    const auto end = page().find(" -->", at);
+    std::string label = page().substr(at + opening.size(), end - at - opening.size());
+    label.erase(0, label.starts_with(": ") ? 2 : 0);
+    const auto begin = page().find('\n', end) + 1;
+    found.emplace(label, page().substr(begin, page().find("<!-- ", begin) - begin));
+  }
+  return found;
+}
+
+/// The ```toml block that `text` begins with.
+std::string code(const std::string& text) {
+  const std::string opening = "```toml\n";
+  if (!text.starts_with(opening)) return "";
+  return text.substr(opening.size(), text.find("```", opening.size()) - opening.size());
+}
+
+/// The table that `text` begins with, without its head.
+std::vector<Row> rows(const std::string& text) {
+  std::vector<Row> all;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line) && line.starts_with("|");) {
+    Row& row = all.emplace_back();
+    std::istringstream cells(line.substr(2));
+    for (std::string cell; std::getline(cells, cell, '|');)
+      row.push_back(cell.substr(0, cell.find_last_not_of(' ') + 1).erase(0, row.empty() ? 0 : 1));
+  }
+  all.erase(all.begin(), all.begin() + std::min<std::ptrdiff_t>(2, std::ssize(all)));
+  return all;
+}
+
+/// What stands between backticks.
+std::vector<std::string> quoted(const std::string& cell) {
+  static const std::regex pattern("`([^`]*)`");
+  std::vector<std::string> all;
+  for (std::sregex_iterator at(cell.begin(), cell.end(), pattern), end; at != end; ++at)
+    all.push_back((*at)[1]);
+  return all;
+}
+
+/// The keys that the page lists, by table.
+std::map<std::string, std::vector<std::string>> listed_keys() {
+  std::map<std::string, std::vector<std::string>> all;
+  for (const auto& [table, text] : marked("keys"))
+    for (const Row& row : rows(text)) all[table].push_back(quoted(row.at(0)).at(0));
+  return all;
+}
+
+class ConfigurationPage : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = testing::TempDir() + "odomd_page_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = std::filesystem::canonical(name);
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  void write(const std::string& file, const std::string& text) const {
+    std::ofstream(directory_ / file, std::ios::binary) << text;
+  }
+
+  [[nodiscard]] Config load(const std::string& text) const {
+    write("car.toml", text);
+    return load_config(directory_ / "car.toml");
+  }
+
+  /// As `odomd --check` would do it: the error, or nothing.
+  [[nodiscard]] std::string error_of(const std::string& text) const {
+    try {
+      Config config = load(text);
+      static_cast<void>(load_databases(config, config.warnings));
+    } catch (const std::invalid_argument& error) {
+      return std::regex_replace(error.what(), std::regex(directory_.string()), "/etc/odomd");
+    }
+    return "";
+  }
+
+  std::filesystem::path directory_;
+};
+
+std::string example() {
+  const auto examples = marked("example");
+  return examples.size() == 1 ? code(examples.begin()->second) : "";
+}
+
+TEST_F(ConfigurationPage, ItsExampleIsAccepted) {
+  write("odomd.dbc", odomd_dbc());
+  ASSERT_FALSE(example().empty());
+  EXPECT_EQ(error_of(example()), "");
+  Config config = load(example());
+  std::vector<std::string> warnings = config.warnings;
+  static_cast<void>(load_databases(config, warnings));
+  EXPECT_THAT(warnings, IsEmpty());
+}
+
+constexpr auto smallest = R"([can]
+dbc = "odomd.dbc"
+signals.wheel_rear = { message = "M", signal = "S", unit = "m/s" }
+)";
+
+TEST_F(ConfigurationPage, ItsExampleHasTheDefaults) {
+  const Config shown = load(example());
+  const Config taken = load(smallest);
+  EXPECT_EQ(shown.vehicle.mass, taken.vehicle.mass);
+  EXPECT_EQ(shown.vehicle.cornering_stiffness_rear, taken.vehicle.cornering_stiffness_rear);
+  EXPECT_EQ(shown.vehicle.steering.delay_s, taken.vehicle.steering.delay_s);
+  EXPECT_EQ(shown.vehicle.steering.lag_s, taken.vehicle.steering.lag_s);
+  EXPECT_EQ(shown.can.timestamps, taken.can.timestamps);
+  EXPECT_EQ(shown.can.receive_buffer, taken.can.receive_buffer);
+  EXPECT_EQ(shown.camera.socket, taken.camera.socket);
+  EXPECT_EQ(shown.camera.socket_mode, taken.camera.socket_mode);
+  EXPECT_EQ(shown.camera.socket_group, taken.camera.socket_group);
+  EXPECT_EQ(shown.camera.lever_arm, taken.camera.lever_arm);
+  EXPECT_EQ(shown.camera.max_latency_s, taken.camera.max_latency_s);
+  EXPECT_EQ(shown.imu_position, taken.imu_position);
+  EXPECT_EQ(shown.model, taken.model);
+  EXPECT_EQ(shown.window_s, taken.window_s);
+  EXPECT_EQ(shown.camera_gate, taken.camera_gate);
+  EXPECT_EQ(shown.tuning.gyro_bias_walk, taken.tuning.gyro_bias_walk);
+  EXPECT_EQ(shown.tuning.gyro_scale_walk, taken.tuning.gyro_scale_walk);
+  EXPECT_EQ(shown.tuning.accel_bias_walk, taken.tuning.accel_bias_walk);
+  EXPECT_EQ(shown.tuning.wheel_scale_walk, taken.tuning.wheel_scale_walk);
+  EXPECT_EQ(shown.tuning.steering_offset_walk, taken.tuning.steering_offset_walk);
+  EXPECT_EQ(shown.tuning.stiffness_scale_walk, taken.tuning.stiffness_scale_walk);
+  EXPECT_EQ(shown.tuning.front_angle, taken.tuning.front_angle);
+  EXPECT_EQ(shown.tuning.side_slip, taken.tuning.side_slip);
+  EXPECT_EQ(shown.tuning.wheel_radius, taken.tuning.wheel_radius);
+  EXPECT_EQ(shown.tuning.wheel_slip, taken.tuning.wheel_slip);
+  EXPECT_EQ(shown.imu_yaw, taken.imu_yaw);
+  EXPECT_EQ(shown.paper_noise.Q, taken.paper_noise.Q);
+  EXPECT_EQ(shown.paper_noise.R, taken.paper_noise.R);
+  EXPECT_EQ(shown.realtime.period_ns, taken.realtime.period_ns);
+  EXPECT_EQ(shown.realtime.priority, taken.realtime.priority);
+  EXPECT_EQ(shown.realtime.cpu, taken.realtime.cpu);
+  EXPECT_EQ(shown.shm.name, taken.shm.name);
+  EXPECT_EQ(shown.shm.mode, taken.shm.mode);
+  EXPECT_EQ(shown.shm.group, taken.shm.group);
+  EXPECT_EQ(shown.status.socket, taken.status.socket);
+  EXPECT_EQ(shown.status.socket_mode, taken.status.socket_mode);
+  EXPECT_EQ(shown.status.socket_group, taken.status.socket_group);
+  EXPECT_EQ(record_socket(shown), record_socket(taken));
+  EXPECT_EQ(shown.log.level, taken.log.level);
+  EXPECT_EQ(shown.can.protections.at(2).max_delta_counter, can::E2eBinding{}.max_delta_counter);
+  EXPECT_EQ(shown.can.protections.at(2).data_id_mode, can::E2eBinding{}.data_id_mode);
+}
+
+constexpr auto powertrain_dbc = R"(VERSION ""
+BU_: CAR
+BO_ 256 ESC_WHEELS: 8 CAR
+ SG_ CHECKSUM : 0|8@1+ (1,0) [0|0] "" CAR
+ SG_ COUNTER : 8|4@1+ (1,0) [0|0] "" CAR
+ SG_ RL_FAULT : 12|1@1+ (1,0) [0|0] "" CAR
+ SG_ RR_FAULT : 13|1@1+ (1,0) [0|0] "" CAR
+ SG_ RL : 16|16@1+ (0.01,0) [0|0] "km/h" CAR
+ SG_ RR : 32|16@1+ (0.01,0) [0|0] "km/h" CAR
+)";
+constexpr auto chassis_dbc = R"(VERSION ""
+BU_: CAR
+BO_ 300 GYRO: 8 CAR
+ SG_ GYRO_CRC : 0|8@1+ (1,0) [0|0] "" CAR
+ SG_ GYRO_BZ : 8|4@1+ (1,0) [0|0] "" CAR
+ SG_ YAW : 16|16@1- (0.01,0) [0|0] "deg/s" CAR
+ SG_ LONG_ACC : 32|16@1- (0.001,0) [0|0] "g" CAR
+BO_ 301 STEER_SENSOR: 4 CAR
+ SG_ ANGLE : 0|16@1- (1.5,0) [0|0] "deg" CAR
+ SG_ ANGLE_FRACTION : 16|4@1- (0.1,0) [0|0] "deg" CAR
+)";
+constexpr auto car_dbc = R"(VERSION ""
+BU_: CAR
+BO_ 512 WHEELS: 4 CAR
+ SG_ SPEED_RL : 0|16@1+ (0.01,0) [0|0] "m/s" CAR
+ SG_ SPEED_RR : 16|16@1+ (0.01,0) [0|0] "m/s" CAR
+BO_ 513 EPS: 2 CAR
+ SG_ RoadWheelAngle : 0|16@1- (0.01,0) [0|0] "deg" CAR
+BO_ 514 GEARBOX: 1 CAR
+ SG_ LEVER : 0|4@1+ (1,0) [0|0] "" CAR
+)";
+
+TEST_F(ConfigurationPage, ItsRecipesAreAccepted) {
+  write("odomd.dbc", odomd_dbc());
+  write("powertrain.dbc", powertrain_dbc);
+  write("chassis.dbc", chassis_dbc);
+  write("car.dbc", car_dbc);
+  const auto recipes = marked("recipe");
+  EXPECT_EQ(recipes.size(), 3U);
+  for (const auto& [name, text] : recipes) {
+    ASSERT_FALSE(code(text).empty()) << name;
+    EXPECT_EQ(error_of(code(text)), "") << name;
+  }
+}
+
+TEST_F(ConfigurationPage, ItsErrorsAreTheRealOnes) {
+  write("odomd.dbc", odomd_dbc());
+  const auto errors = marked("error");
+  EXPECT_EQ(errors.size(), 2U);
+  for (const auto& [mistake, text] : errors) {
+    const auto arrow = mistake.find(" -> ");
+    ASSERT_NE(arrow, std::string::npos) << mistake;
+    std::string mistaken = example();
+    const auto at = mistaken.find(mistake.substr(0, arrow));
+    ASSERT_NE(at, std::string::npos) << mistake;
+    mistaken.replace(at, arrow, mistake.substr(arrow + 4));
+    EXPECT_EQ(text.substr(0, text.find('\n')), "    odomd: " + error_of(mistaken));
+  }
+}
+
+/// A configuration whose only fault can be `key`: it holds a date, which no key takes.
+std::string with_a_date(const std::string& table, const std::string& key) {
+  using Keys = std::map<std::string, std::string>;
+  static const Keys signal = {{"message", "'M'"}, {"signal", "'S'"}, {"unit", "'m/s'"}};
+  static const std::map<std::string, Keys> needed = {
+      {"can",
+       {{"dbc", "'a.dbc'"}, {"signals.motor", "{ message = 'M', signal = 'S', unit = 'm/s' }"}}},
+      {"can.signals.ROLE", signal},
+      {"can.signals.ROLE.valid_when", {{"signal", "'S'"}, {"equals", "0"}}},
+      {"can.e2e.MESSAGE", {{"profile", "'none'"}}},
+      {"initial", {{"pose", "[0, 0, 0]"}}},
+  };
+  std::string text;
+  const auto add = [&](const std::string& name, bool has_the_date) {
+    text +=
+        fmt::format("[{}]\n", std::regex_replace(name, std::regex("ROLE|MESSAGE"), "wheel_rear"));
+    if (const auto keys = needed.find(name); keys != needed.end())
+      for (const auto& [other, value] : keys->second)
+        if (!has_the_date || !other.starts_with(key))
+          text += fmt::format("{} = {}\n", other, value);
+    if (has_the_date) text += fmt::format("{} = 1979-05-27\n", key);
+  };
+  if (table != "can") add("can", false);
+  if (table == "can.signals.ROLE.valid_when") add("can.signals.ROLE", false);
+  add(table, true);
+  return text;
+}
+
+TEST_F(ConfigurationPage, ListsNoKeyThatIsUnknown) {
+  const auto all = listed_keys();
+  EXPECT_EQ(all.size(), 15U);
+  for (const auto& [table, keys] : all) {
+    EXPECT_THAT(error_of(with_a_date(table, "never_a_key")), HasSubstr("unknown key")) << table;
+    for (const auto& key : keys) {
+      const auto error = error_of(with_a_date(table, key));
+      EXPECT_THAT(error, HasSubstr(key)) << table;
+      EXPECT_THAT(error, Not(HasSubstr("unknown key"))) << table;
+      EXPECT_THAT(error, Not(HasSubstr("not TOML"))) << table;
+    }
+  }
+}
+
+TEST_F(ConfigurationPage, ListsEveryKeyThatTheCodeReads) {
+  std::set<std::string> listed;
+  for (const auto& [table, keys] : listed_keys()) {
+    listed.insert(table);
+    listed.insert(keys.begin(), keys.end());
+  }
+  const std::regex reads(
+      R"re((?:\b(?:read\w*|require|table|has)\(|\{(?="\w+", &))"([a-z_0-9]+)")re");
+  std::set<std::string> read;
+  for (const auto* file : {"config.cpp", "config_can.cpp", "config_signal.cpp"}) {
+    const auto source = text_of(std::string(ODOMD_SOURCE_DIR "/daemon/core/") + file);
+    for (std::sregex_iterator at(source.begin(), source.end(), reads), end; at != end; ++at)
+      read.insert((*at)[1]);
+  }
+  EXPECT_GE(read.size(), 50U);
+  for (const auto& key : read) EXPECT_THAT(listed, Contains(key));
+}
+
+// A cell of a table as the manual page says it: without marks and links.
+std::string plain(std::string cell) {
+  cell = std::regex_replace(cell, std::regex(R"(\[([^\]]*)\]\([^)]*\))"), "$1");
+  return std::regex_replace(cell, std::regex("`|\\*\\*"), "");
+}
+
+/// The items of the manual page: by table and key, the text in one line.
+std::map<std::string, std::map<std::string, std::string>> manual_items() {
+  std::map<std::string, std::map<std::string, std::string>> all;
+  std::istringstream lines(text_of(ODOMD_SOURCE_DIR "/man/odomd.toml.5"));
+  std::string table;
+  std::string* item = nullptr;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(".Ss [")) {
+      table = std::regex_replace(line.substr(5), std::regex("\\]"), "");
+      table = std::regex_replace(table, std::regex(" "), ".");
+    }
+    if (line.starts_with(".It Ic ")) {
+      item = &all[table][line.substr(7)];
+    } else if (line.starts_with(".El") || line.starts_with(".It Cm ")) {
+      item = nullptr;
+    } else if (item != nullptr) {
+      *item += (item->empty() ? "" : " ") + std::regex_replace(line, std::regex(R"(\\-)"), "-");
+    }
+  }
+  return all;
+}
+
+TEST_F(ConfigurationPage, HasTheKeysDefaultsAndRangesOfTheManualPage) {
+  const auto manual = manual_items();
+  const auto listed = listed_keys();
+  ASSERT_EQ(manual.size(), listed.size());
+  for (const auto& [table, text] : marked("keys")) {
+    SCOPED_TRACE(table);
+    ASSERT_TRUE(manual.contains(table));
+    const auto& items = manual.at(table);
+    EXPECT_EQ(items.size(), listed.at(table).size());
+    // The head of the table names its columns.
+    std::vector<std::string> head;
+    std::istringstream cells(text.substr(2, text.find('\n')));
+    for (std::string cell; std::getline(cells, cell, '|');)
+      head.push_back(std::regex_replace(cell, std::regex("^ | $"), ""));
+    for (const Row& row : rows(text)) {
+      const auto key = quoted(row.at(0)).at(0);
+      ASSERT_TRUE(items.contains(key)) << key;
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        if (head.at(i) != "default" && head.at(i) != "range") continue;
+        EXPECT_THAT(items.at(key), HasSubstr(plain(row[i]))) << key;
+      }
+    }
+  }
+}
+
+TEST_F(ConfigurationPage, ListsTheRolesWithTheirUnitsAndSigmas) {
+  const auto tables = marked("roles");
+  ASSERT_EQ(tables.size(), 1U);
+  std::vector<std::string> roles;
+  for (const Row& row : rows(tables.begin()->second)) {
+    const auto role = quoted(row.at(0)).at(0);
+    roles.push_back(role);
+    std::vector<std::string> endings;
+    for (const auto& unit : quoted(row.at(2)))
+      endings.push_back(
+          fmt::format(R"(unit = "{}"{})", unit, unit == "rpm" ? ", radius = 1.0" : ""));
+    if (endings.empty()) endings = {"forward = 1, reverse = 2"};
+    for (const auto& ending : endings) {
+      SCOPED_TRACE(fmt::format("{}: {}", role, ending));
+      const Config config = load(fmt::format(
+          R"(can = {{ dbc = "a.dbc", signals.{} = {{ message = "M", signal = "S", {} }} }})", role,
+          ending));
+      EXPECT_EQ(config.can.signals.at(config.can.bindings.at(0).channel).sigma,
+                std::stod(row.at(3)));
+    }
+  }
+  const std::vector<std::string> known(estimator::source_names.begin(),
+                                       estimator::source_names.end() - 1);  // but the camera
+  EXPECT_EQ(roles, known);
+}
+
+TEST_F(ConfigurationPage, NamesEveryModel) {
+  for (const auto name : estimator::model_names)
+    EXPECT_THAT(page(), HasSubstr("`" + std::string(name) + "`"));
+}
+
+}  // namespace
+}  // namespace odomd::daemon::configuration_doc_test

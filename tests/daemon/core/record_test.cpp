@@ -1,0 +1,129 @@
+#include "daemon/core/record.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace odomd::daemon::record_test {
+namespace {
+
+using estimator::Estimate;
+using estimator::Mode;
+
+TEST(PublishedMode, FollowsThePrecedence) {
+  Estimate estimate;
+  estimate.initialised = true;
+  estimate.mode = Mode::tracking;
+  EXPECT_EQ(published_mode(estimate, 0), ODOM_TRACKING);
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_CAMERA_REJECTED), ODOM_TRACKING);
+  estimate.mode = Mode::standstill;
+  EXPECT_EQ(published_mode(estimate, 0), ODOM_STANDSTILL);
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_DEGRADED);
+  estimate.initialised = false;
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_INITIALISING);
+  estimate.model_fault = true;
+  EXPECT_EQ(published_mode(estimate, ODOM_COND_NOT_REALTIME), ODOM_FAULT);
+}
+
+Estimate some_estimate() {
+  Estimate estimate;
+  estimate.time_ns = 12'345;
+  estimate.initialised = true;
+  estimate.mode = Mode::dead_reckoning;
+  estimate.map = {3.0, -2.0, 1.2};
+  estimate.odom = {1.0, 0.5, -0.3};
+  estimate.v_x = 1.5;
+  estimate.v_y = -0.02;
+  estimate.yaw_rate = 0.7;
+  estimate.covariance = {1, 2, 3, 4, 5, 6};
+  estimate.cross_covariance = {21, 22, 23, 24, 25, 26, 27, 28, 29};
+  estimate.velocity_covariance = {7, 8, 9, 10, 11, 12};
+  estimate.calibration = {.value = {0.01, 1.02, 0.3, -0.4, 0.99, -0.02, 1.1},
+                          .sigma = {0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.007},
+                          .valid = 0b1010011};
+  estimate.reset_count = 3;
+  estimate.last_jump = {0.1, 0.2, 0.3};
+  estimate.camera_ns = 999;
+  return estimate;
+}
+
+TEST(Record, CorrectionTakesTheOdometryPoseToTheMapPose) {
+  TickRecord record;
+  fill_record(some_estimate(), record);
+  const odom_details& d = record.details;
+  const odom_pose& p = record.pose;
+  const double c = std::cos(d.correction_yaw);
+  const double s = std::sin(d.correction_yaw);
+  EXPECT_NEAR(d.correction_x + c * p.odom_x - s * p.odom_y, p.x, 1e-12);
+  EXPECT_NEAR(d.correction_y + s * p.odom_x + c * p.odom_y, p.y, 1e-12);
+  EXPECT_NEAR(d.correction_yaw + p.odom_yaw, p.yaw, 1e-12);
+}
+
+TEST(Record, PacksTheRestOfTheUpperTriangleByRows) {
+  TickRecord record;
+  fill_record(some_estimate(), record);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(record.details.velocity_covariance[i], 21.0 + i) << i;
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(record.details.velocity_covariance[9 + i], 7.0 + i) << i;
+}
+
+TEST(Record, CarriesTheCalibrations) {
+  TickRecord record;
+  fill_record(some_estimate(), record);
+  const odom_details& d = record.details;
+  EXPECT_EQ(d.gyro_bias, 0.01);
+  EXPECT_EQ(d.gyro_scale, 1.02);
+  EXPECT_EQ(d.accel_bias_x, 0.3);
+  EXPECT_EQ(d.accel_bias_y, -0.4);
+  EXPECT_EQ(d.wheel_scale, 0.99);
+  EXPECT_EQ(d.steering_offset, -0.02);
+  EXPECT_EQ(d.stiffness_scale, 1.1);
+  for (int i = 0; i < 7; ++i) EXPECT_EQ(d.calibration_sigma[i], 0.001 * (i + 1)) << i;
+  EXPECT_EQ(d.calibration_valid, 0b1010011U);
+}
+
+TEST(Record, SaysOfAModelThatLearnsNothingThatAllIsExactAndNothingKnown) {
+  TickRecord record;
+  fill_record(Estimate{}, record);
+  const odom_details& d = record.details;
+  EXPECT_EQ(d.gyro_bias, 0.0);
+  EXPECT_EQ(d.gyro_scale, 1.0);
+  EXPECT_EQ(d.wheel_scale, 1.0);
+  EXPECT_EQ(d.stiffness_scale, 1.0);
+  EXPECT_EQ(d.calibration_valid, 0U);
+}
+
+TEST(Record, AnEstimateSurvivesTheWayThereAndBack) {
+  const Estimate before = some_estimate();
+  TickRecord record;
+  fill_record(before, record);
+  record.pose.mode = ODOM_DEAD_RECKONING;
+  const Estimate after = to_estimate(record.pose, record.details);
+  EXPECT_EQ(after.time_ns, before.time_ns);
+  EXPECT_TRUE(after.initialised);
+  EXPECT_EQ(after.map.x, before.map.x);
+  EXPECT_EQ(after.odom.yaw, before.odom.yaw);
+  EXPECT_EQ(after.v_y, before.v_y);
+  EXPECT_EQ(after.covariance, before.covariance);
+  EXPECT_EQ(after.velocity_covariance, before.velocity_covariance);
+  EXPECT_EQ(after.cross_covariance, before.cross_covariance);
+  EXPECT_EQ(after.calibration.value, before.calibration.value);
+  EXPECT_EQ(after.calibration.sigma, before.calibration.sigma);
+  EXPECT_EQ(after.calibration.valid, before.calibration.valid);
+  EXPECT_EQ(after.reset_count, before.reset_count);
+  EXPECT_EQ(after.camera_ns, before.camera_ns);
+}
+
+TEST(Record, AnInitialisingPredecessorHasNoPoseToGoOnFrom) {
+  odom_pose pose{};
+  pose.mode = ODOM_INITIALISING;
+  EXPECT_FALSE(to_estimate(pose, odom_details{}).initialised);
+}
+
+TEST(Record, APredecessorInFaultHasAFrozenPoseNotToGoOnFrom) {
+  odom_pose pose{};
+  pose.mode = ODOM_FAULT;
+  EXPECT_TRUE(to_estimate(pose, odom_details{}).model_fault);
+}
+
+}  // namespace
+}  // namespace odomd::daemon::record_test

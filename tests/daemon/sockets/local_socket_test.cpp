@@ -1,0 +1,174 @@
+#include "daemon/sockets/local_socket.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <optional>
+
+namespace odomd::daemon::local_socket_test {
+namespace {
+
+using testing::HasSubstr;
+
+int connect_to(const std::filesystem::path& path) {
+  const int connection = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path.native().copy(address.sun_path, sizeof address.sun_path - 1);
+  if (::connect(connection, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0)
+    return connection;
+  ::close(connection);
+  return -1;
+}
+
+class LocalSocketTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = testing::TempDir() + "odomd_socket_XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    directory_ = name;
+    path_ = directory_ / "camera.sock";
+    std::filesystem::permissions(directory_, std::filesystem::perms{0755});
+  }
+  void TearDown() override { std::filesystem::remove_all(directory_); }
+
+  [[nodiscard]] LocalSocketSettings settings(std::uint32_t mode = 0660) const {
+    return {path_, SocketType::packets, mode, ""};
+  }
+
+  [[nodiscard]] static std::string refusal(const LocalSocketSettings& wanted) {
+    try {
+      const LocalSocket socket(wanted);
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  std::filesystem::path directory_;
+  std::filesystem::path path_;
+};
+
+TEST_F(LocalSocketTest, LeavesTheFileOfASuccessorAlone) {
+  std::optional<LocalSocket> first(settings());
+  std::filesystem::remove(path_);
+  const LocalSocket second(settings());
+  first.reset();
+  const int connection = connect_to(path_);
+  EXPECT_GE(connection, 0);
+  ::close(connection);
+}
+
+TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
+  {
+    const LocalSocket socket(settings(0640));
+    struct stat status {};
+    ASSERT_EQ(::stat(path_.c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777U, 0640U);
+    const can::FileDescriptor camera(connect_to(path_));
+    EXPECT_TRUE(camera);
+    EXPECT_TRUE(socket.accept());
+    EXPECT_FALSE(socket.accept());
+  }
+  EXPECT_FALSE(std::filesystem::exists(path_));
+}
+
+TEST_F(LocalSocketTest, MakesTheLastDirectoryWhereItIsMissing) {
+  auto wanted = settings();
+  wanted.path = directory_ / "run" / "camera.sock";
+  const LocalSocket socket(wanted);
+  EXPECT_TRUE(std::filesystem::is_socket(wanted.path));
+}
+
+TEST_F(LocalSocketTest, ReplacesTheSocketOfADeadPredecessor) {
+  const int dead = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  path_.native().copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(dead, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ::close(dead);
+  ASSERT_TRUE(std::filesystem::exists(path_));
+  const LocalSocket socket(settings());
+  EXPECT_TRUE(can::FileDescriptor(connect_to(path_)));
+}
+
+TEST_F(LocalSocketTest, LeavesALivingPredecessorAlone) {
+  const LocalSocket first(settings());
+  EXPECT_EQ(refusal(settings()),
+            path_.string() + ": another program listens there; is an odomd running?");
+  EXPECT_TRUE(can::FileDescriptor(connect_to(path_)));
+}
+
+TEST_F(LocalSocketTest, LeavesAFileThatIsNoSocketAlone) {
+  std::ofstream(path_) << "precious";
+  EXPECT_THAT(refusal(settings()), HasSubstr("is there already and is not a socket"));
+  EXPECT_TRUE(std::filesystem::is_regular_file(path_));
+}
+
+TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
+  auto wanted = settings();
+  wanted.path = directory_ / std::string(200, 'x');
+  EXPECT_THAT(refusal(wanted), HasSubstr("is too long for a socket"));
+  wanted.path = directory_ / "a" / "b" / "camera.sock";
+  wanted.mend = "try --socket";
+  EXPECT_THAT(refusal(wanted), HasSubstr("is missing and cannot be made"));
+  EXPECT_THAT(refusal(wanted), HasSubstr("; make it, or try --socket"));
+  wanted.path = "/proc/camera.sock";  // where even root makes no file
+  EXPECT_THAT(refusal(wanted), ::testing::StartsWith("/proc/camera.sock: cannot be made: "));
+  EXPECT_THAT(refusal(wanted), ::testing::EndsWith("; try --socket"));
+  wanted = settings();
+  wanted.group = "no-such-group-here";
+  EXPECT_THAT(refusal(wanted), HasSubstr("there is no group \"no-such-group-here\""));
+}
+
+TEST_F(LocalSocketTest, LetsInOurselves) {
+  const LocalSocket socket(settings());
+  const can::FileDescriptor camera(connect_to(path_));
+  const auto connection = socket.accept();
+  ASSERT_TRUE(connection);
+  EXPECT_TRUE(peer_is_welcome(connection.get(), 12345, 0600));
+  const auto peer = peer_of(connection.get());
+  ASSERT_TRUE(peer.has_value());
+  EXPECT_EQ(peer->pid, ::getpid());
+  EXPECT_EQ(peer->uid, ::geteuid());
+}
+
+// Only root can become someone else to try this.
+TEST_F(LocalSocketTest, LetsInStrangersByGroupOrByModeAlone) {
+  if (::geteuid() != 0) {
+    std::puts("not run: 1 (needs root)");
+    return;
+  }
+  constexpr uid_t nobody = 65534;
+  const LocalSocket open(settings(0666));
+  auto closed_settings = settings(0660);
+  closed_settings.path = directory_ / "closed.sock";
+  const LocalSocket closed(closed_settings);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const bool dropped = ::setgid(nobody) == 0 && ::setuid(nobody) == 0;
+    const bool refused = connect_to(closed_settings.path) < 0;
+    const bool connected = connect_to(path_) >= 0;
+    ::_exit(dropped && refused && connected ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_FALSE(closed.accept());
+  const auto connection = open.accept();
+  ASSERT_TRUE(connection);
+  EXPECT_EQ(peer_of(connection.get())->uid, nobody);
+  EXPECT_FALSE(peer_is_welcome(connection.get(), 12345, 0660));
+  EXPECT_TRUE(peer_is_welcome(connection.get(), 12345, 0666));
+  EXPECT_TRUE(peer_is_welcome(connection.get(), nobody, 0660));
+}
+
+}  // namespace
+}  // namespace odomd::daemon::local_socket_test

@@ -1,0 +1,351 @@
+// The camera's gate and update, and what becomes of a filter that disagrees with it.
+#include "estimator/ekf/camera.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+
+#include "estimator/common/pose.hpp"
+#include "estimator/ekf/take.hpp"
+#include "estimator/ekf/update.hpp"
+#include "tests/estimator/ekf/states.hpp"
+
+namespace odomd::estimator::full::camera_test {
+namespace {
+
+constexpr std::int64_t millisecond = 1'000'000;
+constexpr std::int64_t between_poses_ns = 36 * millisecond;
+
+State located(const Pose2& pose = {}) {
+  State state;
+  state.time_ns = 1'000 * millisecond;
+  state.located = true;
+  state.mean[at::v_x] = 1.0;
+  state.mean.head<3>() << pose.x, pose.y, pose.yaw;
+  state.covariance = testing::some_covariance(1e-3);
+  state.lasting.covariance = testing::some_covariance<LastingMatrix>(1e-3);
+  return state;
+}
+
+Sample seen(std::int64_t time_ns, const Pose2& pose, double sigma = 0.01) {
+  return {.time_ns = time_ns,
+          .source = Source::camera,
+          .value = {pose.x, pose.y, wrap_angle(pose.yaw)},
+          .sigma = {sigma, sigma, sigma}};
+}
+
+TEST(FullCamera, FirstPoseLocatesWhereItMay) {
+  State state;
+  state.covariance = testing::some_covariance();
+  const Judgement refused =
+      take_camera(CarModel{}, {.locates = false}, state, seen(1, {1.0, 2.0, 0.5}));
+  EXPECT_EQ(refused.verdict, Verdict::source_off);
+  EXPECT_EQ(refused.degrees, 0);
+  EXPECT_FALSE(state.located);
+  const Judgement first = take_camera(CarModel{}, {}, state, seen(1, {1.0, 2.0, 0.5}, 0.02));
+  EXPECT_EQ(first.verdict, Verdict::fused);
+  EXPECT_EQ(first.degrees, 0);  // held against nothing
+  EXPECT_TRUE(state.located);
+  EXPECT_EQ(state.mean[at::x], 1.0);
+  EXPECT_EQ(state.mean[at::y], 2.0);
+  EXPECT_EQ(state.mean[at::yaw], 0.5);
+  EXPECT_NEAR(state.covariance(at::yaw, at::yaw), 4e-4, 1e-18);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+  EXPECT_EQ(state.resets, 0U);
+}
+
+TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
+  State before = located({1.0, 2.0, 0.3});
+  before.lasting.sensitivity(at::x, lasting::wheel_scale) = 1.5;
+  const Pose2 pose{1.05, 1.9, 0.36};
+  State state = before;
+  const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, pose, 0.02));
+  const Eigen::Vector3d nu(0.05, -0.1, 0.06);
+  const Eigen::Matrix3d S =
+      covariance_of_motion(before).topLeftCorner<3, 3>() + 4e-4 * Eigen::Matrix3d::Identity();
+  EXPECT_EQ(judgement.degrees, 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(judgement.innovation[i], nu[static_cast<Eigen::Index>(i)], 1e-14);
+  }
+  EXPECT_NEAR(judgement.squared_ratio, nu.dot(S.inverse() * nu), 1e-9);
+  EXPECT_NEAR(judgement.test_ratio, judgement.squared_ratio / CameraGate{}.gate, 1e-12);
+  EXPECT_EQ(state.camera_test_ratio, judgement.test_ratio);
+
+  // The gate lies where it is said to lie.
+  const double just = judgement.squared_ratio;
+  State inside = before;
+  EXPECT_EQ(take_camera(CarModel{}, {.gate = just * 1.001}, inside, seen(1, pose, 0.02)).verdict,
+            Verdict::fused);
+  State outside = before;
+  EXPECT_EQ(take_camera(CarModel{}, {.gate = just * 0.999}, outside, seen(1, pose, 0.02)).verdict,
+            Verdict::gated);
+  EXPECT_EQ(outside.mean, before.mean);
+  EXPECT_EQ(outside.covariance, before.covariance);
+}
+
+TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
+  // The lasting errors too: all three numbers at once, by the textbook's filter of all states.
+  State before = located({1.0, 2.0, 0.3});
+  before.lasting = testing::some_lasting(1e-3);
+  State state = before;
+  ASSERT_EQ(take_camera(CarModel{}, {.gate = 1e9}, state, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
+            Verdict::fused);
+  constexpr int all_states = int{at::size} + int{lasting::size};
+  using Joint = Eigen::Matrix<double, all_states, all_states>;
+  const auto joint = [](const State& s) {
+    const auto& B = s.lasting.sensitivity;
+    const LastingMatrix& P_s = s.lasting.covariance;
+    Joint P;
+    P << s.covariance + B * P_s * B.transpose(), B * P_s, P_s * B.transpose(), P_s;
+    return P;
+  };
+  const Joint P = joint(before);
+  const Eigen::Matrix<double, all_states, 3> PHt = P.leftCols<3>();
+  const Eigen::Matrix3d S = PHt.topRows<3>() + 4e-4 * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix<double, all_states, 3> K = PHt * S.inverse();
+  const auto change = (K * Eigen::Vector3d(0.05, -0.1, 0.06)).eval();
+  EXPECT_LT((state.mean - before.mean - change.head<at::size>()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((state.lasting.mean - before.lasting.mean - change.tail<lasting::size>())
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12);
+  EXPECT_LT((joint(state) - (P - K * PHt.transpose())).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+  EXPECT_TRUE(testing::is_covariance(state.lasting.covariance));
+}
+
+TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
+  for (const double turns : {-7.0, 0.0, 12.0}) {
+    const double yaw = 3.1 + turns * 2.0 * std::numbers::pi;
+    State state = located({0.0, 0.0, yaw});
+    const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, {0.0, 0.0, yaw + 0.06}));
+    EXPECT_EQ(judgement.verdict, Verdict::fused);
+    EXPECT_NEAR(judgement.innovation[2], 0.06, 1e-12);
+    EXPECT_NEAR(state.mean[at::yaw], yaw, 0.1);
+  }
+}
+
+/// A filter that drives along x (its covariance as it is), and a camera that sees it elsewhere: one
+/// pose, `number` poses after the start. Wheels and gyro say what the filter believes.
+struct Disagreement {
+  State state = located();
+  Pose2 truth;           ///< where the camera sees it at the start
+  double heading = 0.0;  ///< the way it goes there
+  double speed = 1.0;    ///< [m/s]
+  Context context;
+
+  Judgement pose(int number, const Pose2& noise = {}) {
+    constexpr int ticks_between_poses = 6;
+    const double way = speed * static_cast<double>(between_poses_ns) * 1e-9;
+    for (int i = 0; i < ticks_between_poses; ++i) {
+      state.time_ns += between_poses_ns / ticks_between_poses;
+      const double tremor = i % 2 == 0 ? 1e-6 : -1e-6;  // what moves does not repeat itself
+      for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right}) {
+        state.integrity.hear(source, state.time_ns, speed + tremor, 0.01);
+      }
+      state.integrity.hear(Source::yaw_rate, state.time_ns, tremor, 0.005);
+      state.integrity.know({.camera_unrest = state.camera_unrest});
+      state.integrity.look({}, state.time_ns);
+    }
+    state.mean[at::x] += way * std::cos(state.mean[at::yaw]);
+    state.mean[at::y] += way * std::sin(state.mean[at::yaw]);
+    const double gone = way * number;
+    const Sample sample =
+        seen(state.time_ns, {truth.x + gone * std::cos(heading) + noise.x,
+                             truth.y + gone * std::sin(heading) + noise.y, truth.yaw + noise.yaw});
+    return take(context, state, sample);
+  }
+
+  /// Poses until it is believed, or so many.
+  int until_believed(int most) {
+    int poses = 0;
+    while (state.resets == 0 && poses < most) {
+      pose(++poses);
+    }
+    return poses;
+  }
+};
+
+constexpr double seconds_per_pose = static_cast<double>(between_poses_ns) * 1e-9;
+
+TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
+  Disagreement car{.truth = {5.0, -3.0, 0.0}};
+  Judgement judgement = car.pose(1);
+  int poses = 1;
+  for (; judgement.verdict == Verdict::gated && poses < 50; judgement = car.pose(++poses)) {
+    EXPECT_EQ(judgement.degrees, 3) << poses;
+    EXPECT_EQ(car.state.resets, 0U);
+    EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
+  }
+  // Believed against the test, not by it.
+  EXPECT_GE(poses, believed_rejections);
+  EXPECT_GE(poses * seconds_per_pose, believed_after_s);
+  EXPECT_LT(poses * seconds_per_pose, believed_after_s + 2 * seconds_per_pose);
+  EXPECT_EQ(judgement.verdict, Verdict::forced);
+  EXPECT_EQ(judgement.degrees, 0);
+  EXPECT_GT(judgement.test_ratio, 1.0);
+  EXPECT_NEAR(judgement.innovation[0], 5.0, 1e-12);
+  EXPECT_EQ(car.state.resets, 1U);
+  EXPECT_NEAR(car.state.mean[at::x], 5.0 + 0.036 * poses, 1e-12);
+  EXPECT_NEAR(car.state.mean[at::y], -3.0, 1e-12);
+  EXPECT_NEAR(car.state.last_jump.x, 5.0, 1e-12);
+  EXPECT_NEAR(car.state.last_jump.y, -3.0, 1e-12);
+  EXPECT_NEAR(car.state.covariance(at::x, at::x), 1e-4, 1e-15);
+  EXPECT_TRUE(testing::is_covariance(car.state.covariance));
+  EXPECT_EQ(car.pose(poses + 1).verdict, Verdict::fused);
+  EXPECT_EQ(car.state.resets, 1U);
+}
+
+TEST(FullCamera, AStepToAnotherPlaceIsBelievedWithinThreeSeconds) {
+  // A camera that has been right until then: its step is a motion that no car makes.
+  Disagreement car;
+  for (int i = 1; i <= 60; ++i) {
+    ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
+  }
+  car.truth = {1.0, -2.0, 0.0};
+  int poses = 0;
+  while (car.state.resets == 0 && poses < 400) {
+    car.pose(60 + ++poses);
+  }
+  EXPECT_LT(poses * seconds_per_pose, 3.0);
+  EXPECT_NEAR(car.state.mean[at::y], -2.0, 0.01);
+}
+
+TEST(FullCamera, WhereNothingElseWasWrongAJumpIsDisputed) {
+  // The first pose of all tells where the car starts; a later one that moves it contradicts poses
+  // that were believed.
+  Disagreement first{.truth = {5.0, -3.0, 0.0}};
+  first.until_believed(50);
+  ASSERT_EQ(first.state.resets, 1U);
+  EXPECT_FALSE(first.state.disputed);
+  for (const bool doubtful : {false, true}) {
+    Disagreement later;
+    for (int i = 1; i <= 60; ++i) {
+      ASSERT_EQ(later.pose(i).verdict, Verdict::fused) << i;
+    }
+    later.truth = {0.0, -0.3, 0.0};
+    for (int i = 61; later.state.resets == 0 && i < 400; ++i) {
+      later.state.doubtful = doubtful;
+      later.pose(i);
+    }
+    ASSERT_EQ(later.state.resets, 1U);
+    EXPECT_EQ(later.state.disputed, !doubtful);
+  }
+}
+
+TEST(FullCamera, TheDoubtOfACameraThatWasAtFaultItselfIsNotEndedByIt) {
+  Disagreement car;
+  for (int i = 1; i <= 60; ++i) {
+    ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
+  }
+  car.truth = {0.0, -0.3, 0.0};
+  car.state.camera_was_out = true;
+  int i = 61;
+  for (; car.state.resets == 0 && i < 400; ++i) {
+    car.pose(i);
+  }
+  ASSERT_EQ(car.state.resets, 1U);
+  for (const int end = i + 2 * believed_rejections; i < end; ++i) {
+    ASSERT_EQ(car.pose(i).verdict, Verdict::fused);
+  }
+  EXPECT_FALSE(car.state.doubtful);
+  EXPECT_TRUE(car.state.disputed);
+}
+
+TEST(FullCamera, SixFittingPosesInARowEndADoubt) {
+  Disagreement car;
+  car.state.doubtful = true;
+  for (int i = 1; i < believed_rejections; ++i) {
+    ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
+    EXPECT_TRUE(car.state.doubtful) << i;
+  }
+  ASSERT_EQ(car.pose(believed_rejections).verdict, Verdict::fused);
+  EXPECT_FALSE(car.state.doubtful);
+}
+
+TEST(FullCamera, OneThatScattersMoreThanItStatesIsTrustedLess) {
+  // Poses that are six times as noisy as they say.
+  for (const double times : {1.0, 6.0}) {
+    std::mt19937 random(2);
+    std::normal_distribution<double> normal(0.0, times * 0.01);
+    Disagreement car;
+    int gated = 0;
+    for (int i = 1; i <= 800; ++i) {
+      const Pose2 noise{normal(random), normal(random), normal(random)};
+      const Judgement judgement = car.pose(i, noise);
+      gated += i > 200 && !is_taken(judgement.verdict) ? 1 : 0;
+    }
+    if (times > 1.0) {
+      EXPECT_GT(car.state.camera_unrest, 18.0);
+      EXPECT_LT(car.state.camera_unrest, 72.0);
+    } else {
+      EXPECT_LT(car.state.camera_unrest, 2.5);
+    }
+    EXPECT_LT(gated, 150) << times;  // a quarter
+    EXPECT_EQ(car.state.resets, 0U) << times;
+  }
+}
+
+TEST(FullCamera, OutliersAreNot) {
+  Disagreement car;
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> anywhere(-5.0, 5.0);
+  for (int i = 1; i < 500; ++i) {
+    const Pose2 off{anywhere(random), 1.0 + std::abs(anywhere(random)), anywhere(random)};
+    EXPECT_EQ(car.pose(i, off).verdict, Verdict::gated) << i;
+  }
+  EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, AFewThatFitBetweenThemClearTheFilterOfSuspicion) {
+  Disagreement car;
+  for (int i = 1; i < 300; ++i) {
+    const bool fits = i % believed_rejections == 0;
+    car.pose(i, fits ? Pose2{} : Pose2{0.0, 2.0, 0.0});
+    EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-9) << i;
+  }
+  EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, ASeenCarThatDoesNotMoveWithTheFilterIsNotBelieved) {
+  // Another car's pose, or a frozen one: it agrees with itself, not with the wheels.
+  Disagreement car{.truth = {5.0, -3.0, 0.0}, .speed = 6.5};
+  for (int i = 1; i < 200; ++i) {
+    EXPECT_EQ(car.pose(0).verdict, Verdict::gated) << i;
+  }
+  EXPECT_EQ(car.state.resets, 0U);
+}
+
+TEST(FullCamera, ATrackerThatHasLostTheCarAndTremblesIsNotBelieved) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> trembling(0.0, 0.01);
+  for (const double speed : {0.2, 0.5, 1.0, 3.0}) {
+    Disagreement car{.truth = {5.0, -3.0, 0.0}, .speed = speed};
+    int believed = 0;
+    for (int i = 1; i < 2000; ++i) {
+      const Pose2 noise{trembling(random), trembling(random), trembling(random)};
+      believed += is_taken(car.pose(0, noise).verdict) ? 1 : 0;
+    }
+    EXPECT_EQ(believed, 0) << speed;
+    EXPECT_EQ(car.state.resets, 0U) << speed;
+  }
+}
+
+TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
+  for (const double wrong : {-3.0, -1.5, 0.8, 2.2, std::numbers::pi}) {
+    Disagreement car;
+    car.state.mean[at::yaw] = wrong;
+    const int poses = car.until_believed(50);
+    EXPECT_LT(poses * seconds_per_pose, believed_after_s + 2 * seconds_per_pose) << wrong;
+    EXPECT_NEAR(wrap_angle(car.state.mean[at::yaw]), 0.0, 1e-9);
+    EXPECT_NEAR(car.state.mean[at::x], 0.036 * poses, 1e-9);
+    EXPECT_NEAR(std::abs(car.state.last_jump.yaw), std::abs(wrong), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::camera_test

@@ -1,0 +1,187 @@
+// Which samples of the car's own sensors are believed, what they may move, and what of a surprise
+// they are taken to say.
+#include "estimator/ekf/judge.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/ekf/accelerometer.hpp"
+#include "estimator/ekf/gyro.hpp"
+#include "estimator/ekf/publication.hpp"
+#include "estimator/ekf/wheel_speed.hpp"
+#include "tests/estimator/ekf/states.hpp"
+#include "tests/estimator/signalled_car.hpp"
+
+namespace odomd::estimator::full::judge_test {
+namespace {
+
+using testing::Car;
+using testing::Says;
+using testing::straight_at;
+using testing::with;
+using testing::without;
+
+State on_its_way() {
+  State state;
+  state.time_ns = 1'000'000'000;
+  state.moving = state.located = true;
+  state.mean[at::v_x] = 2.0;
+  state.mean[at::yaw_rate] = 0.5;
+  state.covariance = testing::some_covariance(1e-2);
+  state.lasting = testing::some_lasting(1e-3);
+  return state;
+}
+
+Sample sample_of(const State& state, Source source, double value) {
+  return {.time_ns = state.time_ns, .source = source, .value = {value}, .sigma = {0.02}};
+}
+
+TEST(Judge, NoSensorOfTheCarsOwnMovesThePlace) {
+  const CarModel model;
+  const Input input{0.1, true};
+  State state = on_its_way();
+  const Pose2 before = state.pose();
+  const auto take = [&](Source source, const Prediction& z, Teaches teaches) {
+    const Judgement judgement =
+        judge(model, state, sample_of(state, source, z.value + 0.05), z, teaches);
+    EXPECT_EQ(judgement.verdict, Verdict::fused);
+    EXPECT_EQ(state.mean[at::x], before.x);
+    EXPECT_EQ(state.mean[at::y], before.y);
+    EXPECT_TRUE(testing::is_covariance(state.covariance));
+  };
+  take(Source::accel_x, predict_accel_x(model, state, 0.02), {});
+  take(Source::accel_y, predict_accel_y(model, input, state, 0.02, 0.005), {});
+  take(Source::wheel_rear, predict_wheel_speed(model, input, state, Source::wheel_rear, 0.02, true),
+       {});
+  EXPECT_EQ(state.mean[at::yaw], before.yaw);
+  EXPECT_EQ(state.mean[at::yaw_rate], 0.5);
+  take(Source::yaw_rate, predict_yaw_rate(state, 0.02), {.heading = true});
+  EXPECT_NE(state.mean[at::yaw_rate], 0.5);
+}
+
+TEST(Judge, NeitherATurnNorASideForceSetsTheSpeed) {
+  const CarModel model;
+  State state = on_its_way();
+  const Vector before = state.mean;
+  const Prediction turn = predict_yaw_rate(state, 0.02);
+  (void)judge(model, state, sample_of(state, Source::yaw_rate, turn.value + 0.1), turn,
+              {.heading = true});
+  const Prediction force = predict_accel_y(model, {0.1, true}, state, 0.02, 0.005);
+  (void)judge(model, state, sample_of(state, Source::accel_y, force.value + 0.1), force, {});
+  for (const at::Index index : {at::v_x, at::accel_x, at::accel_bias_x}) {
+    EXPECT_EQ(state.mean[index], before[index]);
+  }
+  EXPECT_NE(state.mean[at::v_y], before[at::v_y]);
+}
+
+TEST(Judge, ASampleTeachesOnlyTheLastingErrorItMay) {
+  const CarModel model;
+  for (const bool standing : {false, true}) {
+    State state = on_its_way();
+    const LastingVector before = state.lasting.mean;
+    const Prediction z = predict_yaw_rate(state, 0.02);
+    (void)judge(model, state, sample_of(state, Source::yaw_rate, z.value + 0.05), z,
+                {.heading = !standing, .lasting = standing ? only(lasting::gyro_bias) : none()});
+    EXPECT_EQ(state.lasting.mean[lasting::gyro_bias] != before[lasting::gyro_bias], standing);
+    EXPECT_EQ(state.lasting.mean.tail<lasting::size - 1>(), before.tail<lasting::size - 1>());
+  }
+}
+
+/// A car of honest sensors that brakes from 2 m/s at once after a calm second; how far its speed is
+/// off at most.
+double worst_while_braking(Car& car, double braking, const Says& hears) {
+  const auto going = [&](double speed, double accel) {
+    Says says = with(straight_at(speed), Source::accel_x, accel);
+    for (const auto& [source, value] : straight_at(0.0).signals) {
+      if (!hears.signals.contains(source)) {
+        says = without(says, source);
+      }
+    }
+    return says;
+  };
+  car.drive(3.0, going(2.0, 0.0));
+  double worst = 0.0;
+  double speed = 2.0;
+  while (speed > 0.3) {
+    speed -= braking * 0.005;
+    car.tick(going(speed, -braking));
+    worst = std::max(worst, std::abs(car.state.mean[at::v_x] - speed));
+  }
+  return worst;
+}
+
+TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
+  for (const double braking : {3.0, 5.0, 9.0}) {
+    Car car;
+    EXPECT_LT(worst_while_braking(car, braking, straight_at(0.0)), 0.1) << braking;
+    EXPECT_TRUE(car.gated.empty() || car.gated[Source::wheel_rear_left] <= 2) << braking;
+    // It was the pedal, neither a bias nor a car that pitches; a little of 9 m/s² may be a slope.
+    EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05 * braking + 0.05) << braking;
+    EXPECT_NEAR(car.state.lasting.mean[lasting::pitch_gradient], 0.0, 0.05) << braking;
+  }
+}
+
+TEST(Judge, ADriverWhoBrakesHardIsFollowedWithoutAnAccelerometer) {
+  for (const double braking : {3.0, 5.0, 9.0}) {
+    Car car;
+    EXPECT_LT(worst_while_braking(car, braking, without(straight_at(0.0), Source::accel_x)), 0.2)
+        << braking;
+  }
+}
+
+TEST(Judge, OneTelegramAloneBrakesNoCar) {
+  Car car;
+  car.drive(3.0, straight_at(2.0));
+  for (const double value : {-6.0, 6.0, -9.0}) {
+    car.tick(with(straight_at(2.0), Source::accel_x, value));
+    EXPECT_NEAR(car.state.mean[at::accel_x], 0.0, 0.1);
+    car.drive(0.2, straight_at(2.0));
+    EXPECT_TRUE(car.gated.empty());
+    EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 0.01);
+  }
+}
+
+TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
+  // What lasts is taught a little by every bend, and by every stop.
+  const Vehicle vehicle;
+  const double v = 2.0;
+  // ψ̇ of the linear model in a steady turn at 0.1 rad
+  const double delta = 0.1;
+  const double gradient = vehicle.mass / vehicle.wheelbase() *
+                          (vehicle.rear_axle / vehicle.cornering_stiffness_front -
+                           vehicle.front_axle / vehicle.cornering_stiffness_rear);
+  const double yaw_rate = v * delta / (vehicle.wheelbase() + gradient * v * v);
+  Car car;
+  for (int i = 0; i < 40; ++i) {
+    const double way = i % 2 == 0 ? 1.0 : -1.0;
+    Says turn = with(straight_at(v), Source::steering, way * delta);
+    turn = with(with(turn, Source::yaw_rate, way * yaw_rate), Source::accel_y,
+                way * 1.1 * v * yaw_rate);
+    turn = without(without(turn, Source::wheel_front_left), Source::wheel_front_right);
+    turn.signals[Source::wheel_rear_left] = v - way * 0.5 * vehicle.track_width * yaw_rate;
+    turn.signals[Source::wheel_rear_right] = v + way * 0.5 * vehicle.track_width * yaw_rate;
+    car.drive(1.0, turn);
+  }
+  EXPECT_GT(car.state.lasting.mean[lasting::roll_gradient], 0.03);
+  EXPECT_LT(car.state.lasting.mean[lasting::roll_gradient], 0.2);
+  EXPECT_EQ(car.state.lasting.mean[lasting::gyro_scale], 0.0);
+  EXPECT_EQ(car.state.lasting.mean[lasting::wheel_scale], 0.0);
+  EXPECT_EQ(car.state.lasting.mean[lasting::stiffness_scale], 0.0);
+
+  Car other;
+  double speed = 2.0;
+  for (int i = 0; i < 40; ++i) {
+    const double accel = i % 2 == 0 ? 2.0 : -2.0;
+    for (int tick = 0; tick < 200; ++tick) {
+      speed += accel * 0.005;
+      other.tick(with(straight_at(speed), Source::accel_x, 1.05 * accel));
+    }
+  }
+  EXPECT_GT(other.state.lasting.mean[lasting::pitch_gradient], 0.02);
+  EXPECT_LT(other.state.lasting.mean[lasting::pitch_gradient], 0.08);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::judge_test

@@ -1,0 +1,141 @@
+// One strange reading among honest ones, and which of two that contradict each other is believed.
+#include "estimator/ekf/plausibility.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/estimator/signalled_car.hpp"
+
+namespace odomd::estimator::full::plausibility_test {
+namespace {
+
+using testing::Car;
+using testing::period_ns;
+using testing::Says;
+using testing::straight_at;
+using testing::with;
+
+TEST(Plausibility, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
+  Car car;
+  car.say(Source::wheel_rear, 100.0);
+  for (int i = 0; i < 200; ++i) {
+    advance(car.context, car.state, car.state.time_ns + period_ns);
+    car.say(Source::wheel_rear, 0.0);
+  }
+  EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.01);
+  EXPECT_TRUE(car.state.rest.standing);
+}
+
+TEST(Plausibility, ADeadWheelIsOutvotedAfterADropOut) {
+  for (const double silence : {0.1, 0.26, 0.3, 1.5}) {
+    Car car;
+    car.drive(3.0, straight_at(2.0));
+    const Says dead = with(straight_at(2.0), Source::wheel_front_left, 0.0);
+    car.drive(2.0, dead);
+    car.drive(silence, {{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}});
+    car.drive(5.0, dead);
+    EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 0.02) << silence;
+    EXPECT_NEAR(car.state.mean[at::x], 2.0 * (10.0 + silence), 0.3) << silence;
+    EXPECT_EQ(car.fused[Source::wheel_front_left], 0) << silence;
+  }
+}
+
+TEST(Plausibility, ASpeedThatIsPolledOnceASecondIsFollowed) {
+  Car car;
+  for (int second = 0; second < 30; ++second) {
+    car.drive(1.0, {{{Source::yaw_rate, 0.0}}});
+    car.say(Source::motor, second < 10 ? 3.0 * second : 30.0);
+  }
+  EXPECT_NEAR(car.state.mean[at::v_x], 30.0, 0.1);
+  EXPECT_NEAR(car.state.mean[at::x], 20.0 * 30.0 + 0.5 * 10.0 * 30.0, 60.0);
+}
+
+TEST(Plausibility, TelegramsThatContradictEachOtherNeverInsist) {
+  // What is left of a bus on which only chance telegrams pass for the wheels'.
+  const Says silent{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}};
+  int astray = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Car car;
+    car.drive(2.0, straight_at(1.0));
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> any(-100.0, 100.0);
+    for (int i = 0; i < 50; ++i) {
+      car.drive(0.3, silent);
+      car.say(Source::wheel_rear_left, any(random));
+    }
+    const double way = car.state.mean[at::x] - 17.0;
+    astray += std::abs(way) > 3.0 * std::sqrt(car.state.covariance(at::x, at::x)) ? 1 : 0;
+  }
+  EXPECT_LE(astray, 1);
+}
+
+TEST(Plausibility, ASourceThatComesBackNeedsOthersThatSayTheSame) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const Says silent{{{Source::accel_x, 0.0}}};
+  car.drive(3.0, silent);
+  EXPECT_EQ(car.say(Source::yaw_rate, 9.0).verdict, Verdict::gated);
+  EXPECT_EQ(car.say(Source::wheel_rear, 60.0).verdict, Verdict::gated);
+  for (const Verdict verdict : {Verdict::gated, Verdict::gated, Verdict::fused}) {
+    car.drive(0.01, silent);
+    EXPECT_EQ(car.say(Source::yaw_rate, 0.1).verdict, verdict);
+    EXPECT_EQ(car.say(Source::wheel_rear, 1.2).verdict, verdict);
+  }
+}
+
+TEST(Plausibility, OneWildAccelerationIsNoInput) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  for (const Source source : {Source::accel_x, Source::accel_y}) {
+    EXPECT_EQ(car.say(source, 150.0).verdict, Verdict::gated);
+  }
+  EXPECT_NEAR(car.state.accel_x.value, 0.0, 1e-6);
+  car.drive(0.1, straight_at(1.0));
+  EXPECT_LE(car.gated[Source::accel_x], 1);
+  EXPECT_EQ(car.gated[Source::accel_y], 0);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.01);
+}
+
+TEST(Plausibility, OneSpikeOfTheGyroIsLeftOut) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  for (int i = 0; i < 20; ++i) {
+    car.tick(with(straight_at(1.0), Source::yaw_rate, 8.0));
+    EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.0, 0.02);
+    car.drive(0.1, straight_at(1.0));
+    EXPECT_EQ(car.gated[Source::yaw_rate], 0);
+  }
+  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.005);
+}
+
+TEST(Plausibility, OneReadingOfTheGyroThatPassesTheGateTurnsNoCar) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  for (int i = 0; i < 20; ++i) {
+    car.tick(with(straight_at(1.0), Source::yaw_rate, 1.5));
+    car.drive(0.1, straight_at(1.0));
+  }
+  EXPECT_EQ(car.gated[Source::yaw_rate], 0);
+  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.002);
+}
+
+TEST(Plausibility, LateralAccelerationsToBothSidesNeverInsist) {
+  const Says heard = without(straight_at(2.0), Source::accel_y);
+  const auto fused_of = [&heard](double first, double second) {
+    Car car;
+    car.drive(2.0, heard);
+    int fused = 0;
+    for (int i = 0; i < 20; ++i) {
+      car.drive(0.1, heard);
+      const Judgement judgement = car.say(Source::accel_y, i % 2 == 0 ? first : second);
+      fused += is_taken(judgement.verdict) ? 1 : 0;
+    }
+    return fused;
+  };
+  EXPECT_EQ(fused_of(7.7, -6.2), 0);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::plausibility_test

@@ -1,0 +1,270 @@
+// When the car is taken to stand, when to have set off, and what is learnt meanwhile.
+#include "estimator/ekf/standstill.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <tuple>
+#include <utility>
+
+#include "estimator/ekf/publication.hpp"
+#include "estimator/ekf/take.hpp"
+#include "estimator/ekf/update.hpp"
+#include "tests/estimator/ekf/states.hpp"
+
+namespace odomd::estimator::full::standstill_test {
+namespace {
+
+constexpr std::int64_t millisecond = 1'000'000;
+constexpr double wheel_sigma = 0.01;
+constexpr double gyro_sigma = 0.005;
+
+State just_stopped() {
+  State state;
+  state.time_ns = 1'000 * millisecond;
+  state.located = true;
+  state.moving = true;
+  state.mean[at::v_x] = 0.01;
+  state.mean[at::yaw_rate] = 0.02;
+  state.mean[at::front_angle] = 0.3;
+  state.covariance = testing::some_covariance(1e-3);
+  state.lasting = testing::some_lasting(1e-3);
+  state.lasting.mean.setZero();
+  return state;
+}
+
+/// Says what wheels and gyro say, every 10 ms, until the car stands or for `duration_ms`; returns
+/// how long that took [ms].
+template <typename Wheel, typename Gyro>
+std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& wheel,
+                           const Gyro& gyro) {
+  const CarModel model;
+  for (std::int64_t ms = 0; ms <= duration_ms; ms += 10) {
+    const std::int64_t now = state.time_ns + ms * millisecond;
+    rest_by_gyro(model, state, now, gyro(ms), gyro_sigma);
+    if (turns(wheel(ms), wheel_sigma)) {
+      state.rest.resting = false;
+    } else {
+      rest_by_wheel(state, now);
+    }
+    if (state.rest.standing) {
+      return ms;
+    }
+  }
+  return -1;
+}
+
+constexpr auto zero = [](std::int64_t) { return 0.0; };
+
+TEST(Standstill, AHaltMovesNoPose) {
+  // After a long way every error of the velocity goes with one of the pose.
+  State state = just_stopped();
+  state.lasting.sensitivity.topRows<3>().array() += 100.0;
+  const Eigen::Vector3d before = state.mean.head<3>();
+  ASSERT_GE(time_to_stand(state, 1000, zero, [](std::int64_t) { return 0.02; }), 0);
+  EXPECT_EQ(state.mean.head<3>(), before);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+}
+
+TEST(Standstill, BeginsWhenNoWheelHasTurnedForLongEnough) {
+  State state = just_stopped();
+  EXPECT_EQ(time_to_stand(state, 1000, zero, zero), 300);
+  EXPECT_EQ(state.mean[at::v_x], 0.0);
+  EXPECT_EQ(state.mean[at::v_y], 0.0);
+  EXPECT_EQ(state.mean[at::yaw_rate], 0.0);
+  EXPECT_EQ(state.mean[at::front_angle], 0.0);
+  EXPECT_LT(std::sqrt(state.covariance(at::v_x, at::v_x)), 2e-4);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+}
+
+TEST(Standstill, NoiseOfTheWheelsIsNoMotion) {
+  State state = just_stopped();
+  const auto trembling = [](std::int64_t ms) { return ms % 20 == 0 ? 0.009 : -0.009; };
+  EXPECT_EQ(time_to_stand(state, 1000, trembling, zero), 300);
+}
+
+TEST(Standstill, ANoisySensorHidesNoSlowCreeping) {
+  EXPECT_TRUE(turns(0.05, 1.0));
+  EXPECT_TRUE(turns(-0.05, 1.0));
+}
+
+TEST(Standstill, BeginsAnewAfterATurnOfAWheel) {
+  State state = just_stopped();
+  const auto pushed_once = [](std::int64_t ms) { return ms == 200 ? 0.1 : 0.0; };
+  EXPECT_EQ(time_to_stand(state, 1000, pushed_once, zero), 510);
+}
+
+TEST(Standstill, NotWhileTheGyroSwings) {
+  State state = just_stopped();
+  const auto swinging = [](std::int64_t ms) {
+    return 0.3 * std::sin(0.01 * static_cast<double>(ms));
+  };
+  EXPECT_EQ(time_to_stand(state, 5000, zero, swinging), -1);
+}
+
+TEST(Standstill, ABiasOfTheGyroIsNoTurn) {
+  State state = just_stopped();
+  const auto biased = [](std::int64_t) { return 0.05; };
+  EXPECT_EQ(time_to_stand(state, 1000, zero, biased), 300);
+}
+
+TEST(Standstill, IsOverWhenTheCarSetsOff) {
+  State state = just_stopped();
+  ASSERT_EQ(time_to_stand(state, 1000, zero, zero), 300);
+  set_off({}, state, -0.2);
+  EXPECT_FALSE(state.rest.standing);
+  EXPECT_FALSE(state.rest.resting);
+  EXPECT_NEAR(std::sqrt(state.covariance(at::v_x, at::v_x)), 0.2, 1e-12);
+  for (const at::Index unknown : {at::v_y, at::yaw_rate}) {
+    EXPECT_GT(std::sqrt(state.covariance(unknown, unknown)), 0.01);
+  }
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+}
+
+TEST(Standstill, IsOverWhenTheCarIsTurnedByHand) {
+  State state = just_stopped();
+  ASSERT_EQ(time_to_stand(state, 1000, zero, zero), 300);
+  rest_by_gyro({}, state, state.time_ns, 0.5, gyro_sigma);
+  EXPECT_FALSE(state.rest.standing);
+  EXPECT_TRUE(testing::is_covariance(state.covariance));
+}
+
+/// A car that stands, from before it has ever moved, with what its sensors say of that.
+class AtRest {
+ public:
+  static constexpr double gyro_bias = 0.013;
+  static constexpr double accel_bias_x = 0.2;
+  static constexpr double accel_bias_y = -0.15;
+
+  explicit AtRest(State from) : state(std::move(from)) {}
+
+  /// One tick: gyro and accelerometer, every second time the wheels.
+  void tick() {
+    state_time_ns_ += 5 * millisecond;
+    say(Source::yaw_rate, gyro_bias, gyro_sigma);
+    say(Source::accel_x, accel_bias_x, 0.1);
+    say(Source::accel_y, accel_bias_y, 0.1);
+    if (++ticks_ % 2 == 0) {
+      say(Source::wheel_rear_left, 0.0, wheel_sigma);
+      say(Source::wheel_rear_right, 0.0, wheel_sigma);
+    }
+    advance(context_, state, state_time_ns_);
+  }
+
+  State state;
+
+ private:
+  void say(Source source, double value, double sigma) {
+    advance(context_, state, state_time_ns_);
+    const Judgement judgement =
+        take(context_, state,
+             {.time_ns = state_time_ns_, .source = source, .value = {value}, .sigma = {sigma}});
+    EXPECT_EQ(judgement.verdict, Verdict::fused) << source_names[static_cast<std::size_t>(source)];
+  }
+
+  Context context_;
+  std::int64_t state_time_ns_ = state.time_ns;
+  int ticks_ = 0;
+};
+
+State never_moved() {
+  State state = fresh_state({});
+  state.time_ns = 1'000 * millisecond;
+  state.located = true;
+  return state;
+}
+
+TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
+  AtRest car(never_moved());
+  const State before = car.state;
+  for (int i = 0; i < 600; ++i) {
+    car.tick();
+    ASSERT_TRUE(testing::is_covariance(car.state.covariance)) << i;
+    ASSERT_TRUE(testing::is_covariance(car.state.lasting.covariance)) << i;
+  }
+  const State& state = car.state;
+  EXPECT_TRUE(state.rest.standing);
+  EXPECT_NEAR(state.lasting.mean[lasting::gyro_bias], AtRest::gyro_bias, 1e-3);
+  EXPECT_NEAR(state.mean[at::accel_bias_x], AtRest::accel_bias_x, 0.02);
+  EXPECT_NEAR(state.mean[at::accel_bias_y], AtRest::accel_bias_y, 0.02);
+  for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y}) {
+    EXPECT_LT(state.covariance(bias, bias), 0.1 * before.covariance(bias, bias));
+  }
+  EXPECT_LT(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias),
+            0.1 * before.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
+}
+
+TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
+  // A fifth of the stated noise: 1.5 s of 200 samples a second, by their scatter.
+  for (const double share : {0.2, 1.0}) {
+    State state = never_moved();
+    const Context context;
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal(0.013, share * gyro_sigma);
+    for (int i = 0; i < 360; ++i) {
+      advance(context, state, state.time_ns + 5 * millisecond);
+      for (const auto& [source, value, sigma] :
+           {std::tuple(Source::wheel_rear, 0.0, wheel_sigma),
+            std::tuple(Source::yaw_rate, normal(random), gyro_sigma)}) {
+        (void)take(
+            context, state,
+            {.time_ns = state.time_ns, .source = source, .value = {value}, .sigma = {sigma}});
+      }
+    }
+    ASSERT_TRUE(state.rest.standing);
+    const double sigma =
+        std::sqrt(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
+    EXPECT_NEAR(sigma, share * gyro_sigma / std::sqrt(300.0), 0.4 * share * gyro_sigma / 17.0);
+    EXPECT_LT(std::abs(state.lasting.mean[lasting::gyro_bias] - 0.013), 3.0 * sigma);
+  }
+}
+
+TEST(Standstill, NothingIsRelatedToTheMotionOfACarThatStands) {
+  State state = just_stopped();
+  ASSERT_EQ(time_to_stand(state, 1000, zero, zero), 300);
+  Matrix related = state.covariance.block<at::size, at::size>(0, 0);
+  for (const at::Index still : {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle}) {
+    related(still, still) = 0.0;
+    EXPECT_TRUE(related.row(still).isZero(0.0)) << still;
+    EXPECT_TRUE(state.lasting.sensitivity.row(still).isZero(0.0)) << still;
+  }
+}
+
+TEST(Standstill, HoldsThePose) {
+  AtRest car(never_moved());
+  for (int i = 0; i < 200; ++i) {
+    car.tick();
+  }
+  ASSERT_TRUE(car.state.rest.standing);
+  const Pose2 before = car.state.pose();
+  for (int i = 0; i < 6000; ++i) {
+    car.tick();
+  }
+  EXPECT_NEAR(car.state.mean[at::x], before.x, 1e-6);
+  EXPECT_NEAR(car.state.mean[at::y], before.y, 1e-6);
+  EXPECT_NEAR(car.state.mean[at::yaw], before.yaw, 1e-6);
+  EXPECT_NEAR(car.state.mean[at::v_x], 0.0, 1e-6);
+}
+
+TEST(Standstill, WithoutACameraThePoseIsKnownNoBetterForIt) {
+  AtRest car(never_moved());
+  const auto known = [&car]() -> Eigen::Vector3d {
+    return covariance_of_motion(car.state).diagonal().head<3>();
+  };
+  Eigen::Vector3d variances = known();
+  for (int i = 0; i < 6000; ++i) {
+    car.tick();
+    const Eigen::Vector3d next = known();
+    // By what one step of a corrected velocity is worth, and no more.
+    ASSERT_TRUE((next.array() >= 0.9999 * variances.array()).all()) << i;
+    if (i == 200) {
+      variances = next;
+    }
+  }
+  EXPECT_TRUE(car.state.rest.standing);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::standstill_test

@@ -1,0 +1,463 @@
+// One sample after the other into a state: which are believed, and what becomes of a sensor that
+// keeps disagreeing with the others.
+#include "estimator/ekf/take.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "tests/estimator/signalled_car.hpp"
+
+namespace odomd::estimator::full::take_test {
+namespace {
+
+using testing::bend_at;
+using testing::Car;
+using testing::millisecond;
+using testing::period_ns;
+using testing::Says;
+using testing::straight_at;
+using testing::with;
+using testing::without;
+
+TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
+  Car car;
+  car.drive(0.1, without(without(without(without(straight_at(2.0), Source::wheel_front_left),
+                                         Source::wheel_front_right),
+                                 Source::wheel_rear_left),
+                         Source::wheel_rear_right));
+  EXPECT_FALSE(car.state.moving);
+  EXPECT_EQ(car.state.mean[at::x], 0.0);
+  EXPECT_EQ(car.say(Source::wheel_rear, 2.0).verdict, Verdict::fused);
+  EXPECT_FALSE(car.state.moving);
+  EXPECT_EQ(car.say(Source::wheel_rear_left, 2.0).verdict, Verdict::fused);
+  EXPECT_TRUE(car.state.moving);
+  EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
+}
+
+TEST(Take, NoiseTeachesNoPitch) {
+  // A minute at an even speed, with the noise of wheels and accelerometer as it is stated.
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  Car car;
+  for (int i = 0; i < 200 * 60; ++i) {
+    Says says = straight_at(1.5);
+    for (auto& [source, value] : says.signals) {
+      value += noise(random) * Car::sigmas[index_of(source)];
+    }
+    car.tick(says);
+  }
+  EXPECT_NEAR(car.state.lasting.mean[lasting::pitch_gradient], 0.0, 0.05);
+}
+
+TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
+  Car car;
+  car.say(Source::wheel_rear, 10.0);
+  car.drive(0.02, {});
+  car.say(Source::wheel_rear, 10.0);
+  EXPECT_NEAR(car.state.mean[at::x], 0.2, 1e-9);
+}
+
+TEST(Take, TheWayThatIsMadeUpIsUncertain) {
+  // Two strange telegrams that happen to agree.
+  Car car;
+  car.say(Source::wheel_rear, 40.0);
+  advance(car.context, car.state, car.state.time_ns + 100 * millisecond);
+  car.say(Source::wheel_rear, 38.0);
+  ASSERT_TRUE(car.state.moving);
+  EXPECT_GT(car.state.mean[at::x], 3.0);
+  EXPECT_LT(car.state.mean[at::x], 3.0 * std::sqrt(car.state.covariance(at::x, at::x)));
+}
+
+TEST(Take, NothingIsGatedOnAnHonestDrive) {
+  Car car;
+  car.drive(5.0, straight_at(1.5));
+  EXPECT_TRUE(car.gated.empty());
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.01);
+  EXPECT_NEAR(car.state.mean[at::x], 7.5, 0.05);
+}
+
+TEST(Take, AWheelThatSpinsIsLeftOutWhileOthersRoll) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const double x = car.state.mean[at::x];
+  car.drive(2.0, with(straight_at(1.0), Source::wheel_rear_left, 3.0));
+  EXPECT_EQ(car.fused[Source::wheel_rear_left], 0);
+  EXPECT_EQ(car.gated[Source::wheel_rear_right], 0);
+  EXPECT_EQ(car.gated[Source::wheel_front_left], 0);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
+  EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
+  // Rolling again for a while, it counts again.
+  car.drive(1.2, straight_at(1.0));
+  car.drive(0.5, straight_at(1.0));
+  EXPECT_EQ(car.gated[Source::wheel_rear_left], 0);
+}
+
+TEST(Take, AWheelThatHasBeenCalmMayErrAsAnyOtherAgain) {
+  // At 20 m/s calm wheels are known to a centimetre a second, any others to five.
+  Car calm;
+  calm.drive(20.0, straight_at(20.0));
+  const double unrest = calm.state.wheel_unrest[index_of(Source::wheel_rear_left)];
+  ASSERT_LT(unrest, 0.1);
+  EXPECT_EQ(calm.say(Source::wheel_rear_left, 20.2).verdict, Verdict::fused);
+  EXPECT_GE(calm.state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0);
+  EXPECT_EQ(calm.say(Source::wheel_rear_right, 23.0).verdict, Verdict::gated);
+}
+
+TEST(Take, AWheelThatIsLockedIsLeftOutWhileOthersRoll) {
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const double x = car.state.mean[at::x];
+  car.drive(2.0, with(straight_at(1.0), Source::wheel_front_right, 0.0));
+  EXPECT_EQ(car.fused[Source::wheel_front_right], 0);
+  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
+}
+
+TEST(Take, AllWheelsTogetherAreBelievedAfterAWhile) {
+  // From 1 m/s to 3 m/s in no time, and nothing was felt: no car does that.
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  car.drive(0.2, straight_at(3.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
+  EXPECT_EQ(car.fused[Source::wheel_rear_left] + car.fused[Source::wheel_front_left], 0);
+  EXPECT_TRUE(car.state.doubtful);
+  // An accelerometer alone knows no speed for long.
+  car.drive(8.0, straight_at(3.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], 3.0, 0.1);
+  car.drive(1.0, straight_at(3.0));
+  EXPECT_EQ(car.gated[Source::wheel_rear_left], 0);
+}
+
+TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
+  // Spun on the spot by a bump: no wheel and no steering told of it.
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const Says spun = without(with(straight_at(1.0), Source::yaw_rate, 3.0), Source::accel_y);
+  car.drive(0.005, spun);
+  EXPECT_EQ(car.fused[Source::yaw_rate], 0);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.0, 0.05);
+  car.drive(0.04, spun);
+  EXPECT_GT(car.fused[Source::yaw_rate], 0);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], 3.0, 0.5);
+}
+
+TEST(Take, ASettingOffThatIsFeltBeforeAWheelTurnsTestsNoAccelerometer) {
+  Car car;
+  car.drive(2.0, straight_at(0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  const Judgement felt = car.say(Source::accel_x, 2.0);
+  EXPECT_EQ(felt.verdict, Verdict::gated);
+  EXPECT_EQ(felt.degrees, 0);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05);
+  // One that agrees with the standstill is tested as ever.
+  EXPECT_EQ(car.say(Source::accel_x, 0.0).degrees, 1);
+}
+
+/// Ten readings of the gyro a second, all else at every tick.
+void drive_with_slow_gyro(Car& car, double seconds, const Says& says, double yaw_rate) {
+  for (int i = 0; i < std::lround(10.0 * seconds); ++i) {
+    car.drive(0.1, without(says, Source::yaw_rate));
+    car.say(Source::yaw_rate, yaw_rate);
+  }
+}
+
+TEST(Take, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
+  // Straight for so long that the steering is trusted; then a bend in which it is wrong.
+  Car car;
+  drive_with_slow_gyro(car, 20.0, straight_at(2.0), 0.0);
+  const Says bend = bend_at(2.0, 0.5);
+  car.drive(1.0, bend);
+  const double begin = car.state.mean[at::yaw];
+  drive_with_slow_gyro(car, 10.0, with(bend, Source::steering, 0.1), 0.5);
+  EXPECT_NEAR(car.state.mean[at::yaw] - begin, 5.0, 0.005);
+}
+
+TEST(Take, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
+  // At a creep too, where tyres would straighten the car between two of its samples.
+  for (const double speed : {0.1, 2.0}) {
+    Car car;
+    car.state.lasting.mean[lasting::gyro_bias] = 0.02;
+    car.state.lasting.mean[lasting::gyro_scale] = 0.1;
+    car.drive(5.0, with(straight_at(speed), Source::yaw_rate, 0.02));
+    const Says bend = without(bend_at(speed, 0.5), Source::steering);
+    constexpr double reads = 1.1 * 0.5 + 0.02;
+    car.drive(1.0, with(bend, Source::yaw_rate, reads));
+    const double yaw = car.state.mean[at::yaw];
+    const LastingVector by = car.state.lasting.sensitivity.row(at::yaw);
+    drive_with_slow_gyro(car, 20.0, bend, reads);
+    EXPECT_NEAR(car.state.mean[at::yaw] - yaw, 10.0, 1e-3) << speed;
+    const LastingVector more = car.state.lasting.sensitivity.row(at::yaw).transpose() - by;
+    EXPECT_NEAR(more[lasting::gyro_bias], -20.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[lasting::gyro_scale], -10.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[lasting::stiffness_scale], 0.0, 1e-3) << speed;
+  }
+}
+
+TEST(Take, TheHeadingIsNoSurerThanTheGyrosNoiseMakesIt) {
+  for (const double speed : {0.1, 0.3, 2.0}) {
+    Car car;
+    car.context.model.tuning.noise_range = 1.0;
+    drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
+    const double before = car.state.covariance(at::yaw, at::yaw);
+    drive_with_slow_gyro(car, 20.0, straight_at(speed), 0.0);
+    // Two hundred intervals of a tenth of a second.
+    const double noise = 0.1 * Car::sigmas[index_of(Source::yaw_rate)];
+    EXPECT_GE(car.state.covariance(at::yaw, at::yaw) - before, 0.99 * 200 * noise * noise) << speed;
+  }
+}
+
+TEST(Take, AGyroThatWasNeverHeardHasNoIntegral) {
+  Car car;
+  car.state.time_ns = 0;  // of a log that begins so
+  car.drive(0.1, without(straight_at(2.0), Source::yaw_rate));
+  ASSERT_TRUE(car.state.moving);
+  for (int i = 0; i < 3; ++i) {
+    car.say(Source::yaw_rate, 0.5);
+    EXPECT_GT(car.state.lasting.sensitivity(at::yaw, lasting::gyro_bias), -0.08);
+    car.drive(0.005, without(straight_at(2.0), Source::yaw_rate));
+  }
+}
+
+TEST(Take, AGyroThatAloneTellsOfASpinIsNotBelieved) {
+  // On ice, perhaps; but wheels, steering and what is felt to the side say nothing of it.
+  Car car;
+  car.drive(2.0, straight_at(1.0));
+  const double yaw = car.state.mean[at::yaw];
+  for (int i = 0; i < 400; ++i) {
+    car.tick(with(straight_at(1.0), Source::yaw_rate, std::min(0.5 * i, 4.0)));
+  }
+  EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
+  EXPECT_NEAR(car.state.mean[at::yaw], yaw, 0.3);
+  EXPECT_TRUE(car.state.doubtful);
+}
+
+TEST(Take, NothingIsLearntOfTheMotionBeforeItIsFollowed) {
+  // On a circle, with the IMU heard long before the wheels.
+  Car car;
+  const Says imu{{{Source::yaw_rate, 1.0},
+                  {Source::accel_x, 0.0},
+                  {Source::accel_y, 1.5},
+                  {Source::steering, 0.175}}};
+  car.drive(2.0, imu);
+  EXPECT_EQ(car.state.mean[at::accel_bias_y], 0.0);
+  Says wheels = with(imu, Source::motor, 1.5);
+  car.drive(1.0, wheels);
+  EXPECT_TRUE(car.gated.empty());
+  EXPECT_NEAR(car.state.mean[at::yaw], 1.0, 0.05);
+  EXPECT_NEAR(car.state.mean[at::accel_bias_y], 0.0, 0.3);
+}
+
+TEST(Take, ADirectionThatComesLateTurnsTheSpeedAtOnce) {
+  Car car;
+  car.say(Source::direction, 1.0);
+  car.drive(1.0, straight_at(0.3));
+  car.say(Source::direction, -1.0);
+  car.drive(0.03, straight_at(0.3));
+  EXPECT_NEAR(car.state.mean[at::v_x], -0.3, 0.03);
+}
+
+TEST(Take, AnAccelerometerIsNotSilentForDriving) {
+  Car car;
+  car.drive(2.0, straight_at(0.0));
+  car.drive(5.0, straight_at(1.0));
+  EXPECT_EQ(car.say(Source::accel_x, 100.0).verdict, Verdict::gated);
+  car.drive(0.1, straight_at(1.0));
+  EXPECT_LE(car.gated[Source::accel_x], 1);
+}
+
+TEST(Take, ALateralAccelerationThatInsistsOnASlowCarPushesItNowhere) {
+  Car car;
+  car.drive(2.0, straight_at(0.05));
+  ASSERT_FALSE(car.state.rest.standing);
+  const double force = car.state.covariance(at::front_angle, at::front_angle);
+  car.drive(1.0, with(straight_at(0.05), Source::accel_y, 6.0));
+  EXPECT_LT(car.state.covariance(at::front_angle, at::front_angle), 1.5 * force);
+  EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 1e-3);
+  EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-2);
+}
+
+TEST(Take, WithoutAGyroTheWheelsTellTheTurn) {
+  Car car;
+  const double yaw_rate = 1.0;
+  const Vehicle vehicle;
+  const double half_track = 0.5 * vehicle.track_width;
+  const Says says{{{Source::wheel_rear_left, 1.5 - half_track * yaw_rate},
+                   {Source::wheel_rear_right, 1.5 + half_track * yaw_rate}}};
+  car.drive(4.0, says);
+  EXPECT_NEAR(car.state.mean[at::yaw_rate], yaw_rate, 0.1);
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.02);
+}
+
+TEST(Take, UnsignedWheelsTakeTheSignOfTheDirection) {
+  Car car;
+  car.say(Source::direction, -1.0);
+  car.drive(3.0, straight_at(1.0));
+  EXPECT_NEAR(car.state.mean[at::v_x], -1.0, 0.02);
+  EXPECT_NEAR(car.state.mean[at::x], -3.0, 0.05);
+  EXPECT_TRUE(car.gated.empty());
+}
+
+TEST(Take, AnUnknownOrForwardDirectionLeavesSignsAlone) {
+  for (const double direction : {0.0, 1.0}) {
+    Car car;
+    car.say(Source::direction, direction);
+    car.drive(1.0, straight_at(-0.7));
+    EXPECT_NEAR(car.state.mean[at::v_x], -0.7, 0.02);
+  }
+}
+
+TEST(Take, OfAnUnknownDirectionTheLastCountsUntilTheCarStands) {
+  Car car;
+  car.say(Source::direction, -1.0);
+  car.drive(1.0, straight_at(0.4));
+  car.say(Source::direction, 0.0);
+  car.drive(0.5, straight_at(0.4));
+  EXPECT_NEAR(car.state.mean[at::v_x], -0.4, 0.02);
+  car.drive(1.0, straight_at(0.0));
+  car.say(Source::direction, 0.0);
+  car.drive(1.0, straight_at(0.4));
+  EXPECT_NEAR(car.state.mean[at::v_x], 0.4, 0.02);
+}
+
+TEST(Take, OneStrangeDirectionTurnsNoCarRoundThatDrives) {
+  Car car;
+  car.say(Source::direction, 1.0);
+  car.drive(1.0, straight_at(1.5));
+  EXPECT_EQ(car.say(Source::direction, -1.0).verdict, Verdict::gated);
+  car.drive(0.1, straight_at(1.5));
+  EXPECT_EQ(car.say(Source::direction, 1.0).verdict, Verdict::fused);
+  car.drive(0.1, straight_at(1.5));
+  EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.02);
+  car.say(Source::direction, -1.0);
+  car.say(Source::direction, -1.0);
+  car.drive(0.1, straight_at(1.5));
+  EXPECT_NEAR(car.state.mean[at::v_x], -1.5, 0.05);
+}
+
+TEST(Take, WithTheDirectionTurnsWhatWasMadeOfTheWrongOne) {
+  // A turn backwards that was taken for one ahead: forces were made up to explain it.
+  Car car;
+  const Says turn = with(straight_at(0.45), Source::yaw_rate, 0.3);
+  car.say(Source::direction, 1.0);
+  car.drive(0.3, turn);
+  car.say(Source::direction, -1.0);
+  car.drive(0.05, turn);
+  EXPECT_NEAR(car.state.mean[at::v_x], -0.45, 0.05);
+  EXPECT_LT(car.gated[Source::wheel_rear_left], 2);
+}
+
+TEST(Take, ASteeringThatJumpsMayBeATelegramsAlone) {
+  const auto unknown_after = [](double angle) {
+    Car car;
+    car.drive(3.0, straight_at(1.0));
+    car.tick(with(straight_at(1.0), Source::steering, angle));
+    return std::sqrt(car.state.covariance(at::front_angle, at::front_angle));
+  };
+  EXPECT_LT(unknown_after(0.05), 0.05);  // as one steers
+  EXPECT_GT(unknown_after(-0.5), 0.3);
+}
+
+TEST(Take, InputsAreForgottenWithAge) {
+  State state;
+  state.time_ns = 1'000 * millisecond;
+  EXPECT_FALSE(input_of(state).has_steering);
+  state.steering = {true, state.time_ns, 0.2};
+  state.front_wheels = 0.2;
+  EXPECT_TRUE(input_of(state).has_steering);
+  EXPECT_EQ(input_of(state).steering, 0.2);
+  state.time_ns += 5'000 * millisecond;
+  EXPECT_FALSE(input_of(state).has_steering);
+}
+
+TEST(Take, WhatIsNoSourceIsOff) {
+  Car car;
+  EXPECT_EQ(car.say(Source::yaw_rate, 0.0).verdict, Verdict::fused);
+  const Sample odd{.time_ns = car.state.time_ns, .source = Source::count};
+  EXPECT_EQ(take(car.context, car.state, odd).verdict, Verdict::source_off);
+}
+
+TEST(Advance, GoesInStepsOfAtMostAPeriod) {
+  Car car;
+  car.drive(1.0, straight_at(1.0));
+  car.state.mean[at::yaw_rate] = 0.5;
+  State whole = car.state;
+  State stepped = car.state;
+  advance(car.context, whole, whole.time_ns + 10 * period_ns);
+  for (int i = 0; i < 10; ++i) {
+    advance(car.context, stepped, stepped.time_ns + period_ns);
+  }
+  EXPECT_EQ(whole.time_ns, stepped.time_ns);
+  EXPECT_LT((whole.mean - stepped.mean).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((whole.covariance - stepped.covariance).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+/// The front wheels after each of `count` periods from a command of 0.3 rad on.
+std::vector<double> commanded(const SteeringActuator& actuator, int count) {
+  Car car;
+  car.context.model.car.steering = actuator;
+  car.drive(1.0, straight_at(1.0));
+  car.say(Source::steering, 0.3);
+  std::vector<double> angles;
+  for (int i = 0; i < count; ++i) {
+    advance(car.context, car.state, car.state.time_ns + period_ns);
+    angles.push_back(input_of(car.state).steering);
+  }
+  return angles;
+}
+
+TEST(Advance, TheFrontWheelsAreWhatIsMeasured) {
+  EXPECT_EQ(commanded({}, 1).back(), 0.3);
+}
+
+TEST(Advance, TheFrontWheelsFollowACommandWithItsLag) {
+  constexpr double lag_s = 0.1;
+  const std::vector<double> angles = commanded({.lag_s = lag_s}, 60);
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const double t = 0.005 * static_cast<double>(i + 1);
+    EXPECT_NEAR(angles[i], 0.3 * (1.0 - std::exp(-t / lag_s)), 0.005) << t;
+  }
+}
+
+TEST(Advance, TheFrontWheelsTurnNoFasterThanTheyCan) {
+  const std::vector<double> angles = commanded({.rate_limit = 2.0}, 40);
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    EXPECT_NEAR(angles[i], std::min(0.3, 0.01 * static_cast<double>(i + 1)), 1e-12) << i;
+  }
+  // Of both, the slower.
+  EXPECT_NEAR(commanded({.lag_s = 0.01, .rate_limit = 2.0}, 1).back(), 0.01, 1e-12);
+  EXPECT_LT(commanded({.lag_s = 1.0, .rate_limit = 2.0}, 1).back(), 0.002);
+}
+
+TEST(Advance, NeverGoesBack) {
+  Car car;
+  car.drive(1.0, straight_at(1.0));
+  const State before = car.state;
+  advance(car.context, car.state, before.time_ns - period_ns);
+  advance(car.context, car.state, before.time_ns);
+  EXPECT_EQ(car.state.time_ns, before.time_ns);
+  EXPECT_EQ(car.state.mean, before.mean);
+  EXPECT_EQ(car.state.covariance, before.covariance);
+}
+
+TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
+  Car car;
+  car.drive(1.0, straight_at(0.0));
+  ASSERT_TRUE(car.state.rest.standing);
+  const State before = car.state;
+  advance(car.context, car.state, before.time_ns + 400 * period_ns);
+  EXPECT_EQ(car.state.mean, before.mean);
+  const Matrix grown = car.state.covariance - before.covariance;
+  EXPECT_EQ((grown.topLeftCorner<8, 8>().cwiseAbs().maxCoeff()), 0.0);
+  EXPECT_GT(grown(at::accel_bias_x, at::accel_bias_x), 0.0);
+  EXPECT_GT(grown(at::steering_offset, at::steering_offset), 0.0);
+  const LastingMatrix lasting_grown = car.state.lasting.covariance - before.lasting.covariance;
+  EXPECT_GT(lasting_grown(lasting::gyro_bias, lasting::gyro_bias), 0.0);
+  EXPECT_GT(lasting_grown(lasting::wheel_scale, lasting::wheel_scale), 0.0);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::full::take_test

@@ -1,0 +1,246 @@
+"""The rooms of the tree: which folder may include which, and how large folders and files may become. Python's own
+unittest; needs no build.
+
+ROOMS is the one place where the arrows are written down. A folder may include itself and the folders that stand behind
+its colon, and these stand above it: so there is no circle. Folders of one house stand together, so that houses
+(tools/identify, tools, ...) include in no circle either. Who needs another arrow writes it down here; one that points
+down the list is a circle, and is broken by moving a file.
+"""
+
+import os
+import pathlib
+import re
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+HOUSES = ("base", "can_protocol", "estimator", "shm_api", "daemon", "tools")
+
+ROOMS = """
+base:
+
+can_protocol:
+can_protocol/dbc: base can_protocol
+can_protocol/decode: base can_protocol can_protocol/dbc
+can_protocol/sources: base can_protocol
+
+estimator/common:
+estimator/integrity: estimator/common
+estimator/ekf: estimator/common estimator/integrity
+estimator/baselines: estimator/common estimator/integrity
+estimator: estimator/common estimator/ekf estimator/integrity estimator/baselines
+
+shm_api/include/odom:
+shm_api/layout: shm_api/include/odom
+shm_api/libodom: shm_api/include/odom shm_api/layout
+shm_api: shm_api/include/odom shm_api/layout shm_api/libodom
+
+daemon/core: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
+    estimator/ekf estimator/integrity estimator shm_api/include/odom
+daemon/journal: base daemon/core
+daemon/sockets: base can_protocol estimator/common shm_api/include/odom daemon/core daemon/journal
+daemon/realtime: base can_protocol/sources shm_api/include/odom shm_api daemon/core daemon/journal daemon/sockets
+daemon/housekeeping: base can_protocol can_protocol/sources estimator/common shm_api/include/odom shm_api
+    daemon/core daemon/journal daemon/sockets daemon/realtime
+daemon: base can_protocol can_protocol/dbc can_protocol/sources shm_api/include/odom shm_api daemon/core
+    daemon/journal daemon/sockets daemon/realtime daemon/housekeeping
+
+tools/math: estimator/common
+tools/cli: base shm_api daemon/core
+tools/drive_files: base can_protocol/sources estimator/common estimator/integrity shm_api/include/odom daemon/core
+    tools/cli
+tools/chart: tools/cli
+tools/diagnostics: estimator/common shm_api/include/odom daemon/core tools/math tools/cli tools/drive_files
+tools/replay: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
+    estimator/integrity daemon/core tools/cli tools/drive_files tools/diagnostics
+tools/evaluation: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/diagnostics
+    tools/replay
+tools/live: base can_protocol/decode estimator/common shm_api/include/odom shm_api/libodom daemon/core tools/cli
+    tools/drive_files tools/diagnostics
+tools/live/watch: base shm_api/include/odom shm_api tools/cli tools/drive_files tools/diagnostics tools/live
+tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/evaluation
+    tools/live
+tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli tools/drive_files tools/live
+tools/export: can_protocol/decode can_protocol/sources estimator/common daemon/core tools/cli tools/drive_files
+    tools/replay tools/bridge
+tools/config_patch: base daemon/core tools/cli
+tools/tune: base estimator/common daemon/core tools/cli tools/diagnostics tools/replay tools/evaluation
+    tools/config_patch
+tools/sim/car: base estimator/common tools/math
+tools/sim/course: tools/sim/car
+tools/sim/sensors: estimator/common tools/math tools/sim/car
+tools/sim: base can_protocol can_protocol/decode can_protocol/sources estimator/common shm_api/include/odom
+    tools/cli tools/sim/car tools/sim/course tools/sim/sensors
+tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
+    daemon/core daemon/sockets tools/math tools/cli tools/live tools/sim
+tools/marker_tracking: tools/cli
+tools/identify: tools/cli tools/marker_tracking
+tools/identify/common: can_protocol can_protocol/decode can_protocol/sources estimator/common daemon/core tools/math
+    tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
+tools/identify/weighing: daemon/core tools/cli tools/config_patch tools/identify tools/identify/common
+tools/identify/inertia: tools/cli tools/config_patch tools/identify tools/identify/common tools/identify/weighing
+tools/identify/noise: daemon/core tools/math tools/cli tools/chart tools/replay tools/evaluation tools/identify
+    tools/identify/common
+tools/identify/latency: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/identify
+    tools/identify/common
+tools/identify/stiffness: daemon/core tools/math tools/cli tools/chart tools/identify tools/identify/common
+tools/identify/fit: base can_protocol can_protocol/sources estimator/common daemon/core tools/math tools/cli
+    tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch tools/tune tools/identify
+    tools/identify/common tools/identify/latency
+tools/commands: can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli tools/drive_files
+    tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch tools/report
+    tools/bridge tools/export tools/config_patch tools/tune tools/sim/car tools/sim tools/fault tools/identify
+tools/completion: daemon tools/cli tools/commands
+tools: tools/cli tools/commands
+"""
+
+FILES_AT_MOST = 45
+LINES_AT_MOST = 350
+
+LONGER = {
+    "daemon/housekeeping/status.cpp": "one document, written from its first member to its last",
+    "shm_api/writer.cpp": "one protocol: claiming the segment, taking one over and publishing lean on each other",
+    "tools/identify/fit/findings.cpp": "one finding a parameter, all worded alike",
+}
+
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(?:"([^"]+)"|<(odom/[^>]+)>)', re.MULTILINE)
+SOURCES = (".hpp", ".cpp", ".h", ".c", ".in")
+
+
+def read_tree() -> dict[str, str]:
+    """Path -> text of all that is the product's."""
+    return {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
+            for house in HOUSES for path in sorted((ROOT / house).rglob("*"))
+            if path.is_file() and "__pycache__" not in path.parts}
+
+
+def folder(path: str) -> str:
+    return os.path.dirname(path)
+
+
+def table(text: str) -> dict[str, list[str]]:
+    """Folder -> folders that it may include, in the order of the text."""
+    entries = re.sub(r"\n +", " ", text.strip()).split("\n")
+    return {name: allowed.split() for name, _, allowed in (entry.partition(":") for entry in entries if entry)}
+
+
+def includes(tree: dict[str, str]) -> set[tuple[str, str]]:
+    """(file, file that it includes) of files in different folders. What is not in the tree is generated or a
+    library's."""
+    found = set()
+    for path, text in tree.items():
+        if path.endswith(SOURCES):
+            for quoted, public in INCLUDE.findall(text):
+                beside = os.path.normpath(os.path.join(folder(path), quoted))
+                target = f"shm_api/include/{public}" if public else beside if beside in tree else quoted
+                if target in tree and folder(target) != folder(path):
+                    found.add((path, target))
+    return found
+
+
+def mistakes_in(rooms: dict[str, list[str]]) -> list[str]:
+    """Of the table itself."""
+    names = list(rooms)
+    found = [f"{room} may include {target}, which does not stand above it" for room, allowed in rooms.items()
+             for target in allowed if target not in names[:names.index(room)]]
+    for house in {"/".join(name.split("/")[:depth]) for name in names for depth in (1, 2)}:
+        at = [i for i, name in enumerate(names) if name == house or name.startswith(house + "/")]
+        if at and at[-1] - at[0] >= len(at):
+            found.append(f"the rooms of {house} do not stand together")
+    return found
+
+
+def mistakes(tree: dict[str, str], rooms: dict[str, list[str]]) -> list[str]:
+    """What is wrong with a tree, a line each."""
+    found = mistakes_in(rooms)
+    arrows = includes(tree)
+    for path, target in sorted(arrows):
+        if folder(target) not in rooms.get(folder(path), ()):
+            found.append(f"{path} includes {target}: {folder(path)} may not include {folder(target)}")
+    used = {(folder(path), folder(target)) for path, target in arrows}
+    found += [f"{room} does not include {target} any more: strike it out" for room, allowed in rooms.items()
+              for target in allowed if (room, target) not in used]
+    for room in sorted({folder(path) for path in tree}):
+        files = [path for path in tree if folder(path) == room]
+        if room not in rooms and any(path.endswith(SOURCES[:-1]) for path in files):
+            found.append(f"{room} does not stand in ROOMS")
+        if len(files) > FILES_AT_MOST:
+            found.append(f"{room} holds {len(files)} files, {FILES_AT_MOST} are allowed")
+    for path, text in tree.items():
+        lines = text.count("\n")
+        if lines > LINES_AT_MOST and path not in LONGER:
+            found.append(f"{path} has {lines} lines, {LINES_AT_MOST} are allowed")
+    found += [f"{path} is not longer than {LINES_AT_MOST} lines: strike it out" for path in LONGER
+              if tree.get(path, "").count("\n") <= LINES_AT_MOST]
+    return found
+
+
+class Rooms(unittest.TestCase):
+    tree: dict[str, str]
+
+    @classmethod
+    def setUpClass(cls):
+        cls.tree = read_tree()
+
+    def found(self, changes=None, rooms=ROOMS):
+        """Mistakes of the tree with these files in it."""
+        return mistakes({**self.tree, **(changes or {})}, table(rooms))
+
+    def with_more(self, path, more):
+        return self.found({path: self.tree[path] + more})
+
+    def test_the_tree_is_as_written(self):
+        self.assertEqual(self.found(), [])
+
+    def test_the_tree_is_read(self):
+        self.assertGreater(len(self.tree), 700)
+        self.assertGreater(len(includes(self.tree)), 900)
+
+    # That it can fail.
+
+    def test_an_arrow_that_is_not_allowed_is_found(self):
+        self.assertEqual(
+            self.with_more("can_protocol/frame.hpp", '#include "daemon/core/config.hpp"\n'),
+            ["can_protocol/frame.hpp includes daemon/core/config.hpp: can_protocol may not include daemon/core"])
+        self.assertEqual(len(self.with_more("tools/chart/axis.cpp", '#  include "../math/median.hpp"\n')), 1)
+        self.assertEqual(len(self.with_more("base/counter.hpp", "#include <odom/types.h>\n")), 1)
+
+    def test_an_include_that_closes_a_circle_is_found(self):
+        self.assertEqual(
+            self.with_more("estimator/integrity/consensus.hpp", '#include "estimator/ekf/state.hpp"\n'),
+            ["estimator/integrity/consensus.hpp includes estimator/ekf/state.hpp: "
+             "estimator/integrity may not include estimator/ekf"])
+
+    def test_a_circle_cannot_be_allowed(self):
+        circle = ROOMS.replace("tools/chart: tools/cli", "tools/chart: tools/cli tools/report")
+        self.assertEqual(self.found(rooms=circle),
+                         ["tools/chart may include tools/report, which does not stand above it",
+                          "tools/chart does not include tools/report any more: strike it out"])
+
+    def test_rooms_of_a_house_that_stand_apart_are_found(self):
+        moved = ROOMS.replace("tools/marker_tracking: tools/cli\n", "")
+        moved = moved.replace("tools/identify/common:", "tools/marker_tracking: tools/cli\ntools/identify/common:")
+        self.assertIn("the rooms of tools/identify do not stand together", self.found(rooms=moved))
+
+    def test_an_arrow_that_nothing_uses_is_found(self):
+        more = ROOMS.replace("tools/math: estimator/common", "tools/math: base estimator/common")
+        self.assertEqual(self.found(rooms=more), ["tools/math does not include base any more: strike it out"])
+
+    def test_a_folder_that_is_not_listed_is_found(self):
+        self.assertEqual(self.found({"tools/new/file.hpp": ""}), ["tools/new does not stand in ROOMS"])
+
+    def test_a_full_folder_is_found(self):
+        self.assertEqual(len(self.found({f"base/more_{i}.hpp": "" for i in range(FILES_AT_MOST)})), 1)
+
+    def test_a_long_file_is_found(self):
+        self.assertEqual(self.found({"base/long.hpp": "\n" * (LINES_AT_MOST + 1)}),
+                         ["base/long.hpp has 351 lines, 350 are allowed"])
+        self.assertEqual(self.found({"base/short.hpp": "\n" * LINES_AT_MOST}), [])
+
+    def test_an_exception_that_is_none_is_found(self):
+        shorter = self.tree["shm_api/writer.cpp"].rpartition("}")[0].replace("\n}\n", "}")
+        self.assertEqual(self.found({"shm_api/writer.cpp": shorter}),
+                         ["shm_api/writer.cpp is not longer than 350 lines: strike it out"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,159 @@
+#include "tools/cli/csv.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::csv_test {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// Reads columns "a" and, where it is there, "b".
+std::vector<double> column_a(const std::string& text, LastLine last = LastLine::keep_whole,
+                             std::vector<std::string>* warnings = nullptr) {
+  std::istringstream input{text};
+  CsvReader reader{input, "x.csv", {"a"}, {"b"}, last};
+  std::vector<double> values;
+  while (reader.next()) values.push_back(reader.number(0));
+  if (warnings != nullptr) *warnings = reader.warnings();
+  return values;
+}
+
+std::string error_of(const std::string& text) {
+  return message_of([&] { (void)column_a(text); });
+}
+
+TEST(CsvReader, FindsColumnsByNameInAnyOrder) {
+  EXPECT_THAT(column_a("c,a\n1,2\n3,4\n"), ElementsAre(2.0, 4.0));
+}
+
+TEST(CsvReader, TakesCarriageReturnsSpacesBlankLinesAndAByteOrderMark) {
+  EXPECT_THAT(column_a("\xEF\xBB\xBF"
+                       "a, b\r\n 1 ,\t2\r\n\r\n3,4\r\n"),
+              ElementsAre(1.0, 3.0));
+}
+
+TEST(CsvReader, SaysWhetherAnOptionalColumnIsThere) {
+  std::istringstream with{"a,b\n1,2\n"};
+  std::istringstream without{"a\n1\n"};
+  EXPECT_TRUE((CsvReader{with, "x", {"a"}, {"b"}}.has(1)));
+  EXPECT_FALSE((CsvReader{without, "x", {"a"}, {"b"}}.has(1)));
+}
+
+TEST(CsvReader, NamesFileLineAndColumnOfWhatIsNoFiniteNumber) {
+  EXPECT_EQ(error_of("a,b\n1,2\nnan,2\n"),
+            "x.csv:3: column \"a\": \"nan\" is not a finite number; mend or remove the line");
+  for (const char* bad : {"inf", "-inf", "1e999", "1x", "", "0x10", "1 2", "+1", "--1"}) {
+    EXPECT_THAT(error_of(std::string{"a,b\n"} + bad + ",2\n"), HasSubstr("x.csv:2: column \"a\""))
+        << bad;
+  }
+}
+
+TEST(CsvReader, NamesAMissingColumnAndTheHeaderThatLacksIt) {
+  EXPECT_EQ(error_of("t,b\n1,2\n"), "x.csv:1: no column \"a\"; the header is \"t,b\", it needs a");
+}
+
+TEST(CsvReader, RefusesAnEmptyFileADoubledColumnAndARowOfAnotherLength) {
+  EXPECT_THAT(error_of(""), HasSubstr("x.csv: is empty"));
+  EXPECT_THAT(error_of("a,b,a\n1,2,3\n"), HasSubstr("twice"));
+  EXPECT_THAT(error_of("a,b\n1\n"), HasSubstr("x.csv:2: 1 fields where the header has 2"));
+  EXPECT_THAT(error_of("a,b\n1,2,3\n"), HasSubstr("3 fields where the header has 2"));
+}
+
+TEST(CsvReader, RefusesWhatIsNotTextWithoutEchoingIt) {
+  EXPECT_THAT(error_of(std::string(200'000, 'z')), HasSubstr("longer than 64 KiB"));
+  const std::string error = error_of(std::string{"\x1b[31m\0\x07\n", 8});
+  EXPECT_EQ(error.find('\x1b'), std::string::npos);
+}
+
+TEST(CsvReader, ReadsLinesLongerThanItsBuffer) {
+  const std::string padding(5000, ' ');
+  EXPECT_THAT(column_a("a,b\n1," + padding + "2\n3,4\n"), ElementsAre(1.0, 3.0));
+  EXPECT_THAT(column_a("a,b\n1," + std::string(4092, '0') + "\n3,4\n"), ElementsAre(1.0, 3.0));
+}
+
+TEST(CsvReader, LeavesACutOffLastLineOutWithAWarning) {
+  std::vector<std::string> warnings;
+  EXPECT_THAT(column_a("a,b\n1,2\n3", LastLine::keep_whole, &warnings), ElementsAre(1.0));
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("x.csv:3: the last line is cut off")));
+}
+
+TEST(CsvReader, ALastLineWithoutNewlineIsKeptOrDroppedAsAskedAndNeverSilently) {
+  std::vector<std::string> warnings;
+  EXPECT_THAT(column_a("a,b\n1,2\n3,4", LastLine::keep_whole, &warnings), ElementsAre(1.0, 3.0));
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("no newline ends the last line")));
+  EXPECT_THAT(column_a("a,b\n1,2\n3,4", LastLine::drop_unended, &warnings), ElementsAre(1.0));
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("cut off")));
+  EXPECT_THAT(column_a("a,b\n1,2\n", LastLine::drop_unended, &warnings), ElementsAre(1.0));
+  EXPECT_THAT(warnings, IsEmpty());
+}
+
+TEST(ParseSeconds, IsExactWhereADoubleIsNot) {
+  EXPECT_EQ(parse_seconds("1760000000.123456789"), 1'760'000'000'123'456'789);
+  EXPECT_EQ(parse_seconds("-0.000000001"), -1);
+  EXPECT_EQ(parse_seconds("0"), 0);
+  EXPECT_EQ(parse_seconds("000.5"), 500'000'000);
+  EXPECT_EQ(parse_seconds(".5"), 500'000'000);
+  EXPECT_EQ(parse_seconds("5."), 5'000'000'000);
+  EXPECT_EQ(parse_seconds("9223372036.854775807"), std::numeric_limits<std::int64_t>::max());
+}
+
+TEST(ParseSeconds, RoundsBeyondTheNinthDecimal) {
+  EXPECT_EQ(parse_seconds("0.30000000000000004"), 300'000'000);
+  EXPECT_EQ(parse_seconds("0.29999999999999999"), 300'000'000);
+  EXPECT_EQ(parse_seconds("0.0000000014"), 1);
+  EXPECT_EQ(parse_seconds("0.0000000005"), 1);
+  EXPECT_EQ(parse_seconds("0.00000000049"), 0);
+  EXPECT_EQ(parse_seconds("0.00000000001"), 0);
+}
+
+TEST(ParseSeconds, ReadsExponents) {
+  EXPECT_EQ(parse_seconds("5e-05"), 50'000);
+  EXPECT_EQ(parse_seconds("1.5E+1"), 15'000'000'000);
+  EXPECT_EQ(parse_seconds("1e-400"), 0);
+}
+
+TEST(ParseSeconds, RefusesWhatIsNoTimeOrDoesNotFit) {
+  for (const char* bad : {"", "-", ".", "e5", "1e", "1e+", "1.2.3", "nan", "inf", "0x1", "1 ", "1s",
+                          "9223372036.854775808", "1e10", "1e99999999999", "--1"}) {
+    EXPECT_EQ(parse_seconds(bad), std::nullopt) << bad;
+  }
+}
+
+TEST(AppendSeconds, WritesNineDecimalsAndReadsBack) {
+  for (const std::int64_t ns :
+       {std::int64_t{0}, std::int64_t{1}, std::int64_t{-1}, std::int64_t{1'760'000'000'005'000'000},
+        std::numeric_limits<std::int64_t>::max()}) {
+    std::string text;
+    append_seconds(text, ns);
+    EXPECT_EQ(text.size() - text.find('.'), 10U) << text;
+    EXPECT_EQ(parse_seconds(text), ns) << text;
+  }
+}
+
+TEST(AppendNumber, IsTheShortestFormOfTheSameBits) {
+  std::string text;
+  append_number(text, 0.1);
+  EXPECT_EQ(text, "0.1");
+  for (const double value : {1.0 / 3.0, 1.7976931348623157e308, -0.0, 123456789.125}) {
+    std::string written;
+    append_number(written, value);
+    const double back = std::stod(written);
+    EXPECT_EQ(std::signbit(back), std::signbit(value));
+    EXPECT_EQ(back, value) << written;
+  }
+}
+
+}  // namespace
+}  // namespace odomd::tools::csv_test

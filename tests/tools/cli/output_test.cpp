@@ -1,0 +1,249 @@
+// Standard output and error as others leave and read them: pipes that nobody empties, and text from
+// outside that a terminal would obey.
+#include "tools/cli/output.hpp"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/file_descriptor.hpp"
+#include "shm_api/writer.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::output_test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+using ::testing::AllOf;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A pipe that is full, with both ends open.
+class StuckPipe {
+ public:
+  StuckPipe() {
+    std::array<int, 2> ends{};
+    if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe2");
+    reader_ = can::FileDescriptor{ends[0]};
+    writer_ = can::FileDescriptor{ends[1]};
+    const std::string page(4096, '\n');
+    ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
+    while (::write(ends[1], page.data(), page.size()) > 0) {
+    }
+    ::fcntl(ends[1], F_SETFL, 0);
+  }
+  [[nodiscard]] int writer() const { return writer_.get(); }
+
+ private:
+  can::FileDescriptor reader_;
+  can::FileDescriptor writer_;
+};
+
+/// odom with one of its outputs stuck; the other goes to a file.
+class StuckOdom {
+ public:
+  StuckOdom(const std::string& arguments, int stuck, const std::filesystem::path& other) {
+    const std::string line = "exec " ODOMD_BIN_DIR "/odom " + arguments;
+    const can::FileDescriptor file{
+        ::open(other.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600)};
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      ::dup2(pipe_.writer(), stuck);
+      ::dup2(file.get(), stuck == STDOUT_FILENO ? STDERR_FILENO : STDOUT_FILENO);
+      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+      ::_exit(127);
+    }
+  }
+  ~StuckOdom() {
+    if (status_) return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  StuckOdom(const StuckOdom&) = delete;
+  StuckOdom& operator=(const StuckOdom&) = delete;
+
+  /// Whether it ends by TERM in the meantime: not yet, while it does not hold it back.
+  [[nodiscard]] bool holds_term_back() const {
+    const std::string status = contents("/proc/" + std::to_string(pid_) + "/status");
+    const std::size_t at = status.find("SigBlk:");
+    return at != std::string::npos &&
+           (std::stoull(status.substr(at + 7), nullptr, 16) >> (SIGTERM - 1) & 1U) != 0;
+  }
+  void terminate() const { ::kill(pid_, SIGTERM); }
+
+  /// As Outcome has it; -1 where it has not ended by then.
+  int wait_until(steady_clock::time_point end) {
+    while (!status_ && steady_clock::now() < end) {
+      int raw = 0;
+      if (::waitpid(pid_, &raw, WNOHANG) == pid_)
+        status_ = WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+      else
+        std::this_thread::sleep_for(milliseconds{5});
+    }
+    return status_.value_or(-1);
+  }
+
+ private:
+  StuckPipe pipe_;
+  pid_t pid_ = -1;
+  std::optional<int> status_;
+};
+
+class StuckOutput : public ::testing::Test {
+ protected:
+  void publish() {
+    if (!writer_) {
+      odom_info info{};
+      info.period_ns = 5'000'000;
+      writer_ = std::make_unique<shm::Writer>(
+          shm::SegmentSettings{.name = segment_, .slots = 16, .group = {}}, info);
+    }
+    odom_pose pose{};
+    pose.tick = ++tick_;
+    pose.time_ns = now_ns();
+    pose.mode = ODOM_DEGRADED;
+    writer_->publish(pose, {});
+    writer_->set_heartbeat(now_ns());
+  }
+
+  /// The status it ends with after TERM, once it has had the time to write.
+  int end_of(const std::string& arguments, int stuck) {
+    publish();
+    StuckOdom odom(arguments, stuck, scratch_.path("other"));
+    const auto guard = steady_clock::now() + std::chrono::seconds{60};
+    while (!odom.holds_term_back() && steady_clock::now() < guard) tick();
+    for (int i = 0; i < 200; ++i) tick();
+    odom.terminate();
+    return odom.wait_until(steady_clock::now() + std::chrono::seconds{20});
+  }
+
+  Scratch scratch_;
+  std::string segment_ = scratch_.path("pose").string();
+
+ private:
+  static std::int64_t now_ns() {
+    return std::chrono::nanoseconds{steady_clock::now().time_since_epoch()}.count();
+  }
+  void tick() {
+    publish();
+    std::this_thread::sleep_for(milliseconds{5});
+  }
+
+  std::uint64_t tick_ = 0;
+  std::unique_ptr<shm::Writer> writer_;
+};
+
+TEST_F(StuckOutput, IsNotWaitedForOnceTermHasCome) {
+  for (const std::string& arguments :
+       {std::string("sim --live"), "pose --follow --csv --shm " + segment_,
+        "watch --interval 0.05 --shm " + segment_}) {
+    EXPECT_EQ(end_of(arguments, STDOUT_FILENO), 1) << arguments;
+    EXPECT_THAT(contents(scratch_.path("other")),
+                EndsWith("nobody read it when INT or TERM came; the rest is "
+                         "lost\n"))
+        << arguments;
+  }
+}
+
+TEST_F(StuckOutput, IsNotWaitedForWhereItIsStandardError) {
+  EXPECT_EQ(end_of("sim --live --progress", STDERR_FILENO), 0);
+}
+
+TEST(OutputBuffer, WritesWholeLinesAndWhatIsFlushed) {
+  const Scratch scratch;
+  const can::FileDescriptor file{
+      ::open(scratch.path("out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600)};
+  OutputBuffer buffer(file.get());
+  std::ostream out(&buffer);
+  out << "kg·m² " << 'x' << "\x1b[2J\t\r\n";
+  EXPECT_EQ(contents(scratch.path("out")), "");
+  out.flush();
+  EXPECT_EQ(contents(scratch.path("out")), "kg·m² x\\u001b[2J\t\\u000d\n");
+  const std::string line = std::string(1000, 'a') + "²\n";
+  for (int i = 0; i < 100; ++i) out << line.substr(0, 1001) << line.substr(1001);
+  out.flush();
+  EXPECT_EQ(contents(scratch.path("out")).size(), 26 + 100 * line.size());
+  EXPECT_THAT(contents(scratch.path("out")), Not(HasSubstr("\\x")));
+}
+
+TEST(OutputBuffer, FailsForGood) {
+  const can::FileDescriptor full{::open("/dev/full", O_WRONLY | O_CLOEXEC)};
+  OutputBuffer buffer(full.get());
+  std::ostream out(&buffer);
+  out << "text" << std::flush;
+  EXPECT_FALSE(out);
+  out.clear();
+  out << "more" << std::flush;
+  EXPECT_FALSE(out);
+}
+
+// What a message repeats of what it was given is one line without a character that a terminal
+// obeys.
+
+constexpr const char* nasty =
+    R"sh("$(printf 'a\033[2J\033]0;x\007\nodom: \302\233all is well\r')")sh";
+constexpr const char* huge = R"sh("$(head -c 100000 /dev/zero | tr '\0' x)")sh";
+
+TEST(Messages, AreOneHarmlessLine) {
+  const std::vector<std::string> commands{
+      "odom ",
+      "odom --",
+      "odom pose --shm /",
+      "odom pose --clock ",
+      "odom pose --wait ",
+      "odom replay --can x --config ",
+      "odom dbc show ",
+      "odom plot x.csv --what ",
+      "odom sim --out x --scenario ",
+      "odom sim --out x --fix ",
+      "odom status --socket ",
+      "odom tune --drive x --set ",
+      "odom export --drive ",
+      "odom bridge --ros --frame-map ",
+      "odomd --config ",
+      "odomd --config car.toml --model ",
+      "odomd --config car.toml --",
+  };
+  for (const std::string& command : commands) {
+    for (const char* given : {nasty, huge}) {
+      const Outcome outcome = run_shell(command + given);
+      EXPECT_NE(outcome.status, 0) << command;
+      EXPECT_LT(outcome.err.size(), 1100U) << command;
+      EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << command << outcome.err;
+      EXPECT_THAT(outcome.err, AllOf(Not(HasSubstr("\x1b")), Not(HasSubstr("\x07")),
+                                     Not(HasSubstr("\r")), Not(HasSubstr("\xC2\x9B"))))
+          << command;
+    }
+  }
+}
+
+TEST(Messages, RepeatNothingHarmfulOfAFile) {
+  const Scratch scratch;
+  scratch.write("car.dbc",
+                "BO_ 1 M: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] \"\xC2\x9B"
+                "1m\" X\nCM_ SG_ 1 S \"a\xC2\x9B"
+                "2Jb\";\n");
+  const Outcome shown = run_shell("odom dbc show " + scratch.path("car.dbc").string());
+  EXPECT_EQ(shown.status, 0) << shown.err;
+  EXPECT_THAT(shown.out, AllOf(HasSubstr("\\u009b"), Not(HasSubstr("\xC2\x9B"))));
+  scratch.write("pose.csv", "t,x,y,\x1b[2Jyaw\n");
+  const Outcome refused = run_shell("odom plot --out " + scratch.path("x.svg").string() + " " +
+                                    scratch.path("pose.csv").string());
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("\\u001b[2J"), Not(HasSubstr("\x1b"))));
+}
+
+}  // namespace
+}  // namespace odomd::tools::output_test

@@ -1,0 +1,135 @@
+#include "tools/evaluation/alignment.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "tests/tools/drives.hpp"
+#include "tools/math/se2.hpp"
+
+namespace odomd::tools::alignment_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+void expect_near(const estimator::Pose2& a, const estimator::Pose2& b, double tolerance) {
+  EXPECT_NEAR(a.x, b.x, tolerance);
+  EXPECT_NEAR(a.y, b.y, tolerance);
+  EXPECT_NEAR(a.yaw, b.yaw, tolerance);
+}
+
+TEST(Se2, InverseUndoesAndRelativeIsInverseComposed) {
+  const estimator::Pose2 a{3.0, -1.0, 2.2};
+  const estimator::Pose2 b{-0.5, 4.0, -1.1};
+  expect_near(compose(inverse(a), a), {}, 1e-15);
+  expect_near(relative(a, b), compose(inverse(a), b), 1e-14);
+}
+
+TEST(CommonTimes, AreTheRowsOfTheEstimateThatTheReferenceCovers) {
+  const Trajectory reference = wavy_drive(1.0, 2.0, 0.01);
+  const Trajectory estimate = wavy_drive(0.5, 3.0, 0.005);
+  const auto pairs = common_times(reference, estimate);
+  EXPECT_EQ(pairs.front().estimate.t_ns, 1'000'000'000);
+  EXPECT_EQ(pairs.back().estimate.t_ns, 2'000'000'000);
+  EXPECT_EQ(pairs.size(), 201U);
+}
+
+TEST(CommonTimes, RefuseTrajectoriesThatShareNone) {
+  EXPECT_THAT(message_of([] {
+                (void)common_times(wavy_drive(0.0, 1.0, 0.01), wavy_drive(5.0, 6.0, 0.01));
+              }),
+              HasSubstr("less than two common times"));
+}
+
+TEST(Alignment, FirstAndFitBothUndoARigidMotion) {
+  const Trajectory reference = wavy_drive(0.0, 10.0, 0.01);
+  const estimator::Pose2 away{5.0, -2.0, 2.5};
+  const Trajectory estimate = moved_by(inverse(away), reference);
+  const auto pairs = common_times(reference, estimate);
+  expect_near(alignment(pairs, Align::first), away, 1e-12);
+  expect_near(alignment(pairs, Align::fit), away, 1e-12);
+  expect_near(alignment(pairs, Align::none), {}, 0.0);
+}
+
+TEST(Alignment, FitIsBetterThanAnyNeighbour) {
+  const Trajectory reference = wavy_drive(0.0, 10.0, 0.01);
+  Trajectory estimate = reference;
+  for (std::size_t i = 0; i < estimate.points.size(); ++i) {
+    estimate.points[i].pose.x += 0.1 * std::sin(0.01 * static_cast<double>(i));
+  }
+  const auto pairs = common_times(reference, estimate);
+  const auto cost = [&](const estimator::Pose2& T) {
+    double sum = 0.0;
+    for (const Pair& pair : pairs) {
+      const auto p = compose(T, pair.estimate.pose);
+      sum += std::pow(p.x - pair.reference.pose.x, 2) + std::pow(p.y - pair.reference.pose.y, 2);
+    }
+    return sum;
+  };
+  const auto best = alignment(pairs, Align::fit);
+  for (const double step : {-1e-3, 1e-3}) {
+    EXPECT_LT(cost(best), cost({best.x + step, best.y, best.yaw}));
+    EXPECT_LT(cost(best), cost({best.x, best.y + step, best.yaw}));
+    EXPECT_LT(cost(best), cost({best.x, best.y, best.yaw + step}));
+  }
+}
+
+TEST(Alignment, FitOfACarThatStandsTakesTheRotationFromTheHeadings) {
+  Trajectory reference = wavy_drive(0.0, 1.0, 0.01);
+  for (auto& point : reference.points) point.pose = {2.0, 1.0, 0.7};
+  Trajectory estimate = reference;
+  for (auto& point : estimate.points) point.pose = {0.0, 0.0, 0.2};
+  expect_near(alignment(common_times(reference, estimate), Align::fit), {2.0, 1.0, 0.5}, 1e-12);
+}
+
+TEST(LeverArm, IsFoundAgainWhateverTheAlignmentDriftAndScale) {
+  const estimator::Pose2 lever{0.12, -0.03, 0.05};
+  const Trajectory car = wavy_drive(0.0, 20.0, 0.01);
+  Trajectory reference = car;
+  for (auto& point : reference.points) point.pose = compose(point.pose, lever);
+  Trajectory estimate = moved_by({-3.0, 1.0, 1.0}, car);
+  for (auto& point : estimate.points) {  // a scale error of 2 %
+    point.pose.x *= 1.02;
+    point.pose.y *= 1.02;
+  }
+  const std::vector<Trajectory> estimates{estimate};
+  const LeverArmFit fit = fit_lever_arm(reference, estimates);
+  expect_near(fit.lever_arm, lever, 1e-4);
+  EXPECT_GT(fit.windows, 100U);
+}
+
+TEST(LeverArm, IsTakenOutOfPoseAndVelocity) {
+  const estimator::Pose2 lever{0.12, -0.03, 0.05};
+  const Trajectory car = wavy_drive(0.0, 2.0, 0.01);
+  Trajectory reference = car;
+  for (auto& point : reference.points) {
+    point.pose = compose(point.pose, lever);
+    // v_point = R(-lever yaw) (v + yaw_rate × lever)
+    const Motion v = point.motion;
+    const double x = v.vx - v.yaw_rate * lever.y;
+    const double y = v.vy + v.yaw_rate * lever.x;
+    point.motion.vx = std::cos(lever.yaw) * x + std::sin(lever.yaw) * y;
+    point.motion.vy = -std::sin(lever.yaw) * x + std::cos(lever.yaw) * y;
+  }
+  const Trajectory back = at_centre_of_gravity(reference, lever);
+  for (std::size_t i = 0; i < car.points.size(); ++i) {
+    expect_near(back.points[i].pose, car.points[i].pose, 1e-13);
+    EXPECT_NEAR(back.points[i].motion.vx, car.points[i].motion.vx, 1e-13);
+    EXPECT_NEAR(back.points[i].motion.vy, car.points[i].motion.vy, 1e-13);
+  }
+}
+
+TEST(LeverArm, CannotBeFittedToAStraightDrive) {
+  Trajectory straight = wavy_drive(0.0, 20.0, 0.01);
+  for (auto& point : straight.points) {
+    point.pose = {1e-9 * static_cast<double>(point.t_ns), 0.0, 0.0};
+  }
+  const std::vector<Trajectory> estimates{straight};
+  EXPECT_THAT(message_of([&] { (void)fit_lever_arm(straight, estimates); }),
+              HasSubstr("turns too little to fit a lever arm"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::alignment_test

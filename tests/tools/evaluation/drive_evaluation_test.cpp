@@ -1,0 +1,140 @@
+#include "tools/evaluation/drive_evaluation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <future>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::drive_evaluation_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+// One short simulated lap for all tests.
+class DriveEvaluation : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch_ = new Scratch;
+    const Outcome outcome =
+        run_shell("odom sim --scenario lap --duration 4 --standstill 0.5 --seed 3 --out " +
+                  scratch_->path("lap").string());
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  }
+  static void TearDownTestSuite() {
+    delete scratch_;
+    scratch_ = nullptr;
+  }
+  static std::filesystem::path lap() { return scratch_->path("lap"); }
+
+  static Scratch* scratch_;
+};
+Scratch* DriveEvaluation::scratch_ = nullptr;
+
+TEST_F(DriveEvaluation, ReplaysToThePosesOfOdomReplay) {
+  const Drive drive = read_drive({.folder = lap(), .config = {}, .reference = {}});
+  EXPECT_EQ(drive.name, "lap");
+  const ReplayedDrive replayed = replay_drive(drive, drive.config);
+  const std::string folder = lap().string();
+  const Outcome outcome =
+      run_shell("odom replay --config " + folder + "/car.toml --can " + folder +
+                "/drive.log --camera " + folder + "/camera.csv --out " + folder + "/pose.csv");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Trajectory file = read_trajectory(lap() / "pose.csv");
+  ASSERT_EQ(file.points.size(), replayed.poses.points.size());
+  for (std::size_t i = 0; i < file.points.size(); ++i) {
+    ASSERT_EQ(file.points[i].t_ns, replayed.poses.points[i].t_ns);
+    ASSERT_EQ(file.points[i].pose.x, replayed.poses.points[i].pose.x);
+    ASSERT_EQ(file.points[i].pose.y, replayed.poses.points[i].pose.y);
+  }
+}
+
+TEST_F(DriveEvaluation, KeepsEveryJudgementWithItsTimeAndVariance) {
+  const Drive drive = read_drive({.folder = lap(), .config = {}, .reference = {}});
+  EXPECT_TRUE(replay_drive(drive, drive.config).judgements.empty());
+  const ReplayedDrive replayed = replay_drive(drive, drive.config, Frame::map, Judgements::keep);
+  std::array<std::size_t, estimator::source_count> tested{};
+  for (const estimator::Judgement& judgement : replayed.judgements) {
+    EXPECT_GE(judgement.time_ns, replayed.summary.first_tick_ns - 1'000'000'000);
+    EXPECT_LE(judgement.time_ns, replayed.summary.last_tick_ns);
+    if (judgement.degrees == 1) {
+      EXPECT_NEAR(judgement.innovation[0] * judgement.innovation[0] / judgement.variance[0],
+                  judgement.squared_ratio, 1e-9 * (1.0 + judgement.squared_ratio));
+    }
+    if (judgement.degrees == 3 && judgement.squared_ratio > 0.0) {
+      for (const double variance : judgement.variance) EXPECT_GT(variance, 0.0);
+    }
+    if (judgement.degrees > 0) ++tested[static_cast<std::size_t>(judgement.source)];
+  }
+  for (std::size_t source = 0; source < tested.size(); ++source) {
+    EXPECT_EQ(tested[source], replayed.summary.innovations[source].count())
+        << estimator::source_names[source];
+  }
+  constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);
+  EXPECT_GT(tested[camera], 80U);
+  EXPECT_EQ(
+      replayed.summary.verdicts[camera][static_cast<std::size_t>(estimator::Verdict::fused)] +
+          replayed.summary.innovations[camera].gated(),
+      replayed.summary.cameras -
+          replayed.summary.verdicts[camera][static_cast<std::size_t>(estimator::Verdict::too_old)]);
+}
+
+TEST_F(DriveEvaluation, IsTheSameInAnyThread) {
+  const Drive drive =
+      read_drive({.folder = lap(), .config = {}, .reference = {}, .camera = CameraUse::leave_out});
+  const auto end_error = [&drive](double stiffness) {
+    daemon::Config config = drive.config;
+    config.vehicle.cornering_stiffness_front = stiffness;
+    return evaluate_drive(drive, config).end_error;
+  };
+  std::vector<std::future<double>> parallel;
+  for (const double stiffness : {15.0, 20.0}) {
+    parallel.push_back(std::async(std::launch::async, end_error, stiffness));
+  }
+  for (const double stiffness : {15.0, 20.0}) {
+    EXPECT_EQ(parallel[static_cast<std::size_t>(stiffness / 5.0) - 3].get(), end_error(stiffness));
+  }
+}
+
+TEST_F(DriveEvaluation, TakesAnotherConfigurationAndReference) {
+  const auto config = scratch_->write(
+      "other.toml", contents(lap() / "car.toml") + "\n[filter]\nmodel = \"kinematic\"\n");
+  const Drive drive =
+      read_drive({.folder = lap(), .config = config, .reference = lap() / "truth.csv"});
+  EXPECT_EQ(drive.config.model, estimator::Model::kinematic);
+  EXPECT_EQ(drive.config.can.dbc.front(), std::filesystem::absolute(lap() / "car.dbc"));
+  EXPECT_GT(evaluate_drive(drive, drive.config).samples, 500U);
+}
+
+TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
+  const auto folder = scratch_->path("bare");
+  std::filesystem::create_directory(folder);
+  const auto refusal = [&folder] {
+    return message_of([&] {
+      const Drive drive = read_drive({.folder = folder, .config = {}, .reference = {}});
+      (void)evaluate_drive(drive, drive.config);
+    });
+  };
+  EXPECT_THAT(message_of([] {
+                (void)read_drive({.folder = "/nonexistent", .config = {}, .reference = {}});
+              }),
+              HasSubstr("/nonexistent: is no folder"));
+  EXPECT_THAT(refusal(), HasSubstr("has no car.toml; name the car's configuration by --config"));
+  for (const char* file : {"car.toml", "car.dbc"})
+    std::filesystem::copy(lap() / file, folder / file);
+  EXPECT_THAT(refusal(), StartsWith(folder.string() + ": has no drive.log and no can.log"));
+  std::filesystem::copy(lap() / "drive.log", folder / "drive.log");
+  EXPECT_THAT(refusal(), HasSubstr("has no truth.csv to be held against"));
+  std::ofstream{folder / "drive.log"} << "(1.000000) can0 123#00\n";
+  const Drive silent = read_drive({.folder = folder, .config = {}, .reference = {}});
+  EXPECT_THAT(message_of([&] { (void)replay_drive(silent, silent.config); }),
+              StartsWith(folder.string() + ": no pose: it begins with the first wheel speed"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::drive_evaluation_test

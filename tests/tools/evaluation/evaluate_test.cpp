@@ -1,0 +1,381 @@
+// odom evaluate, as it is called.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "tests/tools/drives.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/cli/csv.hpp"
+
+namespace odomd::tools::evaluate_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+class Evaluate : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    reference_ = scratch_.write("ref.csv", csv_of(wavy_drive(0.0, 4.2, 0.01))).string();
+    good_ = scratch_.write("good.csv", csv_of(wavy_drive(0.0, 4.0, 0.005))).string();
+    Trajectory drift = wavy_drive(0.0, 4.0, 0.005);
+    for (auto& point : drift.points) point.pose.x *= 1.02;
+    drift_ = scratch_.write("drift.csv", csv_of(drift)).string();
+  }
+  static Outcome run(const std::string& arguments) {
+    return run_shell("odom evaluate " + arguments);
+  }
+  void expect_refused(const std::string& pose_text, const std::string& what) const {
+    const auto file = scratch_.write("bad.csv", pose_text).string();
+    const Outcome outcome = run("--reference " + reference_ + " --pose " + file);
+    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, StartsWith("odom evaluate: " + file));
+    EXPECT_THAT(outcome.err, HasSubstr(what));
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1);
+  }
+
+  Scratch scratch_;
+  std::string reference_, good_, drift_;
+};
+
+TEST_F(Evaluate, WritesATableWithAColumnAPoseFile) {
+  const Outcome outcome =
+      run("--reference " + reference_ + " --pose " + drift_ + " --pose " + good_);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(outcome.out, HasSubstr("drift"));
+  EXPECT_THAT(outcome.out, HasSubstr("end error [cm/m]"));
+  EXPECT_THAT(outcome.out, HasSubstr("end error better by [%]"));
+}
+
+TEST_F(Evaluate, WritesJsonInTheOrderOfTheFiles) {
+  const Outcome outcome =
+      run("--json --reference " + reference_ + " --pose " + drift_ + " --pose " + good_);
+  const auto json = nlohmann::json::parse(outcome.out);
+  ASSERT_EQ(json["estimates"].size(), 2U);
+  EXPECT_EQ(json["estimates"][0]["pose"], drift_);
+  EXPECT_EQ(json["estimates"][0]["samples"], 801);
+  EXPECT_GT(json["estimates"][0]["end_error"], json["estimates"][1]["end_error"]);
+  EXPECT_GT(json["estimates"][1]["improvement_percent"]["end_error"], 99.0);
+  EXPECT_TRUE(json["estimates"][1]["nees"].is_null());
+}
+
+TEST_F(Evaluate, TakesALeverArmOrFitsOneAndSaysSo) {
+  EXPECT_THAT(
+      run("--reference " + reference_ + " --pose " + good_ + " --lever-arm -0.1,0,0").out,
+      HasSubstr("lever arm  -0.1000 m, 0.0000 m, 0.00 deg of the reference point, as given"));
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + good_ + " --fit-lever-arm").out,
+              HasSubstr("fitted to"));
+  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --lever-arm 1,2").status, 2);
+  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --lever-arm 1,nan,2").status,
+            2);
+}
+
+TEST_F(Evaluate, DrawsAPicture) {
+  const auto svg = scratch_.path("lap.svg");
+  EXPECT_EQ(
+      run("--reference " + reference_ + " --pose " + good_ + " --picture " + svg.string()).status,
+      0);
+  EXPECT_THAT(contents(svg), StartsWith("<svg"));
+}
+
+TEST_F(Evaluate, KeepsWhatItReads) {
+  const std::string before = contents(good_);
+  const Outcome outcome =
+      run("--reference " + reference_ + " --pose " + good_ + " --html " + good_);
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err,
+            "odom evaluate: --html: " + good_ + " is what is read; name another file\n");
+  EXPECT_EQ(contents(good_), before);
+  const std::string drive = scratch_.path("drive");
+  ASSERT_EQ(run_shell("odom sim --ideal --duration 1 --out " + drive).status, 0);
+  for (const std::string file : {"car.toml", "car.dbc", "drive.log", "camera.csv", "truth.csv"}) {
+    const std::string text = contents(drive + "/" + file);
+    EXPECT_THAT(run("--drive " + drive + " --html " + drive + "/../drive/" + file).err,
+                HasSubstr("is what is read"))
+        << file;
+    EXPECT_EQ(contents(drive + "/" + file), text);
+  }
+}
+
+TEST_F(Evaluate, SaysWhyAReportCannotBeWritten) {
+  const Outcome outcome =
+      run("--reference " + reference_ + " --pose " + good_ + " --html /dev/full");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "odom evaluate: /dev/full: cannot be written: No space left on device\n");
+}
+
+TEST_F(Evaluate, RefusesBadFilesInOneLine) {
+  expect_refused("t,x,y\n0,0,0\n", R"(:1: no column "yaw")");
+  expect_refused("t,x,y,yaw\n0,0,nan,0\n", R"(:2: column "y": "nan" is not a finite number)");
+  expect_refused("t,x,y,yaw\n1,0,0,0\n0.5,0,0,0\n", ":3: column \"t\": the time runs backwards");
+  expect_refused("t,x,y,yaw\n1,0\n2,0,0,0\n", ":2: 2 fields where the header has 4");
+  expect_refused("", ": is empty");
+  expect_refused("t,x,y,yaw\n", ": has no rows");
+  expect_refused("t,x,y,yaw\n100,0,0,0\n101,0,0,0\n", "less than two common times");
+}
+
+TEST_F(Evaluate, KeepsADriveWhoseLastLineIsCutOff) {
+  const std::string whole = contents(good_);
+  const auto cut = scratch_.write("cut.csv", whole.substr(0, whole.size() - 40)).string();
+  const Outcome outcome = run("--reference " + reference_ + " --pose " + cut);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("warning: " + cut + ":802: the last line is cut off"));
+}
+
+TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
+  const auto early = scratch_.write("early.csv", csv_of(wavy_drive(0.0, 2.0, 0.01))).string();
+  const Outcome outcome = run("--reference " + early + " --pose " + good_);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err, "odom evaluate: warning: " + good_ +
+                             ": the reference covers 2.0 s of 4.0 s; the rest is not judged\n");
+}
+
+TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
+  const auto part = scratch_.write("part.csv", csv_of(wavy_drive(1.0, 2.0, 0.005))).string();
+  const Outcome outcome = run("--reference " + reference_ + " --pose " + part + " --pose " + good_);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("warning: " + part +
+                                     ": it covers 1.0 s and 0.8 m of the 4.2 s and 4.2 m of the "
+                                     "reference; all figures are of that part alone\n"));
+  EXPECT_THAT(outcome.err, Not(HasSubstr(good_ + ": it covers")));
+  // Who asks for a part knows, as far as there is one.
+  EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --from +1 --to +2").err, "");
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + part + " --from +0.5 --to +3").err,
+              HasSubstr(part + ": it covers 1.0 s"));
+}
+
+TEST_F(Evaluate, SaysThatTheTimesOfTheReferenceAreOff) {
+  Trajectory late = wavy_drive(0.0, 20.0, 0.01);
+  for (auto& point : late.points) point.t_ns += 60'000'000;
+  const auto reference = scratch_.write("late.csv", csv_of(late)).string();
+  const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 20.0, 0.005))).string();
+  const Outcome outcome = run("--reference " + reference + " --pose " + pose);
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, StartsWith("odom evaluate: warning: " + reference +
+                                      ": its times look 60 ms late beside the poses': put both "));
+  EXPECT_EQ(run("--reference " + pose + " --pose " + pose).err, "");
+}
+
+// The file of a drive with its first columns later by so many seconds.
+std::string later(const std::string& file, std::size_t columns, double seconds) {
+  std::istringstream text(contents(file));
+  std::string line, moved;
+  std::getline(text, line);
+  moved = line + '\n';
+  while (std::getline(text, line)) {
+    for (std::size_t i = 0; i < columns; ++i) {
+      const std::size_t comma = line.find(',');
+      append_seconds(
+          moved, *parse_seconds(line.substr(0, comma)) + static_cast<std::int64_t>(seconds * 1e9));
+      moved += ',';
+      line.erase(0, comma + 1);
+    }
+    moved += line + '\n';
+  }
+  return moved;
+}
+
+TEST_F(Evaluate, DoubtsTheTimesOfThePartThatIsJudged) {
+  Trajectory reference = wavy_drive(0.0, 40.0, 0.01);
+  for (auto& point : reference.points)
+    if (point.t_ns > 20'000'000'000) point.t_ns += 60'000'000;
+  const auto late = scratch_.write("late.csv", csv_of(reference)).string();
+  const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 40.0, 0.005))).string();
+  const std::string both = "--reference " + late + " --pose " + pose;
+  EXPECT_EQ(run(both + " --to +20").err, "");
+  EXPECT_THAT(run(both + " --from +21").err, HasSubstr("its times look 60 ms late"));
+}
+
+TEST_F(Evaluate, RefusesTimesThatNoDriveHas) {
+  const auto far =
+      scratch_.write("far.csv", "t,x,y,yaw\n9223372036.8,0,0,0\n9223372036.85,1,0,0\n");
+  EXPECT_THAT(run("--reference " + far.string() + " --pose " + far.string()).err,
+              HasSubstr("far.csv:2: column \"t\": \"9223372036.8\" is not a time in seconds"));
+}
+
+TEST_F(Evaluate, SaysWhoseTimesAreOffInADrive) {
+  const std::string drive = scratch_.path("lap");
+  ASSERT_EQ(run_shell("odom sim --duration 30 --standstill 1 --out " + drive).status, 0);
+  const std::string truth = contents(drive + "/truth.csv");
+  const auto told = [&](const std::string& how = "") {
+    const Outcome outcome = run("--drive " + drive + how);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_EQ(told(), "");
+  EXPECT_EQ(told(" --dead-reckoning"), "");
+
+  scratch_.write("lap/truth.csv", later(drive + "/truth.csv", 1, 0.08));
+  constexpr auto of_reference =
+      "/truth.csv: its times look 80 ms late against the bus: put them on";
+  EXPECT_THAT(told(), HasSubstr(of_reference));
+  EXPECT_THAT(told(" --dead-reckoning"), HasSubstr(of_reference));
+
+  const std::string moved = later(drive + "/camera.csv", 2, 0.08);
+  scratch_.write("lap/camera.csv", moved);
+  EXPECT_THAT(told(" --model full"), HasSubstr("/truth.csv, camera.csv: their times look 8"));
+
+  scratch_.write("lap/truth.csv", truth);
+  EXPECT_THAT(
+      told(),
+      HasSubstr("warning: lap: camera.csv: its times look 80 ms late against the bus: put"));
+}
+
+TEST_F(Evaluate, SaysThatTheReferenceIsOfAnotherDrive) {
+  Trajectory other = wavy_drive(0.0, 5.0, 0.01);
+  for (auto& point : other.points) point.pose.yaw = 0.6 * static_cast<double>(point.t_ns) * 1e-9;
+  const auto file = scratch_.write("other.csv", csv_of(other)).string();
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
+              HasSubstr(file + ": it turns quite otherwise than the reference does"));
+  EXPECT_EQ(run("--reference " + reference_ + " --pose " + drift_).err, "");
+}
+
+TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
+  std::string poses = "t,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
+  for (int i = 0; i < 5; ++i) poses += std::to_string(i) + ",0,0,0,.1,.1,.1\n";
+  const auto file = scratch_.write("poses.csv", poses).string();
+  constexpr auto doubt = "look whether --reference and --pose are exchanged";
+  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(doubt));
+  EXPECT_THAT(run("--reference " + good_ + " --pose " + file).err, testing::Not(HasSubstr(doubt)));
+}
+
+TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
+  EXPECT_EQ(run("").status, 2);
+  EXPECT_THAT(run("").err, HasSubstr("--pose or --drive is required; see odom evaluate --help"));
+  EXPECT_THAT(run("--pose " + good_).err,
+              HasSubstr("--reference (or --closed-loop) is required; see odom evaluate --help"));
+  const Outcome missing = run("--reference /nonexistent.csv --pose " + good_);
+  EXPECT_EQ(missing.status, 2);
+  EXPECT_EQ(missing.err,
+            "odom evaluate: /nonexistent.csv: no such file or directory; check the path\n");
+  const Outcome last = run("--reference " + reference_ + " --pose " + good_ + " --align last");
+  EXPECT_EQ(last.status, 2);
+  EXPECT_THAT(last.err, HasSubstr("--align: \"last\" is none of first|fit|none"));
+  EXPECT_EQ(run("--reference " + reference_ + " --pose /").status, 2);
+}
+
+TEST_F(Evaluate, AlignsAsItIsTold) {
+  const auto aligned = [&](const std::string& how) {
+    return nlohmann::json::parse(
+        run("--json --reference " + reference_ + " --pose " + drift_ + how).out)["align"];
+  };
+  EXPECT_EQ(aligned(""), "first");
+  for (const std::string how : {"first", "fit", "none"}) EXPECT_EQ(aligned(" --align " + how), how);
+}
+
+TEST_F(Evaluate, JudgesAWindowAlignedAtItsBegin) {
+  const auto judged = [&](const std::string& window) {
+    const Outcome outcome =
+        run("--json --reference " + reference_ + " --pose " + drift_ + " " + window);
+    EXPECT_EQ(outcome.err, "");
+    return nlohmann::json::parse(outcome.out)["estimates"][0];
+  };
+  const auto relative = judged("--from +1 --to +3");
+  EXPECT_EQ(relative["samples"], 401);
+  EXPECT_EQ(relative["t_first"], 1.0);
+  EXPECT_EQ(relative["t_last"], 3.0);
+  EXPECT_NEAR(relative["path_length"], 2.0, 1e-4);
+  // x is stretched by 2 %: of all four seconds the error is larger than of two.
+  EXPECT_LT(relative["end_error"], judged("")["end_error"]);
+  EXPECT_GT(relative["end_error"], 0.0);
+  EXPECT_EQ(judged("--from 1 --to 3"), relative);
+  EXPECT_EQ(judged("--from 3.5")["samples"], 101);
+  EXPECT_EQ(judged("--to 0.5")["samples"], 101);
+}
+
+TEST_F(Evaluate, GivesTimesAsTheFilesHaveThem) {
+  std::string rows = "t,x,y,yaw\n";
+  for (int i = 0; i < 20; ++i)
+    rows += "17600000" + std::to_string(10 + i) + ".55," + std::to_string(i) + ",0,0\n";
+  const std::string file = scratch_.write("late.csv", rows).string();
+  const Outcome outcome = run("--json --reference " + file + " --pose " + file);
+  EXPECT_THAT(outcome.out, HasSubstr("\"t_first\": 1760000010.55,"));
+  EXPECT_THAT(outcome.out, HasSubstr("\"t_last\": 1760000029.55,"));
+}
+
+TEST_F(Evaluate, DoubtsHeadingsInDegrees) {
+  Trajectory degrees = wavy_drive(0.0, 8.0, 0.005);
+  for (auto& point : degrees.points) point.pose.yaw *= 180.0 / 3.14159265358979;
+  const std::string file = scratch_.write("degrees.csv", csv_of(degrees)).string();
+  constexpr auto doubt = "the headings do not go with the way that is driven";
+  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(file + ": " + doubt));
+  EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
+              HasSubstr(file + ": " + doubt));
+}
+
+TEST_F(Evaluate, RefusesAWindowWithoutRows) {
+  const std::string files = "--reference " + reference_ + " --pose " + good_;
+  const Outcome late = run(files + " --from +60");
+  EXPECT_EQ(late.status, 2);
+  EXPECT_EQ(late.err, "odom evaluate: " + good_ +
+                          ": no row within --from and --to; its times are 0.000000000 to "
+                          "4.000000000\n");
+  EXPECT_EQ(run(files + " --from 3 --to 2").status, 2);
+  EXPECT_THAT(run(files + " --to 0").err, HasSubstr("less than two common times"));
+  EXPECT_THAT(run(files + " --from -90000").err, HasSubstr("lies more than a day before"));
+  for (const std::string bad : {"+", "x", "++1", "1e999", "+9223372036.9"}) {
+    const Outcome from = run(std::string{files}.append(" --from ").append(bad));
+    EXPECT_EQ(from.status, 2);
+    EXPECT_THAT(from.err, HasSubstr("--from: \"" + bad + "\" is not a time"));
+    EXPECT_EQ(run(std::string{files}.append(" --to ").append(bad)).status, 2);
+  }
+}
+
+TEST_F(Evaluate, JudgesTheOdometryFrame) {
+  // A map pose that jumps by a metre on the way; the odometry frame's does not.
+  std::string text = "t,x,y,yaw,odom_x,odom_y,odom_yaw,sigma_x,sigma_y,sigma_yaw\n";
+  for (const TrajectoryPoint& point : wavy_drive(0.0, 4.0, 0.005).points) {
+    const auto& pose = point.pose;
+    append_seconds(text, point.t_ns);
+    for (const double value : {pose.x + (point.t_ns > 2'000'000'000 ? 1.0 : 0.0), pose.y, pose.yaw,
+                               pose.x, pose.y, pose.yaw, 0.1, 0.1, 0.1}) {
+      text += ',';
+      append_number(text, value);
+    }
+    text += '\n';
+  }
+  const auto both = scratch_.write("both.csv", text).string();
+  const auto judged = [&](const std::string& frame) {
+    const auto json = nlohmann::json::parse(
+        run("--json --reference " + reference_ + " --pose " + both + frame).out);
+    return std::pair{json["frame"], json["estimates"][0]};
+  };
+  const auto [map_name, map] = judged(" --align none");
+  EXPECT_EQ(map_name, "map");
+  EXPECT_NEAR(map["end_error"], 1.0, 1e-9);
+  EXPECT_FALSE(map["nees"].is_null());
+  // Aligned where it begins, as uncertain there as at the end.
+  EXPECT_TRUE(judged("").second["nees"].is_null());
+  const auto [odom_name, odom] = judged(" --frame odom");
+  EXPECT_EQ(odom_name, "odom");
+  EXPECT_NEAR(odom["end_error"], 0.0, 1e-9);
+  EXPECT_TRUE(odom["nees"].is_null());  // the covariance is that of the map's pose
+
+  const Outcome without = run("--reference " + reference_ + " --pose " + good_ + " --frame odom");
+  EXPECT_EQ(without.status, 2);
+  EXPECT_THAT(without.err, HasSubstr(R"(:1: no column "odom_x")"));
+}
+
+TEST_F(Evaluate, HelpIsText) {
+  const std::string help = run("--help").out;
+  EXPECT_THAT(help, HasSubstr("--align first|fit|none"));
+  for (const char c : help) EXPECT_TRUE(c == '\n' || static_cast<unsigned char>(c) >= 0x20);
+}
+
+TEST_F(Evaluate, HelpHasExamples) {
+  const Outcome outcome = run("--help");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.out, HasSubstr("odom evaluate --reference truth.csv --pose pose.csv"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::evaluate_test

@@ -1,0 +1,222 @@
+#include "tools/evaluation/evaluation.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/tools/drives.hpp"
+#include "tools/evaluation/evaluation_report.hpp"
+
+namespace odomd::tools::evaluation_test {
+namespace {
+
+// Straight along x at 1 m/s.
+Trajectory straight(double speed, double seconds, double step) {
+  Trajectory drive;
+  drive.name = "straight.csv";
+  const auto count = std::llround(seconds / step);
+  for (long long i = 0; i <= count; ++i) {
+    TrajectoryPoint point;
+    point.t_ns = i * std::llround(step * 1e9);
+    point.pose.x = speed * 1e-9 * static_cast<double>(point.t_ns);
+    drive.points.push_back(point);
+  }
+  return drive;
+}
+
+TEST(Evaluation, OfTheReferenceItselfIsZero) {
+  const Trajectory drive = wavy_drive(0.0, 5.0, 0.005);
+  for (const Align align : {Align::first, Align::fit, Align::none}) {
+    const Evaluation e = evaluate(drive, drive, align);
+    EXPECT_NEAR(e.end_error, 0.0, 1e-12);
+    EXPECT_NEAR(e.heading.max, 0.0, 1e-12);
+    EXPECT_NEAR(e.position.max, 0.0, 1e-12);
+    EXPECT_NEAR(e.short_term->displacement.max, 0.0, 1e-12);
+    EXPECT_NEAR(e.path_length, 5.0, 1e-4);
+    EXPECT_EQ(e.samples, 1001U);
+  }
+}
+
+TEST(Evaluation, OfAScaleErrorIsWhatThePaperMeans) {
+  // 1 % too long on 10 m: 10 cm at the end, 1 cm/m, 0.35 mm in 35 ms, rms = 0.1/√3 of a ramp.
+  const Evaluation e =
+      evaluate(straight(1.0, 10.0, 0.01), straight(1.01, 10.0, 0.005), Align::first);
+  EXPECT_NEAR(e.path_length, 10.0, 1e-9);
+  EXPECT_NEAR(e.end_error, 0.1, 1e-9);
+  EXPECT_NEAR(e.end_cm_per_m.value(), 1.0, 1e-9);
+  EXPECT_NEAR(e.position.max, 0.1, 1e-9);
+  EXPECT_NEAR(e.position.rms, 0.1 / std::sqrt(3.0), 1e-4);
+  EXPECT_NEAR(e.short_term->displacement.mean, 0.35e-3, 1e-9);
+  EXPECT_NEAR(e.short_term->displacement.rms, 0.35e-3, 1e-9);
+  EXPECT_EQ(e.short_term->samples, e.samples - 7);  // seven ticks of 5 ms
+}
+
+TEST(Evaluation, MeasuresTheShortTermInTheBodyFrameOfEach) {
+  // Turned as a whole, an estimate has no relative error at all.
+  const Trajectory drive = wavy_drive(0.0, 5.0, 0.005);
+  const Evaluation e = evaluate(drive, moved_by({1.0, 2.0, 3.0}, drive), Align::none);
+  EXPECT_GT(e.position.rms, 1.0);
+  EXPECT_NEAR(e.short_term->displacement.max, 0.0, 1e-12);
+  EXPECT_NEAR(e.short_term->yaw.max, 0.0, 1e-12);
+}
+
+TEST(Evaluation, AccumulatesHeadingOverWholeTurns) {
+  const Trajectory drive = wavy_drive(0.0, 30.0, 0.01);  // nine radians in all
+  Trajectory estimate = drive;
+  for (auto& point : estimate.points) {
+    point.pose.yaw += 0.2 * 1e-9 * static_cast<double>(point.t_ns);  // ends six radians off
+    point.pose.yaw += 4.0 * std::numbers::pi;  // and counts its turns from elsewhere
+  }
+  const Evaluation e = evaluate(drive, estimate, Align::none);
+  EXPECT_NEAR(e.heading_end, 6.0, 1e-9);
+  EXPECT_NEAR(e.heading.max, 6.0, 1e-9);
+  EXPECT_NEAR(e.heading.rms, 6.0 / std::sqrt(3.0), 1e-2);
+}
+
+TEST(Evaluation, OwesNoWholeTurnsFromBeforeAReset) {
+  const Trajectory drive = wavy_drive(0.0, 30.0, 0.01);
+  Trajectory estimate = drive;
+  for (auto& point : estimate.points) {
+    if (point.t_ns < 10'000'000'000) {
+      point.pose.yaw += 0.2 * 1e-9 * static_cast<double>(point.t_ns);
+    } else {  // put right, the other way round
+      point.pose.yaw += 0.1 - 2.0 * std::numbers::pi;
+      point.reset_count = 1.0;
+    }
+  }
+  const Evaluation e = evaluate(drive, estimate, Align::none);
+  EXPECT_NEAR(e.heading_end, 0.1, 1e-9);
+  EXPECT_NEAR(e.heading.max, 2.0, 0.01);
+}
+
+TEST(Evaluation, CoversTheCommonSpanAlone) {
+  const Evaluation e =
+      evaluate(wavy_drive(1.0, 3.0, 0.01), wavy_drive(2.0, 9.0, 0.005), Align::first);
+  EXPECT_EQ(e.first_ns, 2'000'000'000);
+  EXPECT_EQ(e.last_ns, 3'000'000'000);
+  EXPECT_NEAR(e.path_length, 1.0, 1e-4);
+}
+
+TEST(Evaluation, HasNoRelativeFigureWithoutAPath) {
+  const Evaluation e = evaluate(straight(0.0, 1.0, 0.01), straight(0.1, 1.0, 0.01), Align::first);
+  EXPECT_EQ(e.path_length, 0.0);
+  EXPECT_FALSE(e.end_cm_per_m);
+  EXPECT_NEAR(e.end_error, 0.1, 1e-12);
+}
+
+TEST(Evaluation, TakesTheNoiseOfAReferenceThatStandsForNoPath) {
+  Trajectory reference = straight(0.0, 1.0, 0.01);
+  for (std::size_t i = 0; i < reference.points.size(); i += 2) reference.points[i].pose.y = 0.02;
+  const Evaluation e = evaluate(reference, straight(0.1, 1.0, 0.01), Align::none);
+  EXPECT_GT(e.path_length, 1.9);
+  EXPECT_FALSE(e.end_cm_per_m);
+}
+
+TEST(Evaluation, NeesCountsErrorsInTheirOwnSigmas) {
+  const Trajectory reference = straight(1.0, 2.0, 0.01);
+  Trajectory estimate = reference;
+  estimate.has_covariance = true;
+  for (auto& point : estimate.points) {
+    point.pose.x += 0.2;    // two sigmas: 4
+    point.pose.yaw += 0.1;  // one sigma: 1
+    point.covariance = {0.01, 0.0, 0.0, 0.04, 0.0, 0.01};
+  }
+  const Evaluation e = evaluate(reference, estimate, Align::none);
+  ASSERT_TRUE(e.consistency);
+  EXPECT_NEAR(e.consistency->nees, 5.0, 1e-9);
+  EXPECT_EQ(e.consistency->samples, e.samples);
+}
+
+TEST(Evaluation, OfAnEstimateThatIsAlignedHasNoNeesOfWhereItBegan) {
+  const Trajectory reference = straight(1.0, 2.0, 0.01);
+  Trajectory estimate = reference;
+  estimate.has_covariance = true;
+  for (auto& point : estimate.points) point.covariance = {0.01, 0.0, 0.0, 0.01, 0.0, 0.01};
+  EXPECT_TRUE(evaluate(reference, estimate, Align::none).consistency);
+  EXPECT_FALSE(evaluate(reference, estimate, Align::first).consistency);
+  EXPECT_FALSE(evaluate(reference, estimate, Align::fit).consistency);
+  estimate.points.front().covariance = {1e-5, 0.0, 0.0, 1e-5, 0.0, 1e-5};
+  EXPECT_TRUE(evaluate(reference, estimate, Align::first).consistency);
+  EXPECT_FALSE(evaluate(reference, estimate, Align::fit).consistency);
+}
+
+TEST(Evaluation, NeesTurnsTheCovarianceWithTheMapAndLeavesSingularOnesOut) {
+  // The estimate's map is turned by 90°: its sigma along x lies along the reference's y.
+  const Trajectory reference = straight(1.0, 2.0, 0.01);
+  Trajectory estimate = moved_by({0.0, 0.0, -std::numbers::pi / 2.0}, reference);
+  estimate.has_covariance = true;
+  for (auto& point : estimate.points) point.covariance = {1.0, 0.0, 0.0, 0.01, 0.0, 1.0};
+  estimate.points.front().covariance = {};
+  // An error of 0.2 along the reference's x is one along the estimate's -y: two sigmas.
+  for (std::size_t i = 1; i < estimate.points.size(); ++i) estimate.points[i].pose.y -= 0.2;
+  const Evaluation e = evaluate(reference, estimate, Align::first);
+  ASSERT_TRUE(e.consistency);
+  EXPECT_NEAR(e.consistency->nees, 4.0, 1e-9);
+  EXPECT_EQ(e.consistency->samples, e.samples - 1);
+}
+
+TEST(Evaluation, ComparesVelocitiesWhereBothHaveThem) {
+  const Trajectory reference = wavy_drive(0.0, 1.0, 0.01);
+  Trajectory estimate = reference;
+  for (auto& point : estimate.points) point.motion.vy += 0.25;
+  const Evaluation e = evaluate(reference, estimate, Align::none);
+  ASSERT_TRUE(e.velocity_rms);
+  EXPECT_NEAR(e.velocity_rms->vx, 0.0, 1e-12);
+  EXPECT_NEAR(e.velocity_rms->vy, 0.25, 1e-12);
+  estimate.has_motion = false;
+  EXPECT_FALSE(evaluate(reference, estimate, Align::none).velocity_rms);
+}
+
+TEST(Evaluation, SeesAReferenceThatJumps) {
+  Trajectory reference = straight(1.0, 2.0, 0.01);
+  reference.points[100].pose.x += 5.0;  // there and back
+  EXPECT_EQ(evaluate(reference, straight(1.0, 2.0, 0.01), Align::first).reference_jumps, 2U);
+}
+
+TEST(Evaluation, SeesAReferenceThatHasLostTheCar) {
+  const Trajectory drive = wavy_drive(0.0, 9.0, 0.01);
+  Trajectory lost = drive;
+  const auto& last_seen = drive.points[300];
+  for (auto& point : lost.points) {
+    if (point.t_ns > 3'000'000'000 && point.t_ns < 5'000'000'000) {
+      point.pose = last_seen.pose;
+      point.pose.x += 1e-4 * std::sin(static_cast<double>(point.t_ns));  // it still shakes
+    }
+  }
+  const Evaluation e = evaluate(lost, drive, Align::none);
+  EXPECT_NEAR(static_cast<double>(e.reference_stuck_ns), 2e9, 2e7);
+  EXPECT_EQ(evaluate(drive, drive, Align::none).reference_stuck_ns, 0);
+  EXPECT_EQ(evaluate(lost, lost, Align::none).reference_stuck_ns, 0);  // the car stood
+  Trajectory elsewhere = lost;  // at first, until its filter jumps
+  for (auto& point : elsewhere.points) {
+    point.reset_count = point.t_ns < 4'000'000'000 ? 1.0 : 2.0;
+    if (point.t_ns < 4'000'000'000) point.pose.y += 3.0;
+  }
+  EXPECT_EQ(evaluate(lost, elsewhere, Align::none).reference_stuck_ns, 0);
+}
+
+TEST(Improvement, IsInPercentOfTheBaseline) {
+  EXPECT_NEAR(improvement(0.174, 1.0).value(), 82.6, 1e-9);
+  EXPECT_NEAR(improvement(2.0, 1.0).value(), -100.0, 1e-9);
+  EXPECT_FALSE(improvement(1.0, 0.0));
+  EXPECT_FALSE(improvement(3.2, 0.01, 2.0));  // a heading that passes through zero at the end
+  EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
+}
+
+TEST(Improvement, OfWhatIsManyTimesWorseIsTheFactor) {
+  EXPECT_EQ(improvement_text(82.64), "82.6");
+  EXPECT_EQ(improvement_text(-99.95), "-100.0");
+  EXPECT_EQ(improvement_text(-595.4), "7.0 x worse");
+  EXPECT_EQ(improvement_text(-9331.3), "94 x worse");
+}
+
+TEST(ShortNames, AreStemsUnlessTheyWouldBeAlike) {
+  EXPECT_THAT(short_names({"a/kin.csv", "b/paper.csv"}), ::testing::ElementsAre("kin", "paper"));
+  EXPECT_THAT(short_names({"a/pose.csv", "b/pose.csv"}),
+              ::testing::ElementsAre("a/pose.csv", "b/pose.csv"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::evaluation_test

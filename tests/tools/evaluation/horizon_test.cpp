@@ -1,0 +1,146 @@
+#include "tools/evaluation/horizon.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/tools/drives.hpp"
+#include "tools/evaluation/closed_loop.hpp"
+#include "tools/evaluation/evaluation.hpp"
+#include "tools/evaluation/pose_error.hpp"
+
+namespace odomd::tools::horizon_test {
+namespace {
+
+constexpr std::int64_t tick = 5'000'000;
+
+// Along x at a speed, turning at a rate: rows of 5 ms.
+Trajectory turning(double speed, double rate, int rows) {
+  Trajectory drive;
+  drive.name = "turning.csv";
+  for (int i = 0; i < rows; ++i) {
+    const double t = 0.005 * i;
+    TrajectoryPoint point;
+    point.t_ns = i * tick;
+    // ∫ v (cos ωt, sin ωt)
+    point.pose = rate == 0.0
+                     ? estimator::Pose2{speed * t, 0.0, 0.0}
+                     : estimator::Pose2{speed / rate * std::sin(rate * t),
+                                        speed / rate * (1.0 - std::cos(rate * t)), rate * t};
+    drive.points.push_back(point);
+  }
+  return drive;
+}
+
+TEST(HorizonErrors, OfAScaleErrorGrowWithTheHorizon) {
+  const Trajectory truth = turning(2.0, 0.0, 601);
+  const Trajectory estimate = turning(2.02, 0.0, 601);
+  const auto errors = horizon_errors(truth, estimate, common_times(truth, estimate));
+  ASSERT_EQ(errors.size(), horizons_ns.size());
+  for (std::size_t i = 0; i < errors.size(); ++i) {
+    const double seconds = 1e-9 * static_cast<double>(horizons_ns[i]);
+    EXPECT_EQ(errors[i].horizon_ns, horizons_ns[i]);
+    EXPECT_NEAR(errors[i].displacement.mean, 0.02 * seconds, 1e-12);  // 1 % of 2 m/s
+    EXPECT_NEAR(errors[i].displacement.max, 0.02 * seconds, 1e-12);
+    EXPECT_NEAR(errors[i].yaw.max, 0.0, 1e-12);
+    EXPECT_EQ(errors[i].samples, 601U - static_cast<std::size_t>(horizons_ns[i] / tick));
+  }
+}
+
+TEST(HorizonErrors, OfAGyroErrorAreAChordBesideAnother) {
+  // Both at 1 m/s; ψ̇ 0.5 and 0.6 rad/s. In the body frame of its start each goes
+  // v/ω (sin ωT, 1 − cos ωT).
+  const auto chord = [](double rate, double t) {
+    return std::pair{std::sin(rate * t) / rate, (1.0 - std::cos(rate * t)) / rate};
+  };
+  const Trajectory truth = turning(1.0, 0.5, 401);
+  const Trajectory estimate = turning(1.0, 0.6, 401);
+  for (const HorizonError& e : horizon_errors(truth, estimate, common_times(truth, estimate))) {
+    const double t = 1e-9 * static_cast<double>(e.horizon_ns);
+    const auto [x, y] = chord(0.6, t);
+    const auto [x_true, y_true] = chord(0.5, t);
+    EXPECT_NEAR(e.displacement.rms, std::hypot(x - x_true, y - y_true), 1e-9);
+    EXPECT_NEAR(e.yaw.mean, 0.1 * t, 1e-9);
+  }
+}
+
+TEST(HorizonErrors, LeaveOutHorizonsThatAreLongerThanTheDrive) {
+  const Trajectory drive = turning(1.0, 0.3, 21);  // 100 ms
+  const auto errors = horizon_errors(drive, drive, common_times(drive, drive));
+  ASSERT_EQ(errors.size(), 6U);
+  EXPECT_EQ(errors.back().horizon_ns, 100'000'000);
+  EXPECT_EQ(errors.back().samples, 1U);
+}
+
+TEST(PoseErrors, LieAlongAndAcrossTheReferencesHeading) {
+  // The reference looks north; the estimate is 3 m ahead and 1 m to its left.
+  TrajectoryPoint truth;
+  truth.pose = {10.0, 20.0, std::numbers::pi / 2.0};
+  TrajectoryPoint estimate;
+  estimate.pose = {9.0, 23.0, std::numbers::pi / 2.0 + 0.1};
+  estimate.covariance = {0.01, 0.0, 0.0, 0.04, 0.0, 0.09};
+  const std::vector<Pair> pairs{{estimate, truth}};
+  const DrivenError e = driven(pose_errors(pairs, {}, true).front());
+  EXPECT_NEAR(e.along, 3.0, 1e-12);
+  EXPECT_NEAR(e.cross, 1.0, 1e-12);
+  EXPECT_NEAR(e.yaw, 0.1, 1e-12);
+  EXPECT_NEAR(e.sigma_along, 0.2, 1e-12);  // the map's y
+  EXPECT_NEAR(e.sigma_cross, 0.1, 1e-12);
+  EXPECT_NEAR(e.sigma_yaw, 0.3, 1e-12);
+}
+
+TEST(PoseErrors, HaveTheNeesOfTheirCovariance) {
+  TrajectoryPoint estimate;
+  estimate.pose = {0.1, -0.2, 0.3};
+  estimate.covariance = {0.01, 0.0, 0.0, 0.04, 0.0, 0.09};
+  std::vector<Pair> pairs{{estimate, {}}};
+  EXPECT_NEAR(pose_errors(pairs, {}, true)[0].nees.value(), 3.0, 1e-12);
+  EXPECT_FALSE(pose_errors(pairs, {}, false)[0].nees.has_value());
+  pairs[0].estimate.covariance = {0.01, 0.0, 0.0, -0.04, 0.0, 0.09};
+  EXPECT_FALSE(pose_errors(pairs, {}, true)[0].nees.has_value());
+}
+
+// A circle of 2 m radius, once round and a share more.
+Trajectory lap(double turns) {
+  return turning(2.0, 1.0,
+                 1 + static_cast<int>(std::lround(turns * 2.0 * std::numbers::pi / 0.005)));
+}
+
+TEST(ClosedLoop, IsHeldAgainstItsOwnStart) {
+  const Evaluation e = evaluate_closed_loop(lap(1.01));
+  EXPECT_EQ(e.against, Against::closed_loop);
+  EXPECT_NEAR(e.path_length, 2.0 * 1.01 * 2.0 * std::numbers::pi, 0.02);
+  EXPECT_NEAR(e.end_error, 4.0 * std::sin(0.01 * std::numbers::pi), 0.01);
+  EXPECT_NEAR(e.heading_end, 0.01 * 2.0 * std::numbers::pi, 0.01);  // not a turn more
+  EXPECT_NEAR(e.end_cm_per_m.value(), 100.0 * e.end_error / e.path_length, 1e-12);
+  EXPECT_FALSE(e.short_term.has_value());
+  EXPECT_EQ(check_that_it_closes("lap", std::vector{e}), "");
+}
+
+TEST(ClosedLoop, ThatClosesBadlyIsDoubtedAndOneThatDoesNotIsRefused) {
+  const auto verdict = [](double turns) {
+    return message_of([turns] {
+      const std::string warning =
+          check_that_it_closes("lap", std::vector{evaluate_closed_loop(lap(turns))});
+      if (!warning.empty()) throw std::runtime_error(warning);
+    });
+  };
+  EXPECT_EQ(verdict(1.02), "");
+  EXPECT_NE(verdict(0.93).find("the lap closes badly"), std::string::npos) << verdict(0.93);
+  const std::string refused = verdict(0.8);
+  EXPECT_NE(refused.find("lap: the lap does not close: by the best estimate it ends 2.35 m"),
+            std::string::npos)
+      << refused;
+  EXPECT_NE(refused.find("--from and --to, or name a --reference"), std::string::npos);
+  EXPECT_NE(verdict(0.01).find("the car hardly moves"), std::string::npos);
+}
+
+TEST(ClosedLoop, IsJudgedByTheBestOfTheEstimates) {
+  const std::vector<Evaluation> both{evaluate_closed_loop(lap(0.7)),
+                                     evaluate_closed_loop(lap(1.0))};
+  EXPECT_EQ(check_that_it_closes("lap", both), "");
+}
+
+}  // namespace
+}  // namespace odomd::tools::horizon_test

@@ -1,0 +1,380 @@
+// The fit on a short simulated drive, and what it says where it cannot.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "estimator/ekf/process.hpp"
+#include "tools/identify/fit/allowance.hpp"
+#include "tools/identify/fit/drive.hpp"
+#include "tools/identify/fit/findings.hpp"
+#include "tools/identify/fit/four_wheels.hpp"
+#include "tools/identify/fit/parameters.hpp"
+#include "tools/identify/fit/solver.hpp"
+#include "tools/identify/fit/tyres.hpp"
+#include "tools/identify/fit/window.hpp"
+
+namespace odomd::tools::fitting::fit_test {
+namespace {
+
+using estimator::Source;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+namespace st = single_track;
+
+daemon::Config car() {
+  daemon::Config config;
+  config.file = "car.toml";
+  for (const Source source : {Source::yaw_rate, Source::wheel_rear, Source::steering}) {
+    auto& settings = config.can.signals[static_cast<std::size_t>(source)];
+    settings.configured = true;
+    settings.sigma = 0.005;
+    can::SignalBinding binding;
+    binding.channel = static_cast<std::uint16_t>(source);
+    binding.role = std::string(estimator::source_names[static_cast<std::size_t>(source)]);
+    config.can.bindings.push_back(binding);
+  }
+  return config;
+}
+
+struct Recorded {
+  SignalLog log;
+  std::vector<estimator::CameraPose> poses;
+};
+
+struct Way {
+  double speed = 1.0;     // [m/s]
+  double steering = 0.2;  // [rad]
+};
+
+// What a car whose gyro reads 3 % too much, and wheels 2 %, would have recorded in twelve seconds.
+Recorded recorded(const daemon::Config& config, const Way& way = {}) {
+  const Numbers<double> usual = nominal_values(config);
+  const estimator::Vehicle& v = config.vehicle;
+  four_wheels::Car<double> model;
+  model.mass = v.mass;
+  model.front_axle = v.front_axle;
+  model.rear_axle = v.rear_axle;
+  model.inertia = v.yaw_inertia;
+  model.stiffness_front = v.cornering_stiffness_front;
+  model.stiffness_rear = v.cornering_stiffness_rear;
+  model.bend_front = usual[bend_front];
+  model.bend_rear = usual[bend_rear];
+  model.relaxation = usual[relaxation_length];
+  model.load_arm = usual[load_arm];
+  model.lag = usual[steering_lag];
+  model.spin = usual[wheel_spin];
+  model.load_lag = usual[load_lag];
+  model.track = v.track_width;
+  model.floor_speed = 0.02;
+  constexpr std::int64_t start = 1'760'000'000'000'000'000;
+  Recorded result;
+  result.log.first_ns = start;
+  const auto put = [&](Source source, std::int64_t t_ns, double value) {
+    Series& series = result.log.signals[static_cast<std::size_t>(source)];
+    series.t_ns.push_back(t_ns);
+    series.value.push_back(value);
+  };
+  st::State<double> x{};
+  x[st::v_x] = way.speed;
+  for (int k = 0; k < 12000; ++k) {
+    const double t = 1e-3 * k;
+    const std::int64_t t_ns = start + std::int64_t{1'000'000} * k;
+    const double command = way.steering * (std::sin(2.0 * t) + 0.5 * std::sin(4.7 * t));
+    const double accel = 0.6 * std::cos(0.9 * t);
+    if (k % 10 == 0) {
+      put(Source::yaw_rate, t_ns, 1.03 * x[st::yaw_rate] + 0.01);
+      put(Source::wheel_rear, t_ns, 1.02 * x[st::v_x]);
+      put(Source::steering, t_ns, command + 0.004);
+    }
+    if (k % 35 == 0) {
+      estimator::CameraPose pose;
+      pose.capture_ns = pose.arrival_ns = t_ns;
+      pose.x = x[st::pos_x];
+      pose.y = x[st::pos_y];
+      pose.yaw = x[st::yaw];
+      pose.sigma_x = pose.sigma_y = 0.005;
+      pose.sigma_yaw = 0.005;
+      result.poses.push_back(pose);
+    }
+    x = st::step(model, x, command, accel, accel, 1e-3);
+  }
+  result.log.last_ns = start + 12'000'000'000;
+  return result;
+}
+
+TEST(Fit, RefusesADriveWithoutPosesOrWithPosesOfAnotherTime) {
+  const daemon::Config config = car();
+  Recorded drive = recorded(config);
+  try {
+    (void)prepare("lap", config, drive.log, {});
+    FAIL() << "a drive without poses was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("lap: 0 poses"));
+  }
+  for (estimator::CameraPose& pose : drive.poses) pose.capture_ns += 3'600'000'000'000;
+  try {
+    (void)prepare("lap", config, drive.log, drive.poses);
+    FAIL() << "poses of another time were taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("overlap for 0.0 s"));
+  }
+}
+
+TEST(Fit, AParameterThatIsNoneIsToldTheNearest) {
+  EXPECT_EQ(parameter_named("gyro_bias").parameter, gyro_bias);
+  try {
+    (void)parameter_named("giro_bias");
+    FAIL() << "a wrong name was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("gyro_bias"));
+  }
+}
+
+TEST(Fit, AllowsForMoreWhereTheSpeedTellsNothingApart) {
+  Settings settings;
+  settings.free.fill(true);
+  settings.doubt.fill(0.3);
+  const auto times = [&settings](Parameter k, double variety) {
+    return allowance(0.26, settings, variety)[k] / allowance(0.26, settings, 0.46)[k];
+  };
+  EXPECT_EQ(times(steering_scale, 0.4), 1.0);
+  EXPECT_EQ(times(steering_scale, 0.2), 4.0);
+  EXPECT_DOUBLE_EQ(times(stiffness_rear, 0.0), 30.0);
+  EXPECT_EQ(times(gyro_scale, 0.0), 1.0);
+  EXPECT_TRUE(at_one_speed(0.26, settings, 0.1));
+  EXPECT_FALSE(at_one_speed(0.26, settings, 0.4));
+  settings.free[steering_scale] = false;
+  EXPECT_EQ(times(stiffness_front, 0.0), 1.0);
+  EXPECT_TRUE(at_one_speed(0.26, settings, 0.1));
+  settings.doubt[camera_x] = 1e-4;  // as good as fixed
+  EXPECT_EQ(times(stiffness_rear, 0.0), 1.0);
+  EXPECT_FALSE(at_one_speed(0.26, settings, 0.1));
+}
+
+TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfigured) {
+  const daemon::Config config = car();
+  Settings settings;
+  settings.free[stiffness_rear] = settings.free[camera_x] = settings.free[gyro_scale] = true;
+  settings.doubt.fill(0.4);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  const auto doubts = [&](double tyres, double variety) {
+    result.p[stiffness_rear] = tyres;
+    result.turns.speed_variety = variety;
+    std::vector<std::string> reasons;
+    for (const Finding& finding : findings_of(config, {}, settings, result, 0.0).values)
+      if (finding.determined == Determined::no) reasons.push_back(finding.remark);
+    return reasons;
+  };
+  EXPECT_THAT(doubts(-0.9, 0.2), IsEmpty());
+  EXPECT_THAT(doubts(-1.1, 0.4), IsEmpty());
+  EXPECT_THAT(
+      doubts(-1.1, 0.2),
+      ElementsAre("at one speed not to be told from camera's point ahead of the centre of gravity, "
+                  "and 2.8 sigmas from what is configured",
+                  "at one speed not to be told from cornering stiffness, rear, which came out 2.8 "
+                  "sigmas from what is configured"));
+  settings.free[camera_x] = false;
+  EXPECT_THAT(doubts(-1.1, 0.2), IsEmpty());
+}
+
+TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
+  Settings settings;
+  settings.free[gyro_latency] = true;
+  settings.doubt.fill(0.05);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  result.turns.speed_variety = 0.5;
+  result.settled = true;
+  const auto warnings = [&](double latency) {
+    result.p[gyro_latency] = latency;
+    return findings_of(car(), {}, settings, result, 0.0).warnings;
+  };
+  EXPECT_THAT(warnings(0.01), IsEmpty());
+  EXPECT_THAT(warnings(-0.08),
+              ElementsAre(HasSubstr("latency of yaw_rate came out 80 ms before the poses")));
+}
+
+TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
+  const daemon::Config config = car();
+  const Recorded drive = recorded(config);
+  const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
+  Settings settings;
+  for (const Parameter k : {gyro_scale, gyro_bias, wheel_scale_rear, steering_offset})
+    settings.free[k] = true;
+  settings.doubt = usual_doubts(config);
+  settings.passes = 2;
+  const Result result = solve(config, drives, settings);
+  EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 3e-3);
+  EXPECT_NEAR(result.p[gyro_bias], 0.01, 2e-3);
+  EXPECT_NEAR(result.p[steering_offset], 0.004, 1e-3);
+  // A driven wheel's slip is fixed as usual, and not in what the drive was made by.
+  EXPECT_NEAR(std::exp(result.p[wheel_scale_rear]), 1.02, 0.02);
+  EXPECT_GT(result.sigma[gyro_scale], 0.0);
+  EXPECT_LT(result.sigma[gyro_scale], 0.02);
+  EXPECT_EQ(result.sigma[stiffness_front], 0.0);
+
+  const Findings findings = findings_of(config, drives, settings, result, 0.01);
+  ASSERT_FALSE(findings.values.empty());
+  const auto scale =
+      std::ranges::find(findings.values, "can.signals.yaw_rate.scale", &Finding::key);
+  ASSERT_NE(scale, findings.values.end());
+  EXPECT_NEAR(scale->value, 1.0 / 1.03, 3e-3);
+}
+
+TEST(Fit, RefusesWindowsThatItsCostCannotHold) {
+  const daemon::Config config = car();
+  const Recorded drive = recorded(config);
+  const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
+  Settings settings;
+  settings.doubt = usual_doubts(config);
+  settings.window = 5.0;
+  try {
+    (void)solve(config, drives, settings);
+    FAIL() << "a window of 100 knots was taken";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("--window: 0.8 s is the most"));
+  }
+}
+
+// At 60 m/s slip settles in 3 ms, a tenth of a full-size car's step.
+TEST(Fit, FollowsTyresThatSettleWithinAStep) {
+  daemon::Config config = car();
+  config.vehicle = {.mass = 982.0,
+                    .front_axle = 1.33,
+                    .rear_axle = 1.07,
+                    .yaw_inertia = 1605.0,
+                    .cornering_stiffness_front = 90000.0,
+                    .cornering_stiffness_rear = 120000.0,
+                    .track_width = 1.35};
+  const Recorded drive = recorded(config, {.speed = 60.0, .steering = 0.01});
+  const std::vector<Drive> drives{prepare("straight", config, drive.log, drive.poses)};
+  Settings settings;
+  settings.free[gyro_scale] = true;
+  settings.doubt = usual_doubts(config);
+  settings.window = 1.5;
+  settings.passes = 2;
+  const Result result = solve(config, drives, settings);
+  EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 0.01);
+  EXPECT_EQ(stable_parts(2.0, 0.044, 0.02), 1);  // as it was of slow cars
+  EXPECT_EQ(stable_parts(-60.0, 0.41, 0.03), 3);
+}
+
+four_wheels::Car<double> fitted_car(const Numbers<double>& p) {
+  const daemon::Config config = car();
+  Setup setup;
+  setup.config = &config;
+  setup.nominal = nominal_values(config);
+  return car_of(setup, p);
+}
+
+Numbers<double> without_load_transfer() {
+  Numbers<double> p{};
+  p[load_arm] = -20.0;
+  return p;
+}
+
+// The filter's own tyre [N].
+double force(const BrushTyre& tyre, double slip, double mass) {
+  return slip * estimator::full::secant_stiffness(tyre.stiffness, slip, tyre.grip, mass);
+}
+
+TEST(FitTyres, AreTheFiltersAtTheHardestTurnsAndAtHalfOfThem) {
+  const estimator::Vehicle v = car().vehicle;
+  const double rear_mass = v.mass * v.front_axle / v.wheelbase();
+  for (const Numbers<double>& p : {Numbers<double>{}, without_load_transfer()}) {
+    const four_wheels::Car<double> fitted = fitted_car(p);
+    const auto tyre = brush_like(fitted, Axle::rear, 8.0);
+    ASSERT_TRUE(tyre);
+    EXPECT_GT(tyre->grip, 8.0);
+    for (const double accel : {4.0, 8.0})
+      EXPECT_NEAR(force(*tyre, slip_at(fitted, Axle::rear, accel), rear_mass), rear_mass * accel,
+                  1e-6 * rear_mass * accel);
+  }
+  // F = C α / √(1 + b s²) at s = C α / F_z, the other way round: s = u / √(1 - b u²), u = F / F_z
+  const four_wheels::Car<double> fitted = fitted_car(without_load_transfer());
+  const double u = 8.0 / st::gravity, load = rear_mass * st::gravity;
+  EXPECT_NEAR(slip_at(fitted, Axle::rear, 8.0),
+              u / std::sqrt(1.0 - fitted.bend_rear * u * u) * load / fitted.stiffness_rear, 1e-9);
+}
+
+TEST(FitTyres, AreNoBrushWhereNothingSaturatesOrHolds) {
+  Numbers<double> p = without_load_transfer();
+  EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 14.0));  // μ = 1.2 holds 11.7
+  p[bend_front] = -30.0;
+  EXPECT_FALSE(brush_like(fitted_car(p), Axle::front, 8.0));
+}
+
+// What is found of a car with tyres as usual, by how hard it was driven.
+std::vector<Finding> found_at(double hardest, double sigma_of_bend) {
+  Settings settings;
+  for (const Parameter k : {stiffness_rear, bend_rear}) settings.free[k] = true;
+  settings.doubt.fill(0.5);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  constexpr auto bend = static_cast<Eigen::Index>(bend_rear);
+  result.covariance(bend, bend) = sigma_of_bend * sigma_of_bend;
+  result.sigma[bend_rear] = sigma_of_bend;
+  result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = hardest};
+  return findings_of(car(), {}, settings, result, 0.0).values;
+}
+
+TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
+  const std::vector<Finding> hard = found_at(9.0, 0.1);
+  ASSERT_EQ(hard.size(), 2U);
+  EXPECT_EQ(hard[0].key, "vehicle.cornering_stiffness_rear");
+  EXPECT_GT(hard[0].value, car().vehicle.cornering_stiffness_rear);  // bends from the first
+  EXPECT_EQ(hard[1].key, "vehicle.grip_rear");
+  EXPECT_EQ(hard[1].determined, Determined::yes);
+  EXPECT_NEAR(hard[1].value, 12.0, 3.0);
+  EXPECT_GT(hard[1].sigma, 0.0);
+  const auto linear = [](const std::vector<Finding>& found, const char* why) {
+    EXPECT_EQ(found[0].value, car().vehicle.cornering_stiffness_rear);
+    EXPECT_EQ(found[1].determined, Determined::no);
+    EXPECT_EQ(found[1].key, "");
+    EXPECT_THAT(found[1].remark, HasSubstr(why));
+  };
+  linear(found_at(4.0, 0.1), "the drive asks for 4.0 m/s2");
+  linear(found_at(9.0, 0.4), "tells little more");
+}
+
+TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
+  Settings settings;
+  for (const Parameter k : {stiffness_front, bend_front}) settings.free[k] = true;
+  settings.doubt.fill(0.5);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0};
+  const auto stiffness = [&](double bend) {
+    result.p[bend_front] = bend;
+    return findings_of(car(), {}, settings, result, 0.0).values.at(0);
+  };
+  EXPECT_EQ(stiffness(-0.2).determined, Determined::yes);
+  EXPECT_EQ(stiffness(-2.4).determined, Determined::no);
+  EXPECT_THAT(stiffness(-2.4).remark, HasSubstr("came out 4.8 sigmas from what is usual"));
+}
+
+TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
+  const daemon::Config config = car();
+  Settings settings;
+  for (const Parameter k : {steering_delay, steering_lag}) settings.free[k] = true;
+  settings.doubt.fill(0.8);
+  Result result;
+  result.covariance.setZero(parameters, parameters);
+  const auto keys = [&](double whole) {
+    result.p[steering_delay] = whole - 0.05;
+    std::vector<std::string> written;
+    for (const Finding& finding : findings_of(config, {}, settings, result, 0.0).values)
+      if (finding.determined == Determined::yes && !finding.key.empty())
+        written.push_back(finding.key);
+    return written;
+  };
+  EXPECT_THAT(keys(0.16), ElementsAre("steering.delay", "steering.lag"));
+  EXPECT_THAT(keys(0.003), IsEmpty());  // measured
+}
+
+}  // namespace
+}  // namespace odomd::tools::fitting::fit_test

@@ -1,0 +1,339 @@
+// The pendulum's formulas against a rigid body on two springy cords, and what is made of records.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/inertia/bifilar.hpp"
+#include "tools/identify/inertia/propagation.hpp"
+#include "tools/identify/inertia/swing_fit.hpp"
+#include "tools/identify/inertia/swing_timing.hpp"
+#include "tools/math/random.hpp"
+#include "tools/sim/car/swing.hpp"
+
+namespace odomd::tools::inertia_test {
+namespace {
+
+using std::numbers::pi;
+using testing::HasSubstr;
+
+constexpr Bifilar reference{.spacing_above = 0.2, .spacing_below = 0.2, .cord = 1.0};
+constexpr double mass = 2.985, inertia = 0.0283384, gravity = 9.81;
+
+TEST(Bifilar, HasTheFormulaOfThePaperWithPiSquared) {
+  const double period = 1.95;
+  EXPECT_NEAR(inertia_of(reference, mass, gravity, period),
+              mass * gravity * 0.2 * 0.2 * period * period / (16.0 * pi * pi * 1.0), 1e-15);
+  EXPECT_NEAR(small_period(reference, mass, gravity, inertia_of(reference, mass, gravity, period)),
+              period, 1e-12);
+  EXPECT_NEAR(period_at(reference, mass, gravity, inertia, 1e-4),
+              small_period(reference, mass, gravity, inertia), 1e-8);
+}
+
+TEST(Bifilar, RefusesAPeriodThatNoCarHas) {
+  const double period = small_period(reference, mass, gravity, inertia);
+  EXPECT_NO_THROW(check_size(reference, period));
+  EXPECT_THROW(check_size(reference, 0.1 * period), std::invalid_argument);
+  EXPECT_THROW(check_size({.spacing_above = 200, .spacing_below = 200, .cord = 1000}, period),
+               std::invalid_argument);
+}
+
+TEST(Bifilar, AsksWhetherSpacingAndCordAreExchanged) {
+  const Bifilar hung{.spacing_above = 0.21, .spacing_below = 0.21, .cord = 1.16};
+  const Bifilar exchanged{.spacing_above = 1.16, .spacing_below = 1.16, .cord = 0.21};
+  const double period = small_period(hung, 3.0, 9.81, 0.04);
+  EXPECT_THAT(message_of([&] { check_mass(exchanged, period, 3.0); }),
+              HasSubstr("are --spacing and --cord exchanged?"));
+  EXPECT_THAT(message_of([&] { check_mass(hung, period, 3e4); }),
+              testing::AllOf(HasSubstr("--mass: "), testing::Not(HasSubstr("exchanged"))));
+  sim::RandomStream random(1, "no swing");
+  Series record;
+  double phase = 0.0, rate = 3.0, amplitude = 1.0;
+  for (int i = 0; i < 2000; ++i) {
+    phase += 0.01 * rate;
+    if (phase > 2.0 * pi) {
+      phase -= 2.0 * pi;
+      rate = random.uniform(2.0, 6.0);
+    }
+    record.t_ns.push_back(10'000'000LL * i);
+    record.value.push_back(amplitude * std::cos(phase));
+    amplitude *= 0.9995;
+  }
+  EXPECT_THAT(message_of([&] { (void)fit_swing(record, exchanged, "swing.log"); }),
+              HasSubstr("--from, --to; the cords of 0.21 m are shorter than the 1.16 m that they "
+                        "are apart: are --spacing and --cord exchanged?"));
+}
+
+TEST(Bifilar, RefusesAMassThatNothingOfThatSizeHas) {
+  const double period = small_period(reference, mass, gravity, inertia);
+  EXPECT_NO_THROW(check_mass(reference, period, mass));
+  EXPECT_NO_THROW(check_mass(  // a full-size car
+      {.spacing_above = 2.0, .spacing_below = 2.0, .cord = 8.0}, 7.4, 1700.0));
+  EXPECT_THAT(message_of([&] { check_mass(reference, period, 1e3 * mass); }),
+              HasSubstr("--mass: 2985 kg do not fit a car with a radius of gyration of 0.097 m"));
+}
+
+// The body is given nothing but its springs: what it does is not written down there.
+double period_of_rig(const sim::SwingParameters& rig) {
+  sim::SwingRig car(rig);
+  double first = 0.0, last = 0.0;
+  int passages = 0;
+  for (int i = 0; passages < 4; ++i) {
+    const double before = car.output().yaw;
+    car.step(1e-3);
+    const double after = car.output().yaw;
+    if (!(before < 0.0 && after >= 0.0)) continue;
+    last = 1e-3 * (i + before / (before - after));
+    if (passages++ == 0) first = last;
+  }
+  return (last - first) / 3.0;
+}
+
+sim::SwingParameters ideal_rig() {
+  return {.mass = mass,
+          .inertia = {0.3 * inertia, 0.9 * inertia, inertia},
+          .gravity = gravity,
+          .spacing_above = 0.2,
+          .spacing_below = 0.2,
+          .cord = 1.0,
+          .stretch = 1e-3,
+          .height_of_fixings = 0.05,
+          .amplitude = 0.1};
+}
+
+TEST(Bifilar, SwingsAsABodyOnTwoCords) {
+  sim::SwingParameters rig = ideal_rig();
+  for (const double amplitude : {0.05, 0.2, 0.5}) {
+    rig.amplitude = amplitude;
+    EXPECT_NEAR(period_of_rig(rig) / period_at(reference, mass, gravity, inertia, amplitude), 1.0,
+                3e-4)
+        << amplitude;
+  }
+  EXPECT_GT(lengthening(reference, inertia / mass, 0.5), 1.01);
+}
+
+TEST(Bifilar, HungOffItsMidstAndByCordsThatAreNotParallel) {
+  sim::SwingParameters rig = ideal_rig();
+  rig.offset_along = 0.02;
+  Bifilar off = reference;
+  off.offset = 0.02;
+  EXPECT_NEAR(period_of_rig(rig) / period_at(off, mass, gravity, inertia, 0.1), 1.0, 1e-3);
+  rig = ideal_rig();
+  rig.spacing_below = 0.24;
+  Bifilar spread = reference;
+  spread.spacing_below = 0.24;
+  EXPECT_NEAR(period_of_rig(rig) / period_at(spread, mass, gravity, inertia, 0.1), 1.0, 1e-3);
+}
+
+TEST(Bifilar, WhatCannotHangIsRefused) {
+  EXPECT_THROW(check({.spacing_above = 0.2, .spacing_below = 2.5, .cord = 1.0}),
+               std::invalid_argument);
+  EXPECT_THROW(check({.spacing_above = 0.2, .spacing_below = 0.2, .cord = 1.0, .offset = 0.1}),
+               std::invalid_argument);
+  EXPECT_THROW((void)period_at(reference, mass, gravity, inertia, 2.0), std::invalid_argument);
+}
+
+Series record_of(const sim::SwingParameters& rig, double seconds, double noise, double bias) {
+  sim::SwingRig car(rig);
+  sim::RandomStream random(1, "gyro");
+  Series series;
+  for (int i = 0; i < static_cast<int>(seconds * 100.0); ++i) {
+    series.t_ns.push_back(1'000'000'000 + 10'000'000LL * i);
+    series.value.push_back(car.output().yaw_rate + bias + noise * random.normal());
+    for (int k = 0; k < 10; ++k) car.step(1e-3);
+  }
+  return series;
+}
+
+TEST(SwingFit, FindsThePeriodOfSmallSwingsFromWideDampedNoisyOnes) {
+  sim::SwingParameters rig = ideal_rig();
+  rig.amplitude = 0.35;
+  rig.viscous = 0.01 * inertia;
+  rig.quadratic = 0.01 * inertia;
+  const SwingFit fit = fit_swing(record_of(rig, 34.0, 0.005, 0.02), reference, "swing.log");
+  const double truth = small_period(reference, mass, gravity, inertia);
+  EXPECT_NEAR(fit.period / truth, 1.0, 3e-4);
+  EXPECT_LT(fit.period_sigma, 3e-4 * truth);
+  EXPECT_NEAR(fit.amplitude_begin, 0.35, 0.02);
+  EXPECT_NEAR(fit.gyro_bias, 0.02, 1e-3);
+  EXPECT_TRUE(fit.warnings.empty());
+}
+
+TEST(SwingFit, TellsARecordInOtherUnits) {
+  sim::SwingParameters rig = ideal_rig();
+  rig.viscous = 0.01 * inertia;
+  rig.amplitude = 0.35;
+  const Series swing = record_of(rig, 34.0, 0.005, 0.02);
+  const auto refusal = [](const Series& series) {
+    return message_of([&] { (void)fit_swing(series, reference, "phone.csv"); });
+  };
+  Series degrees = swing;
+  for (double& value : degrees.value) value *= 180.0 / pi;
+  EXPECT_THAT(refusal(degrees), HasSubstr("is that deg/s? Multiply by 0.0174533"));
+  Series milliseconds = swing;
+  for (std::int64_t& t : milliseconds.t_ns) t *= 1000;
+  EXPECT_THAT(refusal(milliseconds), HasSubstr("are they in ms? Divide them by 1000"));
+}
+
+TEST(SwingFit, RefusesWhatIsNoSwing) {
+  Series series;
+  sim::RandomStream random(1, "nothing");
+  const auto refusal = [&series] {
+    return message_of([&] { (void)fit_swing(series, reference, "swing.log"); });
+  };
+  EXPECT_THAT(refusal(), HasSubstr("swing.log: 0 samples of the yaw rate are too few"));
+  for (int i = 0; i < 2000; ++i) {
+    series.t_ns.push_back(10'000'000LL * i);
+    series.value.push_back(0.5);
+  }
+  EXPECT_THAT(refusal(), HasSubstr("nothing swings"));
+  for (double& value : series.value) value = random.normal();
+  EXPECT_NE(refusal(), "");
+  // Somebody's hand: the rate goes up and stays.
+  for (std::size_t i = 0; i < series.size(); ++i) series.value[i] = i < 1000 ? 0.0 : 1.0;
+  EXPECT_THAT(refusal(), HasSubstr("too few"));
+  // Not a pendulum: its period is drawn anew for each swing.
+  double phase = 0.0, rate = 3.0, amplitude = 1.0;
+  for (double& value : series.value) {
+    phase += 0.01 * rate;
+    if (phase > 2.0 * pi) {
+      phase -= 2.0 * pi;
+      rate = random.uniform(2.0, 6.0);
+    }
+    value = amplitude * std::cos(phase);
+    amplitude *= 0.9995;
+  }
+  EXPECT_THAT(refusal(), HasSubstr("is not that of a free swing"));
+}
+
+TEST(SwingTiming, AllowsForTheSwingsWidth) {
+  const double small = small_period(reference, mass, gravity, inertia);
+  const double wide = period_at(reference, mass, gravity, inertia, 0.4);
+  const TimedSwing timed = small_period_of({.times = {20.0 * wide, 20.0 * wide},
+                                            .swings = 20,
+                                            .sigma = 0.1,
+                                            .amplitude_begin = 0.4,
+                                            .amplitude_end = 0.4},
+                                           reference);
+  EXPECT_NEAR(timed.period.value, small, 3e-5);
+  EXPECT_NEAR(timed.period.sigma, std::hypot(0.1 / std::sqrt(2.0) / 20.0, 0.25 * (wide - small)),
+              2e-4);
+}
+
+TEST(SwingTiming, FindsAMiscount) {
+  const auto refusal = message_of([] {
+    (void)small_period_of({.times = {40.0, 42.0}, .swings = 20, .sigma = 0.1}, reference);
+  });
+  EXPECT_THAT(refusal, HasSubstr("count again"));
+}
+
+TEST(Propagation, AddsIndependentPartsAndNamesTheLargest) {
+  const std::vector<Input> inputs{{"length", {3.0, 0.03}}, {"width", {2.0, 0.01}}};
+  const Propagated area =
+      propagate(inputs, [](const std::vector<double>& x) { return x[0] * x[1]; });
+  EXPECT_DOUBLE_EQ(area.result.value, 6.0);
+  EXPECT_NEAR(area.result.sigma, std::hypot(0.06, 0.03), 1e-12);
+  EXPECT_EQ(largest_contributions(area), "mostly from the length (80 %) and the width (20 %)");
+}
+
+const std::string hang = "odom identify inertia --mass 2.985 --spacing 0.2 --cord 1 ";
+
+TEST(IdentifyInertia, ByStopWatchTakesThePlatformOff) {
+  // A board of a third of the inertia and a tenth of the mass: each swings by the formula.
+  const double board_mass = 0.3, board = 0.009;
+  const double both = small_period(reference, mass + board_mass, 9.806, inertia + board);
+  const double alone = small_period(reference, board_mass, 9.806, board);
+  const Outcome outcome = run_shell(hang + "--amplitude 0 --offset-sigma 0 --swings 20 --time " +
+                                    std::to_string(20.0 * both) +
+                                    " --platform-mass 300g --platform-swings 10 --platform-time " +
+                                    std::to_string(10.0 * alone) + " --json");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_NEAR(json["values"][0]["value"].get<double>(), inertia, 1e-6);
+  EXPECT_EQ(json["values"][0]["key"], "vehicle.yaw_inertia");
+}
+
+TEST(IdentifyInertia, ByTheGyroOfASimulatedSwing) {
+  const Scratch scratch;
+  const std::string folder = scratch.path("swing").string();
+  ASSERT_EQ(run_shell("odom sim swing --duration 20 --seed 5 --out " + folder).status, 0);
+  const auto truth = nlohmann::json::parse(contents(folder + "/plant.json"))["experiment"];
+  const Outcome outcome =
+      run_shell("odom identify inertia --json --config " + folder + "/car.toml --can " + folder +
+                "/drive.log --mass " + truth["mass"].dump() + " --spacing " +
+                truth["spacing"].dump() + " --spacing-below " + truth["spacing_below"].dump() +
+                " --cord " + truth["cord"].dump() + " --gravity " + truth["gravity"].dump());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_NEAR(json["values"][0]["value"].get<double>() / truth["yaw_inertia"].get<double>(), 1.0,
+              0.005);
+}
+
+TEST(IdentifyInertia, AsksWhetherPassagesWereCounted) {
+  const Scratch scratch;
+  const std::string car =
+      scratch.write("car.toml", "[vehicle]\nfront_axle = 0.175\nrear_axle = 0.085\n").string();
+  const double period = small_period(reference, mass, 9.806, inertia);
+  const auto warnings = [&](int swings) {
+    const Outcome outcome =
+        run_shell(hang + "--amplitude 0 --config " + car + " --time " +
+                  std::to_string(20.0 * period) + " --swings " + std::to_string(swings));
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(warnings(20), testing::Not(HasSubstr("passages")));
+  EXPECT_THAT(warnings(40), HasSubstr("passages counted in the place of swings"));
+  EXPECT_THAT(warnings(10), HasSubstr("passages counted in the place of swings"));
+}
+
+std::string car_with(const std::string& yaw_inertia) {
+  return "[vehicle]\nmass = 3.0\nfront_axle = 0.175\nrear_axle = 0.085\ntrack_width = 0.16\n" +
+         yaw_inertia +
+         "\ncornering_stiffness_front = 20.0\ncornering_stiffness_rear = 60.0\n[can]\nsource = "
+         "\"can0\"\n"
+         "dbc = \"a.dbc\"\n[can.signals]\nwheel_rear = { message = \"W\", signal = \"S\", unit = "
+         "\"m/s\" }\n";
+}
+
+TEST(IdentifyInertia, IsWeighedAgainstASwingBeforeItAndNotAgainstAFit) {
+  const Scratch scratch;
+  const double period = small_period(reference, mass, 9.806, inertia);
+  const auto told = [&](const std::string& method) {
+    const std::string before =
+        "yaw_inertia = 0.029 # (odom identify " + method + ": +- 0.00001 kg m2)";
+    const std::string car = scratch.write("car.toml", car_with(before)).string();
+    const Outcome outcome = run_shell(hang + "--amplitude 0 --swings 20 --time " +
+                                      std::to_string(20.0 * period) + " --write " + car);
+    return outcome.err;
+  };
+  EXPECT_THAT(told("inertia"),
+              HasSubstr("vehicle.yaw_inertia was surer: 0.029 (odom identify inertia"));
+  EXPECT_THAT(told("fit"), testing::Not(HasSubstr("surer")));
+  EXPECT_THAT(told("fit"), HasSubstr("1 key written"));
+}
+
+TEST(IdentifyInertia, SaysWhatIsMissingOrWrong) {
+  const Scratch scratch;
+  scratch.write("back.csv", "t,yaw_rate\n1,0\n0.5,1\n");
+  scratch.write("nan.csv", "t,yaw_rate\n1,nan\n");
+  scratch.write("other.csv", "t,rate\n1,0\n");
+  const auto error = [&](const std::string& rest) {
+    const Outcome outcome = run_shell("cd " + scratch.path("").string() + " && " + hang + rest);
+    EXPECT_EQ(outcome.status, 2) << rest;
+    return outcome.err;
+  };
+  EXPECT_THAT(error(""), HasSubstr("give --time and --swings, --csv, or --config and --can"));
+  EXPECT_THAT(error("--time 40"), HasSubstr("--swings is missing"));
+  EXPECT_THAT(error("--time 40 --swings 20 --platform-mass 1"),
+              HasSubstr("--platform-time and --platform-swings, or --platform-inertia"));
+  EXPECT_THAT(error("--can drive.log"), HasSubstr("--can needs --config"));
+  EXPECT_THAT(error("--csv back.csv"), HasSubstr("back.csv:3: column \"t\": earlier"));
+  EXPECT_THAT(error("--csv nan.csv"), HasSubstr("nan.csv:2: column \"yaw_rate\""));
+  EXPECT_THAT(error("--csv other.csv"), HasSubstr("yaw_rate"));
+  EXPECT_THAT(error("--csv no.csv"), HasSubstr("no.csv: no such file"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::inertia_test

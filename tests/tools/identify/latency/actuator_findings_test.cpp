@@ -1,0 +1,108 @@
+// What is written into [steering]: of responses that are known, and of simulated drives.
+#include "tools/identify/latency/actuator_findings.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "daemon/core/config.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::actuator_findings_test {
+namespace {
+
+SteeringResponse response(double delay, double lag, double sigma_whole) {
+  SteeringResponse s;
+  s.dead_time = {delay, 0.012};
+  s.time_constant = {lag, 0.012};
+  s.in_all = {delay + lag, sigma_whole};
+  return s;
+}
+
+TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreToldApart) {
+  const auto found = actuator_findings(response(0.064, 0.1, 0.004), {0.004, 0.0}, {});
+  ASSERT_EQ(found.values.size(), 2U);
+  EXPECT_EQ(found.values[0].key, "steering.delay");
+  EXPECT_EQ(found.values[0].determined, Determined::yes);
+  EXPECT_NEAR(found.values[0].value, 0.06, 1e-12);  // the gyro's own age is none of it
+  EXPECT_EQ(found.values[1].key, "steering.lag");
+  EXPECT_EQ(found.values[1].value, 0.1);
+  EXPECT_THAT(found.warnings, testing::IsEmpty());
+}
+
+TEST(ActuatorFindings, AreNoneOfAMeasuredAngle) {
+  const auto found = actuator_findings(response(-0.02, 0.025, 0.004), {}, {});
+  for (const Finding& finding : found.values) {
+    EXPECT_EQ(finding.determined, Determined::no);
+    EXPECT_EQ(finding.key, "");
+    EXPECT_THAT(finding.remark, testing::HasSubstr("none to be seen, 5 +- 4 ms in all"));
+  }
+  EXPECT_THAT(actuator_findings(response(-0.02, 0.025, 0.004), {}, {.lag_s = 0.1}).warnings,
+              testing::ElementsAre(testing::HasSubstr("[steering] has 100 ms")));
+}
+
+TEST(ActuatorFindings, AreNotWrittenWhereTheDriveTellsTooLittle) {
+  const auto remark = [](const SteeringResponse& s) {
+    const auto found = actuator_findings(s, {}, {});
+    EXPECT_EQ(found.values[0].determined, Determined::no);
+    return found.values[0].remark;
+  };
+  EXPECT_THAT(remark(response(0.0, 0.03, 0.002)), testing::HasSubstr("together 30 +- 2 ms"));
+  EXPECT_THAT(remark(response(0.02, 0.05, 0.02)), testing::HasSubstr("70 +- 20 ms in all; drive"));
+  EXPECT_THAT(remark(response(0.45, 0.05, 0.04)), testing::HasSubstr("500 +- 40 ms in all"));
+  EXPECT_THAT(remark(response(0.6, 0.1, 0.01)), testing::HasSubstr("more than [steering] takes"));
+  SteeringResponse doubted = response(0.06, 0.1, 0.004);
+  doubted.doubt = "the car does not turn";
+  EXPECT_EQ(remark(doubted), "the car does not turn");
+}
+
+TEST(ActuatorFindings, HaveARateLimitWhereOneIsSeen) {
+  SteeringResponse slow = response(0.06, 0.1, 0.004);
+  slow.rate_limit = Measured{1.0, 0.03};
+  const auto found = actuator_findings(slow, {}, {});
+  ASSERT_EQ(found.values.size(), 3U);
+  EXPECT_EQ(found.values[2].key, "steering.rate_limit");
+  EXPECT_EQ(found.values[2].value, 1.0);
+  slow.doubt = "the car does not turn";
+  EXPECT_EQ(actuator_findings(slow, {}, {}).values[2].determined, Determined::no);
+}
+
+TEST(ActuatorFindings, NeverAreEarly) {
+  const auto found = actuator_findings(response(-0.004, 0.2, 0.004), {}, {});
+  EXPECT_EQ(found.values[0].determined, Determined::yes);
+  EXPECT_EQ(found.values[0].value, 0.0);
+  EXPECT_THAT(found.values[0].remark, testing::HasSubstr("measured -4.0 ms"));
+}
+
+// The simulated servo, and the same drive with the wheels' angle measured.
+TEST(ActuatorFindings, AreTheServoOfACommandAndNoneOfAMeasuredAngle) {
+  const Scratch scratch;
+  const auto steering_after = [&scratch](const std::string& options) {
+    const std::string drive = scratch.path("drive").string();
+    const Outcome made = run_shell("odom sim --force --seed 4 " + options + " --out " + drive);
+    EXPECT_EQ(made.status, 0) << made.err;
+    const Outcome outcome =
+        run_shell("cd " + drive +
+                  " && odom identify latency --config car.toml --can drive.log --camera camera.csv "
+                  "--write car.toml");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return daemon::load_config(drive + "/car.toml").vehicle.steering;
+  };
+  const estimator::SteeringActuator servo = steering_after("--scenario stop-and-go --servo");
+  EXPECT_NEAR(servo.delay_s, 0.06, 0.025);
+  EXPECT_NEAR(servo.lag_s, 0.1, 0.025);
+  EXPECT_NEAR(servo.delay_s + servo.lag_s, 0.16, 0.008);
+  EXPECT_EQ(servo.rate_limit, 0.0);  // 3 rad/s, which these laps do not ask for
+  const estimator::SteeringActuator slow =
+      steering_after("--scenario slalom --servo --steering-rate-limit 1.2");
+  EXPECT_NEAR(slow.rate_limit, 1.2, 0.07);
+  EXPECT_NEAR(slow.delay_s + slow.lag_s, 0.16, 0.015);
+  const estimator::SteeringActuator none =
+      steering_after("--scenario stop-and-go --steering-commanded 0");
+  EXPECT_EQ(none.delay_s, 0.0);
+  EXPECT_EQ(none.lag_s, 0.0);
+}
+
+}  // namespace
+}  // namespace odomd::tools::actuator_findings_test

@@ -1,0 +1,316 @@
+// Offsets in time between signals, on signals whose offsets are known.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
+#include "tools/identify/latency/offset_regression.hpp"
+#include "tools/identify/latency/response_fit.hpp"
+
+namespace odomd::tools::latency_test {
+namespace {
+
+using estimator::Source;
+
+constexpr std::int64_t start_ns = 1'760'000'000'000'000'000;
+
+// Turns of several frequencies, the integral of them, and a speed that varies.
+double yaw_rate(double t) {
+  return 1.2 * std::sin(2.1 * t) + 0.8 * std::sin(5.3 * t + 1.0) + 0.4 * std::sin(9.7 * t);
+}
+double yaw(double t) {
+  return -1.2 / 2.1 * std::cos(2.1 * t) - 0.8 / 5.3 * std::cos(5.3 * t + 1.0) -
+         0.4 / 9.7 * std::cos(9.7 * t);
+}
+double speed(double t) {
+  return 1.5 + 0.5 * std::sin(1.3 * t) + 0.2 * std::sin(4.1 * t);
+}
+
+struct Sampling {
+  double period = 0.01;
+  double late = 0.0;  // of the stamps
+  double noise = 0.0;
+  double seconds = 30.0;
+  unsigned seed = 7;
+};
+
+template <class F>
+Series sampled(F value, const Sampling& how) {
+  std::mt19937 random(how.seed);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  Series series;
+  for (double t = 0.003; t < how.seconds; t += how.period) {
+    series.t_ns.push_back(start_ns + std::llround(1e9 * (t + how.late)));
+    series.value.push_back(value(t) + how.noise * noise(random));
+  }
+  return series;
+}
+
+daemon::Config car() {
+  daemon::Config config;
+  config.file = "car.toml";
+  return config;
+}
+
+SignalLog log_with_gyro(double seconds = 30.0) {
+  SignalLog log;
+  log.first_ns = start_ns;
+  log.last_ns = start_ns + std::llround(1e9 * seconds);
+  log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
+      sampled(yaw_rate, {.period = 0.005, .noise = 0.005, .seconds = seconds});
+  return log;
+}
+
+const SourceOffset& of(const LatencyEstimate& estimate, Source source) {
+  for (const SourceOffset& offset : estimate.offsets)
+    if (offset.source == source) return offset;
+  throw std::logic_error("no such source");
+}
+
+TEST(OffsetRegression, FindsAShiftOfAFractionOfASample) {
+  const Series reference = sampled(yaw_rate, {.period = 0.005});
+  OffsetRegression regression;
+  for (double t = 1.0; t < 29.0; t += 0.035) {
+    regression.t.push_back(t);
+    regression.y.push_back(0.16 * yaw_rate(t - 0.0123) + 0.05);
+  }
+  const Resampled grid = resampled(reference, start_ns, 0.0, 30.0);
+  Resampled one = grid;
+  for (double& value : one.value) value = 1.0;
+  regression.basis = {{grid}, {one}};
+  const Offset found = solve(regression);
+  EXPECT_EQ(found.doubt, "");
+  EXPECT_NEAR(found.value, 0.0123, 1e-4);
+  EXPECT_NEAR(found.coefficients[0], 0.16, 1e-3);
+  EXPECT_GT(found.explained, 0.99);
+}
+
+TEST(OffsetRegression, SaysThatNoiseHasNoOffset) {
+  OffsetRegression regression;
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise;
+  for (double t = 1.0; t < 29.0; t += 0.035) {
+    regression.t.push_back(t);
+    regression.y.push_back(noise(random));
+  }
+  regression.basis = {{resampled(sampled(yaw_rate, {}), start_ns, 0.0, 30.0)}};
+  EXPECT_NE(solve(regression).doubt, "");
+}
+
+TEST(ResponseFit, FindsParametersAndHowWellItKnowsThem) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0.0, 0.1);
+  ResponseFit problem;
+  problem.z.resize(500);
+  for (Eigen::Index i = 0; i < 500; ++i) {
+    problem.t.push_back(0.02 * static_cast<double>(i));
+    problem.z[i] = 2.0 * std::exp(-0.5 * problem.t.back()) + noise(random);
+  }
+  problem.block = 0.02;
+  problem.predicted = [&problem](const Eigen::VectorXd& p) {
+    Eigen::VectorXd z(500);
+    for (Eigen::Index i = 0; i < 500; ++i)
+      z[i] = p[0] * std::exp(-p[1] * problem.t[static_cast<std::size_t>(i)]);
+    return z;
+  };
+  problem.expected = problem.start = Eigen::Vector2d(1.0, 1.0);
+  problem.doubt = Eigen::Vector2d(10.0, 10.0);
+  const FittedResponse found = fit(problem);
+  EXPECT_NEAR(found.parameters[0], 2.0, 4.0 * std::sqrt(found.covariance(0, 0)));
+  EXPECT_NEAR(found.parameters[1], 0.5, 4.0 * std::sqrt(found.covariance(1, 1)));
+  EXPECT_LT(std::sqrt(found.covariance(1, 1)), 0.03);
+  EXPECT_NEAR(found.noise, 0.1, 0.02);
+}
+
+TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
+  SignalLog log = log_with_gyro();
+  const Sampling wheel{.late = 0.021, .noise = 0.005};
+  // The wheels' spin follows by a millisecond a metre per second.
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] =
+      sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
+      sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
+  std::vector<std::string> told;
+  const LatencyEstimate estimate =
+      estimate_latencies(car(), log, {}, [&told](const std::string& now) { told.push_back(now); });
+  EXPECT_THAT(told, testing::Contains("wheel_rear_left and wheel_rear_right against yaw_rate"));
+  for (const Source wheels : {Source::wheel_rear_left, Source::wheel_rear_right}) {
+    const SourceOffset found = of(estimate, wheels);
+    EXPECT_EQ(found.doubt, "");
+    EXPECT_NEAR(found.offset, 0.021, 2.0 * found.sigma);
+    EXPECT_LT(found.sigma, 1.2e-3);
+  }
+}
+
+// Interpolated between two samples, noise is less than on one of them.
+TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
+  SignalLog log = log_with_gyro();
+  log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
+      sampled(yaw_rate, {.period = 0.005, .noise = 0.2});
+  const auto wheel = [](double side) {
+    return sampled([side](double t) { return speed(t) + side * yaw_rate(t - 1e-3 * speed(t)); },
+                   {.late = 0.02});  // four samples of the gyro
+  };
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = wheel(-0.08);
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] = wheel(0.08);
+  const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
+  EXPECT_NEAR(found.offset, 0.02, 1e-3);
+}
+
+// In the derivative of a calm drive's yaw rate most is noise, which tells no offset.
+TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
+  const auto calm = [](double t) { return 0.2 * std::sin(0.5 * t) + 0.1 * std::sin(1.1 * t); };
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    SignalLog log = log_with_gyro(60.0);
+    const auto noisy = [seed](double noise, unsigned which) {
+      return Sampling{.late = 0.02, .noise = noise, .seconds = 60.0, .seed = 3 * seed + which};
+    };
+    Sampling gyro = noisy(0.02, 0);
+    gyro.late = 0.0;
+    log.signals[static_cast<std::size_t>(Source::yaw_rate)] = sampled(calm, gyro);
+    log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] =
+        sampled([&](double t) { return speed(t) - 0.08 * calm(t); }, noisy(0.005, 1));
+    log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
+        sampled([&](double t) { return speed(t) + 0.08 * calm(t); }, noisy(0.005, 2));
+    const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
+    if (!found.doubt.empty()) continue;
+    EXPECT_NEAR(found.offset, 0.02, 2.5 * found.sigma) << "seed " << seed;
+  }
+}
+
+TEST(Latency, OfTheGyroShowsAgainstACamera) {
+  const SignalLog log = log_with_gyro();
+  std::vector<estimator::CameraPose> camera;
+  for (double t = 0.0; t < 30.0; t += 0.035) {
+    estimator::CameraPose pose;
+    pose.capture_ns = start_ns + std::llround(1e9 * (t - 0.012));
+    pose.yaw = std::remainder(yaw(t) + 3.0, 2.0 * std::numbers::pi);
+    camera.push_back(pose);
+  }
+  const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::camera);
+  EXPECT_EQ(found.doubt, "");
+  EXPECT_NEAR(found.offset, -0.012, 1e-3);
+}
+
+TEST(Latency, RefusesACameraThatSawAnotherDrive) {
+  estimator::CameraPose pose;
+  pose.capture_ns = start_ns + 60'000'000'000;
+  EXPECT_THROW((void)estimate_latencies(car(), log_with_gyro(), {{pose}}), std::invalid_argument);
+}
+
+TEST(Latency, OfOneSpeedIsToldByTheCamerasWayAlone) {
+  SignalLog log = log_with_gyro();
+  log.signals[static_cast<std::size_t>(Source::wheel_rear)] =
+      sampled(speed, {.late = 0.03, .noise = 0.005});
+  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear).doubt,
+              testing::HasSubstr("--camera"));
+
+  std::vector<estimator::CameraPose> camera;
+  double x = 0.0, y = 0.0;
+  constexpr double dt = 1e-3;
+  int k = 0;
+  for (double t = 0.0; t < 30.0; t += dt, ++k) {
+    if (k % 35 == 0) {
+      estimator::CameraPose pose;
+      pose.capture_ns = start_ns + std::llround(1e9 * t);
+      pose.x = x;
+      pose.y = y;
+      pose.yaw = yaw(t);
+      camera.push_back(pose);
+    }
+    x += dt * speed(t) * std::cos(yaw(t));
+    y += dt * speed(t) * std::sin(yaw(t));
+  }
+  const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::wheel_rear);
+  EXPECT_EQ(found.doubt, "");
+  EXPECT_NEAR(found.offset, 0.03, 3e-3);
+}
+
+TEST(Latency, OfWheelsThatAreExchangedIsNotTold) {
+  SignalLog log = log_with_gyro();
+  const auto wheel = [](double side) {
+    return sampled([side](double t) { return speed(t) + side * yaw_rate(t); }, {.noise = 0.005});
+  };
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = wheel(0.08);
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] = wheel(-0.08);
+  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).doubt,
+              testing::HasSubstr("left and right exchanged?"));
+}
+
+TEST(Latency, ADriveStraightAheadTellsNothing) {
+  SignalLog log = log_with_gyro();
+  log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
+      sampled([](double) { return 0.0; }, {.noise = 0.005});
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = sampled(speed, {.noise = 0.005});
+  log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
+      sampled(speed, {.noise = 0.005, .seed = 8});
+  EXPECT_NE(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).doubt, "");
+}
+
+// At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
+// has must not part them.
+TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
+  const Scratch scratch;
+  const std::string lap = scratch.path("lap").string();
+  ASSERT_EQ(run_shell("odom sim --speed 1 --laps 2 --seed 1 --out " + lap).status, 0);
+  const Outcome outcome = run_shell("cd " + lap +
+                                    " && odom identify latency --json --config car.toml --can "
+                                    "drive.log --camera camera.csv");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto plant = nlohmann::json::parse(contents(lap + "/plant.json"));
+  bool told = false;
+  const auto found = nlohmann::json::parse(outcome.out);
+  for (const auto& value : found["values"]) {
+    if (value["name"] != "lag of the wheels behind steering, in all") continue;
+    told = true;
+    const double half_a_cycle = 0.005;  // of the command, which is renewed and held
+    EXPECT_NEAR(value["value"].get<double>(), plant["truth"]["steering_lag"].get<double>(),
+                2.0 * value["sigma"].get<double>() + half_a_cycle);
+  }
+  EXPECT_TRUE(told);
+}
+
+// Poses stamped when they arrive make all sensors early: they are no clock, and 0 is no answer.
+TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
+  const Scratch scratch;
+  const std::string lap = scratch.path("lap").string();
+  ASSERT_EQ(run_shell("odom sim --speed 1 --laps 2 --seed 1 --out " + lap).status, 0);
+  const Outcome outcome = run_shell(
+      "cd " + lap + " && awk -F, -v OFS=, 'NR > 1 {$2 = $1} 1' camera.csv > late.csv" +
+      " && odom identify latency --json --config car.toml --can drive.log --camera late.csv" +
+      " --write car.toml");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("the gyro's configured latency, 0.0 ms, is taken"));
+  const auto found = nlohmann::json::parse(outcome.out);
+  bool gyro = false, wheel = false;
+  for (const auto& value : found["values"]) {
+    if (value["name"] == "latency of yaw_rate") {
+      gyro = true;
+      EXPECT_FALSE(value["determined"].get<bool>());
+      EXPECT_THAT(value["remark"].get<std::string>(), testing::HasSubstr("before it happens"));
+    }
+    if (value["name"] == "latency of wheel_rear_left") {
+      wheel = true;
+      EXPECT_TRUE(value["determined"].get<bool>());
+      EXPECT_NEAR(value["value"].get<double>(), 0.005, 2.0 * value["sigma"].get<double>());
+    }
+  }
+  EXPECT_TRUE(gyro && wheel);
+  EXPECT_THAT(outcome.err, testing::Not(testing::HasSubstr("can.signals.yaw_rate.latency")));
+}
+
+TEST(Latency, NeedsAGyroAndTime) {
+  SignalLog none;
+  EXPECT_THROW((void)estimate_latencies(car(), none, {}), std::invalid_argument);
+  EXPECT_THROW((void)estimate_latencies(car(), log_with_gyro(5.0), {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace odomd::tools::latency_test

@@ -1,0 +1,357 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/noise/allan.hpp"
+#include "tools/identify/noise/driving_noise.hpp"
+#include "tools/identify/noise/standing_noise.hpp"
+#include "tools/identify/noise/standstill.hpp"
+#include "tools/math/random.hpp"
+
+namespace odomd::tools::noise_test {
+namespace {
+
+using testing::HasSubstr;
+
+struct Sensor {
+  double sigma = 0.01;
+  double bias = 0.3;
+  double walk = 0.0;
+};
+
+// At 100 Hz.
+Series record(const Sensor& sensor, std::size_t samples, std::uint64_t seed) {
+  sim::RandomStream random(seed, "sensor");
+  Series series;
+  double bias = sensor.bias;
+  for (std::size_t i = 0; i < samples; ++i) {
+    series.t_ns.push_back(static_cast<std::int64_t>(i) * 10'000'000);
+    series.value.push_back(bias + sensor.sigma * random.normal());
+    bias += sensor.walk * 0.1 * random.normal();
+  }
+  return series;
+}
+
+bool is_inside(const Measured& measured, double truth, double sigmas) {
+  return std::fabs(measured.value - truth) <= sigmas * measured.sigma;
+}
+
+TEST(StandingNoise, TellsWhiteNoiseBiasAndItsWalk) {
+  int inside[3] = {};
+  constexpr int seeds = 20;
+  for (int seed = 0; seed < seeds; ++seed) {
+    const Sensor sensor{.walk = 1e-3};
+    const StandingNoise noise =
+        standing_noise(record(sensor, 30'000, static_cast<std::uint64_t>(seed)), "gyro");
+    ASSERT_TRUE(noise.walk);
+    inside[0] += is_inside(noise.sigma, sensor.sigma, 2.0);
+    inside[1] += is_inside(noise.bias, sensor.bias, 2.0);
+    inside[2] += is_inside(*noise.walk, sensor.walk, 2.0);
+    EXPECT_NEAR(noise.density.value, 0.1 * noise.sigma.value, 1e-9);
+    EXPECT_LT(noise.walk->sigma, 0.3 * sensor.walk);
+    EXPECT_EQ(noise.outliers, 0);
+  }
+  for (const int count : inside) EXPECT_GE(count, 16);
+}
+
+TEST(StandingNoise, OfAWalkTooSmallToBeSeenSaysHowLargeItMayBe) {
+  const StandingNoise noise = standing_noise(record({.walk = 0.0}, 3'000, 1), "gyro");
+  EXPECT_FALSE(noise.walk);
+  EXPECT_GT(noise.walk_below, 0.0);
+  EXPECT_LT(noise.walk_below, 3e-3);
+  EXPECT_TRUE(is_inside(noise.sigma, 0.01, 3.0));
+}
+
+TEST(StandingNoise, SeesAKick) {
+  Series series = record({}, 3'000, 1);
+  series.value[1'000] += 0.2;
+  EXPECT_GE(standing_noise(series, "gyro").outliers, 1);
+}
+
+// What one sample makes of itself was as much as ten thousand others say.
+TEST(StandingNoise, LeavesOutWhatLiesFarOff) {
+  Series series = record({}, 30'000, 1);
+  for (std::size_t i = 0; i < 10; ++i) series.value[1'000 + 2'500 * i] += 4.0;
+  for (std::size_t i = 20'000; i < 20'030; ++i) series.value[i] += 0.1;
+  const StandingNoise noise = standing_noise(series, "gyro");
+  EXPECT_TRUE(is_inside(noise.sigma, 0.01, 3.0)) << noise.sigma.value;
+  EXPECT_GE(noise.outliers, 38);
+  EXPECT_TRUE(noise.outliers_left_out);
+  EXPECT_FALSE(noise.walk);
+}
+
+// A sensor that filters, or a message that comes more often than it is renewed: the means of many
+// samples scatter by as much as is said of them, and no bias walks.
+TEST(StandingNoise, OfSamplesThatHangTogetherIsThatOfTheirMeans) {
+  const Series white = record({}, 30'000, 1);
+  Series filtered = white, held = white;
+  for (std::size_t i = 7; i < white.size(); ++i) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < 8; ++k) sum += white.value[i - k];
+    filtered.value[i] = sum / 8.0;
+  }
+  for (std::size_t i = 0; i < white.size(); ++i) held.value[i] = white.value[i - i % 5];
+  for (const auto& [series, sigma] :
+       {std::pair{&filtered, 0.01}, std::pair{&held, 0.01 * std::sqrt(5.0)}}) {
+    const StandingNoise noise = standing_noise(*series, "gyro");
+    EXPECT_GT(noise.together, 4U);
+    EXPECT_TRUE(is_inside(noise.sigma, sigma, 2.0)) << noise.sigma.value;
+    EXPECT_LT(noise.sigma.sigma, 0.1 * sigma);
+    EXPECT_TRUE(is_inside(noise.bias, 0.3, 2.5)) << noise.bias.value;
+    EXPECT_FALSE(noise.walk);
+  }
+  EXPECT_EQ(standing_noise(white, "gyro").together, 1U);
+}
+
+TEST(StandingNoise, SeesThatTheCarWasMoved) {
+  Series series = record({.sigma = 0.15}, 30'000, 1);
+  for (std::size_t i = 12'000; i < series.size(); ++i) series.value[i] += 0.2;
+  const StandingNoise noise = standing_noise(series, "accel_x");
+  ASSERT_TRUE(noise.jump);
+  EXPECT_NEAR(noise.jump->after, 120.0, 1.0);
+  EXPECT_NEAR(noise.jump->size, 0.2, 0.05);
+  EXPECT_FALSE(noise.walk);
+  for (std::uint64_t seed = 0; seed < 10; ++seed)
+    EXPECT_FALSE(standing_noise(record({.walk = 1e-3}, 30'000, seed), "gyro").jump);
+}
+
+TEST(StandingNoise, RefusesWhatHasNoNoise) {
+  Series series = record({.sigma = 0.0}, 1'000, 1);
+  EXPECT_THAT(message_of([&] { (void)standing_noise(series, "a.log: yaw_rate"); }),
+              HasSubstr("a.log: yaw_rate: always 0.3"));
+  EXPECT_THAT(message_of([&] { (void)standing_noise(record({}, 100, 1), "a.log"); }),
+              HasSubstr("100 samples are too few"));
+  Series in_ms = record({}, 1'000, 1);
+  for (std::int64_t& time : in_ms.t_ns) time *= 1000;
+  EXPECT_THAT(message_of([&] { (void)standing_noise(in_ms, "a.csv"); }),
+              HasSubstr("a.csv: a sample every 10 s: are the times in ms?"));
+}
+
+// The same sensor as its last digit shows it.
+Series in_steps(Series series, double step) {
+  for (double& value : series.value) value = step * std::round(value / step);
+  return series;
+}
+
+TEST(StandingNoise, OfCoarseStepsIsNoSmallerThanTheirRounding) {
+  constexpr double step = 0.01;
+  // Noise of a tenth and of a fifth of a step; what is left of the bias depends on where it lies.
+  for (const double sigma : {0.001, 0.002}) {
+    for (const double bias : {0.0012, 0.0031, 0.0044}) {
+      const Series fine = record({.sigma = sigma, .bias = bias}, 60'000, 1);
+      const StandingNoise noise = standing_noise(in_steps(fine, step), "gyro");
+      EXPECT_NEAR(noise.resolution, step, 1e-9);
+      EXPECT_TRUE(is_inside(noise.bias, bias, 2.0)) << sigma << ' ' << bias;
+      EXPECT_TRUE(is_inside(noise.bias_at_end, bias, 2.0)) << sigma << ' ' << bias;
+      EXPECT_GE(noise.sigma.value, step / std::sqrt(12.0));
+      EXPECT_FALSE(noise.walk);
+      EXPECT_EQ(noise.outliers, 0);
+    }
+  }
+}
+
+TEST(StandingNoise, OfASingleStepIsThatOfTheSteps) {
+  Series series = record({.sigma = 0.0}, 6'000, 1);
+  series.value[3'000] += 0.001;
+  const StandingNoise noise = standing_noise(series, "gyro");
+  EXPECT_TRUE(noise.resolution_hides_noise);
+  EXPECT_NEAR(noise.sigma.value, 0.001 / std::sqrt(12.0), 1e-9);
+  EXPECT_NEAR(noise.density.value, 0.1 * noise.sigma.value, 1e-9);
+}
+
+TEST(StandingNoise, OfFineStepsIsTheSensorsOwn) {
+  const StandingNoise noise = standing_noise(in_steps(record({}, 30'000, 1), 0.005), "gyro");
+  EXPECT_FALSE(noise.resolution_hides_noise);
+  EXPECT_NEAR(noise.sigma.value, std::hypot(0.01, 0.005 / std::sqrt(12.0)), 2e-4);
+}
+
+std::vector<AllanCurve> curves_of(const SignalLog& log) {
+  std::vector<AllanCurve> curves;
+  for (const auto& [source, name] : {std::pair{estimator::Source::yaw_rate, "yaw_rate"},
+                                     std::pair{estimator::Source::accel_x, "accel_x"}})
+    if (const Series& series = log.of(source); !series.empty())
+      curves.push_back({name, "", allan_deviation(series, name), standing_noise(series, name)});
+  return curves;
+}
+
+std::string without_wheels(estimator::Source source, const Series& series) {
+  SignalLog log;
+  log.signals[static_cast<std::size_t>(source)] = series;
+  return message_of([&] { check_that_imu_stands(log, curves_of(log), "a.log"); });
+}
+
+TEST(Standstill, WithoutWheelsIsToldByTheImu) {
+  using estimator::Source;
+  EXPECT_EQ(without_wheels(Source::yaw_rate, record({.walk = 1e-3}, 6'000, 1)), "");
+  EXPECT_EQ(without_wheels(Source::accel_x, record({.sigma = 0.05, .walk = 5e-3}, 6'000, 1)), "");
+  Series turning = record({}, 6'000, 1), driving = record({.sigma = 0.05}, 6'000, 1);
+  for (std::size_t i = 2'000; i < 6'000; ++i) {
+    const double t = 0.01 * static_cast<double>(i - 2'000);
+    turning.value[i] += 0.4 * std::sin(0.5 * t);
+    driving.value[i] += 2.0 * std::sin(0.7 * t);
+  }
+  EXPECT_THAT(without_wheels(Source::yaw_rate, turning), HasSubstr("off its median after 20."));
+  EXPECT_THAT(without_wheels(Source::accel_x, driving), HasSubstr("means of accel_x over"));
+}
+
+TEST(Allan, OfWhiteNoiseFallsByTheRootOfTime) {
+  const std::vector<AllanPoint> curve = allan_deviation(record({}, 50'000, 2), "gyro");
+  ASSERT_GT(curve.size(), 15U);
+  for (const AllanPoint& point : curve)
+    EXPECT_NEAR(point.deviation, 0.01 * std::sqrt(0.01 / point.tau), 4.0 * point.sigma)
+        << point.tau;
+  EXPECT_FALSE(bias_instability(curve).reached);
+}
+
+TEST(Allan, TurnsWhereTheWalkOutgrowsTheNoise) {
+  // N²/τ + K² τ/3 is lowest at τ = √3 N/K: 1.7 s, sqrt(2 N K/√3).
+  const std::vector<AllanPoint> curve = allan_deviation(record({.walk = 1e-3}, 100'000, 3), "gyro");
+  const BiasInstability instability = bias_instability(curve);
+  EXPECT_TRUE(instability.reached);
+  EXPECT_NEAR(instability.tau, 1.7, 1.0);
+  EXPECT_NEAR(instability.value.value, std::sqrt(2.0 * 1e-3 * 1e-3 / std::sqrt(3.0)) / 0.664, 2e-4);
+}
+
+TEST(Allan, RefusesARecordWithAHole) {
+  Series series = record({}, 1'000, 1);
+  for (std::size_t i = 500; i < series.size(); ++i) series.t_ns[i] += 10'000'000'000;
+  EXPECT_THAT(message_of([&] { (void)allan_deviation(series, "gyro"); }),
+              HasSubstr("gyro: no sample for 10.0 s"));
+}
+
+// A sensor on a car that moves, and perhaps an encoder's counts.
+Series moving(double white, double count, double hertz) {
+  sim::RandomStream random(5, "moving");
+  Series series;
+  double last = 0.5;
+  for (int i = 0; i < 6'000; ++i) {
+    const double t = 0.01 * i;
+    const double rounding = random.uniform();
+    series.t_ns.push_back(10'000'000LL * i);
+    series.value.push_back(2.0 + std::sin(6.283185307 * hertz * t) + white * random.normal() +
+                           count * (rounding - last));
+    last = rounding;
+  }
+  return series;
+}
+
+TEST(DrivingNoise, IsToldFromTheMotion) {
+  const DrivingNoise noise = driving_noise(moving(0.01, 0.0, 0.5));
+  EXPECT_TRUE(noise.smooth);
+  EXPECT_TRUE(is_inside(noise.sigma, 0.01, 3.0));
+  EXPECT_LT(noise.sigma.sigma, 0.0006);
+}
+
+TEST(DrivingNoise, OfAnEncoderIsCountsToo) {
+  const DrivingNoise noise = driving_noise(moving(0.005, 0.02, 0.5));
+  EXPECT_TRUE(is_inside(noise.white, 0.005, 3.0));
+  EXPECT_TRUE(is_inside(noise.increments, 0.02 / std::sqrt(6.0), 3.0));
+}
+
+TEST(DrivingNoise, SaysWhereTheMotionIsTooFast) {
+  EXPECT_FALSE(driving_noise(moving(0.001, 0.0, 10.0)).smooth);
+}
+
+class IdentifyNoise : public testing::Test {
+ protected:
+  [[nodiscard]] std::string standing(const std::string& options = "") const {
+    const std::string folder = scratch_.path("standing").string();
+    EXPECT_EQ(
+        run_shell("odom sim --standstill 30 --duration 30 --force " + options + " --out " + folder)
+            .status,
+        0);
+    return folder;
+  }
+  Scratch scratch_;
+};
+
+TEST_F(IdentifyNoise, OfAStandingCarIsWrittenAndDrawn) {
+  const std::string folder = standing("--gyro-noise 0.012");
+  const Outcome outcome =
+      run_shell("odom identify noise --config " + folder + "/car.toml --can " + folder +
+                "/drive.log --plot " + folder + "/allan.svg --write " + folder + "/car.toml");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("the paper's condition holds: paper_q has 0.05"));
+  EXPECT_THAT(contents(folder + "/allan.svg"), HasSubstr("Allan deviation of yaw_rate"));
+  const std::string car = contents(folder + "/car.toml");
+  EXPECT_THAT(car, HasSubstr("(sigma: odom identify noise: +- "));
+  EXPECT_EQ(run_shell("odom replay --config " + folder + "/car.toml --can " + folder +
+                      "/drive.log --out /dev/null")
+                .status,
+            0);
+}
+
+TEST_F(IdentifyNoise, FindsThePapersConditionViolated) {
+  const std::string folder = standing();
+  std::ofstream(folder + "/car.toml", std::ios::app)
+      << "\n[filter]\npaper_q = [1e-9, 0.01, 0.01]\n";
+  const Outcome outcome = run_shell("odom identify noise --config " + folder + "/car.toml --can " +
+                                    folder + "/drive.log");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("paper_q gives v_x a variance of 1e-09"));
+}
+
+TEST_F(IdentifyNoise, OfADriveMakesTheFilterConsistent) {
+  const std::string folder = scratch_.path("drive").string();
+  ASSERT_EQ(run_shell("odom sim --scenario slalom --duration 25 --out " + folder).status, 0);
+  const Outcome outcome = run_shell("odom identify noise --json --drive " + folder);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  for (const auto& value : json["values"]) {
+    const std::string name = value["name"];
+    const double found = value["value"];
+    if (name == "yaw_rate, noise on the move") {
+      EXPECT_NEAR(found, 0.005, 0.001);
+    }
+    if (name.starts_with("wheel") && name.ends_with("mean NIS")) {
+      EXPECT_LT(found, 1.3) << name;
+    }
+  }
+  EXPECT_EQ(json["details"]["nis"].size(), 2U);
+}
+
+TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
+  const std::string folder = scratch_.path("drive").string();
+  ASSERT_EQ(run_shell("odom sim --scenario slalom --duration 15 --out " + folder).status, 0);
+  ASSERT_EQ(run_shell("sed -i '/^yaw_rate/s/}/, scale = -1.0 }/' " + folder + "/car.toml").status,
+            0);
+  const Outcome seen = run_shell("odom identify noise --drive " + folder);
+  EXPECT_EQ(seen.status, 2);
+  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate turns the other way than the camera; look at"));
+  const Outcome blind = run_shell("odom identify noise --no-camera --drive " + folder);
+  EXPECT_EQ(blind.status, 2);
+  EXPECT_THAT(blind.err, HasSubstr("drive: yaw_rate turns the other way than wheels and steering"));
+}
+
+TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
+  const std::string folder = scratch_.path("drive").string();
+  ASSERT_EQ(run_shell("odom sim --duration 10 --standstill 2 --out " + folder).status, 0);
+  const std::string drive = " --config " + folder + "/car.toml --can " + folder + "/drive.log";
+  const auto error = [](const std::string& options) {
+    const Outcome outcome = run_shell("odom identify noise " + options);
+    EXPECT_EQ(outcome.status, 2) << options;
+    return outcome.err;
+  };
+  EXPECT_THAT(error(""), HasSubstr("give a record of the standing car"));
+  EXPECT_THAT(error(drive), HasSubstr("the car moves: wheel_"));
+  // Without the wheels, the IMU tells.
+  ASSERT_EQ(run_shell("cd " + folder + " && grep ' 1A2#' drive.log > imu.log").status, 0);
+  const std::string imu = " --config " + folder + "/car.toml --can " + folder + "/imu.log";
+  EXPECT_THAT(error(imu), HasSubstr("the car moves: "));
+  EXPECT_THAT(error(drive + " --to 0.5"), HasSubstr("samples are too few"));
+  EXPECT_THAT(error(drive + " --plot a.gif"), HasSubstr(".svg"));
+  EXPECT_THAT(error(drive + " --plot /nonexistent/a.svg"), HasSubstr("no folder /nonexistent"));
+  EXPECT_THAT(error("--drive " + folder + " --plot a.svg"), HasSubstr("--plot draws a standing"));
+  EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere: is no folder"));
+  const std::string csv = scratch_.write("a.csv", "t,speed\n1,2\n").string();
+  const std::string nothing = scratch_.write("nothing.csv", "").string();
+  EXPECT_THAT(error("--csv " + nothing),
+              HasSubstr("a first line \"t,yaw_rate,accel_x,accel_y\" is expected, t [s] and one"));
+  EXPECT_THAT(error("--csv " + csv), HasSubstr("none of the columns yaw_rate, accel_x, accel_y"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::noise_test

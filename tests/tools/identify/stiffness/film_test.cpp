@@ -1,0 +1,228 @@
+// What is made of a film before any tyre: motion, alignment with the log, steady circles.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/tools/identify/stiffness/synthetic_film.hpp"
+#include "tools/identify/stiffness/circle_runs.hpp"
+#include "tools/identify/stiffness/film_alignment.hpp"
+#include "tools/identify/stiffness/film_motion.hpp"
+
+namespace odomd::tools::film_test {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+const MarkerPlaces places{Plane{0.18, 0.01}, Plane{-0.12, -0.02}};
+constexpr FilmScale metres{.from = FilmScale::From::given, .metres_per_unit = 1.0};
+
+// A left circle, a pause, a faster right circle.
+SyntheticDrive two_circles() {
+  return {.speed =
+              [](double t) {
+                return 1.0 * SyntheticDrive::eased(t, 1.0, 13.0) +
+                       1.5 * SyntheticDrive::eased(t, 15.0, 25.0);
+              },
+          .yaw_rate =
+              [](double t) {
+                return 0.8 * SyntheticDrive::eased(t, 1.0, 13.0) -
+                       1.2 * SyntheticDrive::eased(t, 15.0, 25.0);
+              },
+          .drift = 0.05};
+}
+
+template <class Function>
+std::string refusal(Function&& function) {
+  try {
+    function();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+TEST(FilmMotion, FindsTheCentreOfGravityBetweenTheMarkers) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 0.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  EXPECT_NEAR(std::abs(motion.frames.front().centre), 0.0, 1e-9);
+  EXPECT_NEAR(motion.frames.front().heading, 0.4, 1e-9);
+  const auto local = local_motion(motion, 6'000'000'000, 500'000'000);
+  ASSERT_TRUE(local);
+  EXPECT_NEAR(std::abs(local->velocity), 1.0, 1e-4);
+  EXPECT_NEAR(local->yaw_rate, 0.8, 1e-4);
+  EXPECT_NEAR(local->drift(), 0.05, 1e-4);
+}
+
+TEST(FilmMotion, TakesTheScaleFromTheMarkersAndTurnsOverWhatIsUpsideDown) {
+  SyntheticFilm film = make_film(two_circles(), places, 10.0, 0.0, 0.0025);
+  for (MarkerFrame& frame : film.track.frames) {
+    frame.front = std::conj(frame.front);
+    frame.rear = std::conj(frame.rear);
+  }
+  const FilmMotion motion = film_motion(film.track, places, {.axes = ImageAxes::y_down});
+  EXPECT_NEAR(motion.metres_per_unit, 0.0025, 1e-9);
+  const auto local = local_motion(motion, 6'000'000'000, 500'000'000);
+  ASSERT_TRUE(local);
+  EXPECT_NEAR(local->yaw_rate, 0.8, 1e-4);
+  EXPECT_NEAR(local->drift(), 0.05, 1e-4);
+}
+
+TEST(FilmMotion, LeavesOutFramesInWhichAnotherThingWasTracked) {
+  SyntheticFilm film = make_film(two_circles(), places, 10.0, 0.0);
+  film.track.frames[100].front += Plane{0.2, 0.0};
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  EXPECT_EQ(motion.frames.size(), film.track.frames.size() - 1);
+  EXPECT_THAT(motion.warnings, Contains(HasSubstr("1 frame left out")));
+}
+
+TEST(FilmMotion, AScaleThatContradictsTheMarkersIsRefused) {
+  const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
+  EXPECT_THAT(refusal([&] {
+                (void)film_motion(film.track, places,
+                                  {.from = FilmScale::From::given, .metres_per_unit = 0.003});
+              }),
+              HasSubstr("mend the scale"));
+}
+
+TEST(FilmMotion, AScaleThatContradictsTheMarkersALittleIsToldOf) {
+  const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
+  const auto warnings_by = [&](double metres_per_unit) {
+    return film_motion(film.track, places,
+                       {.from = FilmScale::From::given,
+                        .metres_per_unit = metres_per_unit,
+                        .ratio_sigma = 0.006})
+        .warnings;
+  };
+  EXPECT_THAT(warnings_by(0.0026), Contains(HasSubstr("4.0 % more than the 0.3015 m")));
+  EXPECT_THAT(warnings_by(0.00253), testing::IsEmpty());
+}
+
+TEST(FilmAlignment, FindsTheShiftBetweenFilmAndLog) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 100.2345);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  const FilmAlignment found = align_film("film.csv", motion, film.gyro);
+  EXPECT_NEAR(1e-9 * static_cast<double>(found.offset_ns), 100.2345, 0.005);
+  EXPECT_LT(found.sigma_s, 0.01);
+  EXPECT_GT(found.agreement, 0.99);
+  EXPECT_THAT(found.warnings, testing::IsEmpty());
+}
+
+// As a camera shows it whose clock runs by another rate.
+FilmMotion slowed(FilmMotion motion, double by) {
+  for (BodyFrame& frame : motion.frames)
+    frame.t_ns = std::llround(by * static_cast<double>(frame.t_ns));
+  return motion;
+}
+
+TEST(FilmAlignment, FindsTheRateOfTheFilmsClock) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 100.2345);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  for (const double by : {0.9999, 1.02, 0.97}) {
+    FilmMotion seen = slowed(motion, by);
+    const FilmAlignment found = align_film("film.csv", seen, film.gyro);
+    EXPECT_NEAR(found.rate, 1.0 / by - 1.0, 2e-4) << by;
+    EXPECT_NEAR(1e-9 * static_cast<double>(found.offset_ns), 100.2345, 0.005) << by;
+    EXPECT_EQ(found.warnings.size(), std::abs(by - 1.0) > 0.003 ? 1U : 0U);
+    put_on_clock_of_log(found, seen);
+    const auto local = local_motion(seen, 6'000'000'000, 500'000'000);
+    ASSERT_TRUE(local);
+    EXPECT_NEAR(local->yaw_rate, 0.8, 5e-4) << by;
+    const FilmAlignment given =
+        check_alignment("film.csv", slowed(motion, by), film.gyro, found.offset_ns);
+    EXPECT_NEAR(given.rate, found.rate, 1e-4) << by;
+  }
+}
+
+TEST(FilmAlignment, AtTheBeginIsAsUncertainAsTheRateMakesIt) {
+  SyntheticFilm film = make_film(two_circles(), places, 26.0, 0.0);
+  for (std::size_t k = 0; k < film.gyro.size(); ++k)
+    film.gyro.value[k] += k % 80 < 40 ? 0.02 : -0.02;  // in each mean of it
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  const FilmAlignment found = align_film("film.csv", motion, film.gyro);
+  EXPECT_GT(found.sigma_s, 10.0 * found.rate_sigma);
+  EXPECT_GT(found.rate_sigma, 0.0);
+  EXPECT_LT(std::abs(found.rate), 3.0 * found.rate_sigma);
+}
+
+TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 3.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  Series mirrored = film.gyro;
+  for (double& value : mirrored.value) value = -value;
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, mirrored); }),
+              HasSubstr("--y-down"));
+  Series other = film.gyro;
+  for (std::size_t k = 0; k < other.size(); ++k)
+    other.value[k] = 0.6 * std::sin(4e-9 * static_cast<double>(other.t_ns[k]));
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, other); }),
+              HasSubstr("do not overlap"));
+  // Played at half its speed.
+  FilmMotion slow = motion;
+  for (BodyFrame& frame : slow.frames) frame.t_ns *= 2;
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", slow, film.gyro); }), HasSubstr("--fps"));
+  EXPECT_THAT(
+      refusal([&] { (void)check_alignment("film.csv", motion, film.gyro, 60'000'000'000); }),
+      HasSubstr("do not overlap"));
+}
+
+TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsToldSo) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 3.0);
+  FilmMotion motion = film_motion(film.track, places, metres);
+  std::erase_if(motion.frames, [](const BodyFrame& frame) {
+    return frame.t_ns > 2'000'000'000 && frame.t_ns < 24'000'000'000;
+  });
+  EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, film.gyro); }),
+              HasSubstr("of 26 s of film both markers are seen often enough in 4 s only"));
+}
+
+// The gyro, and a steering of a quarter of it until a time.
+SignalLog log_of(const Series& gyro, std::int64_t steered_until_ns) {
+  SignalLog log;
+  log.signals[static_cast<std::size_t>(estimator::Source::yaw_rate)] = gyro;
+  Series& steering = log.signals[static_cast<std::size_t>(estimator::Source::steering)];
+  for (std::size_t k = 0; k < gyro.size() && gyro.t_ns[k] <= steered_until_ns; ++k) {
+    steering.t_ns.push_back(gyro.t_ns[k]);
+    steering.value.push_back(0.25 * gyro.value[k]);
+  }
+  return log;
+}
+
+TEST(CircleRuns, FindsTheSteadyPartsAndMeasuresThem) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  const SignalLog log = log_of(film.gyro, film.gyro.t_ns.back());
+  std::vector<std::string> warnings;
+  const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
+  ASSERT_THAT(runs, SizeIs(2));
+  EXPECT_NEAR(runs[0].speed, 1.0, 1e-3);
+  EXPECT_NEAR(runs[0].yaw_rate, 0.8, 1e-3);
+  EXPECT_NEAR(runs[0].drift.value, 0.05, 1e-3);
+  EXPECT_NEAR(runs[0].steering.value, 0.2, 1e-3);
+  EXPECT_NEAR(runs[0].radius(), 1.25, 5e-3);
+  EXPECT_NEAR(runs[1].yaw_rate, -1.2, 2e-3);
+  EXPECT_NEAR(runs[1].lateral_accel, -1.8 * std::cos(0.05), 5e-3);
+  EXPECT_THAT(warnings, testing::IsEmpty());
+}
+
+TEST(CircleRuns, ACircleWithoutItsSteeringIsLeftOutAndNotTakenForStraight) {
+  const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
+  const FilmMotion motion = film_motion(film.track, places, metres);
+  const SignalLog log = log_of(film.gyro, 19'000'000'000);  // before the second circle
+  std::vector<std::string> warnings;
+  const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
+  ASSERT_THAT(runs, SizeIs(1));
+  EXPECT_NEAR(runs[0].steering.value, 0.2, 1e-3);
+  EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("the log has 0 samples of steering there")));
+}
+
+TEST(CircleRuns, AStraightOrAWobbleIsNoCircle) {
+  const SyntheticDrive wobble{
+      .speed = [](double t) { return 1.5 * SyntheticDrive::eased(t, 1.0, 20.0); },
+      .yaw_rate = [](double t) { return 1.2 * std::sin(2.0 * t); }};
+  const SyntheticFilm film = make_film(wobble, places, 20.0, 0.0);
+  EXPECT_THAT(steady_stretches(film_motion(film.track, places, metres)), testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace odomd::tools::film_test

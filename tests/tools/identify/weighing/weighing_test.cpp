@@ -1,0 +1,354 @@
+#include "tools/identify/weighing/weighing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/quantity.hpp"
+
+namespace odomd::tools::weighing_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+TEST(Quantity, IsReadWithItsUnit) {
+  EXPECT_DOUBLE_EQ(parse_quantity("2.985", Dimension::mass, "--x").value, 2.985);
+  EXPECT_DOUBLE_EQ(parse_quantity(" 2985 g ", Dimension::mass, "--x").value, 2.985);
+  EXPECT_EQ(parse_quantity("29.3N", Dimension::mass, "--x").unit, Unit::newton);
+  EXPECT_DOUBLE_EQ(parse_positive("26cm", Dimension::length, "--x"), 0.26);
+  EXPECT_DOUBLE_EQ(parse_positive("180deg", Dimension::angle, "--x"), 3.14159265358979323846);
+  EXPECT_DOUBLE_EQ(parse_not_negative("0.1%", Dimension::pure, "--x"), 0.001);
+}
+
+TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
+  const auto refusal = [](const char* text, Dimension dimension) {
+    return message_of([&] { (void)parse_positive(text, dimension, "--front"); });
+  };
+  EXPECT_EQ(refusal("3mm", Dimension::mass), "--front: \"3mm\": the unit must be kg, g or N");
+  EXPECT_EQ(refusal("3N", Dimension::mass), "--front: \"3N\": give it in kg or g");
+  for (const char* text : {"", "kg", "nan", "inf", "1,5", "1e999"})
+    EXPECT_THAT(refusal(text, Dimension::mass), HasSubstr("--front: ")) << text;
+  EXPECT_THAT(refusal("0", Dimension::mass), HasSubstr("must be greater than 0"));
+  EXPECT_THAT(refusal("-1", Dimension::mass), HasSubstr("must be greater than 0"));
+}
+
+TEST(Quantity, WithACommaIsToldOfThePoint) {
+  EXPECT_EQ(message_of([] { (void)parse_positive("3,015", Dimension::mass, "--total"); }),
+            "--total: \"3,015\": write a decimal point, not a comma");
+}
+
+TEST(Quantity, ThatNoCarHasIsRefusedWithWhatIsPlausible) {
+  EXPECT_DOUBLE_EQ(parse_plausible("200mm", Dimension::length, "--spacing", {0.01, 10.0}), 0.2);
+  EXPECT_EQ(message_of([] {
+              (void)parse_plausible("239.5", Dimension::length, "--spacing", {0.01, 10.0});
+            }),
+            "--spacing: \"239.5\" is 239.5 m, and 0.01 to 10 m is plausible; a number without a "
+            "unit is in m; units are m, cm or mm");
+}
+
+constexpr Scale scale{.resolution = 0.0, .sigma = 0.002, .accuracy = 0.001};
+
+TEST(Weighing, RepeatingTakesTheScatterDownButNotTheGainNorTheRounding) {
+  const std::vector<Weighing> four(4, {Load::total, 2.0});
+  const auto mass = mass_of(wheel_loads(four, scale), scale);
+  ASSERT_TRUE(mass);
+  EXPECT_DOUBLE_EQ(mass->value, 2.0);
+  EXPECT_NEAR(mass->sigma, std::hypot(0.001, 0.002), 1e-12);
+  const Scale digits{.resolution = 0.012, .sigma = 1e-9};
+  EXPECT_NEAR(mass_of(wheel_loads(four, digits), digits)->sigma, 0.012 / std::sqrt(12.0), 1e-6);
+}
+
+TEST(Weighing, ThatDifferByADigitOfTheScaleDoNotContradictEachOther) {
+  const std::vector<Weighing> weighings{
+      {Load::total, 2.985}, {Load::total, 2.986}, {Load::total, 2.985}};
+  const Scale grams{.resolution = 0.001};
+  const WheelLoads loads = wheel_loads(weighings, grams);
+  EXPECT_EQ(contradiction(loads), std::nullopt);
+  const std::optional<Measured> mass = mass_of(loads, grams);
+  ASSERT_TRUE(mass);
+  EXPECT_NEAR(mass->value, 2.9853, 1e-3);
+  EXPECT_LT(mass->sigma, 0.001);
+}
+
+TEST(Weighing, AddsUpWhateverPartsTellTheWhole) {
+  const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
+  const auto mass = mass_of(wheel_loads(axles, scale), scale);
+  EXPECT_NEAR(mass->value, 3.0, 1e-12);
+  EXPECT_NEAR(mass->sigma, std::hypot(0.002 * std::sqrt(2.0), 0.003), 1e-12);
+  const std::vector<Weighing> wheels{{Load::front_left, 0.5},
+                                     {Load::front_right, 0.6},
+                                     {Load::rear_left, 0.7},
+                                     {Load::rear_right, 0.8}};
+  EXPECT_NEAR(mass_of(wheel_loads(wheels, scale), scale)->value, 2.6, 1e-12);
+  const std::vector<Weighing> part{{Load::front, 1.0}, {Load::left, 2.0}};
+  EXPECT_FALSE(mass_of(wheel_loads(part, scale), scale));
+}
+
+TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreTold) {
+  const std::vector<Weighing> weighings{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.1}};
+  const WheelLoads loads = wheel_loads(weighings, scale);
+  ASSERT_TRUE(contradiction(loads));
+  EXPECT_THAT(*contradiction(loads), HasSubstr("contradict each other 28.9 times"));
+  EXPECT_GT(mass_of(loads, scale)->sigma, 0.04);
+  const std::vector<Weighing> fitting{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.003}};
+  EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
+}
+
+// One of them is wrong, and nobody knows which: the truth may be what either says.
+TEST(Weighing, ThatContradictEachOtherLeaveRoomForEach) {
+  const std::vector<Weighing> weighings{
+      {Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.06}, {Load::total, 3.061}};
+  const auto mass = mass_of(wheel_loads(weighings, scale), scale);
+  EXPECT_NEAR(mass->value, 3.0, 2.0 * mass->sigma);
+  EXPECT_NEAR(mass->value, 3.06, 2.0 * mass->sigma);
+  // A load that scatters by itself says nothing against the others.
+  const std::vector<Weighing> scattering{{Load::total, 2.98}, {Load::total, 3.02}};
+  const auto both = mass_of(wheel_loads(scattering, scale), scale);
+  EXPECT_NEAR(both->value, 3.0, 1e-9);
+  EXPECT_NEAR(both->sigma, 0.02, 0.003);
+}
+
+TEST(Weighing, OfAnotherCarIsRefused) {
+  const std::vector<Weighing> twice{{Load::total, 2.9}, {Load::total, 5.0}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(twice, scale); }),
+              HasSubstr("are 27 % off the 3.95 kg that all loads together say: weigh again"));
+  const std::vector<Weighing> axle{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 4.0}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(axle, scale); }), HasSubstr("--front: 1 kg"));
+  const std::vector<Weighing> grams{{Load::total, 2985.0}};
+  EXPECT_EQ(message_of([&] { (void)wheel_loads(grams, {.resolution = 0.001}); }),
+            "--total: no scale shows 2985 kg by 0.001 kg; grams are written 2985g");
+  const std::vector<Weighing> axles{{Load::front, 978.0}, {Load::rear, 2.006}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(axles, {.resolution = 0.001}); }),
+              HasSubstr("--front: no scale shows 978 kg by 0.001 kg"));
+}
+
+TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
+  const std::vector<Weighing> weighings{
+      {Load::front, 1.0}, {Load::rear, 2.0}, {Load::left, 1.6}, {Load::right, 1.4}};
+  const Dimensions tape{
+      .wheelbase = {0.3, 0.0}, .track_width = Measured{0.15, 0.0}, .height = 0.05};
+  const CentreOfGravity centre = centre_of_gravity(wheel_loads(weighings, scale), tape);
+  EXPECT_NEAR(centre.front_axle->value, 0.2, 1e-12);
+  EXPECT_NEAR(centre.rear_axle->value, 0.1, 1e-12);
+  EXPECT_NEAR(centre.lateral->value, 0.15 * (1.6 / 3.0 - 0.5), 1e-12);
+  EXPECT_NEAR(centre.correlation, -1.0, 1e-12);
+  // l F_h / (F_v + F_h): l sigma sqrt(F_v² + F_h²) / m² without the third and fourth weighing.
+  const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
+  EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, scale), tape).front_axle->sigma,
+              0.3 * 0.002 * std::sqrt(5.0) / 9.0, 1e-12);
+}
+
+TEST(Weighing, OfAnAxleHeavierThanTheCarIsRefused) {
+  const auto refusal = [](std::vector<Weighing> weighings) {
+    return message_of([&] { check_shares(wheel_loads(weighings, scale)); });
+  };
+  EXPECT_THAT(refusal({{Load::front, 3.2}, {Load::total, 3.0}}),
+              HasSubstr("--front: 3.2 kg are more than the whole car, 3 kg"));
+  EXPECT_THAT(refusal({{Load::right, 3.2}, {Load::total, 3.0}}), HasSubstr("--right: "));
+  EXPECT_EQ(refusal({{Load::front, 1.2}, {Load::total, 3.0}}), "");
+}
+
+TEST(Weighing, AllowsForTapeAndSlope) {
+  const Scale exact{.sigma = 1e-9};
+  const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
+  const CentreOfGravity tape =
+      centre_of_gravity(wheel_loads(axles, exact), {.wheelbase = {0.3, 0.003}});
+  EXPECT_NEAR(tape.front_axle->sigma, 0.002, 1e-9);
+  EXPECT_NEAR(tape.rear_axle->sigma, 0.001, 1e-9);
+  EXPECT_NEAR(tape.correlation, 1.0, 1e-6);
+  // Each axle is weighed on a slope of its own: l_h = l F_v / (F_v + F_h).
+  const Dimensions level{.wheelbase = {0.3, 0.0}, .height = 0.05, .level_sigma = 0.01};
+  const Scale sloping = with_slopes(exact, 3.0, level);
+  EXPECT_NEAR(sloping.axle_shift, 0.005, 1e-6);
+  EXPECT_NEAR(centre_of_gravity(wheel_loads(axles, sloping), level).rear_axle->sigma,
+              0.3 * 0.005 * std::sqrt(5.0) / 9.0, 1e-6);
+}
+
+TEST(Weighing, WithoutWhatItNeedsIsRefused) {
+  const std::vector<Weighing> one{{Load::total, 1.0}};
+  EXPECT_THAT(message_of([&] { (void)wheel_loads(one, {}); }), HasSubstr("--scale-resolution"));
+  EXPECT_THAT(message_of([&] { (void)wheel_loads({}, scale); }), HasSubstr("no load is given"));
+  const std::vector<Weighing> none{{Load::rear_left, 0.0}};
+  EXPECT_EQ(message_of([&] { (void)wheel_loads(none, scale); }),
+            "--rear-left: 0 kg is not possible; it must be greater than 0");
+}
+
+TEST(Findings, OfWhatMayAsWellBeZeroHaveNoPerCent) {
+  Findings findings{.method = "cog"};
+  findings.values = {{.name = "lateral", .value = 1e-5, .sigma = 1e-3, .unit = "m"}};
+  EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
+  findings.values[0].value = 0.01;
+  EXPECT_THAT(as_text(findings), HasSubstr(" 20 %"));
+  findings.values[0].value = 1.0;
+  EXPECT_THAT(as_text(findings), HasSubstr(" 0.20 %"));
+}
+
+TEST(Findings, WhoseZeroIsAValueLikeAnyOtherHaveNoPerCent) {
+  Findings findings{.method = "latency"};
+  findings.values = {{.name = "bias", .value = 1.0, .sigma = 0.1, .share = Share::says_nothing}};
+  EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
+  for (const char* key : {"can.signals.yaw_rate.latency", "can.signals.accel_x.offset",
+                          "imu.position[0]", "camera.lever_arm[2]"}) {
+    findings.values = {{.name = "x", .key = key, .value = 1.0, .sigma = 0.1}};
+    EXPECT_THAT(as_text(findings), Not(HasSubstr("%"))) << key;
+  }
+}
+
+constexpr const char* car_toml =
+    "[vehicle] # mine\nmass = 2.985  # kg\nfront_axle = 0.175\nrear_axle = 0.085\n"
+    "yaw_inertia = 0.028\ncornering_stiffness_front = 20\n"
+    "cornering_stiffness_rear = 60\ntrack_width = 0.16\n[can]\nsource = \"can0\"\n"
+    "dbc = \"a.dbc\"\n[can.signals]\nwheel_rear = { message = \"W\", signal = \"S\", "
+    "unit = \"m/s\" }\n";
+
+TEST(IdentifyMass, ReportsAndWrites) {
+  const Scratch scratch;
+  scratch.write("car.toml", car_toml);
+  const std::string car = scratch.path("car.toml").string();
+  const Outcome mass = run_shell(
+      "odom identify mass --total 3021g --total 3.02 --scale-resolution 1g --scale-sigma 1g "
+      "--write " +
+      car);
+  EXPECT_EQ(mass.status, 0) << mass.err;
+  EXPECT_THAT(mass.out, HasSubstr("3.0205"));
+  EXPECT_THAT(contents(scratch.path("car.toml")),
+              HasSubstr("mass = 3.0205  # kg (odom identify mass: +- 0.0062 kg, scale, 2 "
+                        "weighings)\n"));
+  const Outcome cog = run_shell(
+      "odom identify cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 270mm "
+      "--json --write " +
+      car);
+  EXPECT_EQ(cog.status, 0) << cog.err;
+  EXPECT_THAT(cog.err, HasSubstr("make a wheelbase of 0.2600 m, measured are 0.2700 m"));
+  EXPECT_THAT(cog.out, HasSubstr("\"vehicle.rear_axle\""));
+  EXPECT_THAT(contents(scratch.path("car.toml")), HasSubstr("\nfront_axle = 0.18"));
+}
+
+TEST(IdentifyCog, AsksWhetherFrontAndRearAreExchanged) {
+  const Scratch scratch;
+  scratch.write("car.toml", car_toml);
+  const auto said = [&](const std::string& loads) {
+    return run_shell("odom identify cog " + loads +
+                     " --scale-resolution 1g --wheelbase 260mm --config " +
+                     scratch.path("car.toml").string())
+        .err;
+  };
+  EXPECT_THAT(said("--front 1 --rear 2"), Not(HasSubstr("exchanged")));
+  EXPECT_THAT(said("--front 2 --rear 1"),
+              HasSubstr("makes the rear axle the heavier one, and by the loads it is the front "
+                        "one: are --front and --rear exchanged?"));
+}
+
+TEST(IdentifyMass, TellsOfATargetThatCannotBeWrittenBeforeTheWork) {
+  const Scratch scratch;
+  const auto refused = [&](const std::string& target) {
+    const Outcome outcome = run_shell("cd " + scratch.path("").string() +
+                                      " && odom identify mass --total 3apples --write " + target);
+    EXPECT_EQ(outcome.status, 2);
+    EXPECT_EQ(outcome.out, "");
+    return outcome.err;
+  };
+  EXPECT_THAT(refused("nope.toml"), HasSubstr("nope.toml: there is no such file"));
+  EXPECT_THAT(refused("."), HasSubstr("is a directory"));
+  scratch.write("broken.toml", "[vehicle\n");
+  EXPECT_THAT(refused("broken.toml"), HasSubstr("broken.toml:"));
+  scratch.write("car.toml", car_toml);
+  EXPECT_THAT(refused("car.toml"), HasSubstr("3apples"));
+  EXPECT_EQ(contents(scratch.path("car.toml")), car_toml);
+}
+
+TEST(IdentifyMass, PrintsItsNumbersAlsoWhereTheyCannotBeWritten) {
+  const Scratch scratch;
+  const std::string text = "[vehicle]\nmass = \"heavy\"\n";
+  scratch.write("car.toml", text);
+  const Outcome outcome =
+      run_shell("cd " + scratch.path("").string() +
+                " && odom identify mass --total 3 --scale-resolution 1g --write car.toml");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.out, HasSubstr("vehicle.mass"));
+  EXPECT_THAT(outcome.err, HasSubstr("car.toml:2"));
+  EXPECT_EQ(contents(scratch.path("car.toml")), text);
+}
+
+/// What is said where a mass goes into a configuration.
+std::string weighed_into(const std::string& car, const std::string& load) {
+  const Outcome outcome = run_shell("odom identify mass --write " + car + " --total " + load);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return outcome.err;
+}
+
+TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
+  const Scratch scratch;
+  const std::string car = scratch.write("car.toml", car_toml).string();
+  const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
+  EXPECT_EQ(weigh("3.1 --scale-resolution 1g"),
+            "odom identify mass: 1 key written to " + car + ": vehicle.mass\n");
+  EXPECT_THAT(weigh("2985 --scale-resolution 1"),
+              HasSubstr("vehicle.mass was 3.1 and becomes 2985: another car, or another unit?"));
+}
+
+TEST(IdentifyMass, TellsWhatWasSurerThanWhatReplacesIt) {
+  const Scratch scratch;
+  const std::string car = scratch.write("car.toml", car_toml).string();
+  const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 50g"),
+              AllOf(HasSubstr("vehicle.mass was surer: 3.1 (odom identify mass: +- 0.00"),
+                    HasSubstr("it becomes 3.1 +- 0.0"), HasSubstr("put it back")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("3.5 --scale-resolution 50g"),
+              AllOf(HasSubstr("they contradict each other"), HasSubstr("measure again")));
+}
+
+TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {
+  const std::string loads = " --front 1 --rear 2 --scale-resolution 1g --json";
+  const auto sigma = [&](const std::string& method) {
+    const Outcome outcome = run_shell("odom identify " + method + loads);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    return json["values"].back()["sigma"].get<double>();
+  };
+  // Axle by axle a slope of 0.25 degrees shifts m h/l tan θ, h/l being a quarter.
+  const double shift = 3.0 * 0.25 * std::tan(0.25 / 57.29577951308232);
+  EXPECT_NEAR(sigma("mass"), std::hypot(std::sqrt(2.0) * shift, 0.003), 1e-4);
+  EXPECT_NEAR(sigma("mass"), sigma("cog --wheelbase 0.26"), 1e-12);
+  EXPECT_NEAR(sigma("mass --wheelbase 0.26 --height 10cm"),
+              sigma("cog --wheelbase 0.26 --height 10cm"), 1e-12);
+  EXPECT_LT(sigma("mass --level 0"), 0.0032);
+}
+
+TEST(IdentifyMass, AsksForTheUnitsOfWhatIsCoarse) {
+  const auto said = [](const std::string& command) {
+    const Outcome outcome = run_shell("odom identify " + command);
+    return std::to_string(outcome.status) + " " + outcome.err;
+  };
+  EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1"),
+              HasSubstr("0 odom identify mass: warning: 2 sigma of the mass are 38.7 %"));
+  EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1g --scale-accuracy 5"),
+              HasSubstr("2 odom identify mass: --scale-accuracy: 5 is more than a tenth"));
+  EXPECT_THAT(
+      said("cog --front 1 --rear 2 --scale-resolution 1g --wheelbase 0.26 "
+           "--wheelbase-sigma 1"),
+      HasSubstr("2 odom identify cog: --wheelbase-sigma: 1 is more than a tenth of 0.26 m"));
+}
+
+TEST(IdentifyMass, SaysWhatIsMissing) {
+  const Outcome height = run_shell("odom identify mass --total 3 --scale-sigma 1g --height 5cm");
+  EXPECT_EQ(height.status, 2);
+  EXPECT_THAT(height.err, HasSubstr("--wheelbase is missing"));
+  const Outcome half = run_shell("odom identify mass --front 1 --scale-resolution 1g");
+  EXPECT_EQ(half.status, 2);
+  EXPECT_THAT(half.err, HasSubstr("do not add up to the whole car"));
+  const Outcome nothing = run_shell("odom identify cog --total 3 --scale-sigma 1g --wheelbase 1");
+  EXPECT_EQ(nothing.status, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("do not tell how the weight is shared out"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::weighing_test

@@ -1,0 +1,174 @@
+// odom camera send, to a socket of our own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <odom/odom.h>
+
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/file_descriptor.hpp"
+#include "shm_api/writer.hpp"
+#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::camera_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::int64_t now_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+class CameraSend : public ::testing::Test {
+ protected:
+  void listen() {
+    socket_ = can::FileDescriptor{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0)};
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
+    ASSERT_EQ(::bind(socket_.get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(::listen(socket_.get(), 4), 0);
+  }
+  // What the program that has ended by now left in its connection.
+  std::vector<odom_camera_message> received() const {
+    std::vector<odom_camera_message> messages;
+    const can::FileDescriptor connection{::accept(socket_.get(), nullptr, nullptr)};
+    odom_camera_message message{};
+    while (::recv(connection.get(), &message, sizeof message, 0) == sizeof message) {
+      messages.push_back(message);
+    }
+    return messages;
+  }
+  Outcome run(const std::string& arguments, const std::string& input = "") const {
+    const auto file = scratch_.write("in", input).string();
+    return run_shell("odom camera send --socket " + path_ + " " + arguments + " <" + file);
+  }
+
+  const std::string header_ = "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
+  Scratch scratch_;
+  std::string path_ = scratch_.path("camera.sock").string();
+  can::FileDescriptor socket_;
+};
+
+TEST_F(CameraSend, SendsOnePoseWithItsAge) {
+  listen();
+  const std::int64_t before = now_ns();
+  const Outcome outcome = run("--pose 1.5,-2,0.25 --sigma 0.1,0.2,0.3 --age-ms 40");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const auto messages = received();
+  ASSERT_EQ(messages.size(), 1U);
+  EXPECT_EQ(messages[0].magic, ODOM_CAMERA_MAGIC);
+  EXPECT_EQ(messages[0].clock, ODOM_CLOCK_MONOTONIC);
+  EXPECT_EQ(messages[0].x, 1.5);
+  EXPECT_EQ(messages[0].y, -2.0);
+  EXPECT_EQ(messages[0].yaw, 0.25);
+  EXPECT_EQ(messages[0].sigma_yaw, 0.3);
+  EXPECT_GE(messages[0].capture_ns, before - 40'000'000);
+  EXPECT_LE(messages[0].capture_ns, now_ns() - 40'000'000);
+}
+
+TEST_F(CameraSend, SendsRowsOfStandardInputOnTheirClock) {
+  listen();
+  const Outcome outcome =
+      run("--clock realtime", header_ + "9,8.5,1,2,3,1,1,1\n10,9.000000001,4,5,6,1,1,1\n11,10,1");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("warning: standard input:4: the last line is cut off"));
+  EXPECT_THAT(outcome.err, HasSubstr("2 poses sent"));
+  const auto messages = received();
+  ASSERT_EQ(messages.size(), 2U);
+  EXPECT_EQ(messages[1].clock, ODOM_CLOCK_REALTIME);
+  EXPECT_EQ(messages[1].capture_ns, 9'000'000'001);
+  EXPECT_EQ(messages[1].sequence, messages[0].sequence + 1);
+}
+
+TEST_F(CameraSend, PlaysALogFromNowAtItsOwnPace) {
+  listen();
+  const auto log = scratch_.write("camera.csv", header_ +
+                                                    "100,99.96,1,0,0,1,1,1\n"
+                                                    "100.05,100.01,2,0,0,1,1,1\n");
+  const std::int64_t before = now_ns();
+  EXPECT_EQ(run("--from-now --log " + log.string()).status, 0);
+  EXPECT_GE(now_ns() - before, 50'000'000);
+  const auto messages = received();
+  ASSERT_EQ(messages.size(), 2U);
+  EXPECT_EQ(messages[1].capture_ns - messages[0].capture_ns, 50'000'000);
+  EXPECT_GE(messages[0].capture_ns, before - 40'000'000);
+}
+
+TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
+  listen();
+  odom_info info{};
+  info.period_ns = 1'000'000'000;  // fresh for four seconds
+  shm::Writer writer{{.name = scratch_.path("pose").string(), .slots = 16, .group = {}}, info};
+  writer.set_heartbeat(now_ns());
+  writer.set_log_offset(1'000'000'000'000 - now_ns());  // the log is at 1000 s
+  const auto log = scratch_.write("camera.csv", header_ +
+                                                    "990,989.9,1,0,0,1,1,1\n"
+                                                    "1001.5,1001.45,2,0,0,1,1,1\n");
+  const Outcome outcome =
+      run("--clock log --shm " + scratch_.path("pose").string() + " --log " + log.string());
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("1 poses were due before we came"));
+  const auto messages = received();
+  ASSERT_EQ(messages.size(), 1U);
+  EXPECT_EQ(messages[0].clock, ODOM_CLOCK_LOG);
+  EXPECT_EQ(messages[0].capture_ns, 1'001'450'000'000);
+}
+
+TEST_F(CameraSend, TakesTheClockOfTheDaemonBehindTheSocket) {
+  listen();
+  const std::string segment = scratch_.path("pose").string();
+  odom_info info{};
+  info.period_ns = 1'000'000'000;
+  shm::Writer writer{{.name = segment, .slots = 16, .group = {}}, info};
+  writer.set_heartbeat(now_ns());
+  writer.set_log_offset(1'000'000'000'000 - now_ns());
+  const auto log = scratch_.write("camera.csv", header_ + "1001,1000.95,2,0,0,1,1,1\n");
+  {
+    const AnsweringSocket status{
+        scratch_.path("status.sock").string(),
+        R"({"shm":")" + segment + R"(","camera":{"socket":")" + path_ + "\"}}"};
+    const Outcome outcome = run("--log " + log.string());
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(received().size(), 1U);
+  }
+  std::filesystem::remove(scratch_.path("status.sock"));
+  const std::string refusal = path_ +
+                              ": no status socket beside it tells in which segment its "
+                              "daemon publishes; name that by --shm\n";
+  EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
+  const AnsweringSocket of_another{scratch_.path("status.sock").string(),
+                                   R"({"shm":")" + segment + R"(","camera":{"socket":"/else"}})"};
+  EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
+}
+
+TEST_F(CameraSend, SaysThatNobodyListens) {
+  const Outcome outcome = run("--pose 1,2,3 --wait 0.05");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("odom camera send: " + path_ + ": no such socket; is odomd"));
+}
+
+TEST_F(CameraSend, RefusesBadPosesAndRowsInOneLine) {
+  listen();
+  for (const char* bad : {"--pose 1,2", "--pose 1,2,nan", "--pose 1,2,3 --sigma 0,1,1",
+                          "--pose 1,2,3 --age-ms inf", "--sigma 1,1,1", "--log /nonexistent.csv",
+                          "--log x.csv --clock realtime", "--pose 1,2,3 --log x.csv"}) {
+    const Outcome outcome = run(bad);
+    EXPECT_EQ(outcome.status, 2) << bad << outcome.err;
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << bad;
+  }
+  const Outcome outcome = run("", header_ + "1,1,0,0,0,1,-1,1\n");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("standard input:2: column \"sigma_y\""));
+}
+
+}  // namespace
+}  // namespace odomd::tools::camera_test

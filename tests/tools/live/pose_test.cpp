@@ -1,0 +1,117 @@
+// odom pose, as it is called, on a segment of our own.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "shm_api/writer.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/live/pose_text.hpp"
+
+namespace odomd::tools::pose_test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+std::int64_t now_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+class PoseCommand : public ::testing::Test {
+ protected:
+  void publish(std::int64_t period_ns) {
+    odom_info info{};
+    info.period_ns = period_ns;
+    writer_ = std::make_unique<shm::Writer>(
+        shm::SegmentSettings{.name = segment_, .slots = 16, .group = {}}, info);
+    odom_pose pose{};
+    pose.tick = 3;
+    pose.time_ns = now_ns();
+    pose.x = 1.25;
+    pose.yaw = 12.3;  // twice round, and 15.26 degrees less
+    pose.mode = ODOM_DEGRADED;
+    pose.conditions = ODOM_COND_BUS_DOWN;
+    writer_->publish(pose, {});
+    writer_->set_heartbeat(now_ns());
+  }
+  Outcome run(const std::string& arguments) const {
+    return run_shell("odom pose --shm " + segment_ + " " + arguments);
+  }
+
+  static constexpr std::int64_t slow_ns = 1'000'000'000;  // fresh for four seconds
+  Scratch scratch_;
+  std::string segment_ = scratch_.path("pose").string();
+  std::unique_ptr<shm::Writer> writer_;
+};
+
+TEST_F(PoseCommand, PrintsTheNewestPose) {
+  publish(slow_ns);
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("mode   degraded\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("bus_down: a bus is down or gone"));
+  EXPECT_THAT(outcome.out, HasSubstr("1.2500 m"));
+  EXPECT_THAT(outcome.out, HasSubstr("-15.262 deg"));
+  const auto json = nlohmann::json::parse(run("--json").out);
+  EXPECT_EQ(json["x"], 1.25);
+  EXPECT_EQ(json["yaw"], 12.3);
+  EXPECT_EQ(json["fresh"], true);
+  EXPECT_EQ(json["conditions"][0], "bus_down");
+}
+
+TEST_F(PoseCommand, OfADeadDaemonIsShownAndFails) {
+  publish(100'000);  // stale after 0.4 ms
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.out, HasSubstr("1.2500 m"));
+  EXPECT_THAT(outcome.err, HasSubstr("the daemon is silent: this was its last pose"));
+}
+
+TEST_F(PoseCommand, WithoutADaemonIsOneSentence) {
+  const Outcome outcome = run("");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err, "odom pose: " + segment_ + ": no such segment: is odomd running?\n");
+  EXPECT_EQ(run_shell("odom pose --shm nonsense").status, 2);
+}
+
+TEST_F(PoseCommand, KnowsNoLogClockWhereNoLogIsPlayed) {
+  publish(slow_ns);
+  const Outcome outcome = run("--clock log");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("the daemon plays no log"));
+}
+
+TEST_F(PoseCommand, FollowingEndsWithTheDaemonAndSumsUp) {
+  publish(100'000);
+  const auto file = scratch_.path("live.csv");
+  const Outcome outcome = run("--follow --until-stale --csv --out " + file.string());
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("odom pose: 0 ticks in"));
+  EXPECT_THAT(contents(file), StartsWith("t,x,y,yaw,vx,vy,yaw_rate,"));
+}
+
+TEST_F(PoseCommand, FollowingEndsCleanlyOnTerm) {
+  publish(slow_ns);
+  const auto file = scratch_.path("l.csv").string();
+  // It follows, and listens to signals, once the header is there.
+  const Outcome outcome = run_shell(
+      "odom pose --shm " + segment_ + " --follow --csv --out " + file +
+      " & tries=0; while [ ! -s " + file +
+      " ] && [ $tries -lt 200 ]; do sleep 0.1; tries=$((tries + 1)); done; kill -TERM $!; wait $!");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("odom pose: 0 ticks in"));
+}
+
+TEST_F(PoseCommand, OptionsOfFollowingNeedIt) {
+  EXPECT_EQ(run("--csv").status, 2);
+  EXPECT_EQ(run("--follow --json").status, 2);
+  EXPECT_EQ(run("--follow --duration -1").status, 2);
+  EXPECT_EQ(run("--clock sundial").status, 2);
+}
+
+}  // namespace
+}  // namespace odomd::tools::pose_test

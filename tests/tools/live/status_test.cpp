@@ -1,0 +1,265 @@
+// odom status: the document as text, and asking for it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <odom/odom.h>
+
+#include <string>
+
+#include "daemon/housekeeping/status.hpp"
+#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/diagnostics/conditions.hpp"
+#include "tools/live/status_text.hpp"
+
+namespace odomd::tools::status_test {
+namespace {
+
+using nlohmann::json;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using ::testing::Not;
+
+json document(double uptime, std::uint64_t ticks) {
+  return json{{"version", "0.1.0"},
+              {"instance", "a1"},
+              {"pid", 42},
+              {"uptime_s", uptime},
+              {"config", "car.toml"},
+              {"shm", "/odomd"},
+              {"model", "paper"},
+              {"mode", "degraded"},
+              {"conditions", {"bus_down", "from_the_future"}},
+              {"pose",
+               {{"tick", ticks},
+                {"age_s", 0.0021},
+                {"x", 1.0},
+                {"y", -2.0},
+                {"yaw", 0.5},
+                {"vx", 2.0},
+                {"vy", 0.0},
+                {"yaw_rate", 0.1},
+                {"steering", 0.0},
+                {"sigma_x", 0.01},
+                {"sigma_y", 0.02},
+                {"sigma_yaw", 0.0},
+                {"reset_count", 1}}},
+              {"beat",
+               {{"ticks", ticks},
+                {"missed", 3},
+                {"overruns", 0},
+                {"carried_over", 0},
+                {"last_overrun_age_s", nullptr},
+                {"wakeup_us", {{"p50", 10.0}, {"p99", 20.0}, {"p999", 30.0}, {"max", 40.0}}}}},
+              {"can",
+               {{{"name", "can0"},
+                 {"link", "up"},
+                 {"received", 10 * ticks},
+                 {"lost", 0},
+                 {"hardware_fallbacks", 5},
+                 {"bus_offs", 0},
+                 {"controller",
+                  {{"state", "error_passive"},
+                   {"restart_ms", 100},
+                   {"bit_timing", {{"bitrate", 500000}, {"sample_point", 0.875}}},
+                   {"modes", {"fd"}},
+                   {"tx_errors", 130},
+                   {"rx_errors", nullptr},
+                   {"bus_offs", 2}}}},
+                {{"name", "vcan0"},
+                 {"link", "up"},
+                 {"received", 0},
+                 {"lost", 0},
+                 {"controller", nullptr}}}},
+              {"sources",
+               {{{"name", "yaw_rate"},
+                 {"configured", true},
+                 {"healthy", false},
+                 {"age_s", nullptr},
+                 {"last_verdict", "gated"},
+                 {"test_ratio", 1.3},
+                 {"innovation", {-0.0215}},
+                 {"innovations",
+                  {{"count", ticks}, {"dimension", 1}, {"mean_nis", 1.06}, {"inside_95", 0.943}}},
+                 {"verdicts", {{"fused", ticks}, {"gated", 7}}}},
+                {{"name", "motor"}, {"configured", false}}}}};
+}
+
+TEST(StatusText, ShowsModeConditionsPoseAndSources) {
+  const std::string text = status_as_text(document(10.0, 2000), {});
+  EXPECT_THAT(text, HasSubstr("mode        degraded\n"));
+  EXPECT_THAT(text, HasSubstr("bus_down: a bus is down or gone\n"));
+  EXPECT_THAT(text, HasSubstr("from_the_future\n"));
+  EXPECT_THAT(text, HasSubstr("y -2.000 ± 0.020 m"));
+  EXPECT_THAT(text, HasSubstr("2000 ticks, 3 missed"));
+  EXPECT_THAT(text, HasSubstr(", 1 reset\n"));
+  EXPECT_THAT(text, HasSubstr("overdue"));
+  EXPECT_THAT(text, HasSubstr("7 gated"));
+  EXPECT_THAT(text, Not(HasSubstr("motor")));
+}
+
+TEST(StatusText, NamesWhatIsWiredWronglyAndWhatScatters) {
+  json wrong = document(10.0, 2000);
+  wrong["sources"][0]["flag"] = "drifting";
+  wrong["sources"][0]["wiring"] = "left_right_swapped";
+  EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("miswired: left right swapped"));
+  for (const char* const before : {"failed_protection", "out_of_range", "non_finite", "frozen"}) {
+    wrong["sources"][0]["flag"] = before;
+    EXPECT_THAT(status_as_text(wrong, {}), ::testing::Not(HasSubstr("miswired:"))) << before;
+  }
+  wrong["sources"][0]["flag"] = "drifting";
+  wrong["sources"][0]["wiring"] = "ok";
+  EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("drifting"));
+  wrong["sources"][0]["healthy"] = true;
+  wrong["sources"][0]["inconsistent"] = true;
+  EXPECT_THAT(status_as_text(wrong, {}), HasSubstr("inconsistent"));
+}
+
+TEST(StatusText, LeavesWholeTurnsOutOfTheHeading) {
+  json turned = document(10.0, 2000);
+  turned["pose"]["yaw"] = 12.3;  // twice round, and 15.26 degrees less
+  EXPECT_THAT(status_as_text(turned, {}), HasSubstr("yaw -15.26 ± 0.00 deg"));
+}
+
+TEST(StatusText, ShowsInnovationsWhereTheModelTestsItsSamples) {
+  json now = document(10.0, 2000);
+  EXPECT_THAT(status_as_text(now, {}),
+              MatchesRegex("(.|\n)* innovation +NIS +in 95 %\n"
+                           "yaw_rate(.|\n)*test ratio 1.30\\) +-0.0215 +1.06 +94.3\n(.|\n)*"));
+  now["sources"][0]["innovations"] = {
+      {"count", 0}, {"dimension", 0}, {"mean_nis", nullptr}, {"inside_95", nullptr}};
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("NIS")));
+}
+
+TEST(StatusText, ShowsTheNoiseOfSourcesWhereTheModelEstimatesIt) {
+  json now = document(10.0, 2000);
+  const auto source = [](const char* name, const json& sigma, const json& noise) {
+    return json{{"name", name}, {"configured", true}, {"sigma", sigma}, {"noise", noise}};
+  };
+  const auto estimated = [](const json& at_rest, const json& moving, const json& speed_share) {
+    return json{{"at_rest", at_rest}, {"moving", moving}, {"speed_share", speed_share}};
+  };
+  const json nothing = estimated(nullptr, nullptr, nullptr);
+  now["sources"] = {source("yaw_rate", 0.03, estimated(0.00321, nullptr, nullptr)),
+                    source("accel_y", 0.3, estimated(0.0999, 0.9, nullptr)),
+                    source("wheel_front_left", 0.05, estimated(nullptr, nullptr, 0.0061)),
+                    source("wheel_rear", 0.05, nothing), source("camera", nullptr, nullptr)};
+  const std::string text = status_as_text(now, {});
+  EXPECT_THAT(text, EndsWith("\n\n"
+                             "noise             unit   stated  at rest  moving  of speed\n"
+                             "yaw_rate          rad/s  0.0300  0.00321       -         -\n"
+                             "accel_y           m/s2    0.300   0.0999   0.900         -\n"
+                             "wheel_front_left  m/s    0.0500        -       -    0.61 %\n"));
+  for (json& one : now["sources"]) one["noise"] = nothing;
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("noise")));
+  for (json& one : now["sources"]) one.erase("noise");  // an older daemon
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("noise")));
+}
+
+TEST(StatusText, ShowsWhatAModelHasLearnt) {
+  json now = document(10.0, 2000);
+  EXPECT_THAT(status_as_text(now, {}), Not(HasSubstr("calibration")));
+  now["calibrations"] = {
+      {{"name", "gyro_bias"}, {"value", 0.01}, {"sigma", 0.001}, {"valid", true}},
+      {{"name", "wheel_scale"}, {"value", 0.985}, {"sigma", 0.03}, {"valid", false}},
+      {{"name", "gyro_scale"}, {"value", 1.0}, {"sigma", nullptr}, {"valid", false}}};
+  const std::string text = status_as_text(now, {});
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\ngyro_bias +0.5730  ± 0.0573 deg/s +yes\n(.|\n)*"));
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\nwheel_scale +0.9850  ± 0.0300 +not yet\n(.|\n)*"));
+  EXPECT_THAT(text, Not(HasSubstr("gyro_scale")));
+}
+
+TEST(StatusText, SaysWhatIsWrongWithASource) {
+  json document_of_frozen = document(10.0, 2000);
+  document_of_frozen["sources"][0]["flag"] = "frozen";
+  EXPECT_THAT(status_as_text(document_of_frozen, {}), HasSubstr("yaw_rate  frozen "));
+  document_of_frozen["sources"][0]["flag"] = "failed_protection";
+  EXPECT_THAT(status_as_text(document_of_frozen, {}), HasSubstr("yaw_rate  failed protection "));
+}
+
+TEST(StatusText, ShowsTheControllersOfThoseBusesThatHaveOne) {
+  const std::string text = status_as_text(document(10.0, 2000), {});
+  EXPECT_THAT(text, MatchesRegex("(.|\n)*\ncan0  +error-passive, fd  +130  +-  +500000  +0.875  "
+                                 "+100 ms  +-  +-  +2  +-\n(.|\n)*"));
+  EXPECT_THAT(text, HasSubstr("\ncan0: 5 frames without a hardware stamp\n"));
+  json document_of_old = document(10.0, 2000);
+  for (auto& bus : document_of_old["can"]) bus.erase("controller");
+  EXPECT_THAT(status_as_text(document_of_old, {}), Not(HasSubstr("controller")));
+}
+
+TEST(StatusText, TakesRatesFromTheTimeBetweenTwoDocuments) {
+  EXPECT_THAT(status_as_text(document(10.5, 2150), document(10.0, 2000)),
+              HasSubstr("beat        300.0 Hz"));
+  EXPECT_THAT(status_as_text(document(10.0, 2000), {}), HasSubstr("beat        200.0 Hz"));
+  json other = document(10.0, 2000);
+  other["instance"] = "b2";  // another daemon: its counts are not ours
+  EXPECT_THAT(status_as_text(document(0.5, 100), other), HasSubstr("beat        200.0 Hz"));
+}
+
+TEST(StatusText, ShowsWhatAnOlderDaemonDoesNotSayAsUnknown) {
+  EXPECT_THAT(status_as_text(json::object(), {}), HasSubstr("odomd -, pid -"));
+}
+
+TEST(Conditions, HaveANameAndAMeaningForEveryBit) {
+  const auto all = conditions_in(0xFFFFFFFFU);
+  std::uint32_t bits = 0;
+  for (const Condition& condition : all) {
+    EXPECT_EQ(condition_named(condition.name)->bit, condition.bit);
+    EXPECT_FALSE(condition.meaning.empty());
+    EXPECT_THAT(daemon::condition_names(condition.bit), ::testing::ElementsAre(condition.name));
+    EXPECT_EQ(bits & condition.bit, 0U);
+    bits |= condition.bit;
+  }
+  EXPECT_EQ(bits, 2U * ODOM_COND_INCONSISTENT - 1U);
+}
+
+TEST(Status, PassesTheDocumentOnOrShowsIt) {
+  const Scratch scratch;
+  const std::string socket = scratch.path("s").string();
+  const std::string text = document(10.0, 2000).dump() + "\n";
+  const AnsweringSocket daemon{socket, text};
+  EXPECT_EQ(run_shell("odom status --json --socket " + socket).out, text);
+  EXPECT_THAT(run_shell("odom status --socket " + socket).out, HasSubstr("degraded"));
+}
+
+// The library reads such a document, and copies it by recursion.
+TEST(Status, RefusesWhatIsNestedTooDeep) {
+  const Scratch scratch;
+  const std::string socket = scratch.path("s").string();
+  std::string deep = "1";
+  for (const char* part : {"{\"a\":", "}"}) {
+    std::string many;
+    for (int i = 0; i < 200'000; ++i) many += part;
+    deep = *part == '{' ? many + deep : deep + many;
+  }
+  const AnsweringSocket stranger{socket, deep};
+  for (const char* form : {"status --json", "status", "watch --once"}) {
+    const Outcome outcome = run_shell(std::string("odom ") + form + " --socket " + socket);
+    EXPECT_EQ(outcome.status, 1) << form << outcome.err;
+    EXPECT_EQ(outcome.out, "") << form;
+  }
+}
+
+TEST(Status, RefusesWhatIsNoStatus) {
+  const Scratch scratch;
+  const std::string socket = scratch.path("s").string();
+  const AnsweringSocket stranger{socket, "{\"mode\":"};
+  for (const char* form : {" --json", ""}) {
+    const Outcome outcome = run_shell("odom status --socket " + socket + form);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(outcome.err, HasSubstr("no status document"));
+  }
+}
+
+TEST(Status, SaysThatNobodyIsThere) {
+  const Outcome outcome = run_shell("odom status --socket /nonexistent/status.sock");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("odom status: /nonexistent/status.sock: no such socket; is "
+                                     "odomd running?"));
+  EXPECT_EQ(run_shell("odom status --socket " + std::string(200, 'x')).status, 2);
+}
+
+}  // namespace
+}  // namespace odomd::tools::status_test

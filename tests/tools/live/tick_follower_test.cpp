@@ -1,0 +1,129 @@
+#include "tools/live/tick_follower.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "shm_api/writer.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::tick_follower_test {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// A daemon of such a period is fresh for four seconds after a tick: no test depends on its own
+// pace.
+constexpr std::int64_t slow_ns = 1'000'000'000;
+constexpr std::int64_t quick_ns = 5'000'000;
+
+std::int64_t now_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+// A daemon that ticks when it is told to.
+class Daemon {
+ public:
+  explicit Daemon(const Scratch& scratch, std::uint64_t slots = 16,
+                  std::int64_t period_ns = slow_ns)
+      : period_ns_(period_ns) {
+    odom_info info{};
+    info.period_ns = period_ns_;
+    info.first_tick_ns = first_ns_;
+    writer_ = std::make_unique<shm::Writer>(
+        shm::SegmentSettings{.name = scratch.path("pose").string(), .slots = slots, .group = {}},
+        info);
+    writer_->set_first_tick(first_ns_);
+  }
+  void tick(std::uint64_t k) {
+    odom_pose pose{};
+    pose.tick = k;
+    pose.time_ns = first_ns_ + static_cast<std::int64_t>(k) * period_ns_;
+    pose.mode = ODOM_TRACKING;
+    writer_->publish(pose, {});
+    writer_->set_heartbeat(now_ns());
+  }
+  void fall_silent() { writer_->set_heartbeat(now_ns() - 60 * slow_ns); }
+
+ private:
+  std::int64_t period_ns_;
+  std::int64_t first_ns_ = now_ns();
+  std::unique_ptr<shm::Writer> writer_;
+};
+
+class TickFollowerTest : public ::testing::Test {
+ protected:
+  TickFollower follower() const {
+    return TickFollower{std::move(odom::Client::open(scratch_.path("pose").c_str()).value)};
+  }
+  // Ticks that one call hands out.
+  std::vector<std::uint64_t> follow(TickFollower& follower,
+                                    milliseconds timeout = milliseconds{0}) {
+    std::vector<std::uint64_t> ticks;
+    status_ =
+        follower.follow(timeout, [&ticks](const odom_pose& pose) { ticks.push_back(pose.tick); });
+    return ticks;
+  }
+
+  Scratch scratch_;
+  odom_status status_ = ODOM_OK;
+};
+
+TEST_F(TickFollowerTest, HandsOutEveryTickAfterTheFirstLookOnceAndInOrder) {
+  Daemon daemon{scratch_};
+  daemon.tick(1);
+  TickFollower follower = this->follower();
+  EXPECT_THAT(follow(follower), IsEmpty());
+  EXPECT_EQ(status_, ODOM_TIMEOUT);
+  daemon.tick(2);
+  EXPECT_THAT(follow(follower), ElementsAre(2));
+  for (std::uint64_t k = 3; k <= 7; ++k) daemon.tick(k);
+  EXPECT_THAT(follow(follower), ElementsAre(3, 4, 5, 6, 7));
+  EXPECT_EQ(follower.counts().ticks, 6U);
+  EXPECT_EQ(follower.counts().fetched, 4U);
+  EXPECT_EQ(follower.counts().lost, 0U);
+}
+
+TEST_F(TickFollowerTest, TellsTicksThatTheDaemonMissedFromThoseThatLeftTheHistory) {
+  Daemon daemon{scratch_, 8};
+  daemon.tick(1);
+  TickFollower follower = this->follower();
+  daemon.tick(4);
+  EXPECT_THAT(follow(follower), ElementsAre(4));
+  EXPECT_EQ(follower.counts().unpublished, 2U);
+  EXPECT_EQ(follower.counts().lost, 0U);
+
+  for (std::uint64_t k = 5; k <= 24; ++k) daemon.tick(k);
+  const auto ticks = follow(follower);
+  EXPECT_EQ(ticks.back(), 24U);
+  EXPECT_EQ(follower.counts().unpublished, 2U);
+  EXPECT_EQ(ticks.size() + follower.counts().lost, 20U);
+  EXPECT_GE(ticks.size(), 7U);
+}
+
+TEST_F(TickFollowerTest, SaysThatTheDaemonIsSilentAndGoesOnWithItsSuccessor) {
+  auto daemon = std::make_unique<Daemon>(scratch_, 16, quick_ns);
+  daemon->tick(1);
+  TickFollower follower = this->follower();
+  daemon->tick(2);
+  EXPECT_THAT(follow(follower), ElementsAre(2));
+  daemon->fall_silent();
+  EXPECT_THAT(follow(follower), IsEmpty());
+  EXPECT_EQ(status_, ODOM_STALE);
+
+  daemon.reset();
+  Daemon successor{scratch_};
+  for (std::uint64_t k = 4; k <= 6; ++k) successor.tick(k);
+  EXPECT_THAT(follow(follower, milliseconds{60'000}), ElementsAre(4, 5, 6));
+  EXPECT_EQ(follower.counts().restarts, 1U);
+  EXPECT_EQ(follower.counts().lost, 0U);
+}
+
+}  // namespace
+}  // namespace odomd::tools::tick_follower_test

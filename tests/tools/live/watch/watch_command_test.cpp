@@ -1,0 +1,225 @@
+// odom watch, as it is called: on a terminal of the test's own, and into a pipe.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "base/file_descriptor.hpp"
+#include "shm_api/writer.hpp"
+#include "tests/tools/live/answering_socket.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::watch_command_test {
+namespace {
+
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr std::string_view given_back = "\x1b[?7h\x1b[?25h\x1b[0m\x1b[?1049l";
+
+std::int64_t now_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+// A daemon's segment; it ticks once, and is stale after four periods of a second.
+std::unique_ptr<shm::Writer> publish(const std::string& segment) {
+  odom_info info{};
+  info.period_ns = 1'000'000'000;
+  auto writer = std::make_unique<shm::Writer>(
+      shm::SegmentSettings{.name = segment, .slots = 16, .group = {}}, info);
+  odom_pose pose{};
+  pose.tick = 3;
+  pose.time_ns = now_ns();
+  pose.x = 1.25;
+  pose.mode = ODOM_DEAD_RECKONING;
+  writer->publish(pose, {});
+  writer->set_heartbeat(now_ns());
+  return writer;
+}
+
+// Lives on without a tick: the heartbeat goes on until the end.
+class Beating {
+ public:
+  explicit Beating(const std::string& segment)
+      : writer_(publish(segment)), thread_([this](const std::stop_token& stop) {
+          while (!stop.stop_requested()) {
+            writer_->set_heartbeat(now_ns());
+            std::this_thread::sleep_for(std::chrono::milliseconds{50});
+          }
+        }) {}
+
+ private:
+  std::unique_ptr<shm::Writer> writer_;
+  std::jthread thread_;
+};
+
+// odom watch on a pseudo-terminal of 80 x 24.
+class OnATerminal {
+ public:
+  explicit OnATerminal(const std::string& arguments) {
+    int master = -1;
+    winsize size{24, 80, 0, 0};
+    pid_ = ::forkpty(&master, nullptr, nullptr, &size);
+    if (pid_ == 0) {
+      const std::string line = "exec " ODOMD_BIN_DIR "/odom watch --interval 0.1 " + arguments;
+      ::setenv("TERM", "xterm", 1);
+      ::setenv("LC_ALL", "C.UTF-8", 1);
+      ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
+      ::_exit(127);
+    }
+    master_ = can::FileDescriptor{master};
+  }
+  ~OnATerminal() {
+    if (pid_ > 0) {
+      ::kill(pid_, SIGKILL);
+      ::waitpid(pid_, nullptr, 0);
+    }
+  }
+  OnATerminal(const OnATerminal&) = delete;
+  OnATerminal& operator=(const OnATerminal&) = delete;
+
+  void press(std::string_view keys) const {
+    ASSERT_EQ(::write(master_.get(), keys.data(), keys.size()), static_cast<ssize_t>(keys.size()));
+  }
+  void signal(int number) const { ::kill(pid_, number); }
+
+  /// Reads on until the text has come since the last call; false when it does not.
+  [[nodiscard]] bool shows(std::string_view text) {
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+    while (std::chrono::steady_clock::now() < patience) {
+      if (const auto at = seen_.find(text, from_); at != std::string::npos) {
+        from_ = at + text.size();
+        return true;
+      }
+      if (!read_some()) return false;
+    }
+    return false;
+  }
+
+  /// Its exit status, once all that it wrote was read; 128 + the signal that ended it.
+  [[nodiscard]] int end() {
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+    while (std::chrono::steady_clock::now() < patience && read_some()) {
+    }
+    int raw = 0;
+    ::waitpid(pid_, &raw, 0);
+    pid_ = -1;
+    return WIFEXITED(raw) ? WEXITSTATUS(raw) : 128 + WTERMSIG(raw);
+  }
+  [[nodiscard]] const std::string& seen() const { return seen_; }
+
+ private:
+  // False once the other side is closed.
+  bool read_some() {
+    pollfd ready{master_.get(), POLLIN, 0};
+    if (::poll(&ready, 1, 1000) <= 0) return true;
+    char bytes[4096];
+    const auto size = ::read(master_.get(), bytes, sizeof bytes);
+    if (size <= 0) return false;
+    seen_.append(bytes, static_cast<std::size_t>(size));
+    return true;
+  }
+
+  pid_t pid_ = -1;
+  can::FileDescriptor master_;
+  std::string seen_;
+  std::size_t from_ = 0;
+};
+
+class WatchCommand : public ::testing::Test {
+ protected:
+  [[nodiscard]] std::string target() const {
+    return "--shm " + segment_ + " --socket " + scratch_.path("s").string();
+  }
+  Scratch scratch_;
+  std::string segment_ = scratch_.path("pose").string();
+};
+
+TEST_F(WatchCommand, WaitsAttachesGoesOnPausesAndQuits) {
+  OnATerminal watch{target()};
+  ASSERT_TRUE(watch.shows("\x1b[?1049h"));
+  ASSERT_TRUE(watch.shows("WAITING")) << watch.seen();
+  auto writer = publish(segment_);
+  ASSERT_TRUE(watch.shows("1.250")) << watch.seen();
+  ASSERT_TRUE(watch.shows("SILENT")) << watch.seen();  // no tick comes after it
+  writer.reset();
+  writer = publish(segment_);
+  ASSERT_TRUE(watch.shows("started anew 1 time")) << watch.seen();
+  watch.press("p");
+  ASSERT_TRUE(watch.shows("PAUSED")) << watch.seen();
+  watch.press("p");
+  ASSERT_TRUE(watch.shows("pause")) << watch.seen();
+  watch.press("q");
+  EXPECT_EQ(watch.end(), 0);
+  EXPECT_THAT(watch.seen(), EndsWith(given_back));
+}
+
+TEST_F(WatchCommand, GivesTheTerminalBackOnASignalAndInACrash) {
+  for (const auto& [signal, status] :
+       {std::pair{SIGINT, 0}, std::pair{SIGTERM, 0}, std::pair{SIGABRT, 128 + SIGABRT}}) {
+    OnATerminal watch{target()};
+    ASSERT_TRUE(watch.shows("WAITING")) << watch.seen();
+    watch.signal(signal);
+    EXPECT_EQ(watch.end(), status);
+    EXPECT_THAT(watch.seen(), EndsWith(given_back));
+  }
+}
+
+TEST_F(WatchCommand, PrintsPlainSnapshotsIntoAPipe) {
+  const Beating daemon{segment_};
+  const Outcome once = run_shell("odom watch --once " + target());
+  EXPECT_EQ(once.status, 0) << once.err;
+  EXPECT_THAT(once.out, HasSubstr("DEAD RECKONING  odometry alone\n"));
+  EXPECT_THAT(once.out, HasSubstr("1.250 m"));
+  EXPECT_THAT(once.out, HasSubstr("no such socket"));
+  EXPECT_THAT(once.out, Not(HasSubstr("\x1b")));
+  const Outcome some = run_shell("odom watch --interval 0.05 " + target() + " | grep -m 2 RECKON");
+  EXPECT_EQ(some.status, 0);
+  EXPECT_THAT(some.out, HasSubstr("RECKONING"));
+}
+
+TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
+  const Outcome piped = run_shell("odom watch --interval 0.05 " + target() + " | head -n 1");
+  EXPECT_EQ(piped.err, "odom watch: " + segment_ +
+                           ": no such segment: is odomd running? Waiting for it; --once does "
+                           "not\n");
+  const auto writer = publish(segment_);  // ticks once
+  const Outcome silent =
+      run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT");
+  EXPECT_EQ(silent.status, 0);
+  EXPECT_THAT(silent.err, HasSubstr("the daemon is silent"));
+}
+
+TEST_F(WatchCommand, ShowsTheSegmentOfTheDaemonBehindTheSocket) {
+  const std::string socket = scratch_.path("s").string();
+  const Outcome nobody = run_shell("odom watch --once --socket " + socket);
+  EXPECT_EQ(nobody.status, 1);
+  EXPECT_THAT(nobody.err, HasSubstr("odom watch: " + socket + ": no such socket; is odomd"));
+  const Beating daemon{segment_};
+  const AnsweringSocket status{socket, R"({"shm":")" + segment_ + "\"}"};
+  const Outcome once = run_shell("odom watch --once --socket " + socket);
+  EXPECT_EQ(once.status, 0) << once.err;
+  EXPECT_THAT(once.out, HasSubstr("1.250 m"));
+}
+
+TEST_F(WatchCommand, SaysOnceThatNobodyIsThere) {
+  const Outcome once = run_shell("odom watch --once " + target());
+  EXPECT_EQ(once.status, 1);
+  EXPECT_EQ(once.out, "");
+  EXPECT_EQ(once.err, "odom watch: " + segment_ + ": no such segment: is odomd running?\n");
+  EXPECT_EQ(run_shell("odom watch --once --shm nonsense").status, 2);
+  EXPECT_EQ(run_shell("odom watch --interval 0").status, 2);
+}
+
+}  // namespace
+}  // namespace odomd::tools::watch_command_test

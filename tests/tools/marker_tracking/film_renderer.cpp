@@ -1,0 +1,132 @@
+#include "tests/tools/marker_tracking/film_renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/aruco.hpp>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace odomd::tools {
+namespace {
+
+// Rows: the camera's right, down and forward in the world.
+cv::Matx33d orientation(const FilmCamera& camera) {
+  const double c = std::cos(camera.heading), s = std::sin(camera.heading);
+  const cv::Vec3d up{c, s, 0.0}, right{s, -c, 0.0}, below{0.0, 0.0, -1.0};
+  const cv::Vec3d forward = std::cos(camera.tilt) * below + std::sin(camera.tilt) * up;
+  const cv::Vec3d down = forward.cross(right);
+  return {right[0], right[1],   right[2],   down[0],   down[1],
+          down[2],  forward[0], forward[1], forward[2]};
+}
+
+}  // namespace
+
+cv::Matx33d FilmCamera::matrix() const {
+  return {focal, 0.0, 0.5 * (picture.width - 1), 0.0, focal, 0.5 * (picture.height - 1), 0.0,
+          0.0,   1.0};
+}
+
+cv::Point2d FilmCamera::pixel(const cv::Vec3d& point) const {
+  const cv::Matx33d r = orientation(*this);
+  cv::Mat rotation;
+  cv::Rodrigues(cv::Mat(r), rotation);
+  const std::vector<cv::Point3d> points{cv::Point3d(point)};
+  std::vector<cv::Point2d> pixels;
+  cv::projectPoints(points, rotation, cv::Mat(r * (-1.0 * place)), matrix(), distortion, pixels);
+  return pixels.front();
+}
+
+cv::Mat aruco_picture(int identifier) {
+  constexpr int inner = 240, rim = 40;
+  static_assert(inner == static_cast<int>(aruco_part * (inner + 2 * rim)));
+  cv::Mat marker, whole, colour;
+  cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50), identifier,
+                        inner, marker);
+  cv::copyMakeBorder(marker, whole, rim, rim, rim, rim, cv::BORDER_CONSTANT, cv::Scalar(255));
+  cv::cvtColor(whole, colour, cv::COLOR_GRAY2BGR);
+  return colour;
+}
+
+cv::Mat spot_picture(const cv::Scalar& colour) {
+  cv::Mat image(200, 200, CV_8UC3, cv::Scalar(120, 120, 120));
+  cv::circle(image, {100, 100}, 95, colour, cv::FILLED, cv::LINE_AA);
+  return image;
+}
+
+FilmRenderer::FilmRenderer(FilmCamera camera, double noise, std::uint64_t seed)
+    : camera_(std::move(camera)), random_(seed) {
+  for (int k = 0; k < 4; ++k) {
+    cv::Mat frame(camera_.picture, CV_16SC3);
+    random_.fill(frame, cv::RNG::NORMAL, 0.0, noise);
+    noise_.push_back(frame);
+  }
+}
+
+const cv::Mat& FilmRenderer::ground_map(double height) {
+  for (const auto& [known, map] : maps_)
+    if (known == height) return map;
+  std::vector<cv::Point2d> pixels, rays;
+  for (int v = 0; v < camera_.picture.height; ++v)
+    for (int u = 0; u < camera_.picture.width; ++u) pixels.emplace_back(u, v);
+  cv::undistortPoints(pixels, rays, camera_.matrix(), camera_.distortion, cv::noArray(),
+                      cv::noArray(), {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 40, 1e-10});
+  const cv::Matx33d to_world = orientation(camera_).t();
+  cv::Mat map(camera_.picture, CV_64FC2);
+  for (int v = 0; v < map.rows; ++v)
+    for (int u = 0; u < map.cols; ++u) {
+      const cv::Point2d& ray = rays[static_cast<std::size_t>(v * map.cols + u)];
+      const cv::Vec3d d = to_world * cv::Vec3d(ray.x, ray.y, 1.0);
+      const double way = (height - camera_.place[2]) / d[2];
+      map.at<cv::Vec2d>(v, u) = {camera_.place[0] + way * d[0], camera_.place[1] + way * d[1]};
+    }
+  return maps_.emplace_back(height, map).second;
+}
+
+// Each pixel that may see it is the mean of 4 x 4 looks at it.
+void FilmRenderer::paint(cv::Mat& frame, const FlatPicture& flat) {
+  const cv::Mat& map = ground_map(flat.height);
+  const double c = std::cos(flat.yaw), s = std::sin(flat.yaw);
+  const double half = 0.5 * flat.side;
+  std::vector<cv::Point2d> corners;
+  for (const auto& [x, y] : {std::pair{half, half}, {half, -half}, {-half, half}, {-half, -half}})
+    corners.push_back(camera_.pixel({flat.x + c * x - s * y, flat.y + s * x + c * y, flat.height}));
+  const auto [left, right] = std::ranges::minmax(corners, {}, &cv::Point2d::x);
+  const auto [top, bottom] = std::ranges::minmax(corners, {}, &cv::Point2d::y);
+  const int first_u = std::max(0, static_cast<int>(left.x) - 2);
+  const int last_u = std::min(map.cols - 2, static_cast<int>(right.x) + 2);
+  const int first_v = std::max(0, static_cast<int>(top.y) - 2);
+  const int last_v = std::min(map.rows - 2, static_cast<int>(bottom.y) + 2);
+  const double scale = flat.image.cols / flat.side;
+  for (int v = std::max(first_v, 1); v <= last_v; ++v)
+    for (int u = std::max(first_u, 1); u <= last_u; ++u) {
+      const cv::Vec2d middle = map.at<cv::Vec2d>(v, u);
+      const cv::Vec2d along = 0.5 * (map.at<cv::Vec2d>(v, u + 1) - map.at<cv::Vec2d>(v, u - 1));
+      const cv::Vec2d across = 0.5 * (map.at<cv::Vec2d>(v + 1, u) - map.at<cv::Vec2d>(v - 1, u));
+      cv::Vec3d sum;
+      const cv::Vec3b under = frame.at<cv::Vec3b>(v, u);
+      for (int look = 0; look < 16; ++look) {
+        const cv::Vec2d place = middle + ((look % 4) / 4.0 - 0.375) * along +
+                                (std::floor(look / 4.0) / 4.0 - 0.375) * across;
+        const double dx = place[0] - flat.x, dy = place[1] - flat.y;
+        // The picture's rows run against the body's x, its columns against y.
+        const int row = static_cast<int>(std::floor((half - (c * dx + s * dy)) * scale));
+        const int column = static_cast<int>(std::floor((half - (-s * dx + c * dy)) * scale));
+        const bool on =
+            row >= 0 && column >= 0 && row < flat.image.rows && column < flat.image.cols;
+        sum += cv::Vec3d(on ? flat.image.at<cv::Vec3b>(row, column) : under);
+      }
+      frame.at<cv::Vec3b>(v, u) = cv::Vec3b(sum / 16.0);
+    }
+}
+
+cv::Mat FilmRenderer::render(const std::vector<FlatPicture>& scene) {
+  cv::Mat frame(camera_.picture, CV_8UC3, cv::Scalar(150, 155, 160));
+  for (const FlatPicture& flat : scene) paint(frame, flat);
+  cv::GaussianBlur(frame, frame, {3, 3}, 0.6);
+  cv::Mat noisy;
+  cv::add(frame, noise_[static_cast<std::size_t>(random_.uniform(0, 4))], noisy, cv::noArray(),
+          CV_8UC3);
+  return noisy;
+}
+
+}  // namespace odomd::tools

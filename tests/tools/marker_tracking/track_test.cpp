@@ -1,0 +1,357 @@
+// odom identify track on films that are rendered here, of a motion that is known.
+#include "tools/marker_tracking/track_film.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <sstream>
+
+#include "tests/tools/marker_tracking/film_renderer.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/identify/stiffness/marker_track.hpp"
+#include "tools/marker_tracking/view.hpp"
+
+namespace odomd::tools::track_test {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double car_height = 0.1;
+constexpr double side = 0.16;
+constexpr int frames = 40;
+constexpr double rate = 50.0;
+
+struct Pose {
+  double x = 0.0, y = 0.0, yaw = 0.0;
+};
+
+// A circle of 0.7 m radius, a turn and a quarter.
+Pose pose_at(int frame) {
+  const double angle = 2.5 * 3.141592653589793 * frame / frames;
+  return {0.7 * std::cos(angle), 0.7 * std::sin(angle), angle + 1.6};
+}
+
+Plane at_body(const Pose& pose, Plane place) {
+  return Plane{pose.x, pose.y} + std::polar(1.0, pose.yaw) * place;
+}
+
+const Plane front_place{0.16, 0.0}, rear_place{-0.16, 0.0};
+
+struct Filmed {
+  FilmCamera camera{.place = {-0.62, 0.0, 2.5}, .tilt = 0.25};
+  cv::Mat front = aruco_picture(7), rear = aruco_picture(8);
+  double height = car_height;
+  bool ground_markers = true;
+  std::function<bool(int)> hidden = [](int) { return false; };
+
+  void write(const std::string& file) const {
+    FilmRenderer renderer(camera, 3.0, 1);
+    cv::VideoWriter film(file, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), rate, camera.picture);
+    ASSERT_TRUE(film.isOpened());
+    film.set(cv::VIDEOWRITER_PROP_QUALITY, 95);
+    for (int k = 0; k < frames; ++k) {
+      const Pose pose = pose_at(k);
+      std::vector<FlatPicture> scene;
+      if (ground_markers)
+        for (int id = 0; id < 4; ++id)
+          scene.push_back({aruco_picture(id), 0.18, id % 2 == 0 ? -0.75 : 0.75,
+                           id < 2 ? -1.15 : 1.15, 0.3 * id, 0.0});
+      const Plane f = at_body(pose, front_place), r = at_body(pose, rear_place);
+      if (!hidden(k)) scene.push_back({front, side, f.real(), f.imag(), pose.yaw, height});
+      scene.push_back({rear, side, r.real(), r.imag(), pose.yaw, height});
+      film.write(renderer.render(scene));
+    }
+  }
+};
+
+const std::vector<std::string> on_ground{"0=-0.75,-1.15", "1=0.75,-1.15", "2=-0.75,1.15",
+                                         "3=0.75,1.15"};
+
+void write_lens_of(const FilmCamera& camera, const std::filesystem::path& file) {
+  write_lens(file, {camera.matrix(), camera.distortion, camera.picture, 0.1});
+}
+
+// Root mean square and largest distance of both markers from the truth [mm].
+struct Errors {
+  double rms = 0.0, largest = 0.0;
+  std::size_t frames = 0;
+};
+
+Errors errors_of(const Scratch& scratch, const std::string& csv) {
+  const MarkerTrack track = read_marker_track(scratch.write("track.csv", csv));
+  Errors errors{.frames = track.frames.size()};
+  double squares = 0.0;
+  for (const MarkerFrame& frame : track.frames) {
+    const Pose pose =
+        pose_at(static_cast<int>(std::lround(1e-9 * static_cast<double>(frame.t_ns) * rate)));
+    for (const double off : {std::abs(frame.front - at_body(pose, front_place)),
+                             std::abs(frame.rear - at_body(pose, rear_place))}) {
+      errors.largest = std::max(errors.largest, 1e3 * off);
+      squares += 1e6 * off * off;
+    }
+  }
+  errors.rms = std::sqrt(squares / (2.0 * static_cast<double>(track.frames.size())));
+  return errors;
+}
+
+std::string refusal(const TrackOptions& options) {
+  std::ostringstream csv;
+  try {
+    check(options);
+    static_cast<void>(track_film(options, csv));
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "taken";
+}
+
+// One film for several tests.
+struct Stage {
+  Scratch scratch;
+  std::string film = scratch.path("film.avi").string();
+  std::string lens = scratch.path("lens.yaml").string();
+  TrackOptions options;
+
+  Stage() {
+    const Filmed filmed;
+    filmed.write(film);
+    write_lens_of(filmed.camera, lens);
+    options.film = film;
+    options.lens = lens;
+    options.aruco = "4x4_50";
+    options.front = 7;
+    options.rear = 8;
+    options.ground_markers = on_ground;
+    options.height = car_height;
+  }
+};
+
+const Stage& stage() {
+  static const Stage made;
+  return made;
+}
+
+// A pixel is 4.8 mm there.
+TEST(Track, ArucoMarkersAreFoundToAMillimetreOrTwoThroughATiltedCameraWithALens) {
+  std::ostringstream csv;
+  const TrackSummary summary = track_film(stage().options, csv);
+  EXPECT_EQ(summary.frames, frames);
+  EXPECT_GE(summary.front, frames - 1);
+  EXPECT_GE(summary.rear, frames - 1);
+  const Errors errors = errors_of(stage().scratch, csv.str());
+  std::cout << "ArUco: " << errors.rms << " mm rms, largest " << errors.largest << " mm\n";
+  EXPECT_LT(errors.rms, 1.5);
+  EXPECT_LT(errors.largest, 5.0);
+}
+
+// The plane of the markers is 10 cm nearer to the camera: taken for the ground it is 4 % too large.
+TEST(Track, TheHeightOfTheMarkersCounts) {
+  TrackOptions flat = stage().options;
+  flat.height = 0.0;
+  std::ostringstream csv;
+  static_cast<void>(track_film(flat, csv));
+  EXPECT_GT(errors_of(stage().scratch, csv.str()).rms, 15.0);
+}
+
+TEST(Track, TheLensCounts) {
+  TrackOptions straight = stage().options;
+  straight.lens.clear();
+  straight.height = 0.0;
+  std::ostringstream csv;
+  static_cast<void>(track_film(straight, csv));
+  EXPECT_GT(errors_of(stage().scratch, csv.str()).rms, 15.0);
+}
+
+TEST(Track, ColouredSpotsAreFoundByPlacesOnTheGroundThatAreGiven) {
+  const Scratch scratch;
+  Filmed filmed;
+  filmed.front = spot_picture(cv::Scalar(40, 200, 40));  // green
+  filmed.rear = spot_picture(cv::Scalar(60, 30, 220));   // red, on both ends of the hue
+  filmed.height = 0.0;
+  filmed.ground_markers = false;
+  TrackOptions options;
+  options.film = scratch.path("film.avi").string();
+  filmed.write(options.film);
+  options.lens = scratch.path("lens.xml").string();
+  write_lens_of(filmed.camera, options.lens);
+  options.colour_front = "120,40,30";
+  options.colour_rear = "352,40,40,20";
+  for (const auto& [x, y] :
+       {std::pair{-0.8, -1.0}, {0.8, -1.0}, {0.8, 1.0}, {-0.8, 1.0}, {0.0, 0.5}}) {
+    const cv::Point2d p = filmed.camera.pixel({x, y, 0.0});
+    std::ostringstream point;
+    point.precision(10);
+    point << p.x << ',' << p.y << '=' << x << ',' << y;
+    options.ground.push_back(point.str());
+  }
+  std::ostringstream csv;
+  const TrackSummary summary = track_film(options, csv);
+  EXPECT_EQ(summary.front, frames);
+  EXPECT_EQ(summary.rear, frames);
+  const Errors errors = errors_of(scratch, csv.str());
+  std::cout << "colours: " << errors.rms << " mm rms, largest " << errors.largest << " mm\n";
+  EXPECT_LT(errors.rms, 1.5);
+  EXPECT_LT(errors.largest, 5.0);
+}
+
+TEST(Track, ALostMarkerLeavesItsFieldsEmptyAndIsCounted) {
+  const Scratch scratch;
+  Filmed filmed;
+  filmed.hidden = [](int frame) { return frame >= 10 && frame < 15; };
+  TrackOptions options = stage().options;
+  options.film = scratch.path("film.avi").string();
+  filmed.write(options.film);
+  std::ostringstream csv;
+  const TrackSummary summary = track_film(options, csv);
+  EXPECT_LE(summary.front, frames - 5);
+  EXPECT_GE(summary.longest_gap, 5);
+  const MarkerTrack track = read_marker_track(scratch.write("track.csv", csv.str()));
+  EXPECT_EQ(track.frames.size() + track.gaps, static_cast<std::size_t>(frames));
+  EXPECT_GE(track.gaps, 5U);
+}
+
+TEST(Track, WithoutPlacesOnTheGroundTheTrackIsInPixels) {
+  TrackOptions options = stage().options;
+  options.ground_markers.clear();
+  options.lens.clear();
+  options.height = 0.0;
+  std::ostringstream csv;
+  static_cast<void>(track_film(options, csv));
+  const MarkerTrack track = read_marker_track(stage().scratch.write("px.csv", csv.str()));
+  const Plane place = at_body(pose_at(0), front_place);
+  const cv::Point2d pixel = Filmed{}.camera.pixel({place.real(), place.imag(), car_height});
+  EXPECT_NEAR(track.frames[0].front.real(), pixel.x, 0.5);
+  EXPECT_NEAR(track.frames[0].front.imag(), pixel.y, 0.5);
+}
+
+TEST(Track, TimesComeFromTheFilmTheRateOrAFile) {
+  const auto second_time = [](const TrackOptions& options) {
+    std::ostringstream csv;
+    static_cast<void>(track_film(options, csv));
+    return read_marker_track(stage().scratch.write("t.csv", csv.str())).frames.at(1).t_ns;
+  };
+  TrackOptions options = stage().options;
+  EXPECT_EQ(second_time(options), 20'000'000);
+  options.frames_per_second = 200.0;
+  EXPECT_EQ(second_time(options), 5'000'000);
+  options.frames_per_second.reset();
+  std::string times = "t\n";
+  for (int k = 0; k < frames; ++k) times += std::to_string(0.1 * k) + '\n';
+  options.frame_times = stage().scratch.write("times.csv", times).string();
+  EXPECT_EQ(second_time(options), 100'000'000);
+  options.frame_times = stage().scratch.write("few.csv", "t\n0.0\n0.1\n").string();
+  EXPECT_THAT(refusal(options), HasSubstr("has 2 times"));
+}
+
+TEST(Track, WhatCannotBeUsedIsRefusedWithTheMend) {
+  TrackOptions options = stage().options;
+  options.front = 9;
+  EXPECT_THAT(refusal(options), HasSubstr("the front marker is in none of its 40 frames"));
+  options = stage().options;
+  options.ground_markers[3] = "17=0.75,1.15";
+  EXPECT_THAT(refusal(options), HasSubstr("marker 17 is not seen on the ground"));
+  options = stage().options;
+  options.ground_markers = {"0=-0.75,1.15", "1=0.75,1.15", "2=-0.75,-1.15", "3=0.75,-1.15"};
+  EXPECT_THAT(refusal(options), HasSubstr("mirrored"));
+  options = stage().options;
+  options.aruco = "9x9_50";
+  EXPECT_THAT(refusal(options), HasSubstr("no dictionary"));
+  options = stage().options;
+  options.lens = stage().scratch.write("other.yaml", "%YAML:1.0\n---\nmatrix: 1\n").string();
+  EXPECT_THAT(refusal(options), HasSubstr("camera_matrix"));
+  options.lens = stage().scratch.write("text.yaml", "hello").string();
+  EXPECT_THAT(refusal(options), HasSubstr("text.yaml"));
+  options = stage().options;
+  write_lens(stage().scratch.path("small.yaml"), {cv::Matx33d::eye(), {0, 0, 0, 0}, {320, 240}, 0});
+  options.lens = stage().scratch.path("small.yaml").string();
+  EXPECT_THAT(refusal(options), HasSubstr("320 x 240"));
+  options = stage().options;
+  options.film = stage().scratch.write("no.avi", "this is no film").string();
+  EXPECT_THAT(refusal(options), HasSubstr("no film that can be read"));
+  options.film = stage().scratch.path("nothing.avi").string();
+  EXPECT_THAT(refusal(options), HasSubstr("no such file"));
+}
+
+TEST(Track, AFilmOfAChessboardGivesTheLens) {
+  const Scratch scratch;
+  const FilmCamera camera{.place = {0.0, 0.0, 0.9}};
+  // 7 x 5 inner corners of 4 cm.
+  cv::Mat board(7 * 40, 9 * 40, CV_8UC3, cv::Scalar(255, 255, 255));
+  for (int row = 0; row < 5 + 1; ++row)
+    for (int column = 0; column < 7 + 1; ++column)
+      if ((row + column) % 2 == 0)
+        cv::rectangle(board, cv::Rect(20 + 40 * column, 20 + 40 * row, 40, 40), cv::Scalar(0, 0, 0),
+                      cv::FILLED);
+  cv::Mat square(360, 360, CV_8UC3, cv::Scalar(255, 255, 255));
+  board.copyTo(square(cv::Rect(0, 40, 360, 280)));
+
+  TrackOptions options;
+  options.film = scratch.path("board.avi").string();
+  options.out = scratch.path("lens.yaml").string();
+  options.calibrate = "7x5";
+  options.square = 0.04;
+  cv::VideoWriter film(options.film, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 30.0,
+                       camera.picture);
+  film.set(cv::VIDEOWRITER_PROP_QUALITY, 95);
+  // The board lies; the camera goes round it.
+  for (int k = 0; k < 20; ++k) {
+    FilmCamera moved = camera;
+    moved.tilt = 0.45 * std::sin(1.3 * k);
+    moved.heading = 0.9 * k;
+    moved.place = {0.0, 0.0, 0.75 + 0.15 * std::cos(0.7 * k)};
+    FilmRenderer renderer(moved, 2.0, static_cast<std::uint64_t>(k));
+    const double ahead = moved.place[2] * std::tan(moved.tilt);
+    const cv::Mat picture =
+        renderer.render({{square, 0.36, ahead * std::cos(moved.heading) + 0.14 * std::sin(2.1 * k),
+                          ahead * std::sin(moved.heading) + 0.14 * std::cos(2.9 * k), 0.0, 0.0}});
+    for (int repeat = 0; repeat < 3; ++repeat) film.write(picture);
+  }
+  film.release();
+  for (const std::string& note : calibrate_lens(options)) std::cout << note << '\n';
+  const Lens lens = read_lens(options.out);
+  EXPECT_NEAR(lens.matrix(0, 0), camera.focal, 0.01 * camera.focal);
+  EXPECT_EQ(lens.picture, camera.picture);
+  const Lens truth{camera.matrix(), camera.distortion, camera.picture, 0.0};
+  // As directions, so that neither hides behind the other.
+  for (const cv::Point2d pixel : {cv::Point2d{60, 60}, {320, 100}, {560, 400}}) {
+    const auto direction = [&pixel](const Lens& l) {
+      const cv::Point2d p = l.straightened(pixel);
+      return cv::Point2d((p.x - l.matrix(0, 2)) / l.matrix(0, 0),
+                         (p.y - l.matrix(1, 2)) / l.matrix(1, 1));
+    };
+    EXPECT_LT(cv::norm(direction(lens) - direction(truth)), 0.006) << pixel;
+  }
+  options.calibrate = "9x9";
+  try {
+    static_cast<void>(calibrate_lens(options));
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_THAT(error.what(), HasSubstr("9 x 9 inner corners in 0 different places"));
+  }
+}
+
+TEST(TrackCommand, OdomHandsOverToTheProgramWithOpenCv) {
+  const Scratch scratch;
+  const std::string out = scratch.path("markers.csv").string();
+  std::string line = "odom identify track " + stage().film + " --lens " + stage().lens +
+                     " --aruco 4x4_50 --front 7 --rear 8 --height 0.1 --progress --out " + out;
+  for (const std::string& text : on_ground) line += " --ground-marker=" + text;
+  const Outcome outcome = run_shell(line);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("40 frames; front marker in"));
+  EXPECT_THAT(outcome.err, HasSubstr("frame 25 of 40"));
+  EXPECT_LT(errors_of(scratch, contents(out)).rms, 1.5);
+
+  const Outcome wrong =
+      run_shell("odom identify track nothing.avi --aruco 4x4_50 --front 1 --rear 2");
+  EXPECT_EQ(wrong.status, 2);
+  EXPECT_THAT(wrong.err, testing::StartsWith("odom identify track: nothing.avi: no such file"));
+  EXPECT_EQ(wrong.err.find('\n'), wrong.err.size() - 1);
+}
+
+}  // namespace
+}  // namespace odomd::tools::track_test

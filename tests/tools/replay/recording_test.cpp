@@ -1,0 +1,393 @@
+// A drive through the pipeline, recorded by the beat's tap into a folder, and replayed from there:
+// every bit of every tick. No daemon and no clock: the test is the beat.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/core/recording_files.hpp"
+#include "daemon/core/recording_wire.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/drive_files/recording_folder.hpp"
+#include "tools/replay/recording.hpp"
+#include "tools/replay/recording_verifier.hpp"
+
+namespace odomd::tools::recording_test {
+namespace {
+
+using daemon::RecordingTap;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr std::int64_t period = 5 * ms;
+constexpr std::int64_t grid = 1'000'000 * ms;
+constexpr std::int64_t realtime_offset = 1'700'000'000'001'234'567;
+
+/// A car with a protected wheel message on one bus and the gyro on another, and everything that
+/// happens to it: as the beat sees it.
+class Car {
+ public:
+  explicit Car(const Scratch& scratch, const std::string& model = "paper") {
+    scratch.write("wheels \"of\" car.dbc",
+                  "BO_ 256 WHEEL: 4 X\n SG_ V : 0|16@1- (0.001,0) [0|0] \"m/s\" X\n"
+                  " SG_ C : 16|4@1+ (1,0) [0|0] \"\" X\n"
+                  "BO_ 258 STEER: 2 X\n SG_ A : 0|16@1- (0.0001,0) [0|0] \"rad\" X\n");
+    scratch.write(".gyro.dbc",
+                  "BO_ 2147483905 GYRO: 2 X\n SG_ R : 0|16@1- (0.001,0) [0|0] \"rad/s\" X\n");
+    const auto file = scratch.write(
+        "any.toml",
+        "# a comment that stays\n[filter]\nmodel = \"" + model +
+            "\"\n[camera]\nsocket = \"camera.sock\"\nlever_arm = [0.1, 0.02, 0.3]\n[can]\n"
+            "dbc = ['wheels \"of\" car.dbc', # here, too\n  \".gyro.dbc\"]\n"
+            "[can.e2e]\nWHEEL = { profile = \"COUNTER\", counter = \"C\" }\n[can.signals]\n"
+            "wheel_rear = { message = \"WHEEL\", signal = \"V\", unit = \"m/s\" }\n"
+            "steering = { message = \"STEER\", signal = \"A\", unit = \"rad\" }\n"
+            "yaw_rate = { message = \"GYRO\", signal = \"R\", unit = \"rad/s\" }\n");
+    config_ = daemon::load_config(file);
+    std::vector<std::string> warnings;
+    const auto databases = daemon::load_databases(config_, warnings);
+    pipeline_ =
+        std::make_unique<daemon::Pipeline>(config_, databases, std::vector<std::string>{}, true);
+    tap_ = std::make_unique<RecordingTap>(*pipeline_);
+  }
+
+  void take(can::Frame frame) {
+    pipeline_->take(frame, woke_ns_);
+    tap_->take(frame);
+  }
+  void take(const estimator::CameraPose& pose) {
+    pipeline_->take(pose);
+    tap_->take(pose);
+  }
+
+  /// One tick: what a bus carries in it, now and then a camera pose, and all kinds of mishap.
+  void tick() {
+    number_ += number_ % 50 == 17 ? 3U : 1U;  // some are missed
+    const std::int64_t tick_ns = grid + static_cast<std::int64_t>(number_) * period;
+    woke_ns_ = tick_ns + 12'345 + static_cast<std::int64_t>(number_ % 7) * 1'001;
+    const double t = static_cast<double>(number_) * 5e-3;
+    if (number_ % 2 == 0) {
+      const std::int16_t speed = raw(1.5 + 0.5 * std::sin(t), 1e-3);
+      take(frame(256, 0, {low(speed), high(speed), counter_}, tick_ns - 1'234'567));
+      if (number_ % 90 != 20) counter_ = static_cast<std::uint8_t>((counter_ + 1) % 16);
+      const std::int16_t angle = raw(0.2 * std::sin(0.7 * t), 1e-4);
+      take(frame(258, 0, {low(angle), high(angle)}, number_ % 60 == 30 ? 0 : tick_ns - 987'654));
+    }
+    const std::int16_t rate = raw(0.8 * std::cos(0.7 * t), 1e-3);
+    can::Frame gyro = frame(257, 1, {low(rate), high(rate)}, tick_ns - 3'000'001);
+    gyro.format = can::IdFormat::extended;
+    take(gyro);
+    if (number_ % 31 == 0) {
+      gyro.protocol = can::FrameProtocol::fd;
+      gyro.fd_flags = 1;
+      gyro.length = 12;
+      gyro.time_ns += 1;
+      take(gyro);
+    }
+    if (number_ % 11 == 0) take(camera(tick_ns));
+    if (number_ % 40 == 1) pipeline_->take_malformed_camera_message();
+    const std::uint32_t conditions =
+        number_ % 100 < 5 ? std::uint32_t{ODOM_COND_CLOCK_STEPPED} : 0U;
+    pipeline_->set_conditions(conditions);
+    const auto& record = pipeline_->tick(number_, tick_ns);
+    tap_->tick_done(record, {woke_ns_, realtime_offset, conditions}, *pipeline_);
+  }
+  void ticks(int count) {
+    for (int i = 0; i < count; ++i) tick();
+  }
+
+  [[nodiscard]] RecordingTap& tap() { return *tap_; }
+
+  /// What the daemon says before its ticks.
+  [[nodiscard]] RecordingStart start() const {
+    return {{{"build", daemon::build_identity()},
+             {"model", std::string(daemon::name_of(config_.model))},
+             {"period_ns", period},
+             {"camera_expected", true}},
+            daemon::recording_files(config_),
+            {"can0", "can1"},
+            daemon::checkpoint_bytes(tap_->checkpoint())};
+  }
+
+  /// Takes out of the rings what is there.
+  void drain_into(RecordingFolder& folder) {
+    while (const auto* mark = tap_->mark()) {
+      std::vector<can::Frame> frames;
+      std::vector<estimator::CameraPose> cameras;
+      for (std::uint32_t i = 0; i < mark->frames; ++i) frames.push_back(tap_->take_frame());
+      for (std::uint32_t i = 0; i < mark->cameras; ++i) cameras.push_back(tap_->take_camera());
+      folder.take(*mark, frames, cameras);
+      tap_->pop_mark();
+    }
+  }
+
+ private:
+  static std::int16_t raw(double value, double unit) {
+    return static_cast<std::int16_t>(std::lround(value / unit));
+  }
+  static std::uint8_t low(std::int16_t value) { return static_cast<std::uint8_t>(value & 0xFF); }
+  static std::uint8_t high(std::int16_t value) {
+    return static_cast<std::uint8_t>(static_cast<std::uint16_t>(value) >> 8U);
+  }
+  static can::Frame frame(std::uint32_t id, std::uint8_t bus, std::vector<std::uint8_t> data,
+                          std::int64_t time_ns) {
+    can::Frame frame{.time_ns = time_ns, .id = id, .bus = bus};
+    frame.length = static_cast<std::uint8_t>(id == 256 ? 4 : data.size());
+    std::ranges::copy(data, frame.data.begin());
+    return frame;
+  }
+  [[nodiscard]] estimator::CameraPose camera(std::int64_t tick_ns) const {
+    const double t = static_cast<double>(number_) * 5e-3;
+    estimator::CameraPose pose{.capture_ns = tick_ns - 41 * ms - 77,
+                               .arrival_ns = woke_ns_,
+                               .x = 1.5 * t + 0.01 * std::sin(9.0 * t),
+                               .y = 1.0 / 3.0,
+                               .yaw = 0.3 + 0.1 * t,
+                               .sigma_x = 0.05,
+                               .sigma_y = 0.1 / 3.0,
+                               .sigma_yaw = 0.05};
+    if (number_ % 5 == 1) pose.x += 40.0;  // gated
+    if (number_ % 7 == 1) pose.yaw = std::numeric_limits<double>::quiet_NaN();
+    if (number_ % 7 == 2) pose.sigma_x = -0.05;
+    return pose;
+  }
+
+  daemon::Config config_;
+  std::unique_ptr<daemon::Pipeline> pipeline_;
+  std::unique_ptr<RecordingTap> tap_;
+  std::uint64_t number_ = 0;
+  std::int64_t woke_ns_ = 0;
+  std::uint8_t counter_ = 0;
+};
+
+/// What comes of holding a recording against itself.
+struct Verified {
+  std::string difference;
+  std::string inexact;
+  std::uint64_t ticks = 0;
+  std::uint64_t rows = 0;
+};
+Verified verify(const std::filesystem::path& folder) {
+  RecordingVerifier verifier{folder};
+  const auto replayed = replay(open_recording(folder),
+                               [&](const daemon::TickRecord& record, const RecordedTick& live) {
+                                 verifier.take(record, live);
+                               });
+  return {verifier.difference().value_or(""), replayed.inexact, verifier.ticks(), verifier.rows()};
+}
+
+class RecordingTest : public ::testing::TestWithParam<std::string> {
+ protected:
+  /// A recording of 400 ticks that begins behind so many others.
+  std::filesystem::path record(int ticks_before, const std::string& model = "paper") {
+    Car car{scratch_, model};
+    car.ticks(ticks_before);
+    car.tap().begin();
+    car.tick();
+    RecordingFolder folder{scratch_.path("drive"), car.start()};
+    for (int i = 0; i < 4; ++i) {
+      car.ticks(100);
+      car.drain_into(folder);
+      folder.flush();
+    }
+    counts_ = folder.counts();
+    folder.close("the test is over");
+    return scratch_.path("drive");
+  }
+  /// Puts another text in place of the first there is.
+  void change(const std::string& file, const std::string& from, const std::string& to) const {
+    std::string text = contents(scratch_.path("drive/" + file));
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    scratch_.write("drive/" + file, text.replace(at, from.size(), to));
+  }
+
+  Scratch scratch_;
+  RecordingCounts counts_;
+};
+
+TEST_P(RecordingTest, ReplaysToTheBitsFromTheFirstTickOn) {
+  const auto folder = record(0, GetParam());
+  for (int i = 0; i < 2; ++i) {
+    const Verified verified = verify(folder);
+    EXPECT_EQ(verified.inexact, "");
+    EXPECT_EQ(verified.difference, "");
+    EXPECT_EQ(verified.ticks, 400U);
+    EXPECT_GT(verified.rows, 350U);
+  }
+  EXPECT_GT(counts_.cameras, 10U);
+  EXPECT_GT(counts_.unusable_cameras, 3U);
+  EXPECT_GT(counts_.frames, 700U);
+}
+
+TEST_P(RecordingTest, ReplaysToTheBitsFromAnywhereInADrive) {
+  for (const int before : {1, 137, 500}) {
+    const auto folder = record(before, GetParam());
+    const Verified verified = verify(folder);
+    EXPECT_EQ(verified.inexact, "");
+    EXPECT_EQ(verified.difference, "") << before;
+    EXPECT_EQ(verified.ticks, 400U);
+    std::filesystem::remove_all(folder);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Models, RecordingTest, ::testing::Values("full", "paper", "kinematic"));
+
+TEST_F(RecordingTest, TheFilesAreThoseOfAPlainReplay) {
+  const auto folder = record(137);
+  const std::string config = contents(folder / "car.toml");
+  EXPECT_THAT(config, StartsWith("# a comment that stays\n"));
+  EXPECT_THAT(config, HasSubstr("dbc = [\"wheels _of_ car.dbc\", \"_gyro.dbc\"]\n[can.e2e]"));
+  const Outcome outcome =
+      run_shell("cd " + folder.string() +
+                " && odom replay --config car.toml --can can.log --camera camera.csv --out p.csv");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  // Its ticks lie where those of the daemon lay.
+  const std::string live = contents(folder / "pose.csv");
+  const std::string last_time = live.substr(live.rfind('\n', live.size() - 2) + 1, 20);
+  EXPECT_THAT(contents(folder / "p.csv"), HasSubstr(last_time));
+}
+
+TEST_F(RecordingTest, TheCommandWritesThePosesThatWereRecorded) {
+  const auto folder = record(137);
+  const auto out = scratch_.path("replayed.csv");
+  const Outcome outcome =
+      run_shell("odom replay --recording " + folder.string() + " --verify --out " + out.string());
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("bit-identical to what was published: 400 ticks, "));
+  EXPECT_EQ(contents(out), contents(folder / "pose.csv"));
+}
+
+TEST_F(RecordingTest, ADifferenceIsNamedByTickAndColumn) {
+  record(137);
+  std::string poses = contents(scratch_.path("drive/pose.csv"));
+  auto at = poses.find('\n');
+  for (int i = 0; i < 9; ++i) at = poses.find('\n', at + 1);
+  at = poses.find(',', poses.find(',', at) + 1);  // behind x of the tenth row
+  poses.insert(at, "1");
+  scratch_.write("drive/pose.csv", poses);
+  const std::string difference = verify(scratch_.path("drive")).difference;
+  EXPECT_THAT(difference, StartsWith("tick "));
+  EXPECT_THAT(difference, HasSubstr("): x is "));
+  const Outcome outcome =
+      run_shell("odom replay --verify --recording " + scratch_.path("drive").string());
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("odom replay: not what was published: tick "));
+}
+
+TEST_F(RecordingTest, AChangedFrameMakesADifference) {
+  record(137);
+  change("can.log", "can0 102#", "can0 103#");
+  EXPECT_NE(verify(scratch_.path("drive")).difference, "");
+}
+
+TEST_F(RecordingTest, WhatThePoseFileDoesNotShowIsHeldAgainstTheRecordingToo) {
+  record(137);
+  // A camera message that never came: counted in the record, and in no column of the poses.
+  std::string beat = contents(scratch_.path("drive/beat.csv"));
+  const auto row = beat.find('\n', beat.find('\n') + 1) + 1;
+  auto at = row;
+  for (int field = 0; field < 11; ++field) at = beat.find(',', at) + 1;
+  const auto end = beat.find(',', at);
+  beat.replace(at, end - at, std::to_string(std::stoi(beat.substr(at, end - at)) + 1));
+  // Later rows count on from it.
+  const std::string head = beat.substr(0, beat.find('\n', row) + 1);
+  scratch_.write("drive/beat.csv", head);
+  EXPECT_THAT(verify(scratch_.path("drive")).difference,
+              HasSubstr("a part of the record that the pose file does not show differs"));
+}
+
+TEST_F(RecordingTest, WithoutItsStateItBeginsAtTheRecordedPoseAndSaysSo) {
+  const auto folder = record(300);
+  std::string state = contents(folder / "state.bin");
+  state[2000] = static_cast<char>(state[2000] + 1);
+  scratch_.write("drive/state.bin", state);
+  EXPECT_THAT(verify(folder).inexact, HasSubstr("state.bin: is damaged: its checksum is wrong"));
+  scratch_.write("drive/state.bin", "odomd 0.0.1, 9.9, 1 bytes\nxyz");
+  EXPECT_THAT(verify(folder).inexact, HasSubstr("is of another build (odomd 0.0.1, 9.9"));
+  scratch_.write("drive/state.bin", state.substr(0, 50'000));
+  EXPECT_THAT(verify(folder).inexact, HasSubstr("state.bin: has 50000 bytes, not "));
+  std::filesystem::remove(folder / "state.bin");
+  EXPECT_THAT(verify(folder).inexact, HasSubstr("state.bin: no such file"));
+
+  const Outcome verified = run_shell("odom replay --verify --recording " + folder.string());
+  EXPECT_EQ(verified.status, 1);
+  EXPECT_THAT(verified.err, HasSubstr("cannot be verified without the filter's state"));
+  const auto out = scratch_.path("replayed.csv");
+  const Outcome outcome =
+      run_shell("odom replay --recording " + folder.string() + " --out " + out.string());
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("the replay begins at the recorded pose"));
+  EXPECT_GT(std::filesystem::file_size(out), 50'000U);
+}
+
+TEST_F(RecordingTest, ARecordingThatLostItsEndReplaysWhatIsThere) {
+  const auto folder = record(137);
+  std::string beat = contents(folder / "beat.csv");
+  beat.resize(beat.size() * 2 / 3);  // in the middle of a row, at best
+  scratch_.write("drive/beat.csv", beat);
+  std::string poses = contents(folder / "pose.csv");
+  poses.resize(poses.size() / 2);
+  scratch_.write("drive/pose.csv", poses);
+  const Verified verified = verify(folder);
+  EXPECT_EQ(verified.difference, "");
+  EXPECT_GT(verified.ticks, 250U);
+  EXPECT_LT(verified.rows, verified.ticks);
+}
+
+TEST_F(RecordingTest, FilesThatDoNotFitEachOtherAreRefused) {
+  const auto folder = record(137);
+  const std::string frames = contents(folder / "can.log");
+  const auto error = [&] { return message_of([&] { static_cast<void>(verify(folder)); }); };
+
+  scratch_.write("drive/can.log", frames.substr(0, frames.rfind('\n', frames.size() / 2) + 1));
+  EXPECT_THAT(error(), HasSubstr("can.log ends before this tick"));
+  scratch_.write("drive/can.log", "");
+  EXPECT_THAT(error(), HasSubstr("beat.csv:3: can.log ends before this tick"));
+  scratch_.write("drive/can.log", frames.substr(frames.find('\n') + 1));
+  EXPECT_THAT(error(), HasSubstr("frames of another bus"));
+  scratch_.write("drive/can.log", frames);
+  scratch_.write("drive/camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n");
+  EXPECT_THAT(error(), HasSubstr("camera.csv ends before this tick"));
+
+  scratch_.write("drive/info.json", "{\"format\": 2}");
+  EXPECT_THAT(error(), HasSubstr("info.json: is of format 2, this odom reads 1"));
+  scratch_.write("drive/info.json", "[]");
+  EXPECT_THAT(error(), HasSubstr("info.json: is not what odom record writes"));
+  scratch_.write("drive/info.json", "");
+  EXPECT_THAT(error(), HasSubstr("info.json: is not what odom record writes"));
+  EXPECT_THAT(message_of([] { static_cast<void>(open_recording("/nonexistent")); }),
+              HasSubstr("/nonexistent/info.json: no such file"));
+}
+
+TEST_F(RecordingTest, NoFolderIsWrittenInto) {
+  record(0);
+  Car car{scratch_};
+  car.tap().begin();
+  car.tick();
+  EXPECT_THAT(message_of([&] { RecordingFolder(scratch_.path("drive"), car.start()); }),
+              HasSubstr("drive: exists already; name another folder by --out"));
+  EXPECT_THAT(message_of([&] { RecordingFolder(scratch_.path("no/drive"), car.start()); }),
+              HasSubstr("no/drive: cannot be made: No such file or directory"));
+}
+
+TEST(ReplayOfARecording, ExcludesWhatTheRecordingKnows) {
+  EXPECT_EQ(run_shell("odom replay --recording x --config y --out -").status, 2);
+  EXPECT_EQ(run_shell("odom replay --recording x --initial 0,0,0 --out -").status, 2);
+  EXPECT_EQ(run_shell("odom replay --recording x").status, 2);
+  EXPECT_EQ(run_shell("odom replay --config y --out - --verify").status, 2);
+  EXPECT_EQ(run_shell("odom replay --out -").status, 2);
+  const Scratch drive;
+  drive.write("drive.log", "");
+  EXPECT_THAT(run_shell("odom replay --out - --recording " + drive.path(".").string()).err,
+              testing::HasSubstr("is a drive, and no recording of odom record: replay it by"));
+  EXPECT_THAT(run_shell("odom replay --recording x --out -").err,
+              HasSubstr("x/info.json: no such"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::recording_test

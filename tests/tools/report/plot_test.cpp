@@ -1,0 +1,216 @@
+// odom plot, as it is called.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "shm_api/writer.hpp"
+#include "tests/tools/drives.hpp"
+#include "tests/tools/markup.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/drive_files/innovation_file.hpp"
+#include "tools/report/innovation_chart.hpp"
+
+namespace odomd::tools::plot_test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+class Plot : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string rows =
+        "t,x,y,yaw,vx,vy,yaw_rate,sigma_x,sigma_y,sigma_yaw,mode,steering,accel_x,accel_y,"
+        "gyro_bias\n";
+    for (int i = 0; i < 200; ++i) {
+      const std::string t = std::to_string(100.0 + 0.005 * i);
+      const std::string v = i == 77 ? "9.5" : "1.5";  // one spike
+      rows += t + ",0.1,0.2,0.3," + v + ",0,0.1,0.01,0.01,0.02,tracking,0.1,0.2,0.3,0.004\n";
+    }
+    pose_ = scratch_.write("pose.csv", rows).string();
+    reference_ = scratch_.write("truth.csv", csv_of(shifted(wavy_drive(0.0, 1.0, 0.01)))).string();
+  }
+  static Trajectory shifted(Trajectory drive) {
+    for (auto& point : drive.points) point.t_ns += 100'000'000'000;
+    return drive;
+  }
+  [[nodiscard]] static Outcome run(const std::string& arguments) {
+    return run_shell("odom plot " + arguments);
+  }
+  // The SVG of a plot that must come about.
+  [[nodiscard]] static std::string svg_of(const std::string& arguments) {
+    const Outcome outcome = run(arguments + " --out -");
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(markup_fault(outcome.out), "");
+    EXPECT_THAT(outcome.out, AllOf(StartsWith("<svg xmlns="), Not(HasSubstr("nan"))));
+    return outcome.out;
+  }
+  void expect_refused(const std::string& arguments, const std::string& what) const {
+    const Outcome outcome = run(arguments + " --out " + scratch_.path("x.svg").string());
+    EXPECT_EQ(outcome.status, 2) << arguments;
+    EXPECT_THAT(outcome.err, AllOf(StartsWith("odom plot: "), HasSubstr(what)));
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(scratch_.path("x.svg"))) << arguments;
+  }
+
+  Scratch scratch_;
+  std::string pose_, reference_;
+};
+
+TEST_F(Plot, DrawsTheTrajectoryUnlessToldOtherwise) {
+  EXPECT_THAT(svg_of(pose_ + " --reference " + reference_ + " --title 'A&B'"),
+              AllOf(HasSubstr(">reference<"), HasSubstr(">pose<"), HasSubstr("A&amp;B")));
+}
+
+TEST_F(Plot, DrawsEveryQuantityThatAPoseFileHas) {
+  EXPECT_THAT(svg_of(pose_ + " --what speed"), HasSubstr("v_x [m/s]"));
+  EXPECT_THAT(svg_of(pose_ + " --what lateral_speed"), HasSubstr("v_y [m/s]"));
+  EXPECT_THAT(svg_of(pose_ + " --what yaw_rate"), HasSubstr("[deg/s]"));
+  EXPECT_THAT(svg_of(pose_ + " --what heading --reference " + reference_),
+              HasSubstr(">reference<"));
+  EXPECT_THAT(svg_of(pose_ + " --what steering"), HasSubstr("front wheels [deg]"));
+  EXPECT_THAT(svg_of(pose_ + " --what acceleration"), HasSubstr("along y"));
+  EXPECT_THAT(svg_of(pose_ + " --what sigma"), HasSubstr("sigma_yaw [deg]"));
+  EXPECT_THAT(svg_of(pose_ + " --what calibrations"),
+              AllOf(HasSubstr("gyro_bias"), Not(HasSubstr("wheel_scale"))));
+}
+
+TEST_F(Plot, KeepsASpikeOfASingleTick) {
+  EXPECT_THAT(svg_of(pose_ + " --what speed"), HasSubstr(">8<"));  // the axis reaches it
+}
+
+TEST_F(Plot, PutsSeveralFilesOverEachOtherAndSeveralQuantitiesBelow) {
+  const auto other = scratch_.write("other.csv", contents(pose_)).string();
+  const std::string svg = svg_of(pose_ + " " + other + " --what speed --what heading");
+  EXPECT_THAT(svg, AllOf(HasSubstr(">pose<"), HasSubstr(">other<"), HasSubstr(">Speed<"),
+                         HasSubstr(">Heading<")));
+}
+
+TEST_F(Plot, OfFilesWithoutACommonTimeBeginsEachAtZeroAndSaysSo) {
+  const auto early = scratch_.write("early.csv", csv_of(wavy_drive(0.0, 1.0, 0.01))).string();
+  const Outcome outcome = run(pose_ + " " + early + " --what heading --out -");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err,
+            "odom plot: warning: the files have no time in common; each begins at 0 s\n");
+}
+
+TEST_F(Plot, DrawsTheInnovationsOfAReplay) {
+  const std::string lap = scratch_.path("lap").string();
+  const std::string file = scratch_.path("nu.csv").string();
+  ASSERT_EQ(
+      run_shell("odom sim --scenario lap --standstill 0.5 --duration 3 --out " + lap +
+                " && odom replay " + "--config " + lap + "/car.toml --can " + lap +
+                "/drive.log --camera " + lap + "/camera.csv --out /dev/null --innovations " + file)
+          .status,
+      0);
+  const auto judgements = read_innovations(file);
+  EXPECT_GT(judgements.size(), 1500U);
+  EXPECT_THAT(svg_of(file + " --what innovation"),
+              AllOf(HasSubstr(">yaw_rate<"), HasSubstr("innovation [deg/s]"),
+                    HasSubstr(">camera yaw<"), HasSubstr("±3√S")));
+}
+
+TEST_F(Plot, FollowsARunningDaemon) {
+  const std::string segment = scratch_.path("pose").string();
+  odom_info info{};
+  info.period_ns = 5'000'000;
+  shm::Writer writer(shm::SegmentSettings{.name = segment, .slots = 64, .group = {}}, info);
+  std::atomic<bool> done = false;
+  std::thread beat([&] {
+    odom_pose pose{};
+    pose.mode = ODOM_TRACKING;
+    while (!done) {
+      pose.tick += 1;
+      pose.time_ns =
+          std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+      pose.vx = 1.0;
+      writer.publish(pose, {});
+      writer.set_heartbeat(pose.time_ns);
+      std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    }
+  });
+  const std::string svg =
+      svg_of("--for 0.5 --shm " + segment + " --what trajectory --what speed --what beat");
+  done = true;
+  beat.join();
+  EXPECT_THAT(svg, AllOf(HasSubstr("v_x [m/s]"), HasSubstr("Wake-up latency")));
+}
+
+TEST_F(Plot, SaysInOneLineWhatIsWrong) {
+  expect_refused("", "A pose file or --for is required");
+  expect_refused(pose_ + " --what speeds",
+                 "\"speeds\" is nothing that can be drawn; there are: trajectory|");
+  expect_refused("/nonexistent.csv", "/nonexistent.csv: no such file");
+  expect_refused(
+      reference_ + " --what speed",
+      R"(truth.csv: has no columns "vx", "vy", "yaw_rate"; take a file that odom replay)");
+  expect_refused(pose_ + " --what innovation", R"(pose.csv:1: no column "source")");
+  expect_refused(pose_ + " --what beat", R"(pose.csv:1: no column "tick")");
+  expect_refused("--for 1 --what innovation", "a daemon does not keep them");
+  const auto bad = scratch_.write("bad.csv", "t,x,y,yaw\n1,0,0,0\n0,1,1,1\n").string();
+  expect_refused(bad, "bad.csv:3: column \"t\": the time runs backwards");
+  const auto nan = scratch_.write("nan.csv", "t,x,y,yaw,steering\n1,0,0,0,nan\n").string();
+  expect_refused(nan + " --what steering", "nan.csv:2: column \"steering\": \"nan\"");
+  EXPECT_THAT(run(pose_ + " --out x.jpg").err, HasSubstr("pictures end in .svg or .png"));
+  const Outcome silent = run("--for 1 --shm " + scratch_.path("none").string() + " --out -");
+  EXPECT_EQ(silent.status, 1);
+  EXPECT_THAT(silent.err, HasSubstr("no such segment: is odomd running?"));
+}
+
+TEST(InnovationChart, ExpectsNothingWhereThereAreNoSamples) {
+  std::vector<estimator::Judgement> judgements;
+  for (int i = 0; i < 200; ++i)
+    judgements.push_back({.source = estimator::Source::yaw_rate,
+                          .verdict = estimator::Verdict::fused,
+                          .degrees = 1,
+                          .innovation = {0.01},
+                          .time_ns = 10'000'000LL * (i < 100 ? i : i + 500),
+                          .variance = {1e-4}});
+  const auto charts = innovation_charts(judgements, 0);
+  ASSERT_EQ(charts.size(), 1U);
+  const auto& band = charts[0].bands[0].points;
+  EXPECT_EQ(std::ranges::count_if(band, [](const auto& p) { return std::isnan(p.low); }), 1);
+  EXPECT_EQ(band.size(), judgements.size() + 1);
+}
+
+TEST(InnovationFile, ReadsBackWhatWasWritten) {
+  const Scratch scratch;
+  estimator::Judgement judgement{.source = estimator::Source::camera,
+                                 .verdict = estimator::Verdict::gated,
+                                 .degrees = 3,
+                                 .innovation = {0.25, -0.5, 0.125},
+                                 .squared_ratio = 17.5,
+                                 .test_ratio = 1.5,
+                                 .time_ns = 1'760'000'000'123'456'789,
+                                 .variance = {0.25, 4.0, 0.0625}};
+  std::ostringstream text;
+  write_innovation_header(text);
+  std::string row;
+  append_innovation_rows(row, judgement);
+  const auto read = read_innovations(scratch.write("nu.csv", text.str() + row));
+  ASSERT_EQ(read.size(), 1U);
+  EXPECT_EQ(read[0].source, judgement.source);
+  EXPECT_EQ(read[0].verdict, judgement.verdict);
+  EXPECT_EQ(read[0].time_ns, judgement.time_ns);
+  EXPECT_EQ(read[0].innovation, judgement.innovation);
+  EXPECT_EQ(read[0].variance, judgement.variance);
+  EXPECT_EQ(read[0].squared_ratio, judgement.squared_ratio);
+  EXPECT_THAT(message_of([&] {
+                (void)read_innovations(
+                    scratch.write("bad.csv", text.str() + "1,gyro,fused,1,0,0,0,1,0,0,0\n"));
+              }),
+              HasSubstr(R"(bad.csv:2: column "source": "gyro" is none that there is)"));
+  EXPECT_THAT(message_of([&] { (void)read_innovations(scratch.write("e.csv", text.str())); }),
+              HasSubstr("e.csv: has no rows; only the full filter tests samples"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::plot_test

@@ -1,0 +1,314 @@
+// odom evaluate of whole drives, and the report that it writes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <string>
+
+#include "tests/tools/markup.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/drive_files/beat_histogram.hpp"
+
+namespace odomd::tools::report_test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+// One short lap for all tests: a whole one, which ends where it began. The full filter, which takes
+// its time under sanitizers, drives where it must.
+class Report : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch_ = new Scratch;
+    const Outcome outcome = run_shell(
+        "odom sim --scenario circle --laps 1 --speed 1.5 --standstill 0.5 --seed 3 --out " + lap());
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+  }
+  static void TearDownTestSuite() {
+    delete scratch_;
+    scratch_ = nullptr;
+  }
+  static std::string lap() { return scratch_->path("lap").string(); }
+  static Outcome run(const std::string& arguments) {
+    return run_shell("odom evaluate " + arguments);
+  }
+
+  static Scratch* scratch_;
+};
+Scratch* Report::scratch_ = nullptr;
+
+TEST_F(Report, OfADriveIsThePapersTable) {
+  const Outcome outcome = run("--drive " + lap() + " --dead-reckoning");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_THAT(
+      outcome.out,
+      AllOf(HasSubstr("end [cm/m]"), HasSubstr("heading end [deg]"), HasSubstr("35 ms [mm]"),
+            HasSubstr("end better by [%]"), HasSubstr("\nkinematic "), HasSubstr("\npaper "),
+            HasSubstr("\ninertial "), HasSubstr("\nfull "), HasSubstr("samples of full\n"),
+            ContainsRegex("source +fused +gated +late +other +tested +NIS / expected")));
+}
+
+TEST_F(Report, ComparesWithTheModelInertialOnlyWhereThereIsAGyro) {
+  const auto file = scratch_->path("no_gyro.toml").string();
+  ASSERT_EQ(run_shell("grep -v ^yaw_rate " + lap() + "/car.toml > " + file).status, 0);
+  const std::string drive = "--drive " + lap() + " --config " + file;
+  const Outcome usual = run(drive);
+  EXPECT_EQ(usual.status, 0) << usual.err;
+  EXPECT_THAT(usual.out, AllOf(HasSubstr("\npaper "), Not(HasSubstr("inertial"))));
+  const Outcome named = run(drive + " --model inertial");
+  EXPECT_EQ(named.status, 2);
+  EXPECT_THAT(named.err, HasSubstr("no_gyro.toml: [can.signals]: yaw_rate is not mapped"));
+}
+
+TEST_F(Report, OfADriveHasTheFiguresOfItsPoseFiles) {
+  const auto json = nlohmann::json::parse(
+      run("--drive " + lap() + " --dead-reckoning --model kinematic --model full --json").out);
+  const auto poses = scratch_->path("pose.csv").string();
+  ASSERT_EQ(run_shell("odom replay --config " + lap() + "/car.toml --can " + lap() +
+                      "/drive.log --out " + poses)
+                .status,
+            0);
+  const auto file = nlohmann::json::parse(
+      run("--reference " + lap() + "/truth.csv --pose " + poses + " --json").out);
+  const auto& full = json["drives"][0]["estimates"][1];
+  EXPECT_EQ(full["pose"], "full");
+  for (const char* figure : {"end_error", "path_length", "samples", "heading", "error_35ms"}) {
+    EXPECT_EQ(full[figure], file["estimates"][0][figure]) << figure;
+  }
+  EXPECT_EQ(full["improvement_percent"]["against"], "kinematic");
+  EXPECT_EQ(full["horizons"].size(), 10U);
+  EXPECT_EQ(full["horizons"][3]["horizon"], 0.035);
+  EXPECT_EQ(full["horizons"][3]["position"], full["error_35ms"]["position"]);
+  EXPECT_GT(full["innovations"]["yaw_rate"]["count"], 500);
+  EXPECT_GT(full["verdicts"]["steering"]["fused"], 500);
+  EXPECT_EQ(json["summary"][1]["estimate"], "full");
+}
+
+TEST_F(Report, ComparesWithTheBaselineThatIsNamed) {
+  const auto against = [](const std::string& name) {
+    return nlohmann::json::parse(
+        run("--drive " + lap() + " --model paper --model kinematic --json --baseline " + name)
+            .out)["drives"][0]["estimates"][0]["improvement_percent"];
+  };
+  EXPECT_TRUE(against("paper").is_null());
+  EXPECT_EQ(against("kinematic")["against"], "kinematic");
+  const Outcome outcome = run("--drive " + lap() + " --model paper --baseline best");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_EQ(outcome.err, "odom evaluate: --baseline: no estimate \"best\"; there are: paper\n");
+}
+
+TEST_F(Report, TakesACameraInWithoutAligning) {
+  const auto align = [](const std::string& how) {
+    return nlohmann::json::parse(
+        run("--drive " + lap() + " --model paper --json" + how).out)["drives"][0]["align"];
+  };
+  EXPECT_EQ(align(""), "none");
+  EXPECT_EQ(align(" --dead-reckoning"), "first");
+  EXPECT_EQ(align(" --frame odom"), "first");  // no camera pose goes into it
+  EXPECT_EQ(align(" --align fit"), "fit");
+}
+
+TEST_F(Report, OfSeveralDrivesHasTheMeans) {
+  const Outcome outcome =
+      run("--drive " + lap() + " --drive " + lap() + " --model kinematic --model paper");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_THAT(outcome.out, AllOf(ContainsRegex("mean of 2 +kinematic"),
+                                 ContainsRegex("mean of 2 +paper"), Not(HasSubstr("samples of"))));
+}
+
+TEST_F(Report, TellsDrivesOfOneNameApart) {
+  const std::string folder = scratch_->path("other").string();
+  ASSERT_EQ(run_shell("mkdir " + folder + " && cp -r " + lap() + " " + folder).status, 0);
+  const std::string other = folder + "/lap";
+  const Outcome outcome =
+      run("--drive " + lap() + " --drive " + other + " --model kinematic --dead-reckoning");
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr('\n' + lap() + ' '), HasSubstr('\n' + other + ' ')));
+  EXPECT_THAT(run("--drive " + other + " --model kinematic --json").out,
+              HasSubstr("\"drive\": \"lap\""));
+}
+
+TEST_F(Report, OfAClosedLoopNeedsNoReference) {
+  const auto json = nlohmann::json::parse(
+      run("--drive " + lap() + " --dead-reckoning --closed-loop --model paper --json")
+          .out)["drives"][0];
+  EXPECT_EQ(json["closed_loop"], true);
+  const auto& paper = json["estimates"][0];
+  EXPECT_LT(paper["end_error_cm_per_m"], 3.0);
+  EXPECT_FALSE(paper.contains("position"));
+  EXPECT_FALSE(paper.contains("nees"));
+  // With the camera in, its end is the camera's: said once, whatever the number of drives.
+  constexpr auto note = "--closed-loop with a camera in: the end is only as good as the camera";
+  const std::string closed = "--drive " + lap() + " --closed-loop --model paper";
+  const std::string said = run(closed + " --drive " + lap()).err;
+  EXPECT_THAT(said, HasSubstr(note));
+  EXPECT_EQ(said.find(note), said.rfind(note));
+  EXPECT_THAT(run(closed + " --dead-reckoning").err, Not(HasSubstr(note)));
+  EXPECT_THAT(run(closed + " --frame odom").err, Not(HasSubstr(note)));
+  // The first half of the lap does not close.
+  const Outcome half = run("--drive " + lap() + " --closed-loop --model paper --to +3");
+  EXPECT_EQ(half.status, 2);
+  EXPECT_EQ(half.out, "");
+  EXPECT_THAT(half.err, AllOf(StartsWith("odom evaluate: lap: the lap does not close"),
+                              HasSubstr("cut it to whole laps by --from and --to")));
+}
+
+TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
+  const auto file = scratch_->path("lap.html");
+  const Outcome outcome =
+      run("--drive " + lap() + " --model paper --model full --title 'R&D <lap>' --html " +
+          file.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string page = contents(file);
+  EXPECT_EQ(markup_fault(page), "");
+  EXPECT_THAT(page, StartsWith("<!DOCTYPE html>\n"));
+  EXPECT_THAT(page, HasSubstr("<title>R&amp;D &lt;lap&gt;</title>"));
+  EXPECT_THAT(page, HasSubstr("width=device-width"));
+  for (const char* words : {"mean error of the predicted displacement", "error along", "±3σ",
+                            "NEES of (x, y, yaw)", "camera yaw", "±3√S", "wheel_rear_left",
+                            "gyro_scale", "cornering_stiffness_front", "odom evaluate --drive"}) {
+    EXPECT_THAT(page, HasSubstr(words));
+  }
+  // Nothing is fetched and nothing is run: the only addresses are the names of the formats.
+  for (const char* bad : {"<script", "<link", "src=", "href=", "url(", "@import", "nan", "inf\""}) {
+    EXPECT_THAT(page, Not(HasSubstr(bad)));
+  }
+  std::size_t addresses = 0;
+  for (std::size_t at = 0; (at = page.find("http", at)) != std::string::npos; ++at) {
+    ++addresses;
+    EXPECT_TRUE(page.substr(at).starts_with("http://www.w3.org/")) << page.substr(at, 40);
+  }
+  EXPECT_GT(addresses, 0U);
+}
+
+TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
+  const auto page = [](const std::string& how) {
+    const auto file = scratch_->path("meaning.html");
+    EXPECT_EQ(run("--drive " + lap() + " --html " + file.string() + how).status, 0);
+    return contents(file);
+  };
+  EXPECT_THAT(page(" --model full --model paper --baseline full"),
+              AllOf(HasSubstr("distance of the last pose from the truth"),
+                    HasSubstr("the end's error beside that of full."), HasSubstr("NEES: "),
+                    Not(HasSubstr("over the whole drive"))));
+  EXPECT_THAT(page(" --model paper --closed-loop --dead-reckoning"),
+              AllOf(HasSubstr("distance of the last pose from the first"),
+                    Not(HasSubstr("35 ms: ")), Not(HasSubstr("Better by"))));
+  EXPECT_THAT(page(" --model paper --to +3"),
+              HasSubstr("Samples, as paper took them, over the whole drive"));
+}
+
+TEST_F(Report, SaysWhichSensorWasNotBelieved) {
+  const auto wrong = scratch_->write(
+      "wrong.toml",
+      std::regex_replace(contents(lap() + "/car.toml"),
+                         std::regex("(yaw_rate = .*unit = \"rad/s\")"), "$1, scale = -1"));
+  const auto html = scratch_->path("wrong.html");
+  const std::string arguments =
+      "--drive " + lap() + " --dead-reckoning --model kinematic --model full";
+  const Outcome outcome =
+      run(arguments + " --json --config " + wrong.string() + " --html " + html.string());
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  // Whom the monitor blames on a circle is not the matter here: the accelerometer or the gyro.
+  const std::string flagged = " \\(IMU\\) contradicts the other sensors: look at its scale";
+  // Nor whom the gates refuse: who turns the wrong way has wheels that run too fast or too slow.
+  const std::string gated =
+      "full: [a-z_]* \\([A-Z_]*\\): [0-9]* of its [0-9]* samples \\([0-9]* %\\) were gated";
+  // What every model says alike is said once, the rest with its name.
+  EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap[a-z, ]*: [a-z_]*" + flagged));
+  EXPECT_THAT(outcome.err, ContainsRegex("odom evaluate: warning: lap, " + gated));
+  const auto warnings = nlohmann::json::parse(outcome.out)["drives"][0]["warnings"].dump();
+  EXPECT_THAT(warnings,
+              AllOf(ContainsRegex("\"[a-z: ]*[a-z_]*" + flagged), ContainsRegex("\"" + gated)));
+  const std::string page = contents(html);
+  EXPECT_THAT(page, AllOf(ContainsRegex("<p class=\"warning\">[a-z: ]*[a-z_]*" + flagged),
+                          ContainsRegex("<p class=\"warning\">" + gated)));
+
+  const Outcome right = run(arguments + " --json --html " + html.string());
+  EXPECT_EQ(right.err, "");
+  EXPECT_TRUE(nlohmann::json::parse(right.out)["drives"][0]["warnings"].empty());
+  EXPECT_THAT(contents(html), Not(HasSubstr("class=\"warning\"")));
+}
+
+TEST_F(Report, KeepsItsColumnsOnAPhone) {
+  const std::string html = scratch_->path("phone.html").string();
+  ASSERT_EQ(
+      run("--drive " + lap() + " --model paper --model kinematic_printed --html " + html).status,
+      0);
+  const std::string page = contents(html);
+  EXPECT_THAT(page, HasSubstr("kinematic_<wbr/>printed</th>"));
+  EXPECT_THAT(page, HasSubstr("th:first-child { position: sticky;"));
+  EXPECT_THAT(page, HasSubstr("<div class=\"scroll short\">"));  // whole on a printed page
+}
+
+TEST_F(Report, IsTheSameEveryTime) {
+  const auto page = [](const std::string& name) {
+    const auto file = scratch_->path(name);
+    EXPECT_EQ(run("--drive " + lap() + " --model paper --html " + file.string()).status, 0);
+    std::string text = contents(file);
+    return text.substr(0, text.find("How this was made"));
+  };
+  EXPECT_EQ(page("one.html"), page("two.html"));
+}
+
+TEST_F(Report, HasTheBeatOfARecording) {
+  std::string beat = "tick,t,t_woke\n";
+  for (int i = 0; i < 100; ++i) {
+    const int tick = i < 50 ? i : i + 3;  // three missed
+    beat += std::to_string(tick) + ',' + std::to_string(0.005 * tick) + ',' +
+            std::to_string(0.005 * tick + (i == 70 ? 0.002 : 0.00002)) + '\n';
+  }
+  const auto file = scratch_->write("beat.csv", beat);
+  const BeatHistogram histogram = read_beat_log(file);
+  EXPECT_EQ(histogram.ticks, 100U);
+  EXPECT_EQ(histogram.missed, 3U);
+  EXPECT_EQ(histogram.max_wakeup_ns, 2'000'000);
+  EXPECT_NEAR(percentile_us(histogram.wakeup, 0.5, histogram.max_wakeup_ns), 22.6, 0.1);
+  EXPECT_EQ(percentile_us(histogram.wakeup, 1.0, histogram.max_wakeup_ns), 2000.0);
+
+  const auto html = scratch_->path("beat.html");
+  ASSERT_EQ(run("--drive " + lap() + " --model paper --beat " + file.string() + " --html " +
+                html.string())
+                .status,
+            0);
+  EXPECT_THAT(contents(html), AllOf(HasSubstr("Wake-up latency"), HasSubstr("largest 2000 us")));
+  EXPECT_EQ(markup_fault(contents(html)), "");
+}
+
+TEST_F(Report, SaysInOneLineWhatIsWrongWithADrive) {
+  const auto refusal = [](const std::string& arguments) {
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, 2) << arguments;
+    EXPECT_EQ(outcome.out, "") << arguments;
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(refusal("--drive /nonexistent"), HasSubstr("/nonexistent: is no folder"));
+  EXPECT_THAT(refusal("--drive " + lap() + " --model fancy"), HasSubstr("fancy"));
+  EXPECT_THAT(refusal("--drive " + lap() + " --pose a.csv"), HasSubstr("--pose"));
+  EXPECT_THAT(refusal("--drive " + lap() + " --drive " + lap() + " --reference a.csv"),
+              HasSubstr("--reference: is of one drive"));
+  EXPECT_THAT(refusal("--drive " + lap() + " --model paper --html /nonexistent/a.html"),
+              HasSubstr("/nonexistent/a.html"));
+  const auto early = scratch_->write("early.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n").string();
+  EXPECT_THAT(refusal("--drive " + lap() + " --model paper --reference " + early),
+              HasSubstr("less than two common times"));
+  const auto mixed = scratch_->write("mixed.csv", "t,x,y,yaw\n2,0,0,0\n1,1,0,0\n").string();
+  EXPECT_THAT(refusal("--drive " + lap() + " --model paper --reference " + mixed),
+              HasSubstr("mixed.csv:3: column \"t\": the time runs backwards"));
+  const auto nan = scratch_->write("nan.csv", "t,x,y,yaw\n2,0,nan,0\n").string();
+  EXPECT_THAT(refusal("--drive " + lap() + " --model paper --reference " + nan),
+              HasSubstr("nan.csv:2: column \"y\": \"nan\" is not a finite number"));
+  const auto unsorted = scratch_->write("beat2.csv", "tick,t,t_woke\n2,1,1\n1,2,2\n").string();
+  EXPECT_THAT(refusal("--drive " + lap() + " --model paper --html " +
+                      scratch_->path("a.html").string() + " --beat " + unsorted),
+              HasSubstr("beat2.csv:3: column \"tick\": the number does not rise"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::report_test

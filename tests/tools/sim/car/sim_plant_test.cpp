@@ -1,0 +1,277 @@
+// The simulated car against what theory says of it.
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tools/sim/car/plant.hpp"
+#include "tools/sim/car/tyre.hpp"
+#include "tools/sim/car/vehicle.hpp"
+
+namespace odomd::sim::sim_plant_test {
+namespace {
+
+constexpr double dt = 0.0005;
+
+PlantParameters reference_car() {
+  ParameterSet ideal = default_parameters(CarKind::scale_car);
+  make_ideal(ideal);
+  return true_vehicle(CarKind::scale_car, ideal);
+}
+
+long steps_in(double seconds) {
+  return std::lround(seconds / dt);
+}
+
+void drive(Plant& plant, const PlantInput& input, double seconds) {
+  for (long k = 0; k < steps_in(seconds); ++k) plant.step(input, dt);
+}
+
+// Holds speed and steering until everything is steady.
+Plant steady(const PlantParameters& car, double speed, double steering, double seconds = 4.0) {
+  Plant plant(car, 0.0, 0.0, 0.0);
+  plant.set_speed(speed);
+  for (long k = 0; k < steps_in(seconds); ++k)
+    plant.step({.steering = steering, .force = 20.0 * car.mass * (speed - plant.output().v_x)}, dt);
+  return plant;
+}
+
+constexpr Tyre tyre{.cornering_stiffness = 30.0,
+                    .slip_stiffness = 90.0,
+                    .nominal_load = 10.0,
+                    .shape = 1.35,
+                    .load_exponent = 0.8};
+
+TEST(Tyre, StartsWithItsStiffnesses) {
+  constexpr double slip = 1e-4;
+  EXPECT_NEAR(tyre_force(tyre, 10.0, 1.0, 0.0, slip).y / slip, 30.0, 1e-3);
+  EXPECT_NEAR(tyre_force(tyre, 10.0, 1.0, slip, 0.0).x / slip, 90.0, 1e-3);
+  EXPECT_NEAR(tyre_force(tyre, 10.0, 1.0, 0.0, -slip).y / slip, -30.0, 1e-3);
+}
+
+TEST(Tyre, NeverExceedsTheFrictionCircleAndFallsBeyondThePeak) {
+  double largest = 0.0;
+  for (int percent = 0; percent < 300; ++percent) {
+    const double slip = 0.01 * percent;
+    const TyreForce force = tyre_force(tyre, 10.0, 0.7, 0.5 * slip, slip);
+    EXPECT_LE(std::hypot(force.x, force.y), 7.0 + 1e-12);
+    largest = std::max(largest, std::hypot(force.x, force.y));
+  }
+  EXPECT_NEAR(largest, 7.0, 0.01);
+  EXPECT_LT(tyre_force(tyre, 10.0, 0.7, 0.0, 3.0).y, 6.9);
+}
+
+TEST(Tyre, DrivingCostsSideForce) {
+  const double free = tyre_force(tyre, 10.0, 1.0, 0.0, 0.2).y;
+  EXPECT_LT(tyre_force(tyre, 10.0, 1.0, 0.2, 0.2).y, 0.7 * free);
+}
+
+TEST(Tyre, GrowsLessThanTheLoad) {
+  const double at_nominal = tyre_force(tyre, 10.0, 1.0, 0.0, 0.01).y;
+  const double doubled = tyre_force(tyre, 20.0, 1.0, 0.0, 0.01).y;
+  EXPECT_NEAR(doubled / at_nominal, std::pow(2.0, 0.8), 0.01);
+  EXPECT_EQ(tyre_force(tyre, 0.0, 1.0, 0.1, 0.1).y, 0.0);
+}
+
+TEST(Plant, TurnsAsTheLinearBicycleDoesWhenDrivenGently) {
+  const PlantParameters car = reference_car();
+  const double l = car.front_axle + car.rear_axle;
+  for (const double speed : {0.5, 1.0, 2.0}) {
+    for (const double steering : {0.02, -0.02}) {
+      const PlantOutput out = steady(car, speed, steering).output();
+      // ψ̇ = v δ / (l + K v²),  K = (m / l)(l_h / C_v - l_v / C_h)
+      const double K = car.mass / l *
+                       (car.rear_axle / car.cornering_stiffness_front -
+                        car.front_axle / car.cornering_stiffness_rear);
+      const double yaw_rate = out.v_x * steering / (l + K * out.v_x * out.v_x);
+      EXPECT_NEAR(out.yaw_rate, yaw_rate, 0.02 * std::abs(yaw_rate)) << speed;
+      // v_y = ψ̇ (l_h - m l_v v² / (C_h l))
+      const double v_y = yaw_rate * (car.rear_axle - car.mass * car.front_axle * out.v_x * out.v_x /
+                                                         (car.cornering_stiffness_rear * l));
+      EXPECT_NEAR(out.v_y, v_y, 0.03 * std::abs(yaw_rate) * car.rear_axle) << speed;
+    }
+  }
+}
+
+TEST(Plant, UndersteersMoreThanTheBicycleWhenDrivenHard) {
+  const PlantParameters car = reference_car();
+  const double l = car.front_axle + car.rear_axle;
+  const PlantOutput out = steady(car, 2.2, 0.4).output();
+  EXPECT_GT(std::abs(out.accel_y), 4.0);
+  const double K = car.mass / l *
+                   (car.rear_axle / car.cornering_stiffness_front -
+                    car.front_axle / car.cornering_stiffness_rear);
+  EXPECT_LT(out.yaw_rate, 0.95 * out.v_x * 0.4 / (l + K * out.v_x * out.v_x));
+}
+
+TEST(Plant, FrictionLimitsTheSideForce) {
+  PlantParameters car = reference_car();
+  car.patches = {{0.0, 0.0, 1000.0, 0.3}};
+  const PlantOutput out = steady(car, 2.0, 0.4).output();
+  EXPECT_LT(std::abs(out.accel_y), 0.3 * 9.81 * 1.02);
+}
+
+TEST(Plant, LoadMovesOutwardsAndToTheRear) {
+  const PlantParameters car = reference_car();
+  const auto turning = steady(car, 1.5, 0.2).loads();  // to the left
+  EXPECT_GT(turning[front_right], turning[front_left]);
+  EXPECT_GT(turning[rear_right], turning[rear_left]);
+  double sum = 0.0;
+  for (const double load : turning) sum += load;
+  EXPECT_NEAR(sum, car.mass * 9.80665, 1e-9);
+
+  Plant plant(car, 0.0, 0.0, 0.0);
+  const auto standing = plant.loads();
+  drive(plant, {.force = 2.0 * car.mass}, 0.3);
+  EXPECT_GT(plant.loads()[rear_left], standing[rear_left]);
+  EXPECT_LT(plant.loads()[front_left], standing[front_left]);
+}
+
+TEST(Plant, DrivenWheelsSlipAndFreeOnesDoNot) {
+  const PlantParameters car = reference_car();
+  Plant plant(car, 0.0, 0.0, 0.0);
+  drive(plant, {.force = 2.0 * car.mass}, 0.5);
+  EXPECT_GT(plant.slip_x()[rear_left], 0.02);
+  EXPECT_LT(std::abs(plant.slip_x()[front_left]), 0.005);
+}
+
+TEST(Plant, OnIceTheWheelsSpinUpToTheTopSpeedAndLockWhenBraked) {
+  for (const CarKind kind : {CarKind::scale_car, CarKind::saloon}) {
+    ParameterSet parameters = default_parameters(kind);
+    make_ideal(parameters);
+    parameters[Parameter::friction] = 0.05;
+    const PlantParameters car = true_vehicle(kind, parameters);
+    Plant plant(car, 0.0, 0.0, 0.0);
+    drive(plant, {.force = 6.0 * car.mass}, 10.0);
+    double before = plant.output().wheel_angle[rear_left];
+    plant.step({.force = 6.0 * car.mass}, dt);
+    const double spin = (plant.output().wheel_angle[rear_left] - before) / dt;
+    EXPECT_LT(spin * car.wheel_radius[rear_left], 1.01 * car.top_speed);
+    EXPECT_GT(spin * car.wheel_radius[rear_left], 0.7 * car.top_speed);
+    EXPECT_LT(plant.output().v_x, 5.5);
+
+    drive(plant, {.force = -6.0 * car.mass}, 1.0);
+    ASSERT_GT(plant.output().v_x, 0.2);
+    before = plant.output().wheel_angle[rear_left];
+    plant.step({.force = -6.0 * car.mass}, dt);
+    const double locked = (plant.output().wheel_angle[rear_left] - before) / dt;
+    EXPECT_LT(std::abs(locked) * car.wheel_radius[rear_left], 0.1 * plant.output().v_x);
+  }
+}
+
+TEST(Plant, StaysExactlyWhereItStands) {
+  Plant plant(reference_car(), 1.0, 2.0, 0.3);
+  for (int k = 0; k < 4000; ++k) plant.step({.steering = 0.3}, dt);
+  EXPECT_EQ(plant.motion(), Motion::resting);
+  EXPECT_EQ(plant.output().x, 1.0);
+  EXPECT_EQ(plant.output().y, 2.0);
+  EXPECT_EQ(plant.output().yaw, 0.3);
+  EXPECT_EQ(plant.output().v_x, 0.0);
+  EXPECT_EQ(plant.output().accel_x, 0.0);
+  EXPECT_NEAR(plant.output().steering, 0.3, 1e-6);
+}
+
+TEST(Plant, CoastsToAnExactStopWithoutGainingEnergy) {
+  Plant plant = steady(reference_car(), 1.0, 0.2, 1.0);
+  double energy = plant.kinetic_energy();
+  // The drive's lag first, and the springs of the tyres may give back a little.
+  for (int k = 0; k < 400; ++k) plant.step({.steering = 0.2}, dt);
+  for (int k = 0; k < 60'000 && plant.motion() == Motion::rolling; ++k) {
+    plant.step({.steering = 0.2}, dt);
+    EXPECT_LE(plant.kinetic_energy(), energy + 1e-6);
+    energy = plant.kinetic_energy();
+  }
+  EXPECT_EQ(plant.motion(), Motion::resting);
+  EXPECT_EQ(plant.output().v_x, 0.0);
+  EXPECT_EQ(plant.output().yaw_rate, 0.0);
+}
+
+TEST(Plant, StopsWithoutRollingBack) {
+  const PlantParameters car = reference_car();
+  Plant plant = steady(car, 1.5, 0.0, 0.5);
+  double lowest = 0.0;
+  for (int k = 0; k < 6000; ++k) {
+    plant.step({.force = -4.0 * car.mass * plant.output().v_x}, dt);
+    lowest = std::min(lowest, plant.output().v_x);
+  }
+  EXPECT_EQ(plant.motion(), Motion::resting);
+  EXPECT_GT(lowest, -0.005);
+}
+
+TEST(Plant, ReversesAlongTheCircleOfItsRearAxle) {
+  const PlantParameters car = reference_car();
+  const PlantOutput out = steady(car, -0.5, 0.2).output();
+  // Slowly: ψ̇ = v tan δ / l, and the rear axle moves along the car.
+  const double l = car.front_axle + car.rear_axle;
+  EXPECT_NEAR(out.yaw_rate, out.v_x * std::tan(0.2) / l, 0.03 * std::abs(out.yaw_rate));
+  EXPECT_NEAR(out.v_y, car.rear_axle * out.yaw_rate, 0.1 * std::abs(out.v_y));
+  EXPECT_LT(out.yaw_rate, 0.0);
+}
+
+TEST(Plant, SteeringLagsAndKeepsItsRateLimit) {
+  const PlantParameters car = reference_car();
+  Plant plant(car, 0.0, 0.0, 0.0);
+  double fastest = 0.0, before = 0.0;
+  for (int k = 0; k < 400; ++k) {
+    plant.step({.steering = 2.0}, dt);
+    fastest = std::max(fastest, (plant.output().steering - before) / dt);
+    before = plant.output().steering;
+  }
+  EXPECT_LE(fastest, car.steering_rate_limit * 1.0001);
+  EXPECT_GT(fastest, 0.99 * car.steering_rate_limit);
+  EXPECT_NEAR(before, car.steering_limit, 0.01);
+  EXPECT_LE(before, car.steering_limit);
+}
+
+TEST(Plant, FeelsTheForceThatItsMotionAsksFor) {
+  // Specific force at the IMU against differences of the motion of that very point.
+  const PlantParameters car = reference_car();
+  Plant plant = steady(car, 1.2, 0.0, 1.0);
+  constexpr double px = 0.1, py = -0.06;
+  const auto point_velocity = [&](const PlantOutput& o) {  // over ground
+    const double vx = o.v_x - o.yaw_rate * py, vy = o.v_y + o.yaw_rate * px;
+    return BodyForce{std::cos(o.yaw) * vx - std::sin(o.yaw) * vy,
+                     std::sin(o.yaw) * vx + std::cos(o.yaw) * vy};
+  };
+  double largest = 0.0;
+  for (int k = 0; k < 4000; ++k) {
+    const double t = k * dt;
+    const BodyForce before = point_velocity(plant.output());
+    const PlantInput input{.steering = 0.25 * std::sin(5.0 * t), .force = 2.0 * std::cos(3.0 * t)};
+    plant.step(input, dt);
+    const PlantOutput middle = plant.output();
+    plant.step(input, dt);
+    const BodyForce after = point_velocity(plant.output());
+    const double ax = (after.x - before.x) / (2.0 * dt), ay = (after.y - before.y) / (2.0 * dt);
+    const BodyForce expected{std::cos(middle.yaw) * ax + std::sin(middle.yaw) * ay,
+                             -std::sin(middle.yaw) * ax + std::cos(middle.yaw) * ay};
+    const BodyForce felt = specific_force_at(middle, px, py);
+    EXPECT_NEAR(felt.x, expected.x, 0.01);
+    EXPECT_NEAR(felt.y, expected.y, 0.01);
+    largest = std::max(largest, std::abs(felt.y));
+  }
+  EXPECT_GT(largest, 0.5);
+}
+
+TEST(Plant, AFinerStepGivesTheSameCar) {
+  const PlantParameters car = reference_car();
+  const auto drive = [&](double step) {
+    Plant plant(car, 0.0, 0.0, 0.0);
+    for (int k = 0; k < std::lround(2.0 / step); ++k)
+      plant.step({.steering = 0.2, .force = 1.5}, step);
+    return plant.output();
+  };
+  const PlantOutput coarse = drive(0.0005), fine = drive(0.0001);
+  EXPECT_NEAR(coarse.x, fine.x, 1e-4);
+  EXPECT_NEAR(coarse.yaw, fine.yaw, 1e-4);
+}
+
+TEST(Plant, RefusesWhatIsNoCar) {
+  PlantParameters car = reference_car();
+  car.mass = 0.0;
+  EXPECT_THROW(Plant(car, 0.0, 0.0, 0.0), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace odomd::sim::sim_plant_test

@@ -1,0 +1,105 @@
+// Lines to drive along, and who drives along them.
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "tools/sim/car/vehicle.hpp"
+#include "tools/sim/course/driver.hpp"
+#include "tools/sim/course/scenario.hpp"
+#include "tools/sim/course/track.hpp"
+
+namespace odomd::sim::sim_track_test {
+namespace {
+
+using std::numbers::pi;
+
+Track square() {
+  return {rounded_polygon({{0, 0, 1}, {6, 0, 1}, {6, 6, 1}, {0, 6, 1}}, Shape::closed, 0.01),
+          Shape::closed, 0.3};
+}
+
+TEST(Track, HasTheLengthAndTheCurvesOfItsPolygon) {
+  const Track track = square();
+  EXPECT_NEAR(track.length(), 16.0 + 2.0 * pi, 0.1);
+  double turned = 0.0;
+  for (std::size_t i = 1; i < track.samples().size(); ++i)
+    turned += track.samples()[i].curvature * track.step();
+  EXPECT_NEAR(turned, 2.0 * pi, 1e-3);
+  EXPECT_NEAR(track.at(3.0 + pi / 4.0).curvature, 0.0, 0.02);
+}
+
+TEST(Track, GoesRoundAndRound) {
+  const Track track = square();
+  const TrackPoint once = track.at(1.3), again = track.at(1.3 + 3.0 * track.length());
+  EXPECT_NEAR(once.x, again.x, 1e-9);
+  EXPECT_NEAR(once.y, again.y, 1e-9);
+  EXPECT_NEAR(once.heading + 6.0 * pi, again.heading, 1e-9);
+}
+
+TEST(Track, AnOpenOneGoesStraightOn) {
+  const Track track(rounded_polygon({{0, 0, 0}, {2, 0, 0}, {4, 0, 0}}, Shape::open, 0.01),
+                    Shape::open, 0.3);
+  EXPECT_NEAR(track.at(track.length() + 1.0).x, 5.0, 1e-6);
+  EXPECT_NEAR(track.at(-1.0).x, -1.0, 1e-6);
+}
+
+TEST(Track, FindsTheNearestPoint) {
+  const Track track = square();
+  const TrackPoint p = track.at(7.5);
+  EXPECT_NEAR(track.nearest(p.x - 0.1 * std::sin(p.heading), p.y + 0.1 * std::cos(p.heading), 7.3),
+              7.5, 0.02);
+}
+
+TEST(Track, HasNoJumpsOfCurvature) {
+  for (const Scenario& scenario : all_scenarios()) {
+    const Route route = scenario.route(scenario.speed, 1);
+    for (const Leg& leg : route.legs) {
+      const auto& samples = leg.track->samples();
+      const double wheelbase = configured_vehicle(scenario.car).wheelbase();
+      for (std::size_t i = 1; i < samples.size(); ++i) {
+        // No sharper than the car can turn, and nothing that a steering could not follow.
+        EXPECT_LT(std::abs(samples[i].curvature) * wheelbase, 0.5) << scenario.name;
+        EXPECT_LT(std::abs(samples[i].curvature - samples[i - 1].curvature) * wheelbase, 0.12)
+            << scenario.name << " at " << static_cast<double>(i) * leg.track->step();
+      }
+    }
+  }
+}
+
+TEST(Track, RefusesNoCornersAndArcsThatDoNotFit) {
+  EXPECT_THROW((void)rounded_polygon({}, Shape::closed, 0.01), std::invalid_argument);
+  EXPECT_THROW((void)rounded_polygon({{0, 0, 1}, {1.5, 0, 1}, {1.5, 6, 1}, {0, 6, 0.1}},
+                                     Shape::closed, 0.01),
+               std::invalid_argument);
+  EXPECT_THROW(Track({{0, 0}, {0, 0}, {0, 0}}, Shape::closed, 0.3), std::invalid_argument);
+}
+
+TEST(Driver, KeepsTheRearAxleOnTheTrack) {
+  ParameterSet ideal = default_parameters(CarKind::scale_car);
+  make_ideal(ideal);
+  const PlantParameters car = true_vehicle(CarKind::scale_car, ideal);
+  const Scenario& scenario = find_scenario("lap");
+  const Leg leg = scenario.route(1.5, 1).legs.front();
+  const TrackPoint start = standing_pose(car, leg);
+  Plant plant(car, start.x, start.y, start.heading);
+  Driver driver(car, {leg}, scenario.limits, 0.0);
+  double s = 0.0, farthest = 0.0;
+  for (int k = 0; !driver.done() && k < 60'000; k += 20) {
+    const PlantInput input = driver.drive(plant.output(), 0.01);
+    for (int i = 0; i < 20; ++i) plant.step(input, 0.0005);
+    const PlantOutput& out = plant.output();
+    const double x = out.x - car.rear_axle * std::cos(out.yaw);
+    const double y = out.y - car.rear_axle * std::sin(out.yaw);
+    s = leg.track->nearest(x, y, s);
+    const TrackPoint foot = leg.track->at(s);
+    farthest = std::max(farthest, std::hypot(x - foot.x, y - foot.y));
+  }
+  EXPECT_TRUE(driver.done());
+  EXPECT_LT(farthest, 0.08);
+}
+
+}  // namespace
+}  // namespace odomd::sim::sim_track_test

@@ -1,0 +1,228 @@
+// odom sim as it is called.
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <cstring>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <odom/odom.h>
+#include <nlohmann/json.hpp>
+
+#include "base/file_descriptor.hpp"
+#include "can_protocol/sources/candump.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/sim/car/vehicle.hpp"
+
+namespace odomd::tools::sim_command_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::vector<can::Frame> frames_of(const std::string& text) {
+  std::vector<can::Frame> frames;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const can::CandumpLine parsed = can::parse_candump_line(line);
+    EXPECT_TRUE(parsed.good()) << line;
+    frames.push_back(parsed.frame);
+  }
+  return frames;
+}
+
+TEST(SimCommand, WritesADriveThatReplays) {
+  const Scratch scratch;
+  const std::string folder = scratch.path("drive").string();
+  const Outcome made = run_shell("odom sim --duration 6 --out " + folder);
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(made.err, "");
+  const Outcome replayed = run_shell("odom replay --config " + folder + "/car.toml --can " +
+                                     folder + "/drive.log --camera " + folder +
+                                     "/camera.csv --model paper --out " + folder + "/pose.csv");
+  EXPECT_EQ(replayed.status, 0) << replayed.err;
+}
+
+TEST(SimCommand, KeepsAForeignDirectory) {
+  const Scratch scratch;
+  scratch.write("precious", "data");
+  const std::string folder = scratch.path("").string();
+  const Outcome refused = run_shell("odom sim --duration 1 --out " + folder);
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--force"));
+  EXPECT_EQ(run_shell("odom sim --duration 1 --force --out " + folder).status, 0);
+  EXPECT_EQ(contents(scratch.path("precious")), "data");
+}
+
+TEST(SimCommand, JsonTellsWhatWasDrawn) {
+  const Scratch scratch;
+  const std::string folder = scratch.path("drive").string();
+  const Outcome outcome = run_shell(
+      "odom sim --json --duration 1 --seed 4 --fix gyro_bias=-0.02 --gyro-scale-error 0 --out " +
+      folder);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto report = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(report["truth"]["gyro_bias"], -0.02);
+  EXPECT_EQ(report["truth"]["gyro_scale_error"], 0.0);
+  EXPECT_NE(report["truth"]["wheel_radius_error"], 0.0);
+  EXPECT_EQ(report["seed"], 4);
+  const auto file = nlohmann::json::parse(contents(scratch.path("drive/plant.json")));
+  EXPECT_EQ(file["truth"], report["truth"]);
+}
+
+TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
+  const auto plant_of = [](const std::string& what, const std::string& seed) {
+    const Scratch scratch;
+    const std::string folder = scratch.path("made").string();
+    EXPECT_EQ(run_shell("odom sim " + what + " --seed " + seed + " --out " + folder).status, 0);
+    return nlohmann::json::parse(contents(folder + "/plant.json"));
+  };
+  // The car of every drive of the 1:10 car, but for the two errors that its owner weighs and
+  // swings.
+  const sim::PlantParameters car = sim::true_vehicle(sim::CarKind::scale_car, {});
+  for (const std::string seed : {"1", "2"}) {
+    const auto drawn = plant_of("--duration 2", seed).at("truth");
+    const double mass = car.mass * (1.0 + drawn.at("mass_error").get<double>());
+    const double inertia = car.yaw_inertia * (1.0 + drawn.at("inertia_error").get<double>());
+    const auto weighed = plant_of("weighing", seed).at("experiment");
+    EXPECT_DOUBLE_EQ(weighed.at("mass"), mass);
+    EXPECT_DOUBLE_EQ(weighed.at("front_axle"), car.front_axle);
+    EXPECT_DOUBLE_EQ(weighed.at("rear_axle"), car.rear_axle);
+    EXPECT_DOUBLE_EQ(weighed.at("track_width"), car.track_width);
+    const auto swung = plant_of("swing --duration 20", seed).at("experiment");
+    EXPECT_DOUBLE_EQ(swung.at("mass"), mass);
+    EXPECT_DOUBLE_EQ(swung.at("yaw_inertia"), inertia);
+  }
+}
+
+TEST(SimCommand, ListsItsScenarios) {
+  const Outcome outcome = run_shell("odom sim --list");
+  EXPECT_EQ(outcome.status, 0);
+  for (const char* name : {"lap", "circle", "circles", "exercise", "slalom", "stop-and-go",
+                           "parking", "patch", "road"})
+    EXPECT_THAT(outcome.out, HasSubstr(name));
+}
+
+TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
+  const Scratch scratch;
+  const std::string there = "cd " + scratch.path("").string() + "; ";
+  for (const char* line :
+       {"odom sim", "odom sim --scenario nowhere --out x", "odom sim --fix nonsense --out x",
+        "odom sim --fix gyro_bais=1 --out x", "odom sim --speed 99 --out x",
+        "odom sim --gyro-noise -1 --out x", "odom sim --can can0 --out x", "odom sim --live --json",
+        "odom sim --decimals 7 --out x", "odom sim --start-time x --out x",
+        "odom sim --live --can nosuchcan --duration 1", "odom sim --camera-dropout 3 --out x",
+        "odom sim --camera-latency-min 1 --out x"}) {
+    const Outcome outcome = run_shell(there + line);
+    EXPECT_EQ(outcome.status, 2) << line << ": " << outcome.err;
+    EXPECT_EQ(outcome.out, "") << line;
+    EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(scratch.path("x"))) << line;
+  }
+  EXPECT_THAT(run_shell(there + "odom sim --fix gyro_bais=1 --out x").err,
+              HasSubstr("the nearest is 'gyro_bias'"));
+  EXPECT_THAT(run_shell(there + "odom sim --fix foo=1 --out x").err,
+              HasSubstr("no parameter of the simulation; there are: friction, "));
+}
+
+TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {
+  const Scratch scratch;
+  const std::string options = "odom sim --duration 1.5 --standstill 0.3 --seed 3 --out ";
+  const std::string offline = scratch.path("offline").string();
+  const std::string live = scratch.path("live").string();
+  ASSERT_EQ(run_shell(options + offline).status, 0);
+  const Outcome played = run_shell(options + live + " --live");
+  ASSERT_EQ(played.status, 0) << played.err;
+
+  const auto expected = frames_of(contents(scratch.path("offline/drive.log")));
+  const auto seen = frames_of(played.out);
+  ASSERT_EQ(seen.size(), expected.size());
+  ASSERT_GT(seen.size(), 500U);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    EXPECT_EQ(seen[i].id, expected[i].id);
+    EXPECT_EQ(seen[i].data, expected[i].data);
+    EXPECT_EQ(seen[i].time_ns - seen[0].time_ns, expected[i].time_ns - expected[0].time_ns);
+  }
+  EXPECT_EQ(contents(scratch.path("live/drive.log")), played.out);
+}
+
+TEST(SimCommand, LiveFramesAreNotSentBeforeTheirTime) {
+  // Whoever receives a frame stamps it; by another clock than the camera's, every pose is wrong.
+  const Outcome played = run_shell(
+      "odom sim --live --duration 1 | { IFS= read -r frame; date +'(%s.%N) can0 000#'; "
+      "echo \"$frame\"; cat >/dev/null; }");
+  const auto frames = frames_of(played.out);
+  ASSERT_EQ(frames.size(), 2U) << played.out << played.err;
+  EXPECT_GE(frames[0].time_ns, frames[1].time_ns);
+}
+
+TEST(SimCommand, AReaderThatGoesEndsItWithOneLine) {
+  const Scratch scratch;
+  const std::string status = scratch.path("status").string();
+  const Outcome outcome =
+      run_shell("(odom sim --live --duration 20; echo $? >" + status + ") | head -n 3");
+  EXPECT_EQ(contents(status), "1\n");
+  EXPECT_THAT(outcome.err, HasSubstr("standard output: the reader has gone"));
+}
+
+/// Shell: a live drive as $pid, of which some frames have been written.
+std::string drive_live(const std::string& folder) {
+  return "odom sim --live --out " + folder + " >/dev/null & pid=$!; i=0; until [ -s " + folder +
+         "/drive.log ] || [ $((i += 1)) -gt 1200 ]; do sleep 0.05; done; ";
+}
+
+TEST(SimCommand, ASignalEndsItWithWholeFiles) {
+  const Scratch scratch;
+  const std::string folder = scratch.path("drive").string();
+  const Outcome outcome =
+      run_shell(drive_live(folder) + "kill -INT $pid; wait $pid; odom replay --config " + folder +
+                "/car.toml --can " + folder + "/drive.log --out " + folder + "/pose.csv");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
+}
+
+TEST(SimCommand, ASecondSignalDoesNotCutTheEndShort) {
+  const Scratch scratch;
+  const Outcome outcome = run_shell(drive_live(scratch.path("drive").string()) +
+                                    "kill -INT $pid; kill -TERM $pid; kill -TERM $pid; wait $pid");
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("interrupted"));
+}
+
+TEST(SimCommand, SendsCameraPosesToTheSocket) {
+  const Scratch scratch;
+  const std::string path = scratch.path("camera.sock").string();
+  const can::FileDescriptor door(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
+  ASSERT_EQ(::bind(door.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(::listen(door.get(), 1), 0);
+
+  const std::string folder = scratch.path("drive").string();
+  const Outcome played = run_shell("odom sim --live --duration 1 --camera-socket " + path +
+                                   " --out " + folder + " >/dev/null");
+  ASSERT_EQ(played.status, 0) << played.err;
+  EXPECT_THAT(contents(scratch.path("drive/car.toml")), HasSubstr(path));
+
+  const can::FileDescriptor connection(::accept(door.get(), nullptr, nullptr));
+  ASSERT_TRUE(connection);
+  std::size_t messages = 0;
+  odom_camera_message message{};
+  while (::recv(connection.get(), &message, sizeof message, 0) ==
+         static_cast<ssize_t>(sizeof message)) {
+    ++messages;
+    EXPECT_EQ(message.magic, ODOM_CAMERA_MAGIC);
+    EXPECT_EQ(message.clock, ODOM_CLOCK_LOG);
+    EXPECT_NEAR(message.sigma_x, 0.008, 1e-12);
+  }
+  const std::string log = contents(scratch.path("drive/camera.csv"));
+  EXPECT_EQ(messages + 1, static_cast<std::size_t>(std::count(log.begin(), log.end(), '\n')));
+  EXPECT_GT(messages, 20U);
+}
+
+}  // namespace
+}  // namespace odomd::tools::sim_command_test

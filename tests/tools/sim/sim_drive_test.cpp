@@ -1,0 +1,284 @@
+// Whole simulated drives: they end, they close, they repeat, and their frames say what was sensed.
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "can_protocol/decode/decoder.hpp"
+#include "daemon/core/config.hpp"
+#include "tests/tools/scratch.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/sim/drive_folder.hpp"
+#include "tools/sim/simulation.hpp"
+
+namespace odomd::sim::sim_drive_test {
+namespace {
+
+struct Drive {
+  RunPlan plan;
+  Happenings all;
+  PlantOutput end;
+};
+
+Drive drive(const RunOptions& options) {
+  Drive result{.plan = make_plan(options), .all = {}, .end = {}};
+  Simulation simulation(result.plan);
+  while (simulation.advance(simulation.time_ns() + 500'000'000, result.all) == RunState::running) {
+    if (simulation.time_ns() > 400'000'000'000) throw std::runtime_error("the drive does not end");
+  }
+  result.end = simulation.plant().output();
+  return result;
+}
+
+class EveryScenario : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(EveryScenario, EndsStandingWhereItBegan) {
+  const Drive d = drive({.scenario = GetParam(), .laps = 1, .standstill = 0.5});
+  for (const TruthRow& row : d.all.truth)
+    for (const double value : {row.x, row.y, row.yaw, row.v_x, row.v_y, row.yaw_rate})
+      ASSERT_TRUE(std::isfinite(value));
+  EXPECT_EQ(d.end.v_x, 0.0);
+  EXPECT_EQ(d.end.yaw_rate, 0.0);
+  const double scale = size_of(d.plan.car_kind) == CarSize::full ? 10.0 : 1.0;
+  EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.04 * scale);
+  EXPECT_NEAR(std::remainder(d.end.yaw - d.plan.start.heading, 6.283185307), 0.0, 0.05);
+  // It stood still at first, and its stamps are in order.
+  EXPECT_EQ(d.all.truth[99].x, d.plan.start.x);
+  for (std::size_t i = 1; i < d.all.frames.size(); ++i)
+    ASSERT_GT(d.all.frames[i].time_ns, d.all.frames[i - 1].time_ns);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sim, EveryScenario,
+                         ::testing::Values("lap", "circle", "circles", "exercise", "slalom",
+                                           "stop-and-go", "parking", "patch", "road"),
+                         [](const auto& scenario) {
+                           std::string name = scenario.param;
+                           for (char& letter : name)
+                             if (letter == '-') letter = '_';
+                           return name;
+                         });
+
+// Every car of published data on every course of its size, at its slowest and fastest.
+class EveryFullSizeDrive
+    : public ::testing::TestWithParam<std::tuple<CarKind, std::string, double>> {};
+
+TEST_P(EveryFullSizeDrive, EndsStandingWhereItBegan) {
+  const auto& [car, scenario, speed] = GetParam();
+  const Drive d = drive(
+      {.scenario = scenario, .car = car, .speed = speed, .laps = 1, .standstill = 0.5, .seed = 3});
+  EXPECT_EQ(d.end.v_x, 0.0);
+  EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.5);
+  double lateral = 0.0, fastest = 0.0;
+  for (const TruthRow& row : d.all.truth) {
+    ASSERT_TRUE(std::isfinite(row.x) && std::isfinite(row.v_y));
+    lateral = std::max(lateral, std::abs(row.v_x * row.yaw_rate));
+    fastest = std::max(fastest, row.v_x);
+  }
+  EXPECT_LT(lateral, 8.5);
+  EXPECT_GT(fastest, 0.9 * speed);
+}
+
+using FullSizeDrive = std::tuple<CarKind, std::string, double>;
+INSTANTIATE_TEST_SUITE_P(Sim, EveryFullSizeDrive,
+                         ::testing::Values(FullSizeDrive{CarKind::bmw_320i, "lap", 22.0},
+                                           FullSizeDrive{CarKind::ford_escort, "lap", 22.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "lap", 22.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "slalom", 22.0},
+                                           FullSizeDrive{CarKind::ford_escort, "slalom", 8.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "slalom", 15.0},
+                                           FullSizeDrive{CarKind::vw_vanagon, "hills", 18.0},
+                                           FullSizeDrive{CarKind::ford_escort, "parking", 3.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "circle", 14.0},
+                                           FullSizeDrive{CarKind::bmw_320i, "stop-and-go", 15.0}));
+
+TEST(Sim, ACarOfPublishedDataRepeatsAndSpeaksAtItsOwnPace) {
+  const RunOptions options{.scenario = "slalom", .car = CarKind::vw_vanagon, .duration = 20.0};
+  const Drive a = drive(options), b = drive(options);
+  ASSERT_EQ(a.all.frames.size(), b.all.frames.size());
+  int imu = 0, wheels = 0;
+  for (std::size_t i = 0; i < a.all.frames.size(); ++i) {
+    EXPECT_EQ(a.all.frames[i].data, b.all.frames[i].data);
+    imu += a.all.frames[i].id == 0x1A2 ? 1 : 0;
+    wheels += a.all.frames[i].id == 0x1A1 ? 1 : 0;
+  }
+  EXPECT_EQ(a.all.truth.back().x, b.all.truth.back().x);
+  EXPECT_NEAR(imu, 2000, 2);
+  EXPECT_NEAR(wheels, 1000, 2);
+  EXPECT_NE(bus_database_text(a.plan.truth).find("\"GenMsgCycleTime\" BO_ 418 10;"),
+            std::string::npos);
+  EXPECT_EQ(bus_database_text(make_plan({}).truth), bus_database_text());
+}
+
+TEST(Sim, ASlowServoStillDrivesTheLap) {
+  RunOptions options{.scenario = "lap", .speed = 2.0, .laps = 1, .standstill = 0.0};
+  options.sizes = slow_servo();
+  const Drive d = drive(options);
+  EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.1);
+}
+
+TEST(Sim, LapsCloseAtEverySpeed) {
+  for (const double speed : {1.0, 2.0, 2.5}) {
+    const Drive d = drive({.scenario = "lap", .speed = speed, .laps = 1, .standstill = 0.0});
+    EXPECT_LT(std::hypot(d.end.x - d.plan.start.x, d.end.y - d.plan.start.y), 0.05) << speed;
+  }
+}
+
+TEST(Sim, ParkingReversesAndIceMakesSlip) {
+  const Drive parking = drive({.scenario = "parking", .laps = 1});
+  double slowest = 0.0;
+  for (const TruthRow& row : parking.all.truth) slowest = std::min(slowest, row.v_x);
+  EXPECT_LT(slowest, -0.3);
+
+  const auto most_slip = [](const Drive& d) {
+    double most = 0.0;
+    for (const TruthRow& row : d.all.truth) most = std::max(most, std::abs(row.v_y));
+    return most;
+  };
+  const double dry = most_slip(drive({.scenario = "lap", .speed = 1.6, .laps = 1}));
+  EXPECT_GT(most_slip(drive({.scenario = "patch", .laps = 1})), 2.0 * dry);
+}
+
+TEST(Sim, TheSameSeedGivesTheSameBits) {
+  const Drive a = drive({.duration = 6.0, .seed = 11}), b = drive({.duration = 6.0, .seed = 11});
+  ASSERT_EQ(a.all.frames.size(), b.all.frames.size());
+  for (std::size_t i = 0; i < a.all.frames.size(); ++i) {
+    EXPECT_EQ(a.all.frames[i].time_ns, b.all.frames[i].time_ns);
+    EXPECT_EQ(a.all.frames[i].data, b.all.frames[i].data);
+  }
+  ASSERT_EQ(a.all.truth.size(), b.all.truth.size());
+  EXPECT_EQ(a.all.truth.back().x, b.all.truth.back().x);
+  ASSERT_EQ(a.all.camera.size(), b.all.camera.size());
+  EXPECT_EQ(a.all.camera.back().x, b.all.camera.back().x);
+
+  const Drive other = drive({.duration = 6.0, .seed = 12});
+  EXPECT_NE(a.all.frames[100].data, other.all.frames[100].data);
+  EXPECT_NE(a.all.truth.back().x, other.all.truth.back().x);
+}
+
+TEST(Sim, OneSensorsErrorsLeaveTheOthersAlone) {
+  RunOptions options{.duration = 5.0};
+  const Drive with = drive(options);
+  options.sizes = {{Parameter::gyro_noise, 0.0}, {Parameter::camera_noise, 0.0}};
+  const Drive without = drive(options);
+  ASSERT_EQ(with.all.frames.size(), without.all.frames.size());
+  for (std::size_t i = 0; i < with.all.frames.size(); ++i) {
+    EXPECT_EQ(with.all.frames[i].time_ns, without.all.frames[i].time_ns);
+    if (with.all.frames[i].id != 0x1A2) {
+      EXPECT_EQ(with.all.frames[i].data, without.all.frames[i].data);
+    }
+  }
+  EXPECT_EQ(with.all.truth.back().x, without.all.truth.back().x);
+}
+
+TEST(Sim, StretchesOfAnyLengthGiveTheSameDrive) {
+  const RunPlan plan = make_plan({.duration = 5.0});
+  const auto in_stretches = [&plan](std::int64_t stretch_ns) {
+    Simulation simulation(plan);
+    Happenings all;
+    while (simulation.advance(simulation.time_ns() + stretch_ns, all) == RunState::running) {
+    }
+    return all;
+  };
+  const Happenings coarse = in_stretches(700'000'000), fine = in_stretches(1'000'000);
+  ASSERT_EQ(coarse.frames.size(), fine.frames.size());
+  for (std::size_t i = 0; i < coarse.frames.size(); ++i)
+    EXPECT_EQ(coarse.frames[i].time_ns, fine.frames[i].time_ns);
+  EXPECT_EQ(coarse.camera.size(), fine.camera.size());
+  EXPECT_EQ(coarse.truth.size(), fine.truth.size());
+}
+
+// The configuration that is written fits the frames that are written: every frame decodes, its
+// protection holds, and without errors it says what the truth says.
+TEST(Sim, FramesDecodeToWhatWasSensed) {
+  const tools::Scratch scratch;
+  const Drive d = drive(
+      {.scenario = "slalom", .duration = 8.0, .standstill = 0.5, .errors = ErrorModel::ideal});
+  write_car_files(scratch.path(""), d.plan, {});
+  daemon::Config config = daemon::load_config(scratch.path("car.toml"));
+  std::vector<std::string> warnings;
+  const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
+  EXPECT_TRUE(warnings.empty());
+  const std::vector<std::string> buses{"can0"};
+  can::Decoder decoder(databases, config.can.bindings, config.can.protections, buses);
+
+  const auto truth_at = [&d](std::int64_t time_ns) {
+    const std::int64_t begin = d.all.truth.front().time_ns;
+    const auto i = static_cast<std::size_t>((time_ns - begin) / truth_period_ns);
+    return d.all.truth[std::min(i, d.all.truth.size() - 1)];
+  };
+  std::array<can::Sample, can::max_samples_per_frame> samples;
+  std::map<std::uint16_t, int> count;
+  for (const can::Frame& frame : d.all.frames) {
+    const can::DecodeResult result = decoder.decode(frame, samples);
+    ASSERT_EQ(result.verdict, can::FrameVerdict::decoded);
+    for (std::size_t i = 0; i < result.count; ++i) {
+      const TruthRow truth = truth_at(samples[i].time_ns);
+      ++count[samples[i].channel];
+      switch (static_cast<estimator::Source>(samples[i].channel)) {
+        case estimator::Source::yaw_rate:
+          EXPECT_NEAR(samples[i].value, truth.yaw_rate, 0.08);  // moves within 5 ms
+          break;
+        case estimator::Source::wheel_rear_left:
+          EXPECT_NEAR(samples[i].value, truth.v_x - 0.08 * truth.yaw_rate, 0.12);  // slips
+          break;
+        case estimator::Source::wheel_rear_right:
+          EXPECT_NEAR(samples[i].value, truth.v_x + 0.08 * truth.yaw_rate, 0.12);
+          break;
+        default:
+          break;
+      }
+    }
+  }
+  EXPECT_EQ(count.size(), 8U);
+  const auto& counters = decoder.counters(0);
+  EXPECT_EQ(counters.some_lost.get(), 0U);
+}
+
+TEST(Sim, TheFolderHoldsWhatTheToolsRead) {
+  const tools::Scratch scratch;
+  const auto folder = scratch.path("drive");
+  make_drive_folder(folder, Existing::keep);
+  const Drive d = drive({.duration = 2.0});
+  write_car_files(folder, d.plan, {});
+  DriveWriter writer(folder, "can0", can::StampDecimals::six);
+  writer.write(d.all);
+  writer.close();
+
+  const tools::CameraLog camera = tools::read_camera_log(folder / "camera.csv");
+  EXPECT_TRUE(camera.warnings.empty());
+  ASSERT_EQ(camera.poses.size(), d.all.camera.size());
+  EXPECT_EQ(camera.poses.back().capture_ns, d.all.camera.back().capture_ns);
+  EXPECT_NEAR(camera.poses.back().x, d.all.camera.back().x, 1e-6);
+
+  EXPECT_THROW(make_drive_folder(folder, Existing::keep), std::invalid_argument);
+  EXPECT_NO_THROW(make_drive_folder(folder, Existing::replace));
+  EXPECT_THROW(make_drive_folder(folder / "car.toml", Existing::replace), std::invalid_argument);
+}
+
+TEST(Sim, ACarThatSlidesAwayIsFailedWork) {
+  EXPECT_THROW(
+      (void)drive({.scenario = "lap", .speed = 4.0, .fixed = {{Parameter::friction, 0.06}}}),
+      std::runtime_error);
+}
+
+TEST(Sim, RefusesWhatDoesNotFit) {
+  EXPECT_THROW((void)make_plan({.scenario = "nowhere"}), std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.scenario = "patch", .car = CarKind::bmw_320i}),
+               std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.scenario = "hills", .car = CarKind::scale_car}),
+               std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.speed = 50.0}), std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.laps = 0}), std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.standstill = -1.0}), std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.duration = std::nan("")}), std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.sizes = {{Parameter::friction, 0.0}}}), std::invalid_argument);
+  EXPECT_THROW((void)make_plan({.fixed = {{Parameter::gyro_bias, -9.0}}}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace odomd::sim::sim_drive_test

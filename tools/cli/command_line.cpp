@@ -1,0 +1,65 @@
+#include "tools/cli/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <exception>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "daemon/core/usage.hpp"
+#include "shm_api/cut_short.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/output.hpp"
+
+namespace odomd::tools {
+namespace {
+
+int report(const std::string& command, std::string_view text, int status) {
+  std::cout.flush();
+  say(command + ": " + std::string(text));
+  return status;
+}
+
+}  // namespace
+
+CommandLine::CommandLine() : app_(std::make_unique<CLI::App>()) {}
+
+CommandLine::~CommandLine() = default;
+
+int CommandLine::run(int argc, const char* const* argv) noexcept {
+  CLI::App& odom = *app_;
+  try {
+    try {
+      odom.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
+        odom.exit(error);  // help or version, to standard output
+      } else {
+        const daemon::Mistake mistake = daemon::mistake_in(odom, error);
+        return report(mistake.command, mistake.what + "; see " + mistake.command + " --help",
+                      exit_usage);
+      }
+    }
+    if (!std::cout.flush())
+      return report(daemon::called_name(odom), "standard output: " + why_unwritten(std::cout),
+                    exit_failed);
+    return exit_done;
+  } catch (const std::invalid_argument& error) {
+    return report(daemon::called_name(odom), error.what(), exit_usage);
+  } catch (const std::exception& error) {
+    return report(daemon::called_name(odom), error.what(), exit_failed);
+  }
+}
+
+int run_program(const std::function<void(Command)>& describe, int argc, const char* const* argv) {
+  static_cast<void>(std::signal(SIGPIPE, SIG_DFL));
+  shm::end_where_a_segment_is_cut_short("odom");
+  const StandardStreams streams;
+  CommandLine line;
+  describe(line.command());
+  return line.run(argc, argv);
+}
+
+}  // namespace odomd::tools

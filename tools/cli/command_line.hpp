@@ -1,0 +1,41 @@
+// Runs a command line: what went wrong becomes one line on standard error and an exit status.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "tools/cli/command.hpp"
+
+namespace odomd::tools {
+
+/// Exit statuses of odom.
+inline constexpr int exit_done = 0;
+inline constexpr int exit_failed = 1;  ///< the work failed
+inline constexpr int exit_usage = 2;   ///< wrong usage or unusable input
+
+class CommandLine {
+ public:
+  CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+  ~CommandLine();
+
+  /// The program's own command, to be described before it is run.
+  [[nodiscard]] Command command() { return Command(*app_); }
+
+  /// Parses the arguments, which runs the subcommand, and returns the exit status. Wrong usage and
+  /// std::invalid_argument give exit_usage, any other exception exit_failed; each is one line on
+  /// standard error, after the names of program and subcommand. Help and version go to standard
+  /// output. Results that could not be written to standard output count as failed work.
+  [[nodiscard]] int run(int argc, const char* const* argv) noexcept;
+
+ private:
+  std::unique_ptr<CLI::App> app_;
+};
+
+/// The whole of a program: `describe` tells its command what it is and does. A reader that has seen
+/// enough (odom ... | head) ends it without a word, even where a parent left SIGPIPE ignored.
+[[nodiscard]] int run_program(const std::function<void(Command)>& describe, int argc,
+                              const char* const* argv);
+
+}  // namespace odomd::tools

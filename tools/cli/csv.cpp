@@ -1,0 +1,247 @@
+#include "tools/cli/csv.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <istream>
+#include <limits>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "base/printable.hpp"
+
+namespace odomd::tools {
+namespace {
+
+// So that the difference of two times is one, too: the year 2115.
+constexpr std::int64_t latest_ns = 4'600'000'000LL * 1'000'000'000;
+
+// No row of ours comes near; a file that is not text is told from one that is.
+constexpr std::size_t max_line = 65'536;
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view space = " \t\r";
+  const auto first = text.find_first_not_of(space);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(space) - first + 1);
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const auto& name : names) {
+    text += (text.empty() ? "" : ",") + name;
+  }
+  return text;
+}
+
+}  // namespace
+
+CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::string> required,
+                     std::vector<std::string> optional, LastLine last_line)
+    : input_(input), name_(std::move(name)), columns_(std::move(required)), last_line_(last_line) {
+  const std::size_t required_count = columns_.size();
+  const std::string wanted = joined(columns_);
+  columns_.insert(columns_.end(), optional.begin(), optional.end());
+
+  if (!read_line()) {
+    throw std::invalid_argument(name_ + ": is empty; a first line \"" + wanted + "\" is expected");
+  }
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (line_.starts_with(byte_order_mark)) line_.erase(0, byte_order_mark.size());
+  split();
+  header_fields_ = fields_.size();
+  for (std::size_t column = 0; column < columns_.size(); ++column) {
+    const auto found = std::find(fields_.begin(), fields_.end(), columns_[column]);
+    if (found == fields_.end()) {
+      if (column < required_count) {
+        throw std::invalid_argument(place() + ": no column " + quoted(columns_[column]) +
+                                    "; the header is " + quoted(trimmed(line_)) + ", it needs " +
+                                    wanted);
+      }
+      positions_.emplace_back();
+      continue;
+    }
+    if (std::find(found + 1, fields_.end(), columns_[column]) != fields_.end()) {
+      throw std::invalid_argument(place() + ": column \"" + columns_[column] +
+                                  "\" stands there twice; remove one");
+    }
+    positions_.emplace_back(static_cast<std::size_t>(found - fields_.begin()));
+  }
+}
+
+bool CsvReader::next() {
+  while (read_line()) {
+    if (trimmed(line_).empty()) continue;
+    split();
+    if (line_end_ == LineEnd::end_of_input) {
+      if (last_line_ == LastLine::drop_unended || fields_.size() < header_fields_) {
+        warnings_.push_back(place() + ": the last line is cut off (no newline ends it); left out");
+        return false;
+      }
+      warnings_.push_back(place() +
+                          ": no newline ends the last line; taken as it is, but if it "
+                          "was cut off its last number is wrong");
+    }
+    if (fields_.size() != header_fields_) {
+      throw std::invalid_argument(place() + ": " + std::to_string(fields_.size()) +
+                                  " fields where the header has " + std::to_string(header_fields_) +
+                                  "; mend or remove the line");
+    }
+    return true;
+  }
+  return false;
+}
+
+double CsvReader::number(std::size_t column) const {
+  const std::string_view field = text(column);
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  if (error != std::errc{} || end != field.data() + field.size() || !std::isfinite(value)) {
+    fail(column, quoted(field) + " is not a finite number; mend or remove the line");
+  }
+  return value;
+}
+
+std::int64_t CsvReader::time_ns(std::size_t column) const {
+  const std::string_view field = text(column);
+  const auto value = parse_seconds(field);
+  if (!value || *value > latest_ns || *value < -latest_ns) {
+    fail(column, quoted(field) + " is not a time in seconds; mend or remove the line");
+  }
+  return *value;
+}
+
+std::string_view CsvReader::text(std::size_t column) const {
+  return fields_[positions_[column].value()];
+}
+
+void CsvReader::fail(std::size_t column, const std::string& what) const {
+  throw std::invalid_argument(place() + ": column \"" + columns_[column] + "\": " + what);
+}
+
+std::string CsvReader::place() const {
+  return name_ + ':' + std::to_string(line_number_);
+}
+
+bool CsvReader::read_line() {
+  std::array<char, 4096> piece{};
+  line_.clear();
+  while (true) {
+    input_.getline(piece.data(), piece.size());
+    const auto count = static_cast<std::size_t>(input_.gcount());
+    if (input_.bad()) throw std::runtime_error(name_ + ": cannot be read");
+    if (input_.eof()) {
+      line_.append(piece.data(), count);
+      line_end_ = LineEnd::end_of_input;
+      if (line_.empty()) return false;
+      break;
+    }
+    if (!input_.fail()) {  // the newline is counted but not stored
+      line_.append(piece.data(), count - 1);
+      line_end_ = LineEnd::newline;
+      break;
+    }
+    input_.clear();  // the line is longer than the piece
+    line_.append(piece.data(), count);
+    if (line_.size() > max_line) {
+      throw std::invalid_argument(name_ + ':' + std::to_string(line_number_ + 1) +
+                                  ": the line is longer than 64 KiB; is this a CSV file?");
+    }
+  }
+  ++line_number_;
+  return true;
+}
+
+void CsvReader::split() {
+  fields_.clear();
+  std::string_view rest = line_;
+  while (true) {
+    const auto comma = rest.find(',');
+    fields_.push_back(trimmed(rest.substr(0, comma)));
+    if (comma == std::string_view::npos) return;
+    rest.remove_prefix(comma + 1);
+  }
+}
+
+std::optional<std::int64_t> parse_seconds(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  if (negative) text.remove_prefix(1);
+
+  // value = 0.d₁d₂d₃… · 10^point, without leading zeros
+  std::string digits;
+  std::int64_t point = 0;
+  bool after_point = false;
+  bool any_digit = false;
+  std::size_t i = 0;
+  for (; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '.' && !after_point) {
+      after_point = true;
+    } else if (c >= '0' && c <= '9') {
+      any_digit = true;
+      if (c != '0' || !digits.empty()) digits += c;
+      if (!after_point && !digits.empty()) ++point;
+      if (after_point && digits.empty()) --point;
+    } else {
+      break;
+    }
+  }
+  if (!any_digit) return std::nullopt;
+  if (i < text.size()) {
+    if (text[i] != 'e' && text[i] != 'E') return std::nullopt;
+    text.remove_prefix(i + 1);
+    if (text.starts_with('+')) text.remove_prefix(1);
+    int exponent = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), exponent);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    point += exponent;
+  }
+  if (digits.empty()) return 0;
+
+  constexpr std::int64_t nanosecond_digits = 9;
+  const std::int64_t count = point + nanosecond_digits;  // digits of the whole nanoseconds
+  if (count < 0) return 0;
+  if (count > 19) return std::nullopt;
+  const auto digit = [&](std::int64_t k) {
+    const auto index = static_cast<std::size_t>(k);
+    return index < digits.size() ? digits[index] - '0' : 0;
+  };
+  std::int64_t ns = 0;
+  for (std::int64_t k = 0; k < count; ++k) {
+    if (__builtin_mul_overflow(ns, 10, &ns) || __builtin_add_overflow(ns, digit(k), &ns)) {
+      return std::nullopt;
+    }
+  }
+  if (digit(count) >= 5 && __builtin_add_overflow(ns, 1, &ns)) return std::nullopt;
+  return negative ? -ns : ns;
+}
+
+void append_number(std::string& out, double value) {
+  std::array<char, 32> buffer;
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  out.append(buffer.data(), result.ptr);
+}
+
+void append_seconds(std::string& out, std::int64_t time_ns) {
+  constexpr std::uint64_t second = 1'000'000'000;
+  // The magnitude of the most negative number fits the unsigned one alone.
+  const auto magnitude = time_ns < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(time_ns)
+                                     : static_cast<std::uint64_t>(time_ns);
+  std::array<char, 32> text;
+  char* end = text.data();
+  if (time_ns < 0) *end++ = '-';
+  end = std::to_chars(end, text.data() + text.size(), magnitude / second).ptr;
+  *end++ = '.';
+  std::uint64_t fraction = magnitude % second;
+  for (char* digit = end + 9; digit != end; fraction /= 10)
+    *--digit = static_cast<char>('0' + fraction % 10);
+  out.append(text.data(), end + 9);
+}
+
+std::string quoted(std::string_view text) {
+  return odomd::quoted(text);
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,82 @@
+// Strict CSV: columns by the names in the header, numbers to the last bit, times as integers, and
+// errors that name the file, the line and the column. Quoting is not part of it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace odomd::tools {
+
+/// What to make of a last line that no newline ends. A recorder that lost its power leaves one.
+enum class LastLine : std::uint8_t {
+  drop_unended,  ///< it may have lost digits: leave it out, with a warning
+  keep_whole,    ///< take it when all its fields are there, with a warning; else leave it out
+};
+
+/// Reads row by row, so that a pipe can be followed. Throws std::invalid_argument for whatever
+/// cannot be used, std::runtime_error when reading fails. Blank lines are passed over, CRLF and
+/// spaces around a field are taken.
+class CsvReader {
+ public:
+  /// Reads the header. `name` is what messages call the input. Columns beyond `required` and
+  /// `optional` are passed over.
+  CsvReader(std::istream& input, std::string name, std::vector<std::string> required,
+            std::vector<std::string> optional = {}, LastLine last_line = LastLine::keep_whole);
+
+  /// Goes on to the next row; false at the end.
+  [[nodiscard]] bool next();
+
+  /// Whether the header has the column, by its index in required, then optional.
+  [[nodiscard]] bool has(std::size_t column) const { return positions_[column].has_value(); }
+
+  // Of the row at hand. A finite number; a time in nanoseconds, rounded to the nearest one.
+  [[nodiscard]] double number(std::size_t column) const;
+  [[nodiscard]] std::int64_t time_ns(std::size_t column) const;
+  [[nodiscard]] std::string_view text(std::size_t column) const;
+
+  /// Throws the error "file:line: column "x": what".
+  [[noreturn]] void fail(std::size_t column, const std::string& what) const;
+
+  /// "file:line" of the row at hand.
+  [[nodiscard]] std::string place() const;
+
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  enum class LineEnd : std::uint8_t { newline, end_of_input };
+  [[nodiscard]] bool read_line();
+  void split();
+
+  std::istream& input_;
+  std::string name_;
+  std::vector<std::string> columns_;                   ///< required, then optional
+  std::vector<std::optional<std::size_t>> positions_;  ///< of columns_ in a row
+  LastLine last_line_;
+  std::size_t header_fields_ = 0;
+  std::size_t line_number_ = 0;
+  std::string line_;
+  LineEnd line_end_ = LineEnd::newline;
+  std::vector<std::string_view> fields_;
+  std::vector<std::string> warnings_;
+};
+
+/// Decimal seconds to nanoseconds by integer arithmetic, never through a double; digits beyond the
+/// ninth decimal are rounded. Nothing where the text is not a number or does not fit.
+[[nodiscard]] std::optional<std::int64_t> parse_seconds(std::string_view text);
+
+/// The shortest decimal form that reads back to the same bits.
+void append_number(std::string& out, double value);
+
+/// Seconds with nine decimals.
+void append_seconds(std::string& out, std::int64_t time_ns);
+
+/// Text from a file as it may stand in a message: in quotes, control characters spelled out, cut
+/// where it is long (base/printable.hpp).
+[[nodiscard]] std::string quoted(std::string_view text);
+
+}  // namespace odomd::tools

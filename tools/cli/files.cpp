@@ -1,0 +1,145 @@
+#include "tools/cli/files.hpp"
+
+#include <cerrno>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+#include "tools/cli/output.hpp"
+
+namespace odomd::tools {
+namespace {
+
+std::string reason() {
+  if (errno == ENOENT) return "no such file or directory; check the path";
+  return why_not_written(errno);
+}
+
+// Of a file that cannot be written; errno says why.
+std::string reason_at(const std::filesystem::path& file) {
+  const int error = errno;
+  const std::filesystem::path folder = file.parent_path();
+  std::error_code ignored;
+  if (error == ENOENT && !folder.empty() && !std::filesystem::exists(folder, ignored))
+    return "there is no folder " + folder.string() + "; make it, or check the path";
+  errno = error;
+  return reason();
+}
+
+// `written` is what stands there for `file` until it is whole.
+std::ofstream open_output_for(const std::filesystem::path& file,
+                              const std::filesystem::path& written) {
+  errno = 0;
+  std::ofstream output{written, std::ios::binary};
+  if (!output)
+    throw std::invalid_argument(file.string() + ": cannot be written: " + reason_at(written));
+  return output;
+}
+
+}  // namespace
+
+std::ifstream open_input(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    throw std::invalid_argument(file.string() + ": is a directory; name a file");
+  }
+  errno = 0;
+  std::ifstream input{file, std::ios::binary};
+  if (!input) throw std::invalid_argument(file.string() + ": " + reason());
+  return input;
+}
+
+std::ofstream open_output(const std::filesystem::path& file) {
+  return open_output_for(file, file);
+}
+
+std::string why_unwritten(std::ostream& failed) {
+  failed.clear();
+  errno = 0;
+  failed.put('\n').flush();
+  std::string why = errno != 0 ? reason() : "some of it did not arrive; is the disk full?";
+  failed.setstate(std::ios::badbit);
+  return why;
+}
+
+void close_output(std::ofstream& output, const std::filesystem::path& file) {
+  const std::string unwritten = output.flush() ? "" : why_unwritten(output);
+  errno = 0;
+  output.close();
+  if (!output)
+    throw std::runtime_error(file.string() +
+                             ": cannot be written: " + (unwritten.empty() ? reason() : unwritten));
+}
+
+namespace {
+
+// Where a symbolic link leads, so that it stays one.
+std::filesystem::path resolved(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_symlink(file, error)) return file;
+  if (std::filesystem::exists(file, error)) return std::filesystem::canonical(file);
+  return file.parent_path() / std::filesystem::read_symlink(file);
+}
+
+bool is_moved_into(const std::filesystem::path& place) {
+  std::error_code error;
+  const auto type = std::filesystem::status(place, error).type();
+  return type == std::filesystem::file_type::not_found ||
+         type == std::filesystem::file_type::regular;
+}
+
+bool is_same(const std::filesystem::path& one, const std::filesystem::path& other) {
+  if (one.empty() || other.empty() || !is_moved_into(one) || !is_moved_into(other)) return false;
+  std::error_code missing;
+  if (std::filesystem::equivalent(one, other, missing)) return true;
+  return std::filesystem::weakly_canonical(one, missing) ==
+         std::filesystem::weakly_canonical(other, missing);
+}
+
+}  // namespace
+
+void check_outputs(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs) {
+  const auto refuse = [](const Output& output, const std::string& is) {
+    throw std::invalid_argument(output.option + ": " + output.file.string() + " is " + is +
+                                "; name another file");
+  };
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    for (const std::filesystem::path& input : inputs)
+      if (is_same(outputs[i].file, input)) refuse(outputs[i], "what is read");
+    for (std::size_t j = 0; j < i; ++j)
+      if (is_same(outputs[i].file, outputs[j].file)) refuse(outputs[i], outputs[j].option + " too");
+  }
+}
+
+void check_writable(const std::filesystem::path& file) {
+  if (is_moved_into(file)) const WholeFile probe(file);
+}
+
+WholeFile::WholeFile(const std::filesystem::path& file) : place_(file), written_(file) {
+  if (is_moved_into(file)) {
+    place_ = resolved(file);
+    written_ = place_;
+    written_ += ".partial";
+  }
+  output_ = open_output_for(file, written_);
+}
+
+WholeFile::~WholeFile() {
+  if (finished_ || written_ == place_) return;
+  output_.close();
+  std::error_code ignored;
+  std::filesystem::remove(written_, ignored);
+}
+
+void WholeFile::finish() {
+  close_output(output_, place_);
+  if (written_ != place_) {
+    std::error_code error;
+    std::filesystem::rename(written_, place_, error);
+    if (error)
+      throw std::runtime_error(place_.string() + ": cannot be written: " + error.message());
+  }
+  finished_ = true;
+}
+
+}  // namespace odomd::tools

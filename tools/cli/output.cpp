@@ -1,0 +1,120 @@
+#include "tools/cli/output.hpp"
+
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <cstddef>
+#include <iostream>
+#include <system_error>
+#include <utility>
+
+#include "base/printable.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr int look_every_ms = 50;
+constexpr int looks_after_stop = 20;  // a reader that still reads gets the rest
+
+// A pipe that is ready takes so much without waiting; a file never waits.
+std::size_t piece_for(int descriptor) {
+  struct stat status {};
+  return ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) ? SSIZE_MAX : PIPE_BUF;
+}
+
+}  // namespace
+
+bool stop_is_asked() {
+  sigset_t pending;
+  sigemptyset(&pending);
+  sigpending(&pending);
+  return sigismember(&pending, SIGINT) == 1 || sigismember(&pending, SIGTERM) == 1 ||
+         sigismember(&pending, SIGHUP) == 1;
+}
+
+int write_all(int descriptor, std::string_view text) {
+  const std::size_t piece = piece_for(descriptor);
+  for (int looks = 0; !text.empty();) {
+    pollfd room{descriptor, POLLOUT, 0};
+    const int ready = ::poll(&room, 1, look_every_ms);
+    if (ready == 0) {
+      if (stop_is_asked() && ++looks > looks_after_stop) return ECANCELED;
+      continue;
+    }
+    const ssize_t written =
+        ready < 0 ? -1 : ::write(descriptor, text.data(), std::min(text.size(), piece));
+    if (written >= 0) {
+      text.remove_prefix(static_cast<std::size_t>(written));
+    } else if (errno != EINTR && errno != EAGAIN) {
+      return errno;
+    }
+  }
+  return 0;
+}
+
+std::string why_not_written(int error) {
+  if (error == ECANCELED) return "nobody read it when INT or TERM came; the rest is lost";
+  return std::generic_category().message(error);
+}
+
+OutputBuffer::OutputBuffer(int descriptor)
+    : descriptor_(descriptor), terminal_(::isatty(descriptor) != 0) {}
+
+OutputBuffer::int_type OutputBuffer::overflow(int_type c) {
+  if (traits_type::eq_int_type(c, traits_type::eof())) return traits_type::not_eof(c);
+  const char one = traits_type::to_char_type(c);
+  return xsputn(&one, 1) == 1 ? c : traits_type::eof();
+}
+
+std::streamsize OutputBuffer::xsputn(const char* text, std::streamsize size) {
+  constexpr std::size_t enough = 65'536;
+  const std::string_view added(text, static_cast<std::size_t>(size));
+  if (error_ == 0) waiting_ += added;
+  // Whole lines, so that no character is taken apart.
+  if ((terminal_ || waiting_.size() >= enough) && added.find('\n') != std::string_view::npos) {
+    std::string rest = waiting_.substr(waiting_.rfind('\n') + 1);
+    waiting_.resize(waiting_.size() - rest.size());
+    sync();
+    waiting_ = std::move(rest);
+  }
+  if (error_ == 0) return size;
+  errno = error_;
+  return 0;
+}
+
+int OutputBuffer::sync() {
+  if (error_ == 0) error_ = write_all(descriptor_, escaped(waiting_, LineBreaks::kept));
+  waiting_.clear();
+  if (error_ == 0) return 0;
+  errno = error_;
+  return -1;
+}
+
+StandardStreams::StandardStreams()
+    : out_(STDOUT_FILENO),
+      error_(STDERR_FILENO),
+      out_before_(std::cout.rdbuf(&out_)),
+      error_before_(std::cerr.rdbuf(&error_)) {}
+
+StandardStreams::~StandardStreams() {
+  std::cout.flush();
+  std::cerr.flush();
+  std::cout.rdbuf(out_before_);
+  std::cerr.rdbuf(error_before_);
+}
+
+void say(std::string_view text) {
+  std::cerr << one_line(text) + "\n" << std::flush;
+}
+
+void draw(std::string_view text) {
+  std::cerr.flush();
+  static_cast<void>(write_all(STDERR_FILENO, text));
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,44 @@
+// odom bridge: the pose for other programs. JSON over UDP goes from here; for ROS 2 topics the
+// program odom-bridge takes over, which alone is linked with DDS.
+#include <memory>
+#include <vector>
+
+#include "tools/bridge/bridge.hpp"
+#include "tools/bridge/options.hpp"
+#include "tools/bridge/udp_sink.hpp"
+#include "tools/cli/companion.hpp"
+#include "tools/cli/interrupt.hpp"
+#include "tools/commands/commands.hpp"
+
+namespace odomd::tools {
+namespace {
+
+[[noreturn]] void become_odom_bridge(const BridgeOptions& options) {
+  check_names(options.names);
+  static_cast<void>(domain_of(options));  // what is wrong with it is said here, too
+  become("odom-bridge", arguments_of(options),
+         "ROS 2 topics need odom-bridge: install the package odom-bridge, or cyclonedds-dev and "
+         "cyclonedds-tools, and configure and build again; --udp works without");
+}
+
+void run_here(const BridgeOptions& options) {
+  std::vector<std::unique_ptr<Sink>> sinks;
+  sinks.push_back(open_udp(options.udp));
+  run_bridge(options, sinks);
+}
+
+}  // namespace
+
+void add_bridge(Command odom) {
+  auto options = std::make_shared<BridgeOptions>();
+  Command command = odom.add_subcommand("bridge");
+  describe_bridge(command, *options);
+  command.callback([options] {
+    if (options->wants_ros())
+      become_odom_bridge(*options);
+    else
+      run_here(*options);
+  });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,188 @@
+// odom camera send: camera poses to the running daemon, by hand, from a log or from a pipe.
+#include <chrono>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/cli/choice.hpp"
+#include "tools/cli/daemon_options.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/live/attach.hpp"
+#include "tools/live/camera_feed.hpp"
+#include "tools/live/daemon_segment.hpp"
+#include "tools/live/service_path.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::string socket;
+  bool socket_named = false;
+  std::string shm;
+  std::vector<double> pose;
+  std::vector<double> sigma{0.01, 0.01, 0.01};
+  double age_ms = 0.0;
+  std::string log;
+  bool from_now = false;
+  odom_clock clock = ODOM_CLOCK_MONOTONIC;
+  bool clock_named = false;
+  double wait_s = 0.0;
+};
+
+void warn(const std::string& text) {
+  say("odom camera send: warning: " + text);
+}
+
+void send_one(const Options& options) {
+  constexpr double ns_per_ms = 1e6;
+  constexpr double longest_age_ms = 1e9;
+  for (const auto& values : {options.pose, options.sigma, {options.age_ms}}) {
+    for (const double value : values) {
+      if (!std::isfinite(value)) throw std::invalid_argument("only finite numbers make a pose");
+    }
+  }
+  for (const double sigma : options.sigma) {
+    if (!(sigma > 0.0)) throw std::invalid_argument("--sigma: each must be above 0");
+  }
+  if (std::abs(options.age_ms) > longest_age_ms) {
+    throw std::invalid_argument("--age-ms: beyond 1e9 milliseconds");
+  }
+  CameraFeed feed{options.socket, options.wait_s};
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  estimator::CameraPose pose;
+  pose.capture_ns =
+      std::chrono::nanoseconds{now}.count() - std::llround(options.age_ms * ns_per_ms);
+  pose.x = options.pose[0];
+  pose.y = options.pose[1];
+  pose.yaw = options.pose[2];
+  pose.sigma_x = options.sigma[0];
+  pose.sigma_y = options.sigma[1];
+  pose.sigma_yaw = options.sigma[2];
+  if (!feed.send(pose, ODOM_CLOCK_MONOTONIC)) {
+    throw std::runtime_error(options.socket + ": the daemon closed the connection");
+  }
+}
+
+void send_log(const Options& options) {
+  if (options.clock_named && options.clock != ODOM_CLOCK_LOG) {
+    throw std::invalid_argument(
+        "--clock: a --log is on the log's clock; name that, or use --from-now");
+  }
+  const CameraLog log = read_camera_log(options.log);
+  for (const auto& text : log.warnings) warn(text);
+  CameraFeed feed{options.socket, options.wait_s};
+  PlayedLog played;
+  if (options.from_now) {
+    played = play_from_now(feed, log.poses);
+  } else {
+    const bool of_socket = options.shm.empty() && options.socket_named;
+    odom::Client client =
+        attach(of_socket ? segment_behind_camera(options.socket, options.wait_s) : options.shm,
+               options.wait_s);
+    played = play_with_daemon(feed, client, log.poses, options.wait_s);
+  }
+  if (played.daemon_ended) warn("the daemon ended before the log did");
+  if (played.late > 0) {
+    warn(std::to_string(played.late) + " poses were due before we came; left out");
+  }
+  if (played.refused > 0) warn(std::to_string(played.refused) + " poses found no daemon");
+  std::cerr << "odom camera send: " << played.sent << " of " << log.poses.size() << " poses sent\n";
+  if (played.sent == 0 && !log.poses.empty()) throw std::runtime_error("no pose was sent");
+}
+
+// Rows as they come: somebody else's camera, through a pipe.
+void send_rows(const Options& options) {
+  CsvReader reader = camera_reader(std::cin, "standard input");
+  CameraFeed feed{options.socket, options.wait_s};
+  std::uint64_t sent = 0;
+  std::uint64_t refused = 0;
+  while (const auto pose = next_camera_pose(reader)) {
+    if (feed.send(*pose, options.clock)) {
+      ++sent;
+    } else {
+      ++refused;
+    }
+  }
+  for (const auto& text : reader.warnings()) warn(text);
+  if (refused > 0) warn(std::to_string(refused) + " poses found no daemon");
+  std::cerr << "odom camera send: " << sent << " poses sent\n";
+  if (sent == 0 && refused > 0) throw std::runtime_error("no pose was sent");
+}
+
+void run_send(const Options& options) {
+  if (!options.pose.empty()) {
+    send_one(options);
+  } else if (!options.log.empty()) {
+    send_log(options);
+  } else {
+    send_rows(options);
+  }
+}
+
+}  // namespace
+
+void add_camera(Command odom) {
+  auto options = std::make_shared<Options>();
+  Command camera = odom.add_subcommand("camera", "Stand in for a camera process");
+  camera.require_subcommand();
+  camera.footer(
+      "Example:\n"
+      "  odom camera send --pose 1.2,0.4,1.57\n"
+      "odom camera send --help has more.");
+  Command command = camera.add_subcommand("send", "Send camera poses to the daemon");
+  add_socket_option(command, options->socket, "camera");
+  add_wait_option(command, options->wait_s);
+  const Option pose =
+      command.add_option("--pose", options->pose, "One pose of the reference point [m, m, rad]")
+          .delimiter(',')
+          .values(3)
+          .type_name("X,Y,YAW");
+  command
+      .add_option("--sigma", options->sigma,
+                  "Its standard deviations [m, m, rad]; default: 0.01 each")
+      .delimiter(',')
+      .values(3)
+      .type_name("SX,SY,SYAW")
+      .needs(pose);
+  command.add_option("--age-ms", options->age_ms, "How long ago it was taken [ms]; default: 0")
+      .type_name("MS")
+      .needs(pose);
+  const Option log = command
+                         .add_option("--log", options->log,
+                                     "Camera log, sent in step with the log that the daemon plays")
+                         .type_name("CSV")
+                         .excludes(pose);
+  command.add_flag("--from-now", options->from_now, "Play the log by itself, beginning now")
+      .needs(log);
+  add_segment_option(command, options->shm, SegmentElse::of_socket).needs(log);
+  const Option clock =
+      add_choice<odom_clock>(
+          command, "--clock", options->clock,
+          {{"monotonic", ODOM_CLOCK_MONOTONIC},
+           {"realtime", ODOM_CLOCK_REALTIME},
+           {"log", ODOM_CLOCK_LOG}},
+          "Clock of t_capture in rows from standard input (a --log is on the log's)")
+          .excludes(pose);
+  command.footer(
+      "Examples:\n"
+      "  odom camera send --pose 1.2,0.4,1.57 --sigma 0.01,0.01,0.01 --age-ms 40\n"
+      "  odom camera send --log camera.csv --wait 10\n"
+      "  my_camera | odom camera send --clock realtime\n"
+      "Without --pose and --log rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw,\n"
+      "with this header, are read from standard input and sent as they come. A --log is paced by\n"
+      "the daemon's log clock, which its segment (--shm) tells; --from-now needs none.");
+  command.callback([options, clock] {
+    options->socket_named = !options->socket.empty();
+    options->socket = service_path(options->socket, "camera.sock");
+    options->clock_named = clock.is_given();
+    run_send(*options);
+  });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,36 @@
+#include "tools/commands/commands.hpp"
+
+namespace odomd::tools {
+
+void describe(Command odom) {
+  odom.rename("odom");
+  odom.description("Odometry by hand: watch, record, replay, simulate, evaluate and identify.");
+  odom.version_flag("odom " ODOMD_VERSION);
+  odom.help_flag();
+  odom.require_subcommand();
+  odom.footer(
+      "Examples:\n"
+      "  odom watch                       the running daemon, live\n"
+      "  odom record                      a drive, with all that the daemon took in\n"
+      "  odom replay --config car.toml --can drive.log --out pose.csv\n"
+      "  odom help camera send            what a command takes, with examples\n"
+      "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
+  add_bridge(odom);
+  add_camera(odom);
+  add_dbc(odom);
+  add_evaluate(odom);
+  add_export(odom);
+  add_fault(odom);
+  add_help(odom);
+  add_identify(odom);
+  add_plot(odom);
+  add_pose(odom);
+  add_record(odom);
+  add_replay(odom);
+  add_sim(odom);
+  add_status(odom);
+  add_tune(odom);
+  add_watch(odom);
+}
+
+}  // namespace odomd::tools

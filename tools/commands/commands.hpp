@@ -1,0 +1,31 @@
+// The subcommands of odom. Each file adds its own to the command line; parsing runs it.
+//
+// A command reports unusable input by throwing std::invalid_argument (exit status 2) and work that
+// failed by any other std::exception (exit status 1); the text is the one line that the user reads.
+#pragma once
+
+#include "tools/cli/command.hpp"
+
+namespace odomd::tools {
+
+/// The whole command line of odom: every subcommand below.
+void describe(Command odom);
+
+void add_bridge(Command odom);
+void add_export(Command odom);
+void add_fault(Command odom);
+void add_help(Command odom);
+void add_identify(Command odom);
+void add_record(Command odom);
+void add_replay(Command odom);
+void add_evaluate(Command odom);
+void add_plot(Command odom);
+void add_status(Command odom);
+void add_pose(Command odom);
+void add_camera(Command odom);
+void add_sim(Command odom);
+void add_tune(Command odom);
+void add_watch(Command odom);
+void add_dbc(Command odom);
+
+}  // namespace odomd::tools

@@ -1,0 +1,157 @@
+// odom dbc decode: a log's frames as physical values.
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <iostream>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/dbc/signal_layout.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/dbc_commands.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using can::Database;
+using can::Frame;
+using can::IdFormat;
+using can::Message;
+using can::Signal;
+using nlohmann::ordered_json;
+
+/// Messages by identifier; of several databases the first that has it.
+class MessageIndex {
+ public:
+  explicit MessageIndex(const std::vector<Database>& databases) {
+    for (const Database& database : databases)
+      for (const Message& message : database.messages)
+        messages_.try_emplace(frame_key(message.id, message.format), &message);
+  }
+
+  [[nodiscard]] const Message* find(const Frame& frame) const {
+    const auto found = messages_.find(frame_key(frame));
+    return found == messages_.end() ? nullptr : found->second;
+  }
+
+ private:
+  std::unordered_map<std::uint32_t, const Message*> messages_;
+};
+
+struct DecodedSignal {
+  const Signal* signal = nullptr;
+  double value = 0.0;
+};
+
+/// The signals that the payload holds: whose multiplexors select them, and which it does not cut.
+std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& frame) {
+  std::vector<DecodedSignal> decoded;
+  for (const Signal& signal : message.signals) {
+    const can::SignalLayout layout = can::layout_of(signal);
+    if (frame.length < layout.bytes_needed || !is_present(message, signal, frame.payload()))
+      continue;
+    decoded.push_back({&signal, physical_value(layout, extract_bits(layout, frame.payload()))});
+  }
+  return decoded;
+}
+
+/// Seconds with 6 decimals, or 9 where the stamp has them: integers all the way.
+std::string stamp_text(std::int64_t time_ns) {
+  const std::int64_t seconds = time_ns / 1'000'000'000;
+  const std::int64_t rest = time_ns % 1'000'000'000;
+  return rest % 1000 == 0 ? fmt::format("{}.{:06}", seconds, rest / 1000)
+                          : fmt::format("{}.{:09}", seconds, rest);
+}
+
+std::string_view kind_name(can::FrameKind kind) {
+  switch (kind) {
+    case can::FrameKind::data:
+      return "data";
+    case can::FrameKind::remote:
+      return "remote";
+    case can::FrameKind::error:
+      return "error";
+  }
+  return "";
+}
+
+std::string payload_text(const Frame& frame) {
+  std::string text;
+  for (const std::uint8_t byte : frame.payload()) text += fmt::format("{:02X}", byte);
+  return text;
+}
+
+std::string json_line(const Frame& frame, const std::string& bus, const Message* message) {
+  std::string line = "{\"t\":" + stamp_text(frame.time_ns) + ",\"bus\":" + json_text(bus) +
+                     ",\"id\":" + std::to_string(frame.id);
+  if (frame.format == IdFormat::extended) line += ",\"extended\":true";
+  line += ",\"message\":" + (message == nullptr ? "null" : json_text(message->name));
+  ordered_json signals = ordered_json::object();
+  if (message != nullptr)
+    for (const auto& [signal, value] : decoded_signals(*message, frame))
+      signals[signal->name] = value;
+  line += ",\"signals\":" + json_text(signals);
+  if (message == nullptr)
+    line += ",\"kind\":" + json_text(kind_name(frame.kind)) +
+            ",\"data\":" + json_text(payload_text(frame));
+  return line + "}\n";
+}
+
+/// The name that VAL_ gives to a value, if it does.
+std::string value_name(const Signal& signal, double physical) {
+  for (const auto& value : signal.values)
+    if (static_cast<double>(value.raw) * signal.scale + signal.offset == physical)
+      return " (" + value.name + ')';
+  return {};
+}
+
+std::string readable_line(const Frame& frame, const std::string& bus, const Message* message) {
+  std::string line = '(' + stamp_text(frame.time_ns) + ") " + bus + ' ' +
+                     hexadecimal(frame.id, frame.format) + ' ';
+  if (message == nullptr)
+    return line + "- " +
+           (frame.kind == can::FrameKind::data ? payload_text(frame)
+                                               : std::string(kind_name(frame.kind))) +
+           '\n';
+  line += message->name;
+  for (const auto& [signal, value] : decoded_signals(*message, frame)) {
+    line += "  " + signal->name + ' ' + shortest(value);
+    if (!signal->unit.empty()) line += ' ' + signal->unit;
+    line += value_name(*signal, value);
+  }
+  return line + '\n';
+}
+
+}  // namespace
+
+void decode_log(const std::vector<std::string>& databases, const std::string& log, OutputForm form,
+                Frames frames) {
+  std::vector<Database> read;
+  read.reserve(databases.size());
+  for (const std::string& file : databases) read.push_back(can::read_dbc(file));
+  const MessageIndex index(read);
+  can::BusNames buses;
+  can::LogReader reader(log, buses);
+  std::vector<std::string> bus_names;
+  while (const auto* frame = reader.next()) {
+    const Message* message = frame->kind == can::FrameKind::data ? index.find(*frame) : nullptr;
+    if (message == nullptr && frames == Frames::known) continue;
+    if (frame->bus >= bus_names.size()) bus_names = buses.all();
+    const std::string& bus = bus_names[frame->bus];
+    std::cout << (form == OutputForm::json ? json_line(*frame, bus, message)
+                                           : readable_line(*frame, bus, message));
+    if (log == "-") std::cout.flush();  // a live source: lines as they come
+  }
+  // Last, so that a file that cannot be used is told of in one line.
+  for (const Database& database : read)
+    if (const std::size_t oddities = database.warnings.size(); oddities > 0)
+      say(fmt::format("{0}: {1} {2} taken; odom dbc show {0} lists them", database.file, oddities,
+                      oddities == 1 ? "oddity" : "oddities"));
+  if (!reader.warning().empty()) say(reader.warning());
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,169 @@
+// odom dbc show: a database for people, or as JSON.
+#include <algorithm>
+#include <iostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/dbc_commands.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using can::Database;
+using can::IdFormat;
+using can::Message;
+using can::Signal;
+using nlohmann::ordered_json;
+
+std::string_view type_name(can::ValueType type) {
+  switch (type) {
+    case can::ValueType::unsigned_integer:
+      return "unsigned";
+    case can::ValueType::signed_integer:
+      return "signed";
+    case can::ValueType::float32:
+      return "float";
+    case can::ValueType::float64:
+      return "double";
+  }
+  return "";
+}
+
+ordered_json signal_json(const Message& message, const Signal& signal) {
+  ordered_json json{
+      {"name", signal.name},
+      {"start", signal.start_bit},
+      {"length", signal.length},
+      {"byte_order",
+       signal.byte_order == can::ByteOrder::little_endian ? "little_endian" : "big_endian"},
+      {"type", type_name(signal.type)},
+      {"scale", signal.scale},
+      {"offset", signal.offset},
+      {"min", signal.minimum},
+      {"max", signal.maximum},
+      {"unit", signal.unit},
+      {"comment", signal.comment},
+      {"multiplexor", signal.is_multiplexor}};
+  if (signal.multiplexor) {
+    ordered_json ranges = ordered_json::array();
+    for (const auto& range : signal.selected_by) ranges.push_back({range.first, range.last});
+    json["selected_by"] = {{"signal", message.signals[*signal.multiplexor].name},
+                           {"ranges", ranges}};
+  }
+  ordered_json values = ordered_json::object();
+  for (const auto& value : signal.values) values[std::to_string(value.raw)] = value.name;
+  json["values"] = values;
+  return json;
+}
+
+ordered_json database_json(const Database& database) {
+  ordered_json messages = ordered_json::array();
+  for (const Message& message : database.messages) {
+    ordered_json signals = ordered_json::array();
+    for (const Signal& signal : message.signals) signals.push_back(signal_json(message, signal));
+    messages.push_back({{"name", message.name},
+                        {"id", message.id},
+                        {"extended", message.format == IdFormat::extended},
+                        {"length", message.length},
+                        {"fd", message.protocol == can::FrameProtocol::fd},
+                        {"cycle_time_ms", static_cast<double>(message.cycle_time_ns) / 1e6},
+                        {"sender", message.sender},
+                        {"comment", message.comment},
+                        {"signals", signals}});
+  }
+  ordered_json warnings = ordered_json::array();
+  for (const auto& warning : database.warnings)
+    warnings.push_back({{"line", warning.line}, {"text", warning.text}});
+  return {{"file", database.file}, {"messages", messages}, {"warnings", warnings}};
+}
+
+/// "M", "m3", "m0-2,5 of Page"
+std::string multiplexing_text(const Message& message, const Signal& signal) {
+  std::string text;
+  if (signal.multiplexor) {
+    for (const auto& range : signal.selected_by) {
+      text += (text.empty() ? "m" : ",") + std::to_string(range.first);
+      if (range.last != range.first) text += '-' + std::to_string(range.last);
+    }
+    text += " of " + message.signals[*signal.multiplexor].name;
+  }
+  if (signal.is_multiplexor) text += text.empty() ? "multiplexor" : ", multiplexor";
+  return text;
+}
+
+/// Characters on a terminal: UTF-8 bytes that begin one.
+std::size_t width(const std::string& text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
+    return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+  }));
+}
+
+/// Rows in columns as wide as their widest cell, the last one as it is.
+void print_columns(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], width(row[i]));
+  }
+  for (const auto& row : rows) {
+    std::string line = " ";
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += ' ' + row[i];
+      line.append(widths[i] - width(row[i]) + 1, ' ');
+    }
+    std::cout << line.substr(0, line.find_last_not_of(' ') + 1) << '\n';
+  }
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+void print_message(const Message& message) {
+  std::cout << '\n'
+            << hexadecimal(message.id, message.format) << ' ' << message.name << "  id "
+            << message.id << (message.format == IdFormat::extended ? " extended, " : ", ")
+            << int{message.length} << (message.length == 1 ? " byte" : " bytes")
+            << (message.protocol == can::FrameProtocol::fd ? ", CAN FD" : "");
+  if (message.cycle_time_ns > 0)
+    std::cout << ", every " << shortest(static_cast<double>(message.cycle_time_ns) / 1e6) << " ms";
+  if (!message.sender.empty()) std::cout << ", from " << message.sender;
+  std::cout << '\n';
+  if (!message.comment.empty()) std::cout << "  " << one_line(message.comment) << '\n';
+  if (message.signals.empty()) return;
+  std::vector<std::vector<std::string>> rows{{"signal", "bits", "order", "type", "factor", "offset",
+                                              "range", "unit", "multiplexing", "comment"}};
+  for (const Signal& signal : message.signals) {
+    std::string range;
+    if (signal.minimum != 0.0 || signal.maximum != 0.0)
+      range = shortest(signal.minimum) + " to " + shortest(signal.maximum);
+    rows.push_back(
+        {signal.name, std::to_string(signal.start_bit) + '|' + std::to_string(signal.length),
+         signal.byte_order == can::ByteOrder::little_endian ? "little" : "big",
+         std::string(type_name(signal.type)), shortest(signal.scale), shortest(signal.offset),
+         range, signal.unit, multiplexing_text(message, signal), one_line(signal.comment)});
+  }
+  print_columns(rows);
+}
+
+}  // namespace
+
+void show_dbc(const std::string& file, OutputForm form) {
+  const Database database = can::read_dbc(file);
+  if (form == OutputForm::json) {
+    std::cout << json_text(database_json(database), 2) << '\n';
+    return;
+  }
+  std::size_t signals = 0;
+  for (const Message& message : database.messages) signals += message.signals.size();
+  std::cout << database.file << ": " << database.messages.size() << " messages, " << signals
+            << " signals\n";
+  for (const Message& message : database.messages) print_message(message);
+  for (const auto& warning : database.warnings) say(describe(database, warning));
+}
+
+}  // namespace odomd::tools

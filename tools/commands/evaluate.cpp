@@ -1,0 +1,325 @@
+// odom evaluate: how good estimates are, of pose files or of whole drives.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "tools/chart/drawing.hpp"
+#include "tools/cli/choice.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/evaluation/evaluated_drive.hpp"
+#include "tools/evaluation/evaluation_summary.hpp"
+#include "tools/report/evaluation_map.hpp"
+#include "tools/report/page.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::string reference;
+  std::vector<std::string> poses;
+  std::vector<std::string> drives;
+  std::vector<std::string> models;
+  std::string config;
+  bool dead_reckoning = false;
+  bool closed_loop = false;
+  std::optional<Align> align;
+  Judging judging;
+  std::vector<double> lever_arm;
+  std::string beat;
+  bool json = false;
+  std::string html;
+  std::string picture;
+  std::string title;
+  std::string camera;
+};
+
+Judging judging_of(const Options& options) {
+  Judging judging = options.judging;
+  judging.beat = options.beat;
+  if (options.closed_loop) judging.against = Against::closed_loop;
+  if (!options.html.empty()) judging.judgements = Judgements::keep;
+  if (!options.lever_arm.empty()) {
+    for (const double value : options.lever_arm) {
+      if (!std::isfinite(value)) {
+        throw std::invalid_argument("--lever-arm: must be three finite numbers x,y,yaw");
+      }
+    }
+    judging.lever_arm = {options.lever_arm[0], options.lever_arm[1], options.lever_arm[2]};
+  }
+  return judging;
+}
+
+std::vector<estimator::Model> models_of(const Options& options) {
+  std::vector<estimator::Model> models;
+  for (const std::string& name : options.models) models.push_back(daemon::parse_model(name));
+  return models;
+}
+
+std::vector<EvaluatedDrive> evaluated(const Options& options) {
+  const Judging judging = judging_of(options);
+  std::vector<EvaluatedDrive> drives;
+  if (!options.poses.empty()) {
+    drives.push_back(evaluate_files(options.reference, options.poses, judging));
+    if (!options.camera.empty()) {
+      CameraLog log = read_camera_log(options.camera);
+      drives.front().cameras = std::move(log.poses);
+      for (const auto& text : log.warnings) drives.front().warnings.push_back({"", text});
+    }
+  }
+  for (const std::string& folder : options.drives) {
+    drives.push_back(
+        evaluate_folder({.folder = folder,
+                         .config = options.config,
+                         .reference = options.reference,
+                         .camera = options.dead_reckoning ? CameraUse::leave_out : CameraUse::take},
+                        models_of(options), judging));
+  }
+  if (drives.size() > 1) {
+    const std::vector<std::string> names = names_side_by_side(options.drives);
+    for (std::size_t i = 0; i < drives.size(); ++i) drives[i].name = names[i];
+  }
+  return drives;
+}
+
+// What is shown of one drive alone; of the samples those of the last model, which is the best.
+std::string details_of(const EvaluatedDrive& drive) {
+  return as_text(drive.report) + "\nsamples of " + drive.estimates.back().name +
+         (drive.is_part ? ", over the whole drive" : "") + "\n\n" +
+         source_table(drive.replays.back().summary).text();
+}
+
+// As it was called, for the report to say.
+std::string command_line() {
+  std::ifstream file{"/proc/self/cmdline", std::ios::binary};
+  std::string text;
+  for (std::string word; std::getline(file, word, '\0');) {
+    if (text.empty()) word = "odom";
+    const bool plain = word.find_first_of(" '\"\\$&|;<>()*?\n") == std::string::npos;
+    text += (text.empty() ? "" : " ") + (plain && !word.empty() ? word : '\'' + word + '\'');
+  }
+  return text;
+}
+
+// "DRIVE, MODEL: what there is to say"; pose files name themselves.
+void warn_of(const EvaluatedDrive& drive) {
+  const std::vector<std::string> texts = worded(drive.warnings);
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    std::string whose;
+    if (!drive.replays.empty())
+      whose = drive.name + (drive.warnings[i].estimate.empty() ? ": " : ", ");
+    say("odom evaluate: warning: " + whose + texts[i]);
+  }
+}
+
+nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
+  nlohmann::ordered_json json = json_of(drive.report);
+  json["warnings"] = worded(drive.warnings);
+  return json;
+}
+
+std::vector<std::filesystem::path> inputs_of(const Options& options) {
+  std::vector<std::filesystem::path> inputs{options.reference, options.camera, options.beat};
+  inputs.insert(inputs.end(), options.poses.begin(), options.poses.end());
+  for (const std::string& folder : options.drives) {
+    const auto files =
+        files_of({.folder = folder, .config = options.config, .reference = options.reference});
+    inputs.insert(inputs.end(), files.begin(), files.end());
+  }
+  return inputs;
+}
+
+void run_evaluate(const Options& options) {
+  check_outputs(std::vector<Output>{{"--html", options.html}, {"--picture", options.picture}},
+                inputs_of(options));
+  const std::vector<EvaluatedDrive> drives = evaluated(options);
+  if (options.closed_loop && options.judging.frame == Frame::map &&
+      std::ranges::any_of(drives, [](const EvaluatedDrive& drive) {
+        return !drive.replays.empty() && !drive.cameras.empty();
+      }))
+    std::cerr
+        << "odom evaluate: warning: --closed-loop with a camera in: the end is only as good as "
+           "the camera; --dead-reckoning judges the odometry\n";
+  for (const EvaluatedDrive& drive : drives) {
+    warn_of(drive);
+  }
+  if (!options.picture.empty()) {
+    chart::write_picture(options.picture,
+                         std::array{draw(evaluation_map(drives.front(), options.title))});
+  }
+  if (!options.html.empty()) {
+    WholeFile file(options.html);
+    file.stream() << report::page(
+        drives, {.title = options.title, .version = ODOMD_VERSION, .command = command_line()});
+    file.finish();
+  }
+  if (options.json) {
+    std::cout << text_of(options.drives.empty() ? files_json(drives.front())
+                                                : summary_json(drives));
+  } else if (options.drives.empty()) {
+    std::cout << as_text(drives.front().report);
+  } else {
+    if (drives.size() == 1) std::cout << details_of(drives.front()) << '\n';
+    std::cout << summary_table(drives).text();
+  }
+}
+
+// What the options demand of each other, as CLI11 would say it.
+void check(const Options& options) {
+  if (options.poses.empty() && options.drives.empty()) {
+    require("--pose or --drive");
+  }
+  if (!options.poses.empty() && options.reference.empty() && !options.closed_loop) {
+    require("--reference (or --closed-loop)");
+  }
+  if (options.drives.size() > 1 && !options.reference.empty()) {
+    throw std::invalid_argument("--reference: is of one drive; put truth.csv into each folder");
+  }
+  if (options.drives.size() > 1 && !options.picture.empty()) {
+    throw std::invalid_argument("--picture: is of one drive; --html has the pictures of all");
+  }
+  if (options.drives.size() > 1 && !options.beat.empty()) {
+    throw std::invalid_argument("--beat: is of one drive; put beat.csv into each folder");
+  }
+}
+
+void add_inputs(Command command, Options& options) {
+  const Option reference =
+      command
+          .add_option("--reference", options.reference,
+                      "The truth, with the columns t,x,y,yaw; of a drive instead of "
+                      "its truth.csv")
+          .type_name("CSV");
+  const Option pose =
+      command
+          .add_option("--pose", options.poses,
+                      "Poses, as odom replay writes them; several times: side by side")
+          .repeatable()
+          .type_name("CSV");
+  const Option drive =
+      command
+          .add_option(
+              "--drive", options.drives,
+              "Folder with drive.log (or can.log), car.toml, truth.csv and camera.csv, to be "
+              "replayed; several times: one after the other")
+          .repeatable()
+          .type_name("DIR")
+          .excludes(pose);
+  command
+      .add_option("--model", options.models,
+                  "Model to replay it through; several times; default: kinematic, paper, "
+                  "inertial (where there is a gyro), full")
+      .repeatable()
+      .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
+      .needs(drive);
+  command
+      .add_option("--config", options.config,
+                  "Configuration instead of the folder's car.toml; the folder's car.dbc stays")
+      .type_name("FILE")
+      .needs(drive);
+  command
+      .add_flag("--dead-reckoning", options.dead_reckoning,
+                "Leave the folder's camera.csv out: odometry alone")
+      .needs(drive);
+  command
+      .add_flag("--closed-loop", options.closed_loop,
+                "Without a reference: the drive ends where it began; with a camera in, the end is "
+                "only as good as the camera")
+      .excludes(reference);
+}
+
+void add_judging(Command command, Options& options) {
+  add_choice<std::optional<Align>>(
+      command, "--align", options.align,
+      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+      "Alignment at the first common time, by least squares, or none; default: none "
+      "of the map's pose of a drive with camera poses, else first");
+  add_choice<Frame>(command, "--frame", options.judging.frame,
+                    {{"map", Frame::map}, {"odom", Frame::odom}},
+                    "Which pose: the map's or the jump-free odometry frame's; default: map");
+  command
+      .add_option("--from", options.judging.from,
+                  "Judge only what is not before this time [s]; +T: after the reference's first "
+                  "row")
+      .type_name("T|+T");
+  command.add_option("--to", options.judging.to, "... and not after this one").type_name("T|+T");
+  const Option lever_arm =
+      command
+          .add_option("--lever-arm", options.lever_arm,
+                      "Where the reference's point sits in the body frame [m, m, rad]")
+          .delimiter(',')
+          .values(3)
+          .type_name("X,Y,YAW");
+  command
+      .add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
+                "Fit one such lever arm to all estimates of a drive")
+      .excludes(lever_arm);
+  command
+      .add_option("--baseline", options.judging.baseline,
+                  "Estimate that the others are compared with; default: kinematic, else the first")
+      .type_name("ESTIMATE");
+}
+
+void add_outputs(Command command, Options& options) {
+  command.add_flag("--json", options.json, "One JSON object, SI units");
+  const Option html = command
+                          .add_option("--html", options.html,
+                                      "Write a report with pictures: one file, nothing else needed")
+                          .type_name("FILE");
+  command
+      .add_option("--beat", options.beat,
+                  "Beat of a recording, beat.csv, for the report; of a drive instead of its own")
+      .type_name("CSV")
+      .needs(html);
+  command
+      .add_option("--picture", options.picture, "Draw the trajectories into a file, .svg or .png")
+      .type_name("FILE");
+  command.add_option("--title", options.title, "Title of report and picture").type_name("TEXT");
+  command.add_option("--camera", options.camera, "Camera log to draw as dots")
+      .type_name("CSV")
+      .excludes("--drive");
+}
+
+}  // namespace
+
+void add_evaluate(Command odom) {
+  Command command = odom.add_subcommand(
+      "evaluate", "Hold poses against a reference, or whole drives through several models");
+  auto options = std::make_shared<Options>();
+  add_inputs(command, *options);
+  add_judging(command, *options);
+  add_outputs(command, *options);
+  command.footer(
+      "Examples:\n"
+      "  odom evaluate --reference truth.csv --pose pose.csv\n"
+      "  odom evaluate --reference truth.csv --pose kinematic.csv --pose paper.csv --json\n"
+      "  odom evaluate --reference truth.csv --pose pose.csv --align fit --picture lap.svg\n"
+      "  odom evaluate --reference mocap.csv --pose pose.csv --fit-lever-arm\n"
+      "  odom evaluate --reference truth.csv --pose pose.csv --from +15 --to +25 --frame odom\n"
+      "  odom evaluate --drive lap --dead-reckoning --html lap.html\n"
+      "  odom evaluate --drive monday --drive tuesday --model kinematic --model full\n"
+      "  odom evaluate --drive drive-20261121-140300 --closed-loop --dead-reckoning\n"
+      "Only times that both cover count; the reference is interpolated, never extrapolated.\n"
+      "A drive is replayed as odom replay does it, and its models are judged as pose files are.");
+  command.callback([options] {
+    check(*options);
+    options->judging.align = options->align;
+    run_evaluate(*options);
+  });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,126 @@
+// odom export: a drive for the tools that people look at drives with.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tools/cli/choice.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/export/drive_data.hpp"
+#include "tools/export/formats.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::string source;
+  ExportSources files;
+  std::string mcap;
+  std::string csv;
+  bool relative = false;
+  McapCompression compression = McapCompression::zstd;
+};
+
+std::vector<std::filesystem::path> inputs_of(const Options& options, const ExportSources& sources) {
+  std::vector<std::filesystem::path> inputs{options.source, sources.pose, sources.config,
+                                            sources.camera, sources.truth};
+  inputs.insert(inputs.end(), sources.logs.begin(), sources.logs.end());
+  inputs.insert(inputs.end(), sources.databases.begin(), sources.databases.end());
+  return inputs;
+}
+
+void export_drive(const Options& options) {
+  ExportSources sources = options.source.empty() ? ExportSources{} : sources_in(options.source);
+  const ExportSources& named = options.files;
+  if (!named.pose.empty()) sources.pose = named.pose;
+  if (!named.config.empty()) sources.config = named.config;
+  if (!named.logs.empty()) sources.logs = named.logs;
+  if (!named.databases.empty()) sources.databases = named.databases;
+  if (!named.camera.empty()) sources.camera = named.camera;
+  if (!named.truth.empty()) sources.truth = named.truth;
+
+  check_outputs(std::vector<Output>{{"--mcap", options.mcap}, {"--csv", options.csv}},
+                inputs_of(options, sources));
+  if (std::filesystem::path(options.mcap).extension() == ".csv")
+    throw std::invalid_argument("--mcap: " + options.mcap +
+                                " is a table by its name; --csv writes one");
+  const DriveData data = read_drive(sources);
+  for (const std::string& warning : data.warnings) say("odom export: " + warning);
+  const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;
+  if (!options.csv.empty()) {
+    WholeFile file(options.csv);
+    write_plot_csv(data.poses, time, file.stream());
+    file.finish();
+    say(fmt::format("odom export: {}: {} poses, {} columns", options.csv,
+                    data.poses.times_ns.size(), data.poses.fields.size() + 1));
+  }
+  if (!options.mcap.empty()) {
+    WholeFile file(options.mcap);
+    const McapStatistics statistics = write_mcap(data, time, options.compression, file.stream());
+    file.finish();
+    say(fmt::format("odom export: {}: {} messages on {} topics, {:.1f} MB", options.mcap,
+                    statistics.messages, statistics.topics,
+                    static_cast<double>(statistics.bytes) * 1e-6));
+  }
+}
+
+}  // namespace
+
+void add_export(Command odom) {
+  auto options = std::make_shared<Options>();
+  Command command =
+      odom.add_subcommand("export", "Export a drive to Foxglove (MCAP) and PlotJuggler (CSV)");
+  command
+      .add_option("SOURCE", options->source,
+                  "Pose file, folder of odom record, or folder with a drive (drive.log or can.log, "
+                  "car.toml, camera.csv, truth.csv, pose.csv)")
+      .type_name("");
+  command.add_option("--mcap", options->mcap, "MCAP file to write, for Foxglove").type_name("FILE");
+  command.add_option("--csv", options->csv, "CSV file to write, the poses for PlotJuggler")
+      .type_name("FILE");
+  command.add_flag("--relative-time", options->relative,
+                   "Times from the beginning of the drive instead of the files' own");
+  add_choice(
+      command, "--compression", options->compression,
+      Choices<McapCompression>{{"zstd", McapCompression::zstd}, {"none", McapCompression::none}},
+      "Of the MCAP file; default: zstd");
+  command.add_option("--pose", options->files.pose, "Pose file, instead of the source's")
+      .type_name("CSV");
+  command
+      .add_option("--config", options->files.config,
+                  "Configuration of the car (TOML), instead of the source's")
+      .type_name("FILE");
+  command
+      .add_option("--can", options->files.logs,
+                  "Log of candump -L; several times for several buses; instead of the source's")
+      .type_name("LOG");
+  command
+      .add_option("--dbc", options->files.databases,
+                  "Database; several times for several; instead of [can] dbc")
+      .type_name("DBC");
+  command.add_option("--camera", options->files.camera, "Camera log, instead of the source's")
+      .type_name("CSV");
+  command
+      .add_option("--truth", options->files.truth,
+                  "Reference trajectory (t,x,y,yaw), instead of the source's")
+      .type_name("CSV");
+  command.footer(
+      "Examples:\n"
+      "  odom export drive-20261121-140300 --mcap drive.mcap\n"
+      "  odom export pose.csv --csv plot.csv --relative-time\n"
+      "  odom export lap --pose pose.csv --mcap lap.mcap\n"
+      "  odom export --config car.toml --can drive.log --truth truth.csv --mcap drive.mcap\n"
+      "A drive with frames and a configuration, but without poses, is replayed for them.\n"
+      "docs/bridge.md lists the topics.");
+  command.callback([options] {
+    if (options->mcap.empty() && options->csv.empty()) require("--mcap or --csv");
+    export_drive(*options);
+  });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,343 @@
+// odom fault: sensors, buses and cameras that fail on purpose, in logs and live.
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/cli/daemon_options.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/interrupt.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/fault/faulty_log.hpp"
+#include "tools/fault/kind_list.hpp"
+#include "tools/fault/live.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using fault::Fault;
+
+struct Options {
+  std::string config;
+  std::string kind;
+  std::optional<double> begin_s;
+  std::optional<double> duration_s;
+  std::optional<double> size;
+  std::uint64_t seed = 1;
+  std::vector<std::string> faults;
+  std::string log;
+  std::string out;
+  std::string camera;
+  std::string camera_out;
+  std::string from;
+  std::string to;
+  std::string camera_from;
+  std::string camera_to;
+  double wait_s = 0.0;
+  bool list = false;
+  bool json = false;
+};
+
+std::vector<Fault> faults_of(const Options& options) {
+  std::vector<Fault> faults;
+  if (!options.kind.empty()) {
+    Fault one = fault::fault_of(fault::parse_kind(options.kind));
+    if (options.begin_s) one.begin_s = *options.begin_s;
+    if (options.duration_s) one.duration_s = *options.duration_s;
+    if (options.size) one.magnitude = *options.size;
+    check(one);
+    faults.push_back(one);
+  }
+  for (const std::string& text : options.faults) faults.push_back(fault::parse_fault(text));
+  if (faults.empty()) require("--kind (or --fault)");
+  for (Fault& one : faults) one.seed = options.seed;
+  return faults;
+}
+
+bool is_live(const Options& options) {
+  return !options.from.empty() || !options.camera_from.empty();
+}
+
+// Each of two options wants the other.
+void check_pair(const std::string& one, const char* name, const std::string& other,
+                const char* other_name) {
+  if (!one.empty() && other.empty()) require(fmt::format("{} (for {})", other_name, name));
+  if (one.empty() && !other.empty()) require(fmt::format("{} (for {})", name, other_name));
+}
+
+void check_streams(const Options& options, const std::vector<Fault>& faults) {
+  check_pair(options.log, "LOG", options.out, "--out");
+  check_pair(options.camera, "--camera", options.camera_out, "--camera-out");
+  check_pair(options.from, "--from", options.to, "--to");
+  check_pair(options.camera_from, "--camera-from", options.camera_to, "--camera-to");
+  const bool logs = !options.log.empty() || !options.camera.empty();
+  if (!logs && !is_live(options)) require("LOG (or --camera, --from, --camera-from)");
+  if (logs && is_live(options))
+    throw std::invalid_argument(
+        "either logs (LOG, --camera) or what is live (--from, --camera-from), not both");
+  const bool frames = !options.log.empty() || !options.from.empty();
+  const bool poses = !options.camera.empty() || !options.camera_from.empty();
+  for (const Fault& one : faults) {
+    const bool of_camera = one.kind.part == fault::Part::camera;
+    if (of_camera && !poses)
+      require(fmt::format("--camera and --camera-out (or --camera-from and --camera-to), for {}",
+                          name_of(one.kind)));
+    if (one.kind.act == fault::Act::shifted && is_live(options))
+      throw std::invalid_argument(
+          fmt::format("{}: frames are stamped where they arrive; live there is {}.delayed",
+                      name_of(one.kind), info(one.kind.part).name));
+    if (!of_camera && !frames)
+      require(fmt::format("LOG and --out (or --from and --to), for {}", name_of(one.kind)));
+  }
+}
+
+void warn(const std::string& text) {
+  std::cerr << "odom fault: warning: " << text << '\n';
+}
+
+// What never came about is rarely what was meant.
+void report(const Fault& one, std::uint64_t count, const char* what) {
+  const std::string name = name_of(one.kind);
+  if (count == 0) {
+    warn(fmt::format("{}: acted on nothing; it begins {:g} s after the first frame", name,
+                     one.begin_s));
+  } else {
+    std::cerr << fmt::format("odom fault: {}: {} {}\n", name, count, what);
+  }
+}
+
+void report(const fault::Injector& injector) {
+  for (const auto& [one, frames] : injector.acted()) report(one, frames, "frames");
+}
+
+void report(const fault::CameraInjector& injector) {
+  for (const auto& [one, poses] : injector.acted()) report(one, poses, "camera poses");
+}
+
+// A file that is whole or not there, or standard output.
+class Sink {
+ public:
+  explicit Sink(const std::string& file) {
+    if (file != "-") file_.emplace(file);
+  }
+  [[nodiscard]] std::ostream& stream() { return file_ ? file_->stream() : std::cout; }
+  void finish() {
+    if (file_) file_->finish();
+  }
+
+ private:
+  std::optional<WholeFile> file_;
+};
+
+struct Car {
+  daemon::Config config;
+  std::vector<can::Database> databases;
+};
+
+Car car_of(const Options& options) {
+  if (options.config.empty()) require("--config");
+  Car car{.config = daemon::load_config(options.config)};
+  std::vector<std::string> warnings;
+  car.databases = daemon::load_databases(car.config, warnings);
+  return car;
+}
+
+void check_files(const Options& options, const Car& car) {
+  std::vector<std::filesystem::path> inputs = car.config.can.dbc;
+  for (const std::string& input : {options.config, options.camera})
+    if (!input.empty()) inputs.emplace_back(input);
+  if (!options.log.empty()) inputs.emplace_back(options.log == "-" ? "/dev/stdin" : options.log);
+  const auto place = [](const std::string& name) { return name == "-" ? std::string() : name; };
+  check_outputs(std::vector<Output>{{"--out", place(options.out)},
+                                    {"--camera-out", place(options.camera_out)}},
+                inputs);
+}
+
+// Returns from when the faults count: the log's first stamp.
+std::int64_t fail_in_log(const Options& options, const Car& car, const std::vector<Fault>& faults) {
+  can::BusNames buses;
+  for (const std::string& bus : daemon::expected_buses(car.config)) buses.index_of(bus);
+  can::LogReader log(options.log, buses);
+  fault::Injector injector(car.config, car.databases, buses.all(), faults);
+  Sink sink(options.out);
+  ProgressLine progress("odom fault");
+  const auto flush = options.log == "-" ? fault::Flush::every_frame : fault::Flush::at_the_end;
+  const fault::Streamed streamed = write_log(log, buses, injector, sink.stream(), flush,
+                                             [&](const std::string& text) { progress.show(text); });
+  sink.finish();
+  progress.end();
+  if (!log.warning().empty()) warn(log.warning());
+  std::cerr << fmt::format("odom fault: {}: {} frames in, {} out\n", log.label(), streamed.in,
+                           streamed.out);
+  report(injector);
+  return streamed.first_ns;
+}
+
+CameraLog camera_of(const Options& options) {
+  if (options.camera.empty()) return {};
+  CameraLog camera = read_camera_log(options.camera);
+  for (const std::string& text : camera.warnings) warn(text);
+  if (camera.poses.empty()) warn(no_pose_doubt(options.camera));
+  return camera;
+}
+
+void fail_in_camera_log(const Options& options, const CameraLog& camera,
+                        const std::vector<Fault>& faults, std::optional<std::int64_t> start_ns) {
+  if (!start_ns) start_ns = camera.poses.empty() ? 0 : camera.poses.front().arrival_ns;
+  fault::CameraInjector injector(faults, *start_ns);
+  Sink sink(options.camera_out);
+  const fault::Streamed streamed = write_camera_log(camera.poses, injector, sink.stream());
+  sink.finish();
+  std::cerr << fmt::format("odom fault: {}: {} camera poses in, {} out\n", options.camera,
+                           streamed.in, streamed.out);
+  report(injector);
+}
+
+void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
+  const Car car = options.log.empty() ? Car{} : car_of(options);
+  check_files(options, car);
+  // Read first: nothing is written where one of the two cannot be used.
+  const CameraLog camera = camera_of(options);
+  std::optional<std::int64_t> start_ns;
+  if (!options.log.empty()) start_ns = fail_in_log(options, car, faults);
+  if (!options.camera.empty()) fail_in_camera_log(options, camera, faults, start_ns);
+}
+
+void fail_live(const Options& options, const std::vector<Fault>& faults) {
+  constexpr std::chrono::microseconds between{500};
+  Interrupt interrupt;
+  const std::int64_t start_ns = fault::monotonic_ns();
+  std::optional<fault::BusRelay> bus;
+  std::optional<fault::CameraRelay> camera;
+  if (!options.from.empty()) {
+    const Car car = car_of(options);
+    bus.emplace(options.from, options.to, car.config, car.databases, faults, start_ns);
+  }
+  if (!options.camera_from.empty())
+    camera.emplace(options.camera_from, options.camera_to, options.wait_s, faults, start_ns);
+  std::cerr << "odom fault: handing on";
+  if (bus) std::cerr << fmt::format(" {} to {}", options.from, options.to);
+  if (camera)
+    std::cerr << fmt::format("{} {} to {}", bus ? "," : "", options.camera_from, options.camera_to);
+  std::cerr << "; INT ends it\n";
+  while (!interrupt.requested()) {
+    const std::int64_t now_ns = fault::monotonic_ns();
+    if (bus) bus->pass_on(now_ns);
+    if (camera) camera->pass_on(now_ns);
+    std::this_thread::sleep_for(between);
+  }
+  if (bus) {
+    std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->received(), bus->sent());
+    if (bus->lost() > 0)
+      warn(fmt::format("the kernel dropped {} frames before they were read", bus->lost()));
+    for (const auto& [one, frames] : bus->acted()) report(one, frames, "frames");
+  }
+  if (camera) {
+    std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->received(),
+                             camera->sent());
+    if (camera->refused() > 0) warn(fmt::format("{} poses found no daemon", camera->refused()));
+    if (camera->malformed() > 0)
+      warn(fmt::format("{} messages were no camera poses; left out", camera->malformed()));
+    for (const auto& [one, poses] : camera->acted()) report(one, poses, "camera poses");
+  }
+}
+
+void run(const Options& options) {
+  if (options.list) {
+    std::cout << (options.json ? fault::kinds_json().dump(1) + '\n' : fault::kinds_text());
+    return;
+  }
+  const std::vector<Fault> faults = faults_of(options);
+  check_streams(options, faults);
+  if (is_live(options)) {
+    fail_live(options, faults);
+  } else {
+    fail_in_logs(options, faults);
+  }
+}
+
+}  // namespace
+
+void add_fault(Command odom) {
+  auto options = std::make_shared<Options>();
+  Command command = odom.add_subcommand(
+      "fault", "Let sensors, the bus or the camera fail on purpose, in logs or live");
+  command.add_option("LOG", options->log, "Log of candump -L, or - for standard input")
+      .type_name("");
+  const Option list =
+      command.add_flag("--list", options->list, "List the kinds of faults and their sizes");
+  command.add_option("--config", options->config, "Configuration of the car (TOML)")
+      .type_name("FILE");
+  const Option kind =
+      command.add_option("--kind", options->kind, "What fails and how, such as gyro.frozen")
+          .type_name("KIND");
+  command.add_option("--begin", options->begin_s, "When, after the first frame [s]; default: 0")
+      .not_negative()
+      .type_name("S")
+      .needs(kind);
+  command.add_option("--for", options->duration_s, "For how long [s]; default: to the end")
+      .positive()
+      .type_name("S")
+      .needs(kind);
+  command
+      .add_option("--size", options->size,
+                  "By how much, in the unit that --list shows; default: what it shows")
+      .type_name("X")
+      .needs(kind);
+  command
+      .add_option("--fault", options->faults,
+                  "The same in one word; what is left out or empty is as above; several times for "
+                  "several at once")
+      .one_each()
+      .type_name("KIND:BEGIN:LENGTH:SIZE");
+  command.add_option("--seed", options->seed, "Draws what is random in them; default: 1")
+      .type_name("N");
+  command.add_option("-o,--out", options->out, "Log to write, or - for standard output")
+      .type_name("LOG");
+  command.add_option("--camera", options->camera, "Camera log").type_name("CSV");
+  command.add_option("--camera-out", options->camera_out, "Camera log to write").type_name("CSV");
+  const std::string live = "Live";
+  command.add_option("--from", options->from, "CAN interface that the frames come from")
+      .type_name("IFACE")
+      .group(live);
+  command.add_option("--to", options->to, "CAN interface that they go to")
+      .type_name("IFACE")
+      .group(live);
+  command
+      .add_option("--camera-from", options->camera_from,
+                  "Socket to make, for the camera to send its poses to")
+      .type_name("PATH")
+      .group(live);
+  command.add_option("--camera-to", options->camera_to, "Camera socket of the daemon")
+      .type_name("PATH")
+      .group(live);
+  add_wait_option(command, options->wait_s).group(live);
+  command.add_flag("--json", options->json, "The list as JSON").needs(list);
+  command.footer(
+      "Examples:\n"
+      "  odom fault --list\n"
+      "  odom fault --config car.toml --kind gyro.frozen --begin 10 --for 5 drive.log -o "
+      "faulty.log\n"
+      "  odom fault --config car.toml --fault wheels.scaled:20::1.1 --fault camera.lost:30:5 \\\n"
+      "      drive.log -o faulty.log --camera camera.csv --camera-out faulty.csv\n"
+      "  odom sim --live --out drive --force |\n"
+      "      odom fault --config drive/car.toml --kind imu.lost --begin 20 - -o - |\n"
+      "      odomd --config drive/car.toml --can -\n"
+      "  odom fault --config car.toml --kind steering.biased --from can0 --to vcan0\n"
+      "Only the bits of the signals that fail change; counters and checksums are made right "
+      "again.\n"
+      "Times count from the log's first frame, live from the start. Live, INT ends it.");
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace odomd::tools

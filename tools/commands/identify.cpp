@@ -1,0 +1,30 @@
+// odom identify: the car's parameters, measured, with their uncertainty.
+#include "tools/commands/commands.hpp"
+#include "tools/identify/methods.hpp"
+
+namespace odomd::tools {
+
+void add_identify(Command odom) {
+  Command identify = odom.add_subcommand(
+      "identify",
+      "Measure the car's parameters, each with its uncertainty, into the configuration");
+  identify.require_subcommand();
+  identify.footer(
+      "Each method explains its experiment: what to do, what to measure and how exactly. With\n"
+      "--write the numbers go into the configuration where they stand, each with a note where it\n"
+      "came from; comments stay.\n"
+      "\n"
+      "Examples:\n"
+      "  odom help identify mass\n"
+      "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
+  add_mass(identify);
+  add_cog(identify);
+  add_inertia(identify);
+  add_noise(identify);
+  add_track(identify);
+  add_stiffness(identify);
+  add_latency(identify);
+  add_fit(identify);
+}
+
+}  // namespace odomd::tools

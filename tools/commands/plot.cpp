@@ -1,0 +1,234 @@
+// odom plot: one picture of pose files, or of the running daemon.
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tools/chart/drawing.hpp"
+#include "tools/cli/choice.hpp"
+#include "tools/cli/daemon_options.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/drive_files/innovation_file.hpp"
+#include "tools/report/beat_chart.hpp"
+#include "tools/report/innovation_chart.hpp"
+#include "tools/report/plot_charts.hpp"
+
+namespace odomd::tools {
+namespace {
+
+// What a picture shows: a quantity of poses, or what other files tell.
+struct Subject {
+  enum class Kind : std::uint8_t { poses, innovations, beat };
+  Kind kind = Kind::poses;
+  Quantity quantity = Quantity::trajectory;
+};
+
+const Choices<Subject>& subjects() {
+  using Kind = Subject::Kind;
+  static const Choices<Subject> all{
+      {"trajectory", {Kind::poses, Quantity::trajectory}},
+      {"speed", {Kind::poses, Quantity::speed}},
+      {"lateral_speed", {Kind::poses, Quantity::lateral_speed}},
+      {"yaw_rate", {Kind::poses, Quantity::yaw_rate}},
+      {"heading", {Kind::poses, Quantity::heading}},
+      {"steering", {Kind::poses, Quantity::steering}},
+      {"acceleration", {Kind::poses, Quantity::acceleration}},
+      {"sigma", {Kind::poses, Quantity::sigma}},
+      {"calibrations", {Kind::poses, Quantity::calibrations}},
+      {"innovation", {Kind::innovations, {}}},
+      {"beat", {Kind::beat, {}}},
+  };
+  return all;
+}
+
+struct Options {
+  std::vector<std::string> files;
+  std::vector<std::string> what;
+  std::string reference;
+  std::string out;
+  std::string title;
+  Frame frame = Frame::map;
+  double seconds = 0.0;  // of the running daemon; 0: files
+  std::string shm;
+};
+
+void warn(const std::string& text) {
+  say("odom plot: warning: " + text);
+}
+
+std::vector<Subject> subjects_of(const Options& options) {
+  if (options.what.empty()) return {Subject{}};
+  std::vector<Subject> chosen;
+  for (const std::string& name : options.what) {
+    for (const auto& [known, subject] : subjects()) {
+      if (known == name) chosen.push_back(subject);
+    }
+  }
+  return chosen;
+}
+
+using Drawings = std::vector<chart::Drawing>;
+
+void append(Drawings& to, const Drawings& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+const std::string& only_file(const Options& options, const std::string& what) {
+  if (options.files.size() != 1) {
+    throw std::invalid_argument("--what " + what + ": is of one file");
+  }
+  return options.files.front();
+}
+
+Drawings innovations_of(const Options& options) {
+  if (options.seconds > 0.0) {
+    throw std::invalid_argument(
+        "--what innovation: a daemon does not keep them; record the drive, and take the file that "
+        "odom replay --innovations writes");
+  }
+  const auto judgements = read_innovations(only_file(options, "innovation"));
+  Drawings drawings;
+  for (const chart::Chart& chart : innovation_charts(judgements, judgements.front().time_ns)) {
+    drawings.push_back(draw(chart));
+  }
+  if (drawings.empty()) {
+    throw std::invalid_argument(options.files.front() + ": no sample in it was tested");
+  }
+  return drawings;
+}
+
+Drawings beat_of(const BeatHistogram& beat) {
+  Drawings drawings;
+  for (const BeatChart& chart : beat_charts(beat)) drawings.push_back(chart.drawing);
+  return drawings;
+}
+
+// Where the poses come from, read when they are first asked for.
+class Source {
+ public:
+  explicit Source(const Options& options) : options_(options) {}
+
+  [[nodiscard]] const PlotInput& poses() {
+    if (!input_) read();
+    return *input_;
+  }
+  [[nodiscard]] BeatHistogram beat() {
+    if (options_.seconds == 0.0) return read_beat_log(only_file(options_, "beat"));
+    if (!input_) read();
+    return beat_;
+  }
+
+ private:
+  void read() {
+    PlotInput& input = input_.emplace();
+    if (options_.seconds > 0.0) {
+      LiveTrack live =
+          follow_daemon(options_.shm, options_.seconds, options_.frame, plot_columns());
+      input.tracks.push_back(std::move(live.track));
+      beat_ = live.beat;
+    }
+    for (const std::string& file : options_.files) {
+      input.tracks.push_back(read_track(file, options_.frame, plot_columns()));
+    }
+    if (!options_.reference.empty()) {
+      input.reference = read_track(options_.reference, Frame::map, plot_columns());
+      for (const auto& text : input.reference->trajectory.warnings) warn(text);
+    }
+    for (const Track& track : input.tracks) {
+      for (const auto& text : track.trajectory.warnings) warn(text);
+    }
+    if (!overlap(input)) warn("the files have no time in common; each begins at 0 s");
+  }
+
+  const Options& options_;
+  std::optional<PlotInput> input_;
+  BeatHistogram beat_;
+};
+
+void run_plot(const Options& options) {
+  if (options.out != "-") chart::check_picture(options.out);
+  Drawings drawings;
+  if (!options.title.empty()) drawings.push_back(chart::heading(options.title));
+  Source source(options);
+  for (const Subject& subject : subjects_of(options)) {
+    switch (subject.kind) {
+      case Subject::Kind::innovations:
+        append(drawings, innovations_of(options));
+        break;
+      case Subject::Kind::beat:
+        append(drawings, beat_of(source.beat()));
+        break;
+      case Subject::Kind::poses:
+        append(drawings, plot(subject.quantity, source.poses()));
+        break;
+    }
+  }
+  if (options.out == "-") {
+    std::cout << chart::as_svg(drawings);
+  } else {
+    chart::write_picture(options.out, drawings);
+  }
+}
+
+}  // namespace
+
+void add_plot(Command odom) {
+  auto options = std::make_shared<Options>();
+  Command command =
+      odom.add_subcommand("plot", "Draw pose files, or what the running daemon publishes");
+  const Option files =
+      command.add_option("CSV", options->files, "Pose files, as odom replay writes them");
+  command
+      .add_option("--out", options->out,
+                  "Picture to write, .svg or .png; -: SVG to standard "
+                  "output")
+      .required()
+      .type_name("FILE");
+  std::string names;
+  for (const auto& subject : subjects()) names += (names.empty() ? "" : "|") + subject.first;
+  command
+      .add_option("--what", options->what,
+                  "What to draw; several times: below each other; default: trajectory")
+      .repeatable()
+      .type_name(names)
+      .check([names](const std::string& name) {
+        for (const auto& subject : subjects()) {
+          if (subject.first == name) return std::string{};
+        }
+        return "\"" + name + "\" is nothing that can be drawn; there are: " + names;
+      });
+  command.add_option("--reference", options->reference, "The truth, drawn in grey")
+      .type_name("CSV");
+  add_choice<Frame>(command, "--frame", options->frame,
+                    {{"map", Frame::map}, {"odom", Frame::odom}},
+                    "Which pose: the map's or the jump-free odometry frame's; default: map");
+  command.add_option("--title", options->title, "Title of the picture").type_name("TEXT");
+  const Option seconds = command
+                             .add_option("--for", options->seconds,
+                                         "Follow the running daemon so long [s], instead of files")
+                             .positive()
+                             .type_name("S")
+                             .excludes(files);
+  add_segment_option(command, options->shm).needs(seconds);
+  command.footer(
+      "Examples:\n"
+      "  odom plot pose.csv --out lap.svg\n"
+      "  odom plot kinematic.csv full.csv --reference truth.csv --out lap.png\n"
+      "  odom plot pose.csv --what speed --what yaw_rate --what calibrations --out drive.svg\n"
+      "  odom plot --for 10 --what speed --what beat --out now.png\n"
+      "  odom plot innovations.csv --what innovation --out innovations.svg\n"
+      "Poses are drawn as they are; odom evaluate --picture aligns them with the reference first.\n"
+      "innovation takes a file of odom replay --innovations, beat the beat.csv of a recording.");
+  command.callback([options] {
+    if (options->files.empty() && options->seconds == 0.0) {
+      require("A pose file or --for");
+    }
+    run_plot(*options);
+  });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,251 @@
+// odom replay: a recorded drive through the daemon's pipeline, in virtual time.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "can_protocol/sources/log_reader.hpp"
+#include "daemon/core/config.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/commands/replay_recording.hpp"
+#include "tools/diagnostics/initial_pose_doubt.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/innovation_file.hpp"
+#include "tools/drive_files/pose_csv.hpp"
+#include "tools/drive_files/pose_file.hpp"
+#include "tools/replay/replay_doubts.hpp"
+#include "tools/replay/replay_json.hpp"
+#include "tools/replay/virtual_drive.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::string config;
+  std::vector<std::string> logs;
+  std::vector<std::string> databases;
+  std::string camera;
+  std::string model;
+  std::string initial;
+  std::string out;
+  std::string innovations;
+  std::string recording;
+  bool verify = false;
+  bool json = false;
+};
+
+daemon::Config configuration(const Options& options) {
+  daemon::Config config = daemon::load_config(options.config);
+  if (!options.logs.empty()) config.can.sources = options.logs;
+  if (!options.databases.empty())
+    config.can.dbc.assign(options.databases.begin(), options.databases.end());
+  if (!options.model.empty()) config.model = daemon::parse_model(options.model);
+  if (!options.initial.empty()) config.initial_pose = daemon::parse_pose(options.initial);
+  return config;
+}
+
+std::vector<std::filesystem::path> inputs_of(const Options& options, const daemon::Config& config) {
+  std::vector<std::filesystem::path> inputs = config.can.dbc;
+  inputs.insert(inputs.end(), {options.config, options.camera});
+  for (const std::string& source : config.can.sources)
+    inputs.emplace_back(source == "-" ? "/dev/stdin" : source);
+  return inputs;
+}
+
+void report(const Options& options, const ReplaySummary& summary, double seconds,
+            const std::vector<std::string>& warnings) {
+  const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
+  if (options.json) {
+    std::cerr << json_text(replay_json(summary, seconds, warnings)) << '\n';
+    return;
+  }
+  for (const std::string& warning : warnings) say("odom replay: warning: " + warning);
+  std::cerr << fmt::format(
+      "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
+      "poses, at the end {}\n",
+      drive, seconds, drive / seconds, summary.frames, summary.cameras, summary.poses,
+      mode_name(summary.last_mode));
+}
+
+/// Whether time passes in a log.
+class Stamps {
+ public:
+  const can::Frame* seen(const can::Frame* frame) {
+    if (frame == nullptr) return frame;
+    differ_ |= count_ > 0 && frame->time_ns != stamp_ns_;
+    stamp_ns_ = frame->time_ns;
+    ++count_;
+    return frame;
+  }
+  /// `log` has ended.
+  void require_time(const can::MergedLog& log) const {
+    if (count_ > 1 && !differ_)
+      throw std::invalid_argument(can::describe_one_stamp(log.position(), count_, stamp_ns_));
+  }
+
+ private:
+  std::uint64_t count_ = 0;
+  std::int64_t stamp_ns_ = 0;
+  bool differ_ = false;
+};
+
+ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::MergedLog& log,
+                   const CameraLog& camera, const PoseSink& sink, const JudgementSink& judged) try {
+  Stamps stamps;
+  ReplaySummary summary = replay(
+      pipeline, period_ns, [&] { return stamps.seen(log.next()); }, camera.poses, sink, judged);
+  stamps.require_time(log);
+  return summary;
+} catch (const PauseError& error) {
+  throw PauseError(log.position() + error.what());
+}
+
+// The file of the innovations, where one is asked for.
+class InnovationFile {
+ public:
+  explicit InnovationFile(const std::string& file) {
+    if (file.empty()) return;
+    write_innovation_header(file_.emplace(file).stream());
+  }
+  [[nodiscard]] JudgementSink sink() {
+    if (!file_) return {};
+    return [this](std::span<const estimator::Judgement> judgements) {
+      text_.clear();
+      for (const estimator::Judgement& one : judgements) append_innovation_rows(text_, one);
+      file_->stream() << text_;
+    };
+  }
+  void finish() {
+    if (file_) file_->finish();
+  }
+
+ private:
+  std::optional<WholeFile> file_;
+  std::string text_;
+};
+
+void run(const Options& options) {
+  daemon::Config config = configuration(options);
+  std::vector<std::string> warnings;
+  const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
+
+  can::BusNames buses;
+  for (const can::SignalBinding& binding : config.can.bindings)
+    if (!binding.bus.empty()) buses.index_of(binding.bus);
+  can::MergedLog log(config.can.sources, buses);
+
+  check_outputs(std::vector<Output>{{"--out", options.out == "-" ? "" : options.out},
+                                    {"--innovations", options.innovations}},
+                inputs_of(options, config));
+  CameraLog camera;
+  if (!options.camera.empty()) {
+    camera = read_camera_log(options.camera);
+    if (camera.poses.empty()) warnings.push_back(no_pose_doubt(options.camera));
+  } else if (config.camera.configured)
+    warnings.push_back(
+        fmt::format("{} has a [camera], but no --camera gives its poses: this is odometry alone",
+                    options.config));
+
+  const auto pipeline =
+      std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !camera.poses.empty());
+  std::optional<WholeFile> file;
+  if (options.out != "-") file.emplace(options.out);
+  std::ostream& out = file ? file->stream() : std::cout;
+  InnovationFile innovations(options.innovations);
+
+  const auto start = std::chrono::steady_clock::now();
+  PoseFile poses(out);
+  const ReplaySummary summary = play(
+      *pipeline, config.realtime.period_ns, log, camera,
+      [&](const daemon::TickRecord& record) { poses.add(record, record.pose.time_ns); },
+      innovations.sink());
+  poses.finish();
+  innovations.finish();
+  if (file && summary.poses > 0) file->finish();
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+
+  for (const auto& some :
+       {camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
+    warnings.insert(warnings.end(), some.begin(), some.end());
+  if (auto doubt = initial_pose_doubt(config, camera.poses, summary.first_tick_ns);
+      doubt && summary.camera_units.empty())
+    warnings.push_back(*std::move(doubt));
+  report(options, summary, seconds.count(), warnings);
+  if (summary.poses == 0) throw std::runtime_error("no pose came about: no pose file is written");
+}
+
+}  // namespace
+
+void add_replay(Command odom) {
+  auto options = std::make_shared<Options>();
+  Command replay = odom.add_subcommand(
+      "replay", "Replay a drive through the daemon's pipeline, as fast as the machine goes");
+  const Option config =
+      replay.add_option("--config", options->config, "Configuration of the car (TOML)")
+          .type_name("FILE");
+  replay
+      .add_option("--can", options->logs,
+                  "Log of candump -L, or - for standard input; several times for several buses; "
+                  "instead of [can] source")
+      .type_name("LOG");
+  replay
+      .add_option("--dbc", options->databases,
+                  "Database; several times for several; instead of [can] dbc")
+      .type_name("DBC");
+  replay.add_option("--camera", options->camera, "Camera log").type_name("CSV");
+  replay.add_option("--model", options->model, "Model of the filter; instead of [filter] model")
+      .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")));
+  replay
+      .add_option("--initial", options->initial,
+                  "Pose to start from [m, m, rad]; instead of [initial] pose")
+      .type_name("X,Y,YAW");
+  replay
+      .add_option("--innovations", options->innovations,
+                  "Write how every sample lay to what the full filter expected")
+      .type_name("CSV");
+  const std::vector<Option> others = replay.options();
+  const Option recording = replay
+                               .add_option("--recording", options->recording,
+                                           "Folder that odom record made, instead of all the above")
+                               .type_name("DIR");
+  for (const Option other : others) recording.excludes(other);
+  replay.add_option("--out", options->out, "Pose file to write, or - for standard output")
+      .type_name("CSV");
+  replay
+      .add_flag("--verify", options->verify,
+                "Hold every tick of the recording against what was published, to the bit")
+      .needs(recording);
+  replay.add_flag("--json", options->json, "Summary and warnings as JSON, on standard error");
+  replay.footer(
+      "Examples:\n"
+      "  odom replay --config car.toml --can drive.log --out pose.csv\n"
+      "  odom replay --config car.toml --can drive.log --camera camera.csv --model paper \\\n"
+      "      --initial 1.2,0.4,1.57 --out pose.csv\n"
+      "  odom replay --recording drive-20261121-140300 --verify\n"
+      "\n"
+      "The pose starts at --initial, else the configuration's, else the first camera pose, else "
+      "0.\n"
+      "Times in the output are the log's; one row a tick from initialisation on.");
+  replay.callback([options, config] {
+    if (options->out.empty() && !options->verify) require("--out");
+    if (!options->recording.empty()) {
+      replay_recording({options->recording, options->out, options->verify, options->json});
+      return;
+    }
+    if (!config.is_given()) require("--config (or --recording)");
+    run(*options);
+  });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,338 @@
+// odom sim: drives a simulated car, into a folder or live.
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "tools/cli/csv.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/commands/sim_experiments.hpp"
+#include "tools/sim/can_output.hpp"
+#include "tools/sim/car/cars.hpp"
+#include "tools/sim/drive_folder.hpp"
+#include "tools/sim/live.hpp"
+#include "tools/sim/progress.hpp"
+#include "tools/sim/simulation.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Arguments {
+  sim::RunOptions run;
+  std::vector<std::optional<double>> sizes =
+      std::vector<std::optional<double>>(sim::parameter_count);
+  std::vector<std::string> fixed;
+  std::vector<std::string> dropouts;
+  std::string car;
+  std::string start_time;
+  std::string out;
+  std::string can;
+  std::string camera_socket;
+  int decimals = 6;
+  bool ideal = false;
+  bool servo = false;
+  bool list = false;
+  bool live = false;
+  bool force = false;
+  bool config_only = false;
+  bool markers = false;
+  bool json = false;
+  bool progress = false;
+};
+
+sim::RunOptions run_options(const Arguments& arguments) {
+  sim::RunOptions run = arguments.run;
+  if (!arguments.car.empty()) run.car = sim::find_car(arguments.car);
+  if (arguments.ideal) run.errors = sim::ErrorModel::ideal;
+  if (arguments.servo) run.sizes = sim::slow_servo();
+  for (const sim::ParameterInfo& info : sim::parameter_table())
+    if (const auto& size = arguments.sizes[static_cast<std::size_t>(info.parameter)])
+      run.sizes.push_back({info.parameter, *size});
+  for (const std::string& text : arguments.fixed) run.fixed.push_back(sim::parse_assignment(text));
+  for (const std::string& text : arguments.dropouts)
+    run.dropouts.push_back(sim::parse_dropout(text));
+  if (arguments.decimals != 6 && arguments.decimals != 9)
+    throw std::invalid_argument("--decimals: 6 or 9");
+  run.stamp_step_ns = arguments.decimals == 9 ? 1 : 1000;
+  if (arguments.live) {
+    run.start_ns = sim::live_start_ns();
+  } else if (!arguments.start_time.empty()) {
+    const auto start = parse_seconds(arguments.start_time);
+    if (!start || *start < sim::truth_period_ns)
+      throw std::invalid_argument("--start-time: \"" + arguments.start_time +
+                                  "\" is not a time in seconds, 0.005 or more");
+    run.start_ns = *start / sim::truth_period_ns * sim::truth_period_ns;
+  }
+  return run;
+}
+
+void list_scenarios() {
+  for (const sim::Scenario& scenario : sim::all_scenarios()) {
+    std::string line(scenario.name);
+    line.resize(std::max<std::size_t>(line.size() + 2, 14), ' ');
+    std::cout << line << scenario.sentence << " (" << scenario.speed << " m/s, " << scenario.laps
+              << (scenario.laps == 1 ? " lap)\n" : " laps)\n");
+  }
+}
+
+// What came of a drive, for people or as JSON.
+struct Counts {
+  std::uint64_t frames = 0;
+  std::uint64_t camera = 0;
+};
+
+void report(const Arguments& arguments, const sim::RunPlan& plan, const sim::Simulation& drive,
+            const Counts& counts) {
+  const sim::PlantOutput& end = drive.plant().output();
+  const double duration = 1e-9 * static_cast<double>(drive.time_ns());
+  const double apart = std::hypot(end.x - plan.start.x, end.y - plan.start.y);
+  if (arguments.json) {
+    nlohmann::ordered_json result = sim::describe(plan);
+    result["duration"] = duration;
+    result["distance"] = drive.driver().progress();
+    result["end_to_start"] = apart;
+    result["frames"] = counts.frames;
+    result["camera_poses"] = counts.camera;
+    std::cout << json_text(result, 2) << '\n';
+    return;
+  }
+  const std::string text = fmt::format(
+      "{}: {:.1f} s, {:.1f} m, ends {:.3f} m from the start, {} frames, {} camera poses\n",
+      arguments.run.scenario, duration, drive.driver().progress(), apart, counts.frames,
+      counts.camera);
+  // Standard output may be the bus.
+  if (arguments.live)
+    std::cerr << "odom sim: " << text;
+  else
+    std::cout << text;
+}
+
+void simulate(const Arguments& arguments) {
+  if (arguments.list) return list_scenarios();
+  const std::string can = arguments.can.empty() && arguments.live ? "-" : arguments.can;
+  if (!arguments.live && !arguments.config_only && !can.empty())
+    throw std::invalid_argument("--can is for --live; without it the frames go to DIR/drive.log");
+  if (!arguments.live && !arguments.config_only && !arguments.camera_socket.empty())
+    throw std::invalid_argument("--camera-socket is for --live and --config-only");
+  if (arguments.markers && arguments.out.empty())
+    throw std::invalid_argument("--markers: the film goes to a folder; add --out DIR");
+  if (!arguments.live && arguments.out.empty())
+    throw std::invalid_argument("nowhere to go: give --out DIR, or --live; see odom sim --help");
+  if (arguments.live && can == "-" && arguments.json)
+    throw std::invalid_argument(
+        "--json and the frames both want standard output; --out DIR "
+        "writes the same to plant.json");
+
+  const sim::RunPlan plan = sim::make_plan(run_options(arguments));
+  const auto decimals =
+      arguments.decimals == 9 ? can::StampDecimals::nine : can::StampDecimals::six;
+  std::optional<sim::DriveWriter> writer;
+  if (!arguments.out.empty()) {
+    sim::make_drive_folder(arguments.out,
+                           arguments.force ? sim::Existing::replace : sim::Existing::keep);
+    sim::write_car_files(
+        arguments.out, plan,
+        {.can = can.empty() ? "drive.log" : can, .camera_socket = arguments.camera_socket});
+    if (arguments.config_only) return;
+    writer.emplace(arguments.out, arguments.live && can != "-" ? can : sim::log_interface, decimals,
+                   arguments.markers ? sim::FilmMarkers::write : sim::FilmMarkers::leave_out);
+  }
+
+  sim::Simulation drive(plan);
+  Counts counts;
+  const auto take = [&](const sim::Happenings& happenings) {
+    counts.frames += happenings.frames.size();
+    counts.camera += happenings.camera.size();
+    if (writer) writer->write(happenings);
+  };
+  const auto show = arguments.progress ? sim::ShowProgress::always : sim::ShowProgress::automatic;
+  if (arguments.live) {
+    sim::Progress progress(show, sim::ShowProgress::always);
+    const sim::LiveSummary summary = sim::play_live(drive,
+                                                    {.start_ns = plan.options.start_ns,
+                                                     .can = can,
+                                                     .camera_socket = arguments.camera_socket,
+                                                     .decimals = decimals},
+                                                    progress, take);
+    if (!arguments.camera_socket.empty())
+      std::cerr << "odom sim: " << summary.camera_sent << " camera poses sent, "
+                << summary.camera_dropped << " not taken by the daemon\n";
+    if (summary.end == sim::LiveEnd::interrupted) std::cerr << "odom sim: interrupted\n";
+  } else {
+    sim::Progress progress(show, sim::ShowProgress::never);
+    sim::Happenings happenings;
+    sim::RunState state = sim::RunState::running;
+    while (state == sim::RunState::running) {
+      happenings.clear();
+      state = drive.advance(drive.time_ns() + 100 * sim::truth_period_ns, happenings);
+      take(happenings);
+      progress.update(drive);
+    }
+    progress.finish(drive);
+  }
+  if (writer) writer->close();
+  report(arguments, plan, drive, counts);
+}
+
+std::string scenario_names() {
+  std::string names;
+  for (const sim::Scenario& scenario : sim::all_scenarios())
+    if (names.find(scenario.name) == std::string::npos)
+      names += (names.empty() ? "" : "|") + std::string(scenario.name);
+  return names;
+}
+
+void add_parameter_options(Command command, Arguments& arguments) {
+  for (const sim::ParameterInfo& info : sim::parameter_table()) {
+    std::string option = "--" + std::string(info.name);
+    for (char& letter : option)
+      if (letter == '_') letter = '-';
+    std::string defaults;
+    append_number(defaults, info.scale_car);
+    if (info.saloon != info.scale_car) {
+      defaults += ", road ";
+      append_number(defaults, info.saloon);
+    }
+    if (const double sprung = sim::sprung_default(info.parameter); sprung != info.saloon)
+      defaults += fmt::format(", sprung cars {:.4g}", sprung);
+    const std::string_view draw = info.draw == sim::Draw::normal    ? ", standard deviation"
+                                  : info.draw == sim::Draw::uniform ? ", +-"
+                                                                    : "";
+    const std::string unit = info.unit == "1" ? "" : fmt::format(" [{}]", info.unit);
+    std::string help = fmt::format("{}{}{}; default: {}", info.meaning, draw, unit, defaults);
+    if (help.front() >= 'a' && help.front() <= 'z')
+      help.front() = static_cast<char>(help.front() - 32);
+    command.add_option(option, arguments.sizes[static_cast<std::size_t>(info.parameter)], help)
+        .group(std::string(info.group))
+        .type_name("X");
+  }
+}
+
+}  // namespace
+
+void add_sim(Command odom) {
+  auto arguments = std::make_shared<Arguments>();
+  Command command =
+      odom.add_subcommand("sim", "Drive a simulated car, into a folder or live in real time");
+  command.footer(
+      "The car is not the model of any filter: its tyres saturate, load moves, wheels slip, the\n"
+      "steering lags. Its sensors err by what is drawn from the seed; the errors drawn are "
+      "written\n"
+      "to DIR/plant.json. The same options and seed give the same bits.\n"
+      "\n"
+      "Examples:\n"
+      "  odom sim --out drive\n"
+      "  odom sim --scenario slalom --speed 2 --seed 7 --camera-outliers 0.01 --out drive\n"
+      "  odom sim --ideal --gyro-scale-error 0.03 --out drive\n"
+      "  odom sim --fix gyro_bias=0.01 --camera-dropout 20:2 --camera-dropout 40:5 --out drive\n"
+      "  odom sim --car bmw_320i --scenario slalom --speed 12 --out drive\n"
+      "  odom sim --scenario circles --markers --out circles\n"
+      "  odom sim --live --can can0 --camera-socket /run/odomd/camera.sock --out drive\n"
+      "  odom sim --config-only --out drive\n"
+      "  odom sim --live --out drive --force | odomd --config drive/car.toml --can -");
+
+  command.add_flag("--list", arguments->list, "List the scenarios");
+  command.add_option("--scenario", arguments->run.scenario, "What to drive; default: lap")
+      .type_name(scenario_names());
+  command
+      .add_option("--speed", arguments->run.speed,
+                  "On the straights [m/s]; default: the scenario's")
+      .type_name("V");
+  command
+      .add_option("--car", arguments->car,
+                  "Who drives: the 1:10 car, a saloon on rigid springs, or a car of published data "
+                  "whose body rolls and pitches; default: the scenario's")
+      .type_name(sim::car_names());
+  command.add_option("--laps", arguments->run.laps, "How often round; default: the scenario's")
+      .type_name("N");
+  command.add_option("--duration", arguments->run.duration, "End after this time [s], on the move")
+      .type_name("T");
+  command
+      .add_option("--standstill", arguments->run.standstill,
+                  "Stand before setting off [s]; default: 3")
+      .type_name("T");
+  command.add_option("--seed", arguments->run.seed, "Draws the errors and the noise; default: 1")
+      .type_name("N");
+
+  const std::string output = "Output";
+  command
+      .add_option("--out", arguments->out,
+                  "Directory for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json")
+      .type_name("DIR")
+      .group(output);
+  command
+      .add_flag("--force", arguments->force, "Replace the drive in a directory that is not empty")
+      .group(output);
+  command
+      .add_flag("--markers", arguments->markers,
+                "Also write markers.csv: two markers on the car, filmed from above, in pixels (for "
+                "odom identify stiffness)")
+      .group(output);
+  command
+      .add_flag("--config-only", arguments->config_only,
+                "Write car.toml, car.dbc and plant.json, and do not drive")
+      .group(output);
+  command.add_option("--decimals", arguments->decimals, "Of the stamps in drive.log; default: 6")
+      .type_name("6|9")
+      .group(output);
+  command
+      .add_option("--start-time", arguments->start_time,
+                  "Stamp of the start [s]; default: 1760000000, live: now")
+      .type_name("T")
+      .group(output);
+  command.add_flag("--json", arguments->json, "Report as JSON, with the errors drawn")
+      .group(output);
+  command
+      .add_flag("--progress", arguments->progress, "Show progress also where there is no terminal")
+      .group(output);
+
+  const std::string live = "Live";
+  command.add_flag("--live", arguments->live, "Drive in real time").group(live);
+  command
+      .add_option("--can", arguments->can,
+                  "Interface to send on, or - for standard output; default: -")
+      .type_name("IFACE")
+      .group(live);
+  command
+      .add_option("--camera-socket", arguments->camera_socket,
+                  "Send the camera poses to a daemon's socket")
+      .type_name("PATH")
+      .group(live);
+
+  const std::string errors = "Errors";
+  command.add_flag("--ideal", arguments->ideal, "Without any error, but for those given")
+      .group(errors);
+  command
+      .add_flag(
+          "--servo", arguments->servo,
+          "A slow steering servo behind the command: 60 ms dead time, 100 ms lag, 3 rad/s; the "
+          "bus carries the command")
+      .group(errors);
+  command
+      .add_option("--fix", arguments->fixed,
+                  "Give a parameter this very value instead of drawing it; the names are those "
+                  "of the options below, with underscores")
+      .type_name("NAME=VALUE")
+      .group(errors);
+  command
+      .add_option("--camera-dropout", arguments->dropouts,
+                  "No camera from BEGIN [s] for LENGTH [s]")
+      .type_name("BEGIN:LENGTH")
+      .group(errors);
+  add_parameter_options(command, *arguments);
+
+  add_sim_experiments(command);
+  command.callback([arguments, command] {
+    if (!command.has_called_subcommand()) simulate(*arguments);
+  });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,77 @@
+// odom sim swing, odom sim weighing: a simulated car in its owner's hands.
+#include "tools/commands/sim_experiments.hpp"
+
+#include <iostream>
+#include <memory>
+
+#include "tools/cli/json_text.hpp"
+#include "tools/sim/experiments.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using Experiment = nlohmann::ordered_json (*)(const sim::ExperimentOptions&);
+
+struct Arguments {
+  sim::ExperimentOptions options;
+  bool force = false;
+  bool json = false;
+};
+
+Command add_experiment(Command sim, const std::string& name, const std::string& sentence,
+                       Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
+  Command command = sim.add_subcommand(name, sentence);
+  command.add_option("--out", arguments->options.folder, "Directory for what is left of it")
+      .type_name("DIR")
+      .required();
+  command.add_flag("--force", arguments->force, "Replace what is in a directory that is not empty");
+  command
+      .add_option("--seed", arguments->options.seed,
+                  "Draws the car, the errors and the noise; default: 1")
+      .type_name("N");
+  command.add_flag("--json", arguments->json, "Print what was measured as JSON");
+  command.callback([arguments, experiment] {
+    arguments->options.existing = arguments->force ? sim::Existing::replace : sim::Existing::keep;
+    const nlohmann::ordered_json measured = experiment(arguments->options);
+    if (arguments->json)
+      std::cout << json_text(measured) << '\n';
+    else
+      std::cout << arguments->options.folder.string()
+                << ": measured.json holds what was measured, plant.json the truth\n";
+  });
+  return command;
+}
+
+}  // namespace
+
+void add_sim_experiments(Command sim) {
+  const auto swing = std::make_shared<Arguments>();
+  Command swing_command =
+      add_experiment(sim, "swing", "Swing a simulated car on two cords, for odom identify inertia",
+                     sim::simulate_swing, swing);
+  swing_command
+      .add_option("--duration", swing->options.duration, "How long it swings [s]; default: 180")
+      .type_name("T");
+  swing_command.footer(
+      "The car is a rigid body in space on two cords that give a little; it sways, tilts and is\n"
+      "not hung exactly at its centre of gravity. Its gyro goes to drive.log as on a drive.\n"
+      "measured.json has lengths, mass and timings by stop-watch, with the errors that people\n"
+      "make; plant.json has the truth.\n"
+      "\n"
+      "Examples:\n"
+      "  odom sim swing --seed 7 --out swing\n"
+      "  odom sim swing --duration 60 --out swing --force --json");
+  const auto weighing = std::make_shared<Arguments>();
+  add_experiment(sim, "weighing",
+                 "Weigh a simulated car, for odom identify mass and odom identify cog",
+                 sim::simulate_weighing, weighing)
+      .footer(
+          "A kitchen scale under the whole car, an axle, a side, three times each, the car never\n"
+          "quite level. measured.json has what it showed and what the tape said; plant.json has\n"
+          "the truth.\n"
+          "\n"
+          "Example:\n"
+          "  odom sim weighing --seed 7 --out weighing --json");
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,63 @@
+// odom status: what the daemon says of itself.
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "tools/cli/daemon_options.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/live/service_path.hpp"
+#include "tools/live/status_socket.hpp"
+#include "tools/live/status_text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::string socket;
+  bool json = false;
+};
+
+void run_status(const Options& options) {
+  const std::string document = fetch_status(options.socket);
+  const nlohmann::json first = parse_status(document, options.socket);
+  if (options.json) {
+    std::cout << document;
+    return;
+  }
+  // Rates are of now, not of the hours since start: ask twice.
+  constexpr auto between = std::chrono::milliseconds{500};
+  std::this_thread::sleep_for(between);
+  const nlohmann::json second = parse_status(fetch_status(options.socket), options.socket);
+  try {
+    std::cout << status_as_text(second, first);
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(options.socket +
+                             ": the status is not understood; do odom and odomd fit each other? (" +
+                             error.what() + ")");
+  }
+}
+
+}  // namespace
+
+void add_status(Command odom) {
+  auto options = std::make_shared<Options>();
+  Command command = odom.add_subcommand("status", "Ask the daemon how it is");
+  add_socket_option(command, options->socket, "status");
+  command.add_flag("--json", options->json, "The daemon's own document");
+  command.footer(
+      "Examples:\n"
+      "  odom status\n"
+      "  odom status --json | jq .beat\n"
+      "  watch -n 1 odom status\n"
+      "For people the rates are those of half a second, so the answer takes as long.");
+  command.callback([options] {
+    options->socket = service_path(options->socket, "status.sock");
+    run_status(*options);
+  });
+}
+
+}  // namespace odomd::tools

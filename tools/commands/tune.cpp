@@ -1,0 +1,306 @@
+// odom tune: better settings, found by replaying drives on all cores.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "tools/cli/choice.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/interrupt.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/cli/progress.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/config_patch/config_patch.hpp"
+#include "tools/tune/config_difference.hpp"
+#include "tools/tune/drive_doubts.hpp"
+#include "tools/tune/tune_report.hpp"
+#include "tools/tune/tuning.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  std::vector<std::string> drives;
+  std::vector<std::string> held_out;
+  std::string config;
+  std::vector<std::string> set;
+  std::vector<std::string> goals{"position", "heading", "prediction"};
+  std::string model;
+  std::optional<Align> align;
+  std::vector<double> lever_arm;
+  bool no_camera = false;
+  std::size_t trials = SearchSettings{}.trials;
+  std::size_t jobs = 0;
+  std::string state;
+  std::string out;
+  std::string write;
+  bool json = false;
+};
+
+std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Options& options) {
+  std::vector<Drive> drives;
+  for (const std::string& folder : folders) {
+    drives.push_back(
+        read_drive({.folder = folder,
+                    .config = options.config,
+                    .reference = {},
+                    .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take}));
+    const Drive& drive = drives.back();
+    std::vector<std::string> warnings = drive.config.warnings;
+    warnings.insert(warnings.end(), drive.warnings.begin(), drive.warnings.end());
+    for (const std::string& warning : warnings)
+      say("odom tune: warning: " + folder + ": " + warning);
+  }
+  return drives;
+}
+
+std::vector<std::filesystem::path> inputs_of(const Options& options) {
+  std::vector<std::filesystem::path> inputs;
+  for (const auto* folders : {&options.drives, &options.held_out})
+    for (const std::string& folder : *folders) {
+      const auto files = files_of({.folder = folder, .config = options.config, .reference = {}});
+      inputs.insert(inputs.end(), files.begin(), files.end());
+    }
+  return inputs;
+}
+
+Goal goal_named(const std::string& name) {
+  const auto* const found = std::ranges::find(goal_names, name);
+  if (found == goal_names.end())
+    throw std::invalid_argument("--goal: \"" + name +
+                                "\" is none of position, heading, prediction, second, end, nees");
+  return static_cast<Goal>(found - goal_names.begin());
+}
+
+TuneJob job_of(const Options& options) {
+  TuneJob job;
+  for (const std::string& text : options.set) {
+    Parameter parameter = parse_parameter(text);
+    for (const Parameter& other : job.parameters)
+      if (other.key == parameter.key)
+        throw std::invalid_argument("--set: " + parameter.key + " is named twice");
+    job.parameters.push_back(std::move(parameter));
+  }
+  for (const std::string& name : options.goals) job.goals.push_back(goal_named(name));
+  const auto is_same = [](const std::string& one, const std::string& other) {
+    std::error_code missing;  // which the reader tells
+    return std::filesystem::equivalent(one, other, missing);
+  };
+  for (const std::string& held_out : options.held_out)
+    for (const std::string& drive : options.drives)
+      if (is_same(held_out, drive))
+        throw std::invalid_argument("--held-out " + held_out +
+                                    ": is tuned on as well; it is one or the other");
+  if (!options.model.empty()) job.model = daemon::parse_model(options.model);
+  job.measure.align = options.align;
+  for (const double value : options.lever_arm)
+    if (!std::isfinite(value))
+      throw std::invalid_argument("--lever-arm: must be three finite numbers x,y,yaw");
+  if (!options.lever_arm.empty())
+    job.measure.lever_arm = {options.lever_arm[0], options.lever_arm[1], options.lever_arm[2]};
+  job.threads = options.jobs != 0 ? options.jobs
+                                  : std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
+  job.search.trials = options.trials;
+  job.state = options.state;
+  job.drives = read_drives(options.drives, options);
+  job.held_out = read_drives(options.held_out, options);
+  std::vector<std::string> folders = options.drives;
+  folders.insert(folders.end(), options.held_out.begin(), options.held_out.end());
+  const std::vector<std::string> names = names_side_by_side(folders);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::size_t tuned_on = job.drives.size();
+    (i < tuned_on ? job.drives[i] : job.held_out[i - tuned_on]).name = names[i];
+  }
+  return job;
+}
+
+std::string in_words(const TuneProgress& progress) {
+  return fmt::format("{}, {} of {} replays of this round, best {:.1f} % better",
+                     counted(progress.trials, "trial"), progress.done, progress.all,
+                     100.0 * (1.0 - progress.best));
+}
+
+void warn_of_drives(const TuneJob& job) {
+  const auto warn = [&](const std::vector<Drive>& drives) {
+    for (const Drive& drive : drives)
+      for (const std::string& doubt : drive_doubts(drive, job.model, job.measure))
+        say("odom tune: warning: " + drive.folder.string() + ": " + doubt);
+  };
+  warn(job.drives);
+  warn(job.held_out);
+}
+
+void warn_of_other_config(const TuneJob& job, const Options& options) {
+  if (options.write.empty()) return;
+  const daemon::Config written = daemon::load_config(options.write);
+  for (const Drive& drive : job.drives) {
+    std::string difference = config_difference(drive.config, written, job.parameters);
+    // What --model says is its own choice.
+    if (!job.model && drive.config.model != written.model)
+      difference =
+          fmt::format("filter.model ({}, {}){}{}", daemon::name_of(drive.config.model),
+                      daemon::name_of(written.model), difference.empty() ? "" : ", ", difference);
+    if (difference.empty()) continue;
+    say("odom tune: warning: the search runs with " + drive.config.file.string() +
+        ", which differs from " + options.write + ": " + difference +
+        "; what suits the one need not suit the other: search with --config " + options.write);
+    if (!options.config.empty()) return;  // of all drives
+  }
+}
+
+/// "filter.wheel_slip 0.02 > 0.011", as the file had it and has it now.
+std::string changes(const std::string& file, const std::vector<ConfigValue>& values) {
+  std::string text;
+  for (const ConfigValue& value : values) {
+    const std::optional<double> before = number_in(file, value.key);
+    text += fmt::format("{}{} {} > {}", text.empty() ? "" : ", ", value.key,
+                        before ? shortest(*before) : "default", shortest(value.value));
+  }
+  return text;
+}
+
+void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
+  if (!result.is_better()) {
+    say("odom tune: " + options.write + " is left as it was");
+    return;
+  }
+  std::vector<ConfigValue> values;
+  for (const TunedKey& key : result.keys)
+    if (key.fate == Fate::taken) values.push_back({key.key, key.after, note_of(job, result, key)});
+  const std::string written = changes(options.write, values);
+  patch_config(options.write, values);
+  say("odom tune: " + counted(values.size(), "key") + " written to " + options.write + ": " +
+      written);
+}
+
+void run_tune(const Options& options) {
+  if (!options.out.empty()) check_writable(options.out);
+  // Whatever can be told of what is written is told before the work.
+  if (!options.write.empty()) check_patchable(options.write);
+  check_outputs(
+      std::vector<Output>{
+          {"--write", options.write}, {"--state", options.state}, {"--out", options.out}},
+      {});
+  check_outputs(std::vector<Output>{{"--state", options.state}, {"--out", options.out}},
+                inputs_of(options));
+  const TuneJob job = job_of(options);
+  warn_of_drives(job);
+  warn_of_other_config(job, options);
+  std::optional<WholeFile> trials;
+  if (!options.out.empty()) trials.emplace(options.out);
+  Interrupt interrupt;
+  ProgressLine progress("odom tune");
+  TuneResult result;
+  try {
+    result = tune(job, [&](const TuneProgress& now) {
+      progress.show(in_words(now));
+      return interrupt.requested() ? GoOn::no : GoOn::yes;
+    });
+  } catch (const Stopped&) {
+    progress.end();
+    throw std::runtime_error(
+        options.state.empty() ? "stopped; with --state FILE the next run would go on from here"
+                              : "stopped; the same command goes on from here by " + options.state);
+  }
+  progress.end();
+  if (trials) {
+    trials->stream() << trials_csv(job, result);
+    trials->finish();
+  }
+  std::cout << (options.json ? as_json(job, result) : as_text(job, result));
+  if (!options.write.empty()) write_config(options, job, result);
+}
+
+}  // namespace
+
+void add_tune(Command odom) {
+  Command command = odom.add_subcommand(
+      "tune", "Search settings that lessen the errors of drives, and tell what was over-fitted");
+  const auto options = std::make_shared<Options>();
+  command
+      .add_option(
+          "--drive", options->drives,
+          "Drive to tune on: a folder with drive.log (or can.log), car.toml, truth.csv and perhaps "
+          "camera.csv; several times")
+      .required()
+      .repeatable()
+      .type_name("DIR");
+  command
+      .add_option("--held-out", options->held_out,
+                  "Drive to judge by: the search never sees it; several times")
+      .repeatable()
+      .type_name("DIR");
+  command
+      .add_option("--set", options->set,
+                  "Number to turn: KEY=FROM:TO is searched, KEY=FROM:TO:N and KEY=A,B,C are "
+                  "swept in all combinations; several times")
+      .required()
+      .repeatable()
+      .type_name("KEY=RANGE");
+  command.add_option("--config", options->config, "Configuration instead of each drive's car.toml")
+      .type_name("TOML");
+  command
+      .add_option("--goal", options->goals,
+                  "What to lessen, of position, heading, prediction (35 ms), second (1 s), end "
+                  "(cm/m), nees; default: position,heading,prediction")
+      .delimiter(',')
+      .type_name("NAMES");
+  command.add_option("--model", options->model, "Model instead of the configuration's")
+      .type_name("MODEL");
+  add_choice<std::optional<Align>>(
+      command, "--align", options->align,
+      {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
+      "How poses are brought to the reference, as in odom evaluate; default: none of a drive with "
+      "camera poses, else first");
+  command
+      .add_option("--lever-arm", options->lever_arm,
+                  "Pose of the reference's point in the body frame: x,y,yaw")
+      .delimiter(',')
+      .values(3)
+      .type_name("X,Y,YAW");
+  command.add_flag("--no-camera", options->no_camera, "Leave camera.csv out: dead reckoning");
+  command.add_option("--trials", options->trials, "At most so many in a search; default: 400")
+      .within(1, 1'000'000)
+      .type_name("N");
+  command.add_option("--jobs", options->jobs, "Replays at once; default: one a core")
+      .within(1, 1024)
+      .type_name("N");
+  command
+      .add_option("--state", options->state,
+                  "Keeps what was tried; a run that was stopped goes on from it")
+      .type_name("FILE");
+  command.add_option("--out", options->out, "Every trial: keys and relative error")
+      .type_name("CSV");
+  command
+      .add_option("--write", options->write,
+                  "Configuration to put the tuned numbers into, where they are better, also on "
+                  "the drives held out")
+      .type_name("TOML");
+  command.add_flag("--json", options->json, "One JSON object instead of tables");
+  command.footer(
+      "The error is the geometric mean, over drives and goals, of each error to what it is with "
+      "the\n"
+      "configuration as it is. Ranges above zero are searched in proportion. A key that helps the\n"
+      "drives tuned on and harms those held out is over-fitted, and put back.\n"
+      "Examples:\n"
+      "  odom tune --drive lap1 --drive lap2 --held-out lap3 --set "
+      "filter.front_angle_error=0.01:0.2\n"
+      "    --set can.signals.yaw_rate.sigma=0.002:0.05 --state tune.state --write car.toml\n"
+      "  odom tune --drive lap1 --set filter.wheel_slip=0.005:0.08:9 --out sweep.csv\n"
+      "  odom tune --drive lap1 --no-camera --goal end,heading --set "
+      "vehicle.yaw_inertia=0.02:0.04");
+  command.callback([options] { run_tune(*options); });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,197 @@
+// odom watch: a daemon live on the terminal.
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "tools/cli/command.hpp"
+#include "tools/cli/daemon_options.hpp"
+#include "tools/cli/interrupt.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/live/watch/draw.hpp"
+#include "tools/live/watch/observer.hpp"
+#include "tools/live/watch/terminal.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using std::chrono::steady_clock;
+
+struct Options {
+  watch::Target target;
+  double interval_s = 0.5;
+  bool once = false;
+  bool ascii = false;
+};
+
+steady_clock::duration interval_of(const Options& options) {
+  return std::chrono::duration_cast<steady_clock::duration>(
+      std::chrono::duration<double>(options.interval_s));
+}
+
+void scroll(watch::Key key, std::size_t most, watch::View& view) {
+  const std::size_t page = std::max<std::size_t>(view.rows / 2, 1);
+  const std::size_t at = std::min(view.scrolled, most);
+  switch (key) {
+    case watch::Key::up:
+      view.scrolled = at - std::min<std::size_t>(at, 1);
+      break;
+    case watch::Key::page_up:
+      view.scrolled = at - std::min(at, page);
+      break;
+    case watch::Key::down:
+      view.scrolled = std::min(at + 1, most);
+      break;
+    case watch::Key::page_down:
+      view.scrolled = std::min(at + page, most);
+      break;
+    case watch::Key::home:
+      view.scrolled = 0;
+      break;
+    case watch::Key::end:
+      view.scrolled = most;
+      break;
+    default:
+      break;
+  }
+}
+
+void watch_on_screen(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
+  watch::Terminal terminal{watch::colour_wanted()};
+  watch::View view{.glyphs = glyphs};
+  auto next = steady_clock::now();
+  while (true) {
+    if (!view.paused && steady_clock::now() >= next) {
+      observer.look();
+      next = std::max(next + interval_of(options), steady_clock::now());
+    }
+    const watch::Size size = watch::Terminal::size();
+    view.columns = size.columns;
+    view.rows = size.rows;
+    const watch::Picture picture =
+        draw(observer.state(), watch::page_for(view.columns, view.rows, glyphs));
+    terminal.show(screen(picture, view));
+
+    constexpr auto while_paused = std::chrono::seconds{10};
+    const auto happened = terminal.wait(view.paused ? steady_clock::now() + while_paused : next);
+    if (happened.ended) return;
+    for (const watch::Key key : happened.keys) {
+      if (key == watch::Key::quit) return;
+      if (key == watch::Key::pause) view.paused = !view.paused;
+      scroll(key, most_scrolled(picture, view), view);
+    }
+  }
+}
+
+void print(const watch::State& state, watch::Glyphs glyphs) {
+  const watch::Picture picture = draw(state, watch::page_for(100, 40, glyphs));
+  for (const watch::Lines& part : {picture.head, picture.body})
+    for (const watch::Line& line : part) std::cout << as_text(line) << '\n';
+  std::cout.flush();
+}
+
+// While nothing is written nothing else tells that the reader of a pipe has gone.
+bool has_reader() {
+  pollfd output{STDOUT_FILENO, 0, 0};
+  return ::poll(&output, 1, 0) <= 0 || (output.revents & (POLLERR | POLLHUP)) == 0;
+}
+
+std::string why_absent(const watch::State& state) {
+  return state.segment_problem.empty() ? state.status_problem
+                                       : state.segment_name + ": " + state.segment_problem;
+}
+
+std::string why_waiting(const watch::State& state) {
+  if (state.segment)
+    return "the daemon is silent: this was its last word; waiting for it or its successor";
+  const std::string why = why_absent(state);
+  return why + (why.ends_with('?') ? "" : ".") + " Waiting for it; --once does not";
+}
+
+// A snapshot each interval; while there is no daemon, one, and a line on standard error.
+void watch_on_paper(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
+  Interrupt interrupt;
+  bool waiting = false;
+  for (auto next = steady_clock::now(); std::cout && has_reader() && !interrupt.requested();
+       next += interval_of(options)) {
+    observer.look();
+    const bool silent = !observer.state().segment || observer.state().segment->silent;
+    if (silent && !waiting) say("odom watch: " + why_waiting(observer.state()));
+    if (!silent || !waiting) {
+      print(observer.state(), glyphs);
+      std::cout << '\n' << std::flush;
+    }
+    waiting = silent;
+    constexpr auto patience = std::chrono::milliseconds{50};
+    while (steady_clock::now() < next + interval_of(options) && has_reader() &&
+           !interrupt.requested()) {
+      std::this_thread::sleep_for(std::min<steady_clock::duration>(patience, interval_of(options)));
+    }
+  }
+}
+
+void print_once(watch::Observer& observer, watch::Glyphs glyphs) {
+  constexpr auto between = std::chrono::milliseconds{500};
+  observer.look();
+  if (observer.state().segment || observer.state().status) {
+    std::this_thread::sleep_for(between);  // rates are of now, not of the hours since start
+    observer.look();
+  }
+  if (!observer.state().segment) {
+    throw std::runtime_error(why_absent(observer.state()));
+  }
+  print(observer.state(), glyphs);
+  if (observer.state().segment->silent) {
+    throw std::runtime_error("the daemon is silent: this was its last word");
+  }
+}
+
+void run(const Options& options) {
+  const watch::Glyphs glyphs = options.ascii ? watch::Glyphs::ascii : watch::glyphs_of_terminal();
+  watch::Observer observer{options.target};
+  if (options.once) {
+    print_once(observer, glyphs);
+  } else if (watch::is_screen()) {
+    watch_on_screen(options, observer, glyphs);
+  } else {
+    watch_on_paper(options, observer, glyphs);
+  }
+}
+
+}  // namespace
+
+void add_watch(Command odom) {
+  auto options = std::make_shared<Options>();
+  Command command = odom.add_subcommand("watch", "Watch the daemon live on the terminal");
+  add_segment_option(command, options->target.segment, SegmentElse::of_socket);
+  add_socket_option(command, options->target.socket, "status");
+  command
+      .add_option("--interval", options->interval_s,
+                  "Time between two looks [s], 0.05 to 3600; default: 0.5")
+      .within(0.05, 3600.0, Bounds::told)
+      .type_name("S");
+  command.add_flag("--once", options->once, "Print one snapshot and end");
+  command.add_flag("--ascii", options->ascii, "No other characters than those of ASCII");
+  command.footer(
+      "Examples:\n"
+      "  odom watch\n"
+      "  odom watch --interval 0.1\n"
+      "  odom watch --once --ascii\n"
+      "  odom watch --interval 60 >> drive.txt\n"
+      "Keys: q ends, p pauses and goes on, arrows and page keys scroll. It waits for a daemon "
+      "that\n"
+      "is not there, and goes on with its successor. Where standard output is no terminal a plain\n"
+      "snapshot is printed every interval; that it waits is told on standard error.\n"
+      "NO_COLOR=1 leaves the colours out.");
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,309 @@
+#include "tools/config_patch/config_patch.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include "daemon/core/config_toml.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/config_patch/toml_lines.hpp"
+#include "tools/config_patch/toml_path.hpp"
+
+namespace odomd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Shortest form that reads back to the same bits, and a fraction by its looks.
+std::string number_text(double value) {
+  std::string text;
+  append_number(text, value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+/// A list that is not there is written whole; how many numbers the configuration wants in it.
+std::optional<std::size_t> length_of_list(const std::string& name) {
+  if (name == "lever_arm" || name == "pose") return 3;
+  if (name == "position") return 2;
+  return std::nullopt;
+}
+
+std::string list_text(std::size_t length, std::size_t element, const std::string& number) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < length; ++i)
+    text += (i == 0 ? "" : ", ") + (i == element ? number : std::string("0.0"));
+  return text + "]";
+}
+
+/// How a table came to be, which decides how something is added to it.
+enum class Origin : std::uint8_t { root, header, inline_table, dotted_keys, implied };
+
+class Patch {
+ public:
+  Patch(std::string& text, const fs::path& file, const ConfigValue& value)
+      : text_(text),
+        file_(file),
+        value_(value),
+        path_(parse_toml_path(value.key)),
+        root_(daemon::parse_toml(text, file)),
+        lines_(toml_lines(text)) {}
+
+  void apply() {
+    if (!std::isfinite(value_.value))
+      throw std::invalid_argument(
+          fmt::format("{}: {}: {} cannot be written", file_.string(), shown(path_), value_.value));
+    const toml::node* const node = find();
+    if (node == nullptr)
+      add();
+    else
+      replace(path_.element ? element_of(*node) : *node);
+    verify();
+  }
+
+  /// What stands there already.
+  [[nodiscard]] std::optional<ConfigValue> there() {
+    const toml::node* node = find();
+    if (node != nullptr && path_.element) node = &element_of(*node);
+    if (node == nullptr) return std::nullopt;
+    const std::optional<double> number = node->value<double>();
+    if (!number) fail(*node, "is not a number; write one there, or name another key");
+    return ConfigValue{value_.key, *number,
+                       toml_note(text_, offset(node->source().begin), label())};
+  }
+
+ private:
+  [[noreturn]] void fail(const toml::node& node, const std::string& what) const {
+    throw std::invalid_argument(
+        fmt::format("{}:{}: {}: {}", file_.string(), node.source().begin.line, shown(path_), what));
+  }
+
+  [[nodiscard]] std::size_t offset(const toml::source_position& place) const {
+    return toml_offset(text_, lines_, place.line, place.column);
+  }
+
+  /// Fills tables_ with the tables on the way, as far as there are any.
+  const toml::node* find() {
+    const toml::node* node = &root_;
+    for (const std::string& name : path_.names) {
+      const toml::table* const table = node->as_table();
+      if (table == nullptr) fail(*node, "stands within what is no table");
+      tables_.push_back(table);
+      node = table->get(name);
+      if (node == nullptr) return nullptr;
+    }
+    return node;
+  }
+
+  [[nodiscard]] const toml::node& element_of(const toml::node& node) const {
+    const toml::array* const list = node.as_array();
+    if (list == nullptr) fail(node, "must be a list of numbers");
+    if (*path_.element >= list->size())
+      fail(node, fmt::format("the list has {} elements only", list->size()));
+    return *list->get(*path_.element);
+  }
+
+  void replace(const toml::node& node) {
+    if (!node.is_number()) fail(node, "is not a number; write one there");
+    const std::size_t begin = offset(node.source().begin);
+    const std::size_t end = offset(node.source().end);
+    const std::string number = number_text(value_.value);
+    const TomlLine line = lines_[toml_line_of(lines_, begin)];
+    // The comments of neighbouring lines often stand in one column: keep it.
+    if (line.has_comment() && line.comment > end) {
+      std::size_t blanks = line.comment;
+      while (text_[blanks - 1] == ' ') --blanks;
+      const std::size_t now = line.comment - blanks;
+      const std::size_t width = now + (end - begin);
+      if (now > 1)
+        text_.replace(blanks, now, std::max(width, number.size() + 2) - number.size(), ' ');
+    }
+    text_.replace(begin, end - begin, number);
+    set_toml_note(text_, begin, label(), value_.note);
+  }
+
+  /// Which of the numbers of a line a note is about: nothing where the line has but one.
+  [[nodiscard]] std::string label() const {
+    std::string text;
+    for (std::size_t i = 0; i < path_.names.size(); ++i)
+      if (!text.empty() || (i < tables_.size() && origin_of(*tables_[i]) == Origin::inline_table))
+        text += (text.empty() ? "" : ".") + toml_key(path_.names[i]);
+    if (path_.element) text += fmt::format("[{}]", *path_.element);
+    return text;
+  }
+
+  [[nodiscard]] Origin origin_of(const toml::table& table) const {
+    if (&table == &root_) return Origin::root;
+    if (table.is_inline()) return Origin::inline_table;
+    const toml::source_position begin = table.source().begin;
+    if (text_[offset(begin)] != '[') return Origin::dotted_keys;
+    // [a.b] makes a as well, which then seems to stand where b stands.
+    for (const auto& [key, child] : table)
+      if (child.source().begin == begin) return Origin::implied;
+    return Origin::header;
+  }
+
+  void add() {
+    std::string value = number_text(value_.value);
+    if (path_.element) {
+      const auto length = length_of_list(path_.names.back());
+      if (!length || *path_.element >= *length)
+        throw std::invalid_argument(fmt::format("{}: {}: there is no such list; write it whole",
+                                                file_.string(), shown(path_)));
+      value = list_text(*length, *path_.element, value);
+    }
+    // The table that text can be added to: dotted keys belong to the one in which they stand.
+    std::size_t depth = tables_.size() - 1;
+    const bool dotted = origin_of(*tables_[depth]) == Origin::dotted_keys;
+    while (origin_of(*tables_[depth]) == Origin::dotted_keys) --depth;
+    const toml::table& table = *tables_[depth];
+    std::string key;
+    for (std::size_t i = depth; i < path_.names.size(); ++i)
+      key += (i == depth ? "" : ".") + toml_key(path_.names[i]);
+    const std::string entry = key + " = " + value;
+
+    const Origin origin = origin_of(table);
+    if (origin == Origin::inline_table)
+      add_in_braces(table, entry);
+    else if ((origin == Origin::root || origin == Origin::header) &&
+             (dotted || depth + 1 == path_.names.size()))
+      add_line(table, entry);
+    else
+      add_table(toml_key(path_.names.back()) + " = " + value);
+  }
+
+  void add_in_braces(const toml::table& table, const std::string& entry) {
+    const std::size_t brace = offset(table.source().end) - 1;
+    std::size_t at = brace;
+    while (text_[at - 1] == ' ' || text_[at - 1] == '\t') --at;
+    if (table.empty())
+      text_.replace(at, brace - at, " " + entry + " ");
+    else
+      text_.insert(at, ", " + entry);
+    set_toml_note(text_, at, label(), value_.note);
+  }
+
+  struct Entry {
+    std::size_t begin = 0;
+    std::size_t end = 0;  ///< 0: there is none
+  };
+
+  /// The last of the entries that stand below a table's own header.
+  [[nodiscard]] Entry last_entry(const toml::table& table) const {
+    Entry last;
+    for (const auto& [key, node] : table) {
+      Entry entry{offset(node.source().begin), offset(node.source().end)};
+      const TomlLine& line = lines_[toml_line_of(lines_, entry.begin)];
+      const bool a_header =
+          text_.find_first_not_of(" \t", line.begin) == entry.begin && text_[entry.begin] == '[';
+      if (a_header) continue;
+      if (node.is_table() && !node.as_table()->is_inline()) entry = last_entry(*node.as_table());
+      if (entry.end > last.end) last = entry;
+    }
+    return last;
+  }
+
+  [[nodiscard]] std::string line_break() const {
+    const std::size_t at = text_.find('\n');
+    return at != std::string::npos && at > 0 && text_[at - 1] == '\r' ? "\r\n" : "\n";
+  }
+
+  void add_line(const toml::table& table, const std::string& entry) {
+    const Entry last = last_entry(table);
+    if (last.end == 0 && &table == &root_) {
+      const std::size_t at = lines_.front().begin;
+      text_.insert(at, entry + line_break());
+      set_toml_note(text_, at, label(), value_.note);
+      return;
+    }
+    const std::size_t begin = last.end != 0 ? last.begin : offset(table.source().begin);
+    const std::size_t end = last.end != 0 ? last.end : offset(table.source().end);
+    const TomlLine& above = lines_[toml_line_of(lines_, end)];
+    const std::size_t indented = lines_[toml_line_of(lines_, begin)].begin;
+    const std::string indent =
+        text_.substr(indented, text_.find_first_not_of(" \t", indented) - indented);
+    const std::string added = line_break() + indent + entry;
+    const std::size_t at = above.end;
+    text_.insert(at, added);
+    set_toml_note(text_, at + added.size(), label(), value_.note);
+  }
+
+  void add_table(const std::string& entry) {
+    const std::string eol = line_break();
+    std::string added;
+    if (!text_.empty() && text_.back() != '\n') added += eol;
+    if (!text_.empty()) added += eol;
+    added += "[";
+    for (std::size_t i = 0; i + 1 < path_.names.size(); ++i)
+      added += (i == 0 ? "" : ".") + toml_key(path_.names[i]);
+    added += "]" + eol + entry;
+    text_ += added;
+    const std::size_t at = text_.size();
+    text_ += eol;
+    set_toml_note(text_, at, path_.element ? fmt::format("[{}]", *path_.element) : "", value_.note);
+  }
+
+  /// Whatever the text looked like: it must now say what it said before, but for the one number.
+  void verify() {
+    toml::table* table = &root_;
+    for (std::size_t i = 0; i + 1 < path_.names.size(); ++i) {
+      table->emplace<toml::table>(path_.names[i]);
+      table = (*table)[path_.names[i]].as_table();
+    }
+    const std::string& name = path_.names.back();
+    if (!path_.element) {
+      table->insert_or_assign(name, value_.value);
+    } else if (toml::array* const list = (*table)[name].as_array()) {
+      list->replace(list->cbegin() + static_cast<std::ptrdiff_t>(*path_.element), value_.value);
+    } else {
+      toml::array whole;
+      for (std::size_t i = 0; i < *length_of_list(name); ++i)
+        whole.push_back(i == *path_.element ? value_.value : 0.0);
+      table->insert_or_assign(name, std::move(whole));
+    }
+    bool same = false;
+    try {
+      same = toml::parse(text_) == root_;
+    } catch (const toml::parse_error&) {  // then it is not
+    }
+    if (!same)
+      throw std::invalid_argument(
+          fmt::format("{}: {}: cannot be put into a text like this; write {} there by hand",
+                      file_.string(), shown(path_), number_text(value_.value)));
+  }
+
+  std::string& text_;
+  const fs::path& file_;
+  const ConfigValue& value_;
+  TomlPath path_;
+  toml::table root_;
+  std::vector<TomlLine> lines_;
+  std::vector<const toml::table*> tables_;  // from the root down, those that are there
+};
+
+}  // namespace
+
+std::optional<ConfigValue> value_in(const std::string& text, const std::filesystem::path& file,
+                                    const std::string& key) {
+  std::string same = text;
+  return Patch(same, file, {.key = key}).there();
+}
+
+std::optional<double> number_in(const std::string& text, const std::filesystem::path& file,
+                                const std::string& key) {
+  const std::optional<ConfigValue> there = value_in(text, file, key);
+  return there ? std::optional(there->value) : std::nullopt;
+}
+
+std::string patched(const std::string& text, const std::filesystem::path& file,
+                    std::span<const ConfigValue> values) {
+  std::string result = text;
+  for (const ConfigValue& value : values) Patch(result, file, value).apply();
+  return result;
+}
+
+}  // namespace odomd::tools

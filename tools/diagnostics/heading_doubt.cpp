@@ -1,0 +1,43 @@
+#include "tools/diagnostics/heading_doubt.hpp"
+
+#include <cmath>
+#include <cstddef>
+
+#include "tools/cli/text.hpp"
+#include "tools/math/se2.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr double piece = 0.2;             // m
+constexpr std::size_t least_pieces = 20;  // fewer say nothing
+constexpr double least_agreement = 0.65;  // recorded drives: 0.94 and above, 0.77 in a long drift
+
+}  // namespace
+
+std::string heading_doubt(const Trajectory& trajectory) {
+  // The resultant R = |Σ exp(2i(χ − ψ))| / n, χ the course over a piece of the way, ψ the mean of
+  // the headings at its ends: 1 where they go together, whatever the axis that yaw counts from.
+  // Doubled, because a car that reverses has its heading against its course.
+  double along = 0.0;
+  double across = 0.0;
+  std::size_t pieces = 0;
+  estimator::Pose2 from = trajectory.points.front().pose;
+  for (const TrajectoryPoint& point : trajectory.points) {
+    const estimator::Pose2& to = point.pose;
+    if (distance(from, to) < piece) continue;
+    const double course = std::atan2(to.y - from.y, to.x - from.x);
+    const double aside = course - 0.5 * (from.yaw + to.yaw);
+    along += std::cos(2.0 * aside);
+    across += std::sin(2.0 * aside);
+    ++pieces;
+    from = to;
+  }
+  if (pieces < least_pieces) return {};
+  const double agreement = std::hypot(along, across) / static_cast<double>(pieces);
+  if (agreement >= least_agreement) return {};
+  return "the headings do not go with the way that is driven (agreement " + fixed(agreement, 2) +
+         " of 1): yaw is in radians, counter-clockwise from the x axis";
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,92 @@
+#include "tools/diagnostics/unit_doubt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numbers>
+#include <vector>
+
+#include "tools/math/median.hpp"
+#include "tools/math/se2.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr std::int64_t piece_ns = 500'000'000;
+constexpr std::int64_t longest_ns = 1'000'000'000;
+constexpr std::size_t fewest = 10;   // pieces
+constexpr double least_way = 0.1;    // m in a piece; less may be wheels that are read too small
+constexpr double least_turn = 0.05;  // rad in a piece
+constexpr double about = 3.0;        // so far off may the wheels be, as they spin
+constexpr double alike = 0.5;        // of a turn; in radians it is off by 56/57
+
+constexpr double in_degrees = 180.0 / std::numbers::pi;
+
+// By the medians of the pieces, over which a few poses that are wide of the mark, and a filter that
+// jumps, have no power.
+struct Sizes {
+  std::vector<double> ways;   ///< of the poses, in what is driven
+  std::vector<double> turns;  ///< how far off the poses' turn is if it is in degrees, likewise
+};
+
+Sizes sizes_of(std::span<const TrajectoryPoint> poses, const Trajectory& driven) {
+  Sizes sizes;
+  for (std::size_t i = 0, j = 0; i < poses.size(); i = j) {
+    while (j < poses.size() && poses[j].t_ns - poses[i].t_ns < piece_ns) ++j;
+    if (j == poses.size()) break;
+    if (poses[j].t_ns - poses[i].t_ns > longest_ns) continue;
+    const auto from = at(driven, poses[i].t_ns), to = at(driven, poses[j].t_ns);
+    if (!from || !to) continue;
+    const double way = distance(from->pose, to->pose);
+    if (way > least_way) sizes.ways.push_back(distance(poses[i].pose, poses[j].pose) / way);
+    const double turn = to->pose.yaw - from->pose.yaw;
+    const double degrees = std::remainder(poses[j].pose.yaw - poses[i].pose.yaw, 360.0);
+    if (std::fabs(turn) > least_turn) sizes.turns.push_back(degrees / in_degrees / turn - 1.0);
+  }
+  return sizes;
+}
+
+bool is_about(double ratio, double factor) {
+  return ratio > factor / about && ratio < factor * about;
+}
+
+std::string way_doubt(const std::vector<double>& ways, const std::string& whose) {
+  if (ways.size() < fewest) return {};
+  const double ratio = median_of(ways);
+  const auto doubt = [&whose](const std::string& times, const std::string& unit) {
+    return "x and y go about " + times + " times as far as " + whose + ": are the positions in " +
+           unit + "? they must be metres";
+  };
+  if (is_about(ratio, 1000.0)) return doubt("1000", "millimetres");
+  if (is_about(ratio, 100.0)) return doubt("100", "centimetres");
+  return {};
+}
+
+std::string turn_doubt(const std::vector<double>& turns, const std::string& whose) {
+  if (turns.size() < fewest || median_of_magnitudes(turns) > alike) return {};
+  return "yaw turns about 57 times as far as " + whose + ": is it in degrees? it must be radians";
+}
+
+}  // namespace
+
+std::string unit_doubt(std::span<const TrajectoryPoint> poses, const Driven& driven) {
+  const Sizes sizes = sizes_of(poses, driven.trajectory);
+  std::string way = way_doubt(sizes.ways, driven.way_of);
+  const std::string turn = turn_doubt(sizes.turns, driven.turn_of);
+  return way.empty() || turn.empty() ? way + turn : way + "; " + turn;
+}
+
+std::string unit_doubt(std::span<const estimator::CameraPose> poses, const Driven& driven) {
+  std::vector<TrajectoryPoint> points;
+  points.reserve(poses.size());
+  for (const estimator::CameraPose& pose : poses) {
+    TrajectoryPoint& point = points.emplace_back();
+    point.t_ns = pose.capture_ns;
+    point.pose = {pose.x, pose.y, pose.yaw};
+  }
+  std::ranges::sort(points, {}, &TrajectoryPoint::t_ns);
+  return unit_doubt(points, driven);
+}
+
+}  // namespace odomd::tools

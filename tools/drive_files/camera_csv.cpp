@@ -1,0 +1,77 @@
+#include "tools/drive_files/camera_csv.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstddef>
+
+#include "tools/cli/files.hpp"
+
+namespace odomd::tools {
+namespace {
+
+enum Column : std::size_t { t_arrival, t_capture, x, y, yaw, sigma_x, sigma_y, sigma_yaw };
+
+double sigma_at(const CsvReader& reader, Column column) {
+  const double sigma = reader.number(column);
+  if (!(sigma > 0.0)) {
+    reader.fail(column, "a standard deviation must be above 0; mend or remove the line");
+  }
+  return sigma;
+}
+
+}  // namespace
+
+CsvReader camera_reader(std::istream& input, const std::string& name) {
+  return {input,
+          name,
+          {"t_arrival", "t_capture", "x", "y", "yaw", "sigma_x", "sigma_y", "sigma_yaw"},
+          {},
+          LastLine::drop_unended};
+}
+
+std::optional<estimator::CameraPose> next_camera_pose(CsvReader& reader) {
+  if (!reader.next()) return std::nullopt;
+  return estimator::CameraPose{.capture_ns = reader.time_ns(t_capture),
+                               .arrival_ns = reader.time_ns(t_arrival),
+                               .x = reader.number(x),
+                               .y = reader.number(y),
+                               .yaw = reader.number(yaw),
+                               .sigma_x = sigma_at(reader, sigma_x),
+                               .sigma_y = sigma_at(reader, sigma_y),
+                               .sigma_yaw = sigma_at(reader, sigma_yaw)};
+}
+
+CameraLog read_camera_log(const std::filesystem::path& file) {
+  auto input = open_input(file);
+  CsvReader reader = camera_reader(input, file.string());
+  CameraLog log;
+  while (const auto pose = next_camera_pose(reader)) {
+    log.poses.push_back(*pose);
+  }
+  log.warnings = reader.warnings();
+
+  const auto before_seen = std::ranges::count_if(
+      log.poses, [](const auto& pose) { return pose.arrival_ns < pose.capture_ns; });
+  if (before_seen > 0)
+    log.warnings.push_back(fmt::format(
+        "{}: {} of {} poses arrive before they are captured, and are of no use: are the columns "
+        "t_arrival and t_capture exchanged?",
+        file.string(), before_seen, log.poses.size()));
+
+  const auto by_arrival = [](const estimator::CameraPose& a, const estimator::CameraPose& b) {
+    return a.arrival_ns < b.arrival_ns;
+  };
+  if (!std::is_sorted(log.poses.begin(), log.poses.end(), by_arrival)) {
+    std::stable_sort(log.poses.begin(), log.poses.end(), by_arrival);
+    log.warnings.push_back(file.string() + ": rows were not in the order of t_arrival; sorted");
+  }
+  return log;
+}
+
+std::string no_pose_doubt(const std::filesystem::path& file) {
+  return file.string() +
+         ": holds no camera pose, as if there were no camera; look whether its tracker saw the car";
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,103 @@
+// A recording on its way to the disk: a folder of logs that `odom replay` takes. docs/recording.md
+// has the formats.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/file_descriptor.hpp"
+#include "daemon/core/recording_files.hpp"
+#include "daemon/core/recording_tap.hpp"
+
+namespace odomd::tools {
+
+// The names in the folder.
+inline constexpr const char* recorded_frames = "can.log";
+inline constexpr const char* recorded_cameras = "camera.csv";
+inline constexpr const char* recorded_beat = "beat.csv";
+inline constexpr const char* recorded_poses = "pose.csv";
+inline constexpr const char* recorded_info = "info.json";
+inline constexpr const char* recorded_state = "state.bin";
+inline constexpr const char* recorded_config = "car.toml";
+
+/// The version of the folder's formats.
+inline constexpr int recording_format = 1;
+
+/// What odomd says before its ticks.
+struct RecordingStart {
+  nlohmann::ordered_json hello;
+  std::vector<daemon::RecordingFile> files;
+  std::vector<std::string> buses;
+  std::string state;
+};
+
+/// A file that only grows. Throws std::runtime_error that names it where it cannot be written.
+class GrowingFile {
+ public:
+  explicit GrowingFile(std::filesystem::path path);
+
+  [[nodiscard]] std::string& text() { return text_; }  ///< to append to
+  void write();                                        ///< what was appended, to the system
+  void sync();                                         ///< what was written, to the disk
+  [[nodiscard]] std::uint64_t bytes() const { return bytes_ + text_.size(); }
+
+ private:
+  std::filesystem::path path_;
+  can::FileDescriptor file_;
+  std::string text_;
+  std::uint64_t bytes_ = 0;
+};
+
+struct RecordingCounts {
+  std::uint64_t ticks = 0;  ///< recorded, without the first, from whose state a replay goes on
+  std::uint64_t frames = 0;
+  std::uint64_t cameras = 0;
+  std::uint64_t unusable_cameras = 0;  ///< messages that are no pose
+  std::uint64_t first_tick = 0;        ///< its number, and the newest's
+  std::uint64_t last_tick = 0;
+};
+
+/// One recording. Throws std::invalid_argument where the folder exists, std::runtime_error where it
+/// cannot be written.
+class RecordingFolder {
+ public:
+  RecordingFolder(std::filesystem::path folder, RecordingStart start);
+
+  void set_buses(std::vector<std::string> names);
+  void take(const daemon::TickMark& mark, std::span<const can::Frame> frames,
+            std::span<const estimator::CameraPose> cameras);
+
+  /// Puts everything on the disk, the ticks after what they took in: whatever ends the machine
+  /// afterwards, the ticks that are there are whole.
+  void flush();
+
+  /// Ends the recording; `why` stands in info.json.
+  void close(const std::string& why);
+
+  [[nodiscard]] const RecordingCounts& counts() const { return counts_; }
+  [[nodiscard]] std::uint64_t bytes() const;
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
+
+ private:
+  void begin(const daemon::TickMark& mark);
+  void append_row(const daemon::TickMark& mark);
+  void write_info(const std::string& end);
+
+  std::filesystem::path folder_;
+  RecordingStart start_;
+  std::int64_t clock_offset_ns_ = 0;  // the recording's clock - CLOCK_MONOTONIC
+  std::string started_;               // date and time
+  nlohmann::ordered_json initial_;    // pose of the first tick
+  RecordingCounts counts_;
+  GrowingFile frames_;
+  GrowingFile cameras_;
+  GrowingFile beat_;
+  GrowingFile poses_;
+};
+
+}  // namespace odomd::tools

@@ -1,0 +1,236 @@
+#include "tools/evaluation/evaluated_drive.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "tools/chart/style.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/diagnostics/drive_mismatch.hpp"
+#include "tools/diagnostics/initial_pose_doubt.hpp"
+#include "tools/evaluation/closed_loop.hpp"
+#include "tools/evaluation/evaluation_doubts.hpp"
+#include "tools/evaluation/time_doubt.hpp"
+
+namespace odomd::tools {
+namespace {
+
+void append(std::vector<EvaluationWarning>& to, const std::vector<std::string>& from) {
+  for (const std::string& text : from) to.push_back({"", text});
+}
+
+// "1760000015.5" is a time of the files, "+15.5" one after their first row.
+std::optional<std::int64_t> time_of(const std::string& option, const std::string& text,
+                                    std::int64_t first_ns) {
+  if (text.empty()) return std::nullopt;
+  const bool relative = text.front() == '+';
+  const auto seconds = parse_seconds(std::string_view{text}.substr(relative ? 1 : 0));
+  std::int64_t time_ns = seconds.value_or(0);
+  if (!seconds || (relative && __builtin_add_overflow(first_ns, *seconds, &time_ns))) {
+    throw std::invalid_argument(option + ": " + tools::quoted(text) +
+                                " is not a time in seconds, such as 1760000015.5 (of the files) "
+                                "or +15.5 (after the reference's first row)");
+  }
+  return time_ns;
+}
+
+// No drive is so long: a time that was meant to count from the reference's first row.
+constexpr std::int64_t longest_before_ns = 86'400LL * 1'000'000'000;
+
+/// What is judged, in times of the files.
+struct Part {
+  std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();
+  std::int64_t to_ns = std::numeric_limits<std::int64_t>::max();
+};
+
+Part part_of(const Judging& judging, std::int64_t first_ns) {
+  const auto from = time_of("--from", judging.from, first_ns);
+  const auto to = time_of("--to", judging.to, first_ns);
+  if (from && first_ns - *from > longest_before_ns)
+    throw std::invalid_argument("--from: " + tools::quoted(judging.from) +
+                                " lies more than a day before the reference's first row; +" +
+                                judging.from + " counts from there");
+  const Part whole;
+  return {from.value_or(whole.from_ns), to.value_or(whole.to_ns)};
+}
+
+std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
+  const std::vector<std::string> names = names_of(drive);
+  const auto found = std::ranges::find(names, name.empty() ? "kinematic" : name);
+  if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
+  if (name.empty()) return 0;
+  std::string all;
+  for (const std::string& each : names) all += (all.empty() ? "" : ", ") + each;
+  throw std::invalid_argument("--baseline: no estimate " + tools::quoted(name) +
+                              "; there are: " + all);
+}
+
+// With the estimates and the reference (as its file has it) in place: everything else. `read` is
+// what was replayed; of pose files nothing.
+void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
+  EvaluationReport& report = drive.report;
+  drive.is_part = !judging.from.empty() || !judging.to.empty();
+  report.frame = judging.frame;
+  const bool has_cameras = !drive.replays.empty() && !drive.cameras.empty();
+  report.align = judging.align.value_or(usual_align(has_cameras, judging.frame));
+  const std::int64_t first_ns =
+      (judging.against == Against::reference ? drive.reference.value() : drive.estimates.front())
+          .points.front()
+          .t_ns;
+  const Part part = part_of(judging, first_ns);
+  for (Trajectory& estimate : drive.estimates)
+    if (drive.is_part) estimate = cut_to(std::move(estimate), part.from_ns, part.to_ns);
+  report.baseline = baseline_of(drive, judging.baseline);
+  if (judging.against == Against::closed_loop) {
+    for (const Trajectory& estimate : drive.estimates) {
+      if (drive.replays.empty()) doubt_heading(drive, estimate);
+      report.evaluations.push_back(evaluate_closed_loop(estimate));
+    }
+    const std::string doubt = check_that_it_closes(drive.name, report.evaluations);
+    if (!doubt.empty()) drive.warnings.push_back({"", doubt});
+    return;
+  }
+  report.reference = drive.reference->name;
+  if (judging.lever_arm) {
+    report.lever_arm = judging.lever_arm;
+  } else if (judging.fit_lever_arm) {
+    const std::string doubt =
+        unit_doubt_beside(*drive.reference, drive.estimates.front(), "the estimate");
+    if (!doubt.empty()) throw std::invalid_argument(report.reference + ": " + doubt);
+    const LeverArmFit fit = fit_lever_arm(*drive.reference, drive.estimates);
+    report.lever_arm = fit.lever_arm;
+    report.fitted_windows = fit.windows;
+  }
+  if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
+  const std::vector<Units> units = doubt_units(drive);
+  bool is_of_the_drive = false;
+  for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
+    const Trajectory& estimate = drive.estimates[i];
+    report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
+    // A model that has stopped turns no more, and is told already.
+    if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
+    if (units[i] == Units::unlike) continue;
+    const std::string mismatch = drive_mismatch(*drive.reference, estimate);
+    if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
+    is_of_the_drive = is_of_the_drive || mismatch.empty();
+  }
+  // What is not judged is not doubted.
+  Trajectory judged = *drive.reference;
+  const auto is_outside = [&part](const TrajectoryPoint& point) {
+    return point.t_ns < part.from_ns || point.t_ns > part.to_ns;
+  };
+  std::erase_if(judged.points, is_outside);
+  if (judged.points.size() < 2) judged = *drive.reference;
+  if (is_of_the_drive) {
+    std::string doubt = read != nullptr ? time_doubt(judged, *read, report.align)
+                                        : time_doubt(judged, drive.estimates, report.align);
+    if (!doubt.empty()) drive.warnings.push_back({"", std::move(doubt)});
+  }
+  doubt_coverage(drive, judged, units);
+}
+
+}  // namespace
+
+std::vector<std::string> names_of(const EvaluatedDrive& drive) {
+  std::vector<std::string> files;
+  for (const Trajectory& estimate : drive.estimates) files.push_back(estimate.name);
+  return short_names(files);
+}
+
+std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings) {
+  std::vector<std::string> lines;
+  lines.reserve(warnings.size());
+  for (const EvaluationWarning& warning : warnings)
+    lines.push_back(warning.estimate.empty() ? warning.text
+                                             : warning.estimate + ": " + warning.text);
+  return lines;
+}
+
+std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
+  // kinematic, kinematic_printed, paper, full, inertial
+  static constexpr std::array<std::size_t, estimator::model_names.size()> of_model{0, 4, 1, 2, 3};
+  const std::vector<std::string> names = names_of(drive);
+  std::vector<std::string> colours;
+  bool models = true;
+  for (const std::string& name : names) {
+    const auto* const model = std::ranges::find(estimator::model_names, name);
+    models = models && model != estimator::model_names.end();
+    if (!models) break;
+    const auto index = static_cast<std::size_t>(model - estimator::model_names.begin());
+    colours.push_back(chart::colour_of(of_model[index]));
+  }
+  if (models) return colours;
+  colours.clear();
+  for (std::size_t i = 0; i < names.size(); ++i) colours.push_back(chart::colour_of(i));
+  return colours;
+}
+
+EvaluatedDrive evaluate_files(const std::string& reference, const std::vector<std::string>& poses,
+                              const Judging& judging) {
+  EvaluatedDrive drive;
+  if (!reference.empty()) {
+    drive.reference = read_trajectory(reference);
+    append(drive.warnings, drive.reference->warnings);
+  }
+  for (const std::string& file : poses) {
+    drive.estimates.push_back(read_trajectory(file, judging.frame));
+    append(drive.warnings, drive.estimates.back().warnings);
+  }
+  drive.name = std::filesystem::path{reference.empty() ? poses.front() : reference}.stem().string();
+  if (!judging.beat.empty()) drive.beat = read_beat_log(judging.beat);
+  judge(drive, judging, nullptr);
+  return drive;
+}
+
+std::vector<estimator::Model> usual_models(const daemon::Config& config) {
+  using estimator::Model;
+  const bool has_gyro =
+      config.can.signals[estimator::index_of(estimator::Source::yaw_rate)].configured;
+  if (!has_gyro) return {Model::kinematic, Model::paper, Model::full};
+  return {Model::kinematic, Model::paper, Model::inertial, Model::full};
+}
+
+EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estimator::Model>& models,
+                               const Judging& judging) {
+  Drive read = read_drive(files);
+  EvaluatedDrive drive;
+  drive.name = read.name;
+  drive.cameras = read.cameras;
+  drive.config = read.config;
+  append(drive.warnings, read.config.warnings);
+  append(drive.warnings, read.warnings);
+  if (judging.against == Against::reference) {
+    if (!read.reference) {
+      throw std::invalid_argument(read.folder.string() +
+                                  ": has no truth.csv; name a --reference, or give --closed-loop "
+                                  "where the drive ends where it began");
+    }
+    drive.reference = std::move(read.reference);
+  }
+  const std::filesystem::path beat = judging.beat.empty() ? read.folder / "beat.csv" : judging.beat;
+  if (!judging.beat.empty() || std::filesystem::exists(beat)) drive.beat = read_beat_log(beat);
+
+  for (const estimator::Model model : models.empty() ? usual_models(read.config) : models) {
+    daemon::Config config = read.config;
+    config.model = model;
+    ReplayedDrive replayed = replay_drive(read, config, judging.frame, judging.judgements);
+    drive.estimates.push_back(std::exchange(replayed.poses, {}));
+    drive.estimates.back().name = daemon::name_of(model);
+    drive.replays.push_back(std::move(replayed));
+  }
+  if (auto doubt = initial_pose_doubt(read.config, read.cameras,
+                                      drive.replays.front().summary.first_tick_ns)) {
+    drive.begins_elsewhere = true;
+    if (drive.replays.front().summary.camera_units.empty())
+      drive.warnings.push_back({"", *std::move(doubt)});
+  }
+  doubt_sensors(drive);
+  judge(drive, judging, &read);
+  return drive;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,132 @@
+#include "tools/evaluation/evaluation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <span>
+
+#include "estimator/common/symmetric3.hpp"
+#include "tools/evaluation/pose_error.hpp"
+#include "tools/math/se2.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Pose2;
+
+constexpr double fastest_car = 100.0;  // m/s
+constexpr double standing = 0.1;       // m: no car turns so tightly; the path of a reference that
+                                       // stays within is its noise
+
+// The rows of the reference between two times, and its interpolated ends.
+std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,
+                                   std::int64_t last_ns) {
+  std::vector<TrajectoryPoint> points{*at(reference, first_ns)};
+  std::copy_if(reference.points.begin(), reference.points.end(), std::back_inserter(points),
+               [=](const auto& point) { return point.t_ns > first_ns && point.t_ns < last_ns; });
+  points.push_back(*at(reference, last_ns));
+  return points;
+}
+
+// A tracker that has lost the car often goes on with the last place that it knew.
+std::int64_t stuck_ns(std::span<const Pair> pairs) {
+  constexpr double still = 0.005;  // m, of the reference
+  constexpr double driven = 0.5;   // m away, of the estimate
+  constexpr std::int64_t least_ns = 1'000'000'000;
+  std::int64_t all_ns = 0;
+  for (std::size_t first = 0; first < pairs.size();) {
+    const Pair& begin = pairs[first];
+    TrajectoryPoint from = begin.estimate;  // a pose that jumps does not drive
+    double away = 0.0;
+    std::size_t end = first + 1;
+    for (; end < pairs.size(); ++end) {
+      if (distance(begin.reference.pose, pairs[end].reference.pose) > still) break;
+      const TrajectoryPoint& now = pairs[end].estimate;
+      if (now.reset_count != from.reset_count) from = now;
+      away = std::max(away, distance(from.pose, now.pose));
+    }
+    const std::int64_t stood_ns = pairs[end - 1].estimate.t_ns - begin.estimate.t_ns;
+    if (stood_ns >= least_ns && away > driven) all_ns += stood_ns;
+    first = end;
+  }
+  return all_ns;
+}
+
+Motion velocity_rms(std::span<const Pair> pairs) {
+  Gathered vx;
+  Gathered vy;
+  Gathered yaw_rate;
+  for (const auto& [estimate, reference] : pairs) {
+    vx.add(std::abs(estimate.motion.vx - reference.motion.vx));
+    vy.add(std::abs(estimate.motion.vy - reference.motion.vy));
+    yaw_rate.add(std::abs(estimate.motion.yaw_rate - reference.motion.yaw_rate));
+  }
+  return {vx.spread().rms, vy.spread().rms, yaw_rate.spread().rms};
+}
+
+}  // namespace
+
+Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate, Align align) {
+  const auto pairs = common_times(reference, estimate);
+  Evaluation result;
+  result.name = estimate.name;
+  result.samples = pairs.size();
+  result.first_ns = pairs.front().estimate.t_ns;
+  result.last_ns = pairs.back().estimate.t_ns;
+  const auto path = piece(reference, result.first_ns, result.last_ns);
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double step = distance(path[i - 1].pose, path[i].pose);
+    const std::int64_t gap_ns = path[i].t_ns - path[i - 1].t_ns;
+    result.path_length += step;
+    result.farthest = std::max(result.farthest, distance(path.front().pose, path[i].pose));
+    result.reference_gap_ns = std::max(result.reference_gap_ns, gap_ns);
+    if (step > fastest_car * static_cast<double>(gap_ns) * 1e-9) ++result.reference_jumps;
+  }
+  result.reference_stuck_ns = stuck_ns(pairs);
+  result.alignment = alignment(pairs, align);
+
+  Gathered position;
+  Gathered heading;
+  Gathered consistency;
+  std::size_t inside_95 = 0;
+  const auto errors = pose_errors(pairs, result.alignment,
+                                  estimate.has_covariance && covariance_is_of_error(pairs, align));
+  for (const PoseError& e : errors) {
+    position.add(std::hypot(e.error.x, e.error.y));
+    heading.add(std::abs(e.error.yaw));
+    if (!e.nees) continue;
+    consistency.add(*e.nees);
+    if (*e.nees <= chi_squared_95_of_3) ++inside_95;
+  }
+  result.position = position.spread();
+  result.heading = heading.spread();
+  const Pose2& end = errors.back().error;
+  result.end_error = std::hypot(end.x, end.y);
+  result.heading_end = end.yaw;
+  if (result.farthest > standing) {
+    result.end_cm_per_m = 100.0 * result.end_error / result.path_length;
+  }
+  if (consistency.count() > 0) {
+    const auto count = static_cast<double>(consistency.count());
+    result.consistency = Consistency{consistency.spread().mean,
+                                     static_cast<double>(inside_95) / count, consistency.count()};
+  }
+  result.horizons = horizon_errors(reference, estimate, pairs);
+  const auto short_term =
+      std::ranges::find(result.horizons, short_horizon_ns, &HorizonError::horizon_ns);
+  if (short_term != result.horizons.end()) result.short_term = *short_term;
+  if (reference.has_motion && estimate.has_motion) result.velocity_rms = velocity_rms(pairs);
+  return result;
+}
+
+Trajectory aligned(const Trajectory& estimate, const Pose2& alignment) {
+  Trajectory moved = estimate;
+  for (TrajectoryPoint& point : moved.points) {
+    point.pose = compose(alignment, point.pose);
+    point.covariance =
+        estimator::rotated(point.covariance, std::cos(alignment.yaw), std::sin(alignment.yaw));
+  }
+  return moved;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,38 @@
+// How well an estimate predicts over a short while: the error of its relative displacement in the
+// body frame, into which neither drift nor alignment enters.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tools/drive_files/trajectory.hpp"
+#include "tools/evaluation/alignment.hpp"
+#include "tools/evaluation/spread.hpp"
+
+namespace odomd::tools {
+
+/// Over how long: from a tick of 5 ms to a second.
+inline constexpr std::array<std::int64_t, 10> horizons_ns{
+    5'000'000,   10'000'000,  20'000'000,  35'000'000,  50'000'000,
+    100'000'000, 200'000'000, 350'000'000, 500'000'000, 1'000'000'000};
+
+/// Until the next camera pose: seven ticks of 5 ms.
+inline constexpr std::int64_t short_horizon_ns = 35'000'000;
+
+struct HorizonError {
+  std::int64_t horizon_ns = 0;
+  Spread displacement;      ///< [m]
+  Spread yaw;               ///< of the relative turn [rad]
+  std::size_t samples = 0;  ///< at least one
+};
+
+/// d(t) = R(ψ(t))ᵀ (p(t + T) − p(t)), each side by its own heading; the error is ‖d − d̂‖. Over
+/// all pairs whose t + T is not after the last of them; horizons beyond that are left out.
+[[nodiscard]] std::vector<HorizonError> horizon_errors(const Trajectory& reference,
+                                                       const Trajectory& estimate,
+                                                       std::span<const Pair> pairs);
+
+}  // namespace odomd::tools

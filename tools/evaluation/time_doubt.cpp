@@ -1,0 +1,116 @@
+#include "tools/evaluation/time_doubt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "tools/evaluation/drive_evaluation.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr double same_clock = 0.015;  // s
+
+constexpr auto on_one_clock =
+    " against the bus: put them on the log's clock, or state the latencies of the signals (odom "
+    "identify latency)";
+
+// Of several the one that explains the most: a poor model is off in its own time, too.
+void keep_the_better(std::optional<TimeOffset>& best, const std::optional<TimeOffset>& other) {
+  if (other && (!best || other->after < best->after)) best = other;
+}
+
+std::string look(double late_s) {
+  return fmt::format("look {:.0f} ms {}", std::fabs(1e3 * late_s), late_s > 0.0 ? "late" : "early");
+}
+
+std::string by_how_much(const TimeOffset& offset, const char* error) {
+  return fmt::format(" (the {} would be {:.3f} m, not {:.3f} m)", error, offset.after,
+                     offset.before);
+}
+
+}  // namespace
+
+std::string time_doubt(const Trajectory& reference, std::span<const Trajectory> estimates,
+                       Align align) {
+  std::optional<TimeOffset> found;
+  for (const Trajectory& estimate : estimates)
+    keep_the_better(found, offset_by_positions(reference, estimate, align));
+  const char* error = "position rms";
+  if (!found) {
+    for (const Trajectory& estimate : estimates)
+      keep_the_better(found, offset_by_motion(reference, estimate));
+    error = "error over a second";
+  }
+  if (!found) return {};
+  return reference.name + ": its times " + look(found->late_s) +
+         " beside the poses': put both on the log's clock, a camera that went in, too" +
+         by_how_much(*found, error);
+}
+
+Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses,
+                             const estimator::Pose2& lever_arm) {
+  Trajectory trajectory;
+  trajectory.name = "camera.csv";
+  for (const estimator::CameraPose& pose : poses) {
+    TrajectoryPoint point;
+    point.t_ns = pose.capture_ns;
+    point.pose = {pose.x, pose.y, pose.yaw};
+    trajectory.points.push_back(point);
+  }
+  auto& points = trajectory.points;
+  std::ranges::stable_sort(points, {}, &TrajectoryPoint::t_ns);
+  const auto same_time = [](const TrajectoryPoint& a, const TrajectoryPoint& b) {
+    return a.t_ns == b.t_ns;
+  };
+  points.erase(std::unique(points.begin(), points.end(), same_time), points.end());
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double before = points[i - 1].pose.yaw;
+    double& yaw = points[i].pose.yaw;
+    yaw = before + std::remainder(yaw - before, 2.0 * std::numbers::pi);
+  }
+  return at_centre_of_gravity(trajectory, lever_arm);
+}
+
+std::string time_doubt(const Trajectory& reference, const Drive& drive, Align align) {
+  const std::optional<Trajectory> odometry = dead_reckoning(drive);
+  if (!odometry) return {};
+  const std::optional<TimeOffset> of_reference = offset_by_motion(reference, *odometry);
+  const std::string its_times = reference.name + ": its times ";
+  if (drive.cameras.empty()) {
+    if (!of_reference) return {};
+    return its_times + look(of_reference->late_s) + on_one_clock +
+           by_how_much(*of_reference, "error over a second");
+  }
+  const auto& arm = drive.config.camera.lever_arm;
+  const Trajectory camera = camera_trajectory(drive.cameras, {arm[0], arm[1], arm[2]});
+  const std::optional<TimeOffset> of_camera = offset_by_motion(camera, *odometry);
+  const std::optional<TimeOffset> between =
+      offset_by_positions(reference, camera, align == Align::none ? Align::none : Align::fit);
+  if (!between) {
+    if (!of_reference || !of_camera ||
+        std::fabs(of_reference->late_s - of_camera->late_s) > same_clock)
+      return {};
+    return reference.name + ", camera.csv: their times " + look(of_reference->late_s) +
+           on_one_clock;
+  }
+  const std::string difference = by_how_much(*between, "rms between the two");
+  // The bus says which of the two is off; by how much, they know better themselves.
+  if (of_camera && !of_reference)
+    return "camera.csv: its times " + look(-between->late_s) +
+           " against the bus: put them on the log's clock, t_capture when the picture was taken" +
+           difference;
+  if (of_reference && !of_camera)
+    return its_times + look(between->late_s) + " against the bus: put them on the log's clock" +
+           difference;
+  return fmt::format(
+      "{} and camera.csv: their times look {:.0f} ms apart, {} later: put both on "
+      "the log's clock{}",
+      reference.name, std::fabs(1e3 * between->late_s),
+      between->late_s > 0.0 ? "the reference's" : "the camera's", difference);
+}
+
+}  // namespace odomd::tools

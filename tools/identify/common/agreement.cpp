@@ -1,0 +1,338 @@
+#include "tools/identify/common/agreement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "tools/cli/text.hpp"
+#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/drive_files/trajectory.hpp"
+#include "tools/identify/common/resampled.hpp"
+#include "tools/math/median.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+constexpr double piece = 0.5, stride = 0.25, grid = 0.01;  // [s]
+constexpr double lag_step = 0.02;                          // [s]
+constexpr int latest = 20;                                 // steps
+constexpr double off_clock = 0.15;                         // more than any sensor is late [s]
+constexpr double least_turn = 0.05;                        // rms of a piece's [rad]
+constexpr double least_way = 0.1;                          // in a piece [m]
+constexpr std::size_t fewest = 20;                         // pieces
+constexpr double alike = 0.5, certain = 0.7;               // correlations
+constexpr double far_off = 1.5;
+constexpr double far_off_unseen = 3.0;  // of wheels and tyres that slip
+
+// What is seen of a piece of the drive.
+struct Piece {
+  double t = 0.0;      ///< its begin [s]
+  double turn = 0.0;   ///< [rad]
+  double along = 0.0;  ///< way along the heading [m]; of poses only
+};
+
+enum class Verdict : std::uint8_t { silent, same, other_way, unlike };
+
+struct Comparison {
+  Verdict verdict = Verdict::silent;
+  double ratio = 1.0;  ///< of the second to the first, where they are the same
+  double lag = 0.0;    ///< how much later the second is [s]; 0 where that does not show
+};
+
+double rms(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value * value;
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(values.size(), 1)));
+}
+
+std::vector<double> without_mean(std::vector<double> values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  for (double& value : values) value -= sum / static_cast<double>(values.size());
+  return values;
+}
+
+// a·b / |a| |b|
+double cosine(const std::vector<double>& a, const std::vector<double>& b) {
+  const double both = rms(a) * rms(b);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return both > 0.0 ? sum / static_cast<double>(a.size()) / both : 0.0;
+}
+
+// As they are, the turns tell the sense; about their means, whether they happen at the same times.
+Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
+  double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
+  double best_lag = 0.0;
+  bool turns = false, varies = false;
+  for (int step = -latest; step <= latest; ++step) {
+    const double lag = lag_step * step;
+    std::vector<double> seen, told;
+    for (const Piece& p : pieces) {
+      const double begin = p.t + lag, end = begin + piece;
+      if (begin < turned.begin || end > turned.end()) continue;
+      seen.push_back(p.turn);
+      told.push_back(turned.at(end) - turned.at(begin));
+    }
+    if (seen.size() < fewest) continue;
+    // A pose that is upside down for once must not outweigh the drive.
+    const double bound = std::max(3.0 * rms(told), 6.0 * least);
+    for (double& turn : seen) turn = std::clamp(turn, -bound, bound);
+    const double whole = cosine(seen, told);
+    if (whole > most && rms(seen) > 0.0) ratio = rms(told) / rms(seen);
+    most = std::max(most, whole);
+    fewest_alike = std::min(fewest_alike, whole);
+    const std::vector<double> a = without_mean(seen), b = without_mean(told);
+    const double shape = cosine(a, b);
+    if (shape > most_shape) best_lag = lag;
+    most_shape = std::max(most_shape, shape);
+    least_shape = std::min(least_shape, shape);
+    turns = turns || std::max(rms(seen), rms(told)) > least;
+    varies = varies || (rms(a) > std::max(least, 0.3 * rms(seen))) ||
+             (rms(b) > std::max(least, 0.3 * rms(told)));
+  }
+  if (!turns) return {};
+  if (fewest_alike < -certain && most < alike && (!varies || least_shape < -certain))
+    return {Verdict::other_way};
+  if (varies && most_shape < alike) return {Verdict::unlike};
+  const double shown = varies && most_shape > certain ? best_lag : 0.0;
+  if (most > certain) return {Verdict::same, ratio, shown};
+  return {};
+}
+
+// Where two poses, half a second apart, have others near them.
+std::vector<Piece> pieces_of_poses(std::span<const estimator::CameraPose> poses,
+                                   const daemon::Config& config, std::int64_t origin_ns,
+                                   double begin, double end) {
+  std::vector<const estimator::CameraPose*> seen;
+  for (const estimator::CameraPose& pose : poses) seen.push_back(&pose);
+  std::ranges::sort(seen, {}, &estimator::CameraPose::capture_ns);
+  const auto time = [&](std::size_t k) {
+    return 1e-9 * static_cast<double>(seen[k]->capture_ns - origin_ns);
+  };
+  std::vector<Piece> result;
+  for (std::size_t i = 0, j = 0; i < seen.size(); ++i) {
+    const double t = time(i);
+    if (t < begin || t > end || (!result.empty() && t < result.back().t + stride - 1e-3)) continue;
+    j = std::max(i, j);
+    while (j + 1 < seen.size() && time(j + 1) - t <= piece + 1e-3) ++j;
+    const double span = time(j) - t;
+    if (span < 0.7 * piece || time(j) > end) continue;
+    const double turn = std::remainder(seen[j]->yaw - seen[i]->yaw, 2.0 * std::numbers::pi);
+    const double heading = seen[i]->yaw + 0.5 * turn - config.camera.lever_arm[2];
+    const double along = (seen[j]->x - seen[i]->x) * std::cos(heading) +
+                         (seen[j]->y - seen[i]->y) * std::sin(heading);
+    result.push_back({t, turn * piece / span, along * piece / span});
+  }
+  return result;
+}
+
+std::vector<Piece> pieces_of(const Resampled& turned) {
+  std::vector<Piece> result;
+  const double last = turned.end() - turned.begin - piece;
+  for (int k = 0; stride * k <= last; ++k) {
+    const double t = turned.begin + stride * k;
+    result.push_back({t, turned.at(t + piece) - turned.at(t), 0.0});
+  }
+  return result;
+}
+
+class Signals {
+ public:
+  Signals(const daemon::Config& config, const SignalLog& log, const AgreementOptions& options)
+      : config_(config), log_(log) {
+    const Series& gyro = log.of(Source::yaw_rate);
+    if (gyro.size() < 2) return;
+    begin_ = std::max(options.from, seconds(gyro.t_ns.front()));
+    end_ = std::min(options.to, seconds(gyro.t_ns.back()));
+  }
+
+  [[nodiscard]] double begin() const { return begin_; }
+  [[nodiscard]] double end() const { return end_; }
+  [[nodiscard]] bool has(Source source) const { return log_.of(source).size() > 1; }
+  [[nodiscard]] double seconds(std::int64_t t_ns) const {
+    return 1e-9 * static_cast<double>(t_ns - log_.first_ns);
+  }
+  [[nodiscard]] Resampled on_grid(Source source) const {
+    return resampled(log_.of(source), log_.first_ns, begin_, end_, grid);
+  }
+
+  // Backwards where the gear says so.
+  [[nodiscard]] Resampled speed(Source wheel) const {
+    Resampled raw = on_grid(wheel);
+    if (!has(Source::direction)) return raw;
+    return combined(raw, on_grid(Source::direction),
+                    [](double v, double gear) { return gear < 0.0 ? -std::fabs(v) : v; });
+  }
+
+  // Of the first wheel that there is.
+  [[nodiscard]] std::optional<Resampled> speed() const {
+    for (const Source wheel :
+         {Source::wheel_rear_left, Source::wheel_rear_right, Source::wheel_rear, Source::motor,
+          Source::wheel_front_left, Source::wheel_front_right})
+      if (has(wheel)) return speed(wheel);
+    return std::nullopt;
+  }
+
+  // ∫ v tan δ / l; which way a car turns upon its steering no tyre changes.
+  [[nodiscard]] std::optional<Resampled> steered() const {
+    const std::optional<Resampled> rolled = speed();
+    if (!rolled || !has(Source::steering)) return std::nullopt;
+    return integral(combined(*rolled, on_grid(Source::steering), [this](double v, double delta) {
+      return v * std::tan(std::clamp(delta, -1.0, 1.0)) / config_.vehicle.wheelbase();
+    }));
+  }
+
+  // The way as x, the turn as yaw.
+  [[nodiscard]] Trajectory driven() const {
+    const Resampled turned = integral(on_grid(Source::yaw_rate));
+    const std::optional<Resampled> rolled = speed();
+    const Resampled way = rolled ? integral(*rolled) : Resampled{};
+    Trajectory result;
+    constexpr std::size_t apart = 5;
+    for (std::size_t k = 0; k < turned.value.size(); k += apart) {
+      const double t = turned.begin + turned.step * static_cast<double>(k);
+      TrajectoryPoint& point = result.points.emplace_back();
+      point.t_ns = log_.first_ns + std::llround(1e9 * t);
+      point.pose = {rolled ? way.at(t) : 0.0, 0.0, turned.value[k]};
+    }
+    return result;
+  }
+
+ private:
+  const daemon::Config& config_;
+  const SignalLog& log_;
+  double begin_ = 0.0, end_ = 0.0;
+};
+
+std::string key_of(Source source, std::string_view what) {
+  return "can.signals." + std::string(estimator::source_names[estimator::index_of(source)]) + "." +
+         std::string(what);
+}
+
+bool is_far_off(double ratio) {
+  return ratio > far_off || ratio < 1.0 / far_off;
+}
+
+std::string backwards(Source wheel, const std::string& eye) {
+  return std::string(estimator::source_names[estimator::index_of(wheel)]) +
+         " runs backwards where " + eye + " sees the car go ahead; look at the sign of " +
+         key_of(wheel, "scale") + ", or at camera.lever_arm[2]";
+}
+
+std::string wrong_speed(Source wheel, double ratio, const std::string& eye) {
+  const std::string name{estimator::source_names[estimator::index_of(wheel)]};
+  return name + " is " + fixed(ratio, 2) + " times as fast as " + eye +
+         " sees the car; look at can.signals." + name +
+         ": unit, scale, radius, or drive without spinning wheels";
+}
+
+// The way of a wheel over that of the poses, by the median of the pieces; empty: nothing to tell.
+std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resampled& speed,
+                                    double least) {
+  const Resampled way = integral(speed);
+  std::vector<double> ratios;
+  for (const Piece& p : pieces)
+    if (std::fabs(p.along) >= least && p.t >= way.begin && p.t + piece <= way.end())
+      ratios.push_back((way.at(p.t + piece) - way.at(p.t)) / p.along);
+  if (ratios.size() < fewest) return std::nullopt;
+  return median_of(std::move(ratios));
+}
+
+}  // namespace
+
+void check_agreement(const daemon::Config& config, const SignalLog& log,
+                     std::span<const estimator::CameraPose> poses,
+                     const AgreementOptions& options) {
+  const std::string named = options.drive.empty() ? "" : options.drive + ": ";
+  const std::string eye = "the " + options.eye;
+  const auto refuse = [&](const std::string& what) { throw std::invalid_argument(named + what); };
+  if (!poses.empty() && std::ranges::none_of(poses, [&](const estimator::CameraPose& pose) {
+        return pose.capture_ns >= log.first_ns && pose.capture_ns <= log.last_ns;
+      }))
+    refuse("no " + options.eye + " pose is taken while the log lasts: name the " + options.eye +
+           "'s file of this drive, and put its times on the log's clock");
+  const Signals signals(config, log, options);
+  if (!(signals.end() - signals.begin() > 1.0)) return;
+
+  const Resampled turned = integral(signals.on_grid(Source::yaw_rate));
+  const std::optional<Resampled> steered = signals.steered();
+  const Comparison gyro_to_steering =
+      steered ? compare(pieces_of(turned), *steered, least_turn) : Comparison{};
+  if (poses.empty()) {
+    if (gyro_to_steering.verdict == Verdict::other_way)
+      refuse("yaw_rate turns the other way than wheels and steering; look at the signs of " +
+             key_of(Source::yaw_rate, "scale") + " and " + key_of(Source::steering, "scale"));
+    if (!steered) return;
+    // From either side: what is held against a turn is bounded by it, and so is a small ratio.
+    const double far = compare(pieces_of(*steered), turned, least_turn).ratio;
+    const double little = gyro_to_steering.ratio;
+    if (std::max(far, little) > far_off_unseen)
+      refuse("yaw_rate turns " + fixed(std::max(far, little), 1) + " times as " +
+             (far > little ? "far" : "little") +
+             " as wheels and steering tell; look at unit and scale of can.signals.yaw_rate, of "
+             "steering and of the wheels, or drive without spinning wheels");
+    return;
+  }
+
+  const std::string units = unit_doubt(poses, {.trajectory = signals.driven()});
+  if (!units.empty()) refuse(eye + "'s poses: " + units);
+
+  const std::vector<Piece> seen =
+      pieces_of_poses(poses, config, log.first_ns, signals.begin(), signals.end());
+  std::vector<double> yaw_sigmas, sigmas;
+  for (const estimator::CameraPose& pose : poses) {
+    yaw_sigmas.push_back(pose.sigma_yaw);
+    sigmas.push_back(std::max(pose.sigma_x, pose.sigma_y));
+  }
+  const double least = std::max(least_turn, 4.0 * median_of(std::move(yaw_sigmas)));
+  const Comparison gyro = compare(seen, turned, least);
+  if (gyro.verdict == Verdict::other_way) {
+    if (gyro_to_steering.verdict == Verdict::same)
+      refuse(eye + " turns the other way than yaw_rate and steering; is its file of this drive, " +
+             "and its yaw counter-clockwise?");
+    refuse("yaw_rate turns the other way than " + eye + "; look at the sign of " +
+           key_of(Source::yaw_rate, "scale"));
+  }
+  if (gyro.verdict == Verdict::unlike) {
+    if (options.strangers == Strangers::pass) return;
+    refuse("the turns of " + eye + " and of yaw_rate have nothing in common; is the " +
+           options.eye +
+           "'s file of this drive, on the log's clock, and yaw_rate the right signal?");
+  }
+  if (options.strangers == Strangers::refuse && std::fabs(gyro.lag) > off_clock)
+    refuse("the times of the " + options.eye + "'s poses are " + fixed(std::fabs(gyro.lag), 1) +
+           (std::fabs(gyro.lag) < (latest - 0.5) * lag_step ? " s " : " s or more ") +
+           (gyro.lag < 0.0 ? "late" : "early") +
+           " beside yaw_rate: put them on the log's clock, each when the picture was taken");
+  if (gyro.verdict == Verdict::same && is_far_off(gyro.ratio))
+    refuse("yaw_rate turns " + fixed(gyro.ratio, 2) + " times as far as " + eye +
+           "; look at can.signals.yaw_rate: unit, scale");
+
+  for (const Source wheel :
+       {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
+        Source::wheel_rear_right, Source::wheel_rear, Source::motor}) {
+    if (!signals.has(wheel)) continue;
+    const auto ratio =
+        ratio_of_ways(seen, signals.speed(wheel), std::max(least_way, 6.0 * median_of(sigmas)));
+    if (ratio && *ratio < 0.0) refuse(backwards(wheel, eye));
+    if (ratio && is_far_off(*ratio)) refuse(wrong_speed(wheel, *ratio, eye));
+  }
+
+  if (!steered) return;
+  const Comparison steering = compare(seen, *steered, least);
+  const bool by_gyro =
+      gyro.verdict == Verdict::same && gyro_to_steering.verdict == Verdict::other_way;
+  if (steering.verdict == Verdict::other_way || by_gyro)
+    refuse("steering turns the other way than " + eye + " and yaw_rate; look at the sign of " +
+           key_of(Source::steering, "scale"));
+}
+
+}  // namespace odomd::tools

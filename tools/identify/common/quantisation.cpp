@@ -1,0 +1,40 @@
+#include "tools/identify/common/quantisation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace odomd::tools {
+
+double resolution_of(std::span<const double> values) {
+  constexpr double arithmetic = 1e-9;  // what makes one step two, in any unit
+  std::vector<double> sorted(values.begin(), values.end());
+  std::ranges::sort(sorted);
+  double resolution = 0.0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    const double difference = sorted[i] - sorted[i - 1];
+    if (difference > arithmetic && (resolution == 0.0 || difference < resolution))
+      resolution = difference;
+  }
+  return resolution;
+}
+
+double rounding_left(std::span<const double> values, double resolution) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::ranges::sort(sorted);
+  std::size_t most = 0, count = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    count = i > 0 && sorted[i] == sorted[i - 1] ? count + 1 : 1;
+    most = std::max(most, count);
+  }
+  if (most == 0) return 0.0;
+  const double same = static_cast<double>(most) / static_cast<double>(sorted.size());
+  return rounding_noise(resolution) * std::max(0.0, 2.0 * same - 1.0);
+}
+
+double rounding_noise(double resolution) {
+  return resolution / std::sqrt(12.0);
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,143 @@
+#include "tools/identify/common/record.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+
+namespace odomd::tools {
+namespace {
+
+std::int64_t limit(const std::string& text, const std::string& option, std::int64_t otherwise) {
+  if (text.empty()) return otherwise;
+  const auto time = parse_seconds(text);
+  if (!time)
+    throw std::invalid_argument(option + ": " + tools::quoted(text) + " is not a time in seconds");
+  return *time;
+}
+
+}  // namespace
+
+void add_record_options(Command method, RecordOptions& options, const std::string& group) {
+  method.add_option("--config", options.config, "Configuration that tells the signals of --can")
+      .type_name("TOML")
+      .group(group);
+  method.add_option("--can", options.logs, "Log of candump -L, or - for standard input; repeatable")
+      .type_name("SRC")
+      .one_each()
+      .group(group);
+  method.add_option("--csv", options.csv, "Instead of a log: columns t [s], yaw_rate [rad/s]")
+      .type_name("CSV")
+      .group(group);
+  method.add_option("--from", options.from, "Leave out what is before, from the record's begin [s]")
+      .type_name("T")
+      .group(group);
+  method.add_option("--to", options.to, "Leave out what is after, from the record's begin [s]")
+      .type_name("T")
+      .group(group);
+}
+
+bool is_given(const RecordOptions& options) {
+  return !options.csv.empty() || !options.logs.empty();
+}
+
+std::string name_of(const RecordOptions& options) {
+  return options.csv.empty() ? options.logs.front() : options.csv;
+}
+
+namespace {
+
+SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>& columns) {
+  std::vector<std::string> required{"t"}, optional;
+  for (const estimator::Source source : columns) {
+    const std::string name(estimator::source_names[static_cast<std::size_t>(source)]);
+    (columns.size() == 1 ? required : optional).push_back(name);
+  }
+  std::ifstream input = open_input(file);
+  if (columns.size() > 1 && input.peek() == std::ifstream::traits_type::eof())
+    throw std::invalid_argument(fmt::format(
+        "{}: is empty; a first line \"t,{}\" is expected, t [s] and one of the others at least",
+        file, fmt::join(optional, ",")));
+  CsvReader rows(input, file, required, optional);
+  SignalLog log;
+  std::optional<std::int64_t> before;
+  while (rows.next()) {
+    const std::int64_t time = rows.time_ns(0);
+    if (before && time <= *before)
+      rows.fail(0, time == *before ? "the time of the row before again; each sample needs its own"
+                                   : "earlier than the row before; sort the rows by time");
+    before = time;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      if (!rows.has(1 + i)) continue;
+      Series& series = log.signals[static_cast<std::size_t>(columns[i])];
+      series.t_ns.push_back(time);
+      series.value.push_back(rows.number(1 + i));
+    }
+  }
+  log.name = file;
+  log.why_empty.fill("fill its column");
+  log.warnings = rows.warnings();
+  if (!before) throw std::invalid_argument(file + ": holds no row below its header");
+  if (std::ranges::all_of(log.signals, &Series::empty)) {
+    throw std::invalid_argument(
+        fmt::format("{}: has none of the columns {}", file, fmt::join(optional, ", ")));
+  }
+  return log;
+}
+
+/// Of all signals alike, from the first sample of any on.
+void cut(SignalLog& log, const RecordOptions& options) {
+  if (options.from.empty() && options.to.empty()) return;
+  std::int64_t begin = std::numeric_limits<std::int64_t>::max(), end = 0;
+  for (const Series& series : log.signals) {
+    if (series.empty()) continue;
+    begin = std::min(begin, series.t_ns.front());
+    end = std::max(end, series.t_ns.back());
+  }
+  const std::int64_t from = limit(options.from, "--from", 0);
+  const std::int64_t to = limit(options.to, "--to", std::numeric_limits<std::int64_t>::max());
+  for (std::size_t k = 0; k < log.signals.size(); ++k) {
+    Series& series = log.signals[k];
+    Series kept;
+    for (std::size_t i = 0; i < series.size(); ++i) {
+      const std::int64_t since = series.t_ns[i] - begin;
+      if (since < from || since > to) continue;
+      kept.t_ns.push_back(series.t_ns[i]);
+      kept.value.push_back(series.value[i]);
+    }
+    if (kept.empty() && !series.empty()) log.why_empty[k] = "none is left between --from and --to";
+    series = kept;
+  }
+  if (std::ranges::all_of(log.signals, &Series::empty))
+    throw std::invalid_argument(
+        fmt::format("--from, --to: nothing of the record is in between; it is {:.1f} s long",
+                    1e-9 * static_cast<double>(end - begin)));
+}
+
+}  // namespace
+
+SignalLog read_record(const RecordOptions& options, const std::vector<estimator::Source>& columns) {
+  if (!options.csv.empty() && !options.logs.empty())
+    throw std::invalid_argument("--csv and --can: give one of them");
+  if (!options.logs.empty() && options.config.empty())
+    throw std::invalid_argument("--can needs --config, which tells the signals in the log");
+  SignalLog log = options.csv.empty()
+                      ? read_signals(daemon::load_config(options.config), options.logs)
+                      : read_csv(options.csv, columns);
+  cut(log, options);
+  return log;
+}
+
+Series read_yaw_rate(const RecordOptions& options, std::vector<std::string>& warnings) {
+  const SignalLog log = read_record(options, {estimator::Source::yaw_rate});
+  warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+  return log.need(estimator::Source::yaw_rate);
+}
+
+}  // namespace odomd::tools

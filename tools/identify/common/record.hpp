@@ -1,0 +1,34 @@
+// The options by which a method is given a gyro's record: a CAN log with its configuration, or a
+// CSV of a phone or logger.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/cli/command.hpp"
+#include "tools/identify/common/signal_log.hpp"
+
+namespace odomd::tools {
+
+struct RecordOptions {
+  std::string config;
+  std::vector<std::string> logs;
+  std::string csv;
+  std::string from, to;
+};
+
+void add_record_options(Command method, RecordOptions& options, const std::string& group);
+
+[[nodiscard]] bool is_given(const RecordOptions& options);
+[[nodiscard]] std::string name_of(const RecordOptions& options);
+
+/// The signals between --from and --to; of a CSV those of `columns` that it has, at least one.
+/// Throws std::invalid_argument for what cannot be used.
+[[nodiscard]] SignalLog read_record(const RecordOptions& options,
+                                    const std::vector<estimator::Source>& columns);
+
+/// The yaw rate of a record.
+[[nodiscard]] Series read_yaw_rate(const RecordOptions& options,
+                                   std::vector<std::string>& warnings);
+
+}  // namespace odomd::tools

@@ -1,0 +1,45 @@
+// Signals on an even grid, fine enough that any time may be looked up: what comparing them in time
+// needs.
+#pragma once
+
+#include <vector>
+
+#include "tools/identify/common/signal_log.hpp"
+
+namespace odomd::tools {
+
+/// A signal at t = begin + k · step, linear in between and held beyond its ends. Seconds.
+struct Resampled {
+  double begin = 0.0;
+  double step = 1e-3;
+  std::vector<double> value;
+
+  [[nodiscard]] double at(double t) const;
+  [[nodiscard]] double end() const {
+    return begin + step * static_cast<double>(value.empty() ? 0 : value.size() - 1);
+  }
+};
+
+/// Linear between the samples, whose times count from `origin_ns`.
+[[nodiscard]] Resampled resampled(const Series& series, std::int64_t origin_ns, double begin,
+                                  double end, double step = 1e-3);
+
+/// ∫ from the begin, by the trapezoidal rule.
+[[nodiscard]] Resampled integral(const Resampled& signal);
+
+/// The mean over t ± half, for a signal given by its integral.
+[[nodiscard]] Resampled mean_around(const Resampled& its_integral, double half);
+
+/// The rate of change between t - half and t + half, which is the mean of the derivative there.
+[[nodiscard]] Resampled slope_around(const Resampled& signal, double half);
+
+/// Value by value: f(a, b), on the grid of a.
+template <class F>
+[[nodiscard]] Resampled combined(const Resampled& a, const Resampled& b, F f) {
+  Resampled result = a;
+  for (std::size_t i = 0; i < a.value.size(); ++i)
+    result.value[i] = f(a.value[i], b.at(a.begin + a.step * static_cast<double>(i)));
+  return result;
+}
+
+}  // namespace odomd::tools

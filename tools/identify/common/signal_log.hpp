@@ -1,0 +1,49 @@
+// The signals of a recorded drive as series of numbers: what the daemon's decoder makes of a log,
+// before any filter.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "daemon/core/config.hpp"
+#include "estimator/common/measurement.hpp"
+
+namespace odomd::tools {
+
+/// One quantity over time, in SI units; times strictly increasing, values finite.
+struct Series {
+  std::vector<std::int64_t> t_ns;  ///< when each was taken: the frame's stamp less its latency
+  std::vector<double> value;
+
+  [[nodiscard]] bool empty() const { return t_ns.empty(); }
+  [[nodiscard]] std::size_t size() const { return t_ns.size(); }
+};
+
+struct SignalLog {
+  std::string name;  ///< of the file, or of the first of several
+  std::array<Series, estimator::source_count> signals;
+  std::int64_t first_ns = 0;  ///< of all frames
+  std::int64_t last_ns = 0;
+  std::vector<std::string> warnings;
+  /// "message 'IMU' (yaw_rate): no frame of it is in the log; ...", where a message gave no value.
+  std::array<std::string, estimator::source_count> why_empty;
+
+  [[nodiscard]] const Series& of(estimator::Source source) const {
+    return signals[static_cast<std::size_t>(source)];
+  }
+  /// As of(), two samples at least. Throws std::invalid_argument that names the log and why it has
+  /// none: the message that is missing.
+  [[nodiscard]] const Series& need(estimator::Source source) const;
+};
+
+/// Decodes the logs ("-": standard input), merged in the order of their stamps, by the bindings of
+/// a configuration; accelerations are turned by [imu] yaw as the daemon does. Frames that fail
+/// their protection and samples without a time of their own are left out, which a warning counts.
+/// Throws std::invalid_argument where log, databases and configuration do not fit, and for a log
+/// whose times run backwards.
+[[nodiscard]] SignalLog read_signals(daemon::Config config, std::span<const std::string> logs);
+
+}  // namespace odomd::tools

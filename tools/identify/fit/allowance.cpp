@@ -1,0 +1,93 @@
+#include "tools/identify/fit/allowance.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace odomd::tools::fitting {
+namespace {
+
+/// Where the speeds are many, for tyres' curves, springs, slip that builds up, how much the driven
+/// wheels spin, biases that walk. By the errors on simulated exercises of cars that are not among
+/// those of the campaign; the inertia's and the steering scale's by the campaign's too.
+Numbers<double> at_many_speeds(double wheelbase) {
+  Numbers<double> sigma{};
+  sigma[stiffness_front] = 0.008;
+  sigma[stiffness_rear] = 0.009;
+  sigma[yaw_inertia] = 0.005;
+  sigma[track_width] = 1e-3;
+  sigma[steering_offset] = 1e-4;
+  sigma[steering_scale] = 3e-3;
+  sigma[steering_delay] = 8e-3;
+  sigma[steering_lag] = 0.3;
+  sigma[gyro_bias] = 2e-4;
+  sigma[gyro_scale] = 2e-4;
+  sigma[gyro_latency] = 5e-4;
+  sigma[accel_bias_x] = sigma[accel_bias_y] = 0.02;
+  sigma[accel_latency] = 1.8e-3;
+  sigma[imu_x] = 3e-3 * wheelbase;
+  sigma[imu_y] = 1e-3 * wheelbase;
+  sigma[imu_yaw] = 2e-3;
+  for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) sigma[k] = 1e-3;
+  sigma[wheel_latency_front] = 0.7e-3;
+  sigma[wheel_latency_rear] = 0.95e-3;  // half of the lag by spin among it
+  sigma[camera_x] = 2e-3 * wheelbase;
+  sigma[camera_y] = 1e-3 * wheelbase;
+  sigma[camera_yaw] = 2e-4;
+  return sigma;
+}
+
+constexpr double of_the_exercise = 0.4;  // variety, from which on the speeds tell enough
+constexpr double most_times = 30.0;
+
+/// How many times the allowance is taken for what only the speed tells apart: by the errors on
+/// simulated laps and slaloms of one speed.
+double times(double variety) {
+  return std::clamp(std::pow(of_the_exercise / std::max(variety, 1e-3), 2), 1.0, most_times);
+}
+
+/// At one speed, more steering is softer front tyres, and a camera farther ahead sees the drift of
+/// softer rear tyres.
+struct LookAlikes {
+  Parameter tyres, other;
+};
+constexpr LookAlikes front{stiffness_front, steering_scale};
+constexpr LookAlikes rear{stiffness_rear, camera_x};
+
+/// Neither is known as well beforehand as the fit would tell it of many speeds.
+bool are_open(const LookAlikes& pair, const Settings& settings, const Numbers<double>& sigma) {
+  const auto open = [&](Parameter k) { return settings.free[k] && settings.doubt[k] > sigma[k]; };
+  return open(pair.tyres) && open(pair.other);
+}
+
+}  // namespace
+
+bool at_one_speed(double wheelbase, const Settings& settings, double variety) {
+  const Numbers<double> sigma = at_many_speeds(wheelbase);
+  return times(variety) > 2.0 &&
+         (are_open(front, settings, sigma) || are_open(rear, settings, sigma));
+}
+
+std::optional<Parameter> twin(double wheelbase, const Settings& settings, double variety,
+                              Parameter k) {
+  if (!at_one_speed(wheelbase, settings, variety)) return std::nullopt;
+  const Numbers<double> sigma = at_many_speeds(wheelbase);
+  for (const LookAlikes& pair : {front, rear}) {
+    if (!are_open(pair, settings, sigma)) continue;
+    if (k == pair.tyres) return pair.other;
+    if (k == pair.other) return pair.tyres;
+  }
+  return std::nullopt;
+}
+
+Numbers<double> allowance(double wheelbase, const Settings& settings, double variety) {
+  const Numbers<double> known = at_many_speeds(wheelbase);
+  Numbers<double> sigma = known;
+  if (are_open(front, settings, known))
+    for (const Parameter k : {stiffness_front, steering_scale, steering_offset})
+      sigma[k] *= times(variety);
+  if (are_open(rear, settings, known))
+    for (const Parameter k : {stiffness_rear, camera_x, imu_x}) sigma[k] *= times(variety);
+  return sigma;
+}
+
+}  // namespace odomd::tools::fitting

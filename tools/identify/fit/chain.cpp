@@ -1,0 +1,174 @@
+#include "tools/identify/fit/chain.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "tools/math/median.hpp"
+
+namespace odomd::tools::fitting {
+namespace {
+
+namespace st = single_track;
+
+PoseSample pose_near(const Drive& drive, double t) {
+  const auto after = std::ranges::lower_bound(drive.poses, t, {}, &PoseSample::t);
+  if (after == drive.poses.begin()) return *after;
+  if (after == drive.poses.end()) return drive.poses.back();
+  const auto before = std::prev(after);
+  const double part = (t - before->t) / (after->t - before->t);
+  PoseSample pose = *before;
+  pose.x += part * (after->x - before->x);
+  pose.y += part * (after->y - before->y);
+  pose.yaw += part * (after->yaw - before->yaw);
+  return pose;
+}
+
+// Commands are given by another clock than they are reported by, and servos are jerky: how far the
+// signal moves in so many of its cycles.
+constexpr double doubtful_cycles = 1.0;
+double steering_doubt(const Setup& setup, const Drive& drive, double begin) {
+  double sum = 0.0;
+  int count = 0;
+  double t = begin;
+  while (t < begin + setup.window) {
+    sum += std::pow(drive.steering.at(t + drive.steering_cycle) - drive.steering.at(t), 2);
+    t += 0.2 * setup.knot;
+    ++count;
+  }
+  return std::hypot(drive.steering_sigma, doubtful_cycles * std::sqrt(sum / count));
+}
+
+Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, double begin,
+                    std::size_t count) {
+  Chain chain{.drive = index, .windows = {}, .nodes = {}, .inner = {}};
+  const estimator::Vehicle& car = setup.config->vehicle;
+  const double sense = car.mass / car.wheelbase();
+  for (std::size_t k = 0; k <= count; ++k) {
+    const double t = begin + static_cast<double>(k) * setup.window;
+    const double v = drive.speed.at(t), r = drive.yaw_rate.at(t);
+    const PoseSample pose = pose_near(drive, t);
+    Node<double> node{};
+    node[st::yaw] = pose.yaw - setup.nominal[camera_yaw];
+    const double c = std::cos(node[st::yaw]), s = std::sin(node[st::yaw]);
+    const double x = setup.nominal[camera_x], y = setup.nominal[camera_y];
+    node[st::pos_x] = pose.x - c * x + s * y;
+    node[st::pos_y] = pose.y - s * x - c * y;
+    node[st::v_x] = v;
+    node[st::yaw_rate] = r;
+    node[st::slip_front] = sense * car.rear_axle * v * r / car.cornering_stiffness_front;
+    node[st::slip_rear] = sense * car.front_axle * v * r / car.cornering_stiffness_rear;
+    node[st::v_y] = car.rear_axle * r - std::fabs(v) * node[st::slip_rear];
+    node[st::steer] = drive.steering.at(t);
+    node[st::states] = (drive.speed.at(t + 0.1) - drive.speed.at(t - 0.1)) / 0.2;
+    chain.nodes.push_back(node);
+    if (k == count) break;
+    chain.windows.push_back({.drive = &drive,
+                             .begin = t,
+                             .steering_doubt = steering_doubt(setup, drive, t),
+                             .samples = {},
+                             .poses = {}});
+    std::vector<double> inner;
+    for (std::size_t j = 1; j < setup.knots(); ++j) {
+      const double at = t + static_cast<double>(j) * setup.knot;
+      inner.push_back((drive.speed.at(at + 0.1) - drive.speed.at(at - 0.1)) / 0.2);
+    }
+    inner.resize(setup.inner(), 0.0);
+    chain.inner.push_back(std::move(inner));
+  }
+  return chain;
+}
+
+bool fast(const Setup& setup, const Drive& drive, double begin) {
+  for (std::size_t k = 0; k <= setup.knots(); ++k)
+    if (std::fabs(drive.speed.at(begin + static_cast<double>(k) * setup.knot)) < setup.slow)
+      return false;
+  return true;
+}
+
+}  // namespace
+
+std::vector<Chain> chains_of(const Setup& setup, const Drive& drive, std::size_t index) {
+  std::vector<Chain> chains;
+  const auto count = static_cast<std::size_t>((drive.end - drive.begin) / setup.window);
+  const auto begin_of = [&](std::size_t k) {
+    return drive.begin + static_cast<double>(k) * setup.window;
+  };
+  std::size_t first = 0;
+  for (std::size_t k = 0; k <= count; ++k) {
+    if (k < count && fast(setup, drive, begin_of(k))) continue;
+    if (k - first >= 2)
+      chains.push_back(chain_between(setup, drive, index, begin_of(first), k - first));
+    first = k + 1;
+  }
+  return chains;
+}
+
+void deal(const Numbers<double>& p, const Setup& setup, Chain& chain) {
+  const Drive& drive = *chain.windows.front().drive;
+  for (Window& window : chain.windows) {
+    window.samples.clear();
+    window.poses.clear();
+  }
+  const auto window_at = [&](double t) -> Window* {
+    const double place = (t - chain.windows.front().begin) / setup.window;
+    if (!(place >= 0.0) || place >= static_cast<double>(chain.windows.size())) return nullptr;
+    return &chain.windows[static_cast<std::size_t>(place)];
+  };
+  for (const Sample& sample : drive.samples)
+    if (Window* window = window_at(sample.t - latency_of(setup, sample.source, p)))
+      window->samples.push_back(sample);
+  for (const PoseSample& pose : drive.poses)
+    if (Window* window = window_at(pose.t)) window->poses.push_back(pose);
+}
+
+Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
+                        const Numbers<double>& p) {
+  Unexplained result;
+  const auto take = [&](std::size_t drive, double t, std::size_t kind, double e, double stated) {
+    result.points.push_back({drive, t, kind, e});
+    result.values[kind].push_back(e);
+    result.stated[kind] = std::max(result.stated[kind], stated);
+  };
+  for (const Chain& chain : chains) {
+    for (std::size_t w = 0; w < chain.windows.size(); ++w) {
+      const Window& window = chain.windows[w];
+      const Course<double> course = course_of(
+          setup, chain.nodes[w][st::states], chain.inner[w].data(), chain.nodes[w + 1][st::states]);
+      const Run<double> trajectory = run(setup, window, p, chain.nodes[w], course);
+      const four_wheels::Car<double> car = car_of(setup, p);
+      for (const Sample& sample : window.samples) {
+        const auto now =
+            instant(setup, window, trajectory, sample.t - latency_of(setup, sample.source, p));
+        take(chain.drive, sample.t, static_cast<std::size_t>(sample.source),
+             sample.value - expected(setup, car, sample, now, p), sample.sigma);
+      }
+      for (const PoseSample& pose : window.poses) {
+        const auto now = instant(setup, window, trajectory, pose.t);
+        const auto h = expected_pose(setup, now, p);
+        take(chain.drive, pose.t, position_kind, pose.x - h[0], pose.sigma_x);
+        take(chain.drive, pose.t, position_kind, pose.y - h[1], pose.sigma_y);
+        take(chain.drive, pose.t, yaw_kind, pose.yaw - h[2], pose.sigma_yaw);
+      }
+    }
+  }
+  return result;
+}
+
+double robust_sigma(const std::vector<double>& values) {
+  return values.empty() ? 0.0 : 1.4826 * median_of_magnitudes(values);
+}
+
+void take_noises(Setup& setup, const Unexplained& rest) {
+  const auto noise = [&](std::size_t kind) {
+    const double found = robust_sigma(rest.values[kind]);
+    return std::max(found, rest.stated[kind]);
+  };
+  for (std::size_t kind = 0; kind < estimator::source_count; ++kind)
+    if (!rest.values[kind].empty()) setup.noise[kind] = noise(kind);
+  setup.noise_position = noise(position_kind);
+  setup.noise_yaw = noise(yaw_kind);
+}
+
+}  // namespace odomd::tools::fitting

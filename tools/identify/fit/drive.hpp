@@ -1,0 +1,59 @@
+// A drive as the fit takes it: samples and poses in seconds, ready to be laid over a model.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "daemon/core/config.hpp"
+#include "estimator/common/measurement.hpp"
+#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/resampled.hpp"
+#include "tools/identify/common/signal_log.hpp"
+
+namespace odomd::tools::fitting {
+
+struct Sample {
+  double t = 0.0;  ///< its stamp less its configured latency [s]
+  double value = 0.0;
+  estimator::Source source = estimator::Source::yaw_rate;
+  double sigma = 0.0;
+};
+
+struct PoseSample {
+  double t = 0.0;
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the camera's point; yaw unwrapped
+  double sigma_x = 0.0, sigma_y = 0.0, sigma_yaw = 0.0;
+};
+
+struct Drive {
+  std::string name;
+  double begin = 0.0, end = 0.0;  ///< where poses and speed are known [s]
+  std::vector<Sample> samples;    ///< in the order of time
+  std::vector<PoseSample> poses;  ///< in the order of time
+  Resampled steering;             ///< as it is measured
+  double steering_sigma = 1e-3;   ///< of a sample [rad]
+  double steering_cycle = 0.01;   ///< between two samples [s]
+  Resampled speed, yaw_rate;      ///< roughly, to begin with
+  std::optional<Measured> rest;   ///< what the gyro reads where the wheels stand [rad/s]
+};
+
+/// How much slower a car does everything than one of 1:10, by Froude's number; 1 to 3, whole.
+[[nodiscard]] double slowness(const daemon::Config& config);
+
+/// Samples closer than this are averaged [s].
+[[nodiscard]] double least_spacing(const daemon::Config& config);
+
+/// What of the log is taken, after its first frame [s].
+struct Part {
+  double from = 0.0;
+  double to = 1e9;
+};
+
+/// Poses are of the camera or of a reference. Throws std::invalid_argument, naming the drive, where
+/// signals or poses are missing, or do not overlap for ten seconds at least.
+[[nodiscard]] Drive prepare(std::string name, const daemon::Config& config, const SignalLog& log,
+                            std::span<const estimator::CameraPose> poses, const Part& part = {});
+
+}  // namespace odomd::tools::fitting

@@ -1,0 +1,375 @@
+#include "tools/identify/fit/findings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "tools/cli/text.hpp"
+#include "tools/identify/fit/allowance.hpp"
+#include "tools/identify/fit/tyres.hpp"
+#include "tools/identify/fit/window.hpp"
+#include "tools/identify/latency/actuator_findings.hpp"
+
+namespace odomd::tools::fitting {
+namespace {
+
+using estimator::Source;
+
+/// Told by the drive and not by the prior: below this share of the prior's uncertainty.
+constexpr double told_below = 0.5;
+
+/// What is so many of its doubts away from what is configured was drawn there by something else,
+/// where another parameter can make up for it.
+constexpr double astray_doubts = 2.5;
+
+/// A share of hard turns that spoils a fit.
+constexpr double much = 0.03;
+
+/// Of the grip that a drive has to ask for so that it is not extrapolated.
+constexpr double seen_at_least = 0.5;
+
+const can::SignalBinding* binding_of(const daemon::Config& config, Source source) {
+  for (const can::SignalBinding& binding : config.can.bindings)
+    if (binding.channel == static_cast<std::uint16_t>(source)) return &binding;
+  return nullptr;
+}
+
+struct Builder {
+  const daemon::Config& config;
+  const Settings& settings;
+  const Result& result;
+  Numbers<double> nominal;
+  Numbers<double> sigma;  // with what the model leaves out
+  Findings& findings;
+
+  [[nodiscard]] bool astray(Parameter k) const {
+    return std::fabs(result.p[k]) > astray_doubts * settings.doubt[k];
+  }
+
+  [[nodiscard]] std::string why_not(Parameter k) const {
+    if (!settings.free[k]) return "fixed";
+    const std::optional<Parameter> other =
+        twin(config.vehicle.wheelbase(), settings, result.turns.speed_variety, k);
+    if (other && (astray(k) || astray(*other))) {
+      const Parameter far = astray(k) ? k : *other;
+      return "at one speed not to be told from " + meaning(*other) +
+             (far == k ? ", and " : ", which came out ") +
+             fixed(std::fabs(result.p[far]) / settings.doubt[far], 1) +
+             " sigmas from what is configured";
+    }
+    if (sigma[k] < told_below * settings.doubt[k]) return "";
+    const ParameterInfo& info = parameter_table()[k];
+    const auto two_sigma = [&info](double one) {
+      return info.kind == Kind::factor ? fixed(200.0 * one, 1) + " %"
+                                       : fixed(2.0 * one, 4) + " " + std::string(info.unit);
+    };
+    std::string reason = "the drive tells little more than was known (2 sigma " +
+                         two_sigma(sigma[k]) + ", before " + two_sigma(settings.doubt[k]) + ")";
+    double strongest = 0.0;
+    std::size_t partner = k;
+    for (std::size_t j = 0; j < parameters; ++j) {
+      if (j == k || !settings.free[j]) continue;
+      const auto a = static_cast<Eigen::Index>(k), b = static_cast<Eigen::Index>(j);
+      const double r =
+          result.covariance(a, b) / std::sqrt(result.covariance(a, a) * result.covariance(b, b));
+      if (std::fabs(r) > std::fabs(strongest)) {
+        strongest = r;
+        partner = j;
+      }
+    }
+    if (std::fabs(strongest) > 0.7)
+      reason += "; goes with " + std::string(parameter_table()[partner].name) + " (" +
+                fixed(strongest, 2) + ")";
+    return reason;
+  }
+
+  void add(Parameter k, std::string name, std::string key, double value, double value_sigma,
+           std::string remark = "") {
+    if (!settings.free[k]) return;
+    Finding finding{.name = std::move(name),
+                    .key = std::move(key),
+                    .value = value,
+                    .sigma = value_sigma,
+                    .unit = std::string(parameter_table()[k].unit),
+                    .remark = std::move(remark)};
+    if (std::string reason = why_not(k); !reason.empty()) {
+      finding.determined = Determined::no;
+      finding.remark = std::move(reason);
+    }
+    findings.values.push_back(std::move(finding));
+  }
+
+  [[nodiscard]] static std::string meaning(Parameter k) {
+    return std::string(parameter_table()[k].meaning);
+  }
+
+  // A value that stands in the configuration as it is.
+  void add_value(Parameter k, const std::string& key) {
+    const ParameterInfo& info = parameter_table()[k];
+    const double value = value_of(info, nominal[k], result.p[k]);
+    add(k, meaning(k), key, value, info.kind == Kind::factor ? value * sigma[k] : sigma[k]);
+  }
+
+  // measured = e^s true + b, so true = (measured - b) / e^s, on top of the role's own.
+  void add_scale_and_offset(Source source, Parameter scale, Parameter offset) {
+    const can::SignalBinding* binding = binding_of(config, source);
+    if (binding == nullptr) return;
+    const std::string role = "can.signals." + binding->role;
+    const double factor = std::exp(-result.p[scale]);
+    add(scale, meaning(scale), role + ".scale", binding->scale * factor,
+        std::fabs(binding->scale) * factor * sigma[scale]);
+    add(offset, meaning(offset), role + ".offset", (binding->offset - result.p[offset]) * factor,
+        sigma[offset] * factor);
+  }
+
+  // Ages only: what is early becomes 0.
+  void add_latency(Parameter k, Source source) {
+    if (k == accel_latency && one_imu(config)) k = gyro_latency;
+    const can::SignalBinding* binding = binding_of(config, source);
+    if (binding == nullptr) return;
+    const double measured = 1e-9 * static_cast<double>(binding->latency_ns) + result.p[k];
+    std::string remark;
+    if (measured < 0.0) remark = "measured " + fixed(1e3 * measured, 1) + " ms";
+    if (measured < -2.0 * sigma[k]) {
+      // Nothing is told before it happens.
+      if (settings.free[k])
+        findings.values.push_back({.name = "latency of " + binding->role,
+                                   .key = "can.signals." + binding->role + ".latency",
+                                   .value = measured,
+                                   .sigma = sigma[k],
+                                   .unit = "s",
+                                   .determined = Determined::no,
+                                   .remark = remark + ": are the poses' stamps late?"});
+      return;
+    }
+    add(k, "latency of " + binding->role, "can.signals." + binding->role + ".latency",
+        std::max(0.0, measured), sigma[k], std::move(remark));
+  }
+};
+
+struct AxleParameters {
+  Axle axle;
+  Parameter stiffness, bend;
+  const char* end;  ///< of the keys
+};
+
+// The filter's tyre is a brush, where the drive shows that tyres saturate: through the fitted one
+// at the drive's hardest turns and at half of them. Else it is linear.
+void add_tyres(Builder& b, const AxleParameters& a) {
+  const std::string end = a.end;
+  const std::string stiffness_key = "vehicle.cornering_stiffness_" + end;
+  const auto brush_at = [&](const Numbers<double>& p) {
+    Setup setup;
+    setup.config = &b.config;
+    setup.nominal = b.nominal;
+    return brush_like(car_of(setup, p), a.axle, b.result.turns.hardest);
+  };
+  const std::optional<BrushTyre> brush = brush_at(b.result.p);
+  std::string linear =
+      b.why_not(a.stiffness).empty() ? b.why_not(a.bend) : "goes with the stiffness";
+  if (linear.empty() && !brush) linear = "nothing saturates";
+  if (linear.empty() && b.result.turns.hardest < seen_at_least * brush->grip)
+    linear = "the drive asks for " + fixed(b.result.turns.hardest, 1) + " m/s2 of some " +
+             fixed(brush->grip, 0) + "; drive harder";
+  if (!linear.empty()) {
+    b.add_value(a.stiffness, stiffness_key);
+    // A curve that no tyre has was drawn there by something else, and its slope with it.
+    if (Finding& stiffness = b.findings.values.back();
+        b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
+        stiffness.determined == Determined::yes) {
+      stiffness.determined = Determined::no;
+      stiffness.remark = "goes with " + Builder::meaning(a.bend) + ", which came out " +
+                         fixed(std::fabs(b.result.p[a.bend]) / b.settings.doubt[a.bend], 1) +
+                         " sigmas from what is usual";
+    }
+    if (b.settings.free[a.bend])
+      b.findings.values.push_back({.name = "grip, " + end,
+                                   .value = brush ? brush->grip : 0.0,
+                                   .unit = "m/s2",
+                                   .determined = Determined::no,
+                                   .remark = linear + ": linear tyres"});
+    return;
+  }
+  // σ² = gᵀ Σ g, g the derivatives by what makes the curve.
+  constexpr double h = 1e-3;
+  double of_stiffness = 0.0, of_grip = 0.0;
+  const std::array<Parameter, 3> curve{a.stiffness, a.bend, load_arm};
+  std::array<double, 3> by_stiffness{}, by_grip{};
+  for (std::size_t i = 0; i < curve.size(); ++i) {
+    Numbers<double> p = b.result.p;
+    p[curve[i]] += h;
+    const BrushTyre moved = brush_at(p).value_or(*brush);
+    by_stiffness[i] = (moved.stiffness - brush->stiffness) / h;
+    by_grip[i] = (moved.grip - brush->grip) / h;
+  }
+  for (std::size_t i = 0; i < curve.size(); ++i)
+    for (std::size_t j = 0; j < curve.size(); ++j) {
+      const double covariance = b.result.covariance(static_cast<Eigen::Index>(curve[i]),
+                                                    static_cast<Eigen::Index>(curve[j]));
+      of_stiffness += by_stiffness[i] * covariance * by_stiffness[j];
+      of_grip += by_grip[i] * covariance * by_grip[j];
+    }
+  // ... and the stiffness is known no better than the fit's.
+  b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key, brush->stiffness,
+        std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness]),
+        "of a tyre that saturates");
+  b.findings.values.push_back({.name = "grip, " + end,
+                               .key = "vehicle.grip_" + end,
+                               .value = brush->grip,
+                               .sigma = std::sqrt(of_grip),
+                               .unit = "m/s2"});
+}
+
+// Delay and lag of an actuator, where the steering is a command.
+void add_steering(Builder& b) {
+  b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
+  b.add_value(steering_delay, "");
+  if (!b.settings.free[steering_delay] || !b.settings.free[steering_lag]) return;
+  // The delay in all is fitted, and with it the lag's logarithm: dτ = τ dp
+  const double lag =
+      value_of(parameter_table()[steering_lag], b.nominal[steering_lag], b.result.p[steering_lag]);
+  const double whole = b.nominal[steering_delay] + b.result.p[steering_delay];
+  const double of_whole = b.sigma[steering_delay], of_lag = lag * b.sigma[steering_lag];
+  const double both = lag * b.result.covariance(static_cast<Eigen::Index>(steering_delay),
+                                                static_cast<Eigen::Index>(steering_lag));
+  SteeringResponse response;
+  response.in_all = {whole, of_whole};
+  response.time_constant = {lag, of_lag};
+  response.dead_time = {
+      whole - lag, std::sqrt(std::max(of_whole * of_whole + of_lag * of_lag - 2.0 * both, 0.0))};
+  ActuatorFindings found = actuator_findings(response, {}, b.config.vehicle.steering);
+  for (Finding& finding : found.values) b.findings.values.push_back(std::move(finding));
+  for (std::string& warning : found.warnings) b.findings.warnings.push_back(std::move(warning));
+}
+
+void add_accelerometers(Builder& b) {
+  const can::SignalBinding* x = binding_of(b.config, Source::accel_x);
+  const can::SignalBinding* y = binding_of(b.config, Source::accel_y);
+  b.add_latency(accel_latency, Source::accel_x);
+  b.add_latency(accel_latency, Source::accel_y);
+  // Offsets are the sensor's own, before it is turned by [imu] yaw: o = -R(-yaw) b
+  const double c = std::cos(b.config.imu_yaw), s = std::sin(b.config.imu_yaw);
+  const double bx = b.result.p[accel_bias_x], by = b.result.p[accel_bias_y];
+  if (x != nullptr)
+    b.add(accel_bias_x, Builder::meaning(accel_bias_x), "can.signals.accel_x.offset",
+          x->offset - (c * bx + s * by), b.sigma[accel_bias_x]);
+  if (y != nullptr)
+    b.add(accel_bias_y, Builder::meaning(accel_bias_y), "can.signals.accel_y.offset",
+          y->offset - (c * by - s * bx), b.sigma[accel_bias_y]);
+  b.add_value(imu_x, "imu.position[0]");
+  b.add_value(imu_y, "imu.position[1]");
+  // The configuration turns both axes together: of one message, of one age.
+  const bool together =
+      x != nullptr && y != nullptr && x->message == y->message && x->latency_ns == y->latency_ns;
+  b.add_value(imu_yaw, together ? "imu.yaw" : "");
+}
+
+void add_wheels(Builder& b) {
+  constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
+      {Source::wheel_front_left, wheel_scale_front_left},
+      {Source::wheel_front_right, wheel_scale_front_right},
+      {Source::wheel_rear_left, wheel_scale_rear_left},
+      {Source::wheel_rear_right, wheel_scale_rear_right},
+      {Source::wheel_rear, wheel_scale_rear},
+      {Source::motor, wheel_scale_motor},
+  }};
+  for (const auto& [source, scale] : wheels) {
+    const can::SignalBinding* binding = binding_of(b.config, source);
+    if (binding == nullptr) continue;
+    const double factor = std::exp(-b.result.p[scale]);
+    b.add(scale, Builder::meaning(scale), "can.signals." + binding->role + ".scale",
+          binding->scale * factor, std::fabs(binding->scale) * factor * b.sigma[scale]);
+  }
+  for (const auto& [source, scale] : wheels) {
+    const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
+    b.add_latency(front ? wheel_latency_front : wheel_latency_rear, source);
+  }
+}
+
+nlohmann::ordered_json details_of(const Builder& b) {
+  nlohmann::ordered_json json;
+  for (const ParameterInfo& info : parameter_table()) {
+    const Parameter k = info.parameter;
+    if (!b.settings.free[k]) continue;
+    json["parameters"][std::string(info.name)] = {
+        {"value", value_of(info, b.nominal[k], b.result.p[k])},
+        {"relative_to_configured", b.result.p[k]},
+        {"sigma", b.sigma[k]},
+        {"sigma_if_independent", b.result.naive[k]},
+        {"sigma_before", b.settings.doubt[k]},
+        {"determined", b.why_not(k).empty()}};
+  }
+  for (const SourceFit& source : b.result.sources)
+    if (source.count > 0)
+      json["residuals"][source.name] = {
+          {"samples", source.count}, {"stated_sigma", source.stated}, {"sigma", source.found}};
+  json["iterations"] = b.result.iterations;
+  json["settled"] = b.result.settled;
+  return json;
+}
+
+}  // namespace
+
+Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
+                     const Settings& settings, const Result& result, double mass_doubt) {
+  Findings findings{.method = "fit", .origin = "", .values = {}, .warnings = {}, .details = {}};
+  double seconds = 0.0;
+  for (const Drive& drive : drives) seconds += drive.end - drive.begin;
+  findings.origin = fixed(seconds, 0) + " s of drive";
+
+  Numbers<double> sigma = result.sigma;
+  const Numbers<double> beyond =
+      allowance(config.vehicle.wheelbase(), settings, result.turns.speed_variety);
+  for (std::size_t k = 0; k < parameters; ++k)
+    if (settings.free[k])  // and no worse than it was known
+      sigma[k] = std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.doubt[k]));
+  for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})
+    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], mass_doubt);
+
+  const Numbers<double> nominal = nominal_values(config);
+  Builder b{config, settings, result, nominal, sigma, findings};
+  add_tyres(b, {Axle::front, stiffness_front, bend_front, "front"});
+  add_tyres(b, {Axle::rear, stiffness_rear, bend_rear, "rear"});
+  b.add_value(yaw_inertia, "vehicle.yaw_inertia");
+  b.add_value(track_width, "vehicle.track_width");
+  add_steering(b);
+  b.add_scale_and_offset(Source::yaw_rate, gyro_scale, gyro_bias);
+  b.add_latency(gyro_latency, Source::yaw_rate);
+  add_accelerometers(b);
+  add_wheels(b);
+  b.add_value(camera_x, "camera.lever_arm[0]");
+  b.add_value(camera_y, "camera.lever_arm[1]");
+  b.add_value(camera_yaw, "camera.lever_arm[2]");
+  if (at_one_speed(config.vehicle.wheelbase(), settings, result.turns.speed_variety))
+    findings.warnings.emplace_back(
+        "the turns are driven at much the same speed, where more steering and softer front tyres "
+        "look alike, as do softer rear tyres and a camera farther ahead: these are not told well; "
+        "drive turns at three speeds (odom sim --scenario exercise), or --fix what is known");
+  if (result.turns.hard > much)
+    findings.warnings.push_back(fixed(100.0 * result.turns.hard, 0) +
+                                " % of the drive is beyond a half of the grip (4.9 m/s2), where "
+                                "tyres are curves: latencies of the wheels and stiffnesses may be "
+                                "off by more than is stated; drive more calmly");
+  const auto before_the_poses = [](const Finding& finding) {
+    return finding.name.starts_with("latency of ") && finding.value < 0.0;
+  };
+  const auto early = std::ranges::find_if(findings.values, before_the_poses);
+  if (early != findings.values.end())
+    findings.warnings.push_back(
+        early->name + " came out " + fixed(-1e3 * early->value, 0) +
+        " ms before the poses: their stamps look late, and latencies and the steering's delay are "
+        "off by as much; give them the time when the picture was taken");
+  if (!result.settled)
+    findings.warnings.emplace_back(
+        "the fit has not settled: poses and log may not belong together, or the drive tells too "
+        "little; look at --plot, or leave parameters as they are (--fix)");
+  findings.details = details_of(b);
+  findings.details["turns"] = {{"speed_variety", result.turns.speed_variety},
+                               {"beyond_half_of_the_grip", result.turns.hard},
+                               {"hardest", result.turns.hardest}};
+  return findings;
+}
+
+}  // namespace odomd::tools::fitting

@@ -1,0 +1,22 @@
+// What a fit found, as numbers of the configuration: each composes with what stands there.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "tools/identify/common/finding.hpp"
+#include "tools/identify/fit/solver.hpp"
+
+namespace odomd::tools::fitting {
+
+/// `mass_doubt`: relative standard uncertainty of the configured mass. Only ratios to the mass show
+/// in a drive, so it is part of what stiffnesses and inertia are uncertain by.
+[[nodiscard]] Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
+                                   const Settings& settings, const Result& result,
+                                   double mass_doubt);
+
+/// The residuals of every source over time, one chart each. Throws std::invalid_argument for a
+/// file that cannot be written.
+void plot_residuals(const std::string& file, std::span<const Drive> drives, const Result& result);
+
+}  // namespace odomd::tools::fitting

@@ -1,0 +1,243 @@
+// odom-fit: odom identify fit. A program of its own, so that odom itself needs no Ceres.
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "tools/cli/command_line.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/trajectory.hpp"
+#include "tools/identify/common/agreement.hpp"
+#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/fit/findings.hpp"
+#include "tools/identify/fit/judge.hpp"
+#include "tools/identify/fit/options.hpp"
+#include "tools/identify/fit/solver.hpp"
+#include "tools/identify/fit/trial.hpp"
+#include "tools/replay/drive.hpp"
+
+namespace odomd::tools::fitting {
+namespace {
+
+namespace fs = std::filesystem;
+using estimator::Source;
+
+bool mapped(const daemon::Config& config, Source source) {
+  return config.can.signals[static_cast<std::size_t>(source)].configured;
+}
+
+// What the mapped signals can show at all.
+std::array<bool, parameters> free_by_default(const daemon::Config& config) {
+  std::array<bool, parameters> free{};
+  free.fill(true);
+  if (one_imu(config)) free[accel_latency] = false;
+  free[load_lag] = free[drive_spin] = false;  // hardly show, and draw the others along
+  constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
+      {Source::wheel_front_left, wheel_scale_front_left},
+      {Source::wheel_front_right, wheel_scale_front_right},
+      {Source::wheel_rear_left, wheel_scale_rear_left},
+      {Source::wheel_rear_right, wheel_scale_rear_right},
+      {Source::wheel_rear, wheel_scale_rear},
+      {Source::motor, wheel_scale_motor},
+  }};
+  for (const auto& [source, scale] : wheels) free[scale] = mapped(config, source);
+  const bool front = free[wheel_scale_front_left] || free[wheel_scale_front_right];
+  const bool sides = front || free[wheel_scale_rear_left] || free[wheel_scale_rear_right];
+  const bool rear = free[wheel_scale_rear_left] || free[wheel_scale_rear_right] ||
+                    free[wheel_scale_rear] || free[wheel_scale_motor];
+  free[wheel_latency_front] = front;
+  free[wheel_latency_rear] = free[wheel_slip] = rear;
+  free[track_width] = sides;
+  if (!mapped(config, Source::accel_x) && !mapped(config, Source::accel_y))
+    for (const Parameter k :
+         {accel_bias_x, accel_bias_y, accel_scale, accel_latency, imu_x, imu_y, imu_yaw})
+      free[k] = false;
+  if (!mapped(config, Source::accel_x)) free[accel_bias_x] = false;
+  if (!mapped(config, Source::accel_y)) free[accel_bias_y] = false;
+  return free;
+}
+
+struct Priors {
+  Settings settings;
+  double mass = 0.01;
+};
+
+Priors priors_of(const daemon::Config& config, const FitOptions& options) {
+  Priors result;
+  result.settings.free = free_by_default(config);
+  result.settings.doubt = usual_doubts(config);
+  for (const std::string& name : options.freed)
+    result.settings.free[parameter_named(name).parameter] = true;
+  for (const std::string& name : options.fixed)
+    result.settings.free[parameter_named(name).parameter] = false;
+  for (const std::string& text : options.priors) {
+    const Prior prior = parse_prior(text);
+    if (prior.parameter) {
+      result.settings.doubt[*prior.parameter] = prior.sigma;
+    } else {
+      result.mass = prior.sigma;
+    }
+  }
+  result.settings.window = options.window > 0.0 ? options.window : 0.5 * slowness(config);
+  result.settings.threads = options.threads;
+  if (!options.quiet)
+    result.settings.progress = [](const std::string& line) { say("odom identify fit: " + line); };
+  return result;
+}
+
+std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
+                                                      const std::vector<double>& sigma,
+                                                      double spacing) {
+  std::vector<estimator::CameraPose> poses;
+  for (const TrajectoryPoint& point : read_trajectory(file).points) {
+    estimator::CameraPose pose;
+    pose.capture_ns = pose.arrival_ns = point.t_ns;
+    pose.x = point.pose.x;
+    pose.y = point.pose.y;
+    pose.yaw = point.pose.yaw;
+    pose.sigma_x = pose.sigma_y = sigma[0];
+    pose.sigma_yaw = sigma[1];
+    // More of them weigh more than they tell.
+    const auto least = static_cast<std::int64_t>(1e9 * spacing);
+    if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < least) continue;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+// One bias for all drives: where more than one of them stands, the mean.
+std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
+  double sum = 0.0, least = 1e9;
+  int count = 0;
+  for (const fitting::Drive& drive : drives) {
+    if (!drive.rest) continue;
+    sum += drive.rest->value;
+    least = std::min(least, drive.rest->sigma);
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  return Measured{sum / count, least};
+}
+
+struct Files {
+  std::string name;
+  std::vector<std::string> logs;
+  std::string camera;
+  std::string reference;
+};
+
+fs::path folder_of(const std::string& drive) {
+  std::error_code ignored;
+  if (fs::is_directory(drive, ignored)) return drive;
+  if (fs::exists(drive, ignored))
+    throw std::invalid_argument("--drive " + drive +
+                                ": is a file; name the folder of the drive that it is in");
+  throw std::invalid_argument("--drive " + drive + ": is no folder; check the path");
+}
+
+// One car: drives that say different things of it are asked which is meant.
+daemon::Config config_of(const FitOptions& options) {
+  if (!options.config.empty()) return daemon::load_config(options.config);
+  std::optional<daemon::Config> config;
+  for (const std::string& drive : options.drives) {
+    const fs::path file = folder_of(drive) / "car.toml";
+    std::error_code ignored;
+    if (!fs::exists(file, ignored))
+      throw std::invalid_argument(drive +
+                                  ": has no car.toml; name the car's configuration by --config");
+    daemon::Config own = daemon::load_config(file);
+    if (config && own.text != config->text)
+      throw std::invalid_argument(file.string() + " and " + config->file.string() +
+                                  " differ; name the car's configuration by --config");
+    if (!config) config = std::move(own);
+  }
+  return std::move(config).value();
+}
+
+std::vector<Files> files_of(const FitOptions& options) {
+  std::vector<Files> result;
+  for (const std::string& folder : options.drives) {
+    const fs::path place = folder_of(folder);
+    Files files{
+        .name = folder, .logs = {need_log_in(place).string()}, .camera = "", .reference = ""};
+    const fs::path poses = place / (options.use_reference ? "truth.csv" : "camera.csv");
+    std::error_code ignored;
+    if (!fs::exists(poses, ignored))
+      throw std::invalid_argument(
+          folder + (options.use_reference ? ": has no truth.csv to fit to"
+                                          : ": has no camera.csv to fit to; take its truth.csv "
+                                            "by --use-reference, or another drive"));
+    (options.use_reference ? files.reference : files.camera) = poses.string();
+    result.push_back(std::move(files));
+  }
+  if (!options.can.empty())
+    result.push_back({options.can.front(), options.can, options.camera, options.reference});
+  return result;
+}
+
+void fit(const FitOptions& options) {
+  check(options);
+  check(options.delivery);
+  daemon::Config config = config_of(options);
+  if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
+  Priors priors = priors_of(config, options);
+
+  std::vector<std::string> warnings = config.warnings;
+  std::vector<fitting::Drive> drives;
+  std::vector<tools::Drive> trials;
+  for (const Files& files : files_of(options)) {
+    const SignalLog log = read_signals(config, files.logs);
+    warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+    std::vector<estimator::CameraPose> poses;
+    if (!files.camera.empty()) {
+      CameraLog camera = read_camera_log(files.camera);
+      warnings.insert(warnings.end(), camera.warnings.begin(), camera.warnings.end());
+      poses = std::move(camera.poses);
+    } else {
+      poses = poses_of_reference(files.reference, options.reference_sigma, least_spacing(config));
+    }
+    const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
+    check_agreement(config, log, poses,
+                    {.drive = files.name,
+                     .eye = files.camera.empty() ? "reference" : "camera",
+                     .from = part.from,
+                     .to = part.to});
+    drives.push_back(prepare(files.name, config, log, poses, part));
+    if (!options.untried)
+      trials.push_back(
+          trial_drive(files.name, config, files.logs, std::move(poses), part.from, part.to));
+  }
+  priors.settings.rest = at_rest(drives);
+  const Result result = solve(config, drives, priors.settings);
+  Findings findings = findings_of(config, drives, priors.settings, result, priors.mass);
+  findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
+  if (!options.untried) try_out(findings, trials, priors.settings.progress);
+  if (!options.plot.empty()) plot_residuals(options.plot, drives, result);
+  // A replay that is better by them speaks for numbers that are no result; nothing else does.
+  const bool kept_back = !result.settled && options.untried && !options.delivery.write.empty();
+  Delivery delivery = options.delivery;
+  if (kept_back) delivery.write.clear();
+  deliver(findings, delivery);
+  if (kept_back)
+    throw std::runtime_error("nothing is written to " + options.delivery.write +
+                             ": the fit has not settled, and --untried leaves out the trial");
+}
+
+}  // namespace
+}  // namespace odomd::tools::fitting
+
+int main(int argc, char** argv) {
+  odomd::tools::FitOptions options;
+  const auto describe = [&options](odomd::tools::Command command) {
+    command.rename("odom identify fit").help_flag().version_flag("odom-fit " ODOMD_VERSION);
+    odomd::tools::describe_fit(command, options);
+    command.callback([&options] { odomd::tools::fitting::fit(options); });
+  };
+  return odomd::tools::run_program(describe, argc, argv);
+}

@@ -1,0 +1,116 @@
+#include "tools/identify/fit/options.hpp"
+
+#include <stdexcept>
+
+#include "tools/chart/drawing.hpp"
+#include "tools/identify/fit/parameters.hpp"
+
+namespace odomd::tools {
+
+void describe_fit(Command command, FitOptions& options) {
+  command.description("Everything at once, on a drive with camera poses or a reference");
+  command
+      .add_option("--config", options.config,
+                  "Configuration to begin with: as measured by hand; default: the drive's car.toml")
+      .type_name("TOML");
+  command
+      .add_option("--drive", options.drives,
+                  "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable")
+      .type_name("DIR");
+  command.add_option("--can", options.can, "Log of a drive, candump -L; repeatable")
+      .type_name("LOG");
+  command.add_option("--camera", options.camera, "Its camera poses").type_name("CSV");
+  command.add_option("--reference", options.reference, "Its reference trajectory, instead")
+      .type_name("CSV");
+  command.add_flag("--use-reference", options.use_reference,
+                   "Of each --drive take truth.csv, not camera.csv");
+  command
+      .add_option("--reference-sigma", options.reference_sigma,
+                  "Standard deviations of a reference, m and rad (0.005 0.005); the residuals "
+                  "have the last word")
+      .values(2)
+      .type_name("M RAD");
+  command.add_option("--dbc", options.dbc, "Databases in place of the configuration's; repeatable")
+      .type_name("FILE");
+  command.add_option("--from", options.from, "Begin so long after the log's first frame, s")
+      .type_name("S");
+  command.add_option("--to", options.to, "End so long after it, s").type_name("S");
+  command.add_option("--fix", options.fixed, "Leave a parameter as configured; repeatable")
+      .type_name("NAME");
+  command.add_option("--free", options.freed, "Fit one that no mapped signal shows; repeatable")
+      .type_name("NAME");
+  command
+      .add_option(
+          "--prior", options.priors,
+          "How well a parameter is known beforehand, as a standard uncertainty: a share of it "
+          "(0.02: 2 %) for stiffnesses, inertia, scales, mass (0.01); else in its unit; repeatable")
+      .type_name("NAME=SIGMA");
+  command
+      .add_option("--window", options.window,
+                  "Length of a shooting window, s (0.5 of a 1:10 car to 1.5)")
+      .within(0.1, 5.0)
+      .type_name("S");
+  command.add_option("--threads", options.threads, "How many (1)").within(1, 64).type_name("N");
+  command.add_option("--plot", options.plot, "Picture of what is left unexplained, .svg or .png")
+      .type_name("FILE");
+  command.add_flag("--untried", options.untried,
+                   "Write all that was found, whether or not the filter does better with it");
+  command.add_flag("--quiet", options.quiet, "No progress");
+  add_delivery(command, options.delivery);
+  std::string names;
+  for (const fitting::ParameterInfo& info : fitting::parameter_table()) {
+    if (info.parameter % 4 == 0) names += "\n ";
+    names += " " + std::string(info.name);
+  }
+  command.footer(
+      "Weigh the car first, and measure its axles. Then drive for three minutes under the camera:\n"
+      "circles to both sides at three speeds, and weave as quickly as the steering follows, at "
+      "three\n"
+      "speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres\n"
+      "that saturate and a steering that lags is laid over all sensors and poses; what makes it "
+      "fit\n"
+      "best is the result. Poses are the clock: latencies are against their stamps. The inertia "
+      "is\n"
+      "that of the car with its wheels spinning.\n"
+      "\n"
+      "Only ratios to the mass show in a drive: tell how well the car is\n"
+      "weighed (--prior mass=0.002). What the drive could not tell is\n"
+      "marked, with the reason, and is not written.\n"
+      "\n"
+      "Parameters:" +
+      names +
+      "\n"
+      "And for --prior: mass\n"
+      "\n"
+      "Examples:\n"
+      "  odom identify fit --drive lap1 --write car.toml\n"
+      "  odom identify fit --config car.toml --drive lap1 --write car.toml\n"
+      "  odom identify fit --config car.toml --can drive.log --camera camera.csv --plot rest.svg\n"
+      "  odom identify fit --config car.toml --drive lap1 --drive slalom --prior mass=0.002 \\\n"
+      "    --prior yaw_inertia=0.01 --fix camera_yaw");
+}
+
+void check(const FitOptions& o) {
+  const auto refuse = [](const char* what) { throw std::invalid_argument(what); };
+  if (!o.can.empty()) {
+    if (o.camera.empty() == o.reference.empty())
+      refuse("--can needs poses: give --camera or --reference, one of them");
+  } else if (!o.camera.empty() || !o.reference.empty()) {
+    refuse("poses need their log: give --can");
+  }
+  if (o.drives.empty() && o.can.empty())
+    refuse("no drive; give --drive DIR, or --can LOG with --camera CSV");
+  if (o.config.empty() && o.drives.empty())
+    refuse("--can needs the car's configuration: name it by --config");
+  if (!(o.from >= 0.0)) refuse("--from: must not be negative");
+  if (o.to != 0.0 && !(o.to - o.from >= fitting::least_duration))
+    refuse("--to: ten seconds after --from at least");
+  for (const double sigma : o.reference_sigma)
+    if (!(sigma > 0.0)) refuse("--reference-sigma: both must be greater than 0");
+  for (const std::string& name : o.freed) static_cast<void>(fitting::parameter_named(name));
+  for (const std::string& name : o.fixed) static_cast<void>(fitting::parameter_named(name));
+  for (const std::string& text : o.priors) static_cast<void>(fitting::parse_prior(text));
+  if (!o.plot.empty()) chart::check_picture(o.plot);
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,41 @@
+// The command line of odom identify fit: one for `odom`, which tells and checks it, and one for the
+// program odom-fit, which alone is linked with Ceres.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/cli/command.hpp"
+#include "tools/identify/common/delivery.hpp"
+
+namespace odomd::tools {
+
+struct FitOptions {
+  std::string config;               ///< empty: that of the drives
+  std::vector<std::string> drives;  ///< folders
+  std::vector<std::string> can;
+  std::vector<std::string> dbc;
+  std::string camera;
+  std::string reference;
+  bool use_reference = false;
+  std::vector<double> reference_sigma{0.005, 0.005};
+  std::vector<std::string> fixed;
+  std::vector<std::string> freed;
+  std::vector<std::string> priors;
+  double from = 0.0;
+  double to = 0.0;
+  double window = 0.0;  ///< 0: by the size of the car
+  int threads = 1;
+  std::string plot;
+  bool untried = false;
+  bool quiet = false;
+  Delivery delivery;
+};
+
+/// Adds the options, the description and the examples.
+void describe_fit(Command command, FitOptions& options);
+
+/// What hangs together. Throws std::invalid_argument.
+void check(const FitOptions& options);
+
+}  // namespace odomd::tools

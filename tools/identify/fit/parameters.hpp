@@ -1,0 +1,116 @@
+// What `odom identify fit` may move: one number each, how well it is known beforehand, and where it
+// belongs.
+//
+// A parameter p counts from what the configuration says: values that are positive are
+// configured · e^p, all others configured + p. So p = 0 is the configuration.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/core/config.hpp"
+
+namespace odomd::tools::fitting {
+
+enum Parameter : std::size_t {
+  stiffness_front,
+  stiffness_rear,
+  yaw_inertia,
+  relaxation_length,
+  bend_front,
+  bend_rear,
+  load_arm,
+  load_lag,
+  wheel_spin,
+  drive_spin,
+  track_width,
+  steering_offset,
+  steering_scale,
+  steering_delay,
+  steering_lag,
+  gyro_bias,
+  gyro_scale,
+  gyro_latency,
+  accel_bias_x,
+  accel_bias_y,
+  accel_scale,
+  accel_latency,
+  imu_x,
+  imu_y,
+  imu_yaw,
+  wheel_scale_front_left,
+  wheel_scale_front_right,
+  wheel_scale_rear_left,
+  wheel_scale_rear_right,
+  wheel_scale_rear,
+  wheel_scale_motor,
+  wheel_slip,
+  wheel_latency_front,
+  wheel_latency_rear,
+  camera_x,
+  camera_y,
+  camera_yaw,
+  parameters
+};
+
+template <class T>
+using Numbers = std::array<T, parameters>;
+
+enum class Kind : std::uint8_t {
+  factor,  ///< configured · e^p
+  shift    ///< configured + p
+};
+
+enum class Role : std::uint8_t {
+  result,  ///< is reported
+  aside    ///< is fitted so that the others need not take on its part
+};
+
+struct ParameterInfo {
+  Parameter parameter;
+  std::string_view name;  ///< of --fix, --free and --prior
+  Kind kind;
+  Role role;
+  std::string_view unit;
+  std::string_view meaning;
+};
+
+/// In the order of the enumeration.
+[[nodiscard]] const std::array<ParameterInfo, parameters>& parameter_table();
+
+/// Throws std::invalid_argument with the nearest name.
+[[nodiscard]] const ParameterInfo& parameter_named(std::string_view name);
+
+/// The least that a drive has to last [s].
+inline constexpr double least_duration = 10.0;
+
+/// NAME=SIGMA of --prior; no parameter: the mass.
+struct Prior {
+  std::optional<Parameter> parameter;
+  double sigma = 0.0;
+};
+/// Throws std::invalid_argument.
+[[nodiscard]] Prior parse_prior(const std::string& text);
+
+/// Whether accelerations come in the gyro's message: they are then as old as it, and
+/// `accel_latency` is not used.
+[[nodiscard]] bool one_imu(const daemon::Config& config);
+
+/// What p = 0 stands for, in SI units: the configuration's value; of what a configuration does not
+/// know, what is usual for such a car.
+[[nodiscard]] Numbers<double> nominal_values(const daemon::Config& config);
+
+/// Standard deviations of p beforehand.
+[[nodiscard]] Numbers<double> usual_doubts(const daemon::Config& config);
+
+/// The value that p stands for.
+[[nodiscard]] double value_of(const ParameterInfo& info, double nominal, double p);
+
+/// The axle's stiffness by which slip of driven wheels is reckoned: κ = p · m / C_h · a_x.
+inline constexpr double usual_slip = 0.5;
+
+}  // namespace odomd::tools::fitting

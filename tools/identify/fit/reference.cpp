@@ -1,0 +1,81 @@
+#include "tools/identify/fit/reference.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace odomd::tools::fitting {
+namespace {
+
+constexpr std::int64_t spacing_ns = 20'000'000;
+constexpr double far_off = 3.0;      // in standard deviations
+constexpr std::size_t fewest = 6;    // poses under a cubic
+constexpr double both_sides = 0.25;  // of `half`: so near has a pose to be, before and after
+
+struct Place {
+  double t = 0.0, x = 0.0, y = 0.0, yaw = 0.0;
+  double sigma = 0.0, sigma_yaw = 0.0;
+};
+
+// The cubic's value at u = 0 for each of x, y and yaw: least squares, once more with weights
+// 1 / (1 + (r / 3σ)²) by what is left.
+Eigen::Vector3d middle_of(std::span<const Place> places, double t, double half) {
+  const auto count = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixX4d a(count, 4);
+  Eigen::MatrixX3d b(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Place& place = places[static_cast<std::size_t>(i)];
+    const double u = (place.t - t) / half;
+    a.row(i) << 1.0, u, u * u, u * u * u;
+    b.row(i) << place.x, place.y, place.yaw;
+  }
+  const Eigen::MatrixX3d rest = b - a * a.householderQr().solve(b);
+  Eigen::VectorXd weight(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Place& place = places[static_cast<std::size_t>(i)];
+    const double off =
+        std::hypot(rest(i, 0), rest(i, 1)) / place.sigma + std::fabs(rest(i, 2)) / place.sigma_yaw;
+    weight(i) = 1.0 / std::hypot(1.0, off / far_off);
+  }
+  const Eigen::MatrixX4d weighted = weight.asDiagonal() * a;
+  const Eigen::MatrixX3d wanted = weight.asDiagonal() * b;
+  return weighted.householderQr().solve(wanted).row(0);
+}
+
+}  // namespace
+
+Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half) {
+  Trajectory result;
+  result.name = "smoothed poses";
+  if (poses.empty()) return result;
+  const std::int64_t first = poses.front().capture_ns;
+  std::vector<Place> places;
+  double yaw = poses.front().yaw;
+  for (const estimator::CameraPose& pose : poses) {
+    const double t = 1e-9 * static_cast<double>(pose.capture_ns - first);
+    if (!places.empty() && t <= places.back().t) continue;
+    yaw += std::remainder(pose.yaw - yaw, 2.0 * std::numbers::pi);
+    places.push_back(
+        {t, pose.x, pose.y, yaw, std::hypot(pose.sigma_x, pose.sigma_y), pose.sigma_yaw});
+  }
+  const auto last_ns = static_cast<std::int64_t>(1e9 * places.back().t);
+  for (std::int64_t after = 0; after <= last_ns; after += spacing_ns) {
+    const double t = 1e-9 * static_cast<double>(after);
+    const auto begin = std::ranges::lower_bound(places, t - half, {}, &Place::t);
+    const auto end = std::ranges::upper_bound(places, t + half, {}, &Place::t);
+    const auto here = std::ranges::lower_bound(places, t, {}, &Place::t);
+    if (end - begin < static_cast<std::ptrdiff_t>(fewest) || here == end || here == begin) continue;
+    if (here->t - t > both_sides * half || t - std::prev(here)->t > both_sides * half) continue;
+    const Eigen::Vector3d now = middle_of({begin, end}, t, half);
+    TrajectoryPoint point;
+    point.t_ns = first + after;
+    point.pose = {now(0), now(1), now(2)};
+    result.points.push_back(point);
+  }
+  return result;
+}
+
+}  // namespace odomd::tools::fitting

@@ -1,0 +1,62 @@
+#include "tools/identify/fit/tyres.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace odomd::tools::fitting {
+namespace {
+
+constexpr int halvings = 50;
+
+/// Where a rising function passes a value, between two bounds.
+template <class Function>
+double where(const Function& rising, double value, double low, double high) {
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (rising(middle) < value ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+/// α of a brush tyre over that of a linear one, at u = F / F_max.
+//   F = F_max (1 - (1 - q)³),  q = C α / (3 F_max), so C α / F_max = 3 (1 - ∛(1 - u))
+double brush_slip(double u) {
+  return 3.0 * (1.0 - std::cbrt(1.0 - u));
+}
+
+}  // namespace
+
+double slip_at(const four_wheels::Car<double>& car, Axle axle, double accel) {
+  constexpr double most = 0.79;  // [rad]
+  const bool front = axle == Axle::front;
+  const double share =
+      (front ? car.rear_axle : car.front_axle) / (car.front_axle + car.rear_axle) * car.mass;
+  const double load = 0.5 * share * single_track::gravity;
+  // As four_wheels::push moves it, in a steady turn; of a car that tips over, all but all of it.
+  const double shift = std::fmin(
+      0.5 * car.mass * car.load_arm / four_wheels::load_exponent * accel / car.track / load, 0.95);
+  const auto force = [&](double slip) {
+    double sum = 0.0;
+    for (const double side : {-shift, shift})
+      sum += four_wheels::tyre_force(front ? car.stiffness_front : car.stiffness_rear,
+                                     front ? car.bend_front : car.bend_rear, load, side, slip, 0.0);
+    return sum;
+  };
+  if (!(force(most) > share * accel)) return std::numeric_limits<double>::infinity();
+  return where(force, share * accel, 0.0, most);
+}
+
+std::optional<BrushTyre> brush_like(const four_wheels::Car<double>& car, Axle axle, double accel) {
+  const double slip = slip_at(car, axle, accel);
+  const double ratio = slip / slip_at(car, axle, 0.5 * accel);
+  constexpr double linear = 2.0 + 1e-6;
+  if (!std::isfinite(slip) || !(ratio > linear)) return std::nullopt;
+  const auto ratio_of = [](double u) { return brush_slip(u) / brush_slip(0.5 * u); };
+  const double u = where(ratio_of, ratio, 1e-6, 1.0);
+  const double grip = accel / u;
+  const double share = axle == Axle::front ? car.rear_axle : car.front_axle;
+  const double mass = share / (car.front_axle + car.rear_axle) * car.mass;
+  return BrushTyre{.stiffness = mass * grip * brush_slip(u) / slip, .grip = grip};
+}
+
+}  // namespace odomd::tools::fitting

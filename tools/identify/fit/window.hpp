@@ -1,0 +1,343 @@
+// One window of the fit: the model run over it, and what the sensors would have said.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tools/identify/fit/drive.hpp"
+#include "tools/identify/fit/four_wheels.hpp"
+#include "tools/identify/fit/parameters.hpp"
+
+namespace odomd::tools::fitting {
+
+/// A state of the model and the acceleration along x, dv_x/dt, at the same instant.
+inline constexpr std::size_t node_size = single_track::states + 1;
+template <class T>
+using Node = std::array<T, node_size>;
+
+/// What is known of the car before, and how it is stepped.
+struct Setup {
+  const daemon::Config* config = nullptr;
+  Numbers<double> nominal{};
+  double step = 10e-3;  ///< of integration [s]; this and the next: of a 1:10 car
+  double knot = 50e-3;  ///< between two knots of the acceleration [s]
+  double window = 0.5;  ///< [s], a whole number of knots
+  double floor_speed = 0.02;
+  double slow = 0.3;  ///< slower, the tyres are another matter [m/s]
+  double wheelbase = 0.26;
+  bool one_imu = false;  ///< accelerations come with the yaw rate, and are as old
+  std::array<double, estimator::source_count> noise{};  ///< of each source; 0: as its samples say
+  double noise_position = 0.0, noise_yaw = 0.0;         ///< of poses; 0: as they say
+
+  [[nodiscard]] std::size_t knots() const {
+    return static_cast<std::size_t>(std::lround(window / knot));
+  }
+  /// Unknowns inside a window: accelerations between its ends, and its steering's errors.
+  [[nodiscard]] std::size_t inner() const { return 2 * knots(); }
+};
+
+struct Window {
+  const Drive* drive = nullptr;
+  double begin = 0.0;
+  double steering_doubt = 1e-3;  ///< how far from the wheels' the signal may be at a time [rad]
+  std::vector<Sample> samples;
+  std::vector<PoseSample> poses;
+};
+
+/// What moves the car in a window, linear between knots.
+template <class T>
+struct Course {
+  std::vector<T> accel;
+  std::vector<T> steering;  ///< how far the signal is off, in doubts
+};
+
+inline double number(double value) {
+  return value;
+}
+template <class T>
+double number(const T& value) {
+  return value.a;
+}
+
+/// Of a signal at a time that may be a jet.
+template <class T>
+T at(const Resampled& signal, const T& t) {
+  constexpr double h = 5e-3;
+  const double here = number(t);
+  const double slope = (signal.at(here + h) - signal.at(here - h)) / (2.0 * h);
+  return static_cast<T>(signal.at(here)) + slope * (t - here);
+}
+
+template <class T>
+four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
+  using std::exp;
+  const estimator::Vehicle& v = setup.config->vehicle;
+  const Numbers<double>& n = setup.nominal;
+  four_wheels::Car<T> car;
+  car.mass = static_cast<T>(v.mass);
+  car.front_axle = static_cast<T>(v.front_axle);
+  car.rear_axle = static_cast<T>(v.rear_axle);
+  car.inertia = n[yaw_inertia] * exp(p[yaw_inertia]);
+  car.stiffness_front = n[stiffness_front] * exp(p[stiffness_front]);
+  car.stiffness_rear = n[stiffness_rear] * exp(p[stiffness_rear]);
+  car.bend_front = n[bend_front] * exp(p[bend_front]);
+  car.bend_rear = n[bend_rear] * exp(p[bend_rear]);
+  car.relaxation = n[relaxation_length] * exp(p[relaxation_length]);
+  car.load_arm = n[load_arm] * exp(p[load_arm]);
+  car.lag = n[steering_lag] * exp(p[steering_lag]);
+  car.spin = n[wheel_spin] * exp(p[wheel_spin]);
+  car.load_lag = n[load_lag] * exp(p[load_lag]);
+  car.track = v.track_width;
+  car.floor_speed = setup.floor_speed;
+  return car;
+}
+
+/// Into how many parts a step is cut. Slip settles at |v_x| / σ a second, and Runge and Kutta's
+/// method diverges where that is more than 2.8 a step. Tyres of no way at all are not to be had.
+[[nodiscard]] inline int stable_parts(double speed, double relaxation, double step) {
+  constexpr double stable = 2.0, most = 64.0;
+  const double parts = std::ceil(std::fabs(speed) / relaxation * step / stable);
+  return static_cast<int>(std::fmin(std::fmax(parts, 1.0), most));  // of NaN, 1
+}
+
+/// The model's states on the grid of a window, one a step, and dv_x/dt there.
+template <class T>
+struct Run {
+  std::vector<single_track::State<T>> states;
+  std::vector<T> accel;
+};
+
+template <class T>
+Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const Node<T>& node,
+           const Course<T>& course) {
+  using std::exp;
+  Run<T> result;
+  const auto steps = static_cast<std::size_t>(std::lround(setup.window / setup.step));
+  const four_wheels::Car<T> car = car_of(setup, p);
+  const T gain = exp(-p[steering_scale]);
+  // The delay in all is what shows: dead time and time constant are hardly told apart.
+  const T dead_time = setup.nominal[steering_delay] + p[steering_delay] - car.lag;
+  const auto between = [&](const std::vector<T>& knots, double k) {
+    const double place = k * setup.step / setup.knot;
+    const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
+    return static_cast<T>(knots[i] + (place - static_cast<double>(i)) * (knots[i + 1] - knots[i]));
+  };
+  const auto command_at = [&](double k) {
+    const T signal =
+        at(window.drive->steering, static_cast<T>(window.begin + k * setup.step - dead_time));
+    return static_cast<T>(
+        gain * (signal - p[steering_offset] + window.steering_doubt * between(course.steering, k)));
+  };
+  single_track::State<T> x;
+  std::copy_n(node.begin(), single_track::states, x.begin());
+  result.states.reserve(steps + 1);
+  result.accel.reserve(steps + 1);
+  result.states.push_back(x);
+  result.accel.push_back(between(course.accel, 0.0));
+  for (std::size_t k = 0; k < steps; ++k) {
+    const int parts =
+        stable_parts(number(x[single_track::v_x]), number(car.relaxation), setup.step);
+    T next = result.accel.back();
+    for (int part = 0; part < parts; ++part) {
+      const double begin = static_cast<double>(k) + static_cast<double>(part) / parts;
+      const T before = next;
+      next = between(course.accel, begin + 1.0 / parts);
+      x = single_track::step(car, x, command_at(begin + 0.5 / parts), before, next,
+                             setup.step / parts);
+    }
+    result.states.push_back(x);
+    result.accel.push_back(next);
+  }
+  return result;
+}
+
+/// The states between two of the grid, and a little beyond its ends.
+template <class T>
+struct Instant {
+  single_track::State<T> x;
+  T accel;
+  T side_accel, turn, steer_rate;  ///< of v_y, the yaw rate and the steering: their slopes
+};
+
+template <class T>
+Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, const T& t) {
+  const double place = (number(t) - window.begin) / setup.step;
+  const std::size_t count = run.states.size();
+  const auto i =
+      static_cast<std::size_t>(std::clamp(std::floor(place), 0.0, static_cast<double>(count - 2)));
+  const std::size_t before = i > 0 ? i - 1 : i, after = std::min(i + 2, count - 1);
+  // Hermite's cubic with the slopes of the neighbours (Catmull and Rom), and its slope in u:
+  // smooth, so that what is fitted by its time has a smooth cost.
+  const double u = std::clamp(place - static_cast<double>(i), -1.0, 2.0), u2 = u * u, u3 = u2 * u;
+  const double h00 = 2 * u3 - 3 * u2 + 1, h10 = u3 - 2 * u2 + u, h01 = 3 * u2 - 2 * u3,
+               h11 = u3 - u2;
+  const double d00 = 6 * u2 - 6 * u, d10 = 3 * u2 - 4 * u + 1, d01 = -d00, d11 = 3 * u2 - 2 * u;
+  const double left = i > 0 ? 0.5 : 1.0, right = i + 2 < count ? 0.5 : 1.0;
+  // On x_{i-1}, x_i, x_{i+1}, x_{i+2}; at the ends the slope is that of the last piece.
+  const std::array<double, 4> w{-left * h10, h00, h01, right * h11};
+  const std::array<double, 4> dw{-left * d10, d00, d01, right * d11};
+  const T moved = t / setup.step - number(t) / setup.step;
+  const auto mix = [&](const T& a, const T& b, const T& c, const T& d) {
+    const T value = w[0] * a + w[1] * b + w[2] * c + w[3] * d + left * h10 * c - right * h11 * b;
+    const double slope = dw[0] * number(a) + dw[1] * number(b) + dw[2] * number(c) +
+                         dw[3] * number(d) + left * d10 * number(c) - right * d11 * number(b);
+    return static_cast<T>(value + slope * moved);
+  };
+  Instant<T> result;
+  for (std::size_t k = 0; k < single_track::states; ++k)
+    result.x[k] =
+        mix(run.states[before][k], run.states[i][k], run.states[i + 1][k], run.states[after][k]);
+  result.accel = mix(run.accel[before], run.accel[i], run.accel[i + 1], run.accel[after]);
+  const auto slope = [&](std::size_t k) {
+    const T &b = run.states[i][k], &c = run.states[i + 1][k];
+    return static_cast<T>((dw[0] * run.states[before][k] + (dw[1] - right * d11) * b +
+                           (dw[2] + left * d10) * c + dw[3] * run.states[after][k]) /
+                          setup.step);
+  };
+  result.side_accel = slope(single_track::v_y);
+  result.turn = slope(single_track::yaw_rate);
+  result.steer_rate = slope(single_track::steer);
+  return result;
+}
+
+/// How much later than it says a sample is dated.
+template <class T>
+T latency_of(const Setup& setup, estimator::Source source, const Numbers<T>& p) {
+  using estimator::Source;
+  switch (source) {
+    case Source::yaw_rate:
+      return p[gyro_latency];
+    case Source::accel_x:
+    case Source::accel_y:
+      return setup.one_imu ? p[gyro_latency] : p[accel_latency];
+    case Source::wheel_front_left:
+    case Source::wheel_front_right:
+      return p[wheel_latency_front];
+    default:
+      return p[wheel_latency_rear];
+  }
+}
+
+/// The specific force at the IMU, in its axes as configured.
+template <class T>
+std::array<T, 2> felt(const Setup& setup, const four_wheels::Car<T>& car, const Instant<T>& now,
+                      const Numbers<T>& p) {
+  using std::cos;
+  using std::exp;
+  using std::sin;
+  namespace st = single_track;
+  const T accel_x = now.accel - now.x[st::v_y] * now.x[st::yaw_rate];
+  const four_wheels::Push<T> push = four_wheels::push(car, now.x, accel_x);
+  const T accel_y = push.side / car.mass;
+  const T turn = push.moment / car.inertia;
+  const T r2 = now.x[st::yaw_rate] * now.x[st::yaw_rate];
+  const T px = setup.nominal[imu_x] + p[imu_x], py = setup.nominal[imu_y] + p[imu_y];
+  const T ax = accel_x - turn * py - r2 * px;
+  const T ay = accel_y + turn * px - r2 * py;
+  const T c = cos(p[imu_yaw]), s = sin(p[imu_yaw]);
+  const T scale = exp(p[accel_scale]);
+  return {scale * (c * ax + s * ay) + p[accel_bias_x], scale * (c * ay - s * ax) + p[accel_bias_y]};
+}
+
+/// The speed of a wheel, or of the axle's middle, along itself.
+//
+// A wheel of spin I / r² = m_w is sped up by its tyre's force F, so it slips: with C_κ = C / (2 p)
+// of a wheel, C its axle's cornering stiffness, and V its speed over the ground
+//   ω r = V (1 + κ),   κ = F / C_κ,   F = T / r - m_w V̇
+// In turns V̇ differs from side to side: the wheels' difference then is late by m_w V / C_κ, as if
+// their stamps were.
+template <class T>
+T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source source,
+         const Instant<T>& now, const Numbers<T>& p) {
+  using estimator::Source;
+  using std::atan;
+  using std::cos;
+  using std::exp;
+  using std::sin;
+  using std::tan;
+  namespace st = single_track;
+  const T half = 0.5 * setup.nominal[track_width] * exp(p[track_width]);
+  const T& r = now.x[st::yaw_rate];
+  const T forward = now.x[st::v_x];
+  const T per_force = usual_slip + p[wheel_slip];
+  const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
+  const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
+  const T out = (left ? 1.0 : -1.0) * half;
+  // The inner wheel carries less, and slips more.
+  const T wheelbase = car.front_axle + car.rear_axle;
+  const T share =
+      1.0 + out * car.load_arm * wheelbase * forward * (r - car.load_lag * now.turn) /
+                (st::gravity * 2.0 * half * half * (front ? car.rear_axle : car.front_axle));
+  if (front) {
+    const T along = forward - out * r;
+    const T side = now.x[st::v_y] + car.front_axle * r;
+    // Ackermann: both front wheels point across the same centre, tan δ_i = l tan δ / (l - y_i tan
+    // δ)
+    const T slope = tan(now.x[st::steer]);
+    const T steer = atan(wheelbase * slope / (wheelbase - out * slope));
+    const T c = cos(steer), s = sin(steer);
+    const T speed = along * c + side * s;
+    const T accel = (now.accel - out * now.turn) * c +
+                    (now.side_accel + car.front_axle * now.turn) * s +
+                    (side * c - along * s) * now.steer_rate;
+    const T slip = per_force / setup.nominal[stiffness_front] * car.spin * car.mass * accel * share;
+    return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed *
+           (static_cast<T>(1.0) - slip);
+  }
+  // κ = p D / C_h, D what drives the car
+  const T accel_x = now.accel - now.x[st::v_y] * r;
+  const T drive = four_wheels::push(car, now.x, accel_x).drive;
+  const T per_newton = per_force / setup.nominal[stiffness_rear];
+  if (source != Source::wheel_rear_left && source != Source::wheel_rear_right) {
+    const std::size_t scale = source == Source::motor ? wheel_scale_motor : wheel_scale_rear;
+    return exp(p[scale]) * forward * (static_cast<T>(1.0) + per_newton * drive);
+  }
+  // Both wheels get the same torque, and the outer one spins up in a turn: F_i = D / 2 + m_w y_i ψ̈.
+  const T drive_spun = setup.nominal[drive_spin] * exp(p[drive_spin]) * car.mass;  // of both
+  const T slip = per_newton * (drive + drive_spun * out * now.turn) * share;
+  return exp(p[left ? wheel_scale_rear_left : wheel_scale_rear_right]) * (forward - out * r) *
+         (static_cast<T>(1.0) + slip);
+}
+
+/// What a source would have said.
+template <class T>
+T expected(const Setup& setup, const four_wheels::Car<T>& car, const Sample& sample,
+           const Instant<T>& now, const Numbers<T>& p) {
+  using estimator::Source;
+  using std::exp;
+  switch (sample.source) {
+    case Source::yaw_rate:
+      return exp(p[gyro_scale]) * now.x[single_track::yaw_rate] + p[gyro_bias];
+    case Source::accel_x:
+      return felt(setup, car, now, p)[0];
+    case Source::accel_y:
+      return felt(setup, car, now, p)[1];
+    default:
+      return rolled(setup, car, sample.source, now, p);
+  }
+}
+
+template <class T>
+std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const Numbers<T>& p) {
+  using std::cos;
+  using std::sin;
+  namespace st = single_track;
+  const T x = setup.nominal[camera_x] + p[camera_x], y = setup.nominal[camera_y] + p[camera_y];
+  const T c = cos(now.x[st::yaw]), s = sin(now.x[st::yaw]);
+  return {now.x[st::pos_x] + c * x - s * y, now.x[st::pos_y] + s * x + c * y,
+          now.x[st::yaw] + setup.nominal[camera_yaw] + p[camera_yaw]};
+}
+
+/// Standard deviations of how far a window's end may miss the next one's beginning.
+[[nodiscard]] inline std::array<double, single_track::states> believed(const Setup& setup) {
+  const double size = setup.wheelbase;
+  const double pace = std::sqrt(size / 0.26);  // of speeds, and of times, by Froude's number
+  return {0.004 * size, 0.004 * size, 1e-3, 4e-3 * pace, 0.03 * pace,
+          0.04 / pace,  3e-3,         0.01, 0.01};
+}
+
+/// The acceleration's change from knot to knot, as a standard deviation [m/s²].
+inline constexpr double knot_change = 0.7;
+
+}  // namespace odomd::tools::fitting

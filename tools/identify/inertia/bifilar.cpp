@@ -1,0 +1,96 @@
+#include "tools/identify/inertia/bifilar.hpp"
+
+#include <fmt/format.h>
+
+#include <numbers>
+#include <stdexcept>
+
+namespace odomd::tools {
+
+using std::numbers::pi;
+
+void check(const Bifilar& pendulum) {
+  if (std::fabs(pendulum.spacing_above - pendulum.spacing_below) >= 2.0 * pendulum.cord)
+    throw std::invalid_argument(
+        fmt::format("--cord: cords of {} m do not reach from fixings {} m apart to such {} m apart",
+                    pendulum.cord, pendulum.spacing_above, pendulum.spacing_below));
+  if (std::fabs(pendulum.offset) >= 0.5 * pendulum.spacing_below)
+    throw std::invalid_argument(fmt::format("--offset: {} m is not between cords {} m apart",
+                                            pendulum.offset, pendulum.spacing_below));
+}
+
+std::string exchange_hint(const Bifilar& pendulum) {
+  if (pendulum.cord >= pendulum.spacing_above) return {};
+  return fmt::format(
+      "; the cords of {:g} m are shorter than the {:g} m that they are apart: are --spacing and "
+      "--cord exchanged?",
+      pendulum.cord, pendulum.spacing_above);
+}
+
+double inertia_of(const Bifilar& pendulum, double mass, double gravity, double period) {
+  // J = m g p T² / (4 π² h(0))
+  return mass * gravity * pendulum.product() * period * period /
+         (4.0 * pi * pi * pendulum.height());
+}
+
+void check_size(const Bifilar& pendulum, double period) {
+  const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
+  const double spacing = pendulum.spacing_below;
+  if (radius > 0.1 * spacing && radius < 10.0 * spacing) return;
+  throw std::invalid_argument(fmt::format(
+      "a swing of {:.3g} s on cords {:.3g} m long and {:.3g} m apart is that of a body with a "
+      "radius of gyration of {:.2g} m: check --swings, --time, and the units of "
+      "--spacing and --cord{}",
+      period, pendulum.cord, spacing, radius, exchange_hint(pendulum)));
+}
+
+// m / k³ with the radius of gyration k: some 3000 kg/m³ of a 1:10 car, some 800 of a full-size one.
+void check_mass(const Bifilar& pendulum, double period, double mass) {
+  const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
+  const double cube = radius * radius * radius;
+  constexpr double lightest = 50.0, heaviest = 50e3;
+  if (mass > lightest * cube && mass < heaviest * cube) return;
+  throw std::invalid_argument(fmt::format(
+      "--mass: {:g} kg do not fit a car with a radius of gyration of {:.2g} m, as the swing says; "
+      "{:.2g} to {:.2g} kg do: check its unit, 2985g or 2.985, and those of --spacing and --cord{}",
+      mass, radius, lightest * cube, heaviest * cube, exchange_hint(pendulum)));
+}
+
+double small_period(const Bifilar& pendulum, double mass, double gravity, double inertia) {
+  return 2.0 * pi * std::sqrt(inertia * pendulum.height() / (mass * gravity * pendulum.product()));
+}
+
+double period_at(const Bifilar& pendulum, double mass, double gravity, double inertia,
+                 double amplitude) {
+  const double p = pendulum.product();
+  const double top = pendulum.height(amplitude);
+  if (!(top > 0.0) || amplitude > 0.5 * pi)
+    throw std::invalid_argument(
+        fmt::format("--amplitude: {:.3g} rad are too far for these cords; 0.1 to 0.4 are good{}",
+                    amplitude, exchange_hint(pendulum)));
+  // ½ (J + m z'²) θ'² = m g (z(A) - z(θ)); with θ = A sin φ the integrand of T = 4 ∫ dθ/θ' is
+  // smooth, and the midpoint rule exact after few points.
+  constexpr int points = 64;
+  double sum = 0.0;
+  for (int i = 0; i < points; ++i) {
+    const double phi = 0.5 * pi * (i + 0.5) / points;
+    const double angle = amplitude * std::sin(phi);
+    const double cosine = std::cos(0.25 * pi + 0.5 * phi);
+    const double missing = 2.0 * amplitude * cosine * cosine;  // A - θ
+    const double height = pendulum.height(angle);
+    const double rise =
+        4.0 * p * std::sin(0.5 * (amplitude + angle)) * std::sin(0.5 * missing) / (height + top);
+    const double slope = p * std::sin(angle) / height;
+    sum += amplitude * std::cos(phi) *
+           std::sqrt((inertia + mass * slope * slope) / (2.0 * mass * gravity * rise));
+  }
+  return 4.0 * sum * 0.5 * pi / points;
+}
+
+double lengthening(const Bifilar& pendulum, double inertia_by_mass, double amplitude) {
+  if (!(amplitude > 1e-6)) return 1.0;
+  return period_at(pendulum, 1.0, 1.0, inertia_by_mass, amplitude) /
+         small_period(pendulum, 1.0, 1.0, inertia_by_mass);
+}
+
+}  // namespace odomd::tools

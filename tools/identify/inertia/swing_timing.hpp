@@ -1,0 +1,30 @@
+// The period of small swings from timings by stop-watch.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/identify/common/finding.hpp"
+#include "tools/identify/inertia/bifilar.hpp"
+
+namespace odomd::tools {
+
+struct StopWatch {
+  std::vector<double> times;  ///< of so many swings each [s]
+  int swings = 0;
+  double sigma = 0.0;            ///< of a timing [s]
+  double amplitude_begin = 0.0;  ///< of the first swing that was timed [rad]
+  double amplitude_end = 0.0;    ///< ... of the last
+};
+
+struct TimedSwing {
+  Measured period;           ///< of small, undamped swings [s]
+  double lengthening = 0.0;  ///< by which the swings timed were longer, as a part of the period
+  std::vector<std::string> warnings;
+};
+
+/// The mean of the timings, corrected for the swings' width and damping; of the correction a
+/// quarter counts as uncertain. Throws std::invalid_argument for what cannot be.
+[[nodiscard]] TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum);
+
+}  // namespace odomd::tools

@@ -1,0 +1,242 @@
+// odom identify latency: how late each source is.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tools/cli/progress.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/latency/actuator_findings.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
+#include "tools/identify/methods.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+struct Options {
+  std::string config;
+  std::vector<std::string> can;
+  std::vector<std::string> dbc;
+  std::string camera;
+  Delivery delivery;
+};
+
+bool is_acceleration(Source source) {
+  return source == Source::accel_x || source == Source::accel_y;
+}
+
+// What comes in the gyro's message was taken with it.
+bool as_old_as_gyro(const daemon::Config& config, Source source) {
+  std::string gyro, other;
+  for (const can::SignalBinding& binding : config.can.bindings) {
+    if (binding.channel == static_cast<std::uint8_t>(Source::yaw_rate)) gyro = binding.message;
+    if (binding.channel == static_cast<std::uint8_t>(source)) other = binding.message;
+  }
+  return gyro == other;
+}
+
+constexpr double known_below = 0.01;  // of a standard uncertainty [s], else it was not told
+
+double configured_latency(const daemon::Config& config, Source source) {
+  for (const can::SignalBinding& binding : config.can.bindings)
+    if (binding.channel == static_cast<std::uint8_t>(source))
+      return 1e-9 * static_cast<double>(binding.latency_ns);
+  return 0.0;
+}
+
+Finding finding_of(const std::string& name, double measured, double sigma, std::string doubt) {
+  Finding finding{
+      .name = name, .value = measured, .sigma = sigma, .unit = "s", .share = Share::says_nothing};
+  if (doubt.empty() && !(sigma < known_below))
+    doubt =
+        "too little happens in the drive to tell it better than 20 ms; drive with more turns "
+        "and changes of speed";
+  if (!doubt.empty()) {
+    finding.determined = Determined::no;
+    finding.remark = std::move(doubt);
+  }
+  return finding;
+}
+
+// Before it happened, and not by chance: the clock that it was held against is late.
+bool is_early(const Finding& finding) {
+  constexpr double chance = 3.0;  // standard uncertainties
+  return finding.value < -chance * finding.sigma;
+}
+
+// The configuration takes ages only: what is below zero by chance becomes 0, what is early is held
+// back.
+void into_configuration(Finding& finding, const std::string& key, const std::string& late) {
+  if (finding.determined == Determined::no) return;
+  const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
+  if (is_early(finding)) {
+    finding.determined = Determined::no;
+    finding.remark = measured + ", before it happens; " + late;
+    return;
+  }
+  finding.key = key;
+  if (finding.value >= 0.0) return;
+  if (!finding.remark.empty()) finding.remark += "; ";
+  finding.remark += measured + ", and no value is early";
+  finding.value = 0.0;
+}
+
+Findings findings_of(const Options& options) {
+  check(options.delivery);
+  daemon::Config config = daemon::load_config(options.config);
+  if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
+  const SignalLog log = read_signals(config, options.can);
+  CameraLog camera;
+  if (!options.camera.empty()) {
+    camera = read_camera_log(options.camera);
+    if (camera.poses.empty()) camera.warnings.push_back(no_pose_doubt(options.camera));
+  }
+  ProgressLine progress("odom identify latency");
+  const LatencyEstimate estimate = estimate_latencies(
+      config, log, camera.poses, [&progress](const std::string& now) { progress.show(now); });
+  progress.end();
+
+  Findings findings{
+      .method = "latency", .origin = "", .values = {}, .warnings = log.warnings, .details = {}};
+  findings.origin =
+      fixed(1e-9 * static_cast<double>(log.last_ns - log.first_ns), 0) + " s of drive";
+  for (const std::string& warning : camera.warnings) findings.warnings.push_back(warning);
+  for (const std::string& warning : estimate.warnings) findings.warnings.push_back(warning);
+
+  // With a camera its stamps are the clock; without, the gyro's configured latency is believed.
+  double gyro_offset = 0.0, gyro_sigma = 0.0;
+  bool clock_of_camera = false;
+  for (const SourceOffset& found : estimate.offsets) {
+    if (found.source != Source::camera) continue;
+    Finding gyro = finding_of("latency of yaw_rate",
+                              configured_latency(config, Source::yaw_rate) - found.offset,
+                              found.sigma, found.doubt);
+    gyro.remark = gyro.determined == Determined::yes
+                      ? "against the camera's stamps"
+                      : gyro.remark + "; is the camera's file of this drive?";
+    findings.details["measured"]["yaw_rate"] = gyro.value;
+    clock_of_camera = gyro.determined == Determined::yes && !is_early(gyro);
+    if (clock_of_camera) {
+      gyro_offset = -found.offset;
+      gyro_sigma = found.sigma;
+    }
+    into_configuration(gyro, "can.signals.yaw_rate.latency",
+                       "t_capture is when the picture was taken: are the poses stamped later?");
+    findings.values.push_back(std::move(gyro));
+  }
+  if (options.camera.empty() || !clock_of_camera)
+    findings.warnings.push_back("the gyro's configured latency, " +
+                                fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
+                                " ms, is taken for true: all others are relative to it" +
+                                (options.camera.empty() ? "; with --camera it is measured" : ""));
+
+  const std::string blame =
+      clock_of_camera ? "are the camera's poses stamped later than the pictures were taken?"
+                      : "is yaw_rate later than its configured latency?";
+  for (const SourceOffset& found : estimate.offsets) {
+    if (found.source == Source::camera) continue;
+    const std::string role{estimator::source_names[static_cast<std::size_t>(found.source)]};
+    Finding finding = finding_of(
+        "latency of " + role, configured_latency(config, found.source) + found.offset + gyro_offset,
+        std::hypot(found.sigma, gyro_sigma), found.doubt);
+    findings.details["measured"][role] = finding.value;
+    findings.details["explained"][role] = found.explained;
+    // Tyres and slopes are in an acceleration too, and move it by tens of milliseconds.
+    if (is_acceleration(found.source)) {
+      const std::string measured = "measured " + fixed(1e3 * finding.value, 0) +
+                                   " ms, which the tyres' drag and slip move by tens";
+      const bool with_gyro = clock_of_camera && as_old_as_gyro(config, found.source);
+      finding = with_gyro
+                    ? finding_of("latency of " + role,
+                                 configured_latency(config, Source::yaw_rate) + gyro_offset,
+                                 gyro_sigma, "")
+                    : finding_of("latency of " + role, finding.value, finding.sigma, measured);
+      if (with_gyro) {
+        finding.remark = "as the gyro, with which it comes";
+        into_configuration(finding, "can.signals." + role + ".latency", blame);
+      }
+      findings.values.push_back(std::move(finding));
+      continue;
+    }
+    if (finding.determined == Determined::yes) finding.remark = "against " + found.against;
+    into_configuration(finding, "can.signals." + role + ".latency", blame);
+    findings.values.push_back(std::move(finding));
+  }
+  if (estimate.steering) {
+    const SteeringResponse& s = *estimate.steering;
+    const double late = configured_latency(config, Source::steering) + gyro_offset;
+    const auto sigma = [&](const Measured& m) { return std::hypot(m.sigma, gyro_sigma); };
+    Finding all = finding_of("lag of the wheels behind steering, in all", s.in_all.value - late,
+                             sigma(s.in_all), s.doubt);
+    if (all.determined == Determined::yes) all.remark = "delay and lag together";
+    findings.values.push_back(all);
+    ActuatorFindings actuator =
+        actuator_findings(s, {gyro_offset, gyro_sigma}, config.vehicle.steering);
+    for (Finding& finding : actuator.values) findings.values.push_back(std::move(finding));
+    for (std::string& warning : actuator.warnings) findings.warnings.push_back(std::move(warning));
+    findings.details["measured"]["steering_lag"] = all.value;
+    findings.details["measured"]["steering_dead_time"] = s.dead_time.value - late;
+    findings.details["measured"]["steering_time_constant"] = s.time_constant.value;
+    findings.details["explained"]["steering"] = s.explained;
+    // A sensor of where the wheels are may be late itself: then they move before it says so.
+    if (all.determined == Determined::yes && all.value < -2.0 * all.sigma) {
+      Finding late_sensor = finding_of("latency of steering", -all.value, all.sigma, "");
+      late_sensor.remark = "the car turns before it";
+      late_sensor.key = "can.signals.steering.latency";
+      findings.values.push_back(std::move(late_sensor));
+    }
+  }
+  return findings;
+}
+
+}  // namespace
+
+void add_latency(Command identify) {
+  auto options = std::make_shared<Options>();
+  Command latency = identify.add_subcommand(
+      "latency", "How late each source is against the gyro or the camera, and the steering's lag");
+  latency.add_option("--config", options->config, "Configuration of the car")
+      .type_name("TOML")
+      .required();
+  latency.add_option("--can", options->can, "Log of the drive, candump -L; repeatable")
+      .type_name("LOG")
+      .required();
+  latency.add_option("--dbc", options->dbc, "Databases in place of the configuration's; repeatable")
+      .type_name("FILE");
+  latency.add_option("--camera", options->camera, "Camera poses of the same drive")
+      .type_name("CSV");
+  add_delivery(latency, options->delivery);
+  latency.footer(
+      "Drive for ten minutes with a camera: curves to both sides that come quickly, with a stop\n"
+      "every few metres, no two stretches alike, and slowly: below 3 m/s2 of lateral "
+      "acceleration,\n"
+      "a 1:10 car at 0.5 to 1 m/s. What is smooth has no time; at a speed that never changes the\n"
+      "steering's lag and the tyres' are one; the faster, the later wheels turn than the ground "
+      "by\n"
+      "their own inertia. Mass, axles, inertia and stiffnesses must be in the configuration.\n"
+      "\n"
+      "Each source is laid over another and moved until they agree:\n"
+      "  camera       its yaw over the turn that the gyro adds up\n"
+      "  wheels       the difference of left and right over the gyro; one alone: its way over the\n"
+      "               camera's\n"
+      "  accel_x      as the gyro where it comes in its message; else shown only, over the\n"
+      "               wheels' acceleration\n"
+      "  accel_y      likewise, over speed times yaw rate\n"
+      "  steering     the yaw rate that a car with these tyres would have, over the gyro: delay\n"
+      "               and lag of what lies between a command and the wheels, for [steering], and\n"
+      "               a rate limit where it shows; none where the angle is measured\n"
+      "With a camera its capture stamps are the clock, and the gyro's own latency is found too.\n"
+      "Without, the gyro's configured latency is believed. What is found adds to what the\n"
+      "configuration has: run it again after --write, and all offsets are small.\n"
+      "Examples:\n"
+      "  odom identify latency --config car.toml --can drive.log --camera camera.csv\n"
+      "  odom identify latency --config car.toml --can drive.log --write car.toml");
+  latency.callback([options] { deliver(findings_of(*options), options->delivery); });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,52 @@
+// The time offset between two signals, where one is a sum of known functions of the other.
+//
+//   y(t_i) = Σ_j c_j φ_j(t_i - D) + e_i
+//
+// is solved for the coefficients c and the offset D: first over a grid of offsets (a
+// cross-correlation with coefficients), then by Gauss-Newton in continuous time, with weights that
+// take outliers out (Huber).
+//
+// The covariance is the sandwich A⁻¹ B A⁻¹ with A = Xᵀ W X and B summed over blocks of time, so
+// that residuals that hang together within a block count as what they are, not as independent.
+//
+// Noise in φ_1 makes its derivative look larger than the signal's, and D better known than it is:
+// of the energy of that derivative, less what the other functions explain, only what is not noise
+// tells D.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "tools/identify/common/resampled.hpp"
+
+namespace odomd::tools {
+
+struct BasisFunction {
+  Resampled function;
+  double expected = 0.0;                                   ///< of its coefficient
+  double doubt = std::numeric_limits<double>::infinity();  ///< standard deviation of that
+};
+
+struct OffsetRegression {
+  std::vector<double> t;  ///< [s], rising
+  std::vector<double> y;
+  std::vector<BasisFunction> basis;  ///< of these, the first is the one that carries the offset
+  double range = 0.6;                ///< offsets from minus to plus this are tried [s]
+  double block = 2.0;                ///< residuals further apart are independent [s]
+  double slope_noise = 0.0;          ///< variance of the noise in the first function's derivative
+};
+
+struct Offset {
+  double value = 0.0;  ///< D [s]: positive where y is late
+  double sigma = std::numeric_limits<double>::infinity();
+  std::vector<double> coefficients;
+  double explained = 0.0;  ///< share of the variance of y, 0 to 1
+  std::size_t samples = 0;
+  std::string doubt;  ///< why the value means nothing; empty: it does
+};
+
+/// Needs at least 20 samples, else says so in `doubt`.
+[[nodiscard]] Offset solve(const OffsetRegression& regression);
+
+}  // namespace odomd::tools

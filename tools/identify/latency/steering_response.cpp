@@ -1,0 +1,244 @@
+#include "tools/identify/latency/steering_response.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "tools/identify/common/single_track.hpp"
+#include "tools/identify/latency/response_fit.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using Eigen::VectorXd;
+
+// Time constant, rate limit, stiffnesses, inertia, relaxation, bends and steering scale by their
+// logarithms.
+enum : Eigen::Index {
+  dead,
+  lag,
+  rate,
+  front,
+  rear,
+  inertia,
+  relaxation,
+  bend_front,
+  bend_rear,
+  steering_scale,
+  steering_offset,
+  gyro_bias,
+  count
+};
+
+// The time constant by its logarithm, to 30 ms; the tyres' bend to 0.7.
+constexpr double usual_lag = 0.03, usual_bend = 0.7;
+constexpr std::array<double, count> doubt{1.0, 1.0, 1.0, 0.15, 0.15, 0.1,
+                                          0.5, 0.5, 0.5, 0.05, 0.1,  0.1};
+constexpr double step_s = 5e-3;
+// A rate limit is one where it is known to a share of it, and explains clearly more: three standard
+// deviations, and a third of what is left without it. What tyres do beyond this model is in it too.
+constexpr double limit_known = 0.1, limit_gain = 9.0, limit_share = 0.3, unmodelled_limit = 0.02;
+// What tyres do beyond this model, as standard uncertainties [s]: how dead time, time constant and
+// tyres share the lag is hardly to be told from the yaw rate; their sum is, where tyres slip
+// little.
+constexpr double unmodelled_share = 0.012;
+constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
+constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // ... of what a lag is longer than that
+
+struct Drive {
+  const estimator::Vehicle& car;
+  const Resampled& steering;
+  const Resampled& speed;
+  std::vector<double> t;
+  std::vector<double> yaw_rate;
+  double rate_limit = std::numeric_limits<double>::infinity();  ///< where its logarithm counts from
+};
+
+VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen = nullptr) {
+  namespace model = single_track;
+  const estimator::Vehicle& v = drive.car;
+  model::Car<double> car{.mass = v.mass,
+                         .front_axle = v.front_axle,
+                         .rear_axle = v.rear_axle,
+                         .inertia = v.yaw_inertia * std::exp(p[inertia]),
+                         .stiffness_front = v.cornering_stiffness_front * std::exp(p[front]),
+                         .stiffness_rear = v.cornering_stiffness_rear * std::exp(p[rear]),
+                         .bend_front = usual_bend * std::exp(p[bend_front]),
+                         .bend_rear = usual_bend * std::exp(p[bend_rear]),
+                         .relaxation = 0.17 * v.wheelbase() * std::exp(p[relaxation]),
+                         .load_arm = 0.14 * v.wheelbase(),
+                         .lag = usual_lag * std::exp(p[lag]),
+                         .track = v.track_width};
+  car.floor_speed = model::floor_speed(v.mass, v.front_axle, v.rear_axle, car.inertia,
+                                       car.stiffness_front, car.stiffness_rear, step_s);
+  const auto wanted = [&](double t) {
+    return std::exp(p[steering_scale]) * drive.steering.at(t - p[dead]) - p[steering_offset];
+  };
+  // The wheels follow by (δ_c - δ) (1 - exp(-Δt / τ)) in a step, and by no more than the limit's:
+  // so no command may be farther off.
+  const double farthest =
+      drive.rate_limit * std::exp(p[rate]) * step_s / -std::expm1(-step_s / car.lag);
+  model::State<double> x{};
+  double t = drive.speed.begin;
+  x[model::steer] = wanted(t);
+  double before = x[model::yaw_rate];
+  VectorXd result(static_cast<Eigen::Index>(drive.t.size()));
+  const double end = drive.speed.end();
+  std::size_t next = 0;
+  while (next < drive.t.size()) {
+    if (t >= end) {
+      result[static_cast<Eigen::Index>(next++)] = x[model::yaw_rate] + p[gyro_bias];
+      continue;
+    }
+    x[model::v_x] = drive.speed.at(t);
+    const double accel = (drive.speed.at(t + step_s) - x[model::v_x]) / step_s;
+    before = x[model::yaw_rate];
+    if (seen != nullptr) {
+      seen->front_wheels.value.push_back(x[model::steer]);
+      seen->side_speed.value.push_back(x[model::v_y]);
+    }
+    const double steer = x[model::steer];
+    const double command = std::clamp(wanted(t + 0.5 * step_s), steer - farthest, steer + farthest);
+    x = model::step(car, x, command, accel, accel, step_s);
+    for (; next < drive.t.size() && drive.t[next] <= t + step_s; ++next) {
+      const double part = std::clamp((drive.t[next] - t) / step_s, 0.0, 1.0);
+      result[static_cast<Eigen::Index>(next)] =
+          before + part * (x[model::yaw_rate] - before) + p[gyro_bias];
+    }
+    t += step_s;
+  }
+  return result;
+}
+
+// By the begin of the drive, as much of it as turns like the whole.
+double rough_dead_time(const ResponseFit& problem, const Drive& drive) {
+  const auto spread = [](const VectorXd& z) { return (z.array() - z.mean()).square().mean(); };
+  const double whole = spread(problem.z);
+  Eigen::Index head = std::min<Eigen::Index>(1000, problem.z.size());
+  while (head < problem.z.size() && spread(problem.z.head(head)) < 0.5 * whole)
+    head = std::min(2 * head, problem.z.size());
+  Drive begin = drive;
+  begin.t.resize(static_cast<std::size_t>(head));
+  ResponseFit rough = problem;
+  rough.t = begin.t;
+  rough.z = problem.z.head(head);
+  rough.predicted = [&begin](const VectorXd& p) { return predicted(begin, p); };
+  std::vector<double> trials;
+  for (double trial = -0.3; trial <= 0.6; trial += 0.02) trials.push_back(trial);
+  return best_of(rough, dead, trials);
+}
+
+/// The quickest that the front wheels turn [rad/s].
+double quickest(const Resampled& front_wheels) {
+  double most = 0.0;
+  for (std::size_t i = 1; i < front_wheels.value.size(); ++i)
+    most = std::max(most, std::fabs(front_wheels.value[i] - front_wheels.value[i - 1]));
+  return most / front_wheels.step;
+}
+
+struct Limited {
+  FittedResponse fit;
+  double limit = 0.0;  ///< [rad/s]
+};
+
+/// The drive fitted once more, by wheels that turn no quicker than a limit; nothing where that
+/// explains it no better. From then on the drive has the limit.
+std::optional<Limited> limited(ResponseFit problem, Drive& drive, const FittedResponse& without) {
+  SteeringResponse seen;
+  seen.front_wheels = {drive.speed.begin, step_s, {}};
+  (void)predicted(drive, without.parameters, &seen);
+  const double before = cost_of(problem, without.parameters, without.noise);
+  drive.rate_limit = quickest(seen.front_wheels);
+  problem.start = without.parameters;
+  std::vector<double> trials;
+  for (const double part : {0.8, 0.6, 0.45, 0.35, 0.25, 0.18, 0.12})
+    trials.push_back(std::log(part));
+  problem.start[rate] = best_of(problem, rate, trials);
+  Limited found{.fit = fit(problem)};
+  found.limit = drive.rate_limit * std::exp(found.fit.parameters[rate]);
+  const double after = cost_of(problem, found.fit.parameters, without.noise);
+  const bool known = std::sqrt(found.fit.covariance(rate, rate)) < limit_known;
+  if (known && before - after > std::max(limit_gain, limit_share * before)) return found;
+  drive.rate_limit = std::numeric_limits<double>::infinity();
+  return std::nullopt;
+}
+
+}  // namespace
+
+SteeringResponse steering_response(const estimator::Vehicle& car, const Resampled& steering,
+                                   const Resampled& speed, const Series& gyro,
+                                   std::int64_t origin_ns, const TellProgress& tell) {
+  SteeringResponse result;
+  Drive drive{car, steering, speed, {}, {}};
+  const std::size_t every = std::max<std::size_t>(1, gyro.size() / 12000);
+  for (std::size_t i = 0; i < gyro.size(); i += every) {
+    drive.t.push_back(1e-9 * static_cast<double>(gyro.t_ns[i] - origin_ns));
+    drive.yaw_rate.push_back(gyro.value[i]);
+  }
+  if (drive.t.size() < 50) {
+    result.doubt = "too few samples";
+    return result;
+  }
+  ResponseFit problem;
+  problem.t = drive.t;
+  problem.z = Eigen::Map<const VectorXd>(drive.yaw_rate.data(),
+                                         static_cast<Eigen::Index>(drive.yaw_rate.size()));
+  if (!(std::sqrt((problem.z.array() - problem.z.mean()).square().mean()) > 0.02)) {
+    result.doubt = "the car does not turn";
+    return result;
+  }
+  int simulated = 0;
+  problem.predicted = [&](const VectorXd& p) {
+    ++simulated;
+    if (tell)
+      tell(fmt::format("steering: simulation {} of the drive, 100 to 800 as a rule", simulated));
+    return predicted(drive, p);
+  };
+  problem.expected = VectorXd::Zero(count);
+  problem.doubt = Eigen::Map<const VectorXd>(doubt.data(), count);
+  problem.start = problem.expected;
+  problem.start[dead] = rough_dead_time(problem, drive);
+  // Where speed never changes the tyres' relaxation and the lag are one, and only what is known of
+  // tyres parts them. The small that this model leaves out must not: a block counts once.
+  problem.together = std::max(1.0, problem.block * static_cast<double>(drive.t.size()) /
+                                       std::max(drive.t.back() - drive.t.front(), problem.block));
+  FittedResponse found = fit(problem);
+  if (std::optional<Limited> slower = limited(problem, drive, found)) {
+    found = std::move(slower->fit);
+    // Of the angle as it is signalled, which the filter takes for the wheels'.
+    const double limit = slower->limit * std::exp(-found.parameters[steering_scale]);
+    result.rate_limit = {
+        limit, limit * std::hypot(std::sqrt(found.covariance(rate, rate)), unmodelled_limit)};
+  }
+  const double tau = usual_lag * std::exp(found.parameters[lag]);  // and dτ = τ dp
+  const auto& covariance = found.covariance;
+  const double of_dead = covariance(dead, dead), of_tau = tau * tau * covariance(lag, lag);
+  const double of_all = std::max(of_dead + of_tau + 2.0 * tau * covariance(dead, lag), 0.0);
+  result.dead_time = {found.parameters[dead], std::hypot(std::sqrt(of_dead), unmodelled_share)};
+  result.time_constant = {tau, std::hypot(std::sqrt(of_tau), unmodelled_share)};
+  // ... which goes with the square of the force that is asked of them.
+  double force = 0.0;
+  for (std::size_t i = 0; i < drive.t.size(); ++i)
+    force += std::pow(speed.at(drive.t[i]) * drive.yaw_rate[i] / single_track::gravity, 2);
+  const double slower = std::max(found.parameters[dead] + tau - slow_lag, 0.0);
+  const double unmodelled = unmodelled_sum +
+                            unmodelled_slip * force / static_cast<double>(drive.t.size()) +
+                            unmodelled_slow * slower;
+  result.in_all = {found.parameters[dead] + tau,
+                   std::hypot(unmodelled_factor * std::sqrt(of_all), unmodelled)};
+  result.explained = found.explained;
+  result.front_wheels = result.side_speed = {drive.speed.begin, step_s, {}};
+  (void)predicted(drive, found.parameters, &result);
+  if (result.explained < 0.5)
+    result.doubt = "the yaw rate does not follow the steering: sign, scale, mapping?";
+  return result;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,272 @@
+#include "tools/identify/latency/wheel_latency.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+constexpr double gravity = 9.80665;
+
+enum class Axle : std::uint8_t { front, rear };
+
+// What the model of an axle's wheels leaves out, as a standard uncertainty [s], seen on simulated
+// cars.
+constexpr double unmodelled_wheel = 0.3e-3;
+
+// ... and what load that moves to the outer wheels, late, makes of their slips; by metre of the
+// wheelbase, as bodies take their time, and by g of lateral acceleration, rms. On simulated cars of
+// 0.26 and of 2.7 m.
+constexpr double unmodelled_load = 15e-3;
+
+// How the front axle moves in a turn, by the gyro and the tyres: slip angle α and, of the axle's
+// motion, the angle to x,
+//   α = m l_h v ψ̇ / (l C_v),  β = l ψ̇ / v - m l_v v ψ̇ / (l C_h),  δ = α + β
+struct FrontAxle {
+  double slip = 0.0;
+  double direction = 0.0;
+};
+FrontAxle front_axle(const estimator::Vehicle& car, double v, double yaw_rate) {
+  if (std::fabs(v) < 0.2) return {};
+  const double side = car.mass * v * yaw_rate / car.wheelbase();
+  return {.slip = side * car.rear_axle / car.cornering_stiffness_front,
+          .direction = std::clamp(
+              car.wheelbase() * yaw_rate / v - side * car.front_axle / car.cornering_stiffness_rear,
+              -1.0, 1.0)};
+}
+
+// v_x from the speed along the front wheels: V = v_x (cos δ + sin δ tan β).
+Resampled straightened(const Resampled& along, const GyroDrive& drive) {
+  return combined(along, drive.yaw_rate, [&](double v, double yaw_rate) {
+    const FrontAxle axle = front_axle(drive.config.vehicle, v, yaw_rate);
+    const double delta = axle.slip + axle.direction;
+    return v / (std::cos(delta) + std::sin(delta) * std::tan(axle.direction));
+  });
+}
+
+// Along a wheel at y_i, turned by δ_i,
+//   V_i = (v_x - y_i ψ̇) cos δ_i + (v_y + l_v ψ̇) sin δ_i,  tan δ_i = l tan δ / (l - y_i tan δ)
+// so that V_right - V_left = t ψ̇ cos δ and a small part because the wheels point differently.
+struct Difference {
+  Resampled turn;
+  Resampled ackermann;
+};
+
+Difference front_difference(const estimator::Vehicle& car, const Resampled& turning,
+                            const Resampled& along, const FrontWheels& wheels) {
+  Difference result{turning, turning};
+  for (std::size_t i = 0; i < turning.value.size(); ++i) {
+    const double t = turning.begin + turning.step * static_cast<double>(i);
+    const double yaw_rate = turning.value[i];
+    const double delta = wheels.angle.at(t);
+    const double side = wheels.side_speed.at(t) + car.front_axle * yaw_rate;
+    const double v_x = (along.at(t) - side * std::sin(delta)) / std::cos(delta);
+    const auto of_wheel = [&](double y) {
+      const double own =
+          std::atan2(car.wheelbase() * std::tan(delta), car.wheelbase() - y * std::tan(delta));
+      return (v_x - y * yaw_rate) * std::cos(own) + side * std::sin(own);
+    };
+    const double half = 0.5 * car.track_width;
+    result.turn.value[i] = car.track_width * yaw_rate * std::cos(delta);
+    result.ackermann.value[i] = of_wheel(-half) - of_wheel(half) - result.turn.value[i];
+  }
+  return result;
+}
+
+struct Turning {
+  Resampled yaw_rate;        // its mean
+  double slope_noise = 0.0;  // variance of the noise in its derivative
+};
+
+// The mean of the yaw rate over so long that in its derivative noise is a tenth of the motion, or
+// as long as turns may be.
+Turning turning_above_noise(const GyroDrive& drive, double shortest) {
+  const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
+  const double white = white_variance(drive.log.of(Source::yaw_rate));
+  constexpr double enough = 0.1, longest = 0.25;
+  double half = shortest;
+  while (true) {
+    // Twice a mean over ± h is a triangle, and its slope weighs by 1/(4 h²) over 4 h.
+    Turning turning{smooth(drive.yaw_rate, half), white * cycle / (4.0 * std::pow(half, 3))};
+    double slopes = 0.0;
+    const std::vector<double>& value = turning.yaw_rate.value;
+    for (std::size_t i = 1; i < value.size(); ++i)
+      slopes += std::pow((value[i] - value[i - 1]) / turning.yaw_rate.step, 2) /
+                static_cast<double>(value.size());
+    if (turning.slope_noise < enough * slopes || 2.0 * half > longest) return turning;
+    half *= 2.0;
+  }
+}
+
+// A wheel's spin follows the ground late, by I v / (r² C_κ): I / r² is some 0.7 of a wheel's mass,
+// that some 1.5 % of the car's, the geared motor as much again, and a wheel's C_κ some two of its
+// C_α; within a factor of two or so. As a time by a speed [s per m/s].
+double spin_lag(const estimator::Vehicle& car, Axle axle) {
+  return 0.0105 * car.mass /
+         (axle == Axle::front ? car.cornering_stiffness_front : 0.5 * car.cornering_stiffness_rear);
+}
+constexpr double spin_lag_doubt = 0.5;  // of it
+
+}  // namespace
+
+// v_right - v_left. A driven or braked axle slips by κ, and its inner wheel, which carries less, by
+// more: κ t ψ̇ and v κ Δ(1/C_κ), with κ = m v̇ / 2 C_κ, and ΔC_κ ~ a_y = v ψ̇ by the load exponent
+// of a tyre (0.8) and the height of the centre of gravity, some quarter of the track.
+SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
+                        const std::optional<FrontWheels>& front_wheels) {
+  const Series& l = drive.log.of(left);
+  const Series& r = drive.log.of(right);
+  OffsetRegression regression;
+  const Resampled right_side = drive.on_grid(r);
+  const Resampled left_side = drive.on_grid(l);
+  constexpr double creeping = 0.3;  // s
+  double moved = -creeping;
+  const auto moves = [&](std::size_t i) {
+    return l.value[i] != 0.0 || right_side.at(drive.seconds(l.t_ns[i])) != 0.0;
+  };
+  for (std::size_t i = 0, ahead = 0; i < l.size(); ++i) {
+    const double t = drive.seconds(l.t_ns[i]);
+    for (; ahead < l.size() && drive.seconds(l.t_ns[ahead]) <= t + creeping; ++ahead)
+      if (moves(ahead)) moved = drive.seconds(l.t_ns[ahead]);
+    if (t < drive.begin + regression.range || t > drive.end - regression.range) continue;
+    // Stands: neither noise nor time. A wheel that creeps says 0, too, from count to count.
+    if (t > moved + creeping) continue;
+    regression.t.push_back(t);
+    regression.y.push_back(right_side.at(t) - l.value[i]);
+  }
+  const estimator::Vehicle& car = drive.config.vehicle;
+  const Axle axle = left == Source::wheel_front_left ? Axle::front : Axle::rear;
+  const Resampled speed =
+      combined(left_side, right_side, [](double a, double b) { return 0.5 * (a + b); });
+  // A wheel's speed is a mean over its cycle. And between two samples of the gyro its noise is less
+  // than on one: without a mean the wheels would be drawn to the midst between them.
+  // The quieter the turns, the longer the mean.
+  const Turning turn = turning_above_noise(
+      drive, std::max(0.5 * two_cycles(drive.log.of(Source::yaw_rate)), 0.25 * two_cycles(l)));
+  const Resampled& turning = turn.yaw_rate;
+  regression.slope_noise = car.track_width * car.track_width * turn.slope_noise;
+  Difference difference{turning, {}};
+  for (double& value : difference.turn.value) value *= car.track_width;
+  if (axle == Axle::front && front_wheels)
+    difference = front_difference(car, turning, speed, *front_wheels);
+
+  // The lag is taken as expected; what its doubt makes of the offset is added to the uncertainty.
+  const Resampled lagging = combined(slope_around(difference.turn, 0.02), speed,
+                                     [](double rate, double v) { return rate * std::fabs(v); });
+  const auto with_lag = [&](double seconds_per_speed) {
+    Resampled late = difference.turn;
+    for (std::size_t i = 0; i < late.value.size(); ++i)
+      late.value[i] -= seconds_per_speed * lagging.value[i];
+    const Resampled force = times(turning, slope_around(speed, 0.05));
+    const double slip = car.mass / (4.0 * (axle == Axle::front ? car.cornering_stiffness_front
+                                                               : car.cornering_stiffness_rear));
+    const double shift = 0.06 * slip;
+    regression.basis = {{late, 1.0, 0.1},
+                        {constant(speed)},  // the gyro's bias
+                        {speed, 0.0, 0.02},
+                        {force, 0.0, 2.0 * car.track_width * slip},
+                        {times(force, times(speed, speed)), 0.0, 2.0 * shift}};
+    if (!difference.ackermann.value.empty())
+      regression.basis.push_back({difference.ackermann, 1.0, 0.5});
+    return solve(regression);
+  };
+  const double lag = spin_lag(car, axle);
+  const Offset found = with_lag(lag);
+  const Offset without = with_lag(0.0);
+  SourceOffset result = as_offset(left, "the gyro, by the difference of both wheels", found);
+  if (result.doubt.empty() && found.coefficients[0] < 0.0)
+    result.doubt = "turns the other way than the gyro: are left and right exchanged?";
+  const double of_lag = spin_lag_doubt * (found.value - without.value);
+  double accel = 0.0;  // a_y² = (v ψ̇)², mean
+  for (const double t : regression.t)
+    accel += std::pow(speed.at(t) * turning.at(t), 2) / static_cast<double>(regression.t.size());
+  const double of_load = unmodelled_load * car.wheelbase() * std::sqrt(accel) / gravity;
+  result.sigma = std::hypot(result.sigma, std::hypot(unmodelled_wheel, of_load), of_lag);
+  return result;
+}
+
+// The displacement over τ along the heading, seen by the camera: ∫ v over τ; the chord of an arc is
+// shorter by Δψ²/24, and a reference point beside the centre of gravity adds its lever times Δψ.
+SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
+                             std::span<const estimator::CameraPose> camera, double camera_offset) {
+  const Series& series = drive.log.of(source);
+  OffsetRegression r;
+  constexpr double tau = 0.2;
+  Resampled travelled = integral(drive.on_grid(series));
+  Resampled way = travelled;
+  for (std::size_t i = 0; i < way.value.size(); ++i) {
+    const double t = way.begin + way.step * static_cast<double>(i);
+    way.value[i] = travelled.at(t + 0.5 * tau) - travelled.at(t - 0.5 * tau);
+  }
+  Resampled turn = drive.turned;
+  for (std::size_t i = 0; i < turn.value.size(); ++i) {
+    const double t = turn.begin + turn.step * static_cast<double>(i);
+    turn.value[i] = drive.turned.at(t + 0.5 * tau) - drive.turned.at(t - 0.5 * tau);
+  }
+  std::vector<const estimator::CameraPose*> seen;
+  for (const estimator::CameraPose& pose : camera) seen.push_back(&pose);
+  std::ranges::sort(seen, {}, &estimator::CameraPose::capture_ns);
+  const double mounted = drive.config.camera.lever_arm[2];
+  for (std::size_t i = 0, j = 0; i < seen.size(); ++i) {
+    while (j + 1 < seen.size() && drive.seconds(seen[j + 1]->capture_ns - seen[i]->capture_ns +
+                                                drive.log.first_ns) <= tau + 1e-3)
+      ++j;
+    const double span = 1e-9 * static_cast<double>(seen[j]->capture_ns - seen[i]->capture_ns);
+    const double t =
+        0.5 * (drive.seconds(seen[i]->capture_ns) + drive.seconds(seen[j]->capture_ns));
+    if (std::fabs(span - tau) > 0.3 * tau) continue;
+    if (t < drive.begin + r.range || t > drive.end - r.range) continue;
+    if (!r.t.empty() && t <= r.t.back()) continue;
+    const double turned = turn.at(t - camera_offset);
+    const double middle =
+        seen[i]->yaw + 0.5 * std::remainder(seen[j]->yaw - seen[i]->yaw, 2.0 * M_PI) - mounted;
+    const double along =
+        (seen[j]->x - seen[i]->x) * std::cos(middle) + (seen[j]->y - seen[i]->y) * std::sin(middle);
+    r.t.push_back(t);
+    r.y.push_back(along * tau / span * (1.0 + turned * turned / 24.0));
+  }
+  r.basis = {{way, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
+  Offset found = solve(r);
+  // The camera was the one that moved: turned round, and from the camera to the gyro.
+  found.value = camera_offset - found.value;
+  return as_offset(source, "the camera's way", found);
+}
+
+std::optional<Speed> best_speed(const GyroDrive& drive, const std::vector<SourceOffset>& offsets) {
+  const auto offset_of = [&](Source source) -> std::pair<double, double> {
+    for (const SourceOffset& found : offsets)
+      if (found.source == source && found.doubt.empty()) return {found.offset, found.sigma};
+    return {0.0, 0.0};
+  };
+  const auto mapped = [&](Source source) { return drive.log.of(source).size() > 1; };
+  const auto mean_of = [&](Source left, Source right) {
+    return combined(drive.on_grid(drive.log.of(left)), drive.on_grid(drive.log.of(right)),
+                    [](double a, double b) { return 0.5 * (a + b); });
+  };
+  std::optional<Speed> result;
+  if (mapped(Source::wheel_front_left) && mapped(Source::wheel_front_right)) {
+    const Resampled along =
+        straightened(mean_of(Source::wheel_front_left, Source::wheel_front_right), drive);
+    result = {along, Source::wheel_front_left, false, 0.0};
+  } else if (mapped(Source::wheel_rear_left) && mapped(Source::wheel_rear_right)) {
+    result = {mean_of(Source::wheel_rear_left, Source::wheel_rear_right), Source::wheel_rear_left,
+              true, 0.0};
+  } else {
+    for (const Source source :
+         {Source::wheel_rear, Source::motor, Source::wheel_rear_left, Source::wheel_rear_right}) {
+      if (result || !mapped(source)) continue;
+      result = {drive.on_grid(drive.log.of(source)), source, true, 0.0};
+    }
+  }
+  if (!result) return result;
+  const auto [offset, sigma] = offset_of(result->source);
+  result->value = shifted(result->value, -offset);
+  result->offset_sigma = sigma;
+  return result;
+}
+
+}  // namespace odomd::tools

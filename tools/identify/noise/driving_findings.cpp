@@ -1,0 +1,107 @@
+// The findings of a drive.
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tools/cli/progress.hpp"
+#include "tools/identify/common/agreement.hpp"
+#include "tools/identify/common/noise_sources.hpp"
+#include "tools/identify/noise/driving_noise.hpp"
+#include "tools/identify/noise/noise_findings.hpp"
+#include "tools/identify/noise/process_noise.hpp"
+#include "tools/identify/noise/standstill.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+void add_consistency(const char* when, const std::vector<SourceConsistency>& all,
+                     Findings& findings) {
+  for (const SourceConsistency& one : all)
+    findings.details["nis"][when][name_of(one.source)] = {
+        {"samples", one.samples}, {"mean", one.nis.value}, {"sigma", one.nis.sigma}};
+}
+
+// 0.5 to 2 is good enough; only about 1 is it what the filter expects.
+std::string in_words(double nis) {
+  if (nis > 2.0) return "surprises the filter: it trusts this source too much";
+  if (nis > 1.25) return "bold: larger than the filter expects, by less than twice";
+  if (nis >= 0.8) return "as the filter expects";
+  if (nis >= 0.5) return "cautious: smaller than the filter expects, by less than twice";
+  return "better than the filter thinks: it trusts this source too little";
+}
+
+}  // namespace
+
+void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::Config>& config,
+                          Findings& findings) {
+  Drive drive = read_drive(
+      {.folder = noisy.folder, .config = noisy.config, .reference = {}, .camera = noisy.camera});
+  findings.warnings.insert(findings.warnings.end(), drive.warnings.begin(), drive.warnings.end());
+  const std::vector<std::string> logs{need_log_in(drive.folder).string()};
+  const SignalLog log = read_signals(drive.config, logs);
+  if (wheels_stand(log, 0.1))
+    throw std::invalid_argument(drive.folder.string() +
+                                ": no wheel turns faster than 0.1 m/s; --drive takes a drive, and "
+                                "--config and --can a record of the standing car");
+  // A noise that makes up for a wrong sign is none.
+  check_agreement(drive.config, log, drive.cameras, {.drive = drive.folder.string()});
+  const auto measure = [&](Source source, const std::string& unit) {
+    const DrivingNoise noise = driving_noise(log.of(source));
+    if (noise.samples == 0.0) return;
+    const std::string key = sigma_key(source);
+    Finding finding{.name = name_of(source) + ", noise on the move",
+                    .key = is_configured(config, source) ? key : "",
+                    .value = noise.sigma.value,
+                    .sigma = noise.sigma.sigma,
+                    .unit = unit,
+                    .remark = "of a sample, the car's shaking with it"};
+    if (!noise.smooth) {
+      finding.determined = Determined::no;
+      finding.remark = "the car moves as fast as samples come; faster samples, or a gentler drive";
+    }
+    findings.details["on_the_move"][name_of(source)] = {
+        {"sigma", noise.sigma.value},
+        {"white", noise.white.value},
+        {"white_sigma", noise.white.sigma},
+        {"increments", noise.increments.value},
+        {"increments_sigma", noise.increments.sigma}};
+    if (finding.determined == Determined::yes) {
+      // What is larger while it drives is what a filter must know.
+      for (Finding& at_rest : findings.values)
+        if (at_rest.key == key) at_rest.key.clear();
+      drive.config.can.signals[static_cast<std::size_t>(source)].sigma = noise.sigma.value;
+    }
+    findings.values.push_back(finding);
+  };
+  for (const InertialSource& quantity : inertial_sources) measure(quantity.source, quantity.unit);
+  for (const Source wheel : wheel_sources) measure(wheel, "m/s");
+
+  ProgressLine progress("odom identify noise");
+  const ProcessNoise process = process_noise(
+      drive, drive.config, [&progress](const std::string& now) { progress.show(now); });
+  progress.end();
+  for (const SampleNoise& wheel : process.wheels) {
+    const std::string key = sigma_key(wheel.source);
+    for (Finding& other : findings.values)
+      if (other.key == key) other.key.clear();
+    findings.values.push_back({.name = name_of(wheel.source) + ", sigma for the filter",
+                               .key = is_configured(config, wheel.source) ? key : "",
+                               .value = wheel.sigma.value,
+                               .sigma = wheel.sigma.sigma,
+                               .unit = "m/s",
+                               .remark = "by its innovations, slip with it"});
+  }
+  findings.values.push_back(process.front_angle);
+  findings.values.push_back(process.side_slip);
+  add_consistency("before", process.before, findings);
+  add_consistency("after", process.after, findings);
+  for (const SourceConsistency& one : process.after)
+    findings.values.push_back({.name = name_of(one.source) + ", mean NIS",
+                               .value = one.nis.value,
+                               .sigma = one.nis.sigma,
+                               .remark = in_words(one.nis.value)});
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,98 @@
+// odom identify noise: what the sensors say while the car stands, and how well the filter's noise
+// fits a drive.
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "tools/chart/drawing.hpp"
+#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/record.hpp"
+#include "tools/identify/methods.hpp"
+#include "tools/identify/noise/noise_findings.hpp"
+#include "tools/replay/drive.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  RecordOptions standing;
+  std::string drive;
+  std::string plot;
+  bool no_camera = false;
+  Delivery delivery;
+};
+
+void identify_noise(const Options& options) {
+  const bool standing = is_given(options.standing);
+  if (!standing && options.drive.empty())
+    throw std::invalid_argument(
+        "give a record of the standing car, --config and --can or --csv, a drive, --drive, or "
+        "both; odom identify noise --help tells what each is for");
+  if (!options.plot.empty()) {
+    if (!standing) throw std::invalid_argument("--plot draws a standing record; give one");
+    chart::check_picture(options.plot);
+  }
+  check(options.delivery);
+  if (!options.drive.empty()) check_folder(options.drive);
+  std::optional<daemon::Config> config;
+  for (const std::string& file :
+       {options.standing.config, options.delivery.write,
+        options.drive.empty() ? std::string{} : options.drive + "/car.toml"})
+    if (!config && !file.empty()) config = daemon::load_config(file);
+  Findings findings{.method = "noise"};
+  if (standing) {
+    add_standing_findings(options.standing, options.plot, config, findings);
+    findings.origin = "standing";
+  }
+  if (!options.drive.empty()) {
+    add_driving_findings({.folder = options.drive,
+                          .config = options.standing.config,
+                          .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take},
+                         config, findings);
+    findings.origin += (standing ? " and " : "") + std::string("driving");
+  }
+  deliver(findings, options.delivery);
+}
+
+}  // namespace
+
+void add_noise(Command identify) {
+  const auto options = std::make_shared<Options>();
+  Command method = identify.add_subcommand(
+      "noise", "The noise of gyro and accelerometers, and the filter's, from standing and driving");
+  method.footer(
+      "Standing: let the car stand where nothing shakes it, motor on, warm, and log its IMU for\n"
+      "ten minutes; an hour tells the bias's walk, too. From it come the white noise of a sample\n"
+      "and its density, bias, random walk and instability of the bias, by maximum likelihood and\n"
+      "by the Allan deviation, which --plot draws. With --config the paper's condition is\n"
+      "checked: the variance that the filter gives v_x in a step must exceed dt2 sigma2(a_x),\n"
+      "or dt S where S is a density, or the filter trusts the accelerometer too much.\n"
+      "\n"
+      "Driving: a folder as odom sim and odom record leave it, with turns of all kinds, best\n"
+      "with a camera. From it come the noise of each sensor on the move (R), which shaking makes\n"
+      "larger than at rest, and the process noise (Q): so large that the innovations of the full\n"
+      "filter are as large as it expects them, a mean NIS of 1. Parameters first: a wrong\n"
+      "stiffness or latency looks like noise.\n"
+      "\n"
+      "Examples:\n"
+      "  odom identify noise --config car.toml --can standing.log --plot allan.svg\n"
+      "  odom identify noise --csv phone.csv --from 10 --to 600\n"
+      "  odom identify noise --drive lap --write car.toml\n"
+      "  odom identify noise --config car.toml --can standing.log --drive lap --write car.toml");
+  const std::string standing = "Standing";
+  add_record_options(method, options->standing, standing);
+  method.add_option("--plot", options->plot, "Draw the Allan deviation, .svg or .png")
+      .type_name("FILE")
+      .group(standing);
+  const std::string driving = "Driving";
+  method
+      .add_option("--drive", options->drive, "Folder of a drive, as odom sim and odom record make")
+      .type_name("DIR")
+      .group(driving);
+  method.add_flag("--no-camera", options->no_camera, "Leave its camera poses out").group(driving);
+  add_delivery(method, options->delivery);
+  method.callback([options] { identify_noise(*options); });
+}
+
+}  // namespace odomd::tools

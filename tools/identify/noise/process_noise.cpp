@@ -1,0 +1,200 @@
+#include "tools/identify/noise/process_noise.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "tools/evaluation/drive_evaluation.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+constexpr std::size_t blocks = 20;
+constexpr double wild = 16.0;  ///< of a squared ratio: one wild sample must not outvote a thousand
+
+constexpr Source wheels[] = {Source::wheel_front_left, Source::wheel_front_right,
+                             Source::wheel_rear_left,  Source::wheel_rear_right,
+                             Source::wheel_rear,       Source::motor};
+
+constexpr int usual_replays = 45;
+
+/// Blocks of the drive know little of each other: how their means scatter is the uncertainty.
+std::vector<SourceConsistency> consistency(const std::vector<estimator::Judgement>& judgements) {
+  std::vector<SourceConsistency> all;
+  for (std::size_t s = 0; s < estimator::source_count; ++s) {
+    std::vector<double> ratios;
+    for (const estimator::Judgement& judgement : judgements) {
+      if (judgement.source != static_cast<Source>(s) || judgement.degrees == 0) continue;
+      ratios.push_back(std::min(judgement.squared_ratio / judgement.degrees, wild));
+    }
+    if (ratios.size() < 5 * blocks) continue;
+    std::array<double, blocks> sums{}, counts{};
+    double mean = 0.0;
+    for (std::size_t i = 0; i < ratios.size(); ++i) {
+      sums[i * blocks / ratios.size()] += ratios[i];
+      counts[i * blocks / ratios.size()] += 1.0;
+      mean += ratios[i] / static_cast<double>(ratios.size());
+    }
+    double squares = 0.0;
+    for (std::size_t k = 0; k < blocks; ++k)
+      squares += (sums[k] / counts[k] - mean) * (sums[k] / counts[k] - mean);
+    all.push_back({static_cast<Source>(s),
+                   static_cast<double>(ratios.size()),
+                   {mean, std::sqrt(squares / (blocks * (blocks - 1.0)))}});
+  }
+  return all;
+}
+
+std::optional<Measured> nis_of(const std::vector<SourceConsistency>& all, Source source) {
+  const auto found = std::ranges::find(all, source, &SourceConsistency::source);
+  return found == all.end() ? std::nullopt : std::optional(found->nis);
+}
+
+class Search {
+ public:
+  Search(const Drive& drive, daemon::Config& config, const TellProgress& tell)
+      : drive_(drive), config_(config), tell_(tell) {}
+
+  [[nodiscard]] std::vector<SourceConsistency> replay() {
+    ++replays_;
+    if (tell_)
+      tell_("replay " + std::to_string(replays_) + " of some " + std::to_string(usual_replays));
+    judgements_ = replay_drive(drive_, config_, Frame::map, Judgements::keep).judgements;
+    return consistency(judgements_);
+  }
+
+  /// The R with which the mean of ν²/S is 1, S = H P Hᵀ + R; a few times, as P follows R. No less
+  /// than what the sensor itself makes, which the configuration states.
+  std::vector<SampleNoise> settle_wheels() {
+    const daemon::Config given = config_;
+    std::vector<SampleNoise> found;
+    for (int round = 0; round < 4; ++round) {
+      const std::vector<SourceConsistency> all = replay();
+      found.clear();
+      for (const Source wheel : wheels) {
+        const auto nis = nis_of(all, wheel);
+        const auto index = static_cast<std::size_t>(wheel);
+        double& sigma = config_.can.signals[index].sigma;
+        const double least = given.can.signals[index].sigma;
+        if (!nis || !(least > 0.0)) continue;
+        const double variance = settled_variance(wheel, sigma * sigma, least * least);
+        const double slope = -mean_with(wheel, variance - sigma * sigma, 2.0);
+        sigma = std::sqrt(variance);
+        found.push_back({wheel, {sigma, 0.5 * nis->sigma / std::fabs(slope) / sigma}});
+      }
+    }
+    return found;
+  }
+
+  [[nodiscard]] int replays() const { return replays_; }
+
+  /// Moves a setting until the NIS of a source is 1; false where no value of it does that.
+  bool settle(double& setting, Source source, Finding& finding) {
+    constexpr double tolerance = 0.02;
+    const double start = setting;
+    double low = std::log(start / 30.0), high = std::log(start * 30.0);
+    double x = std::log(start), last_x = x, last_y = 0.0, slope = -0.5;
+    for (int i = 0; i < 12; ++i) {
+      setting = std::exp(x);
+      const auto nis = nis_of(replay(), source);
+      if (!nis) return undetermined(finding, "the drive has too few samples of its sensor");
+      const double y = std::log(nis->value);
+      // The innovations grow smaller against what is expected as the noise grows.
+      if (i > 0 && std::fabs(x - last_x) > 1e-3)
+        slope = std::clamp((y - last_y) / (x - last_x), -2.0, -0.02);
+      finding.value = setting;
+      finding.sigma = setting * std::hypot(nis->sigma / nis->value, tolerance) / std::fabs(slope);
+      if (std::fabs(y) < tolerance) break;
+      (y > 0.0 ? low : high) = x;
+      last_x = x;
+      last_y = y;
+      const double wanted = x - y / slope;
+      x = wanted > low && wanted < high ? wanted : 0.5 * (low + high);
+      if (high - low < 0.02) break;
+    }
+    if (finding.value < start / 25.0)
+      return undetermined(finding,
+                          "however small, the filter expects larger innovations: the value given "
+                          "is on the safe side");
+    if (finding.value > start * 25.0)
+      return undetermined(finding,
+                          "no such noise explains the innovations; is a signal's sign, scale or "
+                          "latency wrong?");
+    if (finding.sigma > finding.value)
+      return undetermined(finding, "the innovations hardly depend on it; drive harder turns");
+    finding.determined = Determined::yes;
+    return true;
+  }
+
+ private:
+  /// Mean of ν²/(S + more)^power over a source's samples of the last replay.
+  [[nodiscard]] double mean_with(Source source, double more, double power) const {
+    double sum = 0.0, count = 0.0;
+    for (const estimator::Judgement& judgement : judgements_) {
+      if (judgement.source != source || judgement.degrees == 0) continue;
+      const double s = judgement.variance[0];
+      const double square = std::min(judgement.innovation[0] * judgement.innovation[0], wild * s);
+      sum += square / std::pow(s + more, power);
+      count += 1.0;
+    }
+    return count > 0.0 ? sum / count : 0.0;
+  }
+
+  [[nodiscard]] double settled_variance(Source source, double now, double least) const {
+    double low = least, high = 1e4 * least;
+    if (mean_with(source, low - now, 1.0) <= 1.0) return low;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = std::sqrt(low * high);
+      (mean_with(source, middle - now, 1.0) > 1.0 ? low : high) = middle;
+    }
+    return std::sqrt(low * high);
+  }
+
+  static bool undetermined(Finding& finding, const std::string& why) {
+    finding.determined = Determined::no;
+    finding.remark = why;
+    return false;
+  }
+
+  const Drive& drive_;
+  daemon::Config& config_;
+  std::vector<estimator::Judgement> judgements_;  // of the last replay
+  const TellProgress& tell_;
+  int replays_ = 0;
+};
+
+}  // namespace
+
+ProcessNoise process_noise(const Drive& drive, daemon::Config config, const TellProgress& tell) {
+  config.model = estimator::Model::full;
+  ProcessNoise result;
+  result.front_angle = {.name = "front angle error",
+                        .key = "filter.front_angle_error",
+                        .unit = "rad",
+                        .remark = "by the gyro's innovations"};
+  result.side_slip = {.name = "side slip error",
+                      .key = "filter.side_slip_error",
+                      .unit = "",
+                      .remark = "by the innovations of accel_y"};
+  Search search(drive, config, tell);
+  result.before = search.replay();
+  result.wheels = search.settle_wheels();
+  const estimator::Tuning given = config.tuning;
+  // Each moves the other's innovations a little.
+  for (int round = 0; round < 2; ++round) {
+    if (!search.settle(config.tuning.front_angle, Source::yaw_rate, result.front_angle))
+      config.tuning.front_angle = given.front_angle;
+    if (!search.settle(config.tuning.side_slip, Source::accel_y, result.side_slip))
+      config.tuning.side_slip = given.side_slip;
+  }
+  result.after = search.replay();
+  result.replays = search.replays();
+  return result;
+}
+
+}  // namespace odomd::tools

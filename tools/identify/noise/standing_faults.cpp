@@ -1,0 +1,95 @@
+#include "tools/identify/noise/standing_faults.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/identify/noise/bias_filter.hpp"
+#include "tools/math/median.hpp"
+
+namespace odomd::tools {
+
+std::vector<std::size_t> far_off(const Series& series, double lambda, double least) {
+  const std::vector<double> all = innovations(series, lambda);
+  std::vector<double> squares;
+  squares.reserve(all.size());
+  for (const double innovation : all) squares.push_back(innovation * innovation);
+  constexpr double median_of_chi_square = 0.4549;
+  const double variance = std::max(median_of(std::move(squares)) / median_of_chi_square, least);
+  std::vector<std::size_t> far;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (all[i] * all[i] > 36.0 * variance) far.push_back(i + 1);
+  return far;
+}
+
+Series without(const Series& series, std::span<const std::size_t> samples) {
+  Series kept;
+  auto next = samples.begin();
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    if (next != samples.end() && *next == i) {
+      ++next;
+      continue;
+    }
+    kept.t_ns.push_back(series.t_ns[i]);
+    kept.value.push_back(series.value[i]);
+  }
+  return kept;
+}
+
+bool hang_together(const Series& series, double lambda) {
+  const std::vector<double> all = innovations(series, lambda);
+  double squares = 0.0, products = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    squares += all[i] * all[i];
+    if (i > 0) products += all[i] * all[i - 1];
+  }
+  constexpr double much = 0.1, no_chance = 4.0;
+  return products >
+         squares * std::max(much, no_chance / std::sqrt(static_cast<double>(all.size())));
+}
+
+Series means_of(const Series& series, std::size_t count) {
+  Series means;
+  for (std::size_t i = 0; i + count <= series.size(); i += count) {
+    double sum = 0.0;
+    for (std::size_t k = i; k < i + count; ++k) sum += series.value[k];
+    means.t_ns.push_back(series.t_ns[i] / 2 + series.t_ns[i + count - 1] / 2);
+    means.value.push_back(sum / static_cast<double>(count));
+  }
+  return means;
+}
+
+double scatter_within(const Series& series, std::size_t count) {
+  const Series means = means_of(series, count);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < means.size() * count; ++i)
+    squares += std::pow(series.value[i] - means.value[i / count], 2);
+  return squares / static_cast<double>(std::max<std::size_t>(means.size() * count, 1));
+}
+
+std::optional<Jump> find_jump(const Series& series, double variance, double walk) {
+  std::vector<double> sum(series.size() + 1, 0.0);
+  for (std::size_t i = 0; i < series.size(); ++i)
+    sum[i + 1] = sum[i] + series.value[i] - series.value.front();
+  const double span = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
+  const double period = span / static_cast<double>(series.size() - 1);
+  constexpr double too_far = 6.0;
+  double farthest = too_far;
+  std::optional<Jump> jump;
+  for (const double seconds : {1.0, 4.0, 16.0}) {
+    const auto n = static_cast<std::size_t>(std::max(20.0, std::round(seconds / period)));
+    if (4 * n > series.size()) break;
+    const auto count = static_cast<double>(n);
+    // Means over w side by side differ by 2 r/n, and by K² 2 w/3 of the walk.
+    const double expected =
+        std::sqrt(2.0 * variance / count + walk * walk * 2.0 / 3.0 * count * period);
+    for (std::size_t i = n; i + n <= series.size(); ++i) {
+      const double size = (sum[i + n] - 2.0 * sum[i] + sum[i - n]) / count;
+      if (std::fabs(size) <= farthest * expected) continue;
+      farthest = std::fabs(size) / expected;
+      jump = Jump{1e-9 * static_cast<double>(series.t_ns[i] - series.t_ns.front()), size};
+    }
+  }
+  return jump;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,181 @@
+// The findings of a standing car.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "tools/cli/text.hpp"
+#include "tools/identify/common/noise_sources.hpp"
+#include "tools/identify/noise/allan.hpp"
+#include "tools/identify/noise/noise_findings.hpp"
+#include "tools/identify/noise/standing_noise.hpp"
+#include "tools/identify/noise/standstill.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+/// The rows of one sensor at rest.
+void add_standing(const InertialSource& quantity, const StandingNoise& noise,
+                  const std::vector<AllanPoint>& curve, const std::optional<daemon::Config>& config,
+                  Findings& findings) {
+  const std::string name = name_of(quantity.source);
+  const auto add = [&](const std::string& what, const std::string& key, const Measured& measured,
+                       const std::string& unit, const std::string& remark = "") {
+    findings.values.push_back({.name = name + what,
+                               .key = key,
+                               .value = measured.value,
+                               .sigma = measured.sigma,
+                               .unit = unit,
+                               .remark = remark,
+                               .share = what == ", bias" ? Share::says_nothing : Share::tells});
+  };
+  const bool configured = is_configured(config, quantity.source);
+  add(", noise", configured ? sigma_key(quantity.source) : "", noise.sigma, quantity.unit,
+      noise.resolution_hides_noise
+          ? fmt::format("of the steps of {:.3g}, which hide the sensor's own", noise.resolution)
+      : noise.together > 1
+          ? fmt::format("at rest; some {} samples hang together, filtered or held: as large as "
+                        "makes their means right",
+                        noise.together)
+          : "white, of a sample, at rest");
+  add(", density", "", noise.density, std::string(quantity.unit) + "/√Hz");
+  add(", bias", "", noise.bias, quantity.unit, "at the begin of the record");
+  Finding walk{.name = name + ", bias walk",
+               .key = configured ? quantity.walk_key : "",
+               .unit = std::string(quantity.unit) + "/√s"};
+  if (noise.walk) {
+    walk.value = noise.walk->value;
+    walk.sigma = noise.walk->sigma;
+  } else {
+    walk.determined = Determined::no;
+    walk.remark = noise.jump ? "the level jumps: see the warning"
+                             : fmt::format("below {:.2g}: log longer to tell it", noise.walk_below);
+  }
+  findings.values.push_back(walk);
+  const BiasInstability instability = bias_instability(curve);
+  add(", bias instability", "", instability.value, quantity.unit,
+      instability.reached
+          ? fmt::format("at {:.3g} s", instability.tau)
+          : fmt::format("at most: that the curve rises behind {:.3g} s is not certain; log longer",
+                        instability.tau));
+  if (noise.outliers > 0)
+    findings.warnings.push_back(fmt::format(
+        "{}: {} 6 sigma off{}: was the car touched? Leave it alone, or cut with --from, --to", name,
+        noise.outliers == 1 ? "1 sample lies" : fmt::format("{} samples lie", noise.outliers),
+        !noise.outliers_left_out ? ""
+        : noise.outliers == 1    ? ", and is left out"
+                                 : ", and are left out"));
+  if (noise.jump)
+    findings.warnings.push_back(fmt::format(
+        "{}: jumps by {:.2g} {} after {:.1f} s: was the car moved? Leave it alone, or cut with "
+        "--from, --to",
+        name, noise.jump->size, quantity.unit, noise.jump->after));
+  for (const AllanPoint& point : curve)
+    findings.details["allan"][name].push_back(
+        {{"tau", point.tau}, {"deviation", point.deviation}, {"sigma", point.sigma}});
+}
+
+/// What no sensor says of a car that stands level: a record in other units, or of another axis.
+void refuse_other_units(const InertialSource& quantity, const StandingNoise& noise,
+                        const std::string& name) {
+  const bool turn = quantity.source == Source::yaw_rate;
+  const double most_bias = turn ? 0.35 : 5.0, most_noise = turn ? 0.2 : 20.0;
+  if (std::fabs(noise.bias.value) < most_bias && noise.sigma.value < most_noise) return;
+  throw std::invalid_argument(fmt::format(
+      "{}: at rest it reads {:.3g} +- {:.3g} {}: {}", name, noise.bias.value, noise.sigma.value,
+      quantity.unit,
+      turn ? "is that deg/s? Multiply by 0.0174533"
+           : "is that the axis that points up, or in mg? Multiply these by 0.00980665"));
+}
+
+/// Of both accelerometers the larger walk: there is one key for them.
+void settle_accel_walk(Findings& findings) {
+  Finding* kept = nullptr;
+  for (Finding& finding : findings.values) {
+    if (finding.key != "filter.accel_bias_walk") continue;
+    const bool known = finding.determined == Determined::yes;
+    if (kept != nullptr &&
+        (!known || (kept->determined == Determined::yes && kept->value >= finding.value))) {
+      finding.key.clear();
+      continue;
+    }
+    if (kept != nullptr) kept->key.clear();
+    kept = &finding;
+  }
+}
+
+/// Errata, 9: of the paper's Q the variance of v_x, a step, must be more than what the acceleration
+/// alone makes of it: Δt² σ²(a_x) where each step has a sample of its own, Δt S_a with S_a = σ² T
+/// where it is held for T.
+void add_papers_condition(const daemon::Config& config, const Measured& sigma, double sample_period,
+                          Findings& findings) {
+  const double step = 1e-9 * static_cast<double>(config.realtime.period_ns);
+  const double held = std::max(sample_period, step);
+  const double least = step * held * sigma.value * sigma.value;
+  const double stated = config.paper_noise.Q[0];
+  const bool holds = stated > least;
+  findings.values.push_back({.name = "v_x, least variance a step",
+                             .key = "",
+                             .value = least,
+                             .sigma = 2.0 * least * sigma.sigma / sigma.value,
+                             .unit = "m2/s2",
+                             .remark = fmt::format("the paper's condition {}: paper_q has {:.3g}",
+                                                   holds ? "holds" : "is violated", stated)});
+  findings.details["paper_condition"] = {
+      {"least_variance_of_v_x", least}, {"paper_q_v_x", stated}, {"holds", holds}, {"step", step},
+      {"accel_x_sigma", sigma.value},   {"accel_x_held", held}};
+  if (!holds)
+    findings.warnings.push_back(fmt::format(
+        "[filter] paper_q gives v_x a variance of {:.3g} m2/s2 a step, less than the {:.3g} that "
+        "the noise of accel_x alone makes in it: the model paper would trust the acceleration more "
+        "than it deserves; make it larger",
+        stated, least));
+}
+
+}  // namespace
+
+void add_standing_findings(const RecordOptions& options, const std::string& plot,
+                           const std::optional<daemon::Config>& config, Findings& findings) {
+  const std::string record = name_of(options);
+  const SignalLog log = read_record(options, {Source::yaw_rate, Source::accel_x, Source::accel_y});
+  findings.warnings.insert(findings.warnings.end(), log.warnings.begin(), log.warnings.end());
+  check_that_wheels_stand(log, record);
+  std::vector<AllanCurve> curves;
+  for (const InertialSource& quantity : inertial_sources) {
+    const Series& series = log.of(quantity.source);
+    if (series.empty()) continue;
+    const std::string name = record + ": " + name_of(quantity.source);
+    const StandingNoise noise = standing_noise(series, name);
+    curves.push_back(
+        {name_of(quantity.source), quantity.unit, allan_deviation(series, name), noise});
+    add_standing(quantity, noise, curves.back().points, config, findings);
+    if (quantity.source == Source::accel_x && config)
+      add_papers_condition(*config, noise.sigma, noise.sample_period, findings);
+  }
+  if (curves.empty()) {
+    for (const InertialSource& quantity : inertial_sources)
+      if (!log.why_empty.at(static_cast<std::size_t>(quantity.source)).empty())
+        (void)log.need(quantity.source);
+    throw std::invalid_argument(record +
+                                ": no yaw_rate, accel_x or accel_y in it; map them in "
+                                "[can.signals], or log the IMU");
+  }
+  check_that_imu_stands(log, curves, record);
+  for (const InertialSource& quantity : inertial_sources)
+    for (const AllanCurve& curve : curves)
+      if (curve.name == name_of(quantity.source))
+        refuse_other_units(quantity, curve.noise, record + ": " + curve.name);
+  if (!has_wheels(log)) {
+    findings.warnings.push_back(record +
+                                ": no wheel speed in it tells that the car stood; the IMU would "
+                                "not see a slow straight roll");
+  }
+  settle_accel_walk(findings);
+  if (!plot.empty()) chart::write_picture(plot, draw(curves));
+}
+
+}  // namespace odomd::tools

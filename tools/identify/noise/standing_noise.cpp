@@ -1,0 +1,256 @@
+#include "tools/identify/noise/standing_noise.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <stdexcept>
+
+#include "tools/identify/common/quantisation.hpp"
+#include "tools/identify/noise/bias_filter.hpp"
+#include "tools/identify/noise/standing_faults.hpp"
+
+namespace odomd::tools {
+namespace {
+
+/// The likelihood of λ with the best r for it: r = Σ ν²/s / n.
+class Likelihood {
+ public:
+  explicit Likelihood(const Series& series)
+      : series_(series), n_(static_cast<double>(series.size() - 1)) {}
+
+  [[nodiscard]] double operator()(double lambda) const {
+    const FilteredBias f = filter_bias(series_, lambda, Direction::forwards);
+    return -0.5 * (n_ * std::log(f.squares / n_) + f.log_sum);
+  }
+  [[nodiscard]] double variance(double lambda) const {
+    return filter_bias(series_, lambda, Direction::forwards).squares / n_;
+  }
+  [[nodiscard]] double samples() const { return n_; }
+
+ private:
+  const Series& series_;
+  double n_;
+};
+
+/// The highest of a function of one hill between two points, by golden section.
+template <typename Function>
+double highest(Function&& function, double low, double high) {
+  constexpr double golden = 0.6180339887498949;
+  double a = high - golden * (high - low), b = low + golden * (high - low);
+  double at_a = function(a), at_b = function(b);
+  while (high - low > 1e-3) {
+    if (at_a < at_b) {
+      low = a;
+      a = b;
+      at_a = at_b;
+      b = low + golden * (high - low);
+      at_b = function(b);
+    } else {
+      high = b;
+      b = a;
+      at_b = at_a;
+      a = high - golden * (high - low);
+      at_a = function(a);
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+/// Where a falling function goes below a value.
+template <typename Function>
+double falls_to(Function&& function, double value, double from, double to) {
+  for (int i = 0; i < 30; ++i) {
+    const double middle = 0.5 * (from + to);
+    (function(middle) > value ? from : to) = middle;
+  }
+  return 0.5 * (from + to);
+}
+
+/// No sample is better than the step q in which it comes, and the mean of samples that are mostly
+/// the same lies anywhere in it. A bias that wanders by less than a few steps tells no walk.
+void allow_for_resolution(const Series& series, double range, double duration,
+                          StandingNoise& noise) {
+  const double rounding = rounding_noise(noise.resolution);
+  const std::size_t tenth = series.size() / 10;
+  const std::span<const double> values(series.value);
+  for (const auto& [bias, part] : {std::pair{&noise.bias, values.first(tenth)},
+                                   std::pair{&noise.bias_at_end, values.last(tenth)}})
+    bias->sigma = std::hypot(bias->sigma, rounding_left(part, noise.resolution));
+  if (noise.sigma.value >= rounding) return;
+  noise.resolution_hides_noise = true;
+  noise.sigma = {rounding, 0.5 * rounding};
+  constexpr double few_steps = 10.0;
+  if (range > few_steps * noise.resolution) return;
+  noise.walk.reset();
+  noise.walk_below = std::max(noise.walk_below, noise.resolution / std::sqrt(duration));
+}
+
+/// The model and what it makes of a record.
+struct Explained {
+  StandingNoise noise;
+  double lambda = 0.0;     ///< K²/r, at most
+  double variance = 0.0;   ///< r
+  bool runs_away = false;  ///< the bias outruns the noise from sample to sample
+};
+
+Explained explain(const Series& series) {
+  const auto [low, high] = std::ranges::minmax(series.value);
+  const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
+  const Likelihood likelihood(series);
+  const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
+  // A walk that in the whole record makes a thousandth of the white noise of a sample, up to one
+  // that outruns it from sample to sample.
+  const double least = std::log(1e-6 / duration);
+  const double most = std::log(likelihood.samples() / duration);
+  double best = least, best_value = of_log(least);
+  constexpr int steps = 40;
+  const double step = (most - least) / steps;
+  for (int i = 1; i <= steps; ++i) {
+    const double value = of_log(least + step * i);
+    if (value <= best_value) continue;
+    best = least + step * i;
+    best_value = value;
+  }
+  best = highest(of_log, std::max(best - step, least), std::min(best + step, most));
+  best_value = of_log(best);
+  const double none = likelihood(0.0);
+
+  Explained explained;
+  StandingNoise& noise = explained.noise;
+  noise.sample_period = duration / likelihood.samples();
+  const double lambda = best_value > none ? std::exp(best) : 0.0;
+  const double variance = likelihood.variance(lambda);
+  // ln L falls by 1/2 at one standard deviation; of ln r it is n/2 curved, of ln λ as it comes.
+  constexpr double width = 0.2;
+  const double curvature =
+      (2.0 * best_value - of_log(best + width) - of_log(best - width)) / (width * width);
+  const double log_lambda_sigma = curvature > 0.0 ? 1.0 / std::sqrt(curvature) : 1e9;
+  const double d_log_variance = (std::log(likelihood.variance(std::exp(best + width))) -
+                                 std::log(likelihood.variance(std::exp(best - width)))) /
+                                (2.0 * width);
+  const bool told = best_value - none > 4.0 && log_lambda_sigma < 1.0 && best < most - step;
+  const double log_variance_sigma = std::hypot(std::sqrt(2.0 / likelihood.samples()),
+                                               told ? d_log_variance * log_lambda_sigma : 0.0);
+  noise.sigma = {std::sqrt(variance), 0.5 * log_variance_sigma * std::sqrt(variance)};
+  // K² = λ r
+  if (told) {
+    const double walk = std::sqrt(lambda * variance);
+    const double log_sigma = 0.5 * std::hypot((1.0 + d_log_variance) * log_lambda_sigma,
+                                              std::sqrt(2.0 / likelihood.samples()));
+    noise.walk = Measured{walk, log_sigma * walk};
+  }
+  const double reached = std::max(best_value, none) - 1.92;
+  const double limit = falls_to(of_log, reached, lambda > 0.0 ? best : least, most);
+  noise.walk_below = std::sqrt(std::exp(limit) * likelihood.variance(std::exp(limit)));
+  // Of a walk that the record does not tell what it might be still makes the bias uncertain.
+  const double for_bias = told ? lambda : std::exp(limit);
+  const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);
+  const FilteredBias end = filter_bias(series, for_bias, Direction::forwards);
+  noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
+  noise.bias_at_end = {end.bias, std::sqrt(end.variance * variance)};
+  noise.resolution = resolution_of(series.value);
+  noise.from_the_last = noise.sigma.value;
+  allow_for_resolution(series, high - low, duration, noise);
+  const double root = std::sqrt(noise.sample_period);
+  noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
+  explained.lambda = for_bias;
+  explained.variance = variance;
+  explained.runs_away = best_value > none && best >= most - 4.0 * step;
+  return explained;
+}
+
+/// Without the samples that lie far off, where they are few.
+Explained without_outliers(Series& series) {
+  Explained explained = explain(series);
+  constexpr double few = 0.01;
+  int left_out = 0;
+  for (int round = 0; round < 4; ++round) {
+    const double rounding = rounding_noise(explained.noise.resolution);
+    const std::vector<std::size_t> far = far_off(series, explained.lambda, rounding * rounding);
+    if (far.empty()) break;
+    if (static_cast<double>(far.size()) > few * static_cast<double>(series.size())) {
+      explained.noise.outliers = left_out + static_cast<int>(far.size());
+      return explained;
+    }
+    left_out += static_cast<int>(far.size());
+    series = without(series, far);
+    explained = explain(series);
+  }
+  explained.noise.outliers = left_out;
+  explained.noise.outliers_left_out = left_out > 0;
+  return explained;
+}
+
+/// Means over 2, 4, ... samples, until they no longer hang together.
+void explain_by_means(const Series& series, Explained& explained) {
+  constexpr std::size_t most = 4096, fewest_means = 100;
+  constexpr double unexplained = 0.05;  // what still hangs together, and counts as none
+  const auto hang = [](const Series& samples, const Explained& model) {
+    return model.runs_away || hang_together(samples, model.lambda);
+  };
+  if (explained.noise.resolution_hides_noise || !hang(series, explained)) return;
+  const auto enough = [&](std::size_t m) { return m <= most && series.size() / m >= fewest_means; };
+  bool white = false;
+  for (std::size_t m = 2; enough(m); m *= 2) {
+    const Series means = means_of(series, m);
+    Explained by_means = explain(means);
+    // Those that are white at last still share a part with their neighbours: twice as many.
+    const bool last = white || !enough(2 * m);
+    white = !hang(means, by_means);
+    if (!last) continue;
+    const StandingNoise own = explained.noise;
+    explained = by_means;
+    StandingNoise& noise = explained.noise;
+    // One sample is no better than it scatters about the bias.
+    const double apart = std::sqrt(scatter_within(series, m) + by_means.variance);
+    const double together = std::sqrt(static_cast<double>(m)) * noise.sigma.value;
+    const double relative = std::hypot(noise.sigma.sigma / noise.sigma.value, unexplained);
+    noise.sigma.value = std::max(apart, together);
+    noise.sigma.sigma = relative * noise.sigma.value;
+    noise.together = m;
+    noise.sample_period = own.sample_period;
+    noise.resolution = own.resolution;
+    noise.outliers = own.outliers_left_out
+                         ? own.outliers
+                         : static_cast<int>(far_off(means, explained.lambda, 0.0).size());
+    noise.outliers_left_out = own.outliers_left_out;
+    noise.from_the_last = own.from_the_last;
+    const double root = std::sqrt(noise.sample_period);
+    noise.density = {noise.sigma.value * root, noise.sigma.sigma * root};
+    return;
+  }
+}
+
+}  // namespace
+
+StandingNoise standing_noise(const Series& series, const std::string& name) {
+  if (series.size() < 200)
+    throw std::invalid_argument(fmt::format(
+        "{}: {} samples are too few to tell noise; log a minute at least, ten for the bias's walk",
+        name, series.size()));
+  const auto [low, high] = std::ranges::minmax(series.value);
+  if (low == high)
+    throw std::invalid_argument(fmt::format(
+        "{}: always {}: a sensor that is switched off, or one whose resolution hides its noise",
+        name, low));
+  constexpr double slowest = 2.0;
+  const double period = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front()) /
+                        static_cast<double>(series.size() - 1);
+  if (period > slowest)
+    throw std::invalid_argument(fmt::format(
+        "{}: a sample every {:.3g} s: are the times in ms? Divide them by 1000", name, period));
+  Series kept = series;
+  Explained explained = without_outliers(kept);
+  explain_by_means(kept, explained);
+  StandingNoise noise = explained.noise;
+  if (!noise.resolution_hides_noise)
+    noise.jump = find_jump(kept, noise.sigma.value * noise.sigma.value,
+                           noise.walk ? noise.walk->value : 0.0);
+  if (noise.jump) noise.walk.reset();
+  return noise;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,33 @@
+// Whether a record is one of a car that stands.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/noise/allan.hpp"
+
+namespace odomd::tools {
+
+inline constexpr std::array wheel_sources{
+    estimator::Source::wheel_front_left, estimator::Source::wheel_front_right,
+    estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
+    estimator::Source::wheel_rear,       estimator::Source::motor};
+
+/// No wheel turns faster than `limit` [m/s]; also where the log holds no wheel.
+[[nodiscard]] bool wheels_stand(const SignalLog& log, double limit);
+
+[[nodiscard]] bool has_wheels(const SignalLog& log);
+
+/// Throws std::invalid_argument, with the time, where a wheel of the log turns.
+void check_that_wheels_stand(const SignalLog& log, const std::string& record);
+
+/// The IMU tells what it can: throws std::invalid_argument for a yaw rate that leaves its median by
+/// 3 degrees a second where the noise of a sample is much smaller, and, without wheels, for a
+/// sensor whose Allan deviation turns below a second and then doubles, which no bias does. `curves`
+/// are those of the log.
+void check_that_imu_stands(const SignalLog& log, const std::vector<AllanCurve>& curves,
+                           const std::string& record);
+
+}  // namespace odomd::tools

@@ -1,0 +1,219 @@
+#include "tools/identify/stiffness/circle_runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <span>
+
+#include <fmt/format.h>
+
+#include "tools/identify/common/quantisation.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr std::int64_t step_ns = 50'000'000;
+constexpr std::int64_t half_window_ns = 300'000'000;
+constexpr std::int64_t settling_ns = 500'000'000;
+constexpr double shortest_turn = std::numbers::pi;
+constexpr std::size_t samples_per_window = 4;  // of a log's signal
+
+double seconds(std::int64_t ns) {
+  return 1e-9 * static_cast<double>(ns);
+}
+
+struct Sample {
+  double speed = 0.0, yaw_rate = 0.0;
+  double yaw_rate_noise = 0.0;
+};
+using Samples = std::vector<std::optional<Sample>>;
+
+Samples sample(const FilmMotion& motion) {
+  Samples samples;
+  for (std::int64_t t = motion.frames.front().t_ns; t <= motion.frames.back().t_ns; t += step_ns) {
+    auto& taken = samples.emplace_back();
+    const auto local = local_motion(motion, t, half_window_ns);
+    // Slope of a line through n points of noise σ over the length T: σ √(12 / n) / T
+    if (local)
+      taken = {std::abs(local->velocity), local->yaw_rate,
+               local->heading_residual * std::sqrt(12.0 / static_cast<double>(local->frames)) /
+                   seconds(2 * half_window_ns)};
+  }
+  return samples;
+}
+
+struct Span {
+  double low = 0.0, high = 0.0;
+
+  void take(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  [[nodiscard]] bool within(double part, double noise) const {
+    return high - low <= part * 0.5 * std::abs(high + low) + noise;
+  }
+};
+
+// How many samples from `begin` on are as steady as the first.
+std::size_t steady_length(const Samples& samples, std::size_t begin, std::size_t end) {
+  if (!samples[begin]) return 0;
+  Span speed{samples[begin]->speed, samples[begin]->speed};
+  Span turn{samples[begin]->yaw_rate, samples[begin]->yaw_rate};
+  std::size_t k = begin;
+  for (; k < end && samples[k]; ++k) {
+    Span wider_speed = speed, wider_turn = turn;
+    wider_speed.take(samples[k]->speed);
+    wider_turn.take(samples[k]->yaw_rate);
+    if (!wider_speed.within(0.12, 0.0) ||
+        !wider_turn.within(0.12, 8.0 * samples[begin]->yaw_rate_noise))
+      break;
+    speed = wider_speed;
+    turn = wider_turn;
+  }
+  return k - begin;
+}
+
+double turn_of(const Samples& samples, std::size_t begin, std::size_t length) {
+  double turn = 0.0;
+  for (std::size_t k = begin; k < begin + length; ++k)
+    turn += seconds(step_ns) * samples[k]->yaw_rate;
+  return std::abs(turn);
+}
+
+// The stretch that turns most, then those before and after it.
+void find_stretches(const Samples& samples, std::size_t begin, std::size_t end,
+                    std::vector<std::pair<std::size_t, std::size_t>>& found) {
+  std::size_t best = begin, best_length = 0;
+  double best_turn = 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const std::size_t length = steady_length(samples, k, end);
+    const double turn = length > 0 ? turn_of(samples, k, length) : 0.0;
+    if (turn > best_turn) {
+      best = k;
+      best_length = length;
+      best_turn = turn;
+    }
+  }
+  if (best_turn < shortest_turn) return;
+  find_stretches(samples, begin, best, found);
+  found.emplace_back(best, best_length);
+  find_stretches(samples, best + best_length, end, found);
+}
+
+struct Mean {
+  double value = 0.0;
+  double sigma = 0.0;  // of the mean, from the scatter
+};
+
+Mean mean_of(std::span<const double> values) {
+  const auto n = static_cast<double>(values.size());
+  Mean mean;
+  for (const double value : values) mean.value += value / n;
+  double squares = 0.0;
+  for (const double value : values) squares += (value - mean.value) * (value - mean.value);
+  mean.sigma = std::sqrt(squares / ((n - 1.0) * n));
+  return mean;
+}
+
+std::vector<double> values_between(const Series& series, std::int64_t from, std::int64_t to) {
+  const auto begin = std::ranges::lower_bound(series.t_ns, from) - series.t_ns.begin();
+  const auto end = std::ranges::upper_bound(series.t_ns, to) - series.t_ns.begin();
+  return {series.value.begin() + begin, series.value.begin() + end};
+}
+
+// Mean of a log's signal; the scatter is that of as many means as the film has windows.
+Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to,
+                        std::size_t windows) {
+  const std::vector<double> values = values_between(series, from, to);
+  if (values.size() < samples_per_window * windows) return {};
+  std::vector<double> means;
+  for (std::size_t k = 0; k < windows; ++k) {
+    const std::size_t begin = k * values.size() / windows;
+    const std::size_t end = (k + 1) * values.size() / windows;
+    means.push_back(mean_of(std::span(values).subspan(begin, end - begin)).value);
+  }
+  const Mean mean = mean_of(means);
+  const double rounding = rounding_left(values, resolution_of(series.value));
+  return {mean.value, std::max(std::hypot(mean.sigma, rounding), 1e-6)};
+}
+
+}  // namespace
+
+std::vector<Stretch> steady_stretches(const FilmMotion& motion) {
+  const Samples samples = sample(motion);
+  std::vector<std::pair<std::size_t, std::size_t>> found;
+  find_stretches(samples, 0, samples.size(), found);
+  std::vector<Stretch> stretches;
+  for (const auto& [begin, length] : found) {
+    const std::int64_t first =
+        motion.frames.front().t_ns + static_cast<std::int64_t>(begin) * step_ns;
+    const Stretch stretch{first + settling_ns,
+                          first + static_cast<std::int64_t>(length - 1) * step_ns - settling_ns};
+    if (stretch.end_ns - stretch.begin_ns > 2 * half_window_ns) stretches.push_back(stretch);
+  }
+  return stretches;
+}
+
+std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion& motion,
+                                       const SignalLog& log, std::int64_t offset_ns, double imu_y,
+                                       std::vector<std::string>& warnings) {
+  std::vector<CircleRun> runs;
+  for (const Stretch& stretch : steady_stretches(motion)) {
+    const std::int64_t length_ns = stretch.end_ns - stretch.begin_ns;
+    const auto whole = local_motion(motion, stretch.begin_ns + length_ns / 2, length_ns / 2);
+    if (!whole) continue;
+    CircleRun run{.film = film, .begin_ns = stretch.begin_ns, .end_ns = stretch.end_ns};
+    run.turned = whole->yaw_rate * seconds(length_ns);
+    run.yaw_rate = whole->yaw_rate;
+
+    // Windows of about one radian.
+    const auto windows =
+        static_cast<std::size_t>(std::clamp(std::floor(std::abs(run.turned)), 3.0, 1000.0));
+    const std::int64_t window_ns = length_ns / static_cast<std::int64_t>(windows);
+    std::vector<double> drifts, speeds, accels;
+    double heading_noise = 0.0, frames = 0.0;
+    for (std::size_t k = 0; k < windows; ++k) {
+      const std::int64_t middle =
+          stretch.begin_ns + static_cast<std::int64_t>(k) * window_ns + window_ns / 2;
+      const auto local = local_motion(motion, middle, window_ns / 2);
+      if (!local) continue;
+      drifts.push_back(local->drift());
+      speeds.push_back(std::abs(local->velocity));
+      accels.push_back(std::abs(local->velocity) * std::cos(local->drift()) * local->yaw_rate);
+      heading_noise += local->heading_residual / static_cast<double>(windows);
+      frames += static_cast<double>(local->frames);
+    }
+    if (drifts.size() < 3) continue;
+    const Mean drift = mean_of(drifts);
+    // Never less than the noise of the headings alone would make.
+    run.drift = {drift.value, std::max(drift.sigma, heading_noise / std::sqrt(frames))};
+    run.speed = mean_of(speeds).value;
+    run.lateral_accel = mean_of(accels).value;
+
+    const std::int64_t from = stretch.begin_ns + offset_ns, to = stretch.end_ns + offset_ns;
+    using estimator::Source;
+    run.steering = mean_of_signal(log.of(Source::steering), from, to, windows);
+    run.gyro = mean_of_signal(log.of(Source::yaw_rate), from, to, windows);
+    run.accelerometer = mean_of_signal(log.of(Source::accel_y), from, to, windows);
+    // a_y(p) = a_y - ψ̇² p_y
+    if (run.accelerometer.sigma > 0.0)
+      run.accelerometer.value += run.yaw_rate * run.yaw_rate * imu_y;
+    if (run.steering.sigma <= 0.0) {
+      const std::string circle = fmt::format("{}: the circle from {:.1f} to {:.1f} s", film,
+                                             seconds(run.begin_ns), seconds(run.end_ns));
+      warnings.push_back(
+          run.gyro.sigma <= 0.0
+              ? circle + " is not in the log; left out"
+              : fmt::format("{} is left out: the log has {} samples of steering there, of "
+                            "{} that are needed; log it whole, 10 a second at least",
+                            circle, values_between(log.of(Source::steering), from, to).size(),
+                            samples_per_window * windows));
+      continue;
+    }
+    runs.push_back(run);
+  }
+  return runs;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,46 @@
+// Steady circles in a filmed drive, and what was measured on each.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tools/identify/common/finding.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/stiffness/film_motion.hpp"
+
+namespace odomd::tools {
+
+/// A stretch of steady turning; means over it, with the standard uncertainty that comes from their
+/// scatter. All but steering and gyro are the film's. Left turns are positive.
+struct CircleRun {
+  std::string film;
+  std::int64_t begin_ns = 0, end_ns = 0;  ///< film time
+  double turned = 0.0;                    ///< [rad]
+  double speed = 0.0;                     ///< of the centre of gravity [m/s]
+  double yaw_rate = 0.0;                  ///< [rad/s]
+  double lateral_accel = 0.0;             ///< v_x ψ̇ [m/s²]
+  Measured drift;                         ///< velocity against the heading [rad]
+  Measured steering;                      ///< as the log says it, at the front wheels [rad]
+  Measured gyro;                          ///< yaw rate of the log [rad/s]
+  Measured accelerometer;  ///< a_y of the log at the centre of gravity; sigma 0: none
+
+  [[nodiscard]] double radius() const { return speed / std::abs(yaw_rate); }
+};
+
+struct Stretch {
+  std::int64_t begin_ns = 0, end_ns = 0;
+};
+
+/// Where speed and yaw rate keep within 6 % for half a turn and more; the ends, where the car
+/// settles, are cut off.
+[[nodiscard]] std::vector<Stretch> steady_stretches(const FilmMotion& motion);
+
+/// `imu_y`: how far left of the centre of gravity the accelerometer sits [m]. A stretch in
+/// which the log has no steering, or too little of it, is left out, with a warning.
+[[nodiscard]] std::vector<CircleRun> measure_circles(const std::string& film,
+                                                     const FilmMotion& motion, const SignalLog& log,
+                                                     std::int64_t offset_ns, double imu_y,
+                                                     std::vector<std::string>& warnings);
+
+}  // namespace odomd::tools

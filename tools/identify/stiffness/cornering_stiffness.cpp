@@ -1,0 +1,324 @@
+#include "tools/identify/stiffness/cornering_stiffness.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace odomd::tools {
+namespace {
+
+constexpr double gravity = 9.80665;
+
+// Of the model: what a bicycle leaves out of a car with four wheels (the two angles of the front
+// wheels, load transfer, drive forces, resistance that differs from side to side), and what the
+// shape of the curve makes of it. A part of each stiffness.
+constexpr double sigma_model = 0.01;
+
+// A circle whose slip lies so far beyond the line is left out: there the shape of the curve would
+// weigh more than its slope.
+constexpr double farthest_beyond = 1.25;
+
+enum Unknown : Eigen::Index {
+  log_stiffness_front,  // ln C
+  log_stiffness_rear,
+  log_grip_front,  // ln μ
+  log_grip_rear,
+  steering_offset,
+  steering_scale,
+  marker_angle,
+  centre_shift,  // of the centre of gravity, ahead of where the markers' places put it [m]
+  mass,
+  front_axle,
+  rear_axle,
+  rolling_resistance,
+  film_scale,
+  unknown_count
+};
+using Unknowns = Eigen::Matrix<double, unknown_count, 1>;
+
+struct Prior {
+  Unknowns mean = Unknowns::Zero();
+  Unknowns sigma = Unknowns::Ones();
+};
+
+Prior prior_of(const CircleCar& car) {
+  Prior prior;
+  const auto set = [&prior](Unknown which, double mean, double sigma) {
+    prior.mean[which] = mean;
+    prior.sigma[which] = sigma;
+  };
+  // Tyres reach their load in 2 to 20 degrees; nothing of it should be felt in the result.
+  const double load = car.mass.value * gravity / car.wheelbase();
+  set(log_stiffness_front, std::log(6.0 * load * car.rear_axle.value), 5.0);
+  set(log_stiffness_rear, std::log(6.0 * load * car.front_axle.value), 5.0);
+  set(log_grip_front, 0.0, 0.7);  // μ of 0.5 to 2, at one sigma
+  set(log_grip_rear, 0.0, 0.7);
+  set(steering_offset, 0.0, 0.1);
+  set(steering_scale, 1.0, 0.1);
+  set(marker_angle, 0.0, std::numbers::sqrt2 * car.sigma_marker / car.marker_distance);
+  set(centre_shift, 0.0, car.sigma_marker);
+  set(mass, car.mass.value, car.mass.sigma);
+  set(front_axle, car.front_axle.value, car.front_axle.sigma);
+  set(rear_axle, car.rear_axle.value, car.rear_axle.sigma);
+  set(rolling_resistance, car.rolling_resistance.value, car.rolling_resistance.sigma);
+  set(film_scale, 1.0, car.sigma_scale);
+  prior.sigma = prior.sigma.cwiseMax(1e-9);
+  return prior;
+}
+
+// atanh(u) / u as a function of u², and on as a straight line where u comes close to 1.
+double beyond_line(double u_squared) {
+  constexpr double end = 0.9;
+  if (u_squared > end) {
+    const double u = std::sqrt(end);
+    const double value = std::atanh(u) / u;
+    return value + (1.0 / (1.0 - end) - value) / (2.0 * end) * (u_squared - end);
+  }
+  if (u_squared < 1e-6) return 1.0 + u_squared / 3.0;
+  const double u = std::sqrt(u_squared);
+  return std::atanh(u) / u;
+}
+
+double slip_of(double force, double stiffness, double grip) {
+  return force / stiffness * beyond_line(force * force / (grip * grip));
+}
+
+struct AxleView {
+  double slip = 0.0;  // as measured
+  double force = 0.0;
+};
+
+// What a circle says with these unknowns.
+struct RunView {
+  AxleView front, rear;
+};
+
+RunView view(const CircleRun& run, const Unknowns& x) {
+  const double drift = run.drift.value - x[marker_angle];
+  const double speed = x[film_scale] * run.speed;
+  const double v_x = speed * std::cos(drift);
+  const double v_y = speed * std::sin(drift) + x[centre_shift] * run.yaw_rate;
+  const double steering = (run.steering.value - x[steering_offset]) / x[steering_scale];
+  const double wheelbase = x[front_axle] + x[rear_axle];
+  const double load = x[mass] * gravity * x[rear_axle] / wheelbase;
+  const double side = x[mass] * x[film_scale] * run.lateral_accel / wheelbase;
+
+  RunView view;
+  view.front.slip = steering - std::atan2(v_y + x[front_axle] * run.yaw_rate, v_x);
+  view.front.force = (x[rear_axle] * side + x[rolling_resistance] * load * std::sin(steering)) /
+                     std::cos(steering);
+  view.rear.slip = -std::atan2(v_y - x[rear_axle] * run.yaw_rate, v_x);
+  view.rear.force = x[front_axle] * side;
+  return view;
+}
+
+struct Curve {
+  double stiffness = 0.0, grip = 0.0;
+};
+
+Curve front_curve(const Unknowns& x) {
+  const double load = x[mass] * gravity * x[rear_axle] / (x[front_axle] + x[rear_axle]);
+  return {std::exp(x[log_stiffness_front]), std::exp(x[log_grip_front]) * load};
+}
+
+Curve rear_curve(const Unknowns& x) {
+  const double load = x[mass] * gravity * x[front_axle] / (x[front_axle] + x[rear_axle]);
+  return {std::exp(x[log_stiffness_rear]), std::exp(x[log_grip_rear]) * load};
+}
+
+// Measured slip less the curve's, in standard deviations: front and rear of each circle, then what
+// is known beforehand.
+Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Eigen::VectorXd& sigma,
+                          const Prior& prior, const Unknowns& x) {
+  const auto n = static_cast<Eigen::Index>(runs.size());
+  Eigen::VectorXd r(2 * n + unknown_count);
+  const Curve front = front_curve(x), rear = rear_curve(x);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const RunView seen = view(runs[static_cast<std::size_t>(k)], x);
+    r[2 * k] =
+        (seen.front.slip - slip_of(seen.front.force, front.stiffness, front.grip)) / sigma[2 * k];
+    r[2 * k + 1] =
+        (seen.rear.slip - slip_of(seen.rear.force, rear.stiffness, rear.grip)) / sigma[2 * k + 1];
+  }
+  r.tail(unknown_count) = (x - prior.mean).cwiseQuotient(prior.sigma);
+  return r;
+}
+
+struct Solution {
+  Unknowns x;
+  Eigen::Matrix<double, unknown_count, unknown_count> covariance;
+  Eigen::VectorXd residuals;
+  Eigen::VectorXd weights;
+  double freedom = 0.0;  // of the circles' residuals
+};
+
+// Gauss-Newton with a bounded step and Huber's weights (1964) on the circles.
+Solution solve(std::span<const CircleRun> runs, const Eigen::VectorXd& sigma, const Prior& prior) {
+  constexpr double huber = 2.0;
+  constexpr int iterations = 60;
+  Solution s;
+  s.x = prior.mean;
+  const auto circles = static_cast<Eigen::Index>(2 * runs.size());
+  s.weights = Eigen::VectorXd::Ones(circles + unknown_count);
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    s.residuals = residuals(runs, sigma, prior, s.x);
+    Eigen::MatrixXd jacobian(s.residuals.size(), Eigen::Index{unknown_count});
+    for (Eigen::Index j = 0; j < unknown_count; ++j) {
+      const double h = 1e-4 * std::min(prior.sigma[j], 0.1);
+      Unknowns above = s.x, below = s.x;
+      above[j] += h;
+      below[j] -= h;
+      jacobian.col(j) =
+          (residuals(runs, sigma, prior, above) - residuals(runs, sigma, prior, below)) / (2.0 * h);
+    }
+    // The first steps take every circle as it is: outliers show only beside a fit.
+    if (iteration > 8)
+      for (Eigen::Index i = 0; i < circles; ++i)
+        s.weights[i] = std::min(1.0, huber / std::max(std::abs(s.residuals[i]), 1e-12));
+    // In units of the priors' sigmas, which makes the numbers alike.
+    const Eigen::MatrixXd scaled = jacobian * prior.sigma.asDiagonal();
+    const Eigen::MatrixXd normal = scaled.transpose() * s.weights.asDiagonal() * scaled;
+    const Eigen::LDLT<Eigen::MatrixXd> factors(normal);
+    Eigen::VectorXd step =
+        -factors.solve(scaled.transpose() * s.weights.asDiagonal() * s.residuals);
+    const double largest = step.cwiseAbs().maxCoeff();
+    if (largest > 1.0) step /= largest;
+    s.x += prior.sigma.cwiseProduct(Unknowns(step));
+    const Eigen::MatrixXd inverse =
+        factors.solve(Eigen::MatrixXd::Identity(unknown_count, unknown_count));
+    s.covariance = prior.sigma.asDiagonal() * inverse * prior.sigma.asDiagonal();
+    // tr(I - hat matrix) over the circles
+    const Eigen::MatrixXd data = scaled.topRows(circles);
+    s.freedom = s.weights.head(circles).sum() -
+                (s.weights.head(circles).asDiagonal() * data * inverse * data.transpose()).trace();
+    if (iteration > 10 && largest < 1e-7) break;
+  }
+  return s;
+}
+
+struct Fit {
+  Solution solution;
+  double scatter = 1.0;
+};
+
+// Circles that scatter more than each says of itself get larger sigmas, all alike.
+Fit fit(std::span<const CircleRun> runs, const Prior& prior) {
+  const auto circles = static_cast<Eigen::Index>(2 * runs.size());
+  Eigen::VectorXd own(circles);
+  for (Eigen::Index k = 0; k < circles / 2; ++k) {
+    const CircleRun& run = runs[static_cast<std::size_t>(k)];
+    own[2 * k] = std::hypot(run.drift.sigma, run.steering.sigma);
+    own[2 * k + 1] = run.drift.sigma;
+  }
+  Fit fit;
+  for (int round = 0; round < 4; ++round) {
+    fit.solution = solve(runs, fit.scatter * own, prior);
+    const Solution& s = fit.solution;
+    // Huber's second proposal: an outlier counts as far as it pulls.
+    const double chi2 =
+        s.weights.head(circles).cwiseProduct(s.residuals.head(circles)).squaredNorm();
+    if (s.freedom < 1.0) break;
+    const double factor = std::sqrt(chi2 / s.freedom);
+    const double scatter = std::max(1.0, fit.scatter * factor);
+    if (std::abs(scatter / fit.scatter - 1.0) < 0.02) break;
+    fit.scatter = scatter;
+  }
+  return fit;
+}
+
+Measured measured(const Solution& s, Unknown which) {
+  return {s.x[which], std::sqrt(s.covariance(which, which))};
+}
+
+// C = exp(ln C): σ_C = C σ
+Measured stiffness_of(const Solution& s, Unknown which) {
+  const Measured logarithm = measured(s, which);
+  const double value = std::exp(logarithm.value);
+  return {value, value * std::hypot(logarithm.sigma, sigma_model)};
+}
+
+std::vector<CircleRun> chosen(std::span<const CircleRun> runs, const std::vector<bool>& in_range) {
+  std::vector<CircleRun> result;
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    if (in_range[k]) result.push_back(runs[k]);
+  return result;
+}
+
+bool beyond(const AxleView& axle, const Curve& curve) {
+  const double u = axle.force / curve.grip;
+  return beyond_line(u * u) > farthest_beyond;
+}
+
+}  // namespace
+
+double AxleStiffness::linear_range() const {
+  // α C / F = 1 / 0.9 where atanh(u) / u is
+  double u = 0.5;
+  for (int k = 0; k < 60; ++k) u += 0.5 * (1.0 / 0.9 - beyond_line(u * u));
+  return slip_of(u * grip, stiffness.value, grip);
+}
+
+double AxleStiffness::force(double slip) const {
+  return grip * std::tanh(stiffness.value * slip / grip);
+}
+
+CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCar& car) {
+  if (runs.empty())
+    throw std::invalid_argument(
+        "no steady circle in any film: hold steering and speed for half a turn or more, and film "
+        "it whole");
+  const Prior prior = prior_of(car);
+  CorneringStiffness result;
+  result.in_range.assign(runs.size(), true);
+  std::vector<CircleRun> used(runs.begin(), runs.end());
+  Fit found;
+  for (int round = 0; round < 3; ++round) {
+    found = fit(used, prior);
+    std::vector<bool> in_range(runs.size());
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+      const RunView seen = view(runs[k], found.solution.x);
+      in_range[k] = !beyond(seen.front, front_curve(found.solution.x)) &&
+                    !beyond(seen.rear, rear_curve(found.solution.x));
+    }
+    if (in_range == result.in_range || std::ranges::count(in_range, true) < 2) break;
+    result.in_range = in_range;
+    used = chosen(runs, in_range);
+  }
+
+  Prior free = prior;
+  free.sigma[centre_shift] = car.wheelbase();
+  free.sigma[marker_angle] = free.sigma[steering_scale] = 1.0;
+  const Solution by_circles = fit(used, free).solution;
+  result.centre_ahead = measured(by_circles, centre_shift);
+  result.free_steering_scale = measured(by_circles, steering_scale);
+
+  const Solution& s = found.solution;
+  result.scatter = found.scatter;
+  result.front.stiffness = stiffness_of(s, log_stiffness_front);
+  result.rear.stiffness = stiffness_of(s, log_stiffness_rear);
+  result.front.grip = front_curve(s.x).grip;
+  result.rear.grip = rear_curve(s.x).grip;
+  result.steering_offset = measured(s, steering_offset);
+  result.steering_scale = measured(s, steering_scale);
+  result.marker_angle = measured(s, marker_angle);
+  Eigen::Index row = 0;
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const RunView seen = view(runs[k], s.x);
+    const double weight_front = result.in_range[k] ? s.weights[row] : 0.0;
+    const double weight_rear = result.in_range[k] ? s.weights[row + 1] : 0.0;
+    if (result.in_range[k]) row += 2;
+    if (weight_front > 0.5 && weight_rear > 0.5) ++result.used;
+    const double sigma = found.scatter * runs[k].drift.sigma;
+    result.front.points.push_back({seen.front.slip, seen.front.force,
+                                   std::hypot(sigma, found.scatter * runs[k].steering.sigma),
+                                   weight_front});
+    result.rear.points.push_back({seen.rear.slip, seen.rear.force, sigma, weight_rear});
+  }
+  return result;
+}
+
+}  // namespace odomd::tools

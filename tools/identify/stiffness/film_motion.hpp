@@ -1,0 +1,67 @@
+// How the car moved, as the film from above saw it: centre of gravity and heading from two markers.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/identify/stiffness/marker_track.hpp"
+
+namespace odomd::tools {
+
+/// Where the markers are on the car: body frame, from the centre of gravity, x forward, y left [m].
+struct MarkerPlaces {
+  Plane front, rear;
+
+  [[nodiscard]] double distance() const { return std::abs(front - rear); }
+};
+
+enum class ImageAxes : std::uint8_t { y_up, y_down };
+
+/// What a unit of the track is.
+struct FilmScale {
+  enum class From : std::uint8_t { given, marker_distance };
+  From from = From::marker_distance;
+  double metres_per_unit = 1.0;  ///< where given; 1 for a track in metres
+  double ratio_sigma = 0.01;  ///< where given: standard uncertainty of the markers' distance by it
+  ImageAxes axes = ImageAxes::y_up;
+};
+
+struct BodyFrame {
+  std::int64_t t_ns = 0;
+  Plane centre;          ///< of gravity [m]
+  double heading = 0.0;  ///< continuous [rad]
+};
+
+struct FilmMotion {
+  std::vector<BodyFrame> frames;
+  double metres_per_unit = 0.0;
+  std::vector<std::string> warnings;
+};
+
+/// Frames in which the markers are not as far apart as they are on the car are left out, and
+/// counted in a warning; so is a scale that is given and contradicts the markers' distance by more
+/// than three of its sigma. Throws std::invalid_argument where scale, places and film do not fit.
+[[nodiscard]] FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
+                                     const FilmScale& scale);
+
+/// The motion about a time.
+struct LocalMotion {
+  Plane velocity;                 ///< of the centre of gravity, film axes [m/s]
+  double heading = 0.0;           ///< [rad]
+  double yaw_rate = 0.0;          ///< [rad/s]
+  double heading_residual = 0.0;  ///< rms over the frames about the straight line [rad]
+  std::size_t frames = 0;
+
+  /// Velocity against the heading [rad].
+  [[nodiscard]] double drift() const { return std::arg(velocity * std::polar(1.0, -heading)); }
+};
+
+/// Heading by a straight line, path by a circle at constant rate, p(τ) = c + q exp(i ψ̇ τ), over the
+/// frames of [t - half, t + half]. Nothing where these
+/// are fewer than six, or leave a third of the window uncovered.
+[[nodiscard]] std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t_ns,
+                                                      std::int64_t half_ns);
+
+}  // namespace odomd::tools

@@ -1,0 +1,165 @@
+#include "tools/identify/stiffness/filmed_circles.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/stiffness/film_motion.hpp"
+#include "tools/identify/stiffness/marker_track.hpp"
+#include "tools/math/median.hpp"
+
+namespace odomd::tools {
+namespace {
+
+void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+void measure_film(const StiffnessOptions& options, const daemon::Config& config,
+                  const MarkerPlaces& places, const std::string& run, FilmedCircles& films) {
+  const auto [tracks, log_file] = film_files(run);
+  const FilmTime time{options.frames_per_second};
+  const MarkerTrack track = tracks.size() == 1 ? read_marker_track(tracks[0], time)
+                                               : read_marker_tracks(tracks[0], tracks[1], time);
+  FilmMotion motion = film_motion(track, places, film_scale(options, places));
+  append(films.warnings, motion.warnings);
+
+  const std::vector<std::string> logs{log_file};
+  const SignalLog log = read_signals(config, logs);
+  append(films.warnings, log.warnings);
+  const Series& gyro = log.need(estimator::Source::yaw_rate);
+  (void)log.need(estimator::Source::steering);
+  FilmAlignment alignment;
+  if (options.time_offset) {
+    alignment = check_alignment(track.name, motion, gyro,
+                                log.first_ns + std::llround(1e9 * *options.time_offset));
+  } else {
+    alignment = align_film(track.name, motion, gyro);
+  }
+  append(films.warnings, alignment.warnings);
+  put_on_clock_of_log(alignment, motion);
+  alignment.offset_ns -= log.first_ns;  // what people can read
+
+  const std::size_t warned = films.warnings.size();
+  std::vector<CircleRun> circles =
+      measure_circles(track.name, motion, log, alignment.offset_ns + log.first_ns,
+                      config.imu_position[1], films.warnings);
+  if (circles.empty() && films.warnings.size() == warned)
+    films.warnings.push_back(
+        track.name + ": no steady circle in it; hold steering and speed for half a turn or more");
+  films.circles.insert(films.circles.end(), circles.begin(), circles.end());
+  films.alignments.push_back(alignment);
+  films.names.push_back(track.name);
+}
+
+void compare_accelerations(std::span<const CircleRun> circles, std::vector<std::string>& warnings) {
+  const std::optional<Measured> slope = accelerometer_slope(circles);
+  const double off = slope ? std::abs(slope->value - 1.0) : 0.0;
+  if (off > std::max(0.02, 3.0 * slope.value_or(Measured{}).sigma) && off <= gross_scale_error)
+    warnings.push_back(fmt::format(
+        "the accelerometer reads {:.1f} % of the film's lateral acceleration: check the film's "
+        "scale and frame rate, and the unit of [can.signals] accel_y",
+        100.0 * slope->value));
+}
+
+// Slow or fast, a car's wheels stand about as its circle needs: l ψ̇ / v.
+void check_steering(std::span<const CircleRun> circles, double wheelbase) {
+  constexpr double far_off = 4.0;
+  std::vector<double> ratios;
+  for (const CircleRun& run : circles)
+    ratios.push_back(run.steering.value / std::atan(wheelbase * run.yaw_rate / run.speed));
+  const double ratio = median_of(std::move(ratios));
+  if (ratio > far_off || ratio < 1.0 / far_off)
+    throw std::invalid_argument(fmt::format(
+        "{}: the log's steering is {:.3g} times the angle that the circles need: mend scale and "
+        "unit of [can.signals] steering, which is the angle of the wheels; or the places of the "
+        "markers (--front, --rear), which give the circles their size",
+        circles.front().film, ratio));
+}
+
+void warn_of_what_is_missing(std::span<const CircleRun> circles,
+                             std::vector<std::string>& warnings) {
+  const auto left =
+      std::ranges::count_if(circles, [](const CircleRun& r) { return r.yaw_rate > 0; });
+  if (left == 0 || left == std::ssize(circles))
+    warnings.push_back(fmt::format(
+        "all circles turn to the {}: the steering's offset and the angle of the markers cannot be "
+        "told from slip; drive circles to the {} too",
+        left == 0 ? "right" : "left", left == 0 ? "left" : "right"));
+  const auto [slow, fast] = std::ranges::minmax_element(
+      circles, {}, [](const CircleRun& r) { return std::abs(r.lateral_accel); });
+  if (std::abs(slow->lateral_accel) > 0.5 * std::abs(fast->lateral_accel))
+    warnings.emplace_back(
+        "all circles are about as fast: slow ones (a quarter of the lateral acceleration) would "
+        "tell the steering's scale and the markers' places from slip");
+}
+
+}  // namespace
+
+FilmedCircles measure_films(const StiffnessOptions& options, const daemon::Config& config,
+                            const MarkerPlaces& places) {
+  FilmedCircles films;
+  for (const std::string& run : options.runs) measure_film(options, config, places, run, films);
+  if (films.circles.empty()) throw std::invalid_argument(films.warnings.back());
+  return films;
+}
+
+std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
+  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  for (const CircleRun& run : circles) {
+    if (!(run.accelerometer.sigma > 0.0)) continue;
+    n += 1.0;
+    x += run.lateral_accel;
+    y += run.accelerometer.value;
+    xx += run.lateral_accel * run.lateral_accel;
+    xy += run.lateral_accel * run.accelerometer.value;
+    yy += run.accelerometer.value * run.accelerometer.value;
+  }
+  const double spread = xx - x * x / std::max(n, 1.0);
+  const double accelerated = yy - y * y / std::max(n, 1.0);
+  if (n < 4.0 || !(spread > 0.0) || !(std::max(spread, accelerated) > 1.0)) return std::nullopt;
+  const double slope = (xy - x * y / n) / spread;
+  // Residuals of the line tell how well its slope is known.
+  const double residual = std::max(accelerated - slope * slope * spread, 0.0);
+  return Measured{slope, std::sqrt(residual / ((n - 2.0) * spread))};
+}
+
+void check_circles(std::span<const CircleRun> circles, double wheelbase) {
+  std::size_t backwards = 0, sideways = 0, against = 0;
+  for (const CircleRun& run : circles) {
+    const double ahead = std::cos(run.drift.value);
+    if (ahead < -0.3)
+      ++backwards;
+    else if (ahead < 0.3)
+      ++sideways;
+    if (run.steering.value * run.yaw_rate < 0.0) ++against;
+  }
+  if (2 * (backwards + sideways) > circles.size())
+    throw std::invalid_argument(
+        circles.front().film +
+        (sideways > backwards
+             ? ": the car moves sideways: --front and --rear are X,Y, forward and to the left of "
+               "the centre of gravity; exchange the two numbers of each"
+             : ": the car moves with its rear ahead: the markers are swapped (exchange --front and "
+               "--rear, or the columns); circles in reverse do not serve"));
+  if (2 * against > circles.size())
+    throw std::invalid_argument(
+        circles.front().film +
+        ": the car turns to the other side than it steers: mend the sign of [can.signals] steering "
+        "(scale = -1.0); left is positive");
+  check_steering(circles, wheelbase);
+}
+
+std::vector<std::string> doubts_about(std::span<const CircleRun> circles) {
+  std::vector<std::string> doubts;
+  warn_of_what_is_missing(circles, doubts);
+  compare_accelerations(circles, doubts);
+  return doubts;
+}
+
+}  // namespace odomd::tools

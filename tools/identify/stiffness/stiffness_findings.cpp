@@ -1,0 +1,183 @@
+#include "tools/identify/stiffness/stiffness_findings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "tools/cli/text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr double degrees = 57.29577951308232;
+
+// Beyond these, circles and what was given cannot both be right.
+constexpr double farthest_centre = 0.03;    // of the wheelbase
+constexpr double farthest_steering = 1.33;  // times
+
+// Known to no better than a quarter: too little to be written anywhere.
+bool is_undetermined(const AxleStiffness& axle) {
+  return 4.0 * axle.stiffness.sigma > axle.stiffness.value;
+}
+
+Finding stiffness_finding(const std::string& axle, const AxleStiffness& found) {
+  Finding finding{.name = "cornering stiffness, " + axle,
+                  .key = "vehicle.cornering_stiffness_" + axle,
+                  .value = found.stiffness.value,
+                  .sigma = found.stiffness.sigma,
+                  .unit = "N/rad"};
+  if (is_undetermined(found)) {
+    finding.determined = Determined::no;
+    finding.remark = "too little slip for these markers; drive faster circles, and slow ones too";
+  } else {
+    finding.remark = fmt::format("slope at zero slip; within 10 % of it up to {:.1f}°",
+                                 degrees * found.linear_range());
+  }
+  return finding;
+}
+
+}  // namespace
+
+void require_slip(const CorneringStiffness& found) {
+  if (!is_undetermined(found.front) || !is_undetermined(found.rear)) return;
+  double slip = 0.0, sigma = 0.0;
+  for (const AxlePoint& point : found.rear.points) {
+    slip = std::max(slip, std::abs(point.force) / found.rear.stiffness.value);
+    sigma = std::max(sigma, point.sigma);
+  }
+  throw std::invalid_argument(fmt::format(
+      "the circles are too slow or too noisy: the largest slip angle is about {:.2f}°, of which "
+      "the film resolves {:.2f}°; drive faster, or film sharper and closer, with the markers "
+      "farther apart and their places better known",
+      degrees * slip,
+      degrees * std::max(sigma, slip * found.rear.stiffness.sigma / found.rear.stiffness.value)));
+}
+
+std::vector<std::string> contradictions(const FilmedCircles& films, const CorneringStiffness& found,
+                                        const CircleCar& car) {
+  std::vector<std::string> lines;
+  const Measured& ahead = found.centre_ahead;
+  if (std::abs(ahead.value) >
+      std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), farthest_centre * car.wheelbase()))
+    lines.push_back(
+        fmt::format("the circles put the centre of gravity {:.3f} m {} where --front and --rear "
+                    "have it: measure both from the centre of gravity, backwards negative, and "
+                    "check front_axle and rear_axle",
+                    std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind"));
+  for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
+    if (lines.empty() && (scale.value > farthest_steering || scale.value < 1.0 / farthest_steering))
+      lines.push_back(
+          fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles: "
+                      "mend the scale of [can.signals] steering, or the places of the markers",
+                      scale.value));
+  const auto slope = accelerometer_slope(films.circles);
+  if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
+    lines.push_back(
+        fmt::format("the accelerometer reads {:.0f} % of the film's lateral acceleration, and one "
+                    "of the two is wrong: the markers' distance or the film's scale, its frame "
+                    "rate, or scale and unit of [can.signals] accel_y",
+                    100.0 * slope->value));
+  const auto fitted = std::ranges::count(found.in_range, true);
+  if (lines.empty() && 2 * found.used < static_cast<std::size_t>(fitted))
+    lines.push_back(fmt::format(
+        "of {} fitted {} lie on the curve: check the places of the markers, that the track "
+        "does not lose them, and front_axle and rear_axle",
+        counted(static_cast<std::size_t>(fitted), "circle"), found.used));
+  return lines;
+}
+
+Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness& found,
+                            std::span<const std::string> against) {
+  Findings findings{.method = "stiffness",
+                    .origin = fmt::format("{} filmed", counted(films.circles.size(), "circle")),
+                    .warnings = films.warnings};
+  findings.values.push_back(stiffness_finding("front", found.front));
+  findings.values.push_back(stiffness_finding("rear", found.rear));
+  for (const std::string& line : against) findings.warnings.push_back(line);
+  if (!against.empty())
+    for (Finding& finding : findings.values) {
+      finding.determined = Determined::no;
+      finding.remark = "contradicted: see the warning";
+    }
+  findings.values.push_back({.name = "steering angle when straight ahead",
+                             .value = found.steering_offset.value,
+                             .sigma = found.steering_offset.sigma,
+                             .unit = "rad",
+                             .remark = "for the reader; fit tells it from a lap",
+                             .share = Share::says_nothing});
+  findings.values.push_back({.name = "steering angle reported per angle of the wheels",
+                             .value = found.steering_scale.value,
+                             .sigma = found.steering_scale.sigma,
+                             .remark = "rolling resistance is in it"});
+  for (std::size_t k = 0; k < films.names.size(); ++k)
+    findings.values.push_back({.name = "begin of the film after the log",
+                               .value = 1e-9 * static_cast<double>(films.alignments[k].offset_ns),
+                               .sigma = films.alignments[k].sigma_s,
+                               .unit = "s",
+                               .remark = films.names[k],
+                               .share = Share::says_nothing});
+  for (const FilmAlignment& film : films.alignments)
+    findings.details["films"].push_back({{"rate", film.rate}, {"rate_sigma", film.rate_sigma}});
+
+  nlohmann::ordered_json& details = findings.details;
+  details["scatter"] = found.scatter;
+  details["centre_ahead"] = {{"value", found.centre_ahead.value},
+                             {"sigma", found.centre_ahead.sigma}};
+  details["free_steering_scale"] = {{"value", found.free_steering_scale.value},
+                                    {"sigma", found.free_steering_scale.sigma}};
+  details["linear_range"] = {{"front", found.front.linear_range()},
+                             {"rear", found.rear.linear_range()}};
+  details["grip"] = {{"front", found.front.grip}, {"rear", found.rear.grip}};
+  for (std::size_t k = 0; k < films.circles.size(); ++k) {
+    const CircleRun& run = films.circles[k];
+    const AxlePoint& front = found.front.points[k];
+    const AxlePoint& rear = found.rear.points[k];
+    details["circles"].push_back({{"film", run.film},
+                                  {"begin", 1e-9 * static_cast<double>(run.begin_ns)},
+                                  {"end", 1e-9 * static_cast<double>(run.end_ns)},
+                                  {"speed", run.speed},
+                                  {"yaw_rate", run.yaw_rate},
+                                  {"lateral_accel", run.lateral_accel},
+                                  {"accelerometer", run.accelerometer.value},
+                                  {"gyro", run.gyro.value},
+                                  {"drift", run.drift.value},
+                                  {"drift_sigma", run.drift.sigma},
+                                  {"steering", run.steering.value},
+                                  {"slip_front", front.slip},
+                                  {"force_front", front.force},
+                                  {"slip_rear", rear.slip},
+                                  {"force_rear", rear.force},
+                                  {"weight_front", front.weight},
+                                  {"weight_rear", rear.weight}});
+  }
+  for (std::size_t axle = 0; axle < 2; ++axle) {
+    const Finding& finding = findings.values[axle];
+    if (finding.determined == Determined::yes && 2.0 * finding.sigma > 0.05 * finding.value)
+      findings.warnings.push_back(fmt::format(
+          "{}: 2 sigma are {:.1f} %, and 5 % can be had: drive faster circles, and slow ones too",
+          finding.name, 200.0 * finding.sigma / finding.value));
+  }
+  return findings;
+}
+
+std::string circle_table(const FilmedCircles& films, const CorneringStiffness& found) {
+  Table table{.header = {"film", "from [s]", "turns", "v [m/s]", "R [m]", "a_y [m/s2]",
+                         "slip front [deg]", "rear [deg]", ""}};
+  for (std::size_t k = 0; k < films.circles.size(); ++k) {
+    const CircleRun& run = films.circles[k];
+    const bool kept = found.front.points[k].weight > 0.5 && found.rear.points[k].weight > 0.5;
+    table.rows.push_back({run.film, fixed(1e-9 * static_cast<double>(run.begin_ns), 1),
+                          fixed(run.turned / 6.283185307179586, 2), fixed(run.speed, 2),
+                          fixed(run.radius(), 2), fixed(run.lateral_accel, 2),
+                          fixed(degrees * found.front.points[k].slip, 2),
+                          fixed(degrees * found.rear.points[k].slip, 2),
+                          !found.in_range[k] ? "beyond the linear range"
+                          : kept             ? ""
+                                             : "off the curve"});
+  }
+  return table.text();
+}
+
+}  // namespace odomd::tools

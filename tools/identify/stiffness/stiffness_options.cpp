@@ -1,0 +1,216 @@
+#include "tools/identify/stiffness/stiffness_options.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tools/identify/common/quantity.hpp"
+
+namespace odomd::tools {
+namespace {
+
+std::vector<std::string> parts_of(const std::string& text) {
+  std::vector<std::string> parts{""};
+  for (const char letter : text) {
+    if (letter == ',')
+      parts.emplace_back();
+    else
+      parts.back() += letter;
+  }
+  return parts;
+}
+
+Plane parse_place(const std::string& option, const std::string& text) {
+  const std::vector<std::string> parts = parts_of(text);
+  if (parts.size() != 2)
+    throw std::invalid_argument(
+        option + ": \"" + text +
+        "\" is not X,Y from the centre of gravity, forward and to the left: 0.18,0 or 18cm,0");
+  return {parse_quantity(parts[0], Dimension::length, option).value,
+          parse_quantity(parts[1], Dimension::length, option).value};
+}
+
+void require_positive(const std::string& option, const std::optional<double>& value) {
+  if (value && !(*value > 0.0 && std::isfinite(*value)))
+    throw std::invalid_argument(option + ": must be greater than 0");
+}
+
+double given_or(const std::string& text, Dimension dimension, const std::string& option,
+                double otherwise) {
+  return text.empty() ? otherwise : parse_positive(text, dimension, option);
+}
+
+double sigma_marker_of(const StiffnessOptions& options, const MarkerPlaces& places) {
+  return given_or(options.sigma_marker, Dimension::length, "--sigma-marker",
+                  places.distance() / 300.0);
+}
+
+// Of a scale by the markers' distance, relative.
+double sigma_by_distance(const StiffnessOptions& options, const MarkerPlaces& places) {
+  return std::numbers::sqrt2 * sigma_marker_of(options, places) / places.distance();
+}
+
+// Of a scale that is given, relative.
+double sigma_scale_of(const StiffnessOptions& options) {
+  constexpr double largest = 0.1;
+  const double sigma = parse_positive(options.sigma_scale, Dimension::pure, "--sigma-scale");
+  if (sigma > largest)
+    throw std::invalid_argument(
+        options.sigma_scale.ends_with('%')
+            ? fmt::format("--sigma-scale: {} is too much; 10% at the most", options.sigma_scale)
+            : fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%", options.sigma_scale,
+                          100.0 * sigma, options.sigma_scale));
+  return sigma;
+}
+
+bool scale_given(const StiffnessOptions& options) {
+  return options.metres || options.metres_per_pixel.has_value();
+}
+
+}  // namespace
+
+void check(const StiffnessOptions& options) {
+  if (options.metres && options.metres_per_pixel)
+    throw std::invalid_argument("--metres and --metres-per-pixel: give one of them");
+  if (options.time_offset && options.runs.size() > 1)
+    throw std::invalid_argument("--time-offset: is for a single --run");
+  for (const auto& [option, value] : {std::pair{"--metres-per-pixel", options.metres_per_pixel},
+                                      std::pair{"--fps", options.frames_per_second}})
+    require_positive(option, value);
+  if (!(options.rolling_resistance >= 0.0 && options.rolling_resistance < 0.3))
+    throw std::invalid_argument("--rolling-resistance: must lie between 0 and 0.3");
+}
+
+MarkerPlaces marker_places(const StiffnessOptions& options) {
+  return {parse_place("--front", options.front), parse_place("--rear", options.rear)};
+}
+
+FilmFiles film_files(const std::string& run) {
+  std::vector<std::string> files = parts_of(run);
+  if (files.size() != 2 && files.size() != 3)
+    throw std::invalid_argument("--run: \"" + run +
+                                "\" is neither MARKERS,LOG nor FRONT,REAR,LOG (three files where "
+                                "each marker has its own)");
+  std::string log = std::move(files.back());
+  files.pop_back();
+  return {std::move(files), std::move(log)};
+}
+
+FilmScale film_scale(const StiffnessOptions& options, const MarkerPlaces& places) {
+  return {.from = scale_given(options) ? FilmScale::From::given : FilmScale::From::marker_distance,
+          .metres_per_unit = options.metres ? 1.0 : options.metres_per_pixel.value_or(1.0),
+          .ratio_sigma = std::hypot(sigma_scale_of(options), sigma_by_distance(options, places)),
+          .axes = options.y_down ? ImageAxes::y_down : ImageAxes::y_up};
+}
+
+CircleCar circle_car(const StiffnessOptions& options, const daemon::Config& config,
+                     const MarkerPlaces& places) {
+  const double wheelbase = config.vehicle.wheelbase();
+  const double mass = config.vehicle.mass;
+  const double sigma_mass =
+      given_or(options.sigma_mass, Dimension::mass, "--sigma-mass", 0.005 * mass);
+  const double sigma_axle =
+      given_or(options.sigma_axle, Dimension::length, "--sigma-axle", 0.004 * wheelbase);
+  const double sigma_marker = sigma_marker_of(options, places);
+  const double given = sigma_scale_of(options);
+  return {.mass = {mass, sigma_mass},
+          .front_axle = {config.vehicle.front_axle, sigma_axle},
+          .rear_axle = {config.vehicle.rear_axle, sigma_axle},
+          .rolling_resistance = {options.rolling_resistance, 0.01},
+          .sigma_scale = scale_given(options) ? given : sigma_by_distance(options, places),
+          .sigma_marker = sigma_marker,
+          .marker_distance = places.distance()};
+}
+
+void describe_stiffness(Command command, StiffnessOptions& options) {
+  command.description("Cornering stiffness of both axles, from circles filmed from above");
+  command.footer(
+      "The experiment: fix two markers to the roof, in one height, as far apart as the car "
+      "allows;\n"
+      "measure from the centre of gravity how far ahead and to the left each is. Film from above,\n"
+      "the camera fixed and looking straight down, 50 frames a second or more, the bus being "
+      "logged\n"
+      "(candump -L). From standing, drive a circle at steady steering and speed, two turns; stop.\n"
+      "Do so slowly, at medium speed and until the car slides a little, to the left and to the\n"
+      "right: six circles at least, in one film or in several. Track both markers: odom identify\n"
+      "track, or a program such as Tracker. Mass and axles must be in the configuration.\n"
+      "\n"
+      "The film gives the drift angle (path of the centre of gravity against the heading), speed,\n"
+      "yaw rate and lateral acceleration; the log the steering angle. Where the film lies in the\n"
+      "log is found from the yaw rates. The stiffness is the slope at zero slip of a curve that\n"
+      "saturates, fitted to all circles. In the uncertainty are: the scatter of the circles, the\n"
+      "markers' places, the film's scale, mass, axles, steering offset and scale, rolling\n"
+      "resistance, and 1 % for what a bicycle leaves out of a car.\n"
+      "\n"
+      "Examples:\n"
+      "  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --y-down \\\n"
+      "    --run markers.csv,drive.log --plot tyres.svg --write car.toml\n"
+      "  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --metres \\\n"
+      "    --run left.csv,left.log --run right.csv,right.log\n"
+      "  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 \\\n"
+      "    --run front.txt,rear.txt,drive.log");
+  command
+      .add_option("--run", options.runs,
+                  "A film and its log: a table with t,x_front,y_front,x_rear,y_rear, or a table a "
+                  "marker with t,x,y; repeatable")
+      .type_name("MARKERS[,REAR],LOG")
+      .required();
+  command.add_option("--config", options.config, "The car's configuration")
+      .type_name("FILE")
+      .required();
+  command
+      .add_option("--front", options.front,
+                  "Place of the front marker: ahead of the centre of gravity and to its left [m]")
+      .type_name("X,Y")
+      .required();
+  command.add_option("--rear", options.rear, "... and of the rear marker: -0.12,0 [m]")
+      .type_name("X,Y")
+      .required();
+  command
+      .add_option("--metres-per-pixel", options.metres_per_pixel,
+                  "Scale of the tracks; default: from the distance of the markers")
+      .type_name("S");
+  command.add_flag("--metres", options.metres, "The tracks are in metres");
+  command.add_flag("--y-down", options.y_down,
+                   "The tracks' y points down, as pixels do, or the film is mirrored");
+  command
+      .add_option("--fps", options.frames_per_second,
+                  "The tracks' t counts frames of so many a second, as they were taken")
+      .type_name("N");
+  command
+      .add_option("--time-offset", options.time_offset,
+                  "The film's time 0 after the log's first frame [s]; default: found")
+      .type_name("T");
+  command.add_option("--plot", options.plot, "Picture of force over slip angle, .svg or .png")
+      .type_name("FILE");
+  const std::string known = "How well it was measured (one standard deviation)";
+  command.add_option("--sigma-mass", options.sigma_mass, "Of the mass [kg]; default: 0.5 %")
+      .type_name("S")
+      .group(known);
+  command
+      .add_option("--sigma-axle", options.sigma_axle,
+                  "Of front_axle and rear_axle, each [m]; default: 0.4 % of the wheelbase")
+      .type_name("S")
+      .group(known);
+  command
+      .add_option("--sigma-marker", options.sigma_marker,
+                  "Of a marker's place on the car [m]; default: 1/300 of their distance")
+      .type_name("S")
+      .group(known);
+  command
+      .add_option("--sigma-scale", options.sigma_scale,
+                  "Of a scale that is given, relative; default: 0.3%")
+      .type_name("S")
+      .group(known);
+  command
+      .add_option("--rolling-resistance", options.rolling_resistance,
+                  "Coefficient, +- 0.01; default: 0.015")
+      .type_name("C")
+      .group(known);
+  add_delivery(command, options.delivery);
+}
+
+}  // namespace odomd::tools

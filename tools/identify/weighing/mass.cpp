@@ -1,0 +1,93 @@
+// odom identify mass: on a scale, as a whole or by parts.
+#include <memory>
+#include <stdexcept>
+
+#include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/quantity.hpp"
+#include "tools/identify/methods.hpp"
+#include "tools/identify/weighing/scale_options.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  ScaleOptions scale;
+  std::string wheelbase, track_width;
+  LevelOptions level;
+  Delivery delivery;
+};
+
+/// Only ratios count for the mass: of a car whose size nobody tells they are those of most.
+Dimensions dimensions_of(const Options& options) {
+  if (options.wheelbase.empty() && !(options.level.height.empty() && options.track_width.empty()))
+    throw std::invalid_argument(
+        "--wheelbase is missing, which --height and --track-width are held against");
+  Dimensions dimensions;
+  dimensions.wheelbase.value =
+      options.wheelbase.empty()
+          ? 1.0
+          : parse_plausible(options.wheelbase, Dimension::length, "--wheelbase", {0.05, 10.0});
+  constexpr double usual = 0.6;  // track width by wheelbase
+  dimensions.track_width = Measured{
+      options.track_width.empty()
+          ? usual * dimensions.wheelbase.value
+          : parse_plausible(options.track_width, Dimension::length, "--track-width", {0.02, 5.0}),
+      0.0};
+  set_level(options.level, dimensions);
+  return dimensions;
+}
+
+void identify_mass(const Options& options) {
+  check(options.delivery);
+  Weighings weighings = weighings_of(options.scale);
+  const WheelLoads loads = loads_on_slopes(weighings, dimensions_of(options));
+  const auto mass = mass_of(loads, weighings.scale);
+  if (!mass)
+    throw std::invalid_argument(
+        "the loads do not add up to the whole car; give --total, --front and --rear, or all "
+        "wheels");
+  Findings findings{.method = "mass", .origin = weighings.origin};
+  findings.values.push_back({.name = "mass",
+                             .key = "vehicle.mass",
+                             .value = mass->value,
+                             .sigma = mass->sigma,
+                             .unit = "kg"});
+  if (const auto line = contradiction(loads))
+    findings.warnings.push_back(*line);
+  else if (const auto doubt = coarse(*mass))
+    findings.warnings.push_back(*doubt);
+  deliver(findings, options.delivery);
+}
+
+}  // namespace
+
+void add_mass(Command identify) {
+  const auto options = std::make_shared<Options>();
+  Command method = identify.add_subcommand("mass", "The car's mass, on a scale");
+  method.footer(
+      "Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three\n"
+      "times, lifting it off in between. A scale that is too small takes one axle at a time, the\n"
+      "other one on a block as high as the scale: give --front and --rear, or all four wheels.\n"
+      "0.5 % is plenty. The uncertainty is made of the scatter and the last digit of the scale,\n"
+      "and of its gain, which repeating does not improve: weigh a litre of water to know it. Of\n"
+      "axles and wheels a slope is in it too, which shifts weight to the ones beside the scale.\n"
+      "\n"
+      "Examples:\n"
+      "  odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g\n"
+      "  odom identify mass --front 9.6N --rear 19.7N --scale-sigma 0.05N --gravity 9.8077\n"
+      "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
+  add_scale_options(method, options->scale);
+  method
+      .add_option("--wheelbase", options->wheelbase,
+                  "Between the centres of front and rear wheels [m]; --height is held against it")
+      .type_name("LENGTH");
+  method
+      .add_option("--track-width", options->track_width,
+                  "For sides and wheels [m]; default: 0.6 of the wheelbase")
+      .type_name("LENGTH");
+  add_level_options(method, options->level);
+  add_delivery(method, options->delivery);
+  method.callback([options] { identify_mass(*options); });
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,163 @@
+#include "tools/identify/weighing/scale_options.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "tools/cli/text.hpp"
+#include "tools/identify/common/quantity.hpp"
+
+namespace odomd::tools {
+namespace {
+
+constexpr std::string_view meaning(Load load) {
+  switch (load) {
+    case Load::total:
+      return "The whole car on the scale";
+    case Load::front:
+      return "Load of the front axle, the rear one level beside the scale";
+    case Load::rear:
+      return "Load of the rear axle";
+    case Load::left:
+      return "Load of the left wheels";
+    case Load::right:
+      return "Load of the right wheels";
+    case Load::front_left:
+      return "Load of the front left wheel, the others level";
+    case Load::front_right:
+      return "Load of the front right wheel";
+    case Load::rear_left:
+      return "Load of the rear left wheel";
+    case Load::rear_right:
+      return "Load of the rear right wheel";
+    case Load::count:
+      break;
+  }
+  return "";
+}
+
+}  // namespace
+
+void add_gravity_option(Command method, std::string& gravity) {
+  method
+      .add_option("--gravity", gravity,
+                  "Local gravity [m/s2], good to 0.001; default: 9.806 +- 0.015, anywhere on Earth")
+      .type_name("G");
+}
+
+Measured gravity_of(const std::string& gravity) {
+  // Between equator (9.780) and poles (9.832).
+  if (gravity.empty()) return {9.806, 0.015};
+  const double value = parse_positive(gravity, Dimension::pure, "--gravity");
+  if (value < 9.7 || value > 9.9)
+    throw std::invalid_argument("--gravity: " + gravity + " is not on Earth; 9.76 to 9.84 is");
+  return {value, 0.001};
+}
+
+void add_scale_options(Command method, ScaleOptions& options) {
+  for (std::size_t i = 0; i < options.loads.size(); ++i) {
+    const auto load = static_cast<Load>(i);
+    method
+        .add_option(
+            "--" + std::string(option_of(load)), options.loads[i],
+            std::string(meaning(load)) +
+                (load == Load::total ? "; kg, or 2985g, or 29.3N; repeat each weighing" : ""))
+        .type_name("LOAD")
+        .one_each();
+  }
+  method
+      .add_option("--scale-resolution", options.resolution,
+                  "The last digit that the scale shows [kg], or 1g")
+      .type_name("LOAD");
+  method
+      .add_option("--scale-sigma", options.sigma,
+                  "Standard deviation of weighings of one load [kg], or 2g; default: half of "
+                  "the last digit")
+      .type_name("LOAD");
+  method
+      .add_option("--scale-accuracy", options.accuracy,
+                  "Standard uncertainty of its gain: 0.001, or 0.1%; default: 0.1%")
+      .type_name("X");
+  add_gravity_option(method, options.gravity);
+}
+
+Weighings weighings_of(const ScaleOptions& options) {
+  Weighings result;
+  const Measured gravity = gravity_of(options.gravity);
+  bool newtons = false;
+  const auto kilograms = [&](const std::string& text, const std::string& option) {
+    const Quantity quantity = parse_quantity(text, Dimension::mass, option);
+    if (quantity.unit == Unit::si) return quantity.value;
+    newtons = true;
+    return quantity.value / gravity.value;
+  };
+  for (std::size_t i = 0; i < options.loads.size(); ++i) {
+    const auto load = static_cast<Load>(i);
+    for (const std::string& text : options.loads[i])
+      result.weighings.push_back({load, kilograms(text, "--" + std::string(option_of(load)))});
+  }
+  const auto not_negative = [&](const std::string& text, const std::string& option) {
+    const double value = kilograms(text, option);
+    if (value < 0.0)
+      throw std::invalid_argument(option + ": " + text + " is not possible; it must be 0 or more");
+    return value;
+  };
+  if (!options.resolution.empty())
+    result.scale.resolution = not_negative(options.resolution, "--scale-resolution");
+  if (!options.sigma.empty()) result.scale.sigma = not_negative(options.sigma, "--scale-sigma");
+  result.scale.accuracy =
+      options.accuracy.empty()
+          ? 1e-3
+          : parse_not_negative(options.accuracy, Dimension::pure, "--scale-accuracy");
+  constexpr double worst_gain = 0.1;
+  if (result.scale.accuracy > worst_gain)
+    throw std::invalid_argument("--scale-accuracy: " + options.accuracy +
+                                " is more than a tenth; write per cent as 0.1%");
+  if (newtons)  // a weight is a mass only as well as gravity is known
+    result.scale.accuracy = std::hypot(result.scale.accuracy, gravity.sigma / gravity.value);
+  result.origin = "scale, " + counted(result.weighings.size(), "weighing");
+  return result;
+}
+
+void add_level_options(Command method, LevelOptions& options) {
+  method
+      .add_option("--height", options.height,
+                  "Of the centre of gravity above the ground, roughly [m]; default: a quarter of "
+                  "the wheelbase")
+      .type_name("LENGTH");
+  method
+      .add_option("--level", options.level,
+                  "How level the car stood, standard uncertainty [rad], or 0.5deg; default: "
+                  "0.25deg")
+      .type_name("ANGLE");
+}
+
+void set_level(const LevelOptions& options, Dimensions& dimensions) {
+  // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
+  dimensions.height = options.height.empty()
+                          ? 0.25 * dimensions.wheelbase.value
+                          : parse_not_negative(options.height, Dimension::length, "--height");
+  dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
+  if (dimensions.level_sigma > 0.2)
+    throw std::invalid_argument("--level: so askew the loads say nothing; level the car");
+}
+
+std::optional<std::string> coarse(const Measured& mass) {
+  constexpr double good = 0.02;  // 2 sigma
+  if (2.0 * mass.sigma < good * mass.value) return std::nullopt;
+  return fmt::format(
+      "2 sigma of the mass are {:.1f} %, and 0.5 % are plenty: is the unit of --scale-resolution, "
+      "--scale-sigma, --scale-accuracy or --level meant?",
+      200.0 * mass.sigma / mass.value);
+}
+
+WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions) {
+  const WheelLoads loads = wheel_loads(weighings.weighings, weighings.scale);
+  const auto mass = mass_of(loads, weighings.scale);
+  if (!mass) return loads;
+  weighings.scale = with_slopes(weighings.scale, mass->value, dimensions);
+  return wheel_loads(weighings.weighings, weighings.scale);
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,54 @@
+// The options of what is found on a scale: loads, what the scale is worth, gravity.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/cli/command.hpp"
+#include "tools/identify/weighing/weighing.hpp"
+
+namespace odomd::tools {
+
+struct ScaleOptions {
+  std::array<std::vector<std::string>, static_cast<std::size_t>(Load::count)> loads;
+  std::string resolution;
+  std::string sigma;
+  std::string accuracy;
+  std::string gravity;
+};
+
+void add_scale_options(Command method, ScaleOptions& options);
+
+struct Weighings {
+  std::vector<Weighing> weighings;
+  Scale scale;
+  std::string origin;  ///< "scale, 6 weighings"
+};
+
+/// Throws std::invalid_argument for numbers that cannot be.
+[[nodiscard]] Weighings weighings_of(const ScaleOptions& options);
+
+/// How level the car stood; both methods that weigh axles ask.
+struct LevelOptions {
+  std::string height;
+  std::string level = "0.25deg";
+};
+
+void add_level_options(Command method, LevelOptions& options);
+
+/// Height and slope into the dimensions, of which the wheelbase must be there.
+void set_level(const LevelOptions& options, Dimensions& dimensions);
+
+/// Of a mass that is known to 2 % only, or worse: a line that asks for the units.
+[[nodiscard]] std::optional<std::string> coarse(const Measured& mass);
+
+/// The loads by a scale that has got the shifts of a car on slopes: so have `weighings` afterwards.
+[[nodiscard]] WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions);
+
+/// --gravity: local, or the mean of the Earth's with the spread of it.
+void add_gravity_option(Command method, std::string& gravity);
+[[nodiscard]] Measured gravity_of(const std::string& gravity);
+
+}  // namespace odomd::tools

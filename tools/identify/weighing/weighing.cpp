@@ -1,0 +1,269 @@
+#include "tools/identify/weighing/weighing.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace odomd::tools {
+namespace {
+
+struct LoadInfo {
+  std::string_view option;
+  std::array<double, 4> wheels;  ///< front left, front right, rear left, rear right
+};
+
+constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_table{{
+    {"total", {1, 1, 1, 1}},
+    {"front", {1, 1, 0, 0}},
+    {"rear", {0, 0, 1, 1}},
+    {"left", {1, 0, 1, 0}},
+    {"right", {0, 1, 0, 1}},
+    {"front-left", {1, 0, 0, 0}},
+    {"front-right", {0, 1, 0, 0}},
+    {"rear-left", {0, 0, 1, 0}},
+    {"rear-right", {0, 0, 0, 1}},
+}};
+
+// More digits than this no scale has, a big one fewer: a unit is wrong.
+constexpr double most_digits = 1e6;
+constexpr double most_digits_of_a_heavy_one = 2e5;
+constexpr double heavy = 60.0;  // kg
+
+bool shows(const Scale& scale, double mass) {
+  return !(scale.resolution > 0.0) ||
+         mass <= (mass > heavy ? most_digits_of_a_heavy_one : most_digits) * scale.resolution;
+}
+
+// A load that lies so far off what all of them say together is no scatter: it was another car, or
+// half of it.
+constexpr double another_car = 0.1;
+
+// Weighings of one load scatter by so much of the last digit where nobody tells by how much.
+constexpr double half_a_digit = 0.5;
+
+const LoadInfo& info_of(Load load) {
+  return loads_table[static_cast<std::size_t>(load)];
+}
+
+Eigen::Vector4d wheels_of(Load load) {
+  return Eigen::Vector4d(info_of(load).wheels.data());
+}
+
+}  // namespace
+
+std::string_view option_of(Load load) {
+  return info_of(load).option;
+}
+
+bool WheelLoads::tells(const Eigen::Vector4d& sum) const {
+  return (told * sum - sum).norm() < 1e-9;
+}
+
+namespace {
+
+void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& loads) {
+  if (!contradiction(loads)) return;
+  const Weighing* worst = nullptr;
+  double most = another_car;
+  for (const Weighing& weighing : weighings) {
+    const double together = wheels_of(weighing.load).dot(loads.load);
+    const double off = std::fabs(weighing.mass - together) / std::fabs(together);
+    if (off <= most) continue;
+    most = off;
+    worst = &weighing;
+  }
+  if (worst == nullptr) return;
+  throw std::invalid_argument(fmt::format(
+      "--{}: {:g} kg are {:.0f} % off the {:.4g} kg that all loads together say: weigh again, or "
+      "leave out the load that is wrong",
+      option_of(worst->load), worst->mass, 100.0 * most, wheels_of(worst->load).dot(loads.load)));
+}
+
+/// Generalised least squares, where every load is off by `unknown` [kg], too, once.
+WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double unknown) {
+  const auto n = static_cast<Eigen::Index>(weighings.size());
+  Eigen::MatrixXd design(n, 4);
+  Eigen::VectorXd shown(n);
+  // The scale rounds a load alike each time; the scatter is of each weighing alone.
+  const double rounding = scale.resolution * scale.resolution / 12.0;
+  const double scatter = scale.sigma > 0.0 ? scale.sigma : half_a_digit * scale.resolution;
+  const auto once_a_load = [&](Load load) {
+    const double axle = scale.axle_shift * scale.axle_shift;
+    const double side = scale.side_shift * scale.side_shift;
+    switch (load) {
+      case Load::total:
+        return rounding;
+      case Load::front:
+      case Load::rear:
+        return rounding + axle;
+      case Load::left:
+      case Load::right:
+        return rounding + side;
+      default:
+        return rounding + 0.25 * (axle + side);
+    }
+  };
+  Eigen::MatrixXd variance = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Weighing& weighing = weighings[static_cast<std::size_t>(i)];
+    design.row(i) = wheels_of(weighing.load);
+    shown(i) = weighing.mass;
+    for (Eigen::Index j = 0; j < n; ++j)
+      if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
+        variance(i, j) = once_a_load(weighing.load) + unknown * unknown;
+    // Weighings that repeat must not be singular, however small a scatter is told.
+    variance(i, i) += std::max(scatter * scatter, 1e-4 * rounding);
+  }
+  const Eigen::LLT<Eigen::MatrixXd> factor(variance);
+  const Eigen::MatrixXd whitened = factor.matrixL().solve(design);
+  const Eigen::VectorXd target = factor.matrixL().solve(shown);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(whitened, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd& singular = svd.singularValues();
+
+  WheelLoads loads;
+  int rank = 0;
+  for (Eigen::Index k = 0; k < singular.size(); ++k) {
+    if (singular(k) < 1e-9 * singular(0)) continue;
+    ++rank;
+    const Eigen::Vector4d direction = svd.matrixV().col(k);
+    loads.load += direction * (svd.matrixU().col(k).dot(target) / singular(k));
+    loads.covariance += direction * direction.transpose() / (singular(k) * singular(k));
+    loads.told += direction * direction.transpose();
+  }
+  loads.chi_square = (target - whitened * loads.load).squaredNorm();
+  loads.excess = static_cast<int>(n) - rank;
+  return loads;
+}
+
+void check(std::span<const Weighing> weighings, const Scale& scale) {
+  if (weighings.empty())
+    throw std::invalid_argument("no load is given; weigh the car, and give --total, --front, ...");
+  if (!(scale.sigma > 0.0) && !(scale.resolution > 0.0))
+    throw std::invalid_argument(
+        "how good is the scale? Give --scale-resolution, its last digit, or --scale-sigma");
+  for (const Weighing& weighing : weighings) {
+    if (!(weighing.mass > 0.0))
+      throw std::invalid_argument(
+          fmt::format("--{}: {} kg is not possible; it must be greater "
+                      "than 0",
+                      option_of(weighing.load), weighing.mass));
+    if (!shows(scale, weighing.mass))
+      throw std::invalid_argument(
+          fmt::format("--{}: no scale shows {:g} kg by {:g} kg; grams are written 2985g",
+                      option_of(weighing.load), weighing.mass, scale.resolution));
+  }
+}
+
+}  // namespace
+
+// Where loads do not fit together one of them is wrong, and which nobody knows: each may be off by
+// as much as makes of chi² what is expected (Mandel and Paule, 1970). What one load scatters by
+// itself that does not explain, and all uncertainties grow.
+WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
+  check(weighings, scale);
+  WheelLoads loads = solve(weighings, scale, 0.0);
+  const double seen = loads.chi_square;
+  double heaviest = 0.0;
+  std::array<bool, static_cast<std::size_t>(Load::count)> weighed{};
+  for (const Weighing& weighing : weighings) {
+    heaviest = std::max(heaviest, weighing.mass);
+    weighed[static_cast<std::size_t>(weighing.load)] = true;
+  }
+  const auto repeated =
+      static_cast<int>(weighings.size()) - static_cast<int>(std::ranges::count(weighed, true));
+  const int checks = loads.excess - repeated;  // of loads by others
+  // Where each load may be off by anything only its own repetitions are left.
+  const double own = checks > 0 ? solve(weighings, scale, heaviest).chi_square : seen;
+  if (checks > 0 && contradiction({.chi_square = seen - own, .excess = checks})) {
+    double low = 0.0, high = heaviest;
+    for (int i = 0; i < 50; ++i) {
+      const double middle = 0.5 * (low + high);
+      (solve(weighings, scale, middle).chi_square - own > checks ? low : high) = middle;
+    }
+    loads = solve(weighings, scale, high);
+  }
+  if (loads.excess > 0) loads.covariance *= std::max(loads.chi_square / loads.excess, 1.0);
+  loads.chi_square = seen;
+  refuse_another_car(weighings, loads);
+  return loads;
+}
+
+std::optional<std::string> contradiction(const WheelLoads& loads) {
+  if (loads.excess <= 0) return std::nullopt;
+  // Wilson and Hilferty (1931): the cube root of chi² is nearly normal.
+  const double k = 2.0 / (9.0 * loads.excess);
+  const double z = (std::cbrt(loads.chi_square / loads.excess) - (1.0 - k)) / std::sqrt(k);
+  if (z < 2.326) return std::nullopt;
+  const double times = std::sqrt(loads.chi_square / loads.excess);
+  return fmt::format(
+      "the loads contradict each other {} more than the scale explains: did the car "
+      "stand level, touch nothing, and carry the same each time? The uncertainty is larger for it",
+      times < 100.0 ? fmt::format("{:.1f} times", times) : "a hundred times and");
+}
+
+std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
+  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
+  if (!loads.tells(all)) return std::nullopt;
+  const double mass = all.dot(loads.load);
+  const double variance = all.dot(loads.covariance * all);
+  return Measured{mass, std::hypot(std::sqrt(variance), scale.accuracy * mass)};
+}
+
+std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
+  const Eigen::Vector4d all = Eigen::Vector4d::Ones();
+  if (!loads.tells(all) || !loads.tells(wheels)) return std::nullopt;
+  // s = p/m: ds = (dp - s dm)/m; the gain of the scale cancels.
+  const double mass = all.dot(loads.load);
+  const double share = wheels.dot(loads.load) / mass;
+  const Eigen::Vector4d gradient = (wheels - share * all) / mass;
+  return Measured{share, std::sqrt(gradient.dot(loads.covariance * gradient))};
+}
+
+void check_shares(const WheelLoads& loads) {
+  for (const Load load : {Load::front, Load::rear, Load::left, Load::right}) {
+    const auto share = share_of(loads, wheels_of(load));
+    if (!share || share->value < 1.0) continue;
+    throw std::invalid_argument(fmt::format(
+        "--{}: {:.4g} kg are more than the whole car, {:.4g} kg: exchanged, or in another unit?",
+        option_of(load), wheels_of(load).dot(loads.load), loads.load.sum()));
+  }
+}
+
+Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions) {
+  const double moment = mass * dimensions.height * std::tan(dimensions.level_sigma);
+  scale.axle_shift = moment / dimensions.wheelbase.value;
+  if (dimensions.track_width) scale.side_shift = moment / dimensions.track_width->value;
+  return scale;
+}
+
+CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dimensions) {
+  CentreOfGravity centre;
+  if (const auto front = share_of(loads, wheels_of(Load::front))) {
+    const double base = dimensions.wheelbase.value;
+    const double moved = base * front->sigma;
+    const double share_h = front->value;  // l_h / l
+    const double share_v = 1.0 - share_h;
+    const double tape = dimensions.wheelbase.sigma;
+    centre.rear_axle = {share_h * base, std::hypot(share_h * tape, moved)};
+    centre.front_axle = {share_v * base, std::hypot(share_v * tape, moved)};
+    // The tape moves both alike, the loads one against the other.
+    const double sigmas = centre.rear_axle->sigma * centre.front_axle->sigma;
+    if (sigmas > 0.0)
+      centre.correlation = (share_h * share_v * tape * tape - moved * moved) / sigmas;
+  }
+  if (!dimensions.track_width) return centre;
+  if (const auto left = share_of(loads, wheels_of(Load::left))) {
+    const double width = dimensions.track_width->value;
+    const double part = left->value - 0.5;
+    centre.lateral = {part * width,
+                      std::hypot(part * dimensions.track_width->sigma, width * left->sigma)};
+  }
+  return centre;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,101 @@
+// What a car weighs and where its centre of gravity lies, from the loads under its wheels.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/identify/common/finding.hpp"
+
+namespace odomd::tools {
+
+/// Under which wheels the scale was.
+enum class Load : std::uint8_t {
+  total,
+  front,
+  rear,
+  left,
+  right,
+  front_left,
+  front_right,
+  rear_left,
+  rear_right,
+  count
+};
+[[nodiscard]] std::string_view option_of(Load load);  ///< "front-left"
+
+struct Weighing {
+  Load load = Load::total;
+  double mass = 0.0;  ///< what the scale showed [kg]
+};
+
+struct Scale {
+  double resolution = 0.0;  ///< the last digit [kg]; the same each time that a load is weighed
+  double sigma =
+      0.0;  ///< by how much weighings of one load scatter [kg]; 0: half of the last digit
+  double accuracy = 0.0;  ///< standard uncertainty of its gain, common to all weighings
+  // What a car that does not stand level puts onto the other wheels [kg]; once each load.
+  double axle_shift = 0.0;
+  double side_shift = 0.0;
+};
+
+/// The loads of the four wheels by generalised least squares: x = (front left, front right, rear
+/// left, rear right), of which a set of weighings tells some sums and not others.
+struct WheelLoads {
+  Eigen::Vector4d load = Eigen::Vector4d::Zero();
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< without the gain
+  Eigen::Matrix4d told = Eigen::Matrix4d::Zero();        ///< projector onto what is told
+  double chi_square = 0.0;
+  int excess = 0;  ///< weighings beyond what the unknowns need
+
+  /// A sum of wheels (weights 0 or 1), if the weighings tell it.
+  [[nodiscard]] bool tells(const Eigen::Vector4d& sum) const;
+};
+
+/// The covariance grows where the weighings contradict each other by more than the scale explains;
+/// where different loads do, each may be the wrong one.
+/// Throws std::invalid_argument for no weighing, for a load that is not positive, for one that is a
+/// tenth off what all say together, or a scale without any uncertainty.
+[[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);
+
+/// Whether the weighings fit together (99 %); otherwise one line that says how far they do not.
+[[nodiscard]] std::optional<std::string> contradiction(const WheelLoads& loads);
+
+/// The mass, if the weighings tell it; its uncertainty with that of the scale's gain.
+[[nodiscard]] std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale);
+
+/// How the weight is shared out: the part on some of the wheels.
+[[nodiscard]] std::optional<Measured> share_of(const WheelLoads& loads,
+                                               const Eigen::Vector4d& wheels);
+
+/// Throws std::invalid_argument, naming the option, for an axle or a side that carries more than
+/// the whole car.
+void check_shares(const WheelLoads& loads);
+
+struct Dimensions {
+  Measured wheelbase;                   ///< [m]
+  std::optional<Measured> track_width;  ///< [m]
+  double height = 0.0;                  ///< of the centre of gravity, roughly [m]
+  double level_sigma = 0.0;             ///< how level the car stood, standard uncertainty [rad]
+};
+
+/// The scale with the shifts that a car of this mass [kg] may have had: on a slope θ its weight
+/// acts h tan θ away from where it acts on the level.
+[[nodiscard]] Scale with_slopes(Scale scale, double mass, const Dimensions& dimensions);
+
+struct CentreOfGravity {
+  std::optional<Measured> front_axle;  ///< l_v [m]
+  std::optional<Measured> rear_axle;   ///< l_h [m]
+  double correlation = 0.0;            ///< between both
+  std::optional<Measured> lateral;     ///< to the left of the middle [m]
+};
+
+/// Paper, "Vehicle Center of Gravity": l_h = F_v l / (m g), l_v = F_h l / (m g).
+[[nodiscard]] CentreOfGravity centre_of_gravity(const WheelLoads& loads,
+                                                const Dimensions& dimensions);
+
+}  // namespace odomd::tools

@@ -1,0 +1,150 @@
+#include "tools/live/camera_feed.hpp"
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+namespace odomd::tools {
+namespace {
+
+using std::chrono::nanoseconds;
+using std::chrono::steady_clock;  // CLOCK_MONOTONIC here
+
+bool nobody_is_there(int error) {
+  return error == -ENOENT || error == -ECONNREFUSED;
+}
+
+std::string why(int error) {
+  if (error == -ENOENT) {
+    return "no such socket; is odomd running, with a [camera] table? --socket names another path";
+  }
+  if (error == -ECONNREFUSED) return "nobody listens; is odomd running?";
+  if (error == -EACCES || error == -EPERM) {
+    return "not allowed; join the group of the socket ([camera] socket_group)";
+  }
+  return std::generic_category().message(-error);
+}
+
+steady_clock::time_point at_monotonic(std::int64_t ns) {
+  return steady_clock::time_point{nanoseconds{ns}};
+}
+
+std::int64_t monotonic_now_ns() {
+  return nanoseconds{steady_clock::now().time_since_epoch()}.count();
+}
+
+}  // namespace
+
+CameraFeed::CameraFeed(std::string socket, double wait_s) : socket_(std::move(socket)) {
+  const auto start = steady_clock::now();
+  while (true) {
+    const int error = sender_.open(socket_.c_str());
+    if (error == 0) return;
+    const std::chrono::duration<double> waited = steady_clock::now() - start;
+    if (!nobody_is_there(error) || waited.count() >= wait_s) {
+      throw std::runtime_error(socket_ + ": " + why(error));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{20});
+  }
+}
+
+bool CameraFeed::send(const estimator::CameraPose& pose, odom_clock clock) {
+  const odom_camera_message message{.magic = ODOM_CAMERA_MAGIC,
+                                    .version = ODOM_CAMERA_VERSION,
+                                    .clock = static_cast<std::uint16_t>(clock),
+                                    .sequence = 0,
+                                    .capture_ns = pose.capture_ns,
+                                    .x = pose.x,
+                                    .y = pose.y,
+                                    .yaw = pose.yaw,
+                                    .sigma_x = pose.sigma_x,
+                                    .sigma_y = pose.sigma_y,
+                                    .sigma_yaw = pose.sigma_yaw,
+                                    .reserved = 0};
+  constexpr int attempts = 50;
+  int error = 0;
+  for (int attempt = 0; attempt < attempts; ++attempt) {
+    error = sender_.send(message);
+    if (error == 0) return true;
+    if (error != -EAGAIN && error != -ENOBUFS && error != -EINTR) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+  if (nobody_is_there(error) || error == -EPIPE || error == -ECONNRESET) return false;
+  if (error == -EAGAIN) {
+    throw std::runtime_error(socket_ + ": the daemon does not take poses; is it stopped?");
+  }
+  throw std::runtime_error(socket_ + ": " + why(error));
+}
+
+PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
+                           std::span<const estimator::CameraPose> poses, double wait_s) {
+  // log clock - CLOCK_MONOTONIC; known once the daemon has released the first frame of its log.
+  const auto offset = [&client] { return client.to_clock(ODOM_CLOCK_LOG, 0); };
+  const auto start = steady_clock::now();
+  while (!offset().has_value()) {
+    const std::chrono::duration<double> waited = steady_clock::now() - start;
+    if (waited.count() >= wait_s) {
+      throw std::runtime_error(
+          "the daemon plays no log, so its clock cannot pace one; give it --can LOG, wait longer "
+          "by --wait, or use --from-now");
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds{2});
+  }
+
+  // A busy machine may hold a daemon up for longer than the few periods after which it counts as
+  // stale; one that has ended stays so.
+  const auto goes_on = [&offset] {
+    for (int attempt = 0; attempt < 100; ++attempt) {
+      const auto now = offset();
+      if (now.has_value() && now.status != ODOM_STALE) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds{10});
+    }
+    return false;
+  };
+
+  // What is due since less than this is on time: the daemon judges ages itself.
+  constexpr std::int64_t grace_ns = 200'000'000;
+  PlayedLog played;
+  for (const estimator::CameraPose& pose : poses) {
+    if (!goes_on()) {
+      played.daemon_ended = true;
+      break;
+    }
+    const auto now = offset();
+    const std::int64_t due_ns = pose.arrival_ns - *now;
+    if (due_ns + grace_ns < monotonic_now_ns()) {
+      ++played.late;
+      continue;
+    }
+    std::this_thread::sleep_until(at_monotonic(due_ns));
+    if (feed.send(pose, ODOM_CLOCK_LOG)) {
+      ++played.sent;
+    } else {
+      ++played.refused;
+    }
+  }
+  return played;
+}
+
+PlayedLog play_from_now(CameraFeed& feed, std::span<const estimator::CameraPose> poses) {
+  PlayedLog played;
+  if (poses.empty()) return played;
+  const std::int64_t shift_ns = monotonic_now_ns() - poses.front().arrival_ns;
+  for (estimator::CameraPose pose : poses) {
+    pose.arrival_ns += shift_ns;
+    pose.capture_ns += shift_ns;
+    std::this_thread::sleep_until(at_monotonic(pose.arrival_ns));
+    if (feed.send(pose, ODOM_CLOCK_MONOTONIC)) {
+      ++played.sent;
+    } else {
+      ++played.refused;
+    }
+  }
+  return played;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,90 @@
+#include "tools/live/recording_feed.hpp"
+
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace odomd::tools {
+namespace {
+
+[[noreturn]] void fail(const std::string& path, int error) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      throw NobodyThere(path + ": no such socket; is odomd running? --socket names another path");
+    case ECONNREFUSED:
+      throw NobodyThere(path + ": nobody listens; is odomd running?");
+    case EACCES:
+    case EPERM:
+      throw std::runtime_error(
+          path + ": not allowed; join the group that may read the pose ([shm] group)");
+    default:
+      throw std::runtime_error(path + ": " + std::generic_category().message(error));
+  }
+}
+
+can::FileDescriptor connect_to(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (path.empty() || path.size() >= sizeof address.sun_path) {
+    throw std::invalid_argument(path + ": the path of a socket has 1 to 107 characters");
+  }
+  std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
+  can::FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=
+      0) {
+    fail(path, errno);
+  }
+  return connection;
+}
+
+}  // namespace
+
+RecordingFeed::RecordingFeed(const std::filesystem::path& socket)
+    : name_(socket.string()), connection_(connect_to(name_)) {}
+
+std::optional<RecordingFeed::Message> RecordingFeed::buffered() {
+  daemon::RecordingHeader header;
+  if (buffer_.size() - at_ < sizeof header) return std::nullopt;
+  std::memcpy(&header, buffer_.data() + at_, sizeof header);
+  if (header.size > daemon::longest_recording_message ||
+      header.kind > daemon::RecordingMessage::refused) {
+    throw std::runtime_error(name_ + ": what comes in is no recording; is it odomd that listens?");
+  }
+  if (buffer_.size() - at_ - sizeof header < header.size) return std::nullopt;
+  const Message message{header.kind,
+                        std::string_view{buffer_}.substr(at_ + sizeof header, header.size)};
+  at_ += sizeof header + header.size;
+  return message;
+}
+
+std::optional<RecordingFeed::Message> RecordingFeed::next(std::chrono::milliseconds patience) {
+  while (true) {
+    if (auto message = buffered()) return message;
+    buffer_.erase(0, at_);
+    at_ = 0;
+    if (ended_) return std::nullopt;
+
+    pollfd readable{connection_.get(), POLLIN, 0};
+    const int ready = ::poll(&readable, 1, static_cast<int>(patience.count()));
+    if (ready <= 0) return std::nullopt;
+    std::array<char, 1U << 16U> piece;
+    const ssize_t size = ::recv(connection_.get(), piece.data(), piece.size(), MSG_DONTWAIT);
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) continue;
+    if (size <= 0) {
+      ended_ = true;
+    } else {
+      buffer_.append(piece.data(), static_cast<std::size_t>(size));
+    }
+  }
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,48 @@
+// odomd's record socket, from the recorder's end: its messages, one after the other.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "base/file_descriptor.hpp"
+#include "daemon/core/recording_wire.hpp"
+
+namespace odomd::tools {
+
+/// No odomd listens there, yet or any more.
+class NobodyThere : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class RecordingFeed {
+ public:
+  /// Connects. Throws NobodyThere, or std::runtime_error that says why else it cannot.
+  explicit RecordingFeed(const std::filesystem::path& socket);
+
+  struct Message {
+    daemon::RecordingMessage kind = daemon::RecordingMessage::hello;
+    std::string_view bytes;  ///< until the next call
+  };
+  /// The next message; nothing when none came in so long, or none will (see ended). Throws
+  /// std::runtime_error for what is no message.
+  [[nodiscard]] std::optional<Message> next(std::chrono::milliseconds patience);
+
+  /// The other end has gone.
+  [[nodiscard]] bool ended() const { return ended_; }
+
+ private:
+  [[nodiscard]] std::optional<Message> buffered();
+
+  std::string name_;
+  can::FileDescriptor connection_;
+  std::string buffer_;
+  std::size_t at_ = 0;
+  bool ended_ = false;
+};
+
+}  // namespace odomd::tools

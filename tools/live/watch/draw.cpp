@@ -1,0 +1,134 @@
+#include "tools/live/watch/draw.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "tools/live/watch/sections.hpp"
+
+namespace odomd::watch {
+namespace {
+
+// From here on two columns: the longest lines of either side are not cut.
+constexpr std::size_t two_columns = 156;
+constexpr std::size_t left_columns = 80;
+constexpr std::size_t gap = 2;
+
+void append(Lines& lines, Lines more) {
+  lines.insert(lines.end(), std::make_move_iterator(more.begin()),
+               std::make_move_iterator(more.end()));
+}
+
+Lines from_status(const State& state, const Page& page) {
+  if (!state.status) return {};
+  try {
+    Lines lines = source_section(state, page);
+    append(lines, calibration_section(state, page));
+    append(lines, camera_section(state, page));
+    append(lines, bus_section(state, page));
+    append(lines, message_section(state, page));
+    return lines;
+  } catch (const tools::Json::exception& error) {
+    return {title("status", "", page),
+            {{"  is not understood; do odom and odomd fit each other?", Style::warning}},
+            {{std::string{"  "} + error.what(), Style::dim}}};
+  }
+}
+
+// Nobody answers, or another daemon than the one whose pose is shown.
+Lines status_problem(const State& state, const Page& page) {
+  std::string problem = state.status_problem;
+  if (state.status && state.segment) {
+    const tools::Json& instance = tools::member(*state.status, "instance");
+    if (instance.is_string() &&
+        instance.get<std::string>() != fmt::format("{:016x}", state.segment->info.instance_id)) {
+      problem = state.socket + " is another daemon's than the pose; name both, --shm and --socket";
+    }
+  }
+  if (problem.empty()) return {};
+  return {title("status", "", page), {{"  " + problem, Style::warning}}};
+}
+
+}  // namespace
+
+Line title(std::string_view name, std::string_view note, const Page& page) {
+  const std::string_view dash = glyph(page, "─", "-");
+  std::string rule;
+  Line line{{std::string{dash} + std::string{dash} + ' ', Style::dim},
+            {std::string{name} + ' ', Style::strong}};
+  if (!note.empty()) line.push_back({' ' + std::string{note} + ' ', Style::plain});
+  for (std::size_t i = width(line); i < page.columns; ++i) rule += dash;
+  line.push_back({rule, Style::dim});
+  return line;
+}
+
+std::string_view glyph(const Page& page, std::string_view unicode, std::string_view ascii) {
+  return page.glyphs == Glyphs::unicode ? unicode : ascii;
+}
+
+Picture draw(const State& state, const Page& page) {
+  Picture picture;
+  picture.head = who_and_mode(state, page);
+  const bool wide = page.columns >= two_columns;
+  Page part = page;
+  if (wide) part.columns = left_columns;
+  picture.body = pose_section(state, part);
+  append(picture.body, beat_section(state, part));
+  if (wide) part.columns = page.columns - left_columns - gap;
+  Lines lists = status_problem(state, part);
+  append(lists, from_status(state, part));
+  if (wide) {
+    picture.body = beside(picture.body, lists, left_columns + gap);
+  } else {
+    append(picture.body, std::move(lists));
+  }
+  return picture;
+}
+
+Page page_for(std::size_t columns, std::size_t rows, Glyphs glyphs) {
+  Page page{.columns = columns, .glyphs = glyphs};
+  if (rows >= 44) {
+    page.map_rows = 15;
+    page.bar_rows = 3;
+  } else if (rows >= 34) {
+    page.bar_rows = 2;
+  }
+  return page;
+}
+
+std::size_t most_scrolled(const Picture& picture, const View& view) {
+  const std::size_t around = picture.head.size() + 1;
+  const std::size_t room = view.rows > around ? view.rows - around : 0;
+  return picture.body.size() > room ? picture.body.size() - room : 0;
+}
+
+Lines screen(const Picture& picture, const View& view) {
+  const bool unicode = view.glyphs == Glyphs::unicode;
+  const std::size_t most = most_scrolled(picture, view);
+  const std::size_t first = std::min(view.scrolled, most);
+
+  Lines lines = picture.head;
+  for (std::size_t i = first; i < picture.body.size(); ++i) lines.push_back(picture.body[i]);
+  lines.resize(view.rows > 0 ? view.rows - 1 : 0);
+
+  Line keys{{" q ", Style::strong}, {"quit  "}, {"p ", Style::strong}};
+  if (view.paused) {
+    keys.push_back({"go on  "});
+    keys.push_back({"PAUSED  ", Style::warning});
+  } else {
+    keys.push_back({"pause  "});
+  }
+  Line more;
+  if (most > 0) {
+    keys.push_back({unicode ? "↑↓ " : "up down ", Style::strong});
+    keys.push_back({"scroll"});
+    const std::size_t below = most - first;
+    more = {{below > 0 ? std::to_string(below) + " more lines below " : "the end ", Style::dim}};
+  }
+  if (view.rows > 0) lines.push_back(justified(keys, more, view.columns));
+  for (Line& line : lines) line = fitted(line, view.columns);
+  return lines;
+}
+
+}  // namespace odomd::watch

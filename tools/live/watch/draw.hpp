@@ -1,0 +1,44 @@
+// The picture of a daemon: a pure function from its state to lines.
+#pragma once
+
+#include <cstddef>
+
+#include "tools/live/watch/line.hpp"
+#include "tools/live/watch/state.hpp"
+
+namespace odomd::watch {
+
+struct Page {
+  std::size_t columns = 80;
+  std::size_t map_rows = 9;  ///< with the scale
+  std::size_t bar_rows = 1;  ///< of a histogram
+  Glyphs glyphs = Glyphs::unicode;
+};
+
+struct Picture {
+  Lines head;  ///< who, mode, conditions: always to be seen
+  Lines body;  ///< the rest, to be scrolled through where it is longer than the screen
+};
+
+[[nodiscard]] Picture draw(const State& state, const Page& page);
+
+/// The page of a terminal: larger pictures on a larger one.
+[[nodiscard]] Page page_for(std::size_t columns, std::size_t rows, Glyphs glyphs);
+
+/// How the screen stands.
+struct View {
+  std::size_t columns = 80;
+  std::size_t rows = 24;
+  std::size_t scrolled =
+      0;  ///< lines of the body above the screen; too many are the most there are
+  bool paused = false;
+  Glyphs glyphs = Glyphs::unicode;
+};
+
+/// Lines of the body that the screen cannot show at once.
+[[nodiscard]] std::size_t most_scrolled(const Picture& picture, const View& view);
+
+/// Exactly `rows` lines of exactly `columns`: head, what fits of the body, and the keys.
+[[nodiscard]] Lines screen(const Picture& picture, const View& view);
+
+}  // namespace odomd::watch

@@ -1,0 +1,103 @@
+#include "tools/live/watch/line.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include "base/printable.hpp"
+#include "tools/cli/text.hpp"
+
+namespace odomd::watch {
+namespace {
+
+// The first `columns` characters.
+std::string_view cut(std::string_view text, std::size_t columns) {
+  std::size_t at = 0;
+  for (; at < text.size(); ++at) {
+    const bool begins = (static_cast<unsigned char>(text[at]) & 0xC0U) != 0x80U;
+    if (begins && columns-- == 0) break;
+  }
+  return text.substr(0, at);
+}
+
+std::string_view sequence(Style style, Colour colour) {
+  const bool coloured = colour == Colour::on;
+  switch (style) {
+    case Style::plain:
+      return "";
+    case Style::dim:
+      return "\x1b[2m";
+    case Style::strong:
+      return "\x1b[1m";
+    case Style::good:
+      return coloured ? "\x1b[32m" : "";
+    case Style::warning:
+      return coloured ? "\x1b[33m" : "\x1b[1m";
+    case Style::bad:
+      return coloured ? "\x1b[1;31m" : "\x1b[1m";
+    case Style::accent:
+      return coloured ? "\x1b[36m" : "";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::size_t width(const Line& line) {
+  std::size_t columns = 0;
+  for (const Span& span : line) columns += tools::width(span.text);
+  return columns;
+}
+
+Line fitted(const Line& line, std::size_t columns) {
+  Line result;
+  std::size_t left = columns;
+  for (const Span& span : line) {
+    if (left == 0) break;
+    const std::string_view text = cut(span.text, left);
+    left -= tools::width(text);
+    result.push_back({std::string{text}, span.style});
+  }
+  if (left > 0) result.push_back({std::string(left, ' ')});
+  return result;
+}
+
+Line justified(Line left, const Line& right, std::size_t columns) {
+  const std::size_t used = width(left) + width(right);
+  if (used + 2 > columns) return fitted(left, columns);
+  left.push_back({std::string(columns - used, ' ')});
+  left.insert(left.end(), right.begin(), right.end());
+  return left;
+}
+
+Lines beside(const Lines& left, const Lines& right, std::size_t columns) {
+  Lines all;
+  for (std::size_t row = 0; row < std::max(left.size(), right.size()); ++row) {
+    Line line = row < left.size() ? left[row] : Line{};
+    if (row < right.size()) {
+      line = fitted(line, columns);
+      line.insert(line.end(), right[row].begin(), right[row].end());
+    }
+    all.push_back(std::move(line));
+  }
+  return all;
+}
+
+std::string as_text(const Line& line) {
+  std::string text;
+  for (const Span& span : line) text += escaped(span.text);
+  text.erase(text.find_last_not_of(' ') + 1);
+  return text;
+}
+
+std::string as_ansi(const Line& line, Colour colour) {
+  std::string text;
+  for (const Span& span : line) {
+    const std::string_view begin = sequence(span.style, colour);
+    text += begin;
+    text += escaped(span.text);
+    if (!begin.empty()) text += "\x1b[0m";
+  }
+  return text;
+}
+
+}  // namespace odomd::watch

@@ -1,0 +1,124 @@
+#include "tools/live/watch/observer.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+#include "tools/live/attach.hpp"
+#include "tools/live/daemon_segment.hpp"
+#include "tools/live/service_path.hpp"
+#include "tools/live/status_socket.hpp"
+#include "tools/live/status_values.hpp"
+
+namespace odomd::watch {
+namespace {
+
+using nlohmann::json;
+
+// Rates are those of so long: a camera of 28 Hz would jump between 26 and 30 in half a second.
+constexpr double rate_window_s = 2.0;
+
+double uptime_of(const json& document) {
+  const json& uptime = tools::member(document, "uptime_s");
+  return uptime.is_number() ? uptime.get<double>() : 0.0;
+}
+
+}  // namespace
+
+Observer::Observer(Target target)
+    : target_(std::move(target)),
+      follows_socket_(target_.segment.empty() && !target_.socket.empty()) {
+  state_.segment_name =
+      follows_socket_ ? target_.socket : tools::segment_asked_for(target_.segment);
+}
+
+void Observer::look() {
+  state_.now_ns =
+      std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+  look_at_status();
+  if (follows_socket_) follow_socket();
+  if (!follows_socket_ || !target_.segment.empty()) look_at_segment();
+}
+
+// The segment of the daemon that answers; that of the last one while nobody does.
+void Observer::follow_socket() {
+  const std::string segment = state_.status ? tools::segment_of(*state_.status) : target_.segment;
+  if (segment.empty()) {
+    state_.segment_problem = state_.status ? "its status tells no segment; name that by --shm" : "";
+  } else if (segment != target_.segment) {
+    client_.reset();
+    target_.segment = segment;
+    state_.segment_name = segment;
+  }
+}
+
+void Observer::look_at_segment() {
+  // Who is silent may have a successor under another of the default names.
+  if (state_.segment && state_.segment->silent) client_.reset();
+  if (!client_) {
+    auto opened = odom::Client::open(target_.segment.empty() ? nullptr : target_.segment.c_str());
+    if (opened.status == ODOM_INVALID) {
+      throw std::invalid_argument(state_.segment_name +
+                                  ": not a name of a segment; use /odomd or a path");
+    }
+    if (!opened.has_value()) {
+      state_.segment_problem = opened.message();
+      return;
+    }
+    client_.emplace(std::move(opened.value));
+  }
+  const auto latest = client_->latest_details();
+  const auto info = client_->info();
+  const auto beat = client_->beat();
+  if (!latest.has_value() || !info.has_value() || !beat.has_value()) {
+    // A moment between two daemons: what was seen last stays on the screen.
+    state_.segment_problem = latest.message();
+    if (state_.segment) state_.segment->silent = true;
+    return;
+  }
+  if (state_.segment && state_.segment->info.instance_id != info->instance_id) ++state_.restarts;
+  follow_trail(latest->pose, *info);
+  state_.segment =
+      Segment{latest->pose, latest->details, *info, *beat, latest.status == ODOM_STALE};
+  state_.segment_problem.clear();
+}
+
+// What was driven since the last look, from the history, so that the trail is as smooth however
+// seldom we look.
+void Observer::follow_trail(const odom_pose& pose, const odom_info& info) {
+  const auto history_ns = static_cast<std::int64_t>(info.slots) * info.period_ns;
+  std::int64_t time_ns = std::max(trail_ns_ + Trail::spacing_ns, pose.time_ns - history_ns);
+  for (; time_ns < pose.time_ns; time_ns += Trail::spacing_ns) {
+    const auto past = client_->at(time_ns);
+    if (past.has_value()) state_.trail.take(*past, info.instance_id);
+  }
+  state_.trail.take(pose, info.instance_id);
+  trail_ns_ = pose.time_ns;
+}
+
+void Observer::look_at_status() {
+  constexpr auto patience = std::chrono::milliseconds{300};
+  state_.socket = tools::service_path(target_.socket, "status.sock");  // it may have come since
+  state_.status.reset();
+  state_.before.reset();
+  try {
+    json document =
+        tools::parse_status(tools::fetch_status(state_.socket, patience), state_.socket);
+    const bool same = !documents_.empty() && tools::member(documents_.back(), "instance") ==
+                                                 tools::member(document, "instance");
+    if (!same) documents_.clear();
+    documents_.push_back(std::move(document));
+    const double now = uptime_of(documents_.back());
+    while (documents_.size() > 2 && now - uptime_of(documents_[1]) >= rate_window_s) {
+      documents_.pop_front();
+    }
+    state_.status = documents_.back();
+    if (documents_.size() > 1) state_.before = documents_.front();
+    state_.status_problem.clear();
+  } catch (const std::runtime_error& error) {
+    state_.status_problem = error.what();
+  }
+}
+
+}  // namespace odomd::watch

@@ -1,0 +1,67 @@
+// A whole terminal to draw on, given back as it was, whatever ends us.
+#pragma once
+
+#include <termios.h>
+
+#include <chrono>
+#include <csignal>
+#include <string>
+#include <vector>
+
+#include "base/file_descriptor.hpp"
+#include "tools/live/watch/keys.hpp"
+#include "tools/live/watch/line.hpp"
+
+namespace odomd::watch {
+
+struct Size {
+  std::size_t columns = 80;
+  std::size_t rows = 24;
+};
+
+/// What wait() has seen. `ended`: INT, TERM or HUP has come, or the terminal is gone.
+struct Happened {
+  std::vector<Key> keys;
+  bool ended = false;
+};
+
+/// Standard output as a screen: its second page, without echo and cursor, while this lives. TSTP
+/// gives the terminal back until we are continued. One at a time, in a process of one thread.
+class Terminal {
+ public:
+  /// Throws std::runtime_error where the terminal does not let itself be set.
+  explicit Terminal(Colour colour);
+  ~Terminal();
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  [[nodiscard]] static Size size();
+
+  /// Shows a screenful; only lines that have changed are written.
+  void show(const Lines& lines);
+
+  /// Sleeps until a key is pressed, the size changes, something ends us, or the time is up.
+  [[nodiscard]] Happened wait(std::chrono::steady_clock::time_point until);
+
+ private:
+  void enter();
+  void leave();
+
+  Colour colour_;
+  bool keyboard_ = false;  // standard input is a terminal too
+  termios before_{};
+  sigset_t signals_before_{};
+  can::FileDescriptor signals_;
+  std::vector<std::string> shown_;  // what is on the screen, line by line
+};
+
+/// Whether standard output can be drawn upon: a terminal, and not a dumb one.
+[[nodiscard]] bool is_screen();
+
+/// What the terminal shows, by the locale; braille and blocks are missing on the Linux console.
+[[nodiscard]] Glyphs glyphs_of_terminal();
+
+/// NO_COLOR (see no-color.org) is honoured.
+[[nodiscard]] Colour colour_wanted();
+
+}  // namespace odomd::watch

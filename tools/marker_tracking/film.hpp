@@ -1,0 +1,45 @@
+// A film, frame by frame, each with its time.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <opencv2/videoio.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/marker_tracking/options.hpp"
+
+namespace odomd::tools {
+
+class FilmReader {
+ public:
+  /// Throws std::invalid_argument for what is no film, or times that do not fit it.
+  explicit FilmReader(const TrackOptions& options);
+
+  /// Goes on to the next frame; false at the end. Throws std::invalid_argument where the film's
+  /// times do not rise, or --frame-times has too few rows.
+  [[nodiscard]] bool next();
+
+  [[nodiscard]] const cv::Mat& picture() const { return picture_; }
+  [[nodiscard]] std::int64_t t_ns() const { return t_ns_; }
+  [[nodiscard]] std::int64_t count() const { return count_; }  ///< frames so far
+  [[nodiscard]] std::int64_t total() const { return total_; }  ///< as the container says; or 0
+  [[nodiscard]] cv::Size size() const { return size_; }
+
+ private:
+  [[nodiscard]] std::int64_t time_of_frame();
+
+  std::string name_;
+  cv::VideoCapture capture_;
+  std::optional<double> frames_per_second_;
+  std::string times_name_;
+  std::vector<std::int64_t> times_ns_;
+  cv::Mat picture_;
+  cv::Size size_;
+  std::int64_t t_ns_ = 0;
+  std::int64_t count_ = 0;
+  std::int64_t total_ = 0;
+};
+
+}  // namespace odomd::tools

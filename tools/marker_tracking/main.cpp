@@ -1,0 +1,57 @@
+// odom-track: odom identify track. A program of its own, so that odom itself needs no OpenCV, and
+// who has no film does not install it.
+#include <algorithm>
+#include <iostream>
+#include <opencv2/core/utils/logger.hpp>
+
+#include <fmt/format.h>
+
+#include "tools/cli/command_line.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/marker_tracking/options.hpp"
+#include "tools/marker_tracking/track_film.hpp"
+
+namespace odomd::tools {
+namespace {
+
+void report(const std::string& line) {
+  say("odom identify track: " + line);
+}
+
+void track(const TrackOptions& options) {
+  check(options);
+  if (!options.calibrate.empty()) {
+    for (const std::string& note : calibrate_lens(options)) report(note);
+    return;
+  }
+  TrackSummary summary;
+  if (options.out.empty()) {
+    summary = track_film(options, std::cout);
+  } else {
+    WholeFile file(options.out);
+    summary = track_film(options, file.stream());
+    file.finish();
+  }
+  for (const std::string& note : summary.notes) report(note);
+  report(fmt::format("{} frames; front marker in {}, rear marker in {}; longest gap {} frames",
+                     summary.frames, summary.front, summary.rear, summary.longest_gap));
+  if (10 * std::min(summary.front, summary.rear) < 9 * summary.frames)
+    report(
+        "warning: a marker is lost in more than a tenth of the frames: larger markers, more light, "
+        "a shorter exposure");
+}
+
+}  // namespace
+}  // namespace odomd::tools
+
+int main(int argc, char** argv) {
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  odomd::tools::TrackOptions options;
+  const auto describe = [&options](odomd::tools::Command command) {
+    command.rename("odom identify track").help_flag().version_flag("odom-track " ODOMD_VERSION);
+    odomd::tools::describe_track(command, options);
+    command.callback([&options] { odomd::tools::track(options); });
+  };
+  return odomd::tools::run_program(describe, argc, argv);
+}

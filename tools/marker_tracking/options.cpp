@@ -1,0 +1,236 @@
+#include "tools/marker_tracking/options.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <string_view>
+
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/json_text.hpp"
+
+namespace odomd::tools {
+namespace {
+
+// "1,2.5" as finite numbers; empty where one of them is none.
+std::vector<double> numbers_of(std::string_view text, char separator = ',') {
+  std::vector<double> numbers;
+  while (true) {
+    const std::size_t length = std::min(text.find(separator), text.size());
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + length, value);
+    if (error != std::errc{} || end != text.data() + length || !std::isfinite(value)) return {};
+    numbers.push_back(value);
+    if (length == text.size()) return numbers;
+    text.remove_prefix(length + 1);
+  }
+}
+
+struct Sides {
+  std::vector<double> left, right;
+};
+
+Sides sides_of(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string_view::npos) return {};
+  return {numbers_of(text.substr(0, equals)), numbers_of(text.substr(equals + 1))};
+}
+
+}  // namespace
+
+ColourRange parse_colour(const std::string& option, const std::string& text) {
+  const std::vector<double> n = numbers_of(text);
+  const bool whole = n.size() == 3 || n.size() == 4;
+  if (!whole || n[0] < 0.0 || n[0] > 360.0 || n[1] < 0.0 || n[1] > 100.0 || n[2] < 0.0 ||
+      n[2] > 100.0 || (n.size() == 4 && !(n[3] > 0.0 && n[3] <= 90.0)))
+    throw std::invalid_argument(option + ": " + tools::quoted(text) +
+                                " is not HUE,SATURATION,BRIGHTNESS in degrees and least per cents, "
+                                "such as 120,40,30 for green");
+  return {n[0], 0.01 * n[1], 0.01 * n[2], n.size() == 4 ? n[3] : 15.0};
+}
+
+GroundPoint parse_ground_point(const std::string& text) {
+  const Sides sides = sides_of(text);
+  if (sides.left.size() != 2 || sides.right.size() != 2)
+    throw std::invalid_argument("--ground: " + tools::quoted(text) +
+                                " is not U,V=X,Y, a place in the picture [px] and on the ground "
+                                "[m], such as 102,571=0,2.5");
+  return {sides.left[0], sides.left[1], -1, sides.right[0], sides.right[1]};
+}
+
+GroundPoint parse_ground_marker(const std::string& text) {
+  const Sides sides = sides_of(text);
+  const bool id = sides.left.size() == 1 && sides.left[0] >= 0.0 && sides.left[0] < 10'000.0 &&
+                  sides.left[0] == std::floor(sides.left[0]);
+  if (!id || sides.right.size() != 2)
+    throw std::invalid_argument("--ground-marker: " + tools::quoted(text) +
+                                " is not ID=X,Y, an ArUco marker and where its middle is on the "
+                                "ground [m], such as 0=0,2.5");
+  return {0.0, 0.0, static_cast<int>(sides.left[0]), sides.right[0], sides.right[1]};
+}
+
+BoardSize parse_board(const std::string& text) {
+  const std::vector<double> n = numbers_of(text, 'x');
+  if (n.size() != 2 || n[0] != std::floor(n[0]) || n[1] != std::floor(n[1]) || n[0] < 3.0 ||
+      n[1] < 3.0 || n[0] > 100.0 || n[1] > 100.0)
+    throw std::invalid_argument("--calibrate: " + tools::quoted(text) +
+                                " is not COLUMNSxROWS of inner corners, 3x3 or more, such as 9x6");
+  return {static_cast<int>(n[0]), static_cast<int>(n[1])};
+}
+
+void check(const TrackOptions& o) {
+  const auto refuse = [](const char* what) { throw std::invalid_argument(what); };
+  const std::vector<std::filesystem::path> inputs{o.film, o.lens, o.frame_times};
+  check_outputs(std::vector<Output>{{"--out", o.out}}, inputs);
+  if (!o.calibrate.empty()) {
+    static_cast<void>(parse_board(o.calibrate));
+    if (!(o.square > 0.0)) refuse("--calibrate: tell the size of a square: --square 0.025");
+    if (o.out.empty()) refuse("--calibrate: tell where the lens goes: --out lens.yaml");
+    return;
+  }
+  const bool colours = !o.colour_front.empty() || !o.colour_rear.empty();
+  if (o.aruco.empty() == !colours)
+    refuse(
+        "tell one kind of marker: --aruco 4x4_50 --front ID --rear ID, or --colour-front and "
+        "--colour-rear");
+  if (colours) {
+    if (o.colour_front.empty() || o.colour_rear.empty())
+      refuse("--colour-front and --colour-rear: both are needed, and different");
+    static_cast<void>(parse_colour("--colour-front", o.colour_front));
+    static_cast<void>(parse_colour("--colour-rear", o.colour_rear));
+    if (!o.ground_markers.empty()) refuse("--ground-marker: needs --aruco; give points: --ground");
+  } else if (!o.front || !o.rear || *o.front == *o.rear) {
+    refuse("--aruco: tell which marker is where: --front ID --rear ID, two different ones");
+  }
+  if (!o.ground.empty() && !o.ground_markers.empty())
+    refuse("--ground and --ground-marker: give one kind of them");
+  const std::size_t points = o.ground.size() + o.ground_markers.size();
+  if (points > 0 && points < 4)
+    refuse("--ground, --ground-marker: four places at least, no three of them in a line");
+  for (const std::string& text : o.ground) static_cast<void>(parse_ground_point(text));
+  for (const std::string& text : o.ground_markers) static_cast<void>(parse_ground_marker(text));
+  if (!(o.height >= 0.0 && o.height < 100.0)) refuse("--height: must lie between 0 and 100 m");
+  if (o.height > 0.0 && (o.lens.empty() || points == 0))
+    refuse("--height: needs the lens (--lens) and places on the ground (--ground)");
+  if (o.frames_per_second && !(*o.frames_per_second > 0.0)) refuse("--fps: must be greater than 0");
+  if (o.frames_per_second && !o.frame_times.empty())
+    refuse("--fps and --frame-times: give one of them");
+}
+
+void describe_track(Command command, TrackOptions& options) {
+  command.description("Two markers on the car through a film, for odom identify stiffness");
+  command.add_option("FILM", options.film, "Film, in any format that FFmpeg reads")
+      .type_name("")
+      .required();
+  command
+      .add_option("--out", options.out,
+                  "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. Of "
+                  "--calibrate: the lens")
+      .type_name("FILE");
+  const std::string markers = "Markers on the car";
+  command
+      .add_option("--aruco", options.aruco,
+                  "ArUco markers of this dictionary: 4x4_50 to 7x7_1000, original, apriltag_36h11")
+      .type_name("DICT")
+      .group(markers);
+  command.add_option("--front", options.front, "Identifier of the front marker")
+      .type_name("ID")
+      .group(markers);
+  command.add_option("--rear", options.rear, "... and of the rear marker")
+      .type_name("ID")
+      .group(markers);
+  command
+      .add_option("--colour-front", options.colour_front,
+                  "Coloured front marker: hue [degrees], least saturation and brightness [%], and "
+                  "tolerance of the hue, 15")
+      .type_name("H,S,V[,T]")
+      .group(markers);
+  command.add_option("--colour-rear", options.colour_rear, "... and rear marker, another colour")
+      .type_name("H,S,V[,T]")
+      .group(markers);
+  const std::string view = "From pixels to metres";
+  command
+      .add_option("--lens", options.lens,
+                  "Calibration of the lens: camera_matrix and distortion_coefficients as OpenCV "
+                  "writes them (YAML, XML)")
+      .type_name("FILE")
+      .group(view);
+  command
+      .add_option(
+          "--ground", options.ground,
+          "A place in the picture [px] and on the ground [m]; four at least, and a fifth to "
+          "find one that is mistyped. x and y as seen from above: y to the left of x")
+      .type_name("U,V=X,Y")
+      .group(view);
+  command
+      .add_option("--ground-marker", options.ground_markers,
+                  "... or an ArUco marker on the ground and where its middle is [m]; as many")
+      .type_name("ID=X,Y")
+      .group(view);
+  command
+      .add_option("--height", options.height,
+                  "Of the car's markers above the ground [m]; needs --lens; default: 0")
+      .type_name("H")
+      .group(view);
+  const std::string time = "Time of the frames";
+  command
+      .add_option("--fps", options.frames_per_second,
+                  "Frames a second as they were taken; default: the film's own times")
+      .type_name("N")
+      .group(time);
+  command
+      .add_option("--frame-times", options.frame_times,
+                  "... or their times: CSV with the column t [s], a row a frame")
+      .type_name("CSV")
+      .group(time);
+  const std::string lens = "Calibration of a lens";
+  command
+      .add_option("--calibrate", options.calibrate,
+                  "FILM shows a chessboard with so many inner corners, held at all angles and "
+                  "everywhere in the picture; writes the lens to --out")
+      .type_name("COLSxROWS")
+      .group(lens);
+  command.add_option("--square", options.square, "Edge of a square of the chessboard [m]")
+      .type_name("L")
+      .group(lens);
+  command.add_flag("--progress", options.progress, "Show progress also where there is no terminal");
+  command.footer(
+      "Print two ArUco markers as large as the car's roof takes, 20 pixels of the film a side or\n"
+      "more, or stick on two spots of colours that are nowhere else. Film with a short exposure,\n"
+      "focus and zoom fixed. A marker that is lost leaves its fields empty. Without places on the\n"
+      "ground the track is in pixels, y down: odom identify stiffness --y-down.\n"
+      "\n"
+      "Examples:\n"
+      "  odom identify track board.mp4 --calibrate 9x6 --square 0.025 --out lens.yaml\n"
+      "  odom identify track circles.mp4 --aruco 4x4_50 --front 7 --rear 8 --lens lens.yaml \\\n"
+      "    --ground-marker 0=0,0 --ground-marker 1=3,0 --ground-marker 2=3,3 \\\n"
+      "    --ground-marker 3=0,3 --ground-marker 4=1,1.5 --height 0.12 --out markers.csv\n"
+      "  odom identify track circles.mp4 --colour-front 120,40,30 --colour-rear 340,50,40 \\\n"
+      "    --out markers.csv");
+}
+
+std::vector<std::string> arguments_of(const TrackOptions& options) {
+  std::vector<std::string> arguments{options.film};
+  const auto add = [&arguments](const char* name, const std::string& value) {
+    if (!value.empty()) arguments.push_back(std::string(name) + '=' + value);
+  };
+  add("--out", options.out);
+  add("--aruco", options.aruco);
+  if (options.front) add("--front", std::to_string(*options.front));
+  if (options.rear) add("--rear", std::to_string(*options.rear));
+  add("--colour-front", options.colour_front);
+  add("--colour-rear", options.colour_rear);
+  add("--lens", options.lens);
+  for (const std::string& text : options.ground) add("--ground", text);
+  for (const std::string& text : options.ground_markers) add("--ground-marker", text);
+  add("--height", shortest(options.height));
+  if (options.frames_per_second) add("--fps", shortest(*options.frames_per_second));
+  add("--frame-times", options.frame_times);
+  add("--calibrate", options.calibrate);
+  if (options.square > 0.0) add("--square", shortest(options.square));
+  if (options.progress) arguments.emplace_back("--progress");
+  return arguments;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,62 @@
+// The command line of odom identify track: one for `odom`, which tells and checks it, and one for
+// the program odom-track, which alone is linked with OpenCV.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/cli/command.hpp"
+
+namespace odomd::tools {
+
+struct TrackOptions {
+  std::string film;
+  std::string out;
+  std::string aruco;               ///< dictionary: "4x4_50"; empty: none
+  std::optional<int> front, rear;  ///< ArUco identifiers
+  std::string colour_front, colour_rear;
+  std::string lens;                         ///< file of a calibration
+  std::vector<std::string> ground;          ///< U,V=X,Y
+  std::vector<std::string> ground_markers;  ///< ID=X,Y
+  double height = 0.0;                      ///< of the car's markers above the ground [m]
+  std::optional<double> frames_per_second;
+  std::string frame_times;
+  std::string calibrate;  ///< inner corners of a chessboard: "9x6"; empty: track
+  double square = 0.0;    ///< of the chessboard [m]
+  bool progress = false;
+};
+
+/// Adds the options, the description and the examples.
+void describe_track(Command command, TrackOptions& options);
+
+/// The same options, as arguments.
+[[nodiscard]] std::vector<std::string> arguments_of(const TrackOptions& options);
+
+/// What hangs together. Throws std::invalid_argument.
+void check(const TrackOptions& options);
+
+/// A marker's colour as "HUE,SATURATION,BRIGHTNESS[,TOLERANCE]": degrees, least per cents, degrees.
+struct ColourRange {
+  double hue = 0.0;         ///< 0 red, 120 green, 240 blue
+  double saturation = 0.0;  ///< at least [0, 1]
+  double brightness = 0.0;  ///< at least [0, 1]
+  double tolerance = 15.0;  ///< of the hue, to both sides
+};
+[[nodiscard]] ColourRange parse_colour(const std::string& option, const std::string& text);
+
+/// A place on the ground: "U,V=X,Y" in pixels and metres, or "ID=X,Y".
+struct GroundPoint {
+  double u = 0.0, v = 0.0;
+  int marker = -1;  ///< ArUco; -1: u, v
+  double x = 0.0, y = 0.0;
+};
+[[nodiscard]] GroundPoint parse_ground_point(const std::string& text);
+[[nodiscard]] GroundPoint parse_ground_marker(const std::string& text);
+
+struct BoardSize {
+  int columns = 0, rows = 0;  ///< inner corners
+};
+[[nodiscard]] BoardSize parse_board(const std::string& text);
+
+}  // namespace odomd::tools

@@ -1,0 +1,27 @@
+// The markers of a car through a film.
+#pragma once
+
+#include <cstdint>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "tools/marker_tracking/options.hpp"
+
+namespace odomd::tools {
+
+struct TrackSummary {
+  std::int64_t frames = 0;
+  std::int64_t front = 0, rear = 0;  ///< frames in which it was found
+  std::int64_t longest_gap = 0;      ///< frames in a row without both
+  std::vector<std::string> notes;    ///< for people, one line each
+};
+
+/// Writes the track. Throws std::invalid_argument for what cannot be used, also a film in which a
+/// marker is never found.
+[[nodiscard]] TrackSummary track_film(const TrackOptions& options, std::ostream& track);
+
+/// Calibrates a lens from a film of a chessboard and writes it to options.out.
+[[nodiscard]] std::vector<std::string> calibrate_lens(const TrackOptions& options);
+
+}  // namespace odomd::tools

@@ -1,0 +1,140 @@
+#include "tools/marker_tracking/view.hpp"
+
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace odomd::tools {
+namespace {
+
+cv::Point2d mapped(const cv::Matx33d& h, const cv::Point2d& p) {
+  const cv::Vec3d q = h * cv::Vec3d(p.x, p.y, 1.0);
+  return {q[0] / q[2], q[1] / q[2]};
+}
+
+// det of the map's Jacobian at a point: its sign tells whether it turns the plane over.
+double orientation(const cv::Matx33d& h, const cv::Point2d& p) {
+  const double w = h(2, 0) * p.x + h(2, 1) * p.y + h(2, 2);
+  return cv::determinant(h) / (w * w * w);
+}
+
+}  // namespace
+
+cv::Point2d Lens::straightened(const cv::Point2d& pixel) const {
+  std::vector<cv::Point2d> in{pixel}, out;
+  cv::undistortPoints(in, out, matrix, distortion, cv::noArray(), matrix);
+  return out.front();
+}
+
+Lens read_lens(const std::filesystem::path& file) {
+  const auto fail = [&file](const std::string& what) -> void {
+    throw std::invalid_argument(file.string() + ": " + what +
+                                "; make a calibration by odom identify track --calibrate");
+  };
+  if (!std::filesystem::exists(file)) fail("no such file");
+  Lens lens;
+  try {
+    const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
+    cv::Mat matrix, distortion;
+    storage["camera_matrix"] >> matrix;
+    const cv::FileNode node = storage["distortion_coefficients"].empty()
+                                  ? storage["dist_coeffs"]
+                                  : storage["distortion_coefficients"];
+    node >> distortion;
+    if (matrix.rows != 3 || matrix.cols != 3) fail("holds no camera_matrix of 3 x 3");
+    matrix.convertTo(matrix, CV_64F);
+    lens.matrix = cv::Matx33d(matrix.ptr<double>());
+    distortion.convertTo(distortion, CV_64F);
+    lens.distortion.assign(distortion.begin<double>(), distortion.end<double>());
+    const std::size_t n = lens.distortion.size();
+    if (n != 4 && n != 5 && n != 8 && n != 12 && n != 14)
+      fail("holds no distortion_coefficients, 4, 5, 8, 12 or 14 of them");
+    for (const double value : lens.distortion)
+      if (!std::isfinite(value)) fail("holds a coefficient that is not finite");
+    if (!(lens.matrix(0, 0) > 0.0 && lens.matrix(1, 1) > 0.0 && cv::checkRange(lens.matrix)))
+      fail("holds a camera_matrix without focal lengths");
+    if (!storage["image_width"].empty() && !storage["image_height"].empty())
+      lens.picture = {static_cast<int>(storage["image_width"]),
+                      static_cast<int>(storage["image_height"])};
+  } catch (const cv::Exception&) {
+    fail("is no YAML, XML or JSON as OpenCV writes it");
+  }
+  return lens;
+}
+
+void write_lens(const std::filesystem::path& file, const Lens& lens) {
+  cv::FileStorage storage;
+  bool open = false;
+  try {
+    open = storage.open(file.string(), cv::FileStorage::WRITE);
+  } catch (const cv::Exception&) {  // another ending, says OpenCV
+    throw std::invalid_argument(file.string() + ": a lens ends in .yaml, .yml, .xml or .json");
+  }
+  if (!open) throw std::invalid_argument(file.string() + ": cannot be written");
+  storage << "image_width" << lens.picture.width << "image_height" << lens.picture.height;
+  storage << "camera_matrix" << cv::Mat(lens.matrix);
+  storage << "distortion_coefficients" << cv::Mat(lens.distortion).t();
+  storage << "avg_reprojection_error" << lens.rms_px;
+  storage.release();
+}
+
+GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<Lens>& lens,
+                       double height)
+    : lens_(lens) {
+  std::vector<cv::Point2d> pixels, places;
+  std::vector<cv::Point3d> on_ground;
+  for (const GroundPoint& point : points) {
+    const cv::Point2d pixel{point.u, point.v};
+    pixels.push_back(lens ? lens->straightened(pixel) : pixel);
+    places.emplace_back(point.x, point.y);
+    on_ground.emplace_back(point.x, point.y, 0.0);
+  }
+  const cv::Mat found = cv::findHomography(pixels, places, 0);
+  if (found.empty())
+    throw std::invalid_argument(
+        "--ground: no view shows these places so; no three of them may lie "
+        "in a line");
+  to_plane_ = cv::Matx33d(found.ptr<double>());
+  double squares = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < pixels.size(); ++k) {
+    squares += std::pow(cv::norm(mapped(to_plane_, pixels[k]) - places[k]), 2);
+    size = std::max(size, cv::norm(places[k] - places[0]));
+    // Seen from above the picture's v goes the other way round.
+    if (orientation(to_plane_, pixels[k]) >= 0.0)
+      throw std::invalid_argument(
+          "--ground: the places are mirrored, or three of them lie in a "
+          "line; seen from above y points to the left of x");
+  }
+  misfit_ = std::sqrt(squares / static_cast<double>(pixels.size()));
+  if (misfit_ > 0.1 * size)
+    throw std::invalid_argument(fmt::format(
+        "--ground: the places lie {:.3g} m beside where the picture has them; is one exchanged?",
+        misfit_));
+  if (!lens || height <= 0.0) return;
+
+  // With the pose [R|t] of the ground before the camera, a point (X, Y, h) is seen at
+  // K (r₁ X + r₂ Y + r₃ h + t): a homography from the plane at that height.
+  cv::Mat rotation, translation, turn;
+  cv::solvePnP(on_ground, pixels, lens->matrix, cv::noArray(), rotation, translation, false,
+               cv::SOLVEPNP_IPPE);
+  cv::solvePnPRefineLM(on_ground, pixels, lens->matrix, cv::noArray(), rotation, translation);
+  cv::Rodrigues(rotation, turn);
+  const cv::Matx33d r(turn.ptr<double>());
+  const cv::Vec3d t(translation.ptr<double>());
+  cv::Matx33d from_plane;
+  for (int row = 0; row < 3; ++row) {
+    from_plane(row, 0) = r(row, 0);
+    from_plane(row, 1) = r(row, 1);
+    from_plane(row, 2) = r(row, 2) * height + t[row];
+  }
+  to_plane_ = (lens->matrix * from_plane).inv();
+}
+
+cv::Point2d GroundView::at(const cv::Point2d& pixel) const {
+  return mapped(to_plane_, lens_ ? lens_->straightened(pixel) : pixel);
+}
+
+}  // namespace odomd::tools

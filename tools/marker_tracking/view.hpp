@@ -1,0 +1,50 @@
+// From pixels to places: the lens, and the plane on which the markers move.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/marker_tracking/options.hpp"
+
+namespace odomd::tools {
+
+/// A pinhole with distortion, as OpenCV has it.
+struct Lens {
+  cv::Matx33d matrix = cv::Matx33d::eye();
+  std::vector<double> distortion;
+  cv::Size picture;     ///< 0 x 0: the file does not say
+  double rms_px = 0.0;  ///< of the calibration
+
+  /// Where the pixel would lie without distortion.
+  [[nodiscard]] cv::Point2d straightened(const cv::Point2d& pixel) const;
+};
+
+/// Reads camera_matrix and distortion_coefficients (or dist_coeffs). Throws std::invalid_argument.
+[[nodiscard]] Lens read_lens(const std::filesystem::path& file);
+void write_lens(const std::filesystem::path& file, const Lens& lens);
+
+/// Maps pixels to metres on the plane of the markers.
+class GroundView {
+ public:
+  /// From four and more places on the ground, and where the picture has them. `height`, of the
+  /// markers above the ground, needs the lens. Throws std::invalid_argument where the places do not
+  /// fit the picture: in a line, mirrored.
+  GroundView(std::span<const GroundPoint> points, const std::optional<Lens>& lens, double height);
+
+  [[nodiscard]] cv::Point2d at(const cv::Point2d& pixel) const;
+
+  /// How far the places lie from where the view has them, rms [m].
+  [[nodiscard]] double misfit() const { return misfit_; }
+
+ private:
+  std::optional<Lens> lens_;
+  cv::Matx33d to_plane_;  ///< homography from straight pixels
+  double misfit_ = 0.0;
+};
+
+}  // namespace odomd::tools

@@ -1,0 +1,133 @@
+#include "tools/replay/drive.hpp"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/sources/log_reader.hpp"
+#include "tools/diagnostics/log_order.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+
+namespace odomd::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// `name` in the folder, where it is there.
+std::optional<fs::path> file_in(const fs::path& folder, const char* name) {
+  std::error_code ignored;
+  const fs::path file = folder / name;
+  return fs::exists(file, ignored) ? std::optional(file) : std::nullopt;
+}
+
+/// "lap" of "drives/lap/" and of ".".
+std::string name_of(const fs::path& folder) {
+  std::error_code failed;
+  const fs::path whole = fs::canonical(folder, failed);
+  return failed || !whole.has_filename() ? folder.string() : whole.filename().string();
+}
+
+daemon::Config config_of(const DriveFiles& files) {
+  if (!files.config.empty()) {
+    daemon::Config config = daemon::load_config(files.config);
+    if (const auto database = file_in(files.folder, "car.dbc")) {
+      config.can.dbc = {fs::absolute(*database)};
+    }
+    return config;
+  }
+  const auto own = file_in(files.folder, "car.toml");
+  if (!own) {
+    throw std::invalid_argument(files.folder.string() +
+                                ": has no car.toml; name the car's configuration by --config");
+  }
+  return daemon::load_config(*own);
+}
+
+template <typename T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+}  // namespace
+
+void check_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored))
+    throw std::invalid_argument(folder.string() + ": is no folder; check the path");
+}
+
+std::optional<fs::path> log_in(const fs::path& folder) {
+  for (const char* name : {"drive.log", "can.log"}) {
+    if (auto file = file_in(folder, name)) return file;
+  }
+  return std::nullopt;
+}
+
+fs::path need_log_in(const fs::path& folder) {
+  if (auto file = log_in(folder)) return *std::move(file);
+  throw std::invalid_argument(folder.string() +
+                              ": has no drive.log and no can.log; a drive is a folder as odom sim "
+                              "and odom record make them");
+}
+
+std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders) {
+  std::vector<std::string> names(folders.size());
+  std::ranges::transform(folders, names.begin(), name_of);
+  std::vector<std::string> several = names;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (std::ranges::count(names, names[i]) > 1) several[i] = folders[i];
+  return several;
+}
+
+std::vector<fs::path> files_of(const DriveFiles& files) {
+  check_folder(files.folder);
+  std::vector<fs::path> all = config_of(files).can.dbc;
+  append(all, {files.config, files.reference});
+  for (const char* name :
+       {"car.toml", "car.dbc", "drive.log", "can.log", "camera.csv", "truth.csv", "beat.csv"})
+    all.push_back(files.folder / name);
+  return all;
+}
+
+Drive read_drive(const DriveFiles& files) {
+  check_folder(files.folder);
+  Drive drive;
+  drive.folder = files.folder;
+  drive.name = name_of(files.folder);
+  drive.config = config_of(files);
+  drive.config.can.sources = {need_log_in(files.folder).string()};
+  drive.databases = daemon::load_databases(drive.config, drive.warnings);
+
+  can::BusNames buses;
+  for (const std::string& name : daemon::expected_buses(drive.config)) buses.index_of(name);
+  can::LogReader log(drive.config.can.sources.front(), buses);
+  LogOrder order;
+  while (const can::Frame* frame = log.next()) {
+    order.take(frame->time_ns, [&log] { return can::at_line(log.label(), log.line_number()); });
+    drive.frames.push_back(*frame);
+  }
+  order.require_sorted();
+  if (!log.warning().empty()) drive.warnings.push_back(log.warning());
+  drive.buses = buses.all();
+
+  if (files.camera == CameraUse::take) {
+    if (const auto file = file_in(files.folder, "camera.csv")) {
+      CameraLog camera = read_camera_log(*file);
+      drive.cameras = std::move(camera.poses);
+      append(drive.warnings, camera.warnings);
+      if (drive.cameras.empty() && drive.config.camera.configured)
+        drive.warnings.push_back(no_pose_doubt(*file));
+    }
+  }
+  const auto reference =
+      files.reference.empty() ? file_in(files.folder, "truth.csv") : std::optional(files.reference);
+  if (reference) {
+    drive.reference = read_trajectory(*reference);
+    append(drive.warnings, drive.reference->warnings);
+  }
+  return drive;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,300 @@
+#include "tools/replay/recording.hpp"
+
+#include <array>
+#include <charconv>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "can_protocol/sources/log_reader.hpp"
+#include "daemon/core/pipeline.hpp"
+#include "daemon/core/recording_wire.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/drive_files/camera_csv.hpp"
+#include "tools/drive_files/recording_folder.hpp"
+#include "tools/replay/source_doubts.hpp"
+
+namespace odomd::tools {
+namespace {
+
+std::string contents(const std::filesystem::path& file) {
+  auto input = open_input(file);
+  return {std::istreambuf_iterator<char>(input), std::istreambuf_iterator<char>()};
+}
+
+/// A row of beat.csv: counts are since the start of the daemon, or of the recording.
+struct BeatRow {
+  RecordedTick tick;
+  std::int64_t woke_ns = 0;
+  std::array<std::uint64_t, can::max_buses> frames{};
+  std::uint64_t camera_messages = 0;
+  std::uint64_t camera_poses = 0;
+  std::uint32_t conditions = 0;
+};
+
+class BeatReader {
+ public:
+  explicit BeatReader(const std::filesystem::path& file)
+      : input_(open_input(file)),
+        reader_(input_, file.string(), columns(), {}, LastLine::drop_unended) {}
+
+  [[nodiscard]] std::optional<BeatRow> next() {
+    if (!reader_.next()) return std::nullopt;
+    BeatRow row;
+    row.tick.number = count(tick);
+    row.tick.time_ns = reader_.time_ns(t);
+    row.woke_ns = reader_.time_ns(t_woke);
+    row.camera_messages = count(camera_messages);
+    row.camera_poses = count(camera_poses);
+    row.conditions = static_cast<std::uint32_t>(count(conditions));
+    row.tick.record = count(record, 16);
+    for (std::size_t bus = 0; bus < can::max_buses; ++bus) row.frames[bus] = count(frames_0 + bus);
+    return row;
+  }
+  [[nodiscard]] std::string place() const { return reader_.place(); }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return reader_.warnings(); }
+
+ private:
+  enum Column : std::size_t {
+    tick,
+    t,
+    t_woke,
+    camera_messages,
+    camera_poses,
+    conditions,
+    record,
+    frames_0
+  };
+  static std::vector<std::string> columns() {
+    std::vector<std::string> names{"tick",         "t",          "t_woke", "camera_messages",
+                                   "camera_poses", "conditions", "record"};
+    for (std::size_t bus = 0; bus < can::max_buses; ++bus)
+      names.push_back(fmt::format("frames_{}", bus));
+    return names;
+  }
+  [[nodiscard]] std::uint64_t count(std::size_t column, int base = 10) const {
+    const std::string_view text = reader_.text(column);
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.begin(), text.end(), value, base);
+    if (error != std::errc{} || end != text.end()) reader_.fail(column, "is not a count");
+    return value;
+  }
+
+  std::ifstream input_;
+  CsvReader reader_;
+};
+
+/// The recorded frames, in the order in which they were taken in.
+class FrameLog {
+ public:
+  FrameLog(const Recording& recording, can::BusNames& buses)
+      : offset_ns_(recording.clock_offset_ns) {
+    const auto file = recording.folder / recorded_frames;
+    static_cast<void>(open_input(file));
+    // A quiet bus leaves a file without a line.
+    if (std::filesystem::file_size(file) > 0) reader_.emplace(file.string(), buses);
+  }
+
+  [[nodiscard]] std::optional<can::Frame> next() {
+    const can::Frame* const read = reader_ ? reader_->next() : nullptr;
+    if (read == nullptr) return std::nullopt;
+    can::Frame frame = *read;
+    if (frame.time_ns != 0) frame.time_ns -= offset_ns_;
+    return frame;
+  }
+
+ private:
+  std::int64_t offset_ns_;
+  std::optional<can::LogReader> reader_;
+};
+
+std::vector<estimator::CameraPose> camera_poses(const Recording& recording,
+                                                std::vector<std::string>& warnings) {
+  CameraLog log = read_camera_log(recording.folder / recorded_cameras);
+  warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+  for (estimator::CameraPose& pose : log.poses) {
+    pose.arrival_ns -= recording.clock_offset_ns;
+    pose.capture_ns -= recording.clock_offset_ns;
+  }
+  return std::move(log.poses);
+}
+
+/// The drive, from its files into a pipeline.
+class Drive {
+ public:
+  Drive(const Recording& recording, can::BusNames& buses, daemon::Pipeline& pipeline,
+        std::vector<std::string>& warnings)
+      : offset_ns_(recording.clock_offset_ns),
+        pipeline_(pipeline),
+        beat_(recording.folder / recorded_beat),
+        frames_(recording, buses),
+        cameras_(camera_poses(recording, warnings)) {}
+
+  /// The first row is the tick that the state is of: nothing was taken in.
+  [[nodiscard]] BeatRow begin() {
+    const auto first = beat_.next();
+    if (!first)
+      throw std::invalid_argument(beat_.place() + ": holds no tick; the recording is empty");
+    before_ = *first;
+    return before_;
+  }
+
+  /// The next tick; nothing at the end.
+  const daemon::TickRecord* next(ReplaySummary& summary) {
+    const auto row = beat_.next();
+    if (!row) return nullptr;
+    if (row->tick.number <= before_.tick.number) fail("the ticks do not rise");
+    const std::int64_t woke_ns = row->woke_ns - offset_ns_;
+    take_frames(*row, woke_ns, summary);
+    take_cameras(*row, summary);
+    pipeline_.set_conditions(row->conditions);
+    before_ = *row;
+    return &pipeline_.tick(row->tick.number, row->tick.time_ns - offset_ns_);
+  }
+
+  [[nodiscard]] const RecordedTick& tick() const { return before_.tick; }
+  [[nodiscard]] const std::vector<estimator::CameraPose>& cameras() const { return cameras_; }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return beat_.warnings(); }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const {
+    throw std::invalid_argument(beat_.place() + ": " + what + "; was a file of it changed?");
+  }
+
+  void take_frames(const BeatRow& row, std::int64_t woke_ns, ReplaySummary& summary) {
+    std::array<std::uint64_t, can::max_buses> due{};
+    std::uint64_t all = 0;
+    for (std::size_t bus = 0; bus < due.size(); ++bus) {
+      if (row.frames[bus] < before_.frames[bus]) fail("a count of frames falls");
+      due[bus] = row.frames[bus] - before_.frames[bus];
+      all += due[bus];
+    }
+    for (; all > 0; --all) {
+      const auto frame = frames_.next();
+      if (!frame) fail(fmt::format("{} ends before this tick", recorded_frames));
+      if (due[frame->bus] == 0)
+        fail(fmt::format("{} has frames of another bus here", recorded_frames));
+      --due[frame->bus];
+      pipeline_.take(*frame, woke_ns);
+      ++summary.frames;
+    }
+  }
+
+  void take_cameras(const BeatRow& row, ReplaySummary& summary) {
+    if (row.camera_poses < before_.camera_poses || row.camera_messages < before_.camera_messages ||
+        row.camera_messages - before_.camera_messages < row.camera_poses - before_.camera_poses)
+      fail("a count of camera messages falls");
+    if (row.camera_poses > cameras_.size())
+      fail(fmt::format("{} ends before this tick", recorded_cameras));
+    for (std::uint64_t i = before_.camera_poses; i < row.camera_poses; ++i) {
+      pipeline_.take(cameras_[i]);
+      ++summary.cameras;
+    }
+    // The others said nothing that could be used; they count all the same.
+    const std::uint64_t poses = row.camera_poses - before_.camera_poses;
+    for (std::uint64_t i = row.camera_messages - before_.camera_messages; i > poses; --i)
+      pipeline_.take_malformed_camera_message();
+  }
+
+  std::int64_t offset_ns_;
+  daemon::Pipeline& pipeline_;
+  BeatReader beat_;
+  FrameLog frames_;
+  std::vector<estimator::CameraPose> cameras_;
+  BeatRow before_;
+};
+
+}  // namespace
+
+Recording open_recording(const std::filesystem::path& folder) {
+  const auto file = folder / recorded_info;
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored) &&
+      std::filesystem::exists(folder / "drive.log", ignored))
+    throw std::invalid_argument(
+        fmt::format("{0}: is a drive, and no recording of odom record: replay it by --config "
+                    "{0}/car.toml --can "
+                    "{0}/drive.log",
+                    folder.string()));
+  Recording recording;
+  recording.folder = folder;
+  try {
+    const std::string text = contents(file);
+    if (is_nested_too_deep(text))
+      throw std::invalid_argument("is not what odom record writes: it is nested too deep");
+    const auto info = nlohmann::json::parse(text);
+    if (const int format = info.at("format"); format != recording_format)
+      throw std::invalid_argument(
+          fmt::format("is of format {}, this odom reads {}", format, recording_format));
+    recording.config = daemon::load_config(folder / recorded_config);
+    recording.config.model = daemon::parse_model(info.at("model").get<std::string>());
+    recording.camera_expected = info.at("camera_expected");
+    recording.config.camera.configured = recording.camera_expected;
+    recording.clock_offset_ns = info.at("clock_offset_ns");
+    recording.buses = info.at("buses").get<std::vector<std::string>>();
+    if (info.at("period_ns") != recording.config.realtime.period_ns)
+      throw std::invalid_argument("names another period than " + std::string(recorded_config));
+    if (const auto& pose = info.at("initial_pose"); !pose.is_null())
+      recording.config.initial_pose = estimator::Pose2{pose.at(0), pose.at(1), pose.at(2)};
+  } catch (const nlohmann::json::exception& error) {
+    throw std::invalid_argument(
+        fmt::format("{}: is not what odom record writes: {}", file.string(), error.what()));
+  } catch (const daemon::ConfigError&) {
+    throw;
+  } catch (const std::invalid_argument& error) {
+    const std::string what = error.what();
+    throw std::invalid_argument(what.find(folder.string()) == 0 ? what
+                                                                : file.string() + ": " + what);
+  }
+  recording.databases = daemon::load_databases(recording.config, recording.warnings);
+  return recording;
+}
+
+RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink) {
+  can::BusNames buses;
+  for (const auto& name : recording.buses) static_cast<void>(buses.index_of(name));
+  const auto expected = daemon::expected_buses(recording.config);
+  const auto pipeline = std::make_unique<daemon::Pipeline>(recording.config, recording.databases,
+                                                           expected, recording.camera_expected);
+
+  RecordingReplay result;
+  const auto state = recording.folder / recorded_state;
+  try {
+    daemon::restore_checkpoint(contents(state), *pipeline);
+  } catch (const std::invalid_argument& error) {
+    result.inexact = error.what();
+    if (!result.inexact.starts_with(state.string()))
+      result.inexact = state.string() + ": " + result.inexact;
+  }
+
+  Drive drive(recording, buses, *pipeline, result.warnings);
+  ReplaySummary& summary = result.summary;
+  summary.first_tick_ns = summary.last_tick_ns = drive.begin().tick.time_ns;
+  while (const daemon::TickRecord* record = drive.next(summary)) {
+    ++summary.ticks;
+    summary.take_flags(*pipeline);
+    summary.last_tick_ns = drive.tick().time_ns;
+    summary.last_mode = record->pose.mode;
+    if (record->initialised) {
+      ++summary.poses;
+      summary.take_odometry(record->pose);
+    }
+    sink(*record, drive.tick());
+  }
+  summary.take_statistics(*pipeline);
+  summary.camera_units = unit_doubt(drive.cameras(), {.trajectory = summary.odometry});
+  for (std::string& doubt : source_doubts(pipeline->decoder(), summary))
+    result.warnings.push_back(std::move(doubt));
+  result.warnings.insert(result.warnings.end(), drive.warnings().begin(), drive.warnings().end());
+  return result;
+}
+
+}  // namespace odomd::tools

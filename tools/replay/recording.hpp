@@ -1,0 +1,55 @@
+// A recording read back: its configuration, and the drive through the pipeline tick by tick as it
+// was live. docs/recording.md has the formats.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/core/record.hpp"
+#include "tools/replay/virtual_drive.hpp"
+
+namespace odomd::tools {
+
+struct Recording {
+  std::filesystem::path folder;
+  daemon::Config config;  ///< as it was in force
+  std::vector<can::Database> databases;
+  std::vector<std::string> buses;
+  bool camera_expected = false;
+  std::int64_t clock_offset_ns = 0;  ///< the recording's clock - CLOCK_MONOTONIC
+  std::vector<std::string> warnings;
+};
+
+/// Throws std::invalid_argument that names the file and what is wrong with it.
+[[nodiscard]] Recording open_recording(const std::filesystem::path& folder);
+
+/// What a replayed tick is held against.
+struct RecordedTick {
+  std::uint64_t number = 0;
+  std::int64_t time_ns = 0;  ///< on the recording's clock
+  std::uint64_t record = 0;  ///< fingerprint of what was published
+};
+using RecordedTickSink =
+    std::function<void(const daemon::TickRecord& record, const RecordedTick& live)>;
+
+/// Why the replayed poses need not be those that were published, bit by bit; empty: they are.
+using Inexact = std::string;
+
+struct RecordingReplay {
+  ReplaySummary summary;
+  Inexact inexact;
+  std::vector<std::string> warnings;
+};
+
+/// Replays it: the ticks that were published, each taking in what it took in. Every one is handed
+/// to `sink`. Where the state at its beginning cannot be used, it begins at the recorded pose.
+/// Throws std::invalid_argument for files that do not fit each other.
+RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink);
+
+}  // namespace odomd::tools

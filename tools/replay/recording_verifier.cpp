@@ -1,0 +1,67 @@
+#include "tools/replay/recording_verifier.hpp"
+
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "daemon/core/recording_wire.hpp"
+#include "tools/cli/csv.hpp"
+#include "tools/cli/files.hpp"
+#include "tools/drive_files/pose_csv.hpp"
+#include "tools/drive_files/recording_folder.hpp"
+
+namespace odomd::tools {
+namespace {
+
+std::string_view field(std::string_view row, std::size_t index) {
+  for (; index > 0 && !row.empty(); --index)
+    row.remove_prefix(std::min(row.find(','), row.size() - 1) + 1);
+  return row.substr(0, row.find(','));
+}
+
+}  // namespace
+
+RecordingVerifier::RecordingVerifier(const std::filesystem::path& folder)
+    : file_(folder / recorded_poses), poses_(open_input(file_)) {
+  std::ostringstream expected;
+  write_record_header(expected);
+  if (!std::getline(poses_, header_) || header_ + '\n' != expected.str()) {
+    throw std::invalid_argument(
+        file_.string() + ": begins with other columns than this odom writes; use the odom of then");
+  }
+}
+
+void RecordingVerifier::take(const daemon::TickRecord& record, const RecordedTick& live) {
+  ++ticks_;
+  if (difference_) return;
+  std::optional<std::string> column;
+  if (record.initialised) column = differing_column(record, live);
+  if (!column && daemon::fingerprint(record) != live.record)
+    column = "a part of the record that the pose file does not show differs";
+  if (!column) return;
+  std::string t;
+  append_seconds(t, live.time_ns);
+  difference_ = fmt::format("tick {} (t = {}): {}", live.number, t, *column);
+}
+
+// Numbers are written in the shortest form that reads back to the same bits: rows are alike when
+// all their bits are.
+std::optional<std::string> RecordingVerifier::differing_column(const daemon::TickRecord& record,
+                                                               const RecordedTick& live) {
+  std::string recorded;
+  // Without its newline it was cut off, by the end of the machine: nothing to hold against it.
+  if (!std::getline(poses_, recorded) || poses_.eof()) return std::nullopt;
+  ++rows_;
+  std::string replayed;
+  append_record_row(replayed, record, live.time_ns);
+  replayed.pop_back();
+  if (replayed == recorded) return std::nullopt;
+  std::size_t column = 0;
+  while (field(replayed, column) == field(recorded, column)) ++column;
+  return fmt::format("{} is {}, was {} live", field(header_, column), field(replayed, column),
+                     field(recorded, column));
+}
+
+}  // namespace odomd::tools

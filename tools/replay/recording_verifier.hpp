@@ -1,0 +1,39 @@
+// Holds a replayed drive against what was published when it was recorded: every bit of it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+
+#include "tools/replay/recording.hpp"
+
+namespace odomd::tools {
+
+class RecordingVerifier {
+ public:
+  /// Opens the recorded poses. Throws std::invalid_argument where they cannot be used.
+  explicit RecordingVerifier(const std::filesystem::path& folder);
+
+  /// A replayed tick; the first that differs is kept.
+  void take(const daemon::TickRecord& record, const RecordedTick& live);
+
+  /// One line about the first difference; nothing while there is none.
+  [[nodiscard]] const std::optional<std::string>& difference() const { return difference_; }
+  [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
+  [[nodiscard]] std::uint64_t rows() const { return rows_; }  ///< of the pose file, compared
+
+ private:
+  [[nodiscard]] std::optional<std::string> differing_column(const daemon::TickRecord& record,
+                                                            const RecordedTick& live);
+
+  std::filesystem::path file_;
+  std::ifstream poses_;
+  std::string header_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t rows_ = 0;
+  std::optional<std::string> difference_;
+};
+
+}  // namespace odomd::tools

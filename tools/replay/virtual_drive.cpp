@@ -1,0 +1,88 @@
+#include "tools/replay/virtual_drive.hpp"
+
+#include <stdexcept>
+#include <string>
+
+#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/drive_files/pose_point.hpp"
+
+namespace odomd::tools {
+
+void ReplaySummary::take_odometry(const odom_pose& pose) {
+  constexpr std::int64_t spacing_ns = 100'000'000;
+  auto& points = odometry.points;
+  if (points.empty() || pose.time_ns - points.back().t_ns >= spacing_ns)
+    points.push_back(point_of(pose, Frame::odom));
+}
+
+void ReplaySummary::take_flags(const daemon::Pipeline& pipeline) {
+  for (std::size_t source = 0; source < flagged.size(); ++source) {
+    const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
+    ++flagged[source].at(told.flag.get());
+    ++wired[source].at(told.wiring.get());
+    inconsistent[source] += told.inconsistent.get();
+  }
+}
+
+void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
+  for (std::size_t source = 0; source < innovations.size(); ++source) {
+    const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
+    innovations[source] = told.innovations;
+    noise[source] = told.noise.get();
+    for (std::size_t verdict = 0; verdict < verdicts[source].size(); ++verdict)
+      verdicts[source][verdict] = told.verdicts[verdict].get();
+  }
+}
+
+ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
+                     const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
+                     const PoseSink& sink, const JudgementSink& judged) {
+  const can::Frame* frame = next_frame();
+  if (frame == nullptr)
+    throw std::invalid_argument("the log holds no frame: record one with candump -L");
+
+  ReplaySummary summary;
+  summary.first_tick_ns = first_tick_ns(frame->time_ns, period_ns);
+  auto camera = cameras.begin();
+
+  std::int64_t tick_ns = summary.first_tick_ns;
+  for (std::uint64_t tick = 0; frame != nullptr; ++tick, tick_ns += period_ns) {
+    if (frame->time_ns - tick_ns > longest_pause_ns)
+      throw PauseError("the log pauses for more than an hour after " +
+                       std::to_string((tick_ns - summary.first_tick_ns) / 1'000'000'000) +
+                       " s: cut it there and replay the parts, or mend the stamp");
+
+    for (; frame != nullptr && frame->time_ns <= tick_ns; frame = next_frame()) {
+      pipeline.take(*frame, tick_ns);
+      ++summary.frames;
+      if (tick_ns - frame->time_ns >= late_ns) ++summary.late;
+    }
+    for (; camera != cameras.end() && camera->arrival_ns <= tick_ns; ++camera) {
+      if (camera->arrival_ns < summary.first_tick_ns) ++summary.cameras_before;
+      pipeline.take(*camera);
+      ++summary.cameras;
+    }
+
+    const daemon::TickRecord& record = pipeline.tick(tick, tick_ns);
+    if (judged) judged(pipeline.judgements());
+    summary.take_flags(pipeline);
+    ++summary.ticks;
+    summary.last_tick_ns = tick_ns;
+    summary.last_mode = record.pose.mode;
+    if (record.pose.mode == ODOM_FAULT) {
+      if (!summary.fault_ns) summary.fault_conditions = record.pose.conditions;
+      if (!summary.fault_ns) summary.fault_ns = tick_ns;
+      ++summary.faulty;
+    }
+    if (!record.initialised) continue;
+    ++summary.poses;
+    summary.take_odometry(record.pose);
+    sink(record);
+  }
+  summary.cameras_after = static_cast<std::uint64_t>(cameras.end() - camera);
+  summary.take_statistics(pipeline);
+  summary.camera_units = unit_doubt(cameras, {.trajectory = summary.odometry});
+  return summary;
+}
+
+}  // namespace odomd::tools

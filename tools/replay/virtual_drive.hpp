@@ -1,0 +1,93 @@
+// A drive in virtual time: the daemon's own pipeline on the tick grid of the log's clock, as fast
+// as the machine goes. The same inputs give the same bits.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include "can_protocol/frame.hpp"
+#include "daemon/core/pipeline.hpp"
+#include "estimator/common/measurement.hpp"
+#include "estimator/integrity/integrity.hpp"
+#include "tools/diagnostics/log_order.hpp"
+#include "tools/drive_files/trajectory.hpp"
+
+namespace odomd::tools {
+
+/// The first tick of a log: its first stamp rounded up to a multiple of the period.
+[[nodiscard]] constexpr std::int64_t first_tick_ns(std::int64_t first_stamp_ns,
+                                                   std::int64_t period_ns) {
+  const std::int64_t remainder = first_stamp_ns % period_ns;
+  return remainder == 0 ? first_stamp_ns : first_stamp_ns - remainder + period_ns;
+}
+
+struct ReplaySummary {
+  std::uint64_t frames = 0;
+  std::uint64_t cameras = 0;
+  std::uint64_t cameras_before = 0;  ///< of these, arrived before the first tick
+  std::uint64_t cameras_after = 0;   ///< left over: they arrive after the last
+  std::uint64_t ticks = 0;
+  std::uint64_t late = 0;   ///< frames stamped late_ns or more before the tick they came into
+  std::uint64_t poses = 0;  ///< ticks from initialisation on
+  std::int64_t first_tick_ns = 0;
+  std::int64_t last_tick_ns = 0;
+  std::uint32_t last_mode = 0;           ///< an odom_mode
+  std::optional<std::int64_t> fault_ns;  ///< first tick in the mode fault
+  std::uint64_t faulty = 0;              ///< ticks in it
+  std::uint32_t fault_conditions = 0;    ///< ODOM_COND_ bits of the first
+
+  // By source.
+  std::array<daemon::InnovationStatistics, estimator::source_count> innovations;
+  std::array<estimator::SourceNoise, estimator::source_count> noise;  ///< at the last tick
+  std::array<std::array<std::uint64_t, estimator::verdict_count>, estimator::source_count>
+      verdicts{};
+  std::array<std::array<std::uint64_t, estimator::source_flag_names.size()>,
+             estimator::source_count>
+      flagged{};  ///< ticks with each flag
+  std::array<std::array<std::uint64_t, daemon::wiring_names.size()>, estimator::source_count>
+      wired{};  ///< ticks with each daemon::WiringFault
+  std::array<std::uint64_t, estimator::source_count> inconsistent{};  ///< ticks
+
+  /// Wheels and gyro alone, a point every 0.1 s; and what to say of the units that the camera's
+  /// poses are in beside it, empty where nothing is.
+  Trajectory odometry;
+  std::string camera_units;
+
+  /// After every tick with a pose.
+  void take_odometry(const odom_pose& pose);
+  /// After every tick.
+  void take_flags(const daemon::Pipeline& pipeline);
+  /// After the last.
+  void take_statistics(const daemon::Pipeline& pipeline);
+};
+
+/// The longest pause in a log that is played through; a longer one is a log of two drives.
+inline constexpr std::int64_t longest_pause_ns = 3600LL * 1'000'000'000;
+
+/// A log of two drives, or a stamp that is wrong.
+class PauseError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// The next frame, until the next call; nullptr at the end.
+using NextFrame = std::function<const can::Frame*()>;
+using PoseSink = std::function<void(const daemon::TickRecord&)>;
+/// How a tick judged its samples; theirs until the sink returns.
+using JudgementSink = std::function<void(std::span<const estimator::Judgement>)>;
+
+/// Tick k takes in the frames stamped <= T_k and the camera poses that arrived by T_k (sorted by
+/// arrival). The last tick is the first one that has taken in every frame. `sink` is handed every
+/// record from initialisation on, `judged` the judgements of every tick. Throws
+/// std::invalid_argument for a log that holds no frame, PauseError at the frame behind a pause
+/// longer than longest_pause_ns.
+ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
+                     const NextFrame& next_frame, std::span<const estimator::CameraPose> cameras,
+                     const PoseSink& sink, const JudgementSink& judged = {});
+
+}  // namespace odomd::tools

@@ -1,0 +1,43 @@
+// The charts of odom plot: one quantity of one or several tracks over time, or where they went.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/chart/drawing.hpp"
+#include "tools/report/track.hpp"
+
+namespace odomd::tools {
+
+enum class Quantity : std::uint8_t {
+  trajectory,
+  speed,
+  lateral_speed,
+  yaw_rate,
+  heading,
+  steering,
+  acceleration,
+  sigma,
+  calibrations,
+};
+
+struct PlotInput {
+  std::optional<Track> reference;
+  std::vector<Track> tracks;  ///< at least one; all with the columns of plot_columns()
+  std::string title;
+};
+
+/// What to read of the pose files beside their trajectories.
+[[nodiscard]] std::vector<std::string> plot_columns();
+
+/// Times are seconds since the first row of all; of tracks that do not overlap, of each. Throws
+/// std::invalid_argument, naming file and column, where no track has what is to be drawn.
+[[nodiscard]] std::vector<chart::Drawing> plot(Quantity quantity, const PlotInput& input);
+
+/// Whether all tracks, the reference too, have times in common.
+[[nodiscard]] bool overlap(const PlotInput& input);
+
+}  // namespace odomd::tools

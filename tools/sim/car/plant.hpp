@@ -1,0 +1,138 @@
+// The car that is driven: four wheels on a plane. Deliberately not the model of any filter here:
+// the tyres saturate and take a way to build their force up, load moves between the wheels, the
+// driven wheels slip, the steering lags, and the car comes to rest exactly. Where it has a
+// suspension its body rolls and pitches (chassis.hpp).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "tools/sim/car/chassis.hpp"
+#include "tools/sim/car/plant_output.hpp"
+#include "tools/sim/car/tyre.hpp"
+
+namespace odomd::sim {
+
+/// A disc of road where the friction is another.
+struct FrictionPatch {
+  double x = 0.0, y = 0.0, radius = 0.0;  ///< [m]
+  double friction = 1.0;
+};
+
+/// SI units. The angles are those of the wheels, not of the steering wheel.
+struct PlantParameters {
+  double mass = 0.0;
+  double front_axle = 0.0;  ///< centre of gravity to front axle
+  double rear_axle = 0.0;   ///< centre of gravity to rear axle
+  double yaw_inertia = 0.0;
+  double track_width = 0.0;                ///< mean of both axles
+  double track_difference = 0.0;           ///< how much wider the front one is than the rear
+  double centre_height = 0.0;              ///< of the centre of gravity, above the ground
+  double cornering_stiffness_front = 0.0;  ///< whole axle at its static load, positive [N/rad]
+  double cornering_stiffness_rear = 0.0;
+  double slip_stiffness_ratio = 1.6;  ///< C_κ / C_α
+  double tyre_shape = 1.35;
+  double tyre_load_exponent = 0.8;
+  double relaxation_length = 0.0;  ///< lateral; longitudinal is a half of it [m]
+  double tyre_damping = 0.0;       ///< of the standing tyre, as a time [s]
+  double friction = 1.0;
+  std::vector<FrictionPatch> patches;              ///< the first that holds a wheel counts
+  double rolling_resistance = 0.0;                 ///< coefficient
+  double drag = 0.0;                               ///< F = drag v² [N s²/m²]
+  std::array<double, wheel_count> wheel_radius{};  ///< effective, as they really are [m]
+  double wheel_inertia = 0.0;                      ///< [kg m²]
+  double motor_inertia = 0.0;                      ///< added to each driven wheel [kg m²]
+  double drive_front_share = 0.0;                  ///< 0: rear-wheel drive, 1: front-wheel drive
+  double brake_front_share = 0.0;                  ///< of a braking force
+  double torque_limit = 0.0;  ///< anti-lock and traction control, as a share of the grip; 0: none
+  double roll_front_share = 0.5;     ///< of the lateral load transfer; rigid body
+  double load_lag = 0.0;             ///< time constant of load transfer [s]
+  double top_speed = 0.0;            ///< of the drive, wheels in the air [m/s]
+  double drive_lag = 0.0;            ///< time constant of the drive force [s]
+  double steering_delay = 0.0;       ///< dead time before the actuator [s]
+  double steering_lag = 0.0;         ///< time constant of the actuator [s]
+  double steering_rate_limit = 0.0;  ///< [rad/s]
+  double steering_limit = 0.0;       ///< [rad]
+  double rest_speed = 0.0;           ///< below it, undriven, the car is at rest [m/s]
+  Suspension suspension;             ///< none: the body is rigid
+
+  /// Below it rolling resistance and brakes fade towards standstill [m/s].
+  [[nodiscard]] double walking_speed() const { return 20.0 * rest_speed; }
+
+  /// Inertia of a wheel with its share of the motor [kg m²].
+  [[nodiscard]] double spin_inertia(std::size_t wheel) const {
+    const double share = wheel < rear_left ? drive_front_share : 1.0 - drive_front_share;
+    return wheel_inertia + share * motor_inertia;
+  }
+};
+
+struct PlantInput {
+  double steering = 0.0;  ///< commanded mean angle of the front wheels [rad]
+  double force = 0.0;     ///< wanted at the wheels' circumference, braking where it opposes v [N]
+  RoadTilt road;          ///< for a car with a suspension
+};
+
+enum class Motion : std::uint8_t { rolling, resting };
+
+class Plant {
+ public:
+  /// Stands at the pose. Throws std::invalid_argument for parameters that are not a car.
+  Plant(PlantParameters parameters, double x, double y, double yaw);
+
+  /// Advances by one Runge-Kutta step, 1 ms at most.
+  void step(const PlantInput& input, double dt);
+
+  [[nodiscard]] const PlantOutput& output() const { return output_; }
+  [[nodiscard]] Motion motion() const { return motion_; }
+  [[nodiscard]] const PlantParameters& parameters() const { return parameters_; }
+
+  /// For tests and plots: vertical loads, and the slips κ and tan α that the tyres feel.
+  [[nodiscard]] std::array<double, wheel_count> loads() const;
+  [[nodiscard]] std::array<double, wheel_count> slip_x() const;
+  [[nodiscard]] std::array<double, wheel_count> slip_y() const;
+
+  /// For tests: sets it rolling straight on without slip.
+  void set_speed(double v_x);
+
+  /// Energy of motion: the body's and the wheels' [J].
+  [[nodiscard]] double kinetic_energy() const;
+
+ private:
+  /// X, Y, yaw, v_x, v_y, yaw rate, steering, drive force, load-shifting accelerations (2), roll,
+  /// its rate, pitch, its rate, then for each wheel: spin [rad/s], turned angle [rad], tyre
+  /// deflection along x and y [m].
+  static constexpr std::size_t per_wheel = 4;
+  static constexpr std::size_t body_states = 14;
+  static constexpr std::size_t state_count = body_states + per_wheel * wheel_count;
+  using State = std::array<double, state_count>;
+
+  struct Derivative {
+    State rate{};
+    double accel_x = 0.0, accel_y = 0.0;
+  };
+  struct GroundForces {
+    double x = 0.0, y = 0.0, moment = 0.0;
+  };
+
+  [[nodiscard]] Derivative derivative(const State& state, const PlantInput& input) const;
+  [[nodiscard]] GroundForces wheel_forces(const State& state, State& rates) const;
+  [[nodiscard]] double delayed(double steering, double dt);
+  [[nodiscard]] std::array<double, wheel_count> loads(const State& state) const;
+  [[nodiscard]] double friction_at(double x, double y) const;
+  [[nodiscard]] double breakaway_force() const;
+  void come_to_rest_or_go();
+  void write_output(const PlantInput& input);
+
+  PlantParameters parameters_;
+  std::array<Tyre, wheel_count> tyres_;
+  State state_{};
+  RoadTilt road_;
+  std::deque<double> commands_;  // of the steering, one a step, that have not reached its actuator
+  Motion motion_ = Motion::resting;
+  PlantOutput output_;
+};
+
+}  // namespace odomd::sim

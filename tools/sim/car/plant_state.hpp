@@ -1,0 +1,50 @@
+// How the plant keeps its state; for its own files.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include "tools/sim/car/chassis.hpp"
+
+namespace odomd::sim {
+
+// Where things lie in the state.
+enum : std::size_t {
+  pos_x,
+  pos_y,
+  heading,
+  vel_x,
+  vel_y,
+  rate,
+  steer,
+  drive,
+  shift_x,
+  shift_y,
+  roll,
+  roll_rate,
+  pitch,
+  pitch_rate,
+  wheels_begin
+};
+enum : std::size_t { spin, turned, bend_x, bend_y };
+
+constexpr std::size_t at(std::size_t wheel, std::size_t what) {
+  return wheels_begin + 4 * wheel + what;
+}
+
+struct Vector2 {
+  double x = 0.0, y = 0.0;
+};
+
+inline Vector2 rotate(Vector2 v, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  return {c * v.x - s * v.y, s * v.x + c * v.y};
+}
+
+template <class State>
+Attitude attitude(const State& s) {
+  return {
+      .roll = s[roll], .roll_rate = s[roll_rate], .pitch = s[pitch], .pitch_rate = s[pitch_rate]};
+}
+
+}  // namespace odomd::sim

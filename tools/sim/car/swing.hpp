@@ -1,0 +1,62 @@
+// A car on two cords: a rigid body in space, hung by two stiff springs, in moving air. Not the
+// equation that the pendulum's period is reckoned by: it sways, tilts, bounces and is not hung
+// exactly at its centre of gravity.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+
+#include "tools/sim/car/plant.hpp"
+
+namespace odomd::sim {
+
+/// SI units; the cords hang apart along the car's y axis.
+struct SwingParameters {
+  double mass = 0.0;
+  Eigen::Vector3d inertia = Eigen::Vector3d::Zero();  ///< principal, about x, y, z
+  double gravity = 9.81;
+  double spacing_above = 0.0;
+  double spacing_below = 0.0;
+  double cord = 0.0;           ///< length under the car's weight
+  double stretch = 0.0;        ///< by the car's weight
+  double offset_along = 0.0;   ///< of the centre of gravity from the midst, along the cords' line
+  double offset_across = 0.0;  ///< ... across it
+  double height_of_fixings = 0.0;  ///< above the centre of gravity
+  double viscous = 0.0;            ///< torque by yaw rate [N m s]
+  double quadratic = 0.0;          ///< torque by its square [N m s²]
+  double sway_drag = 0.0;          ///< force by speed [N s/m]
+  double amplitude = 0.0;          ///< turned by so much when let go [rad]
+  double push = 0.0;               ///< sideways speed given to it then [m/s]
+};
+
+class SwingRig {
+ public:
+  /// Held still at its amplitude.
+  explicit SwingRig(const SwingParameters& parameters);
+
+  void step(double dt);  ///< swings; half a millisecond at most
+
+  [[nodiscard]] const PlantOutput& output() const { return output_; }
+
+ private:
+  struct State {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();
+    Eigen::Vector4d attitude = Eigen::Vector4d::Zero();  ///< quaternion, w first
+    Eigen::Vector3d spin = Eigen::Vector3d::Zero();      ///< in body axes
+  };
+  [[nodiscard]] State derivative(const State& state) const;
+  void write_output();
+
+  SwingParameters p_;
+  std::array<Eigen::Vector3d, 2> above_;  // fixings, in the world
+  std::array<Eigen::Vector3d, 2> below_;  // fixings, in the body
+  double rest_length_ = 0.0;
+  double stiffness_ = 0.0;
+  State state_;
+  PlantOutput output_;
+};
+
+}  // namespace odomd::sim

@@ -1,0 +1,13 @@
+// The drive on which odom identify fit tells the most: circles to both sides and quick weaving,
+// each at several speeds, within half of the grip.
+#pragma once
+
+#include "tools/sim/course/scenario.hpp"
+
+namespace odomd::sim {
+
+/// Each part begins and ends at the origin, heading along x; circles `rounds` times each, weaving
+/// twice as often.
+[[nodiscard]] Route exercise(double top_speed, int rounds);
+
+}  // namespace odomd::sim

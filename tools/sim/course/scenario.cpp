@@ -1,0 +1,192 @@
+#include "tools/sim/course/scenario.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+#include "tools/sim/course/circles.hpp"
+#include "tools/sim/course/exercise.hpp"
+#include "tools/sim/course/full_size.hpp"
+
+namespace odomd::sim {
+namespace {
+
+using std::numbers::pi;
+using TrackPointer = std::shared_ptr<const Track>;
+
+// Round a closed track `laps` times, and a stop on the start line.
+Leg rounds(TrackPointer track, double speed, int laps) {
+  const double length = track->length();
+  return {.track = std::move(track), .begin = 0.0, .end = laps * length, .speed = speed};
+}
+
+// 8 m x 5 m, as the tracks of 1:10 competitions are laid out: a long straight, tight curves, an S
+// through the infield. Starts on the long straight.
+TrackPointer competition_track() {
+  static const std::vector<Corner> corners{
+      {3.4, 0.0, 1.0}, {8.0, 0.0, 1.1}, {8.0, 5.0, 1.1}, {5.6, 5.0, 1.0},
+      {5.2, 2.0, 1.0}, {2.6, 2.0, 1.0}, {2.4, 5.0, 1.0}, {0.0, 5.0, 1.0},
+      {0.0, 3.2, 1.0}, {0.8, 1.8, 1.0}, {0.8, 0.0, 0.9},
+  };
+  return std::make_shared<Track>(rounded_polygon(corners, Shape::closed, 0.01), Shape::closed, 1.0);
+}
+
+Route lap(double speed, int laps) {
+  return {{rounds(competition_track(), speed, laps)}, {}};
+}
+
+Route circle(double speed, int laps) {
+  constexpr double radius = 1.2;
+  std::vector<Point> line;
+  for (int k = 0; k < 720; ++k) {
+    const double angle = k * pi / 360.0;
+    line.push_back({radius * std::sin(angle), radius * (1.0 - std::cos(angle))});
+  }
+  return {{rounds(std::make_shared<Track>(line, Shape::closed, 0.3), speed, laps)}, {}};
+}
+
+// Out through the cones, a turn, and back through them.
+Route slalom(double speed, int laps) {
+  constexpr double wave = 2.5, amplitude = 0.25, way = 12.5, gap = 3.0;
+  std::vector<Point> line;
+  const auto weave = [](double x) {
+    const double ends = std::min({1.0, x / wave, (way - x) / wave});  // fades in and out
+    return amplitude * ends * std::sin(2.0 * pi * x / wave);
+  };
+  const auto half_turn = [&line](double x, double angle) {
+    line.push_back({x + 0.5 * gap * std::sin(angle), 0.5 * gap * (1.0 - std::cos(angle))});
+  };
+  constexpr int points = 1000;
+  const auto part = [](int k, double whole) { return whole * k / points; };
+  for (int k = 0; k < points; ++k) line.push_back({part(k, way), weave(part(k, way))});
+  for (int k = 0; k < points; ++k) half_turn(way, part(k, pi));
+  for (int k = points; k > 0; --k) line.push_back({part(k, way), gap + weave(part(k, way))});
+  for (int k = 0; k < points; ++k) half_turn(0.0, pi + part(k, pi));
+  return {{rounds(std::make_shared<Track>(line, Shape::closed, 0.5), speed, laps)}, {}};
+}
+
+// Laps with a stop at every few metres, no two of them alike.
+Route stop_and_go(double speed, int laps) {
+  const TrackPointer track = competition_track();
+  constexpr std::array stretches{2.5, 1.2, 3.4, 0.6, 1.9, 4.1};
+  constexpr std::array paces{0.7, 1.0, 0.5, 0.85};
+  constexpr std::array pauses{1.0, 2.0, 0.5, 1.5, 3.0};
+  const double total = laps * track->length();
+  Route route;
+  double begin = 0.0;
+  for (std::size_t k = 0; begin < total; ++k) {
+    double end = begin + stretches[k % stretches.size()];
+    if (end > total - 0.5) end = total;
+    route.legs.push_back({.track = track,
+                          .begin = begin,
+                          .end = end,
+                          .speed = speed * paces[k % paces.size()],
+                          .pause = pauses[k % pauses.size()]});
+    begin = end;
+  }
+  return route;
+}
+
+TrackPointer open_line(const std::vector<Corner>& corners) {
+  return std::make_shared<Track>(rounded_polygon(corners, Shape::open, 0.01), Shape::open, 0.3);
+}
+
+// Past a bay, in by the back, out again, and parallel to the kerb in two pulls; then back to where
+// it started.
+Route parking(double speed, int laps) {
+  const TrackPointer past = open_line({{0.0, 0.0, 0.0}, {1.5, 0.0, 0.0}, {3.0, 0.0, 0.0}});
+  const TrackPointer into_bay = open_line({{3.0, 0.0, 0.0}, {1.5, 0.0, 0.9}, {1.5, -1.6, 0.0}});
+  const TrackPointer out_of_bay = open_line({{1.5, -1.6, 0.0}, {1.5, 0.0, 0.9}, {4.5, 0.0, 0.0}});
+  const TrackPointer to_the_kerb =
+      open_line({{4.5, 0.0, 0.0}, {4.0, 0.0, 0.9}, {3.1, -0.5, 0.9}, {2.4, -0.5, 0.0}});
+  const TrackPointer from_the_kerb =
+      open_line({{2.4, -0.5, 0.0}, {2.9, -0.5, 0.9}, {3.8, 0.0, 0.9}, {4.6, 0.0, 0.0}});
+  const TrackPointer home = open_line({{4.6, 0.0, 0.0}, {2.3, 0.0, 0.0}, {0.0, 0.0, 0.0}});
+  Route route;
+  const auto drive = [&route](const TrackPointer& track, double pace, Gear gear) {
+    route.legs.push_back(
+        {.track = track, .end = track->length(), .speed = pace, .pause = 0.7, .gear = gear});
+  };
+  for (int k = 0; k < laps; ++k) {
+    drive(past, speed, Gear::forward);
+    drive(into_bay, 0.6 * speed, Gear::reverse);
+    drive(out_of_bay, 0.8 * speed, Gear::forward);
+    drive(to_the_kerb, 0.6 * speed, Gear::reverse);
+    drive(from_the_kerb, 0.8 * speed, Gear::forward);
+    drive(home, speed, Gear::reverse);
+  }
+  return route;
+}
+
+// The lap, with ice in two of its curves and on the long straight.
+Route patch(double speed, int laps) {
+  Route route = lap(speed, laps);
+  route.patches = {{7.7, 0.4, 0.7, 0.0}, {0.4, 4.6, 0.6, 0.0}, {5.0, 0.0, 0.4, 0.0}};
+  return route;
+}
+
+constexpr DriverLimits brisk{.lateral = 5.0, .acceleration = 2.0, .deceleration = 2.0};
+constexpr DriverLimits gentle{.lateral = 3.0, .acceleration = 0.8, .deceleration = 0.8};
+constexpr DriverLimits blind{.lateral = 50.0, .acceleration = 1.5, .deceleration = 1.5};
+constexpr DriverLimits on_the_road{.lateral = 3.5, .acceleration = 1.8, .deceleration = 2.0};
+constexpr DriverLimits on_the_course{
+    .lateral = 4.7, .acceleration = 2.5, .deceleration = 3.5, .horizon = 1.0};
+constexpr DriverLimits in_the_car_park{.lateral = 2.0, .acceleration = 1.0, .deceleration = 1.0};
+constexpr double degree = pi / 180.0;
+
+constexpr std::array scenarios{
+    Scenario{"lap", "laps on an 8 m x 5 m competition track, back to the start line",
+             CarKind::scale_car, 1.5, 4.0, 3, brisk, lap},
+    Scenario{"circle", "steady turns to the left, 1.2 m radius", CarKind::scale_car, 1.0, 3.0, 5,
+             brisk, circle},
+    Scenario{"circles", "steady circles left and right, slow to fast: odom identify stiffness",
+             CarKind::scale_car, 2.0, 3.0, 2, brisk, circles},
+    Scenario{"exercise", "circles and quick weaving at several speeds: odom identify fit",
+             CarKind::scale_car, 2.0, 3.0, 1, brisk, exercise},
+    Scenario{"slalom", "weaving through cones, out and back", CarKind::scale_car, 1.5, 3.0, 2,
+             brisk, slalom},
+    Scenario{"stop-and-go", "laps with stops after 0.6 to 4 m, no two alike", CarKind::scale_car,
+             1.5, 3.0, 2, brisk, stop_and_go},
+    Scenario{"parking", "into a bay and to the kerb, forward and in reverse", CarKind::scale_car,
+             0.6, 1.5, 3, gentle, parking},
+    Scenario{"patch", "laps with ice in two curves and on the straight", CarKind::scale_car, 1.6,
+             3.0, 3, blind, patch},
+    Scenario{"road", "a full-size car on 1.5 km of winding road", CarKind::saloon, 18.0, 30.0, 1,
+             on_the_road, country_road},
+    Scenario{"hills", "a full-size car on that road, uphill, downhill and banked",
+             CarKind::bmw_320i, 18.0, 30.0, 1, on_the_road, country_road, 0.05, 4.0 * degree},
+    Scenario{"lap", "full-size cars: laps of a handling course, up to 7 m/s2", CarKind::bmw_320i,
+             15.0, 25.0, 2, on_the_course, course_laps},
+    Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", CarKind::bmw_320i,
+             14.0, 20.0, 3, on_the_course, skid_pad},
+    Scenario{"slalom", "full-size cars: cones at a distance that asks for 4.5 m/s2",
+             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course, cone_slalom},
+    Scenario{"stop-and-go", "full-size cars: the course with stops after 15 to 130 m",
+             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course, course_stops},
+    Scenario{"parking", "full-size cars: into a bay and to the kerb", CarKind::bmw_320i, 3.0, 6.0,
+             2, in_the_car_park, car_park},
+};
+
+}  // namespace
+
+std::span<const Scenario> all_scenarios() {
+  return scenarios;
+}
+
+const Scenario& find_scenario(std::string_view name, std::optional<CarSize> size) {
+  std::string names;
+  for (const Scenario& scenario : scenarios) {
+    if (size && size_of(scenario.car) != *size) continue;
+    if (scenario.name == name) return scenario;
+    if (names.find(scenario.name) == std::string::npos)
+      names += (names.empty() ? "" : ", ") + std::string(scenario.name);
+  }
+  throw std::invalid_argument("no scenario \"" + std::string(name) + "\"" +
+                              (size ? " for a car of this size" : "") + "; there are: " + names);
+}
+
+}  // namespace odomd::sim

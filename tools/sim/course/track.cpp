@@ -1,0 +1,174 @@
+#include "tools/sim/course/track.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace odomd::sim {
+namespace {
+
+double distance(Point a, Point b) {
+  return std::hypot(b.x - a.x, b.y - a.y);
+}
+double distance(Corner a, Corner b) {
+  return std::hypot(b.x - a.x, b.y - a.y);
+}
+
+// Points at equal distances along a polyline; the ends are kept. The polyline of a closed track
+// ends where it began.
+std::vector<Point> equidistant(const std::vector<Point>& line, std::size_t intervals) {
+  std::vector<double> s(line.size(), 0.0);
+  for (std::size_t i = 1; i < line.size(); ++i) s[i] = s[i - 1] + distance(line[i - 1], line[i]);
+  std::vector<Point> result;
+  result.reserve(intervals + 1);
+  std::size_t i = 1;
+  for (std::size_t k = 0; k < intervals; ++k) {
+    const double wanted = s.back() * static_cast<double>(k) / static_cast<double>(intervals);
+    while (i + 1 < s.size() && s[i] <= wanted) ++i;
+    const double part = s[i] > s[i - 1] ? (wanted - s[i - 1]) / (s[i] - s[i - 1]) : 0.0;
+    result.push_back({line[i - 1].x + part * (line[i].x - line[i - 1].x),
+                      line[i - 1].y + part * (line[i].y - line[i - 1].y)});
+  }
+  result.push_back(line.back());
+  return result;
+}
+
+// The point `offset` samples away from `i`, round the track or straight on over its ends.
+Point beyond(const std::vector<Point>& line, Shape shape, std::ptrdiff_t i) {
+  const auto last = static_cast<std::ptrdiff_t>(line.size()) - 1;
+  const auto get = [&line](std::ptrdiff_t k) { return line[static_cast<std::size_t>(k)]; };
+  if (shape == Shape::closed) return get(((i % last) + last) % last);
+  if (i < 0) {
+    const auto n = static_cast<double>(-i);
+    return {get(0).x - n * (get(1).x - get(0).x), get(0).y - n * (get(1).y - get(0).y)};
+  }
+  if (i > last) {
+    const auto n = static_cast<double>(i - last);
+    return {get(last).x + n * (get(last).x - get(last - 1).x),
+            get(last).y + n * (get(last).y - get(last - 1).y)};
+  }
+  return get(i);
+}
+
+// A moving average over 2 half + 1 samples.
+std::vector<Point> smoothed(const std::vector<Point>& line, Shape shape, std::ptrdiff_t half) {
+  std::vector<Point> result(line.size());
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    Point sum;
+    for (std::ptrdiff_t k = -half; k <= half; ++k) {
+      const Point p = beyond(line, shape, static_cast<std::ptrdiff_t>(i) + k);
+      sum.x += p.x;
+      sum.y += p.y;
+    }
+    const auto count = static_cast<double>(2 * half + 1);
+    result[i] = {sum.x / count, sum.y / count};
+  }
+  return result;
+}
+
+double length_of(const std::vector<Point>& line) {
+  double sum = 0.0;
+  for (std::size_t i = 1; i < line.size(); ++i) sum += distance(line[i - 1], line[i]);
+  return sum;
+}
+
+}  // namespace
+
+Track::Track(const std::vector<Point>& points, Shape shape, double smoothing) : shape_(shape) {
+  std::vector<Point> line = points;
+  if (shape == Shape::closed && !line.empty()) line.push_back(line.front());
+  const double length = length_of(line);
+  if (line.size() < 3 || !(length > 0.0) || !(smoothing > 0.0))
+    throw std::invalid_argument("a track needs three points, a length and a smoothing length");
+  const auto intervals = static_cast<std::size_t>(std::max(20.0, 20.0 * length / smoothing));
+  line = equidistant(line, intervals);
+  // Twice, so that the curvature is continuous and its slope bounded.
+  for (int pass = 0; pass < 2; ++pass) line = smoothed(line, shape, 5);
+  line = equidistant(line, intervals);
+
+  step_ = length_of(line) / static_cast<double>(intervals);
+  points_.reserve(line.size());
+  double before = 0.0;
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    const auto i = static_cast<std::ptrdiff_t>(k);
+    const Point a = beyond(line, shape, i - 1), b = line[k], c = beyond(line, shape, i + 1);
+    double heading = std::atan2(c.y - a.y, c.x - a.x);
+    if (k > 0) heading = before + std::remainder(heading - before, 2.0 * std::numbers::pi);
+    before = heading;
+    const double turn =
+        std::remainder(std::atan2(c.y - b.y, c.x - b.x) - std::atan2(b.y - a.y, b.x - a.x),
+                       2.0 * std::numbers::pi);
+    points_.push_back({b.x, b.y, heading, turn / step_});
+  }
+}
+
+TrackPoint Track::at(double s) const {
+  const double whole = length();
+  double turns = 0.0;
+  if (shape_ == Shape::closed) {
+    turns = std::floor(s / whole);
+    s -= turns * whole;
+  }
+  const double inside = std::clamp(s, 0.0, whole);
+  const std::size_t i = std::min(static_cast<std::size_t>(inside / step_), points_.size() - 2);
+  const double part = inside / step_ - static_cast<double>(i);
+  const TrackPoint &a = points_[i], &b = points_[i + 1];
+  TrackPoint p{a.x + part * (b.x - a.x), a.y + part * (b.y - a.y),
+               a.heading + part * (b.heading - a.heading),
+               a.curvature + part * (b.curvature - a.curvature)};
+  if (const double over = s - inside; over != 0.0) {
+    p.x += over * std::cos(p.heading);
+    p.y += over * std::sin(p.heading);
+    p.curvature = 0.0;
+  }
+  p.heading += turns * (points_.back().heading - points_.front().heading);
+  return p;
+}
+
+double Track::nearest(double x, double y, double s) const {
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    const TrackPoint p = at(s);
+    const double ahead = (x - p.x) * std::cos(p.heading) + (y - p.y) * std::sin(p.heading);
+    s += std::clamp(ahead, -10.0 * step_, 10.0 * step_);
+  }
+  return s;
+}
+
+std::vector<Point> rounded_polygon(const std::vector<Corner>& corners, Shape shape,
+                                   double spacing) {
+  const std::size_t n = corners.size();
+  if (n == 0) throw std::invalid_argument("a track needs corners");
+  std::vector<Point> line;
+  double rounded_off = 0.0;  // of the side that leads to the corner at hand, by the corner before
+  for (std::size_t i = 0; i <= n; ++i) {
+    // A closed polygon comes back to its first corner, to see that the last side is long enough.
+    if (i == n && shape == Shape::open) break;
+    const Corner& c = corners[i % n];
+    if (shape == Shape::open && (i == 0 || i + 1 == n)) {
+      line.push_back({c.x, c.y});
+      continue;
+    }
+    const Corner &a = corners[(i + n - 1) % n], &b = corners[(i + 1) % n];
+    const double in = std::atan2(c.y - a.y, c.x - a.x), out = std::atan2(b.y - c.y, b.x - c.x);
+    const double turn = std::remainder(out - in, 2.0 * std::numbers::pi);
+    // The arc touches both sides at r tan(turn / 2) from the corner.
+    const double tangent = c.radius * std::tan(0.5 * std::abs(turn));
+    if (rounded_off + tangent > distance(a, c) || tangent > distance(c, b))
+      throw std::invalid_argument("the corners of a track lie too close for their radii");
+    rounded_off = tangent;
+    if (i == n) break;
+    const Point start{c.x - tangent * std::cos(in), c.y - tangent * std::sin(in)};
+    const double side = turn < 0.0 ? -1.0 : 1.0;
+    const auto pieces =
+        static_cast<std::size_t>(std::ceil(c.radius * std::abs(turn) / spacing)) + 1;
+    for (std::size_t k = 0; k <= pieces; ++k) {
+      const double h = in + turn * static_cast<double>(k) / static_cast<double>(pieces);
+      line.push_back({start.x + side * c.radius * (std::sin(h) - std::sin(in)),
+                      start.y - side * c.radius * (std::cos(h) - std::cos(in))});
+    }
+  }
+  return line;
+}
+
+}  // namespace odomd::sim

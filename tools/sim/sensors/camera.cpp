@@ -1,0 +1,88 @@
+#include "tools/sim/sensors/camera.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace odomd::sim {
+namespace {
+
+using enum Parameter;
+
+std::int64_t nanoseconds(double s) {
+  return std::llround(1e9 * s);
+}
+
+}  // namespace
+
+Dropout parse_dropout(std::string_view text) {
+  Dropout dropout;
+  const char* const end = text.data() + text.size();
+  const auto begin = std::from_chars(text.data(), end, dropout.begin);
+  if (begin.ec == std::errc{} && begin.ptr != end && *begin.ptr == ':') {
+    const auto length = std::from_chars(begin.ptr + 1, end, dropout.length);
+    if (length.ec == std::errc{} && length.ptr == end && dropout.begin >= 0.0 &&
+        dropout.length > 0.0)
+      return dropout;
+  }
+  throw std::invalid_argument("\"" + std::string(text) +
+                              "\": expected BEGIN:LENGTH in seconds, such as 20:2");
+}
+
+Camera::Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed,
+               std::int64_t stamp_step_ns)
+    : truth_(truth),
+      dropouts_(std::move(dropouts)),
+      timing_(seed, "latency of the camera"),
+      noise_(seed, "noise of the camera"),
+      outliers_(seed, "outliers of the camera"),
+      stamp_step_ns_(stamp_step_ns),
+      due_ns_(nanoseconds(timing_.uniform() * truth[camera_period])) {}
+
+void Camera::advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
+                     const PlantOutput& to, std::vector<estimator::CameraPose>& poses) {
+  for (; due_ns_ <= to_ns; due_ns_ += nanoseconds(truth_[camera_period])) {
+    // The stamp says exactly when the picture was taken.
+    const std::int64_t capture_ns = due_ns_ / stamp_step_ns_ * stamp_step_ns_;
+    const PlantOutput car = interpolate(
+        from, to, static_cast<double>(capture_ns - from_ns) / static_cast<double>(to_ns - from_ns));
+    const double x = truth_[camera_x], y = truth_[camera_y];
+    const double c = std::cos(car.yaw), s = std::sin(car.yaw);
+
+    // All draws are taken, needed or not.
+    const double latency = timing_.uniform(truth_[camera_latency_min], truth_[camera_latency_max]);
+    const double noise_x = noise_.normal(), noise_y = noise_.normal(), noise_yaw = noise_.normal();
+    const bool outlier = outliers_.uniform() < truth_[camera_outliers];
+    const double astray = truth_[camera_outlier_size] * outliers_.uniform();
+    const double direction = 2.0 * std::numbers::pi * outliers_.uniform();
+
+    const double second = 1e-9 * static_cast<double>(capture_ns);
+    const bool blind = std::ranges::any_of(dropouts_, [second](const Dropout& d) {
+      return second >= d.begin && second < d.begin + d.length;
+    });
+    if (blind) continue;
+
+    estimator::CameraPose pose;
+    pose.capture_ns = capture_ns;
+    pose.arrival_ns = (capture_ns + nanoseconds(latency)) / stamp_step_ns_ * stamp_step_ns_;
+    pose.arrival_ns = std::max(pose.arrival_ns, last_arrival_ns_ + stamp_step_ns_);
+    last_arrival_ns_ = pose.arrival_ns;
+    pose.x = car.x + c * x - s * y + truth_[camera_noise] * noise_x;
+    pose.y = car.y + s * x + c * y + truth_[camera_noise] * noise_y;
+    pose.yaw = std::remainder(car.yaw + truth_[camera_yaw] + truth_[camera_yaw_noise] * noise_yaw,
+                              2.0 * std::numbers::pi);
+    if (outlier) {
+      pose.x += astray * std::cos(direction);
+      pose.y += astray * std::sin(direction);
+    }
+    pose.sigma_x = pose.sigma_y = std::max(truth_[camera_noise], 1e-3);
+    pose.sigma_yaw = std::max(truth_[camera_yaw_noise], 1e-3);
+    poses.push_back(pose);
+  }
+}
+
+}  // namespace odomd::sim

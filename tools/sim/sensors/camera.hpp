@@ -1,0 +1,43 @@
+// The camera beside the track: sees the car's pose, late, with noise, sometimes wrong, sometimes
+// not at all.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "estimator/common/measurement.hpp"
+#include "tools/math/random.hpp"
+#include "tools/sim/car/parameters.hpp"
+#include "tools/sim/car/plant.hpp"
+
+namespace odomd::sim {
+
+/// No picture is taken from `begin` for `length` [s].
+struct Dropout {
+  double begin = 0.0, length = 0.0;
+};
+
+/// Takes "BEGIN:LENGTH" in seconds. Throws std::invalid_argument for what is not one.
+[[nodiscard]] Dropout parse_dropout(std::string_view text);
+
+class Camera {
+ public:
+  Camera(const ParameterSet& truth, std::vector<Dropout> dropouts, std::uint64_t seed,
+         std::int64_t stamp_step_ns);
+
+  /// Takes the pictures that are due after `from_ns` and not after `to_ns`. Appends their poses in
+  /// the order of arrival, which may lie after `to_ns`: of the reference point, in map axes.
+  void advance(std::int64_t from_ns, const PlantOutput& from, std::int64_t to_ns,
+               const PlantOutput& to, std::vector<estimator::CameraPose>& poses);
+
+ private:
+  ParameterSet truth_;
+  std::vector<Dropout> dropouts_;
+  RandomStream timing_, noise_, outliers_;
+  std::int64_t stamp_step_ns_;
+  std::int64_t due_ns_ = 0;
+  std::int64_t last_arrival_ns_ = 0;
+};
+
+}  // namespace odomd::sim

@@ -1,0 +1,91 @@
+#include "tools/sim/sensors/sensors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+namespace odomd::sim {
+
+using enum Parameter;
+
+Imu::Imu(const ParameterSet& truth, std::uint64_t seed)
+    : truth_(truth),
+      gyro_bias_(truth[gyro_bias], truth[gyro_bias_walk], seed, "walk of the gyro"),
+      accel_bias_x_(truth[accel_bias_x], truth[accel_bias_walk], seed, "walk of accel x"),
+      accel_bias_y_(truth[accel_bias_y], truth[accel_bias_walk], seed, "walk of accel y"),
+      gyro_noise_(seed, "noise of the gyro"),
+      accel_noise_(seed, "noise of the accelerometers") {}
+
+namespace {
+
+// The share of the noise that is there: that of the sensor at rest, and what the car's vibration
+// adds, in proportion to the speed until it is all there.
+double noise_share(const ParameterSet& truth, const PlantOutput& car) {
+  const double rest = truth[noise_at_rest];
+  return rest + (1.0 - rest) * std::min(1.0, std::abs(car.v_x) / truth[vibration_speed]);
+}
+
+}  // namespace
+
+ImuReading Imu::read(const PlantOutput& car, double dt) {
+  const BodyForce force = specific_force_at(car, truth_[imu_x], truth_[imu_y], truth_[imu_z]);
+  const double c = std::cos(truth_[imu_yaw_error]), s = std::sin(truth_[imu_yaw_error]);
+  const double share = noise_share(truth_, car);
+  const double scale = 1.0 + truth_[accel_scale_error];
+  ImuReading reading;
+  reading.yaw_rate = (1.0 + truth_[gyro_scale_error]) * body_yaw_rate(car) + gyro_bias_.after(dt) +
+                     share * truth_[gyro_noise] * gyro_noise_.normal();
+  reading.accel_x = scale * (c * force.x + s * force.y) + accel_bias_x_.after(dt) +
+                    share * truth_[accel_noise] * accel_noise_.normal();
+  reading.accel_y = scale * (-s * force.x + c * force.y) + accel_bias_y_.after(dt) +
+                    share * truth_[accel_noise] * accel_noise_.normal();
+  return reading;
+}
+
+WheelEncoder::WheelEncoder(const ParameterSet& truth, Wheel wheel, double configured_radius,
+                           std::uint64_t seed)
+    : wheel_(wheel),
+      radius_(configured_radius),
+      counts_(truth[encoder_counts]),
+      noise_(truth[wheel_noise]),
+      step_(truth[wheel_step]),
+      stream_(seed, "wheel " + std::to_string(wheel)),
+      phase_(stream_.uniform()) {}
+
+double WheelEncoder::read(const PlantOutput& car, double dt) {
+  const double turns = car.wheel_angle[wheel_] / (2.0 * std::numbers::pi);
+  const double seen = counts_ > 0.0 ? std::floor(turns * counts_ + phase_) / counts_ : turns;
+  const double moved = last_ ? seen - *last_ : 0.0;
+  last_ = seen;
+  const double noise = noise_ * stream_.normal();
+  if (moved == 0.0) return 0.0;
+  const double speed = 2.0 * std::numbers::pi * radius_ * moved / dt + noise;
+  return step_ > 0.0 ? step_ * std::round(speed / step_) : speed;
+}
+
+SteeringSensor::SteeringSensor(const ParameterSet& truth, std::uint64_t seed)
+    : truth_(truth), stream_(seed, "steering sensor") {}
+
+double SteeringSensor::read(const PlantOutput& car) {
+  const double angle = truth_[steering_commanded] > 0.5 ? car.commanded_steering : car.steering;
+  const double read = (1.0 + truth_[steering_scale_error]) * angle + truth_[steering_offset] +
+                      truth_[steering_noise] * stream_.normal();
+  const double step = truth_[steering_step];
+  return step > 0.0 ? step * std::round(read / step) : read;
+}
+
+double wheel_speed_sigma(const ParameterSet& sizes, double configured_radius, double cycle_s) {
+  // The difference of two roundings has the variance of 1/6 of a count².
+  const double counts = sizes[encoder_counts];
+  const double count =
+      counts > 0.0 ? 2.0 * std::numbers::pi * configured_radius / counts / cycle_s : 0.0;
+  return std::max(
+      {std::hypot(sizes[wheel_noise], count / std::sqrt(6.0)), sizes[wheel_step], 1e-3});
+}
+
+double steering_sigma(const ParameterSet& sizes) {
+  return std::max(std::hypot(sizes[steering_noise], sizes[steering_step] / std::sqrt(12.0)), 5e-4);
+}
+
+}  // namespace odomd::sim

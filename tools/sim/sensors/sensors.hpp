@@ -1,0 +1,90 @@
+// What the car's sensors make of the truth. Each has random streams of its own and takes the same
+// draws whatever the sizes of its errors, so that a change of one error leaves all others alone.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "tools/math/random.hpp"
+#include "tools/sim/car/parameters.hpp"
+#include "tools/sim/car/plant.hpp"
+
+namespace odomd::sim {
+
+/// A bias that has been drawn and walks from there.
+class WalkingBias {
+ public:
+  /// `density` of the walk, in the bias's unit per √s.
+  WalkingBias(double initial, double density, std::uint64_t seed, std::string_view stream)
+      : value_(initial), density_(density), stream_(seed, stream) {}
+
+  double after(double dt) {
+    const double draw = stream_.normal();
+    return value_ += density_ * std::sqrt(dt) * draw;
+  }
+
+ private:
+  double value_;
+  double density_;
+  RandomStream stream_;
+};
+
+struct ImuReading {
+  double yaw_rate = 0.0;  ///< [rad/s]
+  double accel_x = 0.0;   ///< [m/s²], in the axes of the IMU
+  double accel_y = 0.0;
+};
+
+class Imu {
+ public:
+  Imu(const ParameterSet& truth, std::uint64_t seed);
+
+  /// `dt` since the last reading.
+  ImuReading read(const PlantOutput& car, double dt);
+
+ private:
+  ParameterSet truth_;
+  WalkingBias gyro_bias_, accel_bias_x_, accel_bias_y_;
+  RandomStream gyro_noise_, accel_noise_;
+};
+
+/// Counts the marks that pass and divides by the time they took: quantised, without drift.
+class WheelEncoder {
+ public:
+  WheelEncoder(const ParameterSet& truth, Wheel wheel, double configured_radius,
+               std::uint64_t seed);
+
+  /// Speed of the wheel [m/s]; `dt` since the last reading, by the control unit's clock. A wheel
+  /// that stands reads 0 exactly.
+  double read(const PlantOutput& car, double dt);
+
+ private:
+  Wheel wheel_;
+  double radius_;
+  double counts_;
+  double noise_;
+  double step_;
+  RandomStream stream_;
+  double phase_;  ///< of the marks when the wheel is at 0 [turns]
+  std::optional<double> last_;
+};
+
+class SteeringSensor {
+ public:
+  SteeringSensor(const ParameterSet& truth, std::uint64_t seed);
+
+  double read(const PlantOutput& car);
+
+ private:
+  ParameterSet truth_;
+  RandomStream stream_;
+};
+
+/// Standard deviations that a configuration may state for these sensors.
+[[nodiscard]] double wheel_speed_sigma(const ParameterSet& sizes, double configured_radius,
+                                       double cycle_s);
+[[nodiscard]] double steering_sigma(const ParameterSet& sizes);
+
+}  // namespace odomd::sim
