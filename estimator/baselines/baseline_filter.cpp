@@ -47,8 +47,8 @@ Verdict BaselineFilter::add(const Measurement& sample) noexcept {
   const Verdict verdict = held_.take(sample, ns_after(arrival_ns, period_ns_));
   if (verdict == Verdict::fused) {
     const bool reverse = is_wheel(sample.source) && held_[Source::direction].value < 0.0;
-    integrity_.hear(sample.source, sample.time_ns, reverse ? -std::abs(sample.value) : sample.value,
-                    held_[sample.source].sigma, sample.arrival_ns);
+    integrity_.add(sample.source, sample.time_ns, reverse ? -std::abs(sample.value) : sample.value,
+                   held_[sample.source].sigma, sample.arrival_ns);
   }
   const bool used =
       sample.source != Source::accel_y && (sample.source != Source::yaw_rate || uses_gyro(model_));
@@ -63,7 +63,7 @@ Verdict BaselineFilter::add(const CameraPose& camera) noexcept {
   const std::int64_t arrival_ns = arrival_of(camera.arrival_ns);
   const Verdict verdict = anchor_.take(camera, ns_after(arrival_ns, period_ns_), arrival_ns);
   if (verdict == Verdict::fused || verdict == Verdict::gated) {
-    integrity_.hear(camera);
+    integrity_.add(camera);
   }
   return verdict;
 }
@@ -98,7 +98,7 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
   }
 
   // 3. What is believed now, and whether the sources are.
-  integrity_.look({settings_.vehicle, settings_.tuning}, tick_ns);
+  integrity_.check({settings_.vehicle, settings_.tuning}, tick_ns);
   last_tick_ns_ = tick_ns;
   last_ = estimate(tick_ns);
   return last_;

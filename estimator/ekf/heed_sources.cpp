@@ -22,8 +22,8 @@ constexpr double contradicted_s = 0.25;
 }  // namespace
 
 void heed_sources(const Context& context, State& state) noexcept {
-  const std::int64_t looked_ns = state.integrity.looked_ns();
-  state.integrity.know(
+  const std::int64_t checked_ns = state.integrity.checked_ns();
+  state.integrity.set_sensor_errors(
       {.gyro_bias = state.lasting.mean[lasting::gyro_bias],
        .gyro_bias_sigma =
            std::sqrt(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias)),
@@ -32,10 +32,10 @@ void heed_sources(const Context& context, State& state) noexcept {
            std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
        .wheel_slip = std::abs(state.lasting.mean[lasting::wheel_slip]) +
                      std::sqrt(state.lasting.covariance(lasting::wheel_slip, lasting::wheel_slip)),
-       .camera_unrest = state.camera_unrest});
-  state.integrity.look(context.sensors, state.time_ns);
-  const double dt = seconds_between(looked_ns, state.integrity.looked_ns());
-  if (looked_ns == 0 || dt <= 0.0) {
+       .camera_noise_scale = state.camera_unrest});
+  state.integrity.check(context.sensors, state.time_ns);
+  const double dt = seconds_between(checked_ns, state.integrity.checked_ns());
+  if (checked_ns == 0 || dt <= 0.0) {
     return;
   }
   const Integrity::Agreed& agreed = state.integrity.agreed();
@@ -53,8 +53,8 @@ void heed_sources(const Context& context, State& state) noexcept {
     astray = {};
     return;
   }
-  hear(astray.speed, state.time_ns, state.mean[at::v_x], 0.0, false, 1e9);
-  hear(astray.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false, 1e9);
+  add_sample(astray.speed, state.time_ns, state.mean[at::v_x], 0.0, false, 1e9);
+  add_sample(astray.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false, 1e9);
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   const auto root = [](double sigma, double variance) {
     return std::sqrt(sigma * sigma + variance);
@@ -63,12 +63,13 @@ void heed_sources(const Context& context, State& state) noexcept {
   const auto follow = [&](double& sum, double off, double sigma) {
     sum = std::abs(off) > beginning_sigmas * sigma ? sum + off * dt : 0.0;
   };
-  follow(astray.turn, astray.yaw_rate.mean() - agreed.turn_without_gyro,
-         agreed.turn_without_gyro_sigma);
+  follow(astray.turn, astray.yaw_rate.mean() - agreed.yaw_rate_without_gyro,
+         agreed.yaw_rate_without_gyro_sigma);
   follow(astray.way, astray.speed.mean() - agreed.speed_without_wheels,
          agreed.speed_without_wheels_sigma);
   const bool turned = !std::exchange(astray.gyro_out, gyro_out) && gyro_out;
-  const bool slipped = !std::exchange(astray.wheels_out, agreed.wheels_out) && agreed.wheels_out;
+  const bool slipped =
+      !std::exchange(astray.wheels_out, agreed.wheels_distrusted) && agreed.wheels_distrusted;
   if (turned) {
     state.mean[at::yaw] -= astray.turn;
     state.covariance(at::yaw, at::yaw) += 0.25 * astray.turn * astray.turn;
@@ -81,11 +82,12 @@ void heed_sources(const Context& context, State& state) noexcept {
     state.mean.head<2>() -= way;
     state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
   }
-  if (agreed.way_back != 0.0) {
+  if (agreed.reversed_distance != 0.0) {
     state.doubtful = true;
     state.confirming = 0;
     const double yaw = state.mean[at::yaw];
-    const Eigen::Vector2d way = agreed.way_back * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    const Eigen::Vector2d way =
+        agreed.reversed_distance * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
     state.mean.head<2>() -= 2.0 * way;
     state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   }
@@ -95,7 +97,7 @@ void heed_sources(const Context& context, State& state) noexcept {
       since_ns = 0;
       return false;
     }
-    since_ns = since_ns == 0 ? looked_ns : since_ns;
+    since_ns = since_ns == 0 ? checked_ns : since_ns;
     return seconds_between(since_ns, state.time_ns) >= astray_s;
   };
   const double faster = agreed.speed - astray.speed.mean();
@@ -116,13 +118,13 @@ void heed_sources(const Context& context, State& state) noexcept {
   if (state.rest.standing) {
     return;  // what a gyro says is its bias
   }
-  const double turning = agreed.turn - astray.yaw_rate.mean();
-  if (lasts(astray.turn_since_ns, turning, root(agreed.turn_sigma, P(5, 5))) || turned) {
+  const double turning = agreed.yaw_rate - astray.yaw_rate.mean();
+  if (lasts(astray.turn_since_ns, turning, root(agreed.yaw_rate_sigma, P(5, 5))) || turned) {
     const double turn = turning * astray_s;
     state.covariance(at::yaw, at::yaw) += turn * turn;
-    state.mean[at::yaw_rate] = agreed.turn;
+    state.mean[at::yaw_rate] = agreed.yaw_rate;
     state.mean[at::front_angle] = 0.0;
-    forget(state, at::yaw_rate, agreed.turn_sigma);
+    forget(state, at::yaw_rate, agreed.yaw_rate_sigma);
     forget(state, at::front_angle, context.model.tuning.front_angle);
     state.turned_since_ns = 0;
     astray.yaw_rate = {};

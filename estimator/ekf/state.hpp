@@ -123,8 +123,8 @@ constexpr std::array<double, source_count> filled(double value) noexcept {
 
 /// By how much the filter's motion has been off what the sources agree on, and since when.
 struct Astray {
-  integrity::Witness speed;  ///< the filter's own, averaged as a source's
-  integrity::Witness yaw_rate;
+  integrity::SourceHistory speed;  ///< the filter's own, averaged as a source's
+  integrity::SourceHistory yaw_rate;
   std::int64_t speed_since_ns = 0;  ///< 0: it is not
   std::int64_t turn_since_ns = 0;
   double way = 0.0;         ///< [m] driven beyond what all but the wheels say

@@ -241,13 +241,13 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
   switch (sample.source) {
     case Source::camera:
-      state.integrity.hear({.capture_ns = sample.time_ns,
-                            .x = sample.value[0],
-                            .y = sample.value[1],
-                            .yaw = sample.value[2],
-                            .sigma_x = sample.sigma[0],
-                            .sigma_y = sample.sigma[1],
-                            .sigma_yaw = sample.sigma[2]});
+      state.integrity.add({.capture_ns = sample.time_ns,
+                           .x = sample.value[0],
+                           .y = sample.value[1],
+                           .yaw = sample.value[2],
+                           .sigma_x = sample.sigma[0],
+                           .sigma_y = sample.sigma[1],
+                           .sigma_yaw = sample.sigma[2]});
       note_sighting(state, sample);
       state.camera_was_out = state.camera_was_out || !state.integrity.trusted(Source::camera);
       return state.integrity.trusted(Source::camera)
@@ -256,13 +256,13 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
     case Source::steering: {
       const bool lags =
           context.model.car.steering.lag_s > 0.0 || context.model.car.steering.rate_limit > 0.0;
-      state.integrity.hear(sample.source, sample.time_ns,
-                           lags && state.steering.seen ? state.front_wheels : sample.value[0],
-                           sample.sigma[0]);
+      state.integrity.add(sample.source, sample.time_ns,
+                          lags && state.steering.seen ? state.front_wheels : sample.value[0],
+                          sample.sigma[0]);
       return take_steering(state, sample);
     }
     case Source::direction:
-      state.integrity.hear(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
+      state.integrity.add(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
       return {.source = sample.source,
               .verdict = take_direction(context.model, state, sample),
               .degrees = 0};
@@ -279,7 +279,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   if (!is_wheel(sample.source)) {
     measure_noise(context.model.tuning, state, reading);
   }
-  state.integrity.hear(reading.source, reading.time_ns, reading.value[0], reading.sigma[0]);
+  state.integrity.add(reading.source, reading.time_ns, reading.value[0], reading.sigma[0]);
   if (is_wheel(sample.source) && state.integrity.backwards()) {
     reading.value[0] = -std::abs(sample.value[0]);
   }

@@ -145,11 +145,11 @@ struct Disagreement {
       state.time_ns += between_poses_ns / ticks_between_poses;
       const double tremor = i % 2 == 0 ? 1e-6 : -1e-6;  // what moves does not repeat itself
       for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right}) {
-        state.integrity.hear(source, state.time_ns, speed + tremor, 0.01);
+        state.integrity.add(source, state.time_ns, speed + tremor, 0.01);
       }
-      state.integrity.hear(Source::yaw_rate, state.time_ns, tremor, 0.005);
-      state.integrity.know({.camera_unrest = state.camera_unrest});
-      state.integrity.look({}, state.time_ns);
+      state.integrity.add(Source::yaw_rate, state.time_ns, tremor, 0.005);
+      state.integrity.set_sensor_errors({.camera_unrest = state.camera_unrest});
+      state.integrity.check({}, state.time_ns);
     }
     state.mean[at::x] += way * std::cos(state.mean[at::yaw]);
     state.mean[at::y] += way * std::sin(state.mean[at::yaw]);

@@ -24,7 +24,7 @@ TEST(HeedSources, AnHonestDriveIsNeitherCorrectedNorDoubted) {
   EXPECT_FALSE(car.state.disputed);
   EXPECT_EQ(car.state.astray.speed_since_ns, 0);
   EXPECT_EQ(car.state.astray.turn_since_ns, 0);
-  EXPECT_NEAR(car.state.integrity.agreed().turn, 0.8, 0.05);
+  EXPECT_NEAR(car.state.integrity.agreed().yaw_rate, 0.8, 0.05);
 }
 
 TEST(HeedSources, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) {

@@ -45,7 +45,7 @@ std::optional<double> sound(Source, double, double value) {
   return value;
 }
 
-/// What the sensors are like beyond the usual: wheels that know no sign, a camera.
+/// What the sensors are like beyond the usual: unsigned wheel speeds, a camera.
 struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
@@ -63,7 +63,7 @@ class Drive {
       const double t = time_s();
       if (now_ns_ / ms % 10 == 0) sense(t, failure);
       if (equipment_.camera) look(t);
-      integrity.look({}, now_ns_);
+      integrity.check({}, now_ns_);
       for (std::size_t i = 0; i < source_count; ++i)
         if (!raised_s_[i] && !integrity.trusted(static_cast<Source>(i))) raised_s_[i] = t;
     }
@@ -97,7 +97,7 @@ class Drive {
     const double noise = v == 0.0 ? 0.0 : 0.01 * std::sin(97.0 * t);
     const auto give = [&](Source source, double value) {
       if (const std::optional<double> said = failure(source, t, value))
-        integrity.hear(source, now_ns_ - ms, *said, sigmas[index_of(source)]);
+        integrity.add(source, now_ns_ - ms, *said, sigmas[index_of(source)]);
     };
     give(Source::yaw_rate, turn + noise);
     give(Source::accel_x, ahead + 10.0 * noise);
@@ -124,7 +124,7 @@ class Drive {
     if (now_ns_ / ms % 35 != 0) return;
     seen_.capture_ns = now_ns_ - 5 * ms;
     seen_.arrival_ns = now_ns_;
-    integrity.hear(seen_);
+    integrity.add(seen_);
   }
 
   std::function<Motion(double)> motion_;
@@ -232,7 +232,7 @@ TEST(Integrity, TakesASteadyDriveForNoFault) {
 TEST(Integrity, TellsWhatIsFrozen) {
   for (const Source source : {Source::yaw_rate, Source::accel_y, Source::steering,
                               Source::wheel_front_left, Source::wheel_rear_right}) {
-    // At a time at which the car turns to one side.
+    // While the car turns to one side.
     Drive drive(slalom);
     drive.until(6.0);
     std::optional<double> held;
@@ -441,9 +441,9 @@ class OneAxle {
       if (ticks_ % 7 == 0) {
         seen_.arrival_ns = now_ns();
         seen_.capture_ns = now_ns() - 5 * ms;
-        integrity.hear(seen_);
+        integrity.add(seen_);
       }
-      integrity.look({}, now_ns());
+      integrity.check({}, now_ns());
     }
   }
 
@@ -455,7 +455,7 @@ class OneAxle {
   [[nodiscard]] double time_s() const { return 0.005 * static_cast<double>(ticks_); }
   [[nodiscard]] std::int64_t now_ns() const { return start_ns + 5 * ticks_ * ms; }
   void give(Source source, double value) {
-    integrity.hear(source, now_ns() - ms, value, sigmas[index_of(source)]);
+    integrity.add(source, now_ns() - ms, value, sigmas[index_of(source)]);
   }
 
   Source sensor_;
@@ -507,12 +507,12 @@ TEST(Integrity, HearsNothingThatIsOlderThanWhatItHasHeard) {
   Drive drive(slalom);
   drive.until(5.0);
   Integrity late = drive.integrity;
-  late.hear(Source::yaw_rate, start_ns + 4'000 * ms, 9.0, 0.005);
+  late.add(Source::yaw_rate, start_ns + 4'000 * ms, 9.0, 0.005);
   // So soon that the gyro still counts.
-  late.look({}, start_ns + 5'015 * ms);
-  drive.integrity.look({}, start_ns + 5'015 * ms);
-  EXPECT_NE(drive.integrity.agreed().turn, drive.integrity.agreed().turn_without_gyro);
-  EXPECT_EQ(late.agreed().turn, drive.integrity.agreed().turn);
+  late.check({}, start_ns + 5'015 * ms);
+  drive.integrity.check({}, start_ns + 5'015 * ms);
+  EXPECT_NE(drive.integrity.agreed().yaw_rate, drive.integrity.agreed().yaw_rate_without_gyro);
+  EXPECT_EQ(late.agreed().yaw_rate, drive.integrity.agreed().yaw_rate);
 }
 
 TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
