@@ -59,7 +59,7 @@ struct Tuning {
   double way_unrest_s = 0.5;          ///< of the way's error, by the camera [s]
   double way_unrest_range = 1e4;      ///< ... up
 
-  // --- lasting errors and calibrations: prior standard deviations ---
+  // --- slow errors and calibrations: prior standard deviations ---
   double gyro_bias = 0.03;        ///< b_g [rad/s]
   double gyro_scale = 0.02;       ///< s_g
   double wheel_scale = 0.03;      ///< s_w

@@ -17,7 +17,7 @@ constexpr double largest_state = 1e4;
 /// What nothing is known beyond: half a turn, a kilometre, 100 m/s.
 constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,
                                                          50.0, 1.0, 50.0, 10.0, 10.0, 0.5};
-constexpr std::array<double, lasting::size> largest_lasting{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0};
+constexpr std::array<double, slow::size> largest_slow_error{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0};
 
 // Rounding takes the last digits of a strongly correlated P; this keeps it positive definite, and
 // makes it 1.7 % larger in a day.
@@ -58,12 +58,12 @@ void limit(Eigen::Matrix<double, Size, Size>& P, const std::array<double, Count>
 
 void limit(State& state) noexcept {
   limit(state.covariance, largest_deviation);
-  limit(state.lasting.covariance, largest_lasting);
-  for (Eigen::Index j = 0; j < lasting::size; ++j) {
-    const double sigma = std::sqrt(state.lasting.covariance(j, j));
+  limit(state.slow.covariance, largest_slow_error);
+  for (Eigen::Index j = 0; j < slow::size; ++j) {
+    const double sigma = std::sqrt(state.slow.covariance(j, j));
     for (Eigen::Index i = 0; i < at::size; ++i) {
       const double most = largest_deviation[static_cast<std::size_t>(i)] / sigma;
-      double& by = state.lasting.sensitivity(i, j);
+      double& by = state.slow.sensitivity(i, j);
       by = std::clamp(by, -most, most);
     }
   }
@@ -73,10 +73,10 @@ bool sound(const State& state) noexcept {
   return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
          state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
          state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&
-         std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.lasting.mean.allFinite() &&
-         state.lasting.mean.cwiseAbs().maxCoeff() < largest_state &&
-         state.lasting.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
-         is_positive_definite(state.lasting.covariance);
+         std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.slow.mean.allFinite() &&
+         state.slow.mean.cwiseAbs().maxCoeff() < largest_state &&
+         state.slow.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
+         is_positive_definite(state.slow.covariance);
 }
 
 }  // namespace odomd::estimator::full

@@ -30,13 +30,13 @@ constexpr double largest_doubted_bias = 0.1;
 
 /// What no tyre and no sensor is off by, and where the model would lose its sense.
 void keep_scales_possible(State& state) noexcept {
-  LastingVector& scales = state.lasting.mean;
-  const auto keep = [&scales](lasting::Index index, double lowest, double highest) {
+  SlowVector& scales = state.slow.mean;
+  const auto keep = [&scales](slow::Index index, double lowest, double highest) {
     scales[index] = std::clamp(scales[index], lowest, highest);
   };
-  keep(lasting::stiffness_scale, -0.7, 2.0);
-  keep(lasting::gyro_scale, -0.5, 0.5);
-  keep(lasting::wheel_scale, -0.5, 0.5);
+  keep(slow::stiffness_scale, -0.7, 2.0);
+  keep(slow::gyro_scale, -0.5, 0.5);
+  keep(slow::wheel_scale, -0.5, 0.5);
 }
 
 double distance(const Pose2& a, const Pose2& b) noexcept {
@@ -173,7 +173,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
       z.depends_on(pose_states[i], 1.0);
       const Innovation nu = full::innovation(state, z, measured[i]);
       correct(state, nu, optimal_gain(nu));
-      teach(state, nu, all());
+      correct_slow_errors(state, nu, all());
     }
     keep_scales_possible(state);
     const std::int64_t before_ns = state.fused_ns[index_of(Source::camera)];
@@ -224,7 +224,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   };
   const double way = std::hypot(seen.x - believed.x, seen.y - believed.y);
   state.covariance(at::v_x, at::v_x) += doubt(way, doubted_speed, largest_doubted_speed);
-  state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) +=
+  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
       doubt(seen.yaw - believed.yaw, doubted_bias, largest_doubted_bias);
   ++state.resets;
   state.last_jump = {seen.x - believed.x, seen.y - believed.y, seen.yaw - believed.yaw};

@@ -24,14 +24,13 @@ constexpr double contradicted_s = 0.25;
 void heed_sources(const Context& context, State& state) noexcept {
   const std::int64_t checked_ns = state.integrity.checked_ns();
   state.integrity.set_sensor_errors(
-      {.gyro_bias = state.lasting.mean[lasting::gyro_bias],
-       .gyro_bias_sigma =
-           std::sqrt(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias)),
+      {.gyro_bias = state.slow.mean[slow::gyro_bias],
+       .gyro_bias_sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias)),
        .steering_offset = state.mean[at::steering_offset],
        .steering_offset_sigma =
            std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
-       .wheel_slip = std::abs(state.lasting.mean[lasting::wheel_slip]) +
-                     std::sqrt(state.lasting.covariance(lasting::wheel_slip, lasting::wheel_slip)),
+       .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) +
+                     std::sqrt(state.slow.covariance(slow::wheel_slip, slow::wheel_slip)),
        .camera_noise_scale = state.camera_unrest});
   state.integrity.check(context.sensors, state.time_ns);
   const double dt = seconds_between(checked_ns, state.integrity.checked_ns());

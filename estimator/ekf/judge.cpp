@@ -85,29 +85,28 @@ bool goes_on(const State& state, const Sample& sample) noexcept {
 }
 
 /// The heading is the gyro's integral, whatever the tyres' model made of the time between two of
-/// its samples: it would settle between both, and a model that errs for long would turn the car.
-/// This is the trapezium of the two, less what is known of bias and scale. A reading that strays
-/// from those before and after it by more than any car turns in is none: it is replaced by the
-/// middle one of the three, for the trapezium before it too. `yaw` and `by` are ψ and its row of B
-/// before the newer one was fused.
+/// its samples: it would detach_from_pose between both, and a model that errs for long would turn
+/// the car. This is the trapezium of the two, less what is known of bias and scale. A reading that
+/// strays from those before and after it by more than any car turns in is none: it is replaced by
+/// the middle one of the three, for the trapezium before it too. `yaw` and `by` are ψ and its row
+/// of B before the newer one was fused.
 void turn_by_gyro(const CarModel& model, State& state, const Reading& before, const Sample& sample,
-                  double yaw, const LastingVector& by) noexcept {
-  const LastingVector& s = state.lasting.mean;
-  const double tau =
-      seconds_between(before.time_ns, sample.time_ns) / (1.0 + s[lasting::gyro_scale]);
+                  double yaw, const SlowVector& by) noexcept {
+  const SlowVector& s = state.slow.mean;
+  const double tau = seconds_between(before.time_ns, sample.time_ns) / (1.0 + s[slow::gyro_scale]);
   const double z = sample.value[0];
   const auto [least, most] = std::minmax(z, before.before);
   const double stray = before.value - std::clamp(before.value, least, most);
   const double possible =
       model.tuning.turn_in * gravity / model.car.wheelbase() * before.interval_s;
   const double wrong = std::abs(stray) > possible && before.interval_s > 0.0 ? stray : 0.0;
-  const double turn = tau * (0.5 * (before.value - wrong + z) - s[lasting::gyro_bias]) -
+  const double turn = tau * (0.5 * (before.value - wrong + z) - s[slow::gyro_bias]) -
                       0.5 * before.interval_s * wrong;
   state.mean[at::yaw] = yaw - state.turned + turn;
-  auto B = state.lasting.sensitivity.row(at::yaw);
+  auto B = state.slow.sensitivity.row(at::yaw);
   B = (by - state.turned_by).transpose();
-  B[lasting::gyro_bias] -= tau;
-  B[lasting::gyro_scale] -= turn / (1.0 + s[lasting::gyro_scale]);
+  B[slow::gyro_bias] -= tau;
+  B[slow::gyro_scale] -= turn / (1.0 + s[slow::gyro_scale]);
 }
 
 }  // namespace
@@ -126,7 +125,7 @@ std::int64_t last_fused_ns(const State& state, Source source) noexcept {
 }
 
 Judgement judge(const CarModel& model, State& state, const Sample& sample,
-                const Prediction& prediction, const Teaches& teaches) noexcept {
+                const Prediction& prediction, const Updates& updates) noexcept {
   Innovation nu = innovation(state, prediction, sample.value[0]);
   Judgement judgement{.source = sample.source, .verdict = Verdict::fused, .degrees = 1};
   judgement.innovation[0] = nu.value;
@@ -156,7 +155,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     // Of a car that stands nothing moves: there, it is the gyro's bias that has changed.
     const double off = nu.value * nu.value;
     if (sample.source == Source::yaw_rate && state.rest.standing) {
-      state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) += off;
+      state.slow.covariance(slow::gyro_bias, slow::gyro_bias) += off;
     } else {
       state.covariance(patience.doubted, patience.doubted) += off;
     }
@@ -185,16 +184,16 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     // be explained by a speed that no wheel has.
     gain[at::v_x] = gain[at::accel_x] = gain[at::accel_bias_x] = 0.0;
   }
-  if (!teaches.heading) {
+  if (!updates.heading) {
     // Forces and wheels rest on models that are no better than what they would correct.
     gain[at::yaw] = gain[at::yaw_rate] = gain[at::front_angle] = 0.0;
   }
   const double yaw = state.mean[at::yaw];
-  const LastingVector yaw_by = state.lasting.sensitivity.row(at::yaw);
+  const SlowVector yaw_by = state.slow.sensitivity.row(at::yaw);
   correct(state, nu, gain);
   if (sample.source == Source::yaw_rate) {
     const Reading& before = state.heard[index_of(sample.source)];
-    if (teaches.heading && !state.rest.resting && before.agreeing > 0 &&
+    if (updates.heading && !state.rest.resting && before.agreeing > 0 &&
         before.time_ns == state.turned_since_ns &&
         seconds_between(before.time_ns, sample.time_ns) <= longest_unheard_s) {
       turn_by_gyro(model, state, before, sample, yaw, yaw_by);
@@ -203,7 +202,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     state.turned_by.setZero();
     state.turned_since_ns = sample.time_ns;
   }
-  teach(state, nu, teaches.lasting);
+  correct_slow_errors(state, nu, updates.slow);
   return judgement;
 }
 

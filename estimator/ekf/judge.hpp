@@ -19,16 +19,16 @@ inline constexpr double longest_unheard_s = 0.2;
 /// For how long the source's samples have all been refused, this one the last [s].
 [[nodiscard]] double refused_s(State& state, const Sample& sample) noexcept;
 
-/// What a sample of the car's own sensors may teach.
-struct Teaches {
+/// What a sample of the car's own sensors may correct_slow_errors.
+struct Updates {
   bool heading = false;  ///< ψ, ψ̇ and ε: a gyro; without one, all
-  LastingVector lasting = none();
+  SlowVector slow = none();
 };
 
 /// Fuses the sample where ν²/S is below the gate (S with what the motion may have changed by); or
 /// where its source has been rejected for so long that the filter gives in, after doubting what it
 /// measures by as much as the sample is off.
 [[nodiscard]] Judgement judge(const CarModel& model, State& state, const Sample& sample,
-                              const Prediction& prediction, const Teaches& teaches) noexcept;
+                              const Prediction& prediction, const Updates& updates) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -15,12 +15,11 @@ void add_walks(const Tuning& walks, double dt, State& state) noexcept {
   P(at::accel_bias_x, at::accel_bias_x) += squared(walks.accel_bias_walk) * dt;
   P(at::accel_bias_y, at::accel_bias_y) += squared(walks.accel_bias_walk) * dt;
   P(at::steering_offset, at::steering_offset) += squared(walks.steering_offset_walk) * dt;
-  LastingMatrix& P_s = state.lasting.covariance;
-  P_s(lasting::gyro_bias, lasting::gyro_bias) += squared(walks.gyro_bias_walk) * dt;
-  P_s(lasting::gyro_scale, lasting::gyro_scale) += squared(walks.gyro_scale_walk) * dt;
-  P_s(lasting::wheel_scale, lasting::wheel_scale) += squared(walks.wheel_scale_walk) * dt;
-  P_s(lasting::stiffness_scale, lasting::stiffness_scale) +=
-      squared(walks.stiffness_scale_walk) * dt;
+  SlowMatrix& P_s = state.slow.covariance;
+  P_s(slow::gyro_bias, slow::gyro_bias) += squared(walks.gyro_bias_walk) * dt;
+  P_s(slow::gyro_scale, slow::gyro_scale) += squared(walks.gyro_scale_walk) * dt;
+  P_s(slow::wheel_scale, slow::wheel_scale) += squared(walks.wheel_scale_walk) * dt;
+  P_s(slow::stiffness_scale, slow::stiffness_scale) += squared(walks.stiffness_scale_walk) * dt;
 }
 
 /// A step's F: the identity but for its first nine rows, x ... side_force.
@@ -70,7 +69,7 @@ template <Eigen::Index stride>
 
 /// Adds to B what a change of κ makes of the velocity in the step, and of the pose.
 void add_stiffness(const Jacobian& F, State& state) noexcept {
-  auto by = state.lasting.sensitivity.col(lasting::stiffness_scale);
+  auto by = state.slow.sensitivity.col(slow::stiffness_scale);
   const double across = F.velocity.by_stiffness[0];
   const double turn = F.velocity.by_stiffness[1];
   const double middle = 0.5 * F.half * turn;
@@ -230,7 +229,7 @@ Moving moving(const State& state, const Input& input) noexcept {
           x[at::accel_x],
           known + x[at::front_angle],
           x[at::side_force],
-          1.0 + state.lasting.mean[lasting::stiffness_scale]};
+          1.0 + state.slow.mean[slow::stiffness_scale]};
 }
 
 void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept {
@@ -249,13 +248,13 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
     state.covariance.col(row).head(row) = state.covariance.row(row).head(row).transpose();
   }
   // B ← F B + ∂f/∂s
-  const LastingVector yaw_by = state.lasting.sensitivity.row(at::yaw);
-  double* const B = state.lasting.sensitivity.data();
-  for (Eigen::Index column = 0; column < lasting::size; ++column) {
-    apply<lasting::size>(F, at::x, B + column);
+  const SlowVector yaw_by = state.slow.sensitivity.row(at::yaw);
+  double* const B = state.slow.sensitivity.data();
+  for (Eigen::Index column = 0; column < slow::size; ++column) {
+    apply<slow::size>(F, at::x, B + column);
   }
   add_stiffness(F, state);
-  state.turned_by += state.lasting.sensitivity.row(at::yaw).transpose() - yaw_by;
+  state.turned_by += state.slow.sensitivity.row(at::yaw).transpose() - yaw_by;
   add_noise(model, F, state);
 }
 

@@ -24,31 +24,31 @@ constexpr double configured_share = 1.0 / 3.0;
 // So far ahead look the published time derivatives [s].
 constexpr double look_ahead_s = 0.06;
 
-/// Where a calibration is, among the lasting errors or among the states, and what a sensor without
+/// Where a calibration is, among the slow errors or among the states, and what a sensor without
 /// error has.
 struct Calibrated {
-  bool lasts;
+  bool is_slow;
   Eigen::Index index;
   double neutral;
 };
 
 /// In the order of Calibration.
 constexpr std::array<Calibrated, calibration_count> calibrated{{
-    {true, lasting::gyro_bias, 0.0},
-    {true, lasting::gyro_scale, 1.0},
+    {true, slow::gyro_bias, 0.0},
+    {true, slow::gyro_scale, 1.0},
     {false, at::accel_bias_x, 0.0},
     {false, at::accel_bias_y, 0.0},
-    {true, lasting::wheel_scale, 1.0},
+    {true, slow::wheel_scale, 1.0},
     {false, at::steering_offset, 0.0},
-    {true, lasting::stiffness_scale, 1.0},
+    {true, slow::stiffness_scale, 1.0},
 }};
 
 /// Of a State or a const one.
 auto& value_of(auto& state, const Calibrated& c) noexcept {
-  return c.lasts ? state.lasting.mean[c.index] : state.mean[c.index];
+  return c.is_slow ? state.slow.mean[c.index] : state.mean[c.index];
 }
 auto& variance_of(auto& state, const Calibrated& c) noexcept {
-  return c.lasts ? state.lasting.covariance(c.index, c.index) : state.covariance(c.index, c.index);
+  return c.is_slow ? state.slow.covariance(c.index, c.index) : state.covariance(c.index, c.index);
 }
 
 Calibration calibration_of(const State& state, const State& fresh) noexcept {
@@ -66,7 +66,7 @@ Calibration calibration_of(const State& state, const State& fresh) noexcept {
 }
 
 /// What a client integrates for up to 100 ms: the mean rate of the next 60 ms, in which the tyres
-/// settle. The rate of this instant would run away from the filter's own propagation.
+/// detach_from_pose. The rate of this instant would run away from the filter's own propagation.
 BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double period_s,
                              const State& state) noexcept {
   const long steps = std::max(1L, std::lround(look_ahead_s / period_s));
@@ -87,18 +87,18 @@ State fresh_state(const FilterSettings& settings) noexcept {
       t.drive_accel * gravity, t.front_angle, t.side_force_floor * gravity, t.accel_bias,
       t.accel_bias, t.steering_offset;
   state.covariance.diagonal() = sigma.array().square();
-  LastingVector lasting_sigma;
-  lasting_sigma << t.gyro_bias, t.gyro_scale, t.wheel_scale, t.wheel_slip, t.stiffness_scale,
+  SlowVector slow_sigma;
+  slow_sigma << t.gyro_bias, t.gyro_scale, t.wheel_scale, t.wheel_slip, t.stiffness_scale,
       t.roll_gradient, t.pitch_gradient;
   for (const auto& [index, configured] :
-       {std::pair{lasting::roll_gradient, settings.roll_gradient},
-        std::pair{lasting::pitch_gradient, settings.pitch_gradient}}) {
+       {std::pair{slow::roll_gradient, settings.roll_gradient},
+        std::pair{slow::pitch_gradient, settings.pitch_gradient}}) {
     if (configured) {
-      state.lasting.mean[index] = *configured;
-      lasting_sigma[index] *= configured_share;
+      state.slow.mean[index] = *configured;
+      slow_sigma[index] *= configured_share;
     }
   }
-  state.lasting.covariance.diagonal() = lasting_sigma.array().square();
+  state.slow.covariance.diagonal() = slow_sigma.array().square();
   return state;
 }
 

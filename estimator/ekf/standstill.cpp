@@ -47,12 +47,12 @@ void stand(State& state, std::int64_t time_ns) noexcept {
   Rest& rest = state.rest;
   rest.standing = true;
   // What the gyro now says of its bias does not move the pose that was driven with another.
-  settle(state, lasting::gyro_bias);
+  detach_from_pose(state, slow::gyro_bias);
   if (rest.lowest_gyro <= rest.highest_gyro) {
     // What the gyro reads is its bias, however little that was expected.
     const double surprise =
-        0.5 * (rest.lowest_gyro + rest.highest_gyro) - state.lasting.mean[lasting::gyro_bias];
-    double& variance = state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias);
+        0.5 * (rest.lowest_gyro + rest.highest_gyro) - state.slow.mean[slow::gyro_bias];
+    double& variance = state.slow.covariance(slow::gyro_bias, slow::gyro_bias);
     if (surprise * surprise > surprising_ratio * variance) {
       variance += surprise * surprise;
       // Until now it was taken for a turn.
@@ -119,10 +119,10 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
   }
   const bool first = rest.highest_gyro < rest.lowest_gyro;
   const bool known =
-      state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) < known_bias * known_bias;
+      state.slow.covariance(slow::gyro_bias, slow::gyro_bias) < known_bias * known_bias;
   const auto far_from_bias = [&](double reading) {
-    return known && std::abs(reading - state.lasting.mean[lasting::gyro_bias]) >
-                        quiet_swing + bias_sigmas * sigma;
+    return known &&
+           std::abs(reading - state.slow.mean[slow::gyro_bias]) > quiet_swing + bias_sigmas * sigma;
   };
   const auto leaves = [&](double reading) {
     return std::max(reading, rest.highest_gyro) - std::min(reading, rest.lowest_gyro) >

@@ -37,9 +37,9 @@ enum Index : Eigen::Index {
 
 /// Errors that last: scales, a bias, slip, gradients, which the car's own sensors cannot separate
 /// from motion. The state is estimated as if these were known; how far it would be off if they were
-/// otherwise stands in `sensitivity`. A camera teaches them; the gyro its bias at a standstill, the
+/// otherwise stands in `sensitivity`. A camera updates them; the gyro its bias at a standstill, the
 /// accelerometers what a body's roll and pitch add.
-namespace lasting {
+namespace slow {
 enum Index : Eigen::Index {
   gyro_bias,        ///< b_g [rad/s]
   gyro_scale,       ///< s_g: measured = (1 + s_g) ψ̇ + b_g
@@ -50,19 +50,19 @@ enum Index : Eigen::Index {
   pitch_gradient,   ///< ρ_x: likewise along x
   size
 };
-}  // namespace lasting
+}  // namespace slow
 
 using Vector = Eigen::Matrix<double, at::size, 1>;
 using Matrix = Eigen::Matrix<double, at::size, at::size>;
-using LastingVector = Eigen::Matrix<double, lasting::size, 1>;
-using LastingMatrix = Eigen::Matrix<double, lasting::size, lasting::size>;
-using Sensitivity = Eigen::Matrix<double, at::size, lasting::size, Eigen::RowMajor>;
+using SlowVector = Eigen::Matrix<double, slow::size, 1>;
+using SlowMatrix = Eigen::Matrix<double, slow::size, slow::size>;
+using Sensitivity = Eigen::Matrix<double, at::size, slow::size, Eigen::RowMajor>;
 
 /// The errors that last: s, P_s; and B = ∂(x error)/∂(s error), so that the error of the state is
 /// x̃ + B s̃, with x̃ of covariance P independent of s̃ of covariance P_s.
-struct Lasting {
-  LastingVector mean = LastingVector::Zero();
-  LastingMatrix covariance = LastingMatrix::Zero();
+struct SlowErrors {
+  SlowVector mean = SlowVector::Zero();
+  SlowMatrix covariance = SlowMatrix::Zero();
   Sensitivity sensitivity = Sensitivity::Zero();
 };
 
@@ -136,16 +136,16 @@ struct Astray {
 struct State {
   std::int64_t time_ns = 0;
   Vector mean = Vector::Zero();
-  Matrix covariance = Matrix::Zero();  ///< of the state, were the lasting errors known
-  Lasting lasting;
+  Matrix covariance = Matrix::Zero();  ///< of the state, were the slow errors known
+  SlowErrors slow;
   double drive_unrest = 1.0;  ///< variance of what drives a_x, over what is usual; by the wheels
   double turn_unrest = 1.0;   ///< likewise of ε, by the gyro
   std::array<double, source_count> wheel_unrest = filled(1.0);  ///< of each wheel's relative error
   double way_unrest = 1.0;           ///< likewise of the way's error, by the camera
   double turned = 0.0;               ///< by how much the steps have turned the car since ... [rad]
   std::int64_t turned_since_ns = 0;  ///< ... a sample of the gyro; 0: the pose was moved since then
-  LastingVector turned_by = LastingVector::Zero();  ///< what the steps have added to ψ's row of B
-  double front_wheels = 0.0;                        ///< δ behind the steering's actuator [rad]
+  SlowVector turned_by = SlowVector::Zero();  ///< what the steps have added to ψ's row of B
+  double front_wheels = 0.0;                  ///< δ behind the steering's actuator [rad]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
   bool moving = false;   ///< a wheel speed was there: the motion is being followed

@@ -114,7 +114,7 @@ Judgement take_accel_x(const Context& context, State& state, const Sample& sampl
   const double force = state.mean[at::accel_x];
   const bool tells = force * force > telling_ratio * state.covariance(at::accel_x, at::accel_x);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
-               {.lasting = tells ? only(lasting::pitch_gradient) : none()});
+               {.slow = tells ? only(slow::pitch_gradient) : none()});
 }
 
 /// A steering that jumps further than one turns may be a telegram's alone: by the rest of the jump
@@ -141,7 +141,7 @@ Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
   }
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
   if (sample.source == Source::yaw_rate) {
-    state.mean[at::yaw_rate] = sample.value[0] - state.lasting.mean[lasting::gyro_bias];
+    state.mean[at::yaw_rate] = sample.value[0] - state.slow.mean[slow::gyro_bias];
   } else {
     hold(sample.source == Source::accel_x ? state.accel_x : state.accel_y, sample);
   }
@@ -166,7 +166,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
       rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], stated_sigma);
       return judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
                    {.heading = !state.rest.standing,
-                    .lasting = state.rest.standing ? only(lasting::gyro_bias) : none()});
+                    .slow = state.rest.standing ? only(slow::gyro_bias) : none()});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
@@ -174,7 +174,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
       return judge(
           context.model, state, sample,
           predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
-          {.heading = !gyro_alive(state), .lasting = only(lasting::roll_gradient)});
+          {.heading = !gyro_alive(state), .slow = only(slow::roll_gradient)});
     default:
       return take_wheel(context, state, sample);
   }

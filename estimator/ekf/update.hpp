@@ -18,9 +18,9 @@ class Prediction {
  public:
   double value = 0.0;
   double variance = 0.0;
-  double relative = 0.0;                             ///< part of R that a wheel's unrest scales
-  double slack = 0.0;                                ///< part of R that the gain leaves out
-  LastingVector by_lasting = LastingVector::Zero();  ///< ∂h/∂s
+  double relative = 0.0;                    ///< part of R that a wheel's unrest scales
+  double slack = 0.0;                       ///< part of R that the gain leaves out
+  SlowVector by_slow = SlowVector::Zero();  ///< ∂h/∂s
 
   /// Adds `by` to ∂h/∂(state).
   void depends_on(at::Index state, double by) noexcept {
@@ -39,15 +39,15 @@ class Prediction {
 };
 
 /// ν = z - h and its variance S, in two parts: what the state's and the sample's own noise make of
-/// it, H P Hᵀ + R, and what the lasting errors do, G P_s Gᵀ with G = H B + ∂h/∂s.
+/// it, H P Hᵀ + R, and what the slow errors do, G P_s Gᵀ with G = H B + ∂h/∂s.
 struct Innovation {
   double value = 0.0;
-  double variance = 1.0;                                          ///< S
-  double variance_of_noise = 1.0;                                 ///< H P Hᵀ + R
-  double slack = 0.0;                                             ///< of R, see Prediction
-  Vector covariance_with_state = Vector::Zero();                  ///< P Hᵀ
-  LastingVector by_lasting = LastingVector::Zero();               ///< Gᵀ
-  LastingVector covariance_with_lasting = LastingVector::Zero();  ///< P_s Gᵀ
+  double variance = 1.0;                                 ///< S
+  double variance_of_noise = 1.0;                        ///< H P Hᵀ + R
+  double slack = 0.0;                                    ///< of R, see Prediction
+  Vector covariance_with_state = Vector::Zero();         ///< P Hᵀ
+  SlowVector by_slow = SlowVector::Zero();               ///< Gᵀ
+  SlowVector covariance_with_slow = SlowVector::Zero();  ///< P_s Gᵀ
 
   /// νᵀ S⁻¹ ν: χ² with one degree of freedom where the filter is consistent.
   [[nodiscard]] double squared_ratio() const noexcept { return value * value / variance; }
@@ -56,26 +56,26 @@ struct Innovation {
 [[nodiscard]] inline Innovation innovation(const State& state, const Prediction& prediction,
                                            double measured) noexcept {
   Vector by_state = Vector::Zero();
-  LastingVector by_lasting = prediction.by_lasting;
+  SlowVector by_slow = prediction.by_slow;
   for (std::size_t i = 0; i < prediction.count(); ++i) {
     by_state += prediction.by(i) * state.covariance.col(prediction.state(i));
-    by_lasting += prediction.by(i) * state.lasting.sensitivity.row(prediction.state(i)).transpose();
+    by_slow += prediction.by(i) * state.slow.sensitivity.row(prediction.state(i)).transpose();
   }
   double variance_of_noise = prediction.variance;
   for (std::size_t i = 0; i < prediction.count(); ++i) {
     variance_of_noise += prediction.by(i) * by_state[prediction.state(i)];
   }
-  const LastingVector with_lasting = state.lasting.covariance * by_lasting;
+  const SlowVector with_slow = state.slow.covariance * by_slow;
   return {.value = measured - prediction.value,
-          .variance = variance_of_noise + by_lasting.dot(with_lasting),
+          .variance = variance_of_noise + by_slow.dot(with_slow),
           .variance_of_noise = variance_of_noise,
           .slack = prediction.slack,
           .covariance_with_state = by_state,
-          .by_lasting = by_lasting,
-          .covariance_with_lasting = with_lasting};
+          .by_slow = by_slow,
+          .covariance_with_slow = with_slow};
 }
 
-/// K = P Hᵀ / (H P Hᵀ + R - slack): the gain were the lasting errors known.
+/// K = P Hᵀ / (H P Hᵀ + R - slack): the gain were the slow errors known.
 [[nodiscard]] inline Vector optimal_gain(const Innovation& nu) noexcept {
   return nu.covariance_with_state / (nu.variance_of_noise - nu.slack);
 }
@@ -90,23 +90,24 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
       continue;
     }
     state.covariance.col(i) -= b[i] * gain + gain[i] * b;
-    state.lasting.sensitivity.row(i) -= gain[i] * nu.by_lasting.transpose();
+    state.slow.sensitivity.row(i) -= gain[i] * nu.by_slow.transpose();
   }
   state.mean += gain * nu.value;
 }
 
-/// What a sample teaches of the lasting errors, after correct(): by its gain L = P_s Gᵀ / S, whose
-/// rows outside `taught` are zero, s ← s + L ν, and x ← x + B L ν with it. Friedland's form of the
-/// joint filter: equal to it where correct() took the optimal gain and nothing walks.
-inline void teach(State& state, const Innovation& nu, const LastingVector& taught) noexcept {
-  if (taught.isZero(0.0)) {
+/// What a sample updates of the slow errors, after correct(): by its gain L = P_s Gᵀ / S, whose
+/// rows outside `corrected` are zero, s ← s + L ν, and x ← x + B L ν with it. Friedland's form of
+/// the joint filter: equal to it where correct() took the optimal gain and nothing walks.
+inline void correct_slow_errors(State& state, const Innovation& nu,
+                                const SlowVector& corrected) noexcept {
+  if (corrected.isZero(0.0)) {
     return;
   }
-  Lasting& s = state.lasting;
-  const LastingVector& c = nu.covariance_with_lasting;
-  const LastingVector b = c - 0.5 * c.cwiseProduct(taught);  // c - ½ S L
-  for (Eigen::Index i = 0; i < lasting::size; ++i) {
-    if (taught[i] == 0.0) {
+  SlowErrors& s = state.slow;
+  const SlowVector& c = nu.covariance_with_slow;
+  const SlowVector b = c - 0.5 * c.cwiseProduct(corrected);  // c - ½ S L
+  for (Eigen::Index i = 0; i < slow::size; ++i) {
+    if (corrected[i] == 0.0) {
       continue;
     }
     const double gain = c[i] / nu.variance;
@@ -117,21 +118,21 @@ inline void teach(State& state, const Innovation& nu, const LastingVector& taugh
   }
 }
 
-/// Which lasting errors a sample may teach: see teach().
-[[nodiscard]] inline LastingVector none() noexcept {
-  return LastingVector::Zero();
+/// Which slow errors a sample may correct_slow_errors: see correct_slow_errors().
+[[nodiscard]] inline SlowVector none() noexcept {
+  return SlowVector::Zero();
 }
-[[nodiscard]] inline LastingVector all() noexcept {
-  return LastingVector::Ones();
+[[nodiscard]] inline SlowVector all() noexcept {
+  return SlowVector::Ones();
 }
-[[nodiscard]] inline LastingVector only(lasting::Index index) noexcept {
-  return LastingVector::Unit(index);
+[[nodiscard]] inline SlowVector only(slow::Index index) noexcept {
+  return SlowVector::Unit(index);
 }
 
 /// What an error has made of the pose so far does not follow it any longer: it was another then.
-inline void settle(State& state, lasting::Index index) noexcept {
-  auto by = state.lasting.sensitivity.col(index).head<3>();
-  const Eigen::Vector3d made = std::sqrt(state.lasting.covariance(index, index)) * by;
+inline void detach_from_pose(State& state, slow::Index index) noexcept {
+  auto by = state.slow.sensitivity.col(index).head<3>();
+  const Eigen::Vector3d made = std::sqrt(state.slow.covariance(index, index)) * by;
   state.covariance.topLeftCorner<3, 3>() += made * made.transpose();
   by.setZero();
 }
@@ -141,7 +142,7 @@ inline void forget(State& state, at::Index index, double sigma) noexcept {
   state.covariance.row(index).setZero();
   state.covariance.col(index).setZero();
   state.covariance(index, index) = sigma * sigma;
-  state.lasting.sensitivity.row(index).setZero();
+  state.slow.sensitivity.row(index).setZero();
 }
 
 /// P + B P_s Bᵀ of pose and velocity: how far they may be off, all errors taken together; and what
@@ -149,9 +150,9 @@ inline void forget(State& state, at::Index index, double sigma) noexcept {
 /// off by ψ̃: P_Xψ = -D_y σ², P_Yψ = D_x σ², and -½ ψ̃² D beside the first order, in the mean square
 /// ¾ σ⁴ D Dᵀ.
 [[nodiscard]] inline Eigen::Matrix<double, 6, 6> covariance_of_motion(const State& state) noexcept {
-  const Eigen::Matrix<double, 6, lasting::size> B = state.lasting.sensitivity.topRows<6>();
+  const Eigen::Matrix<double, 6, slow::size> B = state.slow.sensitivity.topRows<6>();
   Eigen::Matrix<double, 6, 6> P =
-      state.covariance.topLeftCorner<6, 6>() + B * state.lasting.covariance * B.transpose();
+      state.covariance.topLeftCorner<6, 6>() + B * state.slow.covariance * B.transpose();
   const Eigen::Vector2d way(P(at::y, at::yaw), -P(at::x, at::yaw));
   P.topLeftCorner<2, 2>() += 0.75 * way * way.transpose();
   return P;

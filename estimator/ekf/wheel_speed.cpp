@@ -51,8 +51,8 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
       model.car.rear_axle / model.car.wheelbase() * x[at::v_x] * yaw_rate * std::sin(steering);
   const double force = forward * (x[at::accel_x] + drag);
   const double share = slip_share(model.car.driven, source, force);
-  const double slip = 1.0 + state.lasting.mean[lasting::wheel_slip] * share * force;
-  const double scale = (1.0 + state.lasting.mean[lasting::wheel_scale]) * slip;
+  const double slip = 1.0 + state.slow.mean[slow::wheel_slip] * share * force;
+  const double scale = (1.0 + state.slow.mean[slow::wheel_scale]) * slip;
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
 
@@ -77,12 +77,12 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.variance = squared(sigma) + z.relative + slipping + squared(by_delta * tuning.front_wheel) +
                squared(s) * state.covariance(at::v_y, at::v_y);
   z.depends_on(at::v_x, scale * c);
-  z.by_lasting[lasting::wheel_scale] = slip * rolling;
-  const double scale_alone = 1.0 + state.lasting.mean[lasting::wheel_scale];
-  z.by_lasting[lasting::wheel_slip] = scale_alone * share * force * rolling;
+  z.by_slow[slow::wheel_scale] = slip * rolling;
+  const double scale_alone = 1.0 + state.slow.mean[slow::wheel_scale];
+  z.by_slow[slow::wheel_slip] = scale_alone * share * force * rolling;
   if (share > 0.0) {
     z.depends_on(at::accel_x,
-                 scale_alone * forward * state.lasting.mean[lasting::wheel_slip] * share * rolling);
+                 scale_alone * forward * state.slow.mean[slow::wheel_slip] * share * rolling);
   }
   if (gyro) {
     z.variance += squared(by_yaw_rate) * state.covariance(at::yaw_rate, at::yaw_rate);

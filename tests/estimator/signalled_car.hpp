@@ -58,7 +58,7 @@ class Car {
     }
     heed_sources(context, state);
     ASSERT_TRUE(is_covariance(state.covariance));
-    ASSERT_TRUE(is_covariance(state.lasting.covariance));
+    ASSERT_TRUE(is_covariance(state.slow.covariance));
   }
 
   /// For so long; the counts begin anew.

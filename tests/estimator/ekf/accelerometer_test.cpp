@@ -51,9 +51,8 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
       expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro knows it better
       const Prediction z = predict(state);
       EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-8);
-      EXPECT_LT(
-          (z.by_lasting - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-          1e-8);
+      EXPECT_LT((z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
+                1e-8);
     }
   }
 }
@@ -73,9 +72,8 @@ TEST(AccelY, DependsOnTheStateAsItSays) {
       EXPECT_LT((by - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
                 1e-6 * (1.0 + by.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
-      EXPECT_LT(
-          (z.by_lasting - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-          1e-6 * (1.0 + z.by_lasting.cwiseAbs().maxCoeff()))
+      EXPECT_LT((z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
+                1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
     }
   }
@@ -95,12 +93,12 @@ TEST(AccelY, IsTheForceOfTheTyresOverTheMassAtTheImu) {
   const double yaw_rate = state.mean[at::yaw_rate];
   ASSERT_GT(yaw_rate, 0.3);
   state.mean[at::accel_bias_y] = 0.25;
-  state.lasting.mean[lasting::roll_gradient] = 0.1;
+  state.slow.mean[slow::roll_gradient] = 0.1;
   EXPECT_NEAR(predict_accel_y(model, input, state, sigma, dt).value,
               1.1 * (1.5 * yaw_rate - yaw_rate * yaw_rate * 0.015) + 0.25, 1e-6);
 
   // Off the circle the lever arm ahead feels ψ̈.
-  state.lasting.mean.setZero();
+  state.slow.mean.setZero();
   state.mean[at::yaw_rate] = 0.0;
   const double at_imu = predict_accel_y(model, input, state, sigma, dt).value;
   const double yaw_accel = step()[2] / dt;
@@ -137,7 +135,7 @@ TEST(AccelY, AtWalkingPaceAndStandingTeachesItsBiasAlone) {
     state.rest.standing = true;
     const Prediction z = predict_accel_y(model, input, state, sigma, dt);
     EXPECT_EQ(testing::stated(z), bias);
-    EXPECT_EQ(z.by_lasting, LastingVector(LastingVector::Zero()));
+    EXPECT_EQ(z.by_slow, SlowVector(SlowVector::Zero()));
     EXPECT_EQ(z.value, state.mean[at::accel_bias_y]);
     EXPECT_EQ(z.variance, sigma * sigma);
   }

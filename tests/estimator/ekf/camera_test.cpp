@@ -27,7 +27,7 @@ State located(const Pose2& pose = {}) {
   state.mean[at::v_x] = 1.0;
   state.mean.head<3>() << pose.x, pose.y, pose.yaw;
   state.covariance = testing::some_covariance(1e-3);
-  state.lasting.covariance = testing::some_covariance<LastingMatrix>(1e-3);
+  state.slow.covariance = testing::some_covariance<SlowMatrix>(1e-3);
   return state;
 }
 
@@ -60,7 +60,7 @@ TEST(FullCamera, FirstPoseLocatesWhereItMay) {
 
 TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   State before = located({1.0, 2.0, 0.3});
-  before.lasting.sensitivity(at::x, lasting::wheel_scale) = 1.5;
+  before.slow.sensitivity(at::x, slow::wheel_scale) = 1.5;
   const Pose2 pose{1.05, 1.9, 0.36};
   State state = before;
   const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, pose, 0.02));
@@ -88,17 +88,17 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
 }
 
 TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
-  // The lasting errors too: all three numbers at once, by the textbook's filter of all states.
+  // The slow errors too: all three numbers at once, by the textbook's filter of all states.
   State before = located({1.0, 2.0, 0.3});
-  before.lasting = testing::some_lasting(1e-3);
+  before.slow = testing::some_slow_errors(1e-3);
   State state = before;
   ASSERT_EQ(take_camera(CarModel{}, {.gate = 1e9}, state, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
             Verdict::fused);
-  constexpr int all_states = int{at::size} + int{lasting::size};
+  constexpr int all_states = int{at::size} + int{slow::size};
   using Joint = Eigen::Matrix<double, all_states, all_states>;
   const auto joint = [](const State& s) {
-    const auto& B = s.lasting.sensitivity;
-    const LastingMatrix& P_s = s.lasting.covariance;
+    const auto& B = s.slow.sensitivity;
+    const SlowMatrix& P_s = s.slow.covariance;
     Joint P;
     P << s.covariance + B * P_s * B.transpose(), B * P_s, P_s * B.transpose(), P_s;
     return P;
@@ -109,13 +109,11 @@ TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
   const Eigen::Matrix<double, all_states, 3> K = PHt * S.inverse();
   const auto change = (K * Eigen::Vector3d(0.05, -0.1, 0.06)).eval();
   EXPECT_LT((state.mean - before.mean - change.head<at::size>()).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_LT((state.lasting.mean - before.lasting.mean - change.tail<lasting::size>())
-                .cwiseAbs()
-                .maxCoeff(),
+  EXPECT_LT((state.slow.mean - before.slow.mean - change.tail<slow::size>()).cwiseAbs().maxCoeff(),
             1e-12);
   EXPECT_LT((joint(state) - (P - K * PHt.transpose())).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_TRUE(testing::is_covariance(state.covariance));
-  EXPECT_TRUE(testing::is_covariance(state.lasting.covariance));
+  EXPECT_TRUE(testing::is_covariance(state.slow.covariance));
 }
 
 TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {

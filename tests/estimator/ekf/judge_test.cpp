@@ -30,7 +30,7 @@ State on_its_way() {
   state.mean[at::v_x] = 2.0;
   state.mean[at::yaw_rate] = 0.5;
   state.covariance = testing::some_covariance(1e-2);
-  state.lasting = testing::some_lasting(1e-3);
+  state.slow = testing::some_slow_errors(1e-3);
   return state;
 }
 
@@ -43,9 +43,9 @@ TEST(Judge, NoSensorOfTheCarsOwnMovesThePlace) {
   const Input input{0.1, true};
   State state = on_its_way();
   const Pose2 before = state.pose();
-  const auto take = [&](Source source, const Prediction& z, Teaches teaches) {
+  const auto take = [&](Source source, const Prediction& z, Updates updates) {
     const Judgement judgement =
-        judge(model, state, sample_of(state, source, z.value + 0.05), z, teaches);
+        judge(model, state, sample_of(state, source, z.value + 0.05), z, updates);
     EXPECT_EQ(judgement.verdict, Verdict::fused);
     EXPECT_EQ(state.mean[at::x], before.x);
     EXPECT_EQ(state.mean[at::y], before.y);
@@ -80,12 +80,12 @@ TEST(Judge, ASampleTeachesOnlyTheLastingErrorItMay) {
   const CarModel model;
   for (const bool standing : {false, true}) {
     State state = on_its_way();
-    const LastingVector before = state.lasting.mean;
+    const SlowVector before = state.slow.mean;
     const Prediction z = predict_yaw_rate(state, 0.02);
     (void)judge(model, state, sample_of(state, Source::yaw_rate, z.value + 0.05), z,
-                {.heading = !standing, .lasting = standing ? only(lasting::gyro_bias) : none()});
-    EXPECT_EQ(state.lasting.mean[lasting::gyro_bias] != before[lasting::gyro_bias], standing);
-    EXPECT_EQ(state.lasting.mean.tail<lasting::size - 1>(), before.tail<lasting::size - 1>());
+                {.heading = !standing, .slow = standing ? only(slow::gyro_bias) : none()});
+    EXPECT_EQ(state.slow.mean[slow::gyro_bias] != before[slow::gyro_bias], standing);
+    EXPECT_EQ(state.slow.mean.tail<slow::size - 1>(), before.tail<slow::size - 1>());
   }
 }
 
@@ -119,7 +119,7 @@ TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
     EXPECT_TRUE(car.gated.empty() || car.gated[Source::wheel_rear_left] <= 2) << braking;
     // It was the pedal, neither a bias nor a car that pitches; a little of 9 m/s² may be a slope.
     EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05 * braking + 0.05) << braking;
-    EXPECT_NEAR(car.state.lasting.mean[lasting::pitch_gradient], 0.0, 0.05) << braking;
+    EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05) << braking;
   }
 }
 
@@ -144,7 +144,7 @@ TEST(Judge, OneTelegramAloneBrakesNoCar) {
 }
 
 TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
-  // What lasts is taught a little by every bend, and by every stop.
+  // A slow error is corrected a little by every bend, and by every stop.
   const Vehicle vehicle;
   const double v = 2.0;
   // ψ̇ of the linear model in a steady turn at 0.1 rad
@@ -164,11 +164,11 @@ TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
     turn.signals[Source::wheel_rear_right] = v + way * 0.5 * vehicle.track_width * yaw_rate;
     car.drive(1.0, turn);
   }
-  EXPECT_GT(car.state.lasting.mean[lasting::roll_gradient], 0.03);
-  EXPECT_LT(car.state.lasting.mean[lasting::roll_gradient], 0.2);
-  EXPECT_EQ(car.state.lasting.mean[lasting::gyro_scale], 0.0);
-  EXPECT_EQ(car.state.lasting.mean[lasting::wheel_scale], 0.0);
-  EXPECT_EQ(car.state.lasting.mean[lasting::stiffness_scale], 0.0);
+  EXPECT_GT(car.state.slow.mean[slow::roll_gradient], 0.03);
+  EXPECT_LT(car.state.slow.mean[slow::roll_gradient], 0.2);
+  EXPECT_EQ(car.state.slow.mean[slow::gyro_scale], 0.0);
+  EXPECT_EQ(car.state.slow.mean[slow::wheel_scale], 0.0);
+  EXPECT_EQ(car.state.slow.mean[slow::stiffness_scale], 0.0);
 
   Car other;
   double speed = 2.0;
@@ -179,8 +179,8 @@ TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
       other.tick(with(straight_at(speed), Source::accel_x, 1.05 * accel));
     }
   }
-  EXPECT_GT(other.state.lasting.mean[lasting::pitch_gradient], 0.02);
-  EXPECT_LT(other.state.lasting.mean[lasting::pitch_gradient], 0.08);
+  EXPECT_GT(other.state.slow.mean[slow::pitch_gradient], 0.02);
+  EXPECT_LT(other.state.slow.mean[slow::pitch_gradient], 0.08);
 }
 
 }  // namespace

@@ -111,7 +111,7 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
     for (const bool steering : {true, false}) {
       const Input input{state.front_wheels, steering};
       const DualVector x = variables<variable_count, at::size>(state.mean, 0);
-      const Dual kappa(state.lasting.mean[lasting::stiffness_scale], variable_count, at::size);
+      const Dual kappa(state.slow.mean[slow::stiffness_scale], variable_count, at::size);
       const DualVector after = next(model, input, tyres_at(model, input, state), x, kappa);
       const Eigen::Matrix<double, at::size, variable_count> J =
           jacobian<variable_count, at::size>(after);
@@ -123,11 +123,10 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
           << state.mean.transpose();
       EXPECT_LT((step.F - J.leftCols<at::size>()).cwiseAbs().maxCoeff(), 1e-11 * scale)
           << state.mean.transpose();
-      EXPECT_LT(
-          (step.by_lasting.col(lasting::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
-          1e-11 * scale);
-      for (Eigen::Index i = 0; i < lasting::size; ++i) {
-        EXPECT_TRUE(i == lasting::stiffness_scale || step.by_lasting.col(i).isZero(0.0)) << i;
+      EXPECT_LT((step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
+                1e-11 * scale);
+      for (Eigen::Index i = 0; i < slow::size; ++i) {
+        EXPECT_TRUE(i == slow::stiffness_scale || step.by_slow.col(i).isZero(0.0)) << i;
       }
     }
   }
@@ -179,7 +178,7 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
     const Input input{state.front_wheels, true};
     const testing::LinearStep step = testing::linear_step(model, input, dt, state);
     state.covariance = testing::some_covariance();
-    state.lasting = testing::some_lasting();
+    state.slow = testing::some_slow_errors();
     const State before = state;
     propagate(model, input, dt, state);
     const Matrix expected = step.F * before.covariance * step.F.transpose() + step.noise;
@@ -188,11 +187,11 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
     EXPECT_EQ(state.covariance, state.covariance.transpose());
     EXPECT_EQ(Matrix(step.noise.diagonal().asDiagonal()), step.noise);
     EXPECT_GE(step.noise.diagonal().minCoeff(), 0.0);
-    EXPECT_LT((state.lasting.sensitivity - step.F * before.lasting.sensitivity - step.by_lasting)
+    EXPECT_LT((state.slow.sensitivity - step.F * before.slow.sensitivity - step.by_slow)
                   .cwiseAbs()
                   .maxCoeff(),
               1e-12 * scale);
-    EXPECT_EQ(state.lasting.mean, before.lasting.mean);
+    EXPECT_EQ(state.slow.mean, before.slow.mean);
   }
 }
 
@@ -259,11 +258,11 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
 TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
   State state = testing::grid_of_states().back();
   state.covariance = testing::some_covariance();
-  state.lasting = testing::some_lasting();
+  state.slow = testing::some_slow_errors();
   const State before = state;
   propagate_standing({}, 2.0, state);
   EXPECT_EQ(state.mean, before.mean);
-  EXPECT_EQ(state.lasting.sensitivity, before.lasting.sensitivity);
+  EXPECT_EQ(state.slow.sensitivity, before.slow.sensitivity);
   Matrix grown = state.covariance - before.covariance;
   const Tuning t;
   EXPECT_NEAR(grown(at::accel_bias_x, at::accel_bias_x), 2.0 * std::pow(t.accel_bias_walk, 2),
@@ -272,9 +271,9 @@ TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
               2.0 * std::pow(t.steering_offset_walk, 2), 1e-12);
   grown.bottomRightCorner<3, 3>().diagonal().setZero();
   EXPECT_TRUE(grown.isZero(0.0));
-  const LastingMatrix lasting_grown = state.lasting.covariance - before.lasting.covariance;
-  EXPECT_NEAR(lasting_grown(lasting::gyro_bias, lasting::gyro_bias),
-              2.0 * std::pow(t.gyro_bias_walk, 2), 1e-12);
+  const SlowMatrix lasting_grown = state.slow.covariance - before.slow.covariance;
+  EXPECT_NEAR(lasting_grown(slow::gyro_bias, slow::gyro_bias), 2.0 * std::pow(t.gyro_bias_walk, 2),
+              1e-12);
 }
 
 TEST(BrushTyre, IsLinearWhereItHardlySlips) {

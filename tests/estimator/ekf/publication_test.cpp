@@ -124,9 +124,9 @@ TEST(Publication, StandingNothingChanges) {
 
 TEST(Publication, SaysHowFarAllMayBeOffTheLastingErrorsToo) {
   State state = resumed(predecessor(), 0.0, fresh());
-  state.lasting.sensitivity(at::yaw, lasting::gyro_bias) = -10.0;
-  state.lasting.sensitivity(at::x, lasting::gyro_bias) = 2.0;
-  const double variance = fresh().lasting.covariance(lasting::gyro_bias, lasting::gyro_bias);
+  state.slow.sensitivity(at::yaw, slow::gyro_bias) = -10.0;
+  state.slow.sensitivity(at::x, slow::gyro_bias) = 2.0;
+  const double variance = fresh().slow.covariance(slow::gyro_bias, slow::gyro_bias);
   const Estimate e = published(state);
   EXPECT_NEAR(e.covariance[5], 1e-5 + 100.0 * variance, 1e-12);
   EXPECT_NEAR(e.covariance[2], -20.0 * variance, 1e-12);
@@ -137,7 +137,7 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
   State state = fresh();
   EXPECT_EQ(published(state).calibration.valid, 0U);
   EXPECT_EQ(published(state).calibration.value, Calibration{}.value);
-  state.lasting.mean = LastingVector::Constant(0.01);
+  state.slow.mean = SlowVector::Constant(0.01);
   state.mean.tail<3>().setConstant(0.02);  // the accelerometers' biases, the steering's offset
   const Calibration calibration = published(state).calibration;
   const std::array<double, calibration_count> values{0.01, 1.01, 0.02, 0.02, 1.01, 0.02, 1.01};
@@ -146,7 +146,7 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
   }
   for (const double share : {0.5, 0.3}) {
     state = fresh();
-    state.lasting.covariance *= share * share;
+    state.slow.covariance *= share * share;
     state.covariance *= share * share;
     const std::uint64_t every = (std::uint64_t{1} << calibration_count) - 1;
     EXPECT_EQ(published(state).calibration.valid, share < 0.4 ? every : 0U) << share;

@@ -30,8 +30,8 @@ State just_stopped() {
   state.mean[at::yaw_rate] = 0.02;
   state.mean[at::front_angle] = 0.3;
   state.covariance = testing::some_covariance(1e-3);
-  state.lasting = testing::some_lasting(1e-3);
-  state.lasting.mean.setZero();
+  state.slow = testing::some_slow_errors(1e-3);
+  state.slow.mean.setZero();
   return state;
 }
 
@@ -61,7 +61,7 @@ constexpr auto zero = [](std::int64_t) { return 0.0; };
 TEST(Standstill, AHaltMovesNoPose) {
   // After a long way every error of the velocity goes with one of the pose.
   State state = just_stopped();
-  state.lasting.sensitivity.topRows<3>().array() += 100.0;
+  state.slow.sensitivity.topRows<3>().array() += 100.0;
   const Eigen::Vector3d before = state.mean.head<3>();
   ASSERT_GE(time_to_stand(state, 1000, zero, [](std::int64_t) { return 0.02; }), 0);
   EXPECT_EQ(state.mean.head<3>(), before);
@@ -182,18 +182,18 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
   for (int i = 0; i < 600; ++i) {
     car.tick();
     ASSERT_TRUE(testing::is_covariance(car.state.covariance)) << i;
-    ASSERT_TRUE(testing::is_covariance(car.state.lasting.covariance)) << i;
+    ASSERT_TRUE(testing::is_covariance(car.state.slow.covariance)) << i;
   }
   const State& state = car.state;
   EXPECT_TRUE(state.rest.standing);
-  EXPECT_NEAR(state.lasting.mean[lasting::gyro_bias], AtRest::gyro_bias, 1e-3);
+  EXPECT_NEAR(state.slow.mean[slow::gyro_bias], AtRest::gyro_bias, 1e-3);
   EXPECT_NEAR(state.mean[at::accel_bias_x], AtRest::accel_bias_x, 0.02);
   EXPECT_NEAR(state.mean[at::accel_bias_y], AtRest::accel_bias_y, 0.02);
   for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y}) {
     EXPECT_LT(state.covariance(bias, bias), 0.1 * before.covariance(bias, bias));
   }
-  EXPECT_LT(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias),
-            0.1 * before.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
+  EXPECT_LT(state.slow.covariance(slow::gyro_bias, slow::gyro_bias),
+            0.1 * before.slow.covariance(slow::gyro_bias, slow::gyro_bias));
 }
 
 TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
@@ -214,10 +214,9 @@ TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
       }
     }
     ASSERT_TRUE(state.rest.standing);
-    const double sigma =
-        std::sqrt(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
+    const double sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
     EXPECT_NEAR(sigma, share * gyro_sigma / std::sqrt(300.0), 0.4 * share * gyro_sigma / 17.0);
-    EXPECT_LT(std::abs(state.lasting.mean[lasting::gyro_bias] - 0.013), 3.0 * sigma);
+    EXPECT_LT(std::abs(state.slow.mean[slow::gyro_bias] - 0.013), 3.0 * sigma);
   }
 }
 
@@ -228,7 +227,7 @@ TEST(Standstill, NothingIsRelatedToTheMotionOfACarThatStands) {
   for (const at::Index still : {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle}) {
     related(still, still) = 0.0;
     EXPECT_TRUE(related.row(still).isZero(0.0)) << still;
-    EXPECT_TRUE(state.lasting.sensitivity.row(still).isZero(0.0)) << still;
+    EXPECT_TRUE(state.slow.sensitivity.row(still).isZero(0.0)) << still;
   }
 }
 

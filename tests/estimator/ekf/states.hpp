@@ -10,9 +10,9 @@
 
 namespace odomd::estimator::full::testing {
 
-/// Every lasting error off its zero.
-inline LastingVector some_lasting_errors() {
-  LastingVector errors;
+/// Every slow error off its zero.
+inline SlowVector some_slow_values() {
+  SlowVector errors;
   errors << 0.02, 0.01, 0.015, 0.004, -0.2, 0.07, -0.03;
   return errors;
 }
@@ -26,7 +26,7 @@ inline std::vector<State> grid_of_states() {
         for (const double steering : {-0.45, 0.0, 0.45}) {
           State state;
           state.mean << 3.0, -2.0, 0.7, v_x, v_y, yaw_rate, 0.6, 0.1, 0.5, -0.08, 0.02, 0.01;
-          state.lasting.mean = some_lasting_errors();
+          state.slow.mean = some_slow_values();
           state.steering = {true, 0, steering};
           state.front_wheels = steering;
           state.accel_x = {true, 0, 0.8};
@@ -56,11 +56,11 @@ Square some_covariance(double size = 1e-2) {
   return 0.5 * (product + product.transpose());
 }
 
-/// Lasting errors that are known so well, and have made something of every state.
-inline Lasting some_lasting(double size = 1e-2) {
-  Lasting some;
-  some.mean = some_lasting_errors();
-  some.covariance = some_covariance<LastingMatrix>(size);
+/// SlowErrors errors that are known so well, and have made something of every state.
+inline SlowErrors some_slow_errors(double size = 1e-2) {
+  SlowErrors some;
+  some.mean = some_slow_values();
+  some.covariance = some_covariance<SlowMatrix>(size);
   some.sensitivity = some_numbers<decltype(some.sensitivity)>(29);
   return some;
 }

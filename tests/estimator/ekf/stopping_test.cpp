@@ -26,7 +26,7 @@ TEST(Stopping, AGyroThatInsistsOnACarThatStandsHasAnotherBias) {
   car.drive(0.5, with(straight_at(0.0), Source::yaw_rate, 0.06));
   EXPECT_GT(car.gated[Source::yaw_rate], 5);
   EXPECT_TRUE(car.state.rest.standing);
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.06, 0.003);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.06, 0.003);
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
 }
 
@@ -36,7 +36,7 @@ TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
     const Says says = with(straight_at(0.0), Source::yaw_rate, bias);
     car.drive(2.0, says);
     ASSERT_TRUE(car.state.rest.standing);
-    EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], bias, 0.003);
+    EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], bias, 0.003);
     const double yaw = car.state.mean[at::yaw];
     car.drive(20.0, says);
     EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
@@ -52,7 +52,7 @@ TEST(Stopping, AGyroThatWarmsUpKeepsTheCarStanding) {
     car.drive(0.1, with(straight_at(0.0), Source::yaw_rate, 5e-5 * i));
     ASSERT_TRUE(car.state.rest.standing);
   }
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.03, 0.01);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.03, 0.01);
   EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
 }
 
@@ -142,10 +142,10 @@ TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
 TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
   Car car;
   car.drive(10.0, straight_at(0.0));
-  ASSERT_LT(std::sqrt(car.state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias)), 0.005);
+  ASSERT_LT(std::sqrt(car.state.slow.covariance(slow::gyro_bias, slow::gyro_bias)), 0.005);
   car.drive(1.5, with(straight_at(0.0), Source::yaw_rate, 0.09));
   EXPECT_FALSE(car.state.rest.standing);
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.0, 0.005);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.0, 0.005);
   EXPECT_GT(car.state.mean[at::yaw], 0.05);
 }
 
@@ -325,7 +325,7 @@ TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
   const double yaw = car.state.mean[at::yaw];
   car.drive(8.0, with(straight_at(0.0), Source::yaw_rate, 0.3));
   EXPECT_TRUE(car.state.rest.standing);
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.3, 0.01);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.3, 0.01);
   EXPECT_LT(std::abs(car.state.mean[at::yaw] - yaw),
             1.5 * std::sqrt(car.state.covariance(at::yaw, at::yaw)));
 }

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "signalled_car.hpp"
+#include "tests/estimator/signalled_car.hpp"
 
 namespace odomd::estimator::full::take_test {
 namespace {
@@ -50,7 +50,7 @@ TEST(Take, NoiseTeachesNoPitch) {
     }
     car.tick(says);
   }
-  EXPECT_NEAR(car.state.lasting.mean[lasting::pitch_gradient], 0.0, 0.05);
+  EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05);
 }
 
 TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
@@ -180,20 +180,20 @@ TEST(Take, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
   // At a creep too, where tyres would straighten the car between two of its samples.
   for (const double speed : {0.1, 2.0}) {
     Car car;
-    car.state.lasting.mean[lasting::gyro_bias] = 0.02;
-    car.state.lasting.mean[lasting::gyro_scale] = 0.1;
+    car.state.slow.mean[slow::gyro_bias] = 0.02;
+    car.state.slow.mean[slow::gyro_scale] = 0.1;
     car.drive(5.0, with(straight_at(speed), Source::yaw_rate, 0.02));
     const Says bend = without(bend_at(speed, 0.5), Source::steering);
     constexpr double reads = 1.1 * 0.5 + 0.02;
     car.drive(1.0, with(bend, Source::yaw_rate, reads));
     const double yaw = car.state.mean[at::yaw];
-    const LastingVector by = car.state.lasting.sensitivity.row(at::yaw);
+    const SlowVector by = car.state.slow.sensitivity.row(at::yaw);
     drive_with_slow_gyro(car, 20.0, bend, reads);
     EXPECT_NEAR(car.state.mean[at::yaw] - yaw, 10.0, 1e-3) << speed;
-    const LastingVector more = car.state.lasting.sensitivity.row(at::yaw).transpose() - by;
-    EXPECT_NEAR(more[lasting::gyro_bias], -20.0 / 1.1, 1e-3) << speed;
-    EXPECT_NEAR(more[lasting::gyro_scale], -10.0 / 1.1, 1e-3) << speed;
-    EXPECT_NEAR(more[lasting::stiffness_scale], 0.0, 1e-3) << speed;
+    const SlowVector more = car.state.slow.sensitivity.row(at::yaw).transpose() - by;
+    EXPECT_NEAR(more[slow::gyro_bias], -20.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[slow::gyro_scale], -10.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[slow::stiffness_scale], 0.0, 1e-3) << speed;
   }
 }
 
@@ -217,7 +217,7 @@ TEST(Take, AGyroThatWasNeverHeardHasNoIntegral) {
   ASSERT_TRUE(car.state.moving);
   for (int i = 0; i < 3; ++i) {
     car.say(Source::yaw_rate, 0.5);
-    EXPECT_GT(car.state.lasting.sensitivity(at::yaw, lasting::gyro_bias), -0.08);
+    EXPECT_GT(car.state.slow.sensitivity(at::yaw, slow::gyro_bias), -0.08);
     car.drive(0.005, without(straight_at(2.0), Source::yaw_rate));
   }
 }
@@ -454,9 +454,9 @@ TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
   EXPECT_EQ((grown.topLeftCorner<8, 8>().cwiseAbs().maxCoeff()), 0.0);
   EXPECT_GT(grown(at::accel_bias_x, at::accel_bias_x), 0.0);
   EXPECT_GT(grown(at::steering_offset, at::steering_offset), 0.0);
-  const LastingMatrix lasting_grown = car.state.lasting.covariance - before.lasting.covariance;
-  EXPECT_GT(lasting_grown(lasting::gyro_bias, lasting::gyro_bias), 0.0);
-  EXPECT_GT(lasting_grown(lasting::wheel_scale, lasting::wheel_scale), 0.0);
+  const SlowMatrix lasting_grown = car.state.slow.covariance - before.slow.covariance;
+  EXPECT_GT(lasting_grown(slow::gyro_bias, slow::gyro_bias), 0.0);
+  EXPECT_GT(lasting_grown(slow::wheel_scale, slow::wheel_scale), 0.0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The prediction of a wheel's speed: each wheel at its place, what it teaches, and what it counts
+// The prediction of a wheel's speed: each wheel at its place, what it updates, and what it counts
 // as known.
 #include "estimator/ekf/wheel_speed.hpp"
 
@@ -31,7 +31,7 @@ double slip_of(const State& state, Source source) {
 std::vector<State> states_without_slip() {
   std::vector<State> states = testing::grid_of_states();
   for (State& state : states) {
-    state.lasting.mean[lasting::wheel_slip] = 0.0;
+    state.slow.mean[slow::wheel_slip] = 0.0;
   }
   return states;
 }
@@ -88,8 +88,8 @@ TEST(FullWheelSpeed, TeachesSpeedAndScaleAsDifferencesSay) {
         }
         const Prediction z = predict(state);
         EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-7);
-        const LastingVector by = testing::differences_by_lasting(state, predict);
-        EXPECT_LT((z.by_lasting - by).cwiseAbs().maxCoeff(), 1e-7);
+        const SlowVector by = testing::differences_by_lasting(state, predict);
+        EXPECT_LT((z.by_slow - by).cwiseAbs().maxCoeff(), 1e-7);
       }
     }
   }
@@ -149,7 +149,7 @@ TEST(FullWheelSpeed, WithoutASteeringThatIsHeardAFrontWheelRollsWhereItGoes) {
 TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
   CarModel model;
   State state;
-  state.lasting.mean[lasting::wheel_slip] = 0.01;
+  state.slow.mean[slow::wheel_slip] = 0.01;
   for (const Source source : sources) {
     const auto value = [&](double speed, double accel_x) {
       state.mean[at::v_x] = speed;
