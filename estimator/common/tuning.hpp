@@ -14,8 +14,9 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 ///
 /// Origins: by physics, then held to simulated cars (NEES, NIS, drift) and the training drives,
 /// where nothing else is said here. side_slip, side_slip_grip: v_y of the first half of revs_250lm.
-/// slip_noise, wheel_unrest_range: its wheels, and simulated cars that brake. turn_unrest_range:
-/// the gyro's NIS on simulated full-size cars, and v_y as above. signal_gate: χ² of one degree.
+/// slip_noise, wheel_noise_scale_range: its wheels, and simulated cars that brake.
+/// turn_noise_scale_range: the gyro's NIS on simulated full-size cars, and v_y as above.
+/// signal_gate: χ² of one degree.
 struct Tuning {
   // --- how the car is driven ---
   double drive_accel = 0.1;  ///< a_x, GM: how hard a driver brakes and speeds up [g]
@@ -51,13 +52,13 @@ struct Tuning {
   double noise_range = 10.0;  ///< on the move down and up, of a gyro down; at rest twice down
 
   // --- noise from the data: how quickly it follows, and how far (ratios of variances) ---
-  double turn_unrest_s = 2.0;         ///< of ε, by the gyro [s]
-  double turn_unrest_range = 2500.0;  ///< ... down
-  double wheel_unrest_s = 5.0;        ///< of a_x and of a wheel's relative error, by the wheel [s]
-  double drive_unrest_range = 10.0;   ///< ... of a_x up and down
-  double wheel_unrest_range = 36.0;   ///< ... of the wheel's error up and down
-  double way_unrest_s = 0.5;          ///< of the way's error, by the camera [s]
-  double way_unrest_range = 1e4;      ///< ... up
+  double turn_noise_scale_s = 2.0;         ///< of ε, by the gyro [s]
+  double turn_noise_scale_range = 2500.0;  ///< ... down
+  double wheel_noise_scale_s = 5.0;  ///< of a_x and of a wheel's relative error, by the wheel [s]
+  double drive_noise_scale_range = 10.0;  ///< ... of a_x up and down
+  double wheel_noise_scale_range = 36.0;  ///< ... of the wheel's error up and down
+  double way_noise_scale_s = 0.5;         ///< of the way's error, by the camera [s]
+  double way_noise_scale_range = 1e4;     ///< ... up
 
   // --- slow errors and calibrations: prior standard deviations ---
   double gyro_bias = 0.03;        ///< b_g [rad/s]

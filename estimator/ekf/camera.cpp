@@ -16,7 +16,7 @@ namespace odomd::estimator::full {
 namespace {
 
 // A camera is taken for as noisy as stated up to so many times the variance.
-constexpr double least_camera_unrest = 2.5;
+constexpr double least_camera_noise_scale = 2.5;
 
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
@@ -110,9 +110,10 @@ void note_sighting(State& state, const Sample& pose) noexcept {
   }
   const Pose2 scatter{now.off.x - before.off.x, now.off.y - before.off.y,
                       now.off.yaw - before.off.yaw};
-  double& unrest = state.camera_unrest;
+  double& noise_scale = state.camera_noise_scale;
   const double ratio = chi_squared(scatter, pose.sigma, 0.0) / 3.0;
-  unrest = std::clamp(ratio > median * unrest ? unrest * step : unrest / step, 1.0, most);
+  noise_scale =
+      std::clamp(ratio > median * noise_scale ? noise_scale * step : noise_scale / step, 1.0, most);
 }
 
 Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
@@ -143,9 +144,9 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   }
 
   const Pose2 believed = state.pose();
-  if (state.camera_unrest > least_camera_unrest) {
+  if (state.camera_noise_scale > least_camera_noise_scale) {
     for (double& sigma : sample.sigma) {
-      sigma *= std::sqrt(state.camera_unrest);
+      sigma *= std::sqrt(state.camera_noise_scale);
     }
   }
   judgement.degrees = 3;
@@ -178,8 +179,8 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     keep_scales_possible(state);
     const std::int64_t before_ns = state.fused_ns[index_of(Source::camera)];
     if (before_ns != 0) {
-      follow_way_unrest(model.tuning, state, judgement.squared_ratio,
-                        seconds_between(before_ns, sample.time_ns));
+      adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio,
+                            seconds_between(before_ns, sample.time_ns));
     }
     fused();
     return judgement;

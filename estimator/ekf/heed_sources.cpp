@@ -31,7 +31,7 @@ void heed_sources(const Context& context, State& state) noexcept {
            std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
        .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) +
                      std::sqrt(state.slow.covariance(slow::wheel_slip, slow::wheel_slip)),
-       .camera_noise_scale = state.camera_unrest});
+       .camera_noise_scale = state.camera_noise_scale});
   state.integrity.check(context.sensors, state.time_ns);
   const double dt = seconds_between(checked_ns, state.integrity.checked_ns());
   if (checked_ns == 0 || dt <= 0.0) {
@@ -45,7 +45,7 @@ void heed_sources(const Context& context, State& state) noexcept {
     state.confirming = 0;
   }
   if (!gyro_alive(state)) {
-    state.turn_unrest = 1.0;
+    state.turn_noise_scale = 1.0;
   }
   Astray& astray = state.astray;
   if (!state.moving) {

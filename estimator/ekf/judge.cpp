@@ -135,7 +135,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   judgement.test_ratio =
       nu.value * nu.value / (nu.variance + possible * possible) / model.tuning.signal_gate;
 
-  follow_unrest(model.tuning, state, sample, prediction, nu);
+  adapt_noise_scales(model.tuning, state, sample, prediction, nu);
   std::int64_t& refused_ns = state.refused_since_ns[index_of(sample.source)];
   const bool first = refused_ns == 0;
   if (!(judgement.test_ratio <= 1.0) && !goes_on(state, sample)) {
@@ -162,7 +162,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     nu = innovation(state, prediction, sample.value[0]);
   } else if (nu.squared_ratio() > model.tuning.signal_gate && sample.source == Source::yaw_rate) {
     widen_turn(state, sample, nu.value);
-    state.turn_unrest = std::max(state.turn_unrest, 0.2);
+    state.turn_noise_scale = std::max(state.turn_noise_scale, 0.2);
     nu = innovation(state, prediction, sample.value[0]);
   } else if (nu.squared_ratio() > model.tuning.signal_gate) {
     if (first) {

@@ -27,8 +27,8 @@ double bounded(const Tuning& tuning, double mean, Source source, bool resting) n
   return std::sqrt(std::clamp(mean, least, most));
 }
 
-// One surprise counts as so many at most, and moves a ratio by no more than this of itself.
-constexpr double largest_surprise = 4.0;
+// One ratio counts as so many at most, and moves a ratio by no more than this of itself.
+constexpr double largest_excess = 4.0;
 constexpr double largest_share = 0.1;
 
 struct Bounds {
@@ -36,9 +36,9 @@ struct Bounds {
   double most;
 };
 
-void follow(double& unrest, double surprise, double share, Bounds bounds) noexcept {
-  const double change = std::min(share, largest_share) * std::min(surprise - 1.0, largest_surprise);
-  unrest = std::clamp(unrest * std::exp(change), bounds.least, bounds.most);
+void adapt(double& noise_scale, double ratio, double share, Bounds bounds) noexcept {
+  const double change = std::min(share, largest_share) * std::min(ratio - 1.0, largest_excess);
+  noise_scale = std::clamp(noise_scale * std::exp(change), bounds.least, bounds.most);
 }
 
 }  // namespace
@@ -79,36 +79,36 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
       noise.moving = stated * bounded(tuning, level.moving, source, false);
     }
   } else if (is_wheel(source) && state.heard[i].agreeing > 0) {
-    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_unrest[i]);
+    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_noise_scale[i]);
   }
   return noise;
 }
 
-void follow_unrest(const Tuning& tuning, State& state, const Sample& sample, const Prediction& z,
-                   const Innovation& nu) noexcept {
+void adapt_noise_scales(const Tuning& tuning, State& state, const Sample& sample,
+                        const Prediction& z, const Innovation& nu) noexcept {
   if (state.rest.standing) {
     return;
   }
   const double interval_s = state.heard[index_of(sample.source)].interval_s;
-  const double surprise = nu.value * nu.value / nu.variance_of_noise;
+  const double ratio = nu.value * nu.value / nu.variance_of_noise;
   if (is_wheel(sample.source)) {
-    const double of_state = 1.0 - z.variance / nu.variance_of_noise;
-    const double of_wheel = z.relative / nu.variance_of_noise;
-    follow(state.drive_unrest, surprise, of_state * interval_s / tuning.wheel_unrest_s,
-           {1.0 / tuning.drive_unrest_range, tuning.drive_unrest_range});
-    follow(state.wheel_unrest[index_of(sample.source)], surprise,
-           of_wheel * interval_s / tuning.wheel_unrest_s,
-           {1.0 / tuning.wheel_unrest_range, tuning.wheel_unrest_range});
+    const double state_share = 1.0 - z.variance / nu.variance_of_noise;
+    const double wheel_share = z.relative / nu.variance_of_noise;
+    adapt(state.drive_noise_scale, ratio, state_share * interval_s / tuning.wheel_noise_scale_s,
+          {1.0 / tuning.drive_noise_scale_range, tuning.drive_noise_scale_range});
+    adapt(state.wheel_noise_scale[index_of(sample.source)], ratio,
+          wheel_share * interval_s / tuning.wheel_noise_scale_s,
+          {1.0 / tuning.wheel_noise_scale_range, tuning.wheel_noise_scale_range});
   } else if (sample.source == Source::yaw_rate) {
-    follow(state.turn_unrest, surprise, interval_s / tuning.turn_unrest_s,
-           {1.0 / tuning.turn_unrest_range, 1.0});
+    adapt(state.turn_noise_scale, ratio, interval_s / tuning.turn_noise_scale_s,
+          {1.0 / tuning.turn_noise_scale_range, 1.0});
   }
 }
 
-void follow_way_unrest(const Tuning& tuning, State& state, double squared_ratio,
-                       double interval_s) noexcept {
-  follow(state.way_unrest, squared_ratio / 3.0, interval_s / tuning.way_unrest_s,
-         {1.0, tuning.way_unrest_range});
+void adapt_way_noise_scale(const Tuning& tuning, State& state, double squared_ratio,
+                           double interval_s) noexcept {
+  adapt(state.way_noise_scale, squared_ratio / 3.0, interval_s / tuning.way_noise_scale_s,
+        {1.0, tuning.way_noise_scale_range});
 }
 
 }  // namespace odomd::estimator::full

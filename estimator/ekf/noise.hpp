@@ -23,11 +23,11 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept;
 /// λ ← λ exp(τ/T p (ν² / (H P Hᵀ + R) - 1)), τ since the source's last sample, p the share that is
 /// λ's: of a_x and of the wheel's own relative error by a wheel, of ε by the gyro. Once a sample,
 /// fused or not.
-void follow_unrest(const Tuning& tuning, State& state, const Sample& sample, const Prediction& z,
-                   const Innovation& nu) noexcept;
+void adapt_noise_scales(const Tuning& tuning, State& state, const Sample& sample,
+                        const Prediction& z, const Innovation& nu) noexcept;
 
 /// The same of the way's error, by a camera's pose `interval_s` after the one before.
-void follow_way_unrest(const Tuning& tuning, State& state, double squared_ratio,
-                       double interval_s) noexcept;
+void adapt_way_noise_scale(const Tuning& tuning, State& state, double squared_ratio,
+                           double interval_s) noexcept;
 
 }  // namespace odomd::estimator::full

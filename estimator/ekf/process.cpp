@@ -119,7 +119,7 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   const double on_road = squared(gravity) * speed * F.dt;
   P(at::accel_bias_x, at::accel_bias_x) += squared(tuning.slope) * on_road;
   P(at::accel_bias_y, at::accel_bias_y) += squared(tuning.bank) * on_road;
-  const double way = state.way_unrest * squared(tuning.way) * wheelbase * speed * F.dt;
+  const double way = state.way_noise_scale * squared(tuning.way) * wheelbase * speed * F.dt;
   P(at::x, at::x) += way;
   P(at::y, at::y) += way;
   P(at::yaw, at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
@@ -132,10 +132,10 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
       (squared(force) + squared(tuning.side_force_floor * gravity)) *
       (1.0 - squared(F.force_decay));
   P(at::yaw_rate, at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
-  P(at::accel_x, at::accel_x) +=
-      state.drive_unrest * squared(tuning.drive_accel * gravity) * (1.0 - squared(F.driving_decay));
+  P(at::accel_x, at::accel_x) += state.drive_noise_scale * squared(tuning.drive_accel * gravity) *
+                                 (1.0 - squared(F.driving_decay));
   P(at::front_angle, at::front_angle) +=
-      state.turn_unrest * squared(tuning.front_angle) * (1.0 - squared(F.driving_decay));
+      state.turn_noise_scale * squared(tuning.front_angle) * (1.0 - squared(F.driving_decay));
   add_walks(model.tuning, F.dt, state);
 }
 

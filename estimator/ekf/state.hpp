@@ -138,10 +138,12 @@ struct State {
   Vector mean = Vector::Zero();
   Matrix covariance = Matrix::Zero();  ///< of the state, were the slow errors known
   SlowErrors slow;
-  double drive_unrest = 1.0;  ///< variance of what drives a_x, over what is usual; by the wheels
-  double turn_unrest = 1.0;   ///< likewise of ε, by the gyro
-  std::array<double, source_count> wheel_unrest = filled(1.0);  ///< of each wheel's relative error
-  double way_unrest = 1.0;           ///< likewise of the way's error, by the camera
+  double drive_noise_scale =
+      1.0;  ///< variance of what drives a_x, over what is usual; by the wheels
+  double turn_noise_scale = 1.0;  ///< likewise of ε, by the gyro
+  std::array<double, source_count> wheel_noise_scale =
+      filled(1.0);                   ///< of each wheel's relative error
+  double way_noise_scale = 1.0;      ///< likewise of the way's error, by the camera
   double turned = 0.0;               ///< by how much the steps have turned the car since ... [rad]
   std::int64_t turned_since_ns = 0;  ///< ... a sample of the gyro; 0: the pose was moved since then
   SlowVector turned_by = SlowVector::Zero();  ///< what the steps have added to ψ's row of B
@@ -166,8 +168,8 @@ struct State {
   int confirming = 0;     ///< camera poses in a row that have
   bool disputed =
       false;  ///< a camera has moved the pose, and nothing says that it was wrong before
-  double camera_unrest = 1.0;  ///< variance of the camera's poses over the stated one
-  Sighting last_sighting;      ///< the camera's newest pose, fused or not
+  double camera_noise_scale = 1.0;  ///< variance of the camera's poses over the stated one
+  Sighting last_sighting;           ///< the camera's newest pose, fused or not
 
   bool camera_was_out = false;     ///< distrusted since its last fused pose
   int rejected_poses = 0;          ///< of the camera, in a row, of one way with ...

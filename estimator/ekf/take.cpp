@@ -74,17 +74,17 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     return predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
   };
   Prediction z = predict();
-  double& unrest = state.wheel_unrest[index_of(sample.source)];
-  const double calm = unrest;
-  const bool surprising = unrest < 1.0 && innovation(state, z, speed).squared_ratio() >
-                                              context.model.tuning.signal_gate;
+  double& noise_scale = state.wheel_noise_scale[index_of(sample.source)];
+  const double calm = noise_scale;
+  const bool surprising = noise_scale < 1.0 && innovation(state, z, speed).squared_ratio() >
+                                                   context.model.tuning.signal_gate;
   if (surprising) {
-    unrest = 1.0;  // a wheel that has been calm may be so no longer
+    noise_scale = 1.0;  // a wheel that has been calm may be so no longer
     z = predict();
   }
   const Judgement judgement = judge(context.model, state, sample, z, {.heading = !gyro});
   if (surprising && !is_taken(judgement.verdict)) {
-    unrest = calm;
+    noise_scale = calm;
   }
 
   if (turning && !state.rest.resting) {

@@ -18,7 +18,7 @@ class Prediction {
  public:
   double value = 0.0;
   double variance = 0.0;
-  double relative = 0.0;                    ///< part of R that a wheel's unrest scales
+  double relative = 0.0;                    ///< part of R that a wheel's noise_scale scales
   double slack = 0.0;                       ///< part of R that the gain leaves out
   SlowVector by_slow = SlowVector::Zero();  ///< ∂h/∂s
 

@@ -61,17 +61,17 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.value = scale * rolling;
   // Of wheels that err more than usual, the one that errs least counts in full: they may be
   // inconsistent with each other, but no accelerometer outvotes them.
-  double least = state.wheel_unrest[index_of(source)];
+  double least = state.wheel_noise_scale[index_of(source)];
   bool free = share == 0.0;
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
     const Reading& heard = state.heard[i];
     if (heard.agreeing > 0 && seconds_between(heard.time_ns, state.time_ns) <= silent_s) {
-      least = std::min(least, state.wheel_unrest[i]);
+      least = std::min(least, state.wheel_noise_scale[i]);
       free = free || slip_share(model.car.driven, static_cast<Source>(i), force) == 0.0;
     }
   }
-  const double unrest = state.wheel_unrest[index_of(source)];
-  z.relative = unrest * squared(tuning.wheel_radius * rolling);
+  const double noise_scale = state.wheel_noise_scale[index_of(source)];
+  z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
   const double slipping = squared(tuning.slip_noise * share * force * rolling);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
   z.variance = squared(sigma) + z.relative + slipping + squared(by_delta * tuning.front_wheel) +

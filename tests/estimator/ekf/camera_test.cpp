@@ -146,7 +146,7 @@ struct Disagreement {
         state.integrity.add(source, state.time_ns, speed + tremor, 0.01);
       }
       state.integrity.add(Source::yaw_rate, state.time_ns, tremor, 0.005);
-      state.integrity.set_sensor_errors({.camera_unrest = state.camera_unrest});
+      state.integrity.set_sensor_errors({.camera_noise_scale = state.camera_noise_scale});
       state.integrity.check({}, state.time_ns);
     }
     state.mean[at::x] += way * std::cos(state.mean[at::yaw]);
@@ -278,10 +278,10 @@ TEST(FullCamera, OneThatScattersMoreThanItStatesIsTrustedLess) {
       gated += i > 200 && !is_taken(judgement.verdict) ? 1 : 0;
     }
     if (times > 1.0) {
-      EXPECT_GT(car.state.camera_unrest, 18.0);
-      EXPECT_LT(car.state.camera_unrest, 72.0);
+      EXPECT_GT(car.state.camera_noise_scale, 18.0);
+      EXPECT_LT(car.state.camera_noise_scale, 72.0);
     } else {
-      EXPECT_LT(car.state.camera_unrest, 2.5);
+      EXPECT_LT(car.state.camera_noise_scale, 2.5);
     }
     EXPECT_LT(gated, 150) << times;  // a quarter
     EXPECT_EQ(car.state.resets, 0U) << times;

@@ -114,7 +114,7 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
   t.wheel_radius = 0.004;
   constexpr Source wheel = Source::wheel_front_left;
   State state;
-  state.wheel_unrest[index_of(wheel)] = 9.0;
+  state.wheel_noise_scale[index_of(wheel)] = 9.0;
   EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "not heard yet";
   state.heard[index_of(wheel)].agreeing = 1;
   EXPECT_DOUBLE_EQ(noise_of(t, state, wheel, stated).speed_share, 0.012);
@@ -148,7 +148,7 @@ State surprised(Source source, double sigmas, double share, State state = {}) {
   nu.variance_of_noise = nu.variance = 4.0;
   for (int i = 0; i < 10'000; ++i) {
     nu.value = 2.0 * sigmas * (i % 2 == 0 ? 1.0 : -1.0);
-    follow_unrest({}, state, sample, z, nu);
+    adapt_noise_scales({}, state, sample, z, nu);
   }
   return state;
 }
@@ -157,33 +157,33 @@ TEST(Unrest, GrowsAndShrinksToItsBoundsWithTheSurprises) {
   const Tuning t;
   constexpr Source wheel = Source::wheel_rear_left;
   const State restless = surprised(wheel, 3.0, 0.5);
-  EXPECT_EQ(restless.drive_unrest, t.drive_unrest_range);
-  EXPECT_EQ(restless.wheel_unrest[index_of(wheel)], t.wheel_unrest_range);
-  EXPECT_EQ(restless.wheel_unrest[index_of(Source::wheel_rear_right)], 1.0);
-  EXPECT_EQ(restless.turn_unrest, 1.0);
+  EXPECT_EQ(restless.drive_noise_scale, t.drive_noise_scale_range);
+  EXPECT_EQ(restless.wheel_noise_scale[index_of(wheel)], t.wheel_noise_scale_range);
+  EXPECT_EQ(restless.wheel_noise_scale[index_of(Source::wheel_rear_right)], 1.0);
+  EXPECT_EQ(restless.turn_noise_scale, 1.0);
   const State calm = surprised(wheel, 0.1, 0.5, restless);
-  EXPECT_EQ(calm.drive_unrest, 1.0 / t.drive_unrest_range);
-  EXPECT_EQ(calm.wheel_unrest[index_of(wheel)], 1.0 / t.wheel_unrest_range);
+  EXPECT_EQ(calm.drive_noise_scale, 1.0 / t.drive_noise_scale_range);
+  EXPECT_EQ(calm.wheel_noise_scale[index_of(wheel)], 1.0 / t.wheel_noise_scale_range);
 
   const State straight = surprised(Source::yaw_rate, 0.1, 0.5);
-  EXPECT_EQ(straight.turn_unrest, 1.0 / t.turn_unrest_range);
-  EXPECT_EQ(straight.drive_unrest, 1.0);
-  EXPECT_EQ(surprised(Source::yaw_rate, 3.0, 0.5, straight).turn_unrest, 1.0);
+  EXPECT_EQ(straight.turn_noise_scale, 1.0 / t.turn_noise_scale_range);
+  EXPECT_EQ(straight.drive_noise_scale, 1.0);
+  EXPECT_EQ(surprised(Source::yaw_rate, 3.0, 0.5, straight).turn_noise_scale, 1.0);
 }
 
 TEST(Unrest, StaysWhereSurprisesAreAsExpected) {
   const State state = surprised(Source::wheel_rear_left, 1.0, 0.5);
-  EXPECT_NEAR(state.drive_unrest, 1.0, 1e-9);
-  EXPECT_NEAR(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0, 1e-9);
+  EXPECT_NEAR(state.drive_noise_scale, 1.0, 1e-9);
+  EXPECT_NEAR(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0, 1e-9);
 }
 
 TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
   // All of S is the wheel's own noise: it says nothing of a_x; and nothing of it, nothing of the
   // wheel.
-  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_unrest, 1.0);
-  EXPECT_EQ(
-      surprised(Source::wheel_rear_left, 3.0, 0.0).wheel_unrest[index_of(Source::wheel_rear_left)],
-      1.0);
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_noise_scale, 1.0);
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.0)
+                .wheel_noise_scale[index_of(Source::wheel_rear_left)],
+            1.0);
   // A wheel's sigma is not its relative error.
   State state;
   state.heard[index_of(Source::wheel_rear_left)].interval_s = 0.01;
@@ -191,14 +191,14 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
   z.variance = 2.0;
   Innovation nu;
   nu.variance_of_noise = nu.variance = 4.0;
-  follow_unrest({}, state, {.source = Source::wheel_rear_left}, z, nu);
-  EXPECT_EQ(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0);
-  EXPECT_LT(state.drive_unrest, 1.0);
+  adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
+  EXPECT_EQ(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0);
+  EXPECT_LT(state.drive_noise_scale, 1.0);
   // Nor does what is heard of a car that stands.
   State standing;
   standing.rest.standing = true;
-  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_unrest, 1.0);
-  EXPECT_EQ(surprised(Source::yaw_rate, 0.1, 0.5, standing).turn_unrest, 1.0);
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_noise_scale, 1.0);
+  EXPECT_EQ(surprised(Source::yaw_rate, 0.1, 0.5, standing).turn_noise_scale, 1.0);
 }
 
 TEST(Unrest, OneWildSampleMovesItByLittle) {
@@ -209,24 +209,24 @@ TEST(Unrest, OneWildSampleMovesItByLittle) {
   Innovation nu;
   nu.value = 1e6;
   nu.variance_of_noise = nu.variance = 1.0;
-  follow_unrest({}, state, {.source = Source::wheel_rear_left}, z, nu);
-  EXPECT_LT(state.drive_unrest, 1.5);
-  EXPECT_LT(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.5);
+  adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
+  EXPECT_LT(state.drive_noise_scale, 1.5);
+  EXPECT_LT(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.5);
 }
 
 TEST(Unrest, OfTheWayFollowsTheCamera) {
   const Tuning t;
   State state;
   for (int i = 0; i < 5000; ++i) {
-    follow_way_unrest(t, state, 12.0, 0.035);
+    adapt_way_noise_scale(t, state, 12.0, 0.035);
   }
-  EXPECT_EQ(state.way_unrest, t.way_unrest_range);
+  EXPECT_EQ(state.way_noise_scale, t.way_noise_scale_range);
   for (int i = 0; i < 5000; ++i) {
-    follow_way_unrest(t, state, 1.0, 0.035);
+    adapt_way_noise_scale(t, state, 1.0, 0.035);
   }
-  EXPECT_EQ(state.way_unrest, 1.0);
-  follow_way_unrest(t, state, 3.0, 0.035);  // as expected of three degrees of freedom
-  EXPECT_EQ(state.way_unrest, 1.0);
+  EXPECT_EQ(state.way_noise_scale, 1.0);
+  adapt_way_noise_scale(t, state, 3.0, 0.035);  // as expected of three degrees of freedom
+  EXPECT_EQ(state.way_noise_scale, 1.0);
 }
 
 }  // namespace

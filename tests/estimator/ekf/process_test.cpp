@@ -220,8 +220,8 @@ TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
     CarModel model;
     State state;
     state.mean[at::v_x] = 2.0;
-    state.drive_unrest = 4.0;
-    state.turn_unrest = 0.25;
+    state.drive_noise_scale = 4.0;
+    state.turn_noise_scale = 0.25;
     for (double t = 0.0; t < 10.0; t += period_s) {
       propagate(model, {0.0, true}, period_s, state);
       state.covariance.topRows<6>().setZero();
