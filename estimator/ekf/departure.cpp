@@ -21,37 +21,38 @@ constexpr double slowest_rolling = 0.1;
 void begin_motion(State& state, const Sample& sample) noexcept {
   const double speed = sample.value[0];
   const double yaw_rate = state.mean[at::yaw_rate];
-  const std::int64_t heard_ns = vouching_since_ns(state, sample);
+  const std::int64_t consistent_ns = consistent_since_ns(state, sample);
   const std::int64_t seen_ns = state.fused_ns[index_of(Source::camera)];
   const Pose2 pose = moved(state.pose(), {speed, 0.0, yaw_rate},
-                           seconds_between(std::max(heard_ns, seen_ns), sample.time_ns));
+                           seconds_between(std::max(consistent_ns, seen_ns), sample.time_ns));
   const double made_up = 0.5 * std::hypot(pose.x - state.mean[at::x], pose.y - state.mean[at::y]);
   state.covariance.diagonal().head<2>().array() += made_up * made_up;
   state.moving = true;
   state.turned_since_ns = 0;
   state.mean.segment<4>(at::x) << pose.x, pose.y, pose.yaw, speed;
-  if (seen_ns != 0 && seen_ns < heard_ns) {
-    const double unknown_s = seconds_between(seen_ns, heard_ns);
+  if (seen_ns != 0 && seen_ns < consistent_ns) {
+    const double unknown_s = seconds_between(seen_ns, consistent_ns);
     const double way = speed * unknown_s;
     const double turn = yaw_rate * unknown_s;
     state.covariance.diagonal().head<3>() += Eigen::Vector3d(way * way, way * way, turn * turn);
   }
 }
 
-bool sets_off(State& state, const Sample& sample, const WheelVote& vote) noexcept {
-  const Reading& before = state.heard[index_of(sample.source)];
-  if (vote.turning > vote.resting) {
-    return vote.turning > 1 || (vouchers(state, sample) > 0 &&
-                                (turns(before.value, sample.sigma[0]) ||
-                                 seconds_between(before.time_ns, sample.time_ns) > soon_s));
+bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept {
+  const Reading& before = state.readings[index_of(sample.source)];
+  if (wheels.turning > wheels.resting) {
+    return wheels.turning > 1 ||
+           (consistent_samples(state, sample) > 0 &&
+            (turns(before.value, sample.sigma[0]) ||
+             seconds_between(before.time_ns, sample.time_ns) > next_sample_s));
   }
-  return refused_s(state, sample) >= dead_after_s && vote.turning == vote.resting &&
-         (vote.free_turning || !vote.free_resting);
+  return rejected_s(state, sample) >= dead_after_s && wheels.turning == wheels.resting &&
+         (wheels.free_turning || !wheels.free_resting);
 }
 
 Verdict take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
-  const Reading before = state.heard[index_of(Source::direction)];
-  note_heard(state, sample);
+  const Reading before = state.readings[index_of(Source::direction)];
+  note_reading(state, sample);
   const double way = sample.value[0];
   const double v_x = state.mean[at::v_x];
   if (way == 0.0) {

@@ -17,7 +17,7 @@ void begin_motion(State& state, const Sample& sample) noexcept;
 /// Whether a car that stands sets off with a wheel that turns: most wheels do, two of them or one
 /// that has said so before, where the next is not long in coming; or half of them for so long that
 /// the others must be dead. Driven wheels that spin while the others rest move no car.
-[[nodiscard]] bool sets_off(State& state, const Sample& sample, const WheelVote& vote) noexcept;
+[[nodiscard]] bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept;
 
 /// What tells which way the car goes, for wheels that do not: until now they may have had the wrong
 /// sign. Where it says that it does not know, the last that did counts until the car may have

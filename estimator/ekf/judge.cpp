@@ -11,12 +11,12 @@
 namespace odomd::estimator::full {
 namespace {
 
-struct Patience {
+struct RejectionTimeout {
   double seconds;
-  at::Index doubted;  ///< the state that gives way
+  at::Index inflated;  ///< the state that gives way
 };
 
-Patience patience_with(Source source) noexcept {
+RejectionTimeout rejection_timeout(Source source) noexcept {
   switch (source) {
     case Source::yaw_rate:
       return {0.05, at::yaw_rate};
@@ -38,7 +38,7 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
     return 0.0;
   }
   const auto since_s = [&](std::int64_t time_ns) {
-    return std::min(seconds_between(time_ns, sample.time_ns), longest_unheard_s);
+    return std::min(seconds_between(time_ns, sample.time_ns), longest_gap_s);
   };
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (sample.source == Source::yaw_rate) {
@@ -47,15 +47,15 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
   if (sample.source == Source::accel_x) {
     return model.tuning.pedal * gravity;
   }
-  const bool accel_alive = state.accel_x.seen && since_s(state.accel_x.time_ns) < longest_unheard_s;
+  const bool accel_alive = state.accel_x.seen && since_s(state.accel_x.time_ns) < longest_gap_s;
   return is_wheel(sample.source) && !accel_alive ? model.tuning.pedal * gravity * since_s(fused_ns)
                                                  : 0.0;
 }
 
 /// What the driver has changed so suddenly that S does not explain it is a change of a_x, and of
 /// what it has made of the speed; not of a bias or a gradient, which would be dragged along.
-void widen_acceleration(const Tuning& tuning, State& state, const Sample& sample,
-                        double off) noexcept {
+void inflate_acceleration(const Tuning& tuning, State& state, const Sample& sample,
+                          double off) noexcept {
   double& a_x = state.covariance(at::accel_x, at::accel_x);
   if (sample.source == Source::accel_x) {
     a_x += off * off;
@@ -68,10 +68,10 @@ void widen_acceleration(const Tuning& tuning, State& state, const Sample& sample
 
 /// What has turned the car otherwise than its tyres should have, since the gyro was last heard: the
 /// yaw by half of what it has made of the yaw rate.
-void widen_turn(State& state, const Sample& sample, double off) noexcept {
+void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   const double since_s =
-      std::min(seconds_between(state.heard[index_of(sample.source)].time_ns, sample.time_ns),
-               longest_unheard_s);
+      std::min(seconds_between(state.readings[index_of(sample.source)].time_ns, sample.time_ns),
+               longest_gap_s);
   Vector error = Vector::Zero();
   error[at::yaw_rate] = off;
   error[at::yaw] = 0.5 * since_s * off;
@@ -80,26 +80,27 @@ void widen_turn(State& state, const Sample& sample, double off) noexcept {
 
 /// Whether a gyro reads on as it has for a while: then the car turns like that, whatever its tyres
 /// should make of it. One that slides or spins is followed.
-bool goes_on(const State& state, const Sample& sample) noexcept {
-  return sample.source == Source::yaw_rate && !state.rest.standing && vouchers(state, sample) > 1;
+bool continues_steadily(const State& state, const Sample& sample) noexcept {
+  return sample.source == Source::yaw_rate && !state.rest.standing &&
+         consistent_samples(state, sample) > 1;
 }
 
 /// The heading is the gyro's integral, whatever the tyres' model made of the time between two of
 /// its samples: it would detach_from_pose between both, and a model that errs for long would turn
 /// the car. This is the trapezium of the two, less what is known of bias and scale. A reading that
-/// strays from those before and after it by more than any car turns in is none: it is replaced by
+/// outliers from those before and after it by more than any car turns in is none: it is replaced by
 /// the middle one of the three, for the trapezium before it too. `yaw` and `by` are ψ and its row
 /// of B before the newer one was fused.
-void turn_by_gyro(const CarModel& model, State& state, const Reading& before, const Sample& sample,
-                  double yaw, const SlowVector& by) noexcept {
+void integrate_gyro(const CarModel& model, State& state, const Reading& before,
+                    const Sample& sample, double yaw, const SlowVector& by) noexcept {
   const SlowVector& s = state.slow.mean;
   const double tau = seconds_between(before.time_ns, sample.time_ns) / (1.0 + s[slow::gyro_scale]);
   const double z = sample.value[0];
-  const auto [least, most] = std::minmax(z, before.before);
-  const double stray = before.value - std::clamp(before.value, least, most);
+  const auto [least, most] = std::minmax(z, before.previous);
+  const double outlier = before.value - std::clamp(before.value, least, most);
   const double possible =
       model.tuning.turn_in * gravity / model.car.wheelbase() * before.interval_s;
-  const double wrong = std::abs(stray) > possible && before.interval_s > 0.0 ? stray : 0.0;
+  const double wrong = std::abs(outlier) > possible && before.interval_s > 0.0 ? outlier : 0.0;
   const double turn = tau * (0.5 * (before.value - wrong + z) - s[slow::gyro_bias]) -
                       0.5 * before.interval_s * wrong;
   state.mean[at::yaw] = yaw - state.turned + turn;
@@ -111,8 +112,8 @@ void turn_by_gyro(const CarModel& model, State& state, const Reading& before, co
 
 }  // namespace
 
-double refused_s(State& state, const Sample& sample) noexcept {
-  std::int64_t& since_ns = state.refused_since_ns[index_of(sample.source)];
+double rejected_s(State& state, const Sample& sample) noexcept {
+  std::int64_t& since_ns = state.rejected_since_ns[index_of(sample.source)];
   since_ns = since_ns == 0 ? sample.time_ns : since_ns;
   return seconds_between(since_ns, sample.time_ns);
 }
@@ -136,16 +137,17 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       nu.value * nu.value / (nu.variance + possible * possible) / model.tuning.signal_gate;
 
   adapt_noise_scales(model.tuning, state, sample, prediction, nu);
-  std::int64_t& refused_ns = state.refused_since_ns[index_of(sample.source)];
-  const bool first = refused_ns == 0;
-  if (!(judgement.test_ratio <= 1.0) && !goes_on(state, sample)) {
+  std::int64_t& rejected_ns = state.rejected_since_ns[index_of(sample.source)];
+  const bool first = rejected_ns == 0;
+  if (!(judgement.test_ratio <= 1.0) && !continues_steadily(state, sample)) {
     judgement.verdict = Verdict::gated;
-    const Patience patience = patience_with(sample.source);
-    const double before = state.heard[index_of(sample.source)].value - sample.value[0] + nu.value;
+    const RejectionTimeout timeout = rejection_timeout(sample.source);
+    const double before =
+        state.readings[index_of(sample.source)].value - sample.value[0] + nu.value;
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
-      refused_ns = sample.time_ns;  // vibration is off to both sides
+      rejected_ns = sample.time_ns;  // vibration is off to both sides
     }
-    if (refused_s(state, sample) < patience.seconds || !state.integrity.agrees(sample.source)) {
+    if (rejected_s(state, sample) < timeout.seconds || !state.integrity.agrees(sample.source)) {
       if (state.rest.standing && sample.source == Source::accel_x) {
         judgement.degrees = 0;  // felt before the wheels turn: it tests that the car stands
       }
@@ -157,23 +159,23 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     if (sample.source == Source::yaw_rate && state.rest.standing) {
       state.slow.covariance(slow::gyro_bias, slow::gyro_bias) += off;
     } else {
-      state.covariance(patience.doubted, patience.doubted) += off;
+      state.covariance(timeout.inflated, timeout.inflated) += off;
     }
     nu = innovation(state, prediction, sample.value[0]);
   } else if (nu.squared_ratio() > model.tuning.signal_gate && sample.source == Source::yaw_rate) {
-    widen_turn(state, sample, nu.value);
+    inflate_yaw(state, sample, nu.value);
     state.turn_noise_scale = std::max(state.turn_noise_scale, 0.2);
     nu = innovation(state, prediction, sample.value[0]);
   } else if (nu.squared_ratio() > model.tuning.signal_gate) {
     if (first) {
-      refused_ns = sample.time_ns;
+      rejected_ns = sample.time_ns;
       judgement.verdict = Verdict::gated;  // one telegram alone brakes no car
       return judgement;
     }
-    widen_acceleration(model.tuning, state, sample, nu.value);
+    inflate_acceleration(model.tuning, state, sample, nu.value);
     nu = innovation(state, prediction, sample.value[0]);
   }
-  refused_ns = 0;
+  rejected_ns = 0;
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
   Vector gain = optimal_gain(nu);
   // The way is what was driven at the speeds that were believed: a speed that is put right moves no
@@ -192,11 +194,11 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   const SlowVector yaw_by = state.slow.sensitivity.row(at::yaw);
   correct(state, nu, gain);
   if (sample.source == Source::yaw_rate) {
-    const Reading& before = state.heard[index_of(sample.source)];
-    if (updates.heading && !state.rest.resting && before.agreeing > 0 &&
+    const Reading& before = state.readings[index_of(sample.source)];
+    if (updates.heading && !state.rest.resting && before.consistent > 0 &&
         before.time_ns == state.turned_since_ns &&
-        seconds_between(before.time_ns, sample.time_ns) <= longest_unheard_s) {
-      turn_by_gyro(model, state, before, sample, yaw, yaw_by);
+        seconds_between(before.time_ns, sample.time_ns) <= longest_gap_s) {
+      integrate_gyro(model, state, before, sample, yaw, yaw_by);
     }
     state.turned = 0.0;
     state.turned_by.setZero();

@@ -11,13 +11,13 @@
 namespace odomd::estimator::full {
 
 /// A sample that comes after a longer silence says nothing more of how the motion may change [s].
-inline constexpr double longest_unheard_s = 0.2;
+inline constexpr double longest_gap_s = 0.2;
 
 /// When one of the same kind was last fused, 0: never. Wheels vouch for each other.
 [[nodiscard]] std::int64_t last_fused_ns(const State& state, Source source) noexcept;
 
 /// For how long the source's samples have all been refused, this one the last [s].
-[[nodiscard]] double refused_s(State& state, const Sample& sample) noexcept;
+[[nodiscard]] double rejected_s(State& state, const Sample& sample) noexcept;
 
 /// What a sample of the car's own sensors may correct_slow_errors.
 struct Updates {

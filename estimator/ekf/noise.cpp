@@ -78,7 +78,7 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
     if (level.moving_samples >= least_samples_to_use) {
       noise.moving = stated * bounded(tuning, level.moving, source, false);
     }
-  } else if (is_wheel(source) && state.heard[i].agreeing > 0) {
+  } else if (is_wheel(source) && state.readings[i].consistent > 0) {
     noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_noise_scale[i]);
   }
   return noise;
@@ -89,7 +89,7 @@ void adapt_noise_scales(const Tuning& tuning, State& state, const Sample& sample
   if (state.rest.standing) {
     return;
   }
-  const double interval_s = state.heard[index_of(sample.source)].interval_s;
+  const double interval_s = state.readings[index_of(sample.source)].interval_s;
   const double ratio = nu.value * nu.value / nu.variance_of_noise;
   if (is_wheel(sample.source)) {
     const double state_share = 1.0 - z.variance / nu.variance_of_noise;

@@ -43,19 +43,19 @@ constexpr Change largest_change(Source source) noexcept {
 bool agree(const Reading& before, const Sample& sample) noexcept {
   const double elapsed_s = seconds_between(before.time_ns, sample.time_ns);
   const Change change = largest_change(sample.source);
-  return before.agreeing > 0 && elapsed_s <= longest_pause_s &&
+  return before.consistent > 0 && elapsed_s <= longest_pause_s &&
          std::abs(sample.value[0] - before.value) <=
              change.at_once + std::min(change.share * std::abs(sample.value[0]), largest_share) +
                  change.rate * std::min(elapsed_s, longest_change_s);
 }
 
-/// Calls `with` with the source of every wheel that was lately heard, but the sample's.
+/// Calls `with` with the source of every wheel that was lately reading, but the sample's.
 template <typename With>
 void for_the_other_wheels(const State& state, const Sample& sample, const With& with) {
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const Reading& heard = state.heard[i];
-    if (i != index_of(sample.source) && heard.agreeing > 0 &&
-        seconds_between(heard.time_ns, sample.time_ns) <= fresh_s) {
+    const Reading& reading = state.readings[i];
+    if (i != index_of(sample.source) && reading.consistent > 0 &&
+        seconds_between(reading.time_ns, sample.time_ns) <= fresh_s) {
       with(i);
     }
   }
@@ -63,10 +63,10 @@ void for_the_other_wheels(const State& state, const Sample& sample, const With& 
 
 }  // namespace
 
-int vouchers(const State& state, const Sample& sample) noexcept {
+int consistent_samples(const State& state, const Sample& sample) noexcept {
   const auto of = [&](std::size_t source) {
-    const Reading& before = state.heard[source];
-    return agree(before, sample) ? before.agreeing : 0;
+    const Reading& before = state.readings[source];
+    return agree(before, sample) ? before.consistent : 0;
   };
   if (!is_wheel(sample.source)) {
     return of(index_of(sample.source));
@@ -78,11 +78,11 @@ int vouchers(const State& state, const Sample& sample) noexcept {
   return most;
 }
 
-std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcept {
+std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept {
   std::int64_t since_ns = sample.time_ns;
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    if (agree(state.heard[i], sample)) {
-      since_ns = std::min(since_ns, state.heard[i].time_ns);
+    if (agree(state.readings[i], sample)) {
+      since_ns = std::min(since_ns, state.readings[i].time_ns);
     }
   }
   return since_ns;
@@ -93,32 +93,32 @@ std::int64_t last_wheel_ns(const State& state) noexcept {
   return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
 }
 
-WheelVote wheel_vote(Driven driven, const State& state, const Sample& sample) noexcept {
-  WheelVote vote;
+WheelCount count_wheels(Driven driven, const State& state, const Sample& sample) noexcept {
+  WheelCount wheels;
   const auto count = [&](std::size_t source, double speed) {
     const bool free = !is_driven(driven, static_cast<Source>(source));
     if (!turns(speed, sample.sigma[0])) {
-      ++vote.resting;
-      vote.free_resting |= free;
+      ++wheels.resting;
+      wheels.free_resting |= free;
       return;
     }
-    if (vote.turning == 0 || std::abs(speed) < std::abs(vote.slowest)) {
-      vote.slowest = speed;
+    if (wheels.turning == 0 || std::abs(speed) < std::abs(wheels.slowest)) {
+      wheels.slowest = speed;
     }
-    ++vote.turning;
-    vote.free_turning |= free;
+    ++wheels.turning;
+    wheels.free_turning |= free;
   };
   count(index_of(sample.source), sample.value[0]);
-  for_the_other_wheels(state, sample, [&](std::size_t i) { count(i, state.heard[i].value); });
-  return vote;
+  for_the_other_wheels(state, sample, [&](std::size_t i) { count(i, state.readings[i].value); });
+  return wheels;
 }
 
-void note_heard(State& state, const Sample& sample) noexcept {
-  Reading& heard = state.heard[index_of(sample.source)];
+void note_reading(State& state, const Sample& sample) noexcept {
+  Reading& reading = state.readings[index_of(sample.source)];
   const double interval_s =
-      heard.agreeing > 0 ? seconds_between(heard.time_ns, sample.time_ns) : 0.0;
-  heard = {agree(heard, sample) ? std::min(heard.agreeing + 1, most_counted) : 1, sample.time_ns,
-           sample.value[0], heard.value, interval_s};
+      reading.consistent > 0 ? seconds_between(reading.time_ns, sample.time_ns) : 0.0;
+  reading = {agree(reading, sample) ? std::min(reading.consistent + 1, most_counted) : 1,
+             sample.time_ns, sample.value[0], reading.value, interval_s};
 }
 
 }  // namespace odomd::estimator::full

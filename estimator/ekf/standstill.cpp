@@ -129,9 +129,9 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
                quiet_swing + swing_sigmas * sigma ||
            std::abs(reading) > largest_gyro_bias || (rest.standing && far_from_bias(reading));
   };
-  const Reading& before = state.heard[index_of(Source::yaw_rate)];
-  if (rest.standing && !first && leaves(yaw_rate) && before.agreeing > 0 && !leaves(before.value) &&
-      seconds_between(before.time_ns, time_ns) <= soon_s) {
+  const Reading& before = state.readings[index_of(Source::yaw_rate)];
+  if (rest.standing && !first && leaves(yaw_rate) && before.consistent > 0 &&
+      !leaves(before.value) && seconds_between(before.time_ns, time_ns) <= next_sample_s) {
     return;  // one telegram alone sets no car off
   }
   const bool left = !first && leaves(yaw_rate);

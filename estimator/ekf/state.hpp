@@ -99,10 +99,10 @@ struct Rest {
 
 /// What a source said last, believed or not.
 struct Reading {
-  int agreeing = 0;  ///< how many in a row, with this one, can be of one motion; 0: never heard
+  int consistent = 0;  ///< how many in a row, with this one, can be of one motion; 0: never heard
   std::int64_t time_ns = 0;
   double value = 0.0;
-  double before = 0.0;      ///< what it said before that
+  double previous = 0.0;    ///< what it said before that
   double interval_s = 0.0;  ///< since the one before; 0: there was none
 };
 
@@ -158,9 +158,9 @@ struct State {
   HeldInput accel_y;
   HeldInput direction;
 
-  std::array<Reading, source_count> heard{};
-  std::array<std::int64_t, source_count> fused_ns{};          ///< newest fused sample; 0: none
-  std::array<std::int64_t, source_count> refused_since_ns{};  ///< 0: the newest was fused
+  std::array<Reading, source_count> readings{};
+  std::array<std::int64_t, source_count> fused_ns{};           ///< newest fused sample; 0: none
+  std::array<std::int64_t, source_count> rejected_since_ns{};  ///< 0: the newest was fused
 
   Integrity integrity;    ///< whether the sources tell the truth
   Astray astray;          ///< of what they agree on

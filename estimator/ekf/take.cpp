@@ -52,7 +52,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   const double sigma = sample.sigma[0];
   const bool turning = turns(speed, sigma);
   if (!state.moving) {
-    if (vouchers(state, sample) == 0) {
+    if (consistent_samples(state, sample) == 0) {
       return held(sample.source);
     }
     begin_motion(state, sample);
@@ -60,14 +60,14 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
   if (state.rest.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
-      state.refused_since_ns[index_of(sample.source)] = 0;
+      state.rejected_since_ns[index_of(sample.source)] = 0;
       return held(sample.source);
     }
-    const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
-    if (!sets_off(state, sample, vote)) {
+    const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
+    if (!sets_off(state, sample, wheels)) {
       return gated(sample.source);
     }
-    set_off(context.model, state, vote.slowest);
+    set_off(context.model, state, wheels.slowest);
   }
   const bool gyro = gyro_alive(state);
   const auto predict = [&] {
@@ -91,12 +91,12 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     return judgement;
   }
   // A few wheels that turn or are locked neither begin a rest nor end one.
-  const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
-  const bool most_rest = vote.resting > vote.turning;
+  const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
+  const bool most_rest = wheels.resting > wheels.turning;
   if (most_rest && !turning && is_taken(judgement.verdict)) {
     rest_by_wheel(state, sample.time_ns);
   } else if (!most_rest ||
-             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > soon_s)) {
+             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
     // Wheels that slide are all gated. Where only those of one side are, a biased gyro makes a turn
     // about the others.
     state.rest.resting = false;
@@ -105,7 +105,7 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
 }
 
 Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
-  if (state.accel_x.seen && vouchers(state, sample) == 0) {
+  if (state.accel_x.seen && consistent_samples(state, sample) == 0) {
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
@@ -124,7 +124,7 @@ Judgement take_steering(State& state, const Sample& sample) noexcept {
     state.front_wheels = sample.value[0];
   } else {
     const double elapsed_s =
-        std::min(seconds_between(state.steering.time_ns, sample.time_ns), longest_unheard_s);
+        std::min(seconds_between(state.steering.time_ns, sample.time_ns), longest_gap_s);
     const double jump = std::abs(sample.value[0] - state.steering.value);
     const double strange = std::max(jump - quickest_steering * elapsed_s, 0.0);
     state.covariance(at::front_angle, at::front_angle) += strange * strange;
@@ -136,7 +136,7 @@ Judgement take_steering(State& state, const Sample& sample) noexcept {
 /// How the car moves is not known yet, so nothing is learnt of it; but it begins with the turn that
 /// the gyro tells.
 Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
-  if (vouchers(state, sample) == 0) {
+  if (consistent_samples(state, sample) == 0) {
     return held(sample.source);
   }
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
@@ -154,7 +154,7 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
                       double stated_sigma) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
-      vouchers(state, sample) < 2) {
+      consistent_samples(state, sample) < 2) {
     return gated(sample.source);
   }
   if (!state.moving && !is_wheel(sample.source)) {
@@ -286,7 +286,7 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   const Judgement judgement = state.integrity.trusted(sample.source)
                                   ? take_signal(context, state, reading, sample.sigma[0])
                                   : gated(sample.source);
-  note_heard(state, reading);
+  note_reading(state, reading);
   return judgement;
 }
 

@@ -13,7 +13,7 @@ namespace {
 // nothing.
 constexpr double largest_steering = 0.6;
 constexpr double slowest_steered = 0.3;
-// A wheel that was not heard for so long says nothing of the others [s].
+// A wheel that was not reading for so long says nothing of the others [s].
 constexpr double silent_s = 0.5;
 
 /// δ: as measured, or as the front axle goes, atan((v_y + l_v ψ̇) / v_x).
@@ -64,8 +64,8 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   double least = state.wheel_noise_scale[index_of(source)];
   bool free = share == 0.0;
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const Reading& heard = state.heard[i];
-    if (heard.agreeing > 0 && seconds_between(heard.time_ns, state.time_ns) <= silent_s) {
+    const Reading& reading = state.readings[i];
+    if (reading.consistent > 0 && seconds_between(reading.time_ns, state.time_ns) <= silent_s) {
       least = std::min(least, state.wheel_noise_scale[i]);
       free = free || slip_share(model.car.driven, static_cast<Source>(i), force) == 0.0;
     }

@@ -116,7 +116,7 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
   State state;
   state.wheel_noise_scale[index_of(wheel)] = 9.0;
   EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "not heard yet";
-  state.heard[index_of(wheel)].agreeing = 1;
+  state.readings[index_of(wheel)].consistent = 1;
   EXPECT_DOUBLE_EQ(noise_of(t, state, wheel, stated).speed_share, 0.012);
   EXPECT_EQ(noise_of(t, state, wheel, stated).moving, 0.0);
   // predict_wheel_speed() adds its square at that speed to the sensor's own.
@@ -132,7 +132,7 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
 TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
   State state;
   for (const Source source : {Source::steering, Source::direction, Source::camera}) {
-    state.heard[index_of(source)].agreeing = 3;
+    state.readings[index_of(source)].consistent = 3;
     EXPECT_FALSE(noise_of({}, state, source, stated).estimated());
   }
 }
@@ -140,7 +140,7 @@ TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
 /// Surprises of so many sigmas for 100 s, 100 a second; `share`: of the wheel's own relative
 /// error, the rest is of the state.
 State surprised(Source source, double sigmas, double share, State state = {}) {
-  state.heard[index_of(source)].interval_s = 0.01;
+  state.readings[index_of(source)].interval_s = 0.01;
   const Sample sample{.source = source};
   Prediction z;
   z.variance = z.relative = 4.0 * share;
@@ -186,7 +186,7 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
             1.0);
   // A wheel's sigma is not its relative error.
   State state;
-  state.heard[index_of(Source::wheel_rear_left)].interval_s = 0.01;
+  state.readings[index_of(Source::wheel_rear_left)].interval_s = 0.01;
   Prediction z;
   z.variance = 2.0;
   Innovation nu;
@@ -203,7 +203,7 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
 
 TEST(Unrest, OneWildSampleMovesItByLittle) {
   State state;
-  state.heard[index_of(Source::wheel_rear_left)].interval_s = 1.0;
+  state.readings[index_of(Source::wheel_rear_left)].interval_s = 1.0;
   Prediction z;
   z.variance = z.relative = 0.5;
   Innovation nu;

@@ -200,7 +200,7 @@ TEST(FullWheelSpeed, AWheelThatSlipsCountsLessWhereAFreeOneIsHeard) {
     return z.variance - z.slack;
   };
   const double alone = gained(Source::wheel_rear_left);
-  state.heard[index_of(Source::wheel_front_left)] = {.agreeing = 1};
+  state.readings[index_of(Source::wheel_front_left)] = {.consistent = 1};
   EXPECT_GT(gained(Source::wheel_rear_left), 10.0 * alone);
   // Where all brake, none is free.
   state.mean[at::accel_x] = -6.0;
@@ -217,7 +217,7 @@ TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
   const double radius = std::pow(model.tuning.wheel_radius * 10.0, 2);
   const auto left = index_of(Source::wheel_rear_left);
   const auto right = index_of(Source::wheel_rear_right);
-  state.heard[left].agreeing = state.heard[right].agreeing = 3;
+  state.readings[left].consistent = state.readings[right].consistent = 3;
   const auto predict = [&](Source source) {
     return predict_wheel_speed(model, {}, state, source, sigma, true);
   };
