@@ -292,11 +292,12 @@ Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   e.last_jump = last_jump_;
   e.recoveries = recoveries_;
   e.doubtful = now.doubtful || now.disputed;
-  e.mode = modes_.update({.time_ns = tick_ns,
-                          .initialised = e.initialised,
-                          .wheel_speed = now.rest.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
-                          .yaw_rate = e.yaw_rate,
-                          .camera_ns = e.camera_ns});
+  e.mode =
+      modes_.update({.time_ns = tick_ns,
+                     .initialised = e.initialised,
+                     .wheel_speed = now.standstill.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
+                     .yaw_rate = e.yaw_rate,
+                     .camera_ns = e.camera_ns});
   return e;
 }
 

@@ -15,7 +15,7 @@ Prediction predict_accel_x(const CarModel& model, const State& state, double sig
   z.value = state.mean[at::accel_bias_x];
   z.variance = sigma * sigma;
   z.depends_on(at::accel_bias_x, 1.0);
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     return z;
   }
   z.value += scale * force;
@@ -33,7 +33,7 @@ Prediction predict_accel_y(const CarModel& model, const Input& input, const Stat
   z.value = x[at::accel_bias_y];
   z.variance = sigma * sigma;
   z.depends_on(at::accel_bias_y, 1.0);
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     return z;
   }
   const double scale = 1.0 + state.slow.mean[slow::roll_gradient];

@@ -73,7 +73,7 @@ bool is_one_way(const Sighting& from, const Sighting& to,
 /// Whether it went so far meanwhile that a picture that stands still would have been found out.
 bool tells(const State& state, const Sighting& from, const std::array<double, 3>& sigma) noexcept {
   constexpr double sigmas = 8.0;
-  return state.rest.standing ||
+  return state.standstill.standing ||
          distance(from.believed, state.pose()) >= sigmas * std::hypot(sigma[0], sigma[1]);
 }
 
@@ -210,7 +210,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   // Believed against the test: it does not count among those that the filter expects.
   judgement.degrees = 0;
   judgement.verdict = Verdict::forced;
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     set_off(model, state, 0.0);
   }
   // The first one of all tells where it starts; later, either may be wrong.

@@ -40,14 +40,14 @@ void begin_motion(State& state, const Sample& sample) noexcept {
 
 bool sets_off(State& state, const Sample& sample, const WheelCount& wheels) noexcept {
   const Reading& before = state.readings[index_of(sample.source)];
-  if (wheels.turning > wheels.resting) {
+  if (wheels.turning > wheels.still) {
     return wheels.turning > 1 ||
            (consistent_samples(state, sample) > 0 &&
-            (turns(before.value, sample.sigma[0]) ||
+            (is_turning(before.value, sample.sigma[0]) ||
              seconds_between(before.time_ns, sample.time_ns) > next_sample_s));
   }
-  return rejected_s(state, sample) >= dead_after_s && wheels.turning == wheels.resting &&
-         (wheels.free_turning || !wheels.free_resting);
+  return rejected_s(state, sample) >= dead_after_s && wheels.turning == wheels.still &&
+         (wheels.free_turning || !wheels.free_still);
 }
 
 Verdict take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
@@ -56,13 +56,13 @@ Verdict take_direction(const CarModel& model, State& state, const Sample& sample
   const double way = sample.value[0];
   const double v_x = state.mean[at::v_x];
   if (way == 0.0) {
-    if (state.rest.resting || std::abs(v_x) < slowest_rolling) {
+    if (state.standstill.wheels_still || std::abs(v_x) < slowest_rolling) {
       state.direction = {true, sample.time_ns, way};
     }
     return Verdict::fused;
   }
   const bool turned_round = way * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
-  if (turned_round && state.moving && !state.rest.standing && way * v_x < 0.0) {
+  if (turned_round && state.moving && !state.standstill.standing && way * v_x < 0.0) {
     if (std::abs(v_x) > fastest_turn_round && way * before.value <= 0.0) {
       return Verdict::gated;  // one telegram alone turns no car round
     }

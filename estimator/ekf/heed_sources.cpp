@@ -101,7 +101,7 @@ void heed_sources(const Context& context, State& state) noexcept {
   };
   const double faster = agreed.speed - astray.speed.mean();
   if (lasts(astray.speed_since_ns, faster, root(agreed.speed_sigma, P(3, 3))) || slipped) {
-    if (state.rest.standing) {
+    if (state.standstill.standing) {
       set_off(context.model, state, agreed.speed);
     }
     const double yaw = state.mean[at::yaw];
@@ -114,7 +114,7 @@ void heed_sources(const Context& context, State& state) noexcept {
     astray.speed = {};
     astray.speed_since_ns = 0;
   }
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     return;  // what a gyro says is its bias
   }
   const double turning = agreed.yaw_rate - astray.yaw_rate.mean();

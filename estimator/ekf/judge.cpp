@@ -34,7 +34,7 @@ RejectionTimeout rejection_timeout(Source source) noexcept {
 /// gyro by as much as tyres turn a car in since it was last believed, an accelerometer by a pedal,
 /// and where there is none a wheel by what that makes of the speed.
 double possible_change(const CarModel& model, const State& state, const Sample& sample) noexcept {
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     return 0.0;
   }
   const auto since_s = [&](std::int64_t time_ns) {
@@ -81,7 +81,7 @@ void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
 /// Whether a gyro reads on as it has for a while: then the car turns like that, whatever its tyres
 /// should make of it. One that slides or spins is followed.
 bool continues_steadily(const State& state, const Sample& sample) noexcept {
-  return sample.source == Source::yaw_rate && !state.rest.standing &&
+  return sample.source == Source::yaw_rate && !state.standstill.standing &&
          consistent_samples(state, sample) > 1;
 }
 
@@ -148,7 +148,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
       rejected_ns = sample.time_ns;  // vibration is off to both sides
     }
     if (rejected_s(state, sample) < timeout.seconds || !state.integrity.agrees(sample.source)) {
-      if (state.rest.standing && sample.source == Source::accel_x) {
+      if (state.standstill.standing && sample.source == Source::accel_x) {
         judgement.degrees = 0;  // felt before the wheels turn: it tests that the car stands
       }
       return judgement;
@@ -156,7 +156,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     judgement.verdict = Verdict::forced;
     // Of a car that stands nothing moves: there, it is the gyro's bias that has changed.
     const double off = nu.value * nu.value;
-    if (sample.source == Source::yaw_rate && state.rest.standing) {
+    if (sample.source == Source::yaw_rate && state.standstill.standing) {
       state.slow.covariance(slow::gyro_bias, slow::gyro_bias) += off;
     } else {
       state.covariance(timeout.inflated, timeout.inflated) += off;
@@ -195,7 +195,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   correct(state, nu, gain);
   if (sample.source == Source::yaw_rate) {
     const Reading& before = state.readings[index_of(sample.source)];
-    if (updates.heading && !state.rest.resting && before.consistent > 0 &&
+    if (updates.heading && !state.standstill.wheels_still && before.consistent > 0 &&
         before.time_ns == state.turned_since_ns &&
         seconds_between(before.time_ns, sample.time_ns) <= longest_gap_s) {
       integrate_gyro(model, state, before, sample, yaw, yaw_by);

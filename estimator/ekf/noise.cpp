@@ -45,13 +45,13 @@ void adapt(double& noise_scale, double ratio, double share, Bounds bounds) noexc
 
 void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept {
   NoiseLevel& level = state.noise[index_of(sample.source)];
-  if (level.resting != state.rest.resting) {
-    level.resting = state.rest.resting;
+  if (level.wheels_still != state.standstill.wheels_still) {
+    level.wheels_still = state.standstill.wheels_still;
     level.run = 0;
   }
   const double now = sample.value[0] / sample.sigma[0];
-  double& mean = level.resting ? level.at_rest : level.moving;
-  int& samples = level.resting ? level.rest_samples : level.moving_samples;
+  double& mean = level.wheels_still ? level.at_rest : level.moving;
+  int& samples = level.wheels_still ? level.still_samples : level.moving_samples;
   if (level.run == 2) {
     const double bend = now - 2.0 * level.last[0] + level.last[1];
     samples = std::min(samples + 1, tuning.noise_samples);
@@ -62,7 +62,7 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept 
   level.last = {now, level.last[0]};
   level.run = std::min(level.run + 1, 2);
   if (samples >= least_samples_to_use) {
-    sample.sigma[0] *= bounded(tuning, mean, sample.source, level.resting);
+    sample.sigma[0] *= bounded(tuning, mean, sample.source, level.wheels_still);
   }
 }
 
@@ -72,7 +72,7 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
   const std::size_t i = index_of(source);
   if (i < state.noise.size()) {
     const NoiseLevel& level = state.noise[i];
-    if (level.rest_samples >= least_samples_to_use) {
+    if (level.still_samples >= least_samples_to_use) {
       noise.at_rest = stated * bounded(tuning, level.at_rest, source, true);
     }
     if (level.moving_samples >= least_samples_to_use) {
@@ -86,7 +86,7 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
 
 void adapt_noise_scales(const Tuning& tuning, State& state, const Sample& sample,
                         const Prediction& z, const Innovation& nu) noexcept {
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     return;
   }
   const double interval_s = state.readings[index_of(sample.source)].interval_s;

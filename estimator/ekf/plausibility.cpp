@@ -97,9 +97,9 @@ WheelCount count_wheels(Driven driven, const State& state, const Sample& sample)
   WheelCount wheels;
   const auto count = [&](std::size_t source, double speed) {
     const bool free = !is_driven(driven, static_cast<Source>(source));
-    if (!turns(speed, sample.sigma[0])) {
-      ++wheels.resting;
-      wheels.free_resting |= free;
+    if (!is_turning(speed, sample.sigma[0])) {
+      ++wheels.still;
+      wheels.free_still |= free;
       return;
     }
     if (wheels.turning == 0 || std::abs(speed) < std::abs(wheels.slowest)) {

@@ -30,9 +30,9 @@ inline constexpr double next_sample_s = 0.05;
 /// a wheel's sample among them.
 struct WheelCount {
   int turning = 0;
-  int resting = 0;
+  int still = 0;
   bool free_turning = false;  ///< one that is not driven is among them
-  bool free_resting = false;
+  bool free_still = false;
   double slowest = 0.0;  ///< of those that turn [m/s]
 };
 [[nodiscard]] WheelCount count_wheels(Driven driven, const State& state,

@@ -125,7 +125,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   e.camera_ns = state.fused_ns[index_of(Source::camera)];
   e.camera_test_ratio = state.camera_test_ratio;
   e.calibration = calibration_of(state, fresh);
-  if (e.initialised && !state.rest.standing) {
+  if (e.initialised && !state.standstill.standing) {
     const BodyVelocity rate = mean_rate_ahead(model, input, period_s, state);
     e.v_x_dot = rate.v_x;
     e.v_y_dot = rate.v_y;
@@ -166,7 +166,7 @@ void lose_sight(State& state, double gap_s) noexcept {
   more << way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned, change[0],
       change[3], change[5];
   state.covariance.diagonal().head<6>() += more;
-  state.rest = {};
+  state.standstill = {};
   limit(state);
 }
 

@@ -36,27 +36,27 @@ constexpr double departing_speed = 0.05;     // [m/s]
 constexpr double departing_side = 0.02;      // [m/s]
 constexpr double departing_yaw_rate = 0.05;  // [rad/s]
 
-void begin_rest(Rest& rest, std::int64_t time_ns) noexcept {
-  rest = {.resting = true, .since_ns = time_ns};
-  rest.lowest_gyro = std::numeric_limits<double>::max();
-  rest.highest_gyro = std::numeric_limits<double>::lowest();
+void begin_still_period(Standstill& standstill, std::int64_t time_ns) noexcept {
+  standstill = {.wheels_still = true, .since_ns = time_ns};
+  standstill.lowest_gyro = std::numeric_limits<double>::max();
+  standstill.highest_gyro = std::numeric_limits<double>::lowest();
 }
 
 /// v = 0, measured: what is correlated with the velocity learns from it.
-void stand(State& state, std::int64_t time_ns) noexcept {
-  Rest& rest = state.rest;
-  rest.standing = true;
+void enter_standstill(State& state, std::int64_t time_ns) noexcept {
+  Standstill& standstill = state.standstill;
+  standstill.standing = true;
   // What the gyro now says of its bias does not move the pose that was driven with another.
   detach_from_pose(state, slow::gyro_bias);
-  if (rest.lowest_gyro <= rest.highest_gyro) {
+  if (standstill.lowest_gyro <= standstill.highest_gyro) {
     // What the gyro reads is its bias, however little that was expected.
     const double surprise =
-        0.5 * (rest.lowest_gyro + rest.highest_gyro) - state.slow.mean[slow::gyro_bias];
+        0.5 * (standstill.lowest_gyro + standstill.highest_gyro) - state.slow.mean[slow::gyro_bias];
     double& variance = state.slow.covariance(slow::gyro_bias, slow::gyro_bias);
     if (surprise * surprise > surprising_ratio * variance) {
       variance += surprise * surprise;
       // Until now it was taken for a turn.
-      const double turned = surprise * seconds_between(rest.since_ns, time_ns);
+      const double turned = surprise * seconds_between(standstill.since_ns, time_ns);
       state.covariance(at::yaw, at::yaw) += turned * turned;
     }
   }
@@ -84,7 +84,7 @@ void stand(State& state, std::int64_t time_ns) noexcept {
 /// The wheels may have been turning for a while below the slowest speed that they resolve: the way
 /// is ½ v² / a.
 void set_off(const CarModel& model, State& state, double speed) noexcept {
-  state.rest = {};
+  state.standstill = {};
   const double yaw = state.mean[at::yaw];
   const Eigen::Vector2d way =
       0.5 * speed * speed / brisk_accel * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
@@ -97,27 +97,28 @@ void set_off(const CarModel& model, State& state, double speed) noexcept {
   forget(state, at::side_force, model.tuning.side_force_floor * gravity);
 }
 
-bool turns(double speed, double sigma) noexcept {
+bool is_turning(double speed, double sigma) noexcept {
   return std::abs(speed) > std::clamp(2.0 * sigma, slowest_turning, surely_turning);
 }
 
-void rest_by_wheel(State& state, std::int64_t time_ns) noexcept {
-  Rest& rest = state.rest;
-  if (!rest.resting) {
-    begin_rest(rest, time_ns);
-  } else if (!rest.standing && seconds_between(rest.since_ns, time_ns) >=
-                                   (rest.turned ? bias_trusted_s : standing_after_s)) {
-    stand(state, time_ns);
+void update_standstill_by_wheels(State& state, std::int64_t time_ns) noexcept {
+  Standstill& standstill = state.standstill;
+  if (!standstill.wheels_still) {
+    begin_still_period(standstill, time_ns);
+  } else if (!standstill.standing &&
+             seconds_between(standstill.since_ns, time_ns) >=
+                 (standstill.gyro_off_bias ? bias_trusted_s : standing_after_s)) {
+    enter_standstill(state, time_ns);
   }
 }
 
-void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, double yaw_rate,
-                  double sigma) noexcept {
-  Rest& rest = state.rest;
-  if (!rest.resting) {
+void update_standstill_by_gyro(const CarModel& model, State& state, std::int64_t time_ns,
+                               double yaw_rate, double sigma) noexcept {
+  Standstill& standstill = state.standstill;
+  if (!standstill.wheels_still) {
     return;
   }
-  const bool first = rest.highest_gyro < rest.lowest_gyro;
+  const bool first = standstill.highest_gyro < standstill.lowest_gyro;
   const bool known =
       state.slow.covariance(slow::gyro_bias, slow::gyro_bias) < known_bias * known_bias;
   const auto far_from_bias = [&](double reading) {
@@ -125,31 +126,32 @@ void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, dou
            std::abs(reading - state.slow.mean[slow::gyro_bias]) > quiet_swing + bias_sigmas * sigma;
   };
   const auto leaves = [&](double reading) {
-    return std::max(reading, rest.highest_gyro) - std::min(reading, rest.lowest_gyro) >
+    return std::max(reading, standstill.highest_gyro) - std::min(reading, standstill.lowest_gyro) >
                quiet_swing + swing_sigmas * sigma ||
-           std::abs(reading) > largest_gyro_bias || (rest.standing && far_from_bias(reading));
+           std::abs(reading) > largest_gyro_bias || (standstill.standing && far_from_bias(reading));
   };
   const Reading& before = state.readings[index_of(Source::yaw_rate)];
-  if (rest.standing && !first && leaves(yaw_rate) && before.consistent > 0 &&
+  if (standstill.standing && !first && leaves(yaw_rate) && before.consistent > 0 &&
       !leaves(before.value) && seconds_between(before.time_ns, time_ns) <= next_sample_s) {
     return;  // one telegram alone sets no car off
   }
   const bool left = !first && leaves(yaw_rate);
-  const double forgotten = std::clamp(seconds_between(rest.gyro_ns, time_ns) / memory_s, 0.0, 1.0);
+  const double forgotten =
+      std::clamp(seconds_between(standstill.gyro_ns, time_ns) / memory_s, 0.0, 1.0);
   const auto after = [&](double extreme) {
     return first ? yaw_rate : extreme + forgotten * (yaw_rate - extreme);
   };
-  rest.gyro_ns = time_ns;
-  rest.lowest_gyro = std::min(yaw_rate, after(rest.lowest_gyro));
-  rest.highest_gyro = std::max(yaw_rate, after(rest.highest_gyro));
-  rest.turned = far_from_bias(yaw_rate);
+  standstill.gyro_ns = time_ns;
+  standstill.lowest_gyro = std::min(yaw_rate, after(standstill.lowest_gyro));
+  standstill.highest_gyro = std::max(yaw_rate, after(standstill.highest_gyro));
+  standstill.gyro_off_bias = far_from_bias(yaw_rate);
   if (!left && std::abs(yaw_rate) <= largest_gyro_bias) {
     return;
   }
-  if (rest.standing) {
+  if (standstill.standing) {
     set_off(model, state, brisk_accel * seconds_between(last_wheel_ns(state), time_ns));
   }
-  begin_rest(rest, time_ns);
+  begin_still_period(standstill, time_ns);
 }
 
 }  // namespace odomd::estimator::full

@@ -17,15 +17,15 @@ void set_off(const CarModel& model, State& state, double speed) noexcept;
 inline constexpr double standing_after_s = 0.3;
 
 /// Whether a wheel that reads `speed`, its noise `sigma`, turns.
-[[nodiscard]] bool turns(double speed, double sigma) noexcept;
+[[nodiscard]] bool is_turning(double speed, double sigma) noexcept;
 
 /// A wheel that does not turn was heard at `time_ns`, and most do not: begins a rest, or ends one
-/// in a standstill. `state.rest.resting = false` ends a rest.
-void rest_by_wheel(State& state, std::int64_t time_ns) noexcept;
+/// in a standstill. `state.standstill.wheels_still = false` ends a rest.
+void update_standstill_by_wheels(State& state, std::int64_t time_ns) noexcept;
 
 /// A gyro's sample: a rest during which it swings is none, and no car stands whose gyro is far from
 /// a bias that is known, unless it stays there for seconds.
-void rest_by_gyro(const CarModel& model, State& state, std::int64_t time_ns, double yaw_rate,
-                  double sigma) noexcept;
+void update_standstill_by_gyro(const CarModel& model, State& state, std::int64_t time_ns,
+                               double yaw_rate, double sigma) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -79,21 +79,21 @@ struct HeldInput {
 struct NoiseLevel {
   double at_rest = 1.0;
   double moving = 1.0;
-  int rest_samples = 0;  ///< that `at_rest` is the mean of
+  int still_samples = 0;  ///< that `at_rest` is the mean of
   int moving_samples = 0;
   std::array<double, 2> last{};  ///< the two samples before, in stated sigmas
   int run = 0;                   ///< how many of them are of the same kind, at rest or moving
-  bool resting = false;
+  bool wheels_still = false;
 };
 
 /// Whether the car stands, judged from wheels and gyro; see standstill.hpp.
-struct Rest {
+struct Standstill {
   bool standing = false;
-  bool resting = false;  ///< no wheel turns since since_ns
+  bool wheels_still = false;  ///< no wheel turns since since_ns
   std::int64_t since_ns = 0;
-  bool turned = false;       ///< the newest reading of the gyro is far from a bias that is known
-  std::int64_t gyro_ns = 0;  ///< its newest reading
-  double lowest_gyro = 0.0;  ///< readings while it rests [rad/s]
+  bool gyro_off_bias = false;  ///< the newest reading of the gyro is far from a bias that is known
+  std::int64_t gyro_ns = 0;    ///< its newest reading
+  double lowest_gyro = 0.0;    ///< readings while it rests [rad/s]
   double highest_gyro = 0.0;
 };
 
@@ -152,7 +152,7 @@ struct State {
 
   bool moving = false;   ///< a wheel speed was there: the motion is being followed
   bool located = false;  ///< there is a pose to start from
-  Rest rest;
+  Standstill standstill;
   HeldInput steering;
   HeldInput accel_x;
   HeldInput accel_y;

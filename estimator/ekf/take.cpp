@@ -50,14 +50,14 @@ Judgement gated(Source source) noexcept {
 Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
   const double speed = sample.value[0];
   const double sigma = sample.sigma[0];
-  const bool turning = turns(speed, sigma);
+  const bool turning = is_turning(speed, sigma);
   if (!state.moving) {
     if (consistent_samples(state, sample) == 0) {
       return held(sample.source);
     }
     begin_motion(state, sample);
   }
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
       state.rejected_since_ns[index_of(sample.source)] = 0;
@@ -87,19 +87,19 @@ Judgement take_wheel(const Context& context, State& state, const Sample& sample)
     noise_scale = calm;
   }
 
-  if (turning && !state.rest.resting) {
+  if (turning && !state.standstill.wheels_still) {
     return judgement;
   }
   // A few wheels that turn or are locked neither begin a rest nor end one.
   const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
-  const bool most_rest = wheels.resting > wheels.turning;
+  const bool most_rest = wheels.still > wheels.turning;
   if (most_rest && !turning && is_taken(judgement.verdict)) {
-    rest_by_wheel(state, sample.time_ns);
+    update_standstill_by_wheels(state, sample.time_ns);
   } else if (!most_rest ||
              (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
     // Wheels that slide are all gated. Where only those of one side are, a biased gyro makes a turn
     // about the others.
-    state.rest.resting = false;
+    state.standstill.wheels_still = false;
   }
   return judgement;
 }
@@ -163,10 +163,11 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   switch (sample.source) {
     case Source::yaw_rate:
       // By the noise as it is stated: that of a calm hour makes a turn of every bump.
-      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], stated_sigma);
+      update_standstill_by_gyro(context.model, state, sample.time_ns, sample.value[0],
+                                stated_sigma);
       return judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
-                   {.heading = !state.rest.standing,
-                    .slow = state.rest.standing ? only(slow::gyro_bias) : none()});
+                   {.heading = !state.standstill.standing,
+                    .slow = state.standstill.standing ? only(slow::gyro_bias) : none()});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
@@ -216,13 +217,13 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     state.time_ns = time_ns;
     return;
   }
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
     if (unheard_s > wheels_needed_s) {
       set_off(context.model, state, brisk_accel * unheard_s);
     }
   }
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     steer(context.model.car.steering, left, state);
     propagate_standing(context.model, left, state);
     state.time_ns = time_ns;

@@ -36,7 +36,7 @@ TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
     EXPECT_NEAR(predict_accel_x(model, state, sigma).value,
                 0.97 * (0.6 - yaw_rate * yaw_rate * 0.04) - 0.08, 1e-14);
     EXPECT_EQ(predict_accel_x(model, state, sigma).variance, sigma * sigma);
-    state.rest.standing = true;
+    state.standstill.standing = true;
     EXPECT_EQ(predict_accel_x(model, state, sigma).value, -0.08);
   }
 }
@@ -45,7 +45,7 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
   const CarModel model = car_with_imu_aside();
   for (State state : testing::grid_of_states()) {
     for (const bool standing : {false, true}) {
-      state.rest.standing = standing;
+      state.standstill.standing = standing;
       const auto predict = [&](const State& at) { return predict_accel_x(model, at, sigma); };
       Vector expected = testing::differences(state, predict);
       expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro knows it better
@@ -132,7 +132,7 @@ TEST(AccelY, AtWalkingPaceAndStandingTeachesItsBiasAlone) {
       EXPECT_NEAR(z.variance, sigma * sigma + side * side, 1e-15);
       ++slow;
     }
-    state.rest.standing = true;
+    state.standstill.standing = true;
     const Prediction z = predict_accel_y(model, input, state, sigma, dt);
     EXPECT_EQ(testing::stated(z), bias);
     EXPECT_EQ(z.by_slow, SlowVector(SlowVector::Zero()));

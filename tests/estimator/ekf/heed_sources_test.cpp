@@ -88,7 +88,7 @@ TEST(HeedSources, ACarThatTurnsOutToGoBackwardsHasBeenGoingBackwards) {
   };
   Car car;
   car.drive(3.0, backwards(0.0, 0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(2.0, backwards(1.0, 0.0));
   ASSERT_FALSE(car.state.integrity.backwards());
   ASSERT_NEAR(car.state.mean[at::x], 2.0, 0.1);

@@ -21,7 +21,7 @@ double used(State& state, Source source, bool resting, double scatter, const Sig
             int samples = 2000) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  state.rest.resting = resting;
+  state.standstill.wheels_still = resting;
   double sigma = 0.0;
   for (int i = 0; i < samples; ++i) {
     Sample sample{.source = source, .sigma = {stated}};
@@ -196,7 +196,7 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
   EXPECT_LT(state.drive_noise_scale, 1.0);
   // Nor does what is heard of a car that stands.
   State standing;
-  standing.rest.standing = true;
+  standing.standstill.standing = true;
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_noise_scale, 1.0);
   EXPECT_EQ(surprised(Source::yaw_rate, 0.1, 0.5, standing).turn_noise_scale, 1.0);
 }

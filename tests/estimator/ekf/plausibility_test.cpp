@@ -25,7 +25,7 @@ TEST(Plausibility, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
     car.say(Source::wheel_rear, 0.0);
   }
   EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.01);
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
 }
 
 TEST(Plausibility, ADeadWheelIsOutvotedAfterADropOut) {

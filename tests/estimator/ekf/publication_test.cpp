@@ -114,7 +114,7 @@ TEST(Publication, ThePeriodHardlyMattersToTheTimeDerivatives) {
 
 TEST(Publication, StandingNothingChanges) {
   State state;
-  state.located = state.moving = state.rest.standing = true;
+  state.located = state.moving = state.standstill.standing = true;
   state.mean[at::accel_x] = 0.7;
   const Estimate e = published(state);
   EXPECT_EQ(e.v_x_dot, 0.0);

@@ -43,13 +43,13 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
   const CarModel model;
   for (std::int64_t ms = 0; ms <= duration_ms; ms += 10) {
     const std::int64_t now = state.time_ns + ms * millisecond;
-    rest_by_gyro(model, state, now, gyro(ms), gyro_sigma);
-    if (turns(wheel(ms), wheel_sigma)) {
-      state.rest.resting = false;
+    update_standstill_by_gyro(model, state, now, gyro(ms), gyro_sigma);
+    if (is_turning(wheel(ms), wheel_sigma)) {
+      state.standstill.wheels_still = false;
     } else {
-      rest_by_wheel(state, now);
+      update_standstill_by_wheels(state, now);
     }
-    if (state.rest.standing) {
+    if (state.standstill.standing) {
       return ms;
     }
   }
@@ -86,8 +86,8 @@ TEST(Standstill, NoiseOfTheWheelsIsNoMotion) {
 }
 
 TEST(Standstill, ANoisySensorHidesNoSlowCreeping) {
-  EXPECT_TRUE(turns(0.05, 1.0));
-  EXPECT_TRUE(turns(-0.05, 1.0));
+  EXPECT_TRUE(is_turning(0.05, 1.0));
+  EXPECT_TRUE(is_turning(-0.05, 1.0));
 }
 
 TEST(Standstill, BeginsAnewAfterATurnOfAWheel) {
@@ -114,8 +114,8 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
   State state = just_stopped();
   ASSERT_EQ(time_to_stand(state, 1000, zero, zero), 300);
   set_off({}, state, -0.2);
-  EXPECT_FALSE(state.rest.standing);
-  EXPECT_FALSE(state.rest.resting);
+  EXPECT_FALSE(state.standstill.standing);
+  EXPECT_FALSE(state.standstill.wheels_still);
   EXPECT_NEAR(std::sqrt(state.covariance(at::v_x, at::v_x)), 0.2, 1e-12);
   for (const at::Index unknown : {at::v_y, at::yaw_rate}) {
     EXPECT_GT(std::sqrt(state.covariance(unknown, unknown)), 0.01);
@@ -126,8 +126,8 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
 TEST(Standstill, IsOverWhenTheCarIsTurnedByHand) {
   State state = just_stopped();
   ASSERT_EQ(time_to_stand(state, 1000, zero, zero), 300);
-  rest_by_gyro({}, state, state.time_ns, 0.5, gyro_sigma);
-  EXPECT_FALSE(state.rest.standing);
+  update_standstill_by_gyro({}, state, state.time_ns, 0.5, gyro_sigma);
+  EXPECT_FALSE(state.standstill.standing);
   EXPECT_TRUE(testing::is_covariance(state.covariance));
 }
 
@@ -185,7 +185,7 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
     ASSERT_TRUE(testing::is_covariance(car.state.slow.covariance)) << i;
   }
   const State& state = car.state;
-  EXPECT_TRUE(state.rest.standing);
+  EXPECT_TRUE(state.standstill.standing);
   EXPECT_NEAR(state.slow.mean[slow::gyro_bias], AtRest::gyro_bias, 1e-3);
   EXPECT_NEAR(state.mean[at::accel_bias_x], AtRest::accel_bias_x, 0.02);
   EXPECT_NEAR(state.mean[at::accel_bias_y], AtRest::accel_bias_y, 0.02);
@@ -213,7 +213,7 @@ TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
             {.time_ns = state.time_ns, .source = source, .value = {value}, .sigma = {sigma}});
       }
     }
-    ASSERT_TRUE(state.rest.standing);
+    ASSERT_TRUE(state.standstill.standing);
     const double sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
     EXPECT_NEAR(sigma, share * gyro_sigma / std::sqrt(300.0), 0.4 * share * gyro_sigma / 17.0);
     EXPECT_LT(std::abs(state.slow.mean[slow::gyro_bias] - 0.013), 3.0 * sigma);
@@ -236,7 +236,7 @@ TEST(Standstill, HoldsThePose) {
   for (int i = 0; i < 200; ++i) {
     car.tick();
   }
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   const Pose2 before = car.state.pose();
   for (int i = 0; i < 6000; ++i) {
     car.tick();
@@ -262,7 +262,7 @@ TEST(Standstill, WithoutACameraThePoseIsKnownNoBetterForIt) {
       variances = next;
     }
   }
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
 }
 
 }  // namespace

@@ -22,10 +22,10 @@ using testing::without;
 TEST(Stopping, AGyroThatInsistsOnACarThatStandsHasAnotherBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(0.5, with(straight_at(0.0), Source::yaw_rate, 0.06));
   EXPECT_GT(car.gated[Source::yaw_rate], 5);
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.06, 0.003);
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
 }
@@ -35,7 +35,7 @@ TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
     Car car;
     const Says says = with(straight_at(0.0), Source::yaw_rate, bias);
     car.drive(2.0, says);
-    ASSERT_TRUE(car.state.rest.standing);
+    ASSERT_TRUE(car.state.standstill.standing);
     EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], bias, 0.003);
     const double yaw = car.state.mean[at::yaw];
     car.drive(20.0, says);
@@ -50,7 +50,7 @@ TEST(Stopping, AGyroThatWarmsUpKeepsTheCarStanding) {
   const double yaw = car.state.mean[at::yaw];
   for (int i = 0; i <= 600; ++i) {
     car.drive(0.1, with(straight_at(0.0), Source::yaw_rate, 5e-5 * i));
-    ASSERT_TRUE(car.state.rest.standing);
+    ASSERT_TRUE(car.state.standstill.standing);
   }
   EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.03, 0.01);
   EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
@@ -67,7 +67,7 @@ TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
   const double bias = car.state.mean[at::accel_bias_x];
   car.drive(1.5, with(straight_at(0.0), Source::accel_x, -2.0));
   car.drive(1.0, straight_at(0.0));
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x] - x, 2.25, 0.4);
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.1);
 }
@@ -79,7 +79,7 @@ TEST(Stopping, WheelsThatStopWithTheCarAreBelieved) {
   car.drive(2.0, straight_at(3.0));
   const double x = car.state.mean[at::x];
   car.drive(4.0, straight_at(0.0));
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_LT(car.state.mean[at::x] - x, 8.0);
   EXPECT_TRUE(car.state.doubtful);
 }
@@ -88,7 +88,7 @@ TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
   for (const double speed : {0.6, -0.6}) {
     Car car;
     car.drive(2.0, straight_at(0.0));
-    ASSERT_TRUE(car.state.rest.standing);
+    ASSERT_TRUE(car.state.standstill.standing);
     car.drive(0.02, straight_at(speed));
     EXPECT_NEAR(car.state.mean[at::v_x], speed, 0.02);
     car.drive(0.1, straight_at(speed));
@@ -101,7 +101,7 @@ TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
     Car car;
     const Says stuck = with(straight_at(0.0), Source::wheel_rear_right, speed);
     car.drive(5.0, stuck);
-    EXPECT_TRUE(car.state.rest.standing) << speed;
+    EXPECT_TRUE(car.state.standstill.standing) << speed;
     EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.02) << speed;
     // Nor does it keep one standing, or lead one that drives.
     car.drive(4.0, with(straight_at(1.0), Source::wheel_rear_right, speed));
@@ -130,10 +130,10 @@ TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
   Car car;
   const Says still{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}, {Source::motor, 0.0}}};
   car.drive(3.0, still);
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   EXPECT_EQ(car.say(Source::motor, 2.0).verdict, Verdict::gated);
   car.drive(0.1, still);
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x], 0.0, 1e-3);
   car.drive(0.1, with(still, Source::motor, 0.5));
   EXPECT_NEAR(car.state.mean[at::v_x], 0.5, 0.02);
@@ -144,7 +144,7 @@ TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
   car.drive(10.0, straight_at(0.0));
   ASSERT_LT(std::sqrt(car.state.slow.covariance(slow::gyro_bias, slow::gyro_bias)), 0.005);
   car.drive(1.5, with(straight_at(0.0), Source::yaw_rate, 0.09));
-  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_FALSE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.0, 0.005);
   EXPECT_GT(car.state.mean[at::yaw], 0.05);
 }
@@ -162,7 +162,7 @@ TEST(Stopping, AnHonestGyroKeepsTheCarStanding) {
                   .source = Source::yaw_rate,
                   .value = {noise(random)},
                   .sigma = {sigma}});
-      departed += tick > 400 && !car.state.rest.standing ? 1 : 0;
+      departed += tick > 400 && !car.state.standstill.standing ? 1 : 0;
     }
     EXPECT_EQ(departed, 0) << sigma;
   }
@@ -171,9 +171,9 @@ TEST(Stopping, AnHonestGyroKeepsTheCarStanding) {
 TEST(Stopping, NoCarIsKnownToStandWithoutItsWheels) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(4.0, {{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}});
-  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_FALSE(car.state.standstill.standing);
   EXPECT_GT(std::sqrt(car.state.covariance(at::v_x, at::v_x)), 0.05);
 }
 
@@ -184,7 +184,7 @@ TEST(Stopping, OneWildSpeedMovesNoCarThatStands) {
   for (int i = 0; i < 10; ++i) {
     EXPECT_EQ(car.say(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
     car.drive(0.1, straight_at(0.0));
-    EXPECT_TRUE(car.state.rest.standing);
+    EXPECT_TRUE(car.state.standstill.standing);
   }
   EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
 }
@@ -202,7 +202,7 @@ TEST(Stopping, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {
 TEST(Stopping, AnAccelerometerThatInsistsOnASlopeHasAnotherBiasToo) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(2.0, with(straight_at(0.0), Source::accel_x, 2.0));
   EXPECT_GT(car.gated[Source::accel_x], 20);
   EXPECT_GT(car.fused[Source::accel_x], 20);
@@ -240,7 +240,7 @@ TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveIsNotSurelyWhereItStood) 
   const double before = car.state.covariance(at::x, at::x);
   car.drive(0.7, with(straight_at(0.0), Source::accel_x, 1.0));
   car.drive(0.02, straight_at(0.7));
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.2 * 0.2);
 }
 
@@ -268,12 +268,12 @@ Says of_two_wheels(double left, double right) {
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
   Car car;
   car.drive(3.0, of_two_wheels(0.0, 0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
     car.tick(with(of_two_wheels(0.005 * i, 0.0), Source::accel_x, 1.0));
   }
   car.drive(1.0, of_two_wheels(1.0, 0.0));
-  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_FALSE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
   EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.25);
 }
@@ -288,7 +288,7 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
   for (int i = 0; i < 100; ++i) {  // off at 2 m/s²
     car.tick(with(on_a_circle(0.01 * i), Source::accel_x, 2.0));
   }
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   car.drive(2.0, on_a_circle(1.0));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
 }
@@ -299,7 +299,7 @@ TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
   const double x = car.state.mean[at::x];
   car.drive(3.0, with(with(straight_at(0.0), Source::wheel_rear_left, 3.0),
                       Source::wheel_rear_right, 3.0));
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
 }
 
@@ -313,7 +313,7 @@ TEST(Stopping, ACarThatSetsOffUnheardIsNotSurelyWhereItStood) {
     advance(car.context, car.state, car.state.time_ns + period_ns);
     car.say(Source::yaw_rate, 0.8);
   }
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   car.drive(0.2, with(straight_at(1.0), Source::yaw_rate, 0.8));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.1);
   EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.08 * 0.08);
@@ -324,7 +324,7 @@ TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
   car.drive(5.0, straight_at(0.0));
   const double yaw = car.state.mean[at::yaw];
   car.drive(8.0, with(straight_at(0.0), Source::yaw_rate, 0.3));
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.3, 0.01);
   EXPECT_LT(std::abs(car.state.mean[at::yaw] - yaw),
             1.5 * std::sqrt(car.state.covariance(at::yaw, at::yaw)));

@@ -113,7 +113,7 @@ TEST(Take, AWheelThatIsLockedIsLeftOutWhileOthersRoll) {
   const double x = car.state.mean[at::x];
   car.drive(2.0, with(straight_at(1.0), Source::wheel_front_right, 0.0));
   EXPECT_EQ(car.fused[Source::wheel_front_right], 0);
-  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_FALSE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
 }
 
@@ -148,7 +148,7 @@ TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
 TEST(Take, ASettingOffThatIsFeltBeforeAWheelTurnsTestsNoAccelerometer) {
   Car car;
   car.drive(2.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   const Judgement felt = car.say(Source::accel_x, 2.0);
   EXPECT_EQ(felt.verdict, Verdict::gated);
   EXPECT_EQ(felt.degrees, 0);
@@ -272,7 +272,7 @@ TEST(Take, AnAccelerometerIsNotSilentForDriving) {
 TEST(Take, ALateralAccelerationThatInsistsOnASlowCarPushesItNowhere) {
   Car car;
   car.drive(2.0, straight_at(0.05));
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   const double force = car.state.covariance(at::front_angle, at::front_angle);
   car.drive(1.0, with(straight_at(0.05), Source::accel_y, 6.0));
   EXPECT_LT(car.state.covariance(at::front_angle, at::front_angle), 1.5 * force);
@@ -446,7 +446,7 @@ TEST(Advance, NeverGoesBack) {
 TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
   Car car;
   car.drive(1.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   const State before = car.state;
   advance(car.context, car.state, before.time_ns + 400 * period_ns);
   EXPECT_EQ(car.state.mean, before.mean);
