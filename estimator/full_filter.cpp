@@ -7,8 +7,8 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/apply_integrity.hpp"
 #include "estimator/ekf/bounds.hpp"
-#include "estimator/ekf/heed_sources.hpp"
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/update.hpp"
@@ -46,8 +46,8 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
   stride_ = window_ticks / static_cast<std::int64_t>(full::History::capacity - 3) + 1;
   context_.sensors = {settings.vehicle, settings.tuning};
   context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
-  fresh_ = full::fresh_state(settings);
-  history_.anew() = fresh_;
+  initial_ = full::initial_state(settings);
+  history_.restart() = initial_;
 }
 
 void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
@@ -55,12 +55,12 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
     return;
   }
   // Nothing that came before may be replayed across it.
-  State& now = history_.anew();
+  State& now = history_.restart();
   const Pose2 before = now.pose();
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
   now.turned_since_ns = 0;
   for (const at::Index index : {at::x, at::y, at::yaw}) {
-    full::forget(now, index, std::sqrt(fresh_.covariance(index, index)));
+    full::forget(now, index, std::sqrt(initial_.covariance(index, index)));
   }
   if (!std::exchange(now.located, true)) {
     odom_ = pose;
@@ -117,16 +117,16 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
     return Verdict::future;
   }
   if (last_tick_ns_ &&
-      sample.time_ns <= std::max({ns_after(*last_tick_ns_, -window_ns_), window_.lost_until_ns(),
+      sample.time_ns <= std::max({ns_after(*last_tick_ns_, -window_ns_), window_.dropped_until_ns(),
                                   history_.oldest_ns()})) {
     return Verdict::too_old;
   }
   const full::Insertion insertion = window_.insert(sample);
-  if (insertion == full::Insertion::given_up) {
+  if (insertion == full::Insertion::dropped) {
     return Verdict::too_old;
   }
   if (insertion != full::Insertion::duplicate) {
-    oldest_news_ns_ = std::min(oldest_news_ns_, sample.time_ns);
+    oldest_new_sample_ns_ = std::min(oldest_new_sample_ns_, sample.time_ns);
   }
   return insertion == full::Insertion::inserted ? std::nullopt : std::optional(Verdict::duplicate);
 }
@@ -143,9 +143,10 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   // 1. Back to where the oldest of the new samples belongs, and from there to now.
   const BodyVelocity published = velocity_of(history_.now());
   const Pose2 odom_before = odom_;
-  history_.go_back_to(std::exchange(oldest_news_ns_, std::numeric_limits<std::int64_t>::max()));
+  history_.rewind_to(
+      std::exchange(oldest_new_sample_ns_, std::numeric_limits<std::int64_t>::max()));
   replay_to(tick_ns, published);
-  if (!full::sound(history_.now())) {
+  if (!full::is_valid(history_.now())) {
     odom_ = odom_before;
     recover(tick_ns);
   }
@@ -163,7 +164,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   count_resets();
 
   last_tick_ns_ = tick_ns;
-  judgements_.report_given_up(window_);
+  judgements_.report_dropped(window_);
   // 3. What is older than the window and all kept states, and what is from the future, must go.
   const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -window_ns_), history_.oldest_ns());
   judgements_.refuse(window_.until(oldest_ns), Verdict::too_old);
@@ -178,7 +179,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
 /// The first tick: the state begins a window before it, so that what has come in already counts;
 /// one that a predecessor has left is of the tick before.
 void FullFilter::begin(std::int64_t tick_ns) noexcept {
-  State& now = history_.anew();
+  State& now = history_.restart();
   now.time_ns = ns_after(tick_ns, now.moving ? -period_ns_ : -window_ns_ - period_ns_);
   last_tick_ns_ = now.time_ns;
 }
@@ -188,17 +189,18 @@ void FullFilter::begin(std::int64_t tick_ns) noexcept {
 void FullFilter::count_resets() noexcept {
   const State& now = history_.now();
   const Pose2& jump = now.last_jump;
-  if (now.resets > seen_resets_) {
+  if (now.resets > published_resets_) {
     ++reset_count_;
     last_jump_ = jump;
-  } else if (now.resets < seen_resets_) {
+  } else if (now.resets < published_resets_) {
     ++reset_count_;
-    last_jump_ = {-seen_jump_.x, -seen_jump_.y, -seen_jump_.yaw};
-  } else if (jump.x != seen_jump_.x || jump.y != seen_jump_.y || jump.yaw != seen_jump_.yaw) {
+    last_jump_ = {-published_jump_.x, -published_jump_.y, -published_jump_.yaw};
+  } else if (jump.x != published_jump_.x || jump.y != published_jump_.y ||
+             jump.yaw != published_jump_.yaw) {
     last_jump_ = jump;
   }
-  seen_resets_ = now.resets;
-  seen_jump_ = jump;
+  published_resets_ = now.resets;
+  published_jump_ = jump;
 }
 
 /// Takes the samples after the state up to `tick_ns`, on the grid of the ticks. The odometry frame
@@ -209,15 +211,15 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
   if (ticks > most_ticks_made_up + window_ns_ / period_ns_) {
     ticks = most_ticks_made_up;
-    State& now = history_.anew();
+    State& now = history_.restart();
     last_tick_ns_ = ns_after(tick_ns, -ticks * period_ns_);
-    full::lose_sight(now, seconds_between(now.time_ns, *last_tick_ns_));
+    full::bridge_gap(now, seconds_between(now.time_ns, *last_tick_ns_));
     now.time_ns = *last_tick_ns_;
   }
   std::span<Sample> samples = window_.after(history_.now().time_ns);
   for (std::int64_t left = ticks; left-- > 0;) {
     const std::int64_t grid_ns = ns_after(tick_ns, -left * period_ns_);
-    State& now = history_.work();
+    State& now = history_.writable();
     for (; !samples.empty() && samples.front().time_ns <= grid_ns; samples = samples.subspan(1)) {
       Sample& sample = samples.front();
       full::advance(context_, now, sample.time_ns);
@@ -228,7 +230,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
       }
     }
     full::advance(context_, now, grid_ns);
-    full::heed_sources(context_, now);
+    full::apply_integrity(context_, now);
     full::limit(now);
     if (now.moving && grid_ns > *last_tick_ns_) {
       const BodyVelocity next = velocity_of(now);
@@ -247,14 +249,14 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
 /// now; the wheels tell it.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
-  State& now = history_.anew();
+  State& now = history_.restart();
   const auto [located, moving] = std::pair(now.located, now.moving);
-  now = fresh_;
+  now = initial_;
   now.time_ns = tick_ns;
   now.located = located;
   now.moving = moving;
-  now.resets = seen_resets_;
-  now.last_jump = seen_jump_;
+  now.resets = published_resets_;
+  now.last_jump = published_jump_;
   now.doubtful = true;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
@@ -265,12 +267,12 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   if (!may_resume(predecessor, gap_s)) {
     return false;
   }
-  State& now = history_.anew();
+  State& now = history_.restart();
   const std::int64_t time_ns = now.time_ns;
-  now = full::resumed(predecessor, gap_s, fresh_);
+  now = full::resumed(predecessor, gap_s, initial_);
   now.time_ns = time_ns;
-  seen_resets_ = now.resets;
-  seen_jump_ = now.last_jump;
+  published_resets_ = now.resets;
+  published_jump_ = now.last_jump;
   odom_begun_ = true;
   odom_ = moved(predecessor.odom, velocity_of(predecessor), gap_s);
   reset_count_ = predecessor.reset_count + 1;
@@ -285,7 +287,7 @@ SourceNoise FullFilter::noise(Source source) const noexcept {
 Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   const State& now = history_.now();
   Estimate e =
-      full::publication(context_.model, full::input_of(now), context_.period_s, now, fresh_);
+      full::publication(context_.model, full::input_of(now), context_.period_s, now, initial_);
   e.time_ns = tick_ns;
   e.odom = odom_;
   e.reset_count = reset_count_;

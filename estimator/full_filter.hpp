@@ -65,7 +65,7 @@ class FullFilter {
 
   full::Context context_;
   std::array<double, source_count> sigma_{};
-  full::State fresh_;  ///< before anything was measured
+  full::State initial_;  ///< before anything was measured
   std::int64_t period_ns_ = 5'000'000;
   std::int64_t window_ns_ = 250'000'000;
   std::int64_t camera_latency_ns_ = 200'000'000;
@@ -75,7 +75,7 @@ class FullFilter {
   full::SampleWindow window_;
   full::History history_;  ///< now: at the last tick
   std::optional<std::int64_t> last_tick_ns_;
-  std::int64_t oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
+  std::int64_t oldest_new_sample_ns_ = std::numeric_limits<std::int64_t>::max();
 
   full::Judgements judgements_;
 
@@ -83,8 +83,8 @@ class FullFilter {
   Pose2 odom_;
   bool odom_begun_ = false;
   std::uint32_t reset_count_ = 0;
-  std::uint32_t seen_resets_ = 0;  ///< of the state that was last published
-  Pose2 seen_jump_;                ///< likewise
+  std::uint32_t published_resets_ = 0;  ///< of the state that was last published
+  Pose2 published_jump_;                ///< likewise
   Pose2 last_jump_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

@@ -189,7 +189,7 @@ bool PoseAnchor::believes(const Sighting& rejected) noexcept {
       dt > 0.0 && dt <= longest_pause_s &&
       mahalanobis_squared(S, difference(rejected.map, expected)) <= settings_.camera_gate;
   rejected_in_a_row_ = agrees ? rejected_in_a_row_ + 1 : 1;
-  return rejected_in_a_row_ >= believed_rejections;
+  return rejected_in_a_row_ >= rejections_to_accept;
 }
 
 /// Puts the map pose at `at` to `map`, and lets its covariance grow from there to the newest tick.

@@ -25,7 +25,7 @@ namespace odomd::estimator {
 class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
-  static constexpr int believed_rejections = 10;
+  static constexpr int rejections_to_accept = 10;
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 

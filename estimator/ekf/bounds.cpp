@@ -69,7 +69,7 @@ void limit(State& state) noexcept {
   }
 }
 
-bool sound(const State& state) noexcept {
+bool is_valid(const State& state) noexcept {
   return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
          state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
          state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&

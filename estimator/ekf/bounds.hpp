@@ -12,6 +12,6 @@ namespace odomd::estimator::full {
 void limit(State& state) noexcept;
 
 /// Finite, of a size that a car can have, P positive definite.
-[[nodiscard]] bool sound(const State& state) noexcept;
+[[nodiscard]] bool is_valid(const State& state) noexcept;
 
 }  // namespace odomd::estimator::full

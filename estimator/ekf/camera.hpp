@@ -10,8 +10,8 @@ namespace odomd::estimator::full {
 
 /// So many rejected poses in a row, over so long, are believed after all, if the last of them is
 /// where the filter's way leads from the first.
-inline constexpr int believed_rejections = 6;
-inline constexpr double believed_after_s = 0.25;
+inline constexpr int rejections_to_accept = 6;
+inline constexpr double rejection_timeout_s = 0.25;
 
 struct CameraGate {
   double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %
@@ -19,7 +19,7 @@ struct CameraGate {
 };
 
 /// Follows by how much the poses scatter, whether they are believed or not.
-void note_sighting(State& state, const Sample& pose) noexcept;
+void note_camera_pose(State& state, const Sample& pose) noexcept;
 
 /// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected again and
 /// again move the filter's pose to the last of them (`resets`, `last_jump`), if their motion is

@@ -20,7 +20,7 @@ class History {
 
   /// The state as it is now, and the same to be changed: of one that is kept, a copy.
   [[nodiscard]] const State& now() const noexcept { return states_[now_]; }
-  [[nodiscard]] State& work() noexcept {
+  [[nodiscard]] State& writable() noexcept {
     if (kept_now_) {
       const State& kept = now();
       now_ = (now_ + 1) % capacity;
@@ -38,14 +38,14 @@ class History {
   }
 
   /// Forgets all others. What becomes of the state at once is what is kept.
-  [[nodiscard]] State& anew() noexcept {
+  [[nodiscard]] State& restart() noexcept {
     kept_ = 0;
     kept_now_ = true;
     return states_[now_];
   }
 
   /// If the state is not before `time_ns`: to the newest that is, or else the oldest.
-  void go_back_to(std::int64_t time_ns) noexcept {
+  void rewind_to(std::int64_t time_ns) noexcept {
     while (now().time_ns >= time_ns && kept_ > 0) {
       now_ = (now_ + capacity - 1) % capacity;
       kept_now_ = true;

@@ -35,14 +35,14 @@ class Judgements {
   }
 
   /// Of those that a flood pushed out of the window nothing is left but their number.
-  void report_given_up(SampleWindow& window) noexcept {
-    const std::array<std::uint32_t, source_count> given_up = window.take_given_up();
+  void report_dropped(SampleWindow& window) noexcept {
+    const std::array<std::uint32_t, source_count> dropped = window.take_dropped();
     for (std::size_t i = 0; i < source_count; ++i) {
-      if (given_up[i] > 0) {
+      if (dropped[i] > 0) {
         report({.source = static_cast<Source>(i),
                 .verdict = Verdict::too_old,
-                .time_ns = window.lost_until_ns(),
-                .count = given_up[i]});
+                .time_ns = window.dropped_until_ns(),
+                .count = dropped[i]});
       }
     }
   }

@@ -51,14 +51,14 @@ auto& variance_of(auto& state, const Calibrated& c) noexcept {
   return c.is_slow ? state.slow.covariance(c.index, c.index) : state.covariance(c.index, c.index);
 }
 
-Calibration calibration_of(const State& state, const State& fresh) noexcept {
+Calibration calibration_of(const State& state, const State& initial) noexcept {
   Calibration calibration;
   for (std::size_t i = 0; i < calibration_count; ++i) {
     const Calibrated& c = calibrated[i];
     const double variance = variance_of(state, c);
     calibration.value[i] = value_of(state, c) + c.neutral;
     calibration.sigma[i] = std::sqrt(variance);
-    if (variance < learnt_share * learnt_share * variance_of(fresh, c)) {
+    if (variance < learnt_share * learnt_share * variance_of(initial, c)) {
       calibration.valid |= std::uint64_t{1} << i;
     }
   }
@@ -77,7 +77,7 @@ BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double p
 
 }  // namespace
 
-State fresh_state(const FilterSettings& settings) noexcept {
+State initial_state(const FilterSettings& settings) noexcept {
   const Tuning& t = settings.tuning;
   State state;
   Vector sigma;
@@ -103,7 +103,7 @@ State fresh_state(const FilterSettings& settings) noexcept {
 }
 
 Estimate publication(const CarModel& model, const Input& input, double period_s, const State& state,
-                     const State& fresh) noexcept {
+                     const State& initial) noexcept {
   const Vector& x = state.mean;
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   Estimate e;
@@ -124,7 +124,7 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   e.steering = state.steering.value;
   e.camera_ns = state.fused_ns[index_of(Source::camera)];
   e.camera_test_ratio = state.camera_test_ratio;
-  e.calibration = calibration_of(state, fresh);
+  e.calibration = calibration_of(state, initial);
   if (e.initialised && !state.standstill.standing) {
     const BodyVelocity rate = mean_rate_ahead(model, input, period_s, state);
     e.v_x_dot = rate.v_x;
@@ -134,8 +134,8 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   return e;
 }
 
-State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noexcept {
-  State state = fresh;
+State resumed(const Estimate& predecessor, double gap_s, const State& initial) noexcept {
+  State state = initial;
   const Estimate now = after_gap(predecessor, gap_s);
   state.mean.head<6>() << now.map.x, now.map.y, now.map.yaw, now.v_x, now.v_y, now.yaw_rate;
   state.covariance.topLeftCorner<3, 3>() = unpacked(now.covariance);
@@ -157,7 +157,7 @@ State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noe
   return state;
 }
 
-void lose_sight(State& state, double gap_s) noexcept {
+void bridge_gap(State& state, double gap_s) noexcept {
   const Symmetric3 way = gap_noise(gap_s);
   const Symmetric3 change = velocity_gap_noise(gap_s);
   const double gone = gap_s * std::hypot(state.mean[at::v_x], state.mean[at::v_y]);

@@ -12,19 +12,20 @@
 namespace odomd::estimator::full {
 
 /// The state before anything was measured.
-[[nodiscard]] State fresh_state(const FilterSettings& settings) noexcept;
+[[nodiscard]] State initial_state(const FilterSettings& settings) noexcept;
 
 /// Everything of an estimate that the state alone says. The odometry frame, resets and the mode are
 /// the filter's. Calibrations are valid where they are known clearly better than in `fresh`.
 [[nodiscard]] Estimate publication(const CarModel& model, const Input& input, double period_s,
-                                   const State& state, const State& fresh) noexcept;
+                                   const State& state, const State& initial) noexcept;
 
 /// The state that goes on from a usable predecessor (predecessor.hpp) that is `gap_s` [s] old:
 /// pose, velocity and covariances moved on by the gap, its calibrations, its last camera pose.
-[[nodiscard]] State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noexcept;
+[[nodiscard]] State resumed(const Estimate& predecessor, double gap_s,
+                            const State& initial) noexcept;
 
 /// A state that nothing was heard of for `gap_s` [s]: whether the car has gone on as it went or
 /// not.
-void lose_sight(State& state, double gap_s) noexcept;
+void bridge_gap(State& state, double gap_s) noexcept;
 
 }  // namespace odomd::estimator::full

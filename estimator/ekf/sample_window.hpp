@@ -38,7 +38,7 @@ struct Sample {
 }
 
 /// What became of a sample that was offered to the window.
-enum class Insertion : std::uint8_t { inserted, duplicate, replaced, given_up };
+enum class Insertion : std::uint8_t { inserted, duplicate, replaced, dropped };
 
 class SampleWindow {
  public:
@@ -59,19 +59,19 @@ class SampleWindow {
 
   /// How many of each source a full window gave up before their verdict was told, since the last
   /// call. One that insert() refused does not count: who offered it knows.
-  [[nodiscard]] std::array<std::uint32_t, source_count> take_given_up() noexcept {
-    return std::exchange(given_up_, {});
+  [[nodiscard]] std::array<std::uint32_t, source_count> take_dropped() noexcept {
+    return std::exchange(dropped_, {});
   }
 
   /// The latest time that a full window had to give up; the lowest number where none was.
-  [[nodiscard]] std::int64_t lost_until_ns() const noexcept { return lost_until_ns_; }
+  [[nodiscard]] std::int64_t dropped_until_ns() const noexcept { return dropped_until_ns_; }
 
  private:
   std::array<Sample, 2 * capacity> samples_{};
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
-  std::array<std::uint32_t, source_count> given_up_{};
-  std::int64_t lost_until_ns_ = std::numeric_limits<std::int64_t>::min();
+  std::array<std::uint32_t, source_count> dropped_{};
+  std::int64_t dropped_until_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
 }  // namespace odomd::estimator::full

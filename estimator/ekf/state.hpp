@@ -107,12 +107,12 @@ struct Reading {
 };
 
 /// A camera pose, and where the filter was at its time.
-struct Sighting {
+struct PosePair {
   std::int64_t capture_ns = 0;
-  Pose2 seen;
-  Pose2 believed;
-  Pose2 off;         ///< the way from the one before as it was seen, less the filter's ...
-  int in_a_row = 0;  ///< ... where there was one before
+  Pose2 measured;
+  Pose2 estimated;
+  Pose2 step_error;       ///< the way from the one before as it was seen, less the filter's ...
+  bool has_step = false;  ///< ... where there was one before
 };
 
 constexpr std::array<double, source_count> filled(double value) noexcept {
@@ -122,15 +122,15 @@ constexpr std::array<double, source_count> filled(double value) noexcept {
 }
 
 /// By how much the filter's motion has been off what the sources agree on, and since when.
-struct Astray {
+struct Deviation {
   integrity::SourceHistory speed;  ///< the filter's own, averaged as a source's
   integrity::SourceHistory yaw_rate;
   std::int64_t speed_since_ns = 0;  ///< 0: it is not
-  std::int64_t turn_since_ns = 0;
-  double way = 0.0;         ///< [m] driven beyond what all but the wheels say
-  double turn = 0.0;        ///< [rad] turned beyond what all but the gyro say
-  bool gyro_out = false;    ///< the gyro is distrusted
-  bool wheels_out = false;  ///< all wheels are
+  std::int64_t yaw_rate_since_ns = 0;
+  double distance = 0.0;           ///< [m] driven beyond what all but the wheels say
+  double yaw = 0.0;                ///< [rad] turned beyond what all but the gyro say
+  bool gyro_distrusted = false;    ///< the gyro is distrusted
+  bool wheels_distrusted = false;  ///< all wheels are
 };
 
 struct State {
@@ -162,19 +162,19 @@ struct State {
   std::array<std::int64_t, source_count> fused_ns{};           ///< newest fused sample; 0: none
   std::array<std::int64_t, source_count> rejected_since_ns{};  ///< 0: the newest was fused
 
-  Integrity integrity;    ///< whether the sources tell the truth
-  Astray astray;          ///< of what they agree on
-  bool doubtful = false;  ///< a fault may have moved the pose, and no camera has shown otherwise
-  int confirming = 0;     ///< camera poses in a row that have
+  Integrity integrity;       ///< whether the sources tell the truth
+  Deviation deviation;       ///< of what they agree on
+  bool doubtful = false;     ///< a fault may have moved the pose, and no camera has shown otherwise
+  int confirming_poses = 0;  ///< camera poses in a row that have
   bool disputed =
       false;  ///< a camera has moved the pose, and nothing says that it was wrong before
   double camera_noise_scale = 1.0;  ///< variance of the camera's poses over the stated one
-  Sighting last_sighting;           ///< the camera's newest pose, fused or not
+  PosePair last_camera_pose;        ///< the camera's newest pose, fused or not
 
-  bool camera_was_out = false;     ///< distrusted since its last fused pose
-  int rejected_poses = 0;          ///< of the camera, in a row, of one way with ...
-  Sighting first_rejected;         ///< ... the first of them
-  double camera_test_ratio = 0.0;  ///< of the newest judged camera pose
+  bool camera_was_distrusted = false;  ///< distrusted since its last fused pose
+  int rejected_poses = 0;              ///< of the camera, in a row, of one way with ...
+  PosePair first_rejected;             ///< ... the first of them
+  double camera_test_ratio = 0.0;      ///< of the newest judged camera pose
   std::uint32_t resets = 0;  ///< times the camera has moved the pose against the filter's will
   Pose2 last_jump;
 

@@ -249,8 +249,9 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
                            .sigma_x = sample.sigma[0],
                            .sigma_y = sample.sigma[1],
                            .sigma_yaw = sample.sigma[2]});
-      note_sighting(state, sample);
-      state.camera_was_out = state.camera_was_out || !state.integrity.trusted(Source::camera);
+      note_camera_pose(state, sample);
+      state.camera_was_distrusted =
+          state.camera_was_distrusted || !state.integrity.trusted(Source::camera);
       return state.integrity.trusted(Source::camera)
                  ? take_camera(context.model, context.camera, state, sample)
                  : gated(sample.source);

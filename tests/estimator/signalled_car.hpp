@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <map>
 
-#include "estimator/ekf/heed_sources.hpp"
+#include "estimator/ekf/apply_integrity.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "tests/estimator/drive.hpp"
@@ -26,7 +26,7 @@ struct Says {
 
 inline State fresh() {
   const FilterSettings settings;
-  return fresh_state(settings);
+  return initial_state(settings);
 }
 
 /// A car on its way, a tick at a time; counts what was fused and gated of each source.
@@ -56,7 +56,7 @@ class Car {
         say(source, value + (source <= Source::accel_y ? tremor() : 0.0));
       }
     }
-    heed_sources(context, state);
+    apply_integrity(context, state);
     ASSERT_TRUE(is_covariance(state.covariance));
     ASSERT_TRUE(is_covariance(state.slow.covariance));
   }

@@ -189,10 +189,10 @@ TEST_F(PoseAnchorTest, RejectedPosesThatAgreeAreBelievedAfterTen) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
   begin();
   drive(50);
-  for (int i = 1; i <= PoseAnchor::believed_rejections; ++i) {
+  for (int i = 1; i <= PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     const Pose2 map = compose(true_anchor, odom_at(now_ - 40 * millisecond));
-    const Verdict expected = i < PoseAnchor::believed_rejections ? Verdict::gated : Verdict::fused;
+    const Verdict expected = i < PoseAnchor::rejections_to_accept ? Verdict::gated : Verdict::fused;
     ASSERT_EQ(take(seen(map, 40 * millisecond)), expected) << i;
   }
   expect_near(anchor_.map(), compose(true_anchor, odom_at(now_)), 1e-5);
@@ -213,12 +213,12 @@ TEST_F(PoseAnchorTest, RejectedPosesThatContradictEachOtherAreNeverBelieved) {
 TEST_F(PoseAnchorTest, RunOfRejectedBeginsAnewWithOneThatDoesNotAgree) {
   begin();
   drive(50);
-  for (int i = 1; i <= 2 * PoseAnchor::believed_rejections; ++i) {
+  for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     // From the tenth on the camera sees the car 2 m farther on.
-    const double further = i < PoseAnchor::believed_rejections ? 0.0 : 2.0;
+    const double further = i < PoseAnchor::rejections_to_accept ? 0.0 : 2.0;
     const Pose2 map = compose({3.0 + further, -1.0, 1.0}, odom_at(now_));
-    const bool believed = i == 2 * PoseAnchor::believed_rejections - 1;
+    const bool believed = i == 2 * PoseAnchor::rejections_to_accept - 1;
     ASSERT_EQ(take(seen(map, 0)), believed ? Verdict::fused : Verdict::gated) << i;
     if (believed) {
       break;
@@ -230,7 +230,7 @@ TEST_F(PoseAnchorTest, RunOfRejectedBeginsAnewWithOneThatDoesNotAgree) {
 TEST_F(PoseAnchorTest, RejectedPoseFromBeforeTheOthersDoesNotCount) {
   begin();
   drive(50);
-  for (int i = 1; i <= 2 * PoseAnchor::believed_rejections; ++i) {
+  for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     // Every other picture was taken before the one that came first.
     const std::int64_t latency = i % 2 == 0 ? 40 * millisecond : 0;
@@ -270,14 +270,14 @@ TEST_F(PoseAnchorTest, CameraIsBelievedWhileTheWheelsSpin) {
   }
   EXPECT_LT(rejected, 280 / 4);
   // At worst a run of rejected poses long.
-  EXPECT_LT(worst, 0.8 * 0.035 * (PoseAnchor::believed_rejections + 4));
+  EXPECT_LT(worst, 0.8 * 0.035 * (PoseAnchor::rejections_to_accept + 4));
 }
 
 TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
   begin();
   drive(50);
-  for (int i = 0; i < PoseAnchor::believed_rejections; ++i) {
+  for (int i = 0; i < PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     take(seen(compose(true_anchor, odom_at(now_)), 0));
   }

@@ -31,7 +31,7 @@ TEST(Sound, IsWhatACarMayBe) {
   for (State state : grid_of_states()) {
     state.covariance = some_covariance();
     state.slow = testing::some_slow_errors();
-    EXPECT_TRUE(sound(state));
+    EXPECT_TRUE(is_valid(state));
   }
 }
 
@@ -40,28 +40,28 @@ TEST(Sound, IsNoStateWithANumberThatIsNone) {
     for (Eigen::Index i = 0; i < at::size; ++i) {
       State state = some_state();
       state.mean[i] = value;
-      EXPECT_FALSE(sound(state)) << value << ' ' << i;
+      EXPECT_FALSE(is_valid(state)) << value << ' ' << i;
     }
     for (Eigen::Index i = 0; i < at::size; ++i) {
       for (Eigen::Index j = 0; j <= i; ++j) {
         State state = some_state();
         state.covariance(i, j) = state.covariance(j, i) = value;
-        EXPECT_FALSE(sound(state)) << value << ' ' << i << ' ' << j;
+        EXPECT_FALSE(is_valid(state)) << value << ' ' << i << ' ' << j;
       }
     }
     for (Eigen::Index i = 0; i < slow::size; ++i) {
       State state = some_state();
       state.slow.mean[i] = value;
-      EXPECT_FALSE(sound(state)) << value << ' ' << i;
+      EXPECT_FALSE(is_valid(state)) << value << ' ' << i;
       for (Eigen::Index j = 0; j <= i; ++j) {
         state = some_state();
         state.slow.covariance(i, j) = state.slow.covariance(j, i) = value;
-        EXPECT_FALSE(sound(state)) << value << ' ' << i << ' ' << j;
+        EXPECT_FALSE(is_valid(state)) << value << ' ' << i << ' ' << j;
       }
       for (Eigen::Index j = 0; j < at::size; ++j) {
         state = some_state();
         state.slow.sensitivity(j, i) = value;
-        EXPECT_FALSE(sound(state)) << value << ' ' << j << ' ' << i;
+        EXPECT_FALSE(is_valid(state)) << value << ' ' << j << ' ' << i;
       }
     }
   }
@@ -76,11 +76,11 @@ TEST(Sound, IsNoStateBeyondWhatACarDoes) {
                                      {at::steering_offset, -2e4}}) {
     State state = some_state();
     state.mean[index] = value;
-    EXPECT_FALSE(sound(state)) << index;
+    EXPECT_FALSE(is_valid(state)) << index;
   }
   State state = some_state();
   state.slow.mean[slow::wheel_scale] = 2e4;
-  EXPECT_FALSE(sound(state));
+  EXPECT_FALSE(is_valid(state));
 }
 
 TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
@@ -108,7 +108,7 @@ TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
             .eigenvalues()
             .minCoeff();
     indefinite += smallest < 0.0 ? 1 : 0;
-    EXPECT_EQ(sound(state), smallest > 0.0) << smallest;
+    EXPECT_EQ(is_valid(state), smallest > 0.0) << smallest;
   }
   EXPECT_GT(indefinite, 50);
 }

@@ -180,9 +180,9 @@ TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
   }
   // Believed against the test, not by it.
-  EXPECT_GE(poses, believed_rejections);
-  EXPECT_GE(poses * seconds_per_pose, believed_after_s);
-  EXPECT_LT(poses * seconds_per_pose, believed_after_s + 2 * seconds_per_pose);
+  EXPECT_GE(poses, rejections_to_accept);
+  EXPECT_GE(poses * seconds_per_pose, rejection_timeout_s);
+  EXPECT_LT(poses * seconds_per_pose, rejection_timeout_s + 2 * seconds_per_pose);
   EXPECT_EQ(judgement.verdict, Verdict::forced);
   EXPECT_EQ(judgement.degrees, 0);
   EXPECT_GT(judgement.test_ratio, 1.0);
@@ -241,13 +241,13 @@ TEST(FullCamera, TheDoubtOfACameraThatWasAtFaultItselfIsNotEndedByIt) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
   }
   car.truth = {0.0, -0.3, 0.0};
-  car.state.camera_was_out = true;
+  car.state.camera_was_distrusted = true;
   int i = 61;
   for (; car.state.resets == 0 && i < 400; ++i) {
     car.pose(i);
   }
   ASSERT_EQ(car.state.resets, 1U);
-  for (const int end = i + 2 * believed_rejections; i < end; ++i) {
+  for (const int end = i + 2 * rejections_to_accept; i < end; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused);
   }
   EXPECT_FALSE(car.state.doubtful);
@@ -257,11 +257,11 @@ TEST(FullCamera, TheDoubtOfACameraThatWasAtFaultItselfIsNotEndedByIt) {
 TEST(FullCamera, SixFittingPosesInARowEndADoubt) {
   Disagreement car;
   car.state.doubtful = true;
-  for (int i = 1; i < believed_rejections; ++i) {
+  for (int i = 1; i < rejections_to_accept; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
     EXPECT_TRUE(car.state.doubtful) << i;
   }
-  ASSERT_EQ(car.pose(believed_rejections).verdict, Verdict::fused);
+  ASSERT_EQ(car.pose(rejections_to_accept).verdict, Verdict::fused);
   EXPECT_FALSE(car.state.doubtful);
 }
 
@@ -302,7 +302,7 @@ TEST(FullCamera, OutliersAreNot) {
 TEST(FullCamera, AFewThatFitBetweenThemClearTheFilterOfSuspicion) {
   Disagreement car;
   for (int i = 1; i < 300; ++i) {
-    const bool fits = i % believed_rejections == 0;
+    const bool fits = i % rejections_to_accept == 0;
     car.pose(i, fits ? Pose2{} : Pose2{0.0, 2.0, 0.0});
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-9) << i;
   }
@@ -338,7 +338,7 @@ TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
     Disagreement car;
     car.state.mean[at::yaw] = wrong;
     const int poses = car.until_believed(50);
-    EXPECT_LT(poses * seconds_per_pose, believed_after_s + 2 * seconds_per_pose) << wrong;
+    EXPECT_LT(poses * seconds_per_pose, rejection_timeout_s + 2 * seconds_per_pose) << wrong;
     EXPECT_NEAR(wrap_angle(car.state.mean[at::yaw]), 0.0, 1e-9);
     EXPECT_NEAR(car.state.mean[at::x], 0.036 * poses, 1e-9);
     EXPECT_NEAR(std::abs(car.state.last_jump.yaw), std::abs(wrong), 1e-9);

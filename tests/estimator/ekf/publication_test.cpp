@@ -14,7 +14,7 @@ namespace odomd::estimator::full::publication_test {
 namespace {
 
 State fresh() {
-  return fresh_state({});
+  return initial_state({});
 }
 
 Estimate published(const State& state, double period_s = 0.005, const Input& input = {}) {

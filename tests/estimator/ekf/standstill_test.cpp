@@ -170,7 +170,7 @@ class AtRest {
 };
 
 State never_moved() {
-  State state = fresh_state({});
+  State state = initial_state({});
   state.time_ns = 1'000 * millisecond;
   state.located = true;
   return state;

@@ -1,4 +1,4 @@
-// A filter that is held to what its sources agree on: where it goes astray, what is forced, and
+// A filter that is held to what its sources agree on: where it goes deviation, what is forced, and
 // when its pose is doubted.
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "tests/estimator/signalled_car.hpp"
 
-namespace odomd::estimator::full::heed_sources_test {
+namespace odomd::estimator::full::apply_integrity_test {
 namespace {
 
 using testing::bend_at;
@@ -16,18 +16,18 @@ using testing::straight_at;
 using testing::with;
 using testing::without;
 
-TEST(HeedSources, AnHonestDriveIsNeitherCorrectedNorDoubted) {
+TEST(ApplyIntegrity, AnHonestDriveIsNeitherCorrectedNorDoubted) {
   Car car;
   car.drive(3.0, straight_at(1.5));
   car.drive(3.0, bend_at(1.5, 0.8));
   EXPECT_FALSE(car.state.doubtful);
   EXPECT_FALSE(car.state.disputed);
-  EXPECT_EQ(car.state.astray.speed_since_ns, 0);
-  EXPECT_EQ(car.state.astray.turn_since_ns, 0);
+  EXPECT_EQ(car.state.deviation.speed_since_ns, 0);
+  EXPECT_EQ(car.state.deviation.yaw_rate_since_ns, 0);
   EXPECT_NEAR(car.state.integrity.agreed().yaw_rate, 0.8, 0.05);
 }
 
-TEST(HeedSources, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) {
+TEST(ApplyIntegrity, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) {
   // Sure of a speed that no source says.
   Car car;
   car.drive(3.0, straight_at(1.5));
@@ -40,7 +40,7 @@ TEST(HeedSources, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) 
   EXPECT_GT(car.state.covariance(at::x, at::x), before);
 }
 
-TEST(HeedSources, AFilterThatIsAstrayInItsTurnGoesOnFromWhatTheSourcesAgreeOn) {
+TEST(ApplyIntegrity, AFilterThatIsAstrayInItsTurnGoesOnFromWhatTheSourcesAgreeOn) {
   // Without a gyro, which is followed at once; front wheels that are turned as nothing says.
   Car car;
   const Says heard = without(bend_at(1.5, 0.8), Source::yaw_rate);
@@ -56,7 +56,7 @@ TEST(HeedSources, AFilterThatIsAstrayInItsTurnGoesOnFromWhatTheSourcesAgreeOn) {
   EXPECT_GT(car.state.covariance(at::yaw, at::yaw), before);
 }
 
-TEST(HeedSources, AGyroThatIsNotTrustedLeavesThePoseInDoubt) {
+TEST(ApplyIntegrity, AGyroThatIsNotTrustedLeavesThePoseInDoubt) {
   Car car;
   car.drive(3.0, bend_at(1.5, 0.5));
   ASSERT_FALSE(car.state.doubtful);
@@ -70,7 +70,7 @@ TEST(HeedSources, AGyroThatIsNotTrustedLeavesThePoseInDoubt) {
   EXPECT_TRUE(car.state.doubtful);
 }
 
-TEST(HeedSources, AWheelThatSlipsLeavesNoDoubt) {
+TEST(ApplyIntegrity, AWheelThatSlipsLeavesNoDoubt) {
   Car car;
   car.drive(3.0, straight_at(1.5));
   car.drive(2.0, with(straight_at(1.5), Source::wheel_rear_left, 4.0));
@@ -79,7 +79,7 @@ TEST(HeedSources, AWheelThatSlipsLeavesNoDoubt) {
   EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.05);
 }
 
-TEST(HeedSources, ACarThatTurnsOutToGoBackwardsHasBeenGoingBackwards) {
+TEST(ApplyIntegrity, ACarThatTurnsOutToGoBackwardsHasBeenGoingBackwards) {
   // Wheels that know no sign; on a straight without an accelerometer nothing tells which way.
   const auto backwards = [](double speed, double yaw_rate) {
     Says says = without(without(bend_at(speed, -yaw_rate), Source::accel_x), Source::accel_y);
@@ -101,7 +101,7 @@ TEST(HeedSources, ACarThatTurnsOutToGoBackwardsHasBeenGoingBackwards) {
   EXPECT_LT(off * off, car.state.covariance(at::x, at::x));
 }
 
-TEST(HeedSources, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
+TEST(ApplyIntegrity, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
   // The filter is sure of a speed that all wheels contradict; nothing is looked at anew, so that
   // it is not corrected before.
   Car car;
@@ -126,4 +126,4 @@ TEST(HeedSources, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::heed_sources_test
+}  // namespace odomd::estimator::full::apply_integrity_test

@@ -9,6 +9,6 @@ namespace odomd::estimator::full {
 
 /// Holds the sources against each other, and the filter against what they agree on: where it has
 /// gone astray for a while, it goes on from there, and doubts its pose by as much.
-void heed_sources(const Context& context, State& state) noexcept;
+void apply_integrity(const Context& context, State& state) noexcept;
 
 }  // namespace odomd::estimator::full
