@@ -21,7 +21,7 @@ using full::Sample;
 using full::State;
 namespace at = full::at;
 
-// A gap is made up for step by step up to here; beyond, the covariance grows.
+// A longer gap is not stepped through: the covariance grows instead.
 constexpr std::int64_t most_ticks_made_up = 200;
 
 BodyVelocity velocity_of(const State& state) noexcept {
@@ -54,7 +54,7 @@ void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   if (!is_possible(pose)) {
     return;
   }
-  // Nothing that came before may be replayed across it.
+  // A replay must not cross the new pose.
   State& now = history_.restart();
   const Pose2 before = now.pose();
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
@@ -77,7 +77,7 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   }
   const std::size_t index = index_of(sample.source);
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
-  // A command turns the wheels later.
+  // An actuator follows its command later.
   const std::int64_t delay_ns = sample.source == Source::steering ? steering_delay_ns_ : 0;
   return insert({.time_ns = ns_after(sample.time_ns, delay_ns),
                  .source = sample.source,
@@ -140,7 +140,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   }
   const bool located_before = history_.now().located;
 
-  // 1. Back to where the oldest of the new samples belongs, and from there to now.
+  // 1. Rewind to the oldest new sample, and replay from there.
   const BodyVelocity published = velocity_of(history_.now());
   const Pose2 odom_before = odom_;
   history_.rewind_to(
@@ -155,8 +155,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   if (now.located && !located_before) {
     reset_count_ = 1;
   }
-  // 2. The odometry frame begins at the first pose that is published in the map's, however long the
-  // samples have waited that lead there.
+  // 2. The odometry frame starts at the first pose published in the map frame.
   if (!odom_begun_) {
     odom_ = now.pose();
     odom_begun_ = now.located && now.moving;
@@ -165,7 +164,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
 
   last_tick_ns_ = tick_ns;
   judgements_.report_dropped(window_);
-  // 3. What is older than the window and all kept states, and what is from the future, must go.
+  // 3. Drop samples that are too old for a replay, or from the future.
   const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -window_ns_), history_.oldest_ns());
   judgements_.refuse(window_.until(oldest_ns), Verdict::too_old);
   window_.forget_until(oldest_ns);
@@ -176,16 +175,16 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   return last_;
 }
 
-/// The first tick: the state begins a window before it, so that what has come in already counts;
-/// one that a predecessor has left is of the tick before.
+/// The first tick: the state starts a window earlier, so that samples from before count. A resumed
+/// state is that of the tick before.
 void FullFilter::begin(std::int64_t tick_ns) noexcept {
   State& now = history_.restart();
   now.time_ns = ns_after(tick_ns, now.moving ? -period_ns_ : -window_ns_ - period_ns_);
   last_tick_ns_ = now.time_ns;
 }
 
-/// What the camera's resets have done to the published pose. A jump that a replay takes back is one
-/// more jump; one that late samples have made a little longer is the same one.
+/// Counts the camera's resets of the published pose. If a replay undoes a reset, that is one more
+/// jump; if late samples only change its length, it is the same one.
 void FullFilter::count_resets() noexcept {
   const State& now = history_.now();
   const Pose2& jump = now.last_jump;
@@ -203,9 +202,8 @@ void FullFilter::count_resets() noexcept {
   published_jump_ = jump;
 }
 
-/// Takes the samples after the state up to `tick_ns`, on the grid of the ticks. The odometry frame
-/// is the integral of the velocities as they were published: from the last tick on, where
-/// `velocity` was.
+/// Takes the samples after the state up to `tick_ns`, tick by tick. The odometry integrates the
+/// published velocities, the first one being `velocity`.
 void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
   const std::int64_t behind = ns_between(history_.now().time_ns, tick_ns);
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
@@ -244,9 +242,8 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   }
 }
 
-/// A state that is no state: on from the last pose that was published, or else from the one that
-/// was given, as if newly begun. What led there was wrong in the velocity first, which may be any
-/// now; the wheels tell it.
+/// Restarts an invalid state from the last published pose, or else from the initial one. The old
+/// velocity was probably wrong, so it may be anything until the wheels measure it.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
   State& now = history_.restart();

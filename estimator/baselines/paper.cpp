@@ -9,10 +9,10 @@
 namespace odomd::estimator {
 namespace {
 
-/// Below this v_x [m/s] the discrete model is about to lose its stability.
+/// Below this v_x [m/s] the discrete model is nearly unstable.
 constexpr double slowest_v_x = -0.05;
 
-/// A B, its sums from left to right: the same bits however the compiler vectorises.
+/// A B with sums from left to right: the same bits however the compiler vectorises.
 Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) noexcept {
   return a.col(0) * b.row(0) + a.col(1) * b.row(1) + a.col(2) * b.row(2);
 }

@@ -1,4 +1,4 @@
-// Squares and their sums, as variances are made of.
+// Squares, and roots of their sums.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@ namespace odomd::estimator {
   return value * value;
 }
 
-/// √(Σ v²): the standard deviation of what errs by all of these, each for itself.
+/// √(Σ v²): standard deviation of a sum of independent errors.
 template <typename... Values>
 [[nodiscard]] double root_of_squares(Values... values) noexcept {
   return std::sqrt((squared(values) + ...));

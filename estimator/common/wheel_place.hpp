@@ -1,4 +1,4 @@
-// Where the wheels are, and which of them drive.
+// Places of the wheels, and which of them are driven.
 #pragma once
 
 #include "estimator/common/measurement.hpp"
@@ -6,13 +6,13 @@
 
 namespace odomd::estimator {
 
-/// Whether a source's wheel drives the car; the motor does.
+/// Whether a source's wheel is driven; the motor counts as one.
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
   const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
   return driven == Driven::all || source == Source::motor || front == (driven == Driven::front);
 }
 
-/// Where a source's wheel is: ahead of the centre of gravity, left of it [m]; steered.
+/// Place of a source's wheel: ahead and left of the centre of gravity [m]; steered or not.
 struct WheelPlace {
   double ahead = 0.0;
   double left = 0.0;

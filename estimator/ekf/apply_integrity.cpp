@@ -11,12 +11,12 @@
 namespace odomd::estimator::full {
 namespace {
 
-// The filter is deviation that is off what the sources agree on by so many sigmas, for so long.
+// The filter deviates from the consensus if it is off by this many sigmas for this long.
 constexpr double deviation_sigmas = 4.0;
 constexpr double deviation_s = 0.1;
-// A source begins to disagree at so many.
+// A source's disagreement begins at this many sigmas.
 constexpr double onset_sigmas = 1.5;
-// For so long the sources contradict each other before the pose is doubted.
+// Sources that contradict each other for this long make the pose doubtful.
 constexpr double contradicted_s = 0.25;
 
 }  // namespace
@@ -38,12 +38,15 @@ void apply_integrity(const Context& context, State& state) noexcept {
     return;
   }
   const Integrity::Agreed& agreed = state.integrity.agreed();
+  const auto mark_doubtful = [&state] {
+    state.doubtful = true;
+    state.confirming_poses = 0;
+  };
   const bool gyro_distrusted = !state.integrity.trusted(Source::yaw_rate);
   if (gyro_distrusted ||
       (agreed.contradicted &&
        seconds_between(agreed.contradicted_since_ns, state.time_ns) >= contradicted_s)) {
-    state.doubtful = true;
-    state.confirming_poses = 0;
+    mark_doubtful();
   }
   if (!gyro_alive(state)) {
     state.turn_noise_scale = 1.0;
@@ -59,7 +62,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
   const auto root = [](double sigma, double variance) {
     return std::sqrt(sigma * sigma + variance);
   };
-  // 1. What a source that is at fault has made of the pose, since it began to disagree.
+  // 1. Take back what a faulty source has done to the pose since its disagreement began.
   const auto follow = [&](double& sum, double off, double sigma) {
     sum = std::abs(off) > onset_sigmas * sigma ? sum + off * dt : 0.0;
   };
@@ -77,23 +80,18 @@ void apply_integrity(const Context& context, State& state) noexcept {
     state.covariance(at::yaw, at::yaw) += 0.25 * deviation.yaw * deviation.yaw;
   }
   if (wheels_failed) {
-    state.doubtful = true;
-    state.confirming_poses = 0;
-    const double yaw = state.mean[at::yaw];
-    const Eigen::Vector2d way = deviation.distance * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    mark_doubtful();
+    const Eigen::Vector2d way = state.along_heading(deviation.distance);
     state.mean.head<2>() -= way;
     state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
   }
   if (agreed.reversed_distance != 0.0) {
-    state.doubtful = true;
-    state.confirming_poses = 0;
-    const double yaw = state.mean[at::yaw];
-    const Eigen::Vector2d way =
-        agreed.reversed_distance * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    mark_doubtful();
+    const Eigen::Vector2d way = state.along_heading(agreed.reversed_distance);
     state.mean.head<2>() -= 2.0 * way;
     state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
   }
-  // 2. Where the motion is not what the sources agree on, it goes on from there.
+  // 2. Reset the motion to the consensus where it deviates.
   const auto lasts = [&](std::int64_t& since_ns, double off, double sigma) {
     if (std::abs(off) <= deviation_sigmas * sigma || agreed.contradicted) {
       since_ns = 0;
@@ -107,9 +105,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
     if (state.standstill.standing) {
       set_off(context.model, state, agreed.speed);
     }
-    const double yaw = state.mean[at::yaw];
-    const Eigen::Vector2d way =
-        faster * deviation_s * Eigen::Vector2d(std::cos(yaw), std::sin(yaw));
+    const Eigen::Vector2d way = state.along_heading(faster * deviation_s);
     state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
     state.mean[at::v_x] = agreed.speed;
     state.mean[at::accel_x] = 0.0;
@@ -119,7 +115,7 @@ void apply_integrity(const Context& context, State& state) noexcept {
     deviation.speed_since_ns = 0;
   }
   if (state.standstill.standing) {
-    return;  // what a gyro says is its bias
+    return;  // the gyro measures its bias
   }
   const double turning = agreed.yaw_rate - deviation.yaw_rate.mean();
   if (lasts(deviation.yaw_rate_since_ns, turning, root(agreed.yaw_rate_sigma, P(5, 5))) ||

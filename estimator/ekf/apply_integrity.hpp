@@ -1,5 +1,6 @@
-// What the filter makes of the sources' agreement: what one that is at fault has made of the pose
-// is taken off it again, and a filter that has gone astray goes on from what the others say.
+// Applies the integrity verdict to the filter.
+//
+// docs/model.md, "Integrity".
 #pragma once
 
 #include "estimator/ekf/state.hpp"
@@ -7,8 +8,8 @@
 
 namespace odomd::estimator::full {
 
-/// Holds the sources against each other, and the filter against what they agree on: where it has
-/// gone astray for a while, it goes on from there, and doubts its pose by as much.
+/// Checks the sources, takes back what a faulty one has done to the pose, and resets the motion to
+/// the consensus if the filter has deviated from it for a while.
 void apply_integrity(const Context& context, State& state) noexcept;
 
 }  // namespace odomd::estimator::full

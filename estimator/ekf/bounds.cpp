@@ -10,22 +10,20 @@
 namespace odomd::estimator::full {
 namespace {
 
-// No car and no sensor gets here; numbers that do would overflow somewhere.
+// Beyond any car and sensor; larger numbers might overflow.
 constexpr double largest_position = 1e9;
 constexpr double largest_state = 1e4;
 
-/// What nothing is known beyond: half a turn, a kilometre, 100 m/s.
+/// Larger deviations mean that nothing is known: half a turn, a kilometre, 100 m/s.
 constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,
                                                          50.0, 1.0, 50.0, 10.0, 10.0, 0.5};
 constexpr std::array<double, slow::size> largest_slow_error{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0};
 
-// Rounding takes the last digits of a strongly correlated P; this keeps it positive definite, and
-// makes it 1.7 % larger in a day.
+// Keeps a strongly correlated P positive definite in spite of rounding; 1.7 % a day.
 constexpr double inflation = 1.0 + 1e-9;
 
-/// P = L D Lᵀ, all of D finite and positive: so exactly where P is positive definite, but for
-/// rounding, and has no number that is not finite. (Of a NaN, or of infinities beside the diagonal,
-/// some later element of D is made.)
+/// P = L D Lᵀ with all of D finite and positive. A NaN or infinity anywhere in P makes some element
+/// of D not finite.
 template <typename Covariance>
 bool is_positive_definite(Covariance P) noexcept {
   for (Eigen::Index k = 0; k < P.cols(); ++k) {

@@ -1,3 +1,4 @@
+// docs/model.md, "Camera".
 #include "estimator/ekf/camera.hpp"
 
 #include <algorithm>
@@ -15,20 +16,20 @@
 namespace odomd::estimator::full {
 namespace {
 
-// A camera is taken for as noisy as stated up to so many times the variance.
+// Below this noise scale the stated noise is used.
 constexpr double least_camera_noise_scale = 2.5;
 
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
-constexpr double longest_pause_s = 0.5;  // between two poses of one run
+constexpr double longest_pause_s = 0.5;  // between two poses of a run
 
-// How well the motion is known after the pose turned out to be wrong, at least and at most.
+// Uncertainty of the motion after a reset, at least and at most.
 constexpr double reset_speed_sigma = 0.1;  // [m/s]
 constexpr double largest_reset_speed_sigma = 1.0;
 constexpr double reset_bias_sigma = 0.03;  // [rad/s], of the gyro
 constexpr double largest_reset_bias_sigma = 0.1;
 
-/// What no tyre and no sensor is step_error by, and where the model would lose its sense.
+/// Limits of the slow errors, within which the model holds.
 void clamp_scales(State& state) noexcept {
   SlowVector& scales = state.slow.mean;
   const auto keep = [&scales](slow::Index index, double lowest, double highest) {
@@ -43,8 +44,8 @@ double distance(const Pose2& a, const Pose2& b) noexcept {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
 
-/// By how much the way that was measured from one to the other differs from the filter's, told
-/// along the car: a heading that is wrong turns the filter's way, and makes it no other.
+/// Measured minus estimated motion from one pose to the other, in the filter's axes. An error of
+/// the heading does not change it.
 Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
   const double heading = before.measured.yaw - before.estimated.yaw;
   const double c = std::cos(heading);
@@ -65,15 +66,15 @@ double chi_squared(const Pose2& difference, const std::array<double, 3>& sigma,
          difference.yaw * difference.yaw / turn;
 }
 
-/// Whether the camera saw the car go from one to the other as the filter did.
+/// Whether camera and filter saw the same motion from one pose to the other.
 bool is_same_motion(const PosePair& from, const PosePair& to,
                     const std::array<double, 3>& sigma) noexcept {
-  constexpr double share = 0.1;  // that the filter's way may be step_error by
+  constexpr double share = 0.1;  // error of the filter's motion
   return chi_squared(step_difference(from, to), sigma,
                      share * distance(from.estimated, to.estimated)) <= CameraGate{}.gate;
 }
 
-/// Whether it went so far meanwhile that a picture that stands still would have been found out.
+/// Whether the car has moved so far that a frozen camera would be detected.
 bool has_moved_enough(const State& state, const PosePair& from,
                       const std::array<double, 3>& sigma) noexcept {
   constexpr double sigmas = 8.0;
@@ -81,8 +82,7 @@ bool has_moved_enough(const State& state, const PosePair& from,
          distance(from.estimated, state.pose()) >= sigmas * std::hypot(sigma[0], sigma[1]);
 }
 
-/// The pose becomes `measured`, its covariance that of the camera, and nothing else is related to
-/// it.
+/// Sets the pose and its covariance to those of the camera, without correlations.
 void move_to(State& state, const Pose2& measured, const std::array<double, 3>& sigma) noexcept {
   state.mean.head<3>() << measured.x, measured.y, measured.yaw;
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
@@ -92,9 +92,8 @@ void move_to(State& state, const Pose2& measured, const std::array<double, 3>& s
 
 }  // namespace
 
-/// One pose scatters beside those before by n_k - 2 n_k-1 + n_k-2, told along the filter's way: six
-/// times the variance of one. The median of χ² with three degrees of freedom is 2.37; a median, so
-/// that a few outliers do not count.
+/// The step error's change n_k - 2 n_k-1 + n_k-2 has six times the variance of one pose. The scale
+/// tracks its median, which for χ² with three degrees of freedom is 2.37: robust against outliers.
 void note_camera_pose(State& state, const Sample& pose) noexcept {
   constexpr double median = 2.37;
   constexpr double step = 1.16;
@@ -128,7 +127,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
   const auto& [z_x, z_y, z_yaw] = sample.value;
   const auto fused = [&] {
-    state.fused_ns[static_cast<std::size_t>(Source::camera)] = sample.time_ns;
+    state.fused_ns[index_of(Source::camera)] = sample.time_ns;
     state.rejected_poses = 0;
     state.camera_was_distrusted = false;
     state.turned_since_ns = 0;
@@ -169,7 +168,7 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
   state.camera_test_ratio = judgement.test_ratio;
 
-  // The turn that continues the filter's yaw.
+  // The yaw nearest to the filter's, of all turns.
   const Pose2 measured{z_x, z_y, estimated.yaw + judgement.innovation[2]};
   if (judgement.squared_ratio <= gate.gate) {
     const std::array<double, 3> values{measured.x, measured.y, measured.yaw};
@@ -206,26 +205,26 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     judgement.verdict = Verdict::gated;
     return judgement;
   }
-  // One that was at fault since it was last estimated moves no pose that nobody doubts; but one of
-  // the two is wrong.
+  // A camera that was distrusted does not reset a pose that is not doubtful; but one of both is
+  // wrong.
   if (state.camera_was_distrusted && !state.doubtful) {
     state.doubtful = state.disputed = true;
     judgement.verdict = Verdict::gated;
     return judgement;
   }
-  // Believed against the test: it does not count among those that the filter expects.
+  // Fused against the test, so it does not enter the filter's statistics.
   judgement.degrees = 0;
   judgement.verdict = Verdict::forced;
   if (state.standstill.standing) {
     set_off(model, state, 0.0);
   }
-  // The first one of all has_moved_enough where it starts; later, either may be wrong.
+  // The first fused pose initialises; later either of both may be wrong.
   state.disputed =
       state.disputed || (state.fused_ns[index_of(Source::camera)] != 0 && !state.doubtful);
   const double since_fused_s =
       seconds_between(state.fused_ns[index_of(Source::camera)], sample.time_ns);
   move_to(state, measured, sample.sigma);
-  // A pose that was wrong came of a motion that was.
+  // The jump has come from an error of the motion since the last fused pose.
   const auto inflation = [&](double jump, double least, double most) {
     const double rate = jump / std::max(since_fused_s, rejection_timeout_s);
     return std::min(least * least + rate * rate, most * most);

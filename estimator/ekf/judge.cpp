@@ -1,3 +1,4 @@
+// docs/model.md, "Gates and rejection timeouts".
 #include "estimator/ekf/judge.hpp"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace {
 
 struct RejectionTimeout {
   double seconds;
-  at::Index inflated;  ///< the state that gives way
+  at::Index inflated;  ///< the state whose variance grows
 };
 
 RejectionTimeout rejection_timeout(Source source) noexcept {
@@ -23,16 +24,15 @@ RejectionTimeout rejection_timeout(Source source) noexcept {
     case Source::accel_y:
       return {0.2, at::accel_bias_y};
     case Source::accel_x:
-      // Standing; but a car whose wheels are blind to slow speeds sets off like this.
+      // Longer: a car sets off like this while its wheels do not resolve the speed yet.
       return {1.5, at::accel_bias_x};
     default:
       return {0.1, at::v_x};
   }
 }
 
-/// How far a sample may be off without being an outlier, beyond S, however calmly the car went: a
-/// gyro by as much as tyres turn a car in since it was last believed, an accelerometer by a pedal,
-/// and where there is none a wheel by what that makes of the speed.
+/// Largest plausible deviation beyond S: for a gyro how fast tyres turn a car in, for an
+/// accelerometer a pedal, for a wheel without accelerometer the speed that a pedal makes.
 double possible_change(const CarModel& model, const State& state, const Sample& sample) noexcept {
   if (state.standstill.standing) {
     return 0.0;
@@ -52,8 +52,7 @@ double possible_change(const CarModel& model, const State& state, const Sample& 
                                                  : 0.0;
 }
 
-/// What the driver has changed so suddenly that S does not explain it is a change of a_x, and of
-/// what it has made of the speed; not of a bias or a gradient, which would be dragged along.
+/// A sudden change beyond S is a change of a_x, and of v_x by it; not of a bias or a gradient.
 void inflate_acceleration(const Tuning& tuning, State& state, const Sample& sample,
                           double off) noexcept {
   double& a_x = state.covariance(at::accel_x, at::accel_x);
@@ -66,8 +65,7 @@ void inflate_acceleration(const Tuning& tuning, State& state, const Sample& samp
   }
 }
 
-/// What has turned the car otherwise than its tyres should have, since the gyro was last heard: the
-/// yaw by half of what it has made of the yaw rate.
+/// A change of the yaw rate since the last gyro sample beyond S, and half of its effect on the yaw.
 void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   const double since_s =
       std::min(seconds_between(state.readings[index_of(sample.source)].time_ns, sample.time_ns),
@@ -78,19 +76,18 @@ void inflate_yaw(State& state, const Sample& sample, double off) noexcept {
   state.covariance += error * error.transpose();
 }
 
-/// Whether a gyro reads on as it has for a while: then the car turns like that, whatever its tyres
-/// should make of it. One that slides or spins is followed.
+/// Whether the gyro's readings are consistent. Then the car does turn like that, whatever the tyre
+/// model predicts: it slides or spins.
 bool continues_steadily(const State& state, const Sample& sample) noexcept {
   return sample.source == Source::yaw_rate && !state.standstill.standing &&
          consistent_samples(state, sample) > 1;
 }
 
-/// The heading is the gyro's integral, whatever the tyres' model made of the time between two of
-/// its samples: it would detach_from_pose between both, and a model that errs for long would turn
-/// the car. This is the trapezium of the two, less what is known of bias and scale. A reading that
-/// outliers from those before and after it by more than any car turns in is none: it is replaced by
-/// the middle one of the three, for the trapezium before it too. `yaw` and `by` are ψ and its row
-/// of B before the newer one was fused.
+/// Replaces the yaw since the last gyro sample by the trapezium of the two readings, corrected by
+/// bias and scale. The update alone would settle between tyre model and gyro, and a model error
+/// would turn the car. A reading that differs from both its neighbours by more than a car can is an
+/// outlier: the median replaces it, in the trapezium before too. `yaw` and `by` are ψ and its row
+/// of B before the update.
 void integrate_gyro(const CarModel& model, State& state, const Reading& before,
                     const Sample& sample, double yaw, const SlowVector& by) noexcept {
   const SlowVector& s = state.slow.mean;
@@ -145,16 +142,16 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
     const double before =
         state.readings[index_of(sample.source)].value - sample.value[0] + nu.value;
     if (sample.source == Source::accel_y && before * nu.value <= 0.0) {
-      rejected_ns = sample.time_ns;  // vibration is off to both sides
+      rejected_ns = sample.time_ns;  // a vibration is off to both sides
     }
     if (rejected_s(state, sample) < timeout.seconds || !state.integrity.agrees(sample.source)) {
       if (state.standstill.standing && sample.source == Source::accel_x) {
-        judgement.degrees = 0;  // felt before the wheels turn: it tests that the car stands
+        judgement.degrees = 0;  // the car may be setting off: not a test of the filter
       }
       return judgement;
     }
     judgement.verdict = Verdict::forced;
-    // Of a car that stands nothing moves: there, it is the gyro's bias that has changed.
+    // At standstill the gyro's bias has changed, not the motion.
     const double off = nu.value * nu.value;
     if (sample.source == Source::yaw_rate && state.standstill.standing) {
       state.slow.covariance(slow::gyro_bias, slow::gyro_bias) += off;
@@ -169,7 +166,7 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   } else if (nu.squared_ratio() > model.tuning.signal_gate) {
     if (first) {
       rejected_ns = sample.time_ns;
-      judgement.verdict = Verdict::gated;  // one telegram alone brakes no car
+      judgement.verdict = Verdict::gated;  // one corrupt frame does not brake a car
       return judgement;
     }
     inflate_acceleration(model.tuning, state, sample, nu.value);
@@ -178,16 +175,14 @@ Judgement judge(const CarModel& model, State& state, const Sample& sample,
   rejected_ns = 0;
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
   Vector gain = optimal_gain(nu);
-  // The way is what was driven at the speeds that were believed: a speed that is put right moves no
-  // position.
+  // A corrected speed does not move the position: that would be a correction of the past.
   gain[at::x] = gain[at::y] = 0.0;
   if (sample.source == Source::yaw_rate || sample.source == Source::accel_y) {
-    // Nor does a turn say how fast a car goes whose wheels do: at walking pace a biased gyro would
-    // be explained by a speed that no wheel has.
+    // A turn does not correct the speed: at walking pace the speed would explain a biased gyro.
     gain[at::v_x] = gain[at::accel_x] = gain[at::accel_bias_x] = 0.0;
   }
   if (!updates.heading) {
-    // Forces and wheels rest on models that are no better than what they would correct.
+    // The models of forces and wheels are no better than the heading that they would correct.
     gain[at::yaw] = gain[at::yaw_rate] = gain[at::front_angle] = 0.0;
   }
   const double yaw = state.mean[at::yaw];

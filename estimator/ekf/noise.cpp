@@ -7,19 +7,19 @@
 namespace odomd::estimator::full {
 namespace {
 
-// The variance of z_k - 2 z_k-1 + z_k-2, of white noise of variance 1: 1² + 2² + 1².
+// Variance of z_k - 2 z_k-1 + z_k-2 for white noise of variance 1: 1² + 2² + 1².
 constexpr double bend_variance = 6.0;
-// One sample counts as so many times the mean at most: 3 sigma. An outlier is no noise.
+// A sample counts at most 3 sigma: outliers are no noise.
 constexpr double largest_step = 9.0;
-// The mean of fewer samples is not used; that of fewer bounds no sample, the stated variance does.
+// A mean of fewer samples is not used; or does not bound a sample, but the stated variance does.
 constexpr int least_samples_to_use = 5;
 constexpr int least_samples_to_bound = 10;
-// A hundredth of the stated sigma. From 0 the mean could not grow again.
+// From 0 the mean could not grow again.
 constexpr double smallest_mean = 1e-4;
-// A gyro, and what rests, is not taken for noisier than stated.
+// A gyro, or a still sensor, is never taken as noisier than stated.
 constexpr double as_stated = 1.0;
 
-/// Of a mean of squares, in stated sigmas, the sigma that is used, in stated ones.
+/// The sigma to use, relative to the stated one, from a relative mean square.
 double bounded(const Tuning& tuning, double mean, Source source, bool resting) noexcept {
   const double range = tuning.noise_range;
   const double least = resting ? 1.0 / (range * range) : 1.0 / range;
@@ -27,7 +27,7 @@ double bounded(const Tuning& tuning, double mean, Source source, bool resting) n
   return std::sqrt(std::clamp(mean, least, most));
 }
 
-// One ratio counts as so many at most, and moves a ratio by no more than this of itself.
+// Bounds of one sample's effect on a scale.
 constexpr double largest_excess = 4.0;
 constexpr double largest_share = 0.1;
 

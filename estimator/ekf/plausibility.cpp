@@ -1,3 +1,4 @@
+// docs/model.md, "Gates and rejection timeouts".
 #include "estimator/ekf/plausibility.hpp"
 
 #include <algorithm>
@@ -10,17 +11,17 @@
 namespace odomd::estimator::full {
 namespace {
 
-// For so long a reading says something of the next; no car changes its motion faster for longer.
+// Longest time between two consistent samples, and longest time of the largest change.
 constexpr double longest_pause_s = 1.5;
 constexpr double longest_change_s = 0.3;
 
-// A wheel's reading is what it says now for so long.
+// A wheel's sample is current for this long.
 constexpr double fresh_s = 0.25;
 
 constexpr int most_counted = 3;
 
-/// |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most 2: kerbs and the wheels of one
-/// axle in a tight turn are within.
+/// Two samples are consistent if |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most 2.
+/// That includes kerbs, and the wheels of one axle in a tight turn.
 struct Change {
   double at_once;
   double share;
@@ -49,7 +50,7 @@ bool agree(const Reading& before, const Sample& sample) noexcept {
                  change.rate * std::min(elapsed_s, longest_change_s);
 }
 
-/// Calls `with` with the source of every wheel that was lately reading, but the sample's.
+/// Calls `with` with the index of every other wheel that has a current sample.
 template <typename With>
 void for_the_other_wheels(const State& state, const Sample& sample, const With& with) {
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {

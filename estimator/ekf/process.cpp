@@ -9,7 +9,7 @@
 namespace odomd::estimator::full {
 namespace {
 
-/// What the random walks add.
+/// Process noise of the random walks.
 void add_walks(const Tuning& walks, double dt, State& state) noexcept {
   Matrix& P = state.covariance;
   P(at::accel_bias_x, at::accel_bias_x) += squared(walks.accel_bias_walk) * dt;
@@ -22,13 +22,13 @@ void add_walks(const Tuning& walks, double dt, State& state) noexcept {
   P_s(slow::stiffness_scale, slow::stiffness_scale) += squared(walks.stiffness_scale_walk) * dt;
 }
 
-/// A step's F: the identity but for its first nine rows, x ... side_force.
+/// F of a step: identity except for its first nine rows, x ... side_force.
 struct Jacobian {
   VelocityStep velocity;
   double steered = 0.0;  ///< 1 where δ_0 counts
   double dt = 0.0;
   double half = 0.0;  ///< Δt / 2
-  double dx = 0.0;    ///< the way of the step, which a change of yaw swings
+  double dx = 0.0;    ///< displacement of the step
   double dy = 0.0;
   double half_c = 1.0;  ///< Δt / 2 cos ψ_m, Δt / 2 sin ψ_m
   double half_s = 0.0;
@@ -36,7 +36,7 @@ struct Jacobian {
   double force_decay = 1.0;
 };
 
-/// a ← F a of numbers that stand `stride` apart, its rows from `first` on: x, v_x or accel_x.
+/// a ← F a for elements `stride` apart, from row `first` on: x, v_x or accel_x.
 template <Eigen::Index stride>
 [[gnu::always_inline]] inline void apply(const Jacobian& F, at::Index first, double* a) noexcept {
   const auto of = [a](at::Index i) -> double& { return a[i * stride]; };
@@ -67,7 +67,7 @@ template <Eigen::Index stride>
   of(at::side_force) *= F.force_decay;
 }
 
-/// Adds to B what a change of κ makes of the velocity in the step, and of the pose.
+/// Adds the effect of κ on velocity and pose in the step to B.
 void add_stiffness(const Jacobian& F, State& state) noexcept {
   auto by = state.slow.sensitivity.col(slow::stiffness_scale);
   const double across = F.velocity.by_stiffness[0];
@@ -163,10 +163,10 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   const double delta = now.front_wheel;
   const double k = now.stiffness;
   const double w = std::abs(v_x);
-  // dw/dv_x; at v_x = 0, where |v_x| has a kink, the mean of both sides.
+  // dw/dv_x; the mean of both sides at v_x = 0, where |v_x| has a kink.
   const double sign = (v_x > 0.0 ? 1.0 : 0.0) - (v_x < 0.0 ? 1.0 : 0.0);
 
-  // α |v_x| of the axles (eqs 6 and 7), and what their tyres are as stiff as there
+  // Secant stiffnesses at the slip angles α of the axles (eqs 6 and 7)
   double c_v = car.cornering_stiffness_front;
   double c_h = car.cornering_stiffness_rear;
   if (w > 0.0) {
@@ -205,7 +205,7 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   return step;
 }
 
-// Of each step, inlined, the derivatives are not made.
+// Inlined, so that the derivatives are not computed.
 [[gnu::flatten]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
                                                 long steps) noexcept {
   const double dt = time_s / static_cast<double>(steps);
@@ -234,7 +234,7 @@ Moving moving(const State& state, const Input& input) noexcept {
 
 void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept {
   const Jacobian F = step_mean(model, input, dt, state);
-  // P ← F P Fᵀ + Q: P Fᵀ, all rows at once, of which F then makes the lower half.
+  // P ← F P Fᵀ + Q: first P Fᵀ with all rows at once, then the lower half of F (P Fᵀ).
   double* const P = std::assume_aligned<16>(state.covariance.data());
   for (Eigen::Index row = 0; row < at::size; ++row) {
     apply<at::size>(F, at::x, P + row);

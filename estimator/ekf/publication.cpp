@@ -15,17 +15,16 @@
 namespace odomd::estimator::full {
 namespace {
 
-// Learnt is what is known so much better than at first.
+// A calibration is valid once its sigma has shrunk to this share.
 constexpr double learnt_share = 0.4;
 
-// A gradient that is configured is known so much better than one that is not.
+// Sigma of a configured gradient relative to an unknown one.
 constexpr double configured_share = 1.0 / 3.0;
 
-// So far ahead look the published time derivatives [s].
+// The published time derivatives are means over this time [s].
 constexpr double look_ahead_s = 0.06;
 
-/// Where a calibration is, among the slow errors or among the states, and what a sensor without
-/// error has.
+/// Place of a calibration among slow errors or states, and its published value for no error.
 struct Calibrated {
   bool is_slow;
   Eigen::Index index;
@@ -43,7 +42,7 @@ constexpr std::array<Calibrated, calibration_count> calibrated{{
     {true, slow::stiffness_scale, 1.0},
 }};
 
-/// Of a State or a const one.
+/// For const and non-const states.
 auto& value_of(auto& state, const Calibrated& c) noexcept {
   return c.is_slow ? state.slow.mean[c.index] : state.mean[c.index];
 }
@@ -65,8 +64,8 @@ Calibration calibration_of(const State& state, const State& initial) noexcept {
   return calibration;
 }
 
-/// What a client integrates for up to 100 ms: the mean rate of the next 60 ms, in which the tyres
-/// detach_from_pose. The rate of this instant would run away from the filter's own propagation.
+/// A client integrates the derivatives for up to 100 ms: the mean rate of the next 60 ms, in which
+/// the tyres settle. The present rate would deviate from the filter's own propagation.
 BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double period_s,
                              const State& state) noexcept {
   const long steps = std::max(1L, std::lround(look_ahead_s / period_s));

@@ -4,7 +4,7 @@
 namespace odomd::estimator::full {
 
 Insertion SampleWindow::insert(const Sample& sample) noexcept {
-  // From the back: nearly always the newest.
+  // From the back: most samples are the newest.
   std::size_t at = end_;
   while (at > begin_ && sample < samples_[at - 1]) {
     --at;

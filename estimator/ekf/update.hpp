@@ -1,5 +1,4 @@
-// What a scalar sample should read at a state, how that depends on the state, and the update of
-// mean and covariance by it.
+// The predicted sample with its derivatives, and the update of mean and covariance.
 //
 // docs/model.md, "Update".
 #pragma once
@@ -12,14 +11,14 @@
 
 namespace odomd::estimator::full {
 
-/// h(x, s), its derivatives that are not zero, and R: the variance of the sample about h, its own
-/// noise and what the model leaves out.
+/// h(x, s) with its nonzero derivatives and R, the variance of the sample about h: sensor noise and
+/// model error.
 class Prediction {
  public:
   double value = 0.0;
   double variance = 0.0;
-  double relative = 0.0;                    ///< part of R that a wheel's noise_scale scales
-  double slack = 0.0;                       ///< part of R that the gain leaves out
+  double relative = 0.0;  ///< part of R that the noise scale of a wheel multiplies
+  double slack = 0.0;     ///< part of R that does not enter the gain
   SlowVector by_slow = SlowVector::Zero();  ///< ∂h/∂s
 
   /// Adds `by` to ∂h/∂(state).
@@ -38,8 +37,8 @@ class Prediction {
   std::size_t count_ = 0;
 };
 
-/// ν = z - h and its variance S, in two parts: what the state's and the sample's own noise make of
-/// it, H P Hᵀ + R, and what the slow errors do, G P_s Gᵀ with G = H B + ∂h/∂s.
+/// ν = z - h and its variance S = (H P Hᵀ + R) + G P_s Gᵀ with G = H B + ∂h/∂s: the first part by
+/// state and sample noise, the second by the slow errors.
 struct Innovation {
   double value = 0.0;
   double variance = 1.0;                                 ///< S
@@ -49,7 +48,7 @@ struct Innovation {
   SlowVector by_slow = SlowVector::Zero();               ///< Gᵀ
   SlowVector covariance_with_slow = SlowVector::Zero();  ///< P_s Gᵀ
 
-  /// νᵀ S⁻¹ ν: χ² with one degree of freedom where the filter is consistent.
+  /// NIS, νᵀ S⁻¹ ν: χ² with one degree of freedom if the filter is consistent.
   [[nodiscard]] double squared_ratio() const noexcept { return value * value / variance; }
 };
 
@@ -75,12 +74,12 @@ struct Innovation {
           .covariance_with_slow = with_slow};
 }
 
-/// K = P Hᵀ / (H P Hᵀ + R - slack): the gain were the slow errors known.
+/// K = P Hᵀ / (H P Hᵀ + R - slack), which is optimal if the slow errors are known.
 [[nodiscard]] inline Vector optimal_gain(const Innovation& nu) noexcept {
   return nu.covariance_with_state / (nu.variance_of_noise - nu.slack);
 }
 
-/// x ← x + K ν, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, B ← B - K G: Joseph's form, right for any
+/// x ← x + K ν, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, B ← B - K G: Joseph's form, valid for any
 /// gain. With a = P Hᵀ and b = a - (H P Hᵀ + R) K / 2 it is P - K bᵀ - b Kᵀ, symmetric to the bit.
 inline void correct(State& state, const Innovation& nu, const Vector& gain) noexcept {
   const Vector b = nu.covariance_with_state - (0.5 * nu.variance_of_noise) * gain;
@@ -95,9 +94,9 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
   state.mean += gain * nu.value;
 }
 
-/// What a sample updates of the slow errors, after correct(): by its gain L = P_s Gᵀ / S, whose
-/// rows outside `corrected` are zero, s ← s + L ν, and x ← x + B L ν with it. Friedland's form of
-/// the joint filter: equal to it where correct() took the optimal gain and nothing walks.
+/// Corrects the slow errors after correct(): L = P_s Gᵀ / S, rows outside `corrected` zero,
+/// s ← s + L ν, x ← x + B L ν. This is Friedland's form of the joint filter, and equal to it if
+/// correct() took the optimal gain and no slow error walks.
 inline void correct_slow_errors(State& state, const Innovation& nu,
                                 const SlowVector& corrected) noexcept {
   if (corrected.isZero(0.0)) {
@@ -118,7 +117,7 @@ inline void correct_slow_errors(State& state, const Innovation& nu,
   }
 }
 
-/// Which slow errors a sample may correct_slow_errors: see correct_slow_errors().
+/// Selections of slow errors for correct_slow_errors().
 [[nodiscard]] inline SlowVector none() noexcept {
   return SlowVector::Zero();
 }
@@ -129,7 +128,7 @@ inline void correct_slow_errors(State& state, const Innovation& nu,
   return SlowVector::Unit(index);
 }
 
-/// What an error has made of the pose so far does not follow it any longer: it was another then.
+/// Freezes the effect of a slow error on the pose: later corrections of it do not move the pose.
 inline void detach_from_pose(State& state, slow::Index index) noexcept {
   auto by = state.slow.sensitivity.col(index).head<3>();
   const Eigen::Vector3d made = std::sqrt(state.slow.covariance(index, index)) * by;
@@ -137,7 +136,7 @@ inline void detach_from_pose(State& state, slow::Index index) noexcept {
   by.setZero();
 }
 
-/// What is known of one of the states becomes `sigma`, and nothing else is related to it.
+/// Sets the standard deviation of a state, without correlations.
 inline void forget(State& state, at::Index index, double sigma) noexcept {
   state.covariance.row(index).setZero();
   state.covariance.col(index).setZero();
@@ -145,10 +144,8 @@ inline void forget(State& state, at::Index index, double sigma) noexcept {
   state.slow.sensitivity.row(index).setZero();
 }
 
-/// P + B P_s Bᵀ of pose and velocity: how far they may be off, all errors taken together; and what
-/// a heading that is off has made of the way in the second order. A way D was driven at a heading
-/// off by ψ̃: P_Xψ = -D_y σ², P_Yψ = D_x σ², and -½ ψ̃² D beside the first order, in the mean square
-/// ¾ σ⁴ D Dᵀ.
+/// P + B P_s Bᵀ of pose and velocity, with the second-order effect of a heading error ψ̃ on a driven
+/// way D, -½ ψ̃² D: its mean square is ¾ σ⁴ D Dᵀ, where P_Xψ = -D_y σ² and P_Yψ = D_x σ².
 [[nodiscard]] inline Eigen::Matrix<double, 6, 6> covariance_of_motion(const State& state) noexcept {
   const Eigen::Matrix<double, 6, slow::size> B = state.slow.sensitivity.topRows<6>();
   Eigen::Matrix<double, 6, 6> P =

@@ -9,14 +9,14 @@
 namespace odomd::estimator::full {
 namespace {
 
-// Without a steering signal: no front wheel turns further, and below this speed [m/s] its way says
-// nothing.
+// Without a steering signal: largest angle of the front wheels, and slowest speed [m/s] at which
+// their direction is defined.
 constexpr double largest_steering = 0.6;
 constexpr double slowest_steered = 0.3;
-// A wheel that was not reading for so long says nothing of the others [s].
+// A wheel without a sample for this long is left out [s].
 constexpr double silent_s = 0.5;
 
-/// δ: as measured, or as the front axle goes, atan((v_y + l_v ψ̇) / v_x).
+/// δ: the measured one, or the direction of the front axle's velocity, atan((v_y + l_v ψ̇) / v_x).
 double steering_of(const Vehicle& car, const Input& input, const Vector& x) noexcept {
   if (input.has_steering) {
     return input.steering - x[at::steering_offset];
@@ -44,7 +44,7 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double along = x[at::v_x] - place.left * yaw_rate;
   const double across = x[at::v_y] + place.ahead * yaw_rate;
   const double rolling = along * c + across * s;
-  // What drives the car on its way: what accelerates it, and the front tyres' drag in a turn,
+  // Driving force over m: acceleration, and drag of the front tyres in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
   const double forward = x[at::v_x] < 0.0 ? -1.0 : 1.0;
   const double drag =
@@ -56,11 +56,10 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
 
-  const auto squared = [](double value) { return value * value; };
   Prediction z;
   z.value = scale * rolling;
-  // Of wheels that err more than usual, the one that errs least counts in full: they may be
-  // inconsistent with each other, but no accelerometer outvotes them.
+  // The wheel with the smallest noise scale keeps its weight: wheels may be inconsistent with each
+  // other, but an accelerometer must not outweigh them all.
   double least = state.wheel_noise_scale[index_of(source)];
   bool free = share == 0.0;
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {

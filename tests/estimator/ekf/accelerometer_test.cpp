@@ -51,8 +51,9 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
       expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro knows it better
       const Prediction z = predict(state);
       EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-8);
-      EXPECT_LT((z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-                1e-8);
+      EXPECT_LT(
+          (z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
+          1e-8);
     }
   }
 }
@@ -72,8 +73,9 @@ TEST(AccelY, DependsOnTheStateAsItSays) {
       EXPECT_LT((by - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
                 1e-6 * (1.0 + by.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
-      EXPECT_LT((z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-                1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
+      EXPECT_LT(
+          (z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
+          1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
     }
   }

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "estimator/ekf/update.hpp"
 #include "tests/estimator/signalled_car.hpp"
 
 namespace odomd::estimator::full::apply_integrity_test {

@@ -109,7 +109,9 @@ TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
   const Eigen::Matrix<double, all_states, 3> K = PHt * S.inverse();
   const auto change = (K * Eigen::Vector3d(0.05, -0.1, 0.06)).eval();
   EXPECT_LT((state.mean - before.mean - change.head<at::size>()).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_LT((state.slow.mean - before.slow.mean - change.tail<slow::size>()).cwiseAbs().maxCoeff(),
+  EXPECT_LT((state.slow.mean - before.slow.mean - change.tail<slow::size>())
+                .cwiseAbs()
+                .maxCoeff(),
             1e-12);
   EXPECT_LT((joint(state) - (P - K * PHt.transpose())).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_TRUE(testing::is_covariance(state.covariance));

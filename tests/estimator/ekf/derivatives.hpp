@@ -74,8 +74,8 @@ inline LinearStep linear_step(const CarModel& model, const Input& input, double 
   for (Eigen::Index i = 0; i < at::size; ++i) {
     const State after =
         stepped([i](State& changed) { changed.slow.sensitivity(i, slow::gyro_bias) = 1.0; });
-    step.F.col(i) =
-        after.slow.sensitivity.col(slow::gyro_bias) - plain.slow.sensitivity.col(slow::gyro_bias);
+    step.F.col(i) = after.slow.sensitivity.col(slow::gyro_bias) -
+                    plain.slow.sensitivity.col(slow::gyro_bias);
   }
   return step;
 }

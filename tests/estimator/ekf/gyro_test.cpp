@@ -24,8 +24,9 @@ TEST(Gyro, DependsOnTheStateAndTheLastingErrorsAsItSays) {
     const Prediction z = predict(state);
     EXPECT_LT((testing::stated(z) - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
               1e-8);
-    EXPECT_LT((z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-              1e-8);
+    EXPECT_LT(
+        (z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
+        1e-8);
   }
 }
 

@@ -181,9 +181,9 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
   // All of S is the wheel's own noise: it says nothing of a_x; and nothing of it, nothing of the
   // wheel.
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_noise_scale, 1.0);
-  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.0)
-                .wheel_noise_scale[index_of(Source::wheel_rear_left)],
-            1.0);
+  EXPECT_EQ(
+      surprised(Source::wheel_rear_left, 3.0, 0.0).wheel_noise_scale[index_of(Source::wheel_rear_left)],
+      1.0);
   // A wheel's sigma is not its relative error.
   State state;
   state.readings[index_of(Source::wheel_rear_left)].interval_s = 0.01;

@@ -123,8 +123,9 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
           << state.mean.transpose();
       EXPECT_LT((step.F - J.leftCols<at::size>()).cwiseAbs().maxCoeff(), 1e-11 * scale)
           << state.mean.transpose();
-      EXPECT_LT((step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
-                1e-11 * scale);
+      EXPECT_LT(
+          (step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
+          1e-11 * scale);
       for (Eigen::Index i = 0; i < slow::size; ++i) {
         EXPECT_TRUE(i == slow::stiffness_scale || step.by_slow.col(i).isZero(0.0)) << i;
       }
@@ -272,8 +273,8 @@ TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
   grown.bottomRightCorner<3, 3>().diagonal().setZero();
   EXPECT_TRUE(grown.isZero(0.0));
   const SlowMatrix lasting_grown = state.slow.covariance - before.slow.covariance;
-  EXPECT_NEAR(lasting_grown(slow::gyro_bias, slow::gyro_bias), 2.0 * std::pow(t.gyro_bias_walk, 2),
-              1e-12);
+  EXPECT_NEAR(lasting_grown(slow::gyro_bias, slow::gyro_bias),
+              2.0 * std::pow(t.gyro_bias_walk, 2), 1e-12);
 }
 
 TEST(BrushTyre, IsLinearWhereItHardlySlips) {

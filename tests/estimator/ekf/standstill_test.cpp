@@ -214,7 +214,8 @@ TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
       }
     }
     ASSERT_TRUE(state.standstill.standing);
-    const double sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
+    const double sigma =
+        std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
     EXPECT_NEAR(sigma, share * gyro_sigma / std::sqrt(300.0), 0.4 * share * gyro_sigma / 17.0);
     EXPECT_LT(std::abs(state.slow.mean[slow::gyro_bias] - 0.013), 3.0 * sigma);
   }
