@@ -21,9 +21,6 @@ using full::Sample;
 using full::State;
 namespace at = full::at;
 
-// A longer gap is not stepped through: the covariance grows instead.
-constexpr std::int64_t most_ticks_made_up = 200;
-
 BodyVelocity velocity_of(const State& state) noexcept {
   return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
 }
@@ -207,8 +204,8 @@ void FullFilter::count_resets() noexcept {
 void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
   const std::int64_t behind = ns_between(history_.now().time_ns, tick_ns);
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
-  if (ticks > most_ticks_made_up + window_ns_ / period_ns_) {
-    ticks = most_ticks_made_up;
+  if (ticks > max_bridged_ticks + window_ns_ / period_ns_) {
+    ticks = max_bridged_ticks;
     State& now = history_.restart();
     last_tick_ns_ = ns_after(tick_ns, -ticks * period_ns_);
     full::bridge_gap(now, seconds_between(now.time_ns, *last_tick_ns_));

@@ -9,11 +9,6 @@
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
-namespace {
-
-constexpr std::int64_t most_ticks_made_up = 200;
-
-}  // namespace
 
 BaselineFilter::BaselineFilter(Model model, const FilterSettings& settings) noexcept
     : model_(model),
@@ -92,7 +87,7 @@ Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
     speed_ = measured;
   }
   if (speed_) {
-    for (std::int64_t left = std::min(due, most_ticks_made_up); left-- > 0;) {
+    for (std::int64_t left = std::min(due, max_bridged_ticks); left-- > 0;) {
       advance(ns_after(tick_ns, -left * period_ns_));
     }
   }

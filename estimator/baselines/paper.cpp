@@ -77,7 +77,7 @@ BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double stee
   const double f_sv_lateral = car.cornering_stiffness_front * alpha_v * std::cos(steering);
   const double f_sh = car.cornering_stiffness_rear * alpha_h;
   return {
-      // v̇_x = a_x + v_y ψ̇: the accelerometer has felt F_sv sin δ / m already (eq. 10; errata, 4)
+      // v̇_x = a_x + v_y ψ̇: the accelerometer includes F_sv sin δ / m (eq. 10; errata, 4)
       accel_x + v_y * yaw_rate,
       // v̇_y = -v_x ψ̇ + (F_sv cos δ + F_sh) / m              (eq. 11)
       -v_x * yaw_rate + (f_sv_lateral + f_sh) / car.mass,

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "estimator/common/predecessor.hpp"
+#include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/admission.hpp"
 
@@ -14,8 +15,6 @@ namespace {
 
 // Larger deviations mean that nothing is known: a kilometre, half a turn.
 constexpr std::array<double, 3> largest_variance{1e6, 1e6, std::numbers::pi* std::numbers::pi};
-// Keeps a strongly correlated P positive definite in spite of rounding; 1.7 % a day.
-constexpr double inflation = 1.0 + 1e-9;
 
 // A pause ends a run of rejected poses. After an accepted run the odometry is suspect for a while.
 constexpr double longest_pause_s = 0.5;
@@ -32,9 +31,9 @@ Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double
   const double dx = to.x - from.x;
   const double dy = to.y - from.y;
   Symmetric3 next = sum(displaced(p, c * dx - s * dy, s * dx + c * dy), rotated(noise, c, s));
-  next[0] *= inflation;
-  next[3] *= inflation;
-  next[5] *= inflation;
+  next[0] *= rounding_inflation;
+  next[3] *= rounding_inflation;
+  next[5] *= rounding_inflation;
   return limited(next, largest_variance);
 }
 
@@ -143,14 +142,14 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     const Symmetric3 P = grown(next.covariance, next.odom, at.odom, map_from_odom_.yaw,
                                scaled(next.noise, at.steps));
     // ν = camera - map(t_capture),  S = P(t_capture) + R,  νᵀS⁻¹ν <= gate
-    const Pose2 believed = compose(map_from_odom_, at.odom);
-    const std::array<double, 3> nu = difference(seen, believed);
+    const Pose2 estimated = compose(map_from_odom_, at.odom);
+    const std::array<double, 3> nu = difference(seen, estimated);
     const double squared_ratio = mahalanobis_squared(sum(P, R), nu);
     test_ratio_ = squared_ratio / settings_.camera_gate;
     // The yaw nearest to the map yaw, of all turns.
-    seen.yaw = believed.yaw + nu[2];
+    seen.yaw = estimated.yaw + nu[2];
     if (!(squared_ratio <= settings_.camera_gate)) {
-      if (!believes({time_ns, seen, at.odom, R})) {
+      if (!accepts_run({time_ns, seen, at.odom, R})) {
         return Verdict::gated;
       }
       suspect_until_ns_ = ns_after(tick(last_).time_ns, std::llround(suspect_s * ns_per_second));
@@ -174,8 +173,8 @@ PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
 
 /// Adds a rejected pose to the run. Whether the run is now long enough to accept: many poses that
 /// agree with each other but not with the odometry, as when wheels spin or lock.
-bool PoseAnchor::believes(const Sighting& rejected) noexcept {
-  const Sighting last = std::exchange(last_rejected_, rejected);
+bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
+  const RejectedPose last = std::exchange(last_rejected_, rejected);
   const double dt = seconds_between(last.capture_ns, rejected.capture_ns);
   // ν = camera - (the pose before, moved on by the odometry), S = both covariances and that of the
   // odometry

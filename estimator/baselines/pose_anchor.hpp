@@ -70,7 +70,7 @@ class PoseAnchor {
     std::size_t next;  ///< the first tick that is not before it, else the newest
     double steps;      ///< between it and that tick, in periods
   };
-  struct Sighting {
+  struct RejectedPose {
     std::int64_t capture_ns = 0;
     Pose2 map, odom;
     Symmetric3 covariance{};
@@ -82,7 +82,7 @@ class PoseAnchor {
     return last_ < ring_ticks ? 0 : last_ - ring_ticks + 1;
   }
   [[nodiscard]] Place place(std::int64_t time_ns) const noexcept;
-  [[nodiscard]] bool believes(const Sighting& rejected) noexcept;
+  [[nodiscard]] bool accepts_run(const RejectedPose& rejected) noexcept;
   void re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept;
 
   FilterSettings settings_;
@@ -98,7 +98,7 @@ class PoseAnchor {
   std::int64_t judged_capture_ns_ = 0;  ///< of the last camera pose that was gated or fused
   std::int64_t fused_capture_ns_ = 0;   ///< 0: none yet
   double test_ratio_ = 0.0;
-  Sighting last_rejected_;
+  RejectedPose last_rejected_;
   int rejected_in_a_row_ = 0;  ///< consistent with each other, since one was fused
   std::int64_t suspect_until_ns_ = std::numeric_limits<std::int64_t>::min();  ///< the odometry
 };

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/pose.hpp"
 #include "estimator/common/symmetric3.hpp"
 
 namespace odomd::estimator {
+
+/// A longer gap between ticks is not stepped through: the covariance grows instead.
+inline constexpr std::int64_t max_bridged_ticks = 200;
 
 /// Covariance that an unobserved time of `gap_s` [s] adds to a pose: the car may have braked, sped
 /// up or steered, σ = ½ a t², with a = 2 m/s² and 5 rad/s².

@@ -26,10 +26,8 @@ struct Vehicle {
   double cornering_stiffness_front = 20.0;  ///< C_v [N/rad]
   double cornering_stiffness_rear = 60.0;   ///< C_h [N/rad]
   double track_width = 0.16;                ///< [m]
-                              /// Largest lateral force of an axle over its share of the mass
-                              /// [m/s²]; 0: unlimited, linear tyres.
-  double grip_front = 0.0;
-  double grip_rear = 0.0;
+  double grip_front = 0.0;  ///< largest lateral force over the axle's share of the mass [m/s²] ...
+  double grip_rear = 0.0;   ///< ... 0: unlimited, linear tyres
 
   SteeringActuator steering;
   Driven driven = Driven::rear;

@@ -1,10 +1,17 @@
 // Places of the wheels, and which of them are driven.
 #pragma once
 
+#include <array>
+
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/vehicle.hpp"
 
 namespace odomd::estimator {
+
+/// All sources of wheel speeds: is_wheel().
+inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::wheel_front_right,
+                                          Source::wheel_rear_left,  Source::wheel_rear_right,
+                                          Source::wheel_rear,       Source::motor};
 
 /// Whether a source's wheel is driven; the motor counts as one.
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {

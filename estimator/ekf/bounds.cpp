@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/common/pose.hpp"
+#include "estimator/common/squares.hpp"
 
 namespace odomd::estimator::full {
 namespace {
@@ -18,9 +19,6 @@ constexpr double largest_state = 1e4;
 constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,
                                                          50.0, 1.0, 50.0, 10.0, 10.0, 0.5};
 constexpr std::array<double, slow::size> largest_slow_error{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0};
-
-// Keeps a strongly correlated P positive definite in spite of rounding; 1.7 % a day.
-constexpr double inflation = 1.0 + 1e-9;
 
 /// P = L D Lᵀ with all of D finite and positive. A NaN or infinity anywhere in P makes some element
 /// of D not finite.
@@ -41,7 +39,7 @@ bool is_positive_definite(Covariance P) noexcept {
 template <int Size, std::size_t Count>
 void limit(Eigen::Matrix<double, Size, Size>& P, const std::array<double, Count>& most) noexcept {
   static_assert(Size == Count);
-  P.diagonal() *= inflation;
+  P.diagonal() *= rounding_inflation;
   for (Eigen::Index i = 0; i < Size; ++i) {
     const double largest = most[static_cast<std::size_t>(i)];
     if (P(i, i) > largest * largest) {

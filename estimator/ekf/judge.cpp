@@ -116,10 +116,7 @@ double rejected_s(State& state, const Sample& sample) noexcept {
 }
 
 std::int64_t last_fused_ns(const State& state, Source source) noexcept {
-  if (!is_wheel(source)) {
-    return state.fused_ns[index_of(source)];
-  }
-  return last_wheel_ns(state);
+  return is_wheel(source) ? last_wheel_ns(state) : state.fused_ns[index_of(source)];
 }
 
 Judgement judge(const CarModel& model, State& state, const Sample& sample,

@@ -20,10 +20,10 @@ constexpr double smallest_mean = 1e-4;
 constexpr double as_stated = 1.0;
 
 /// The sigma to use, relative to the stated one, from a relative mean square.
-double bounded(const Tuning& tuning, double mean, Source source, bool resting) noexcept {
+double bounded(const Tuning& tuning, double mean, Source source, bool wheels_still) noexcept {
   const double range = tuning.noise_range;
-  const double least = resting ? 1.0 / (range * range) : 1.0 / range;
-  const double most = resting || source == Source::yaw_rate ? as_stated : range;
+  const double least = wheels_still ? 1.0 / (range * range) : 1.0 / range;
+  const double most = wheels_still || source == Source::yaw_rate ? as_stated : range;
   return std::sqrt(std::clamp(mean, least, most));
 }
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "estimator/common/time.hpp"
+#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/standstill.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
 
 namespace odomd::estimator::full {
 namespace {
@@ -50,40 +50,29 @@ bool agree(const Reading& before, const Sample& sample) noexcept {
                  change.rate * std::min(elapsed_s, longest_change_s);
 }
 
-/// Calls `with` with the index of every other wheel that has a current sample.
-template <typename With>
-void for_the_other_wheels(const State& state, const Sample& sample, const With& with) {
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const Reading& reading = state.readings[i];
-    if (i != index_of(sample.source) && reading.consistent > 0 &&
-        seconds_between(reading.time_ns, sample.time_ns) <= fresh_s) {
-      with(i);
-    }
-  }
-}
-
 }  // namespace
 
 int consistent_samples(const State& state, const Sample& sample) noexcept {
-  const auto of = [&](std::size_t source) {
-    const Reading& before = state.readings[source];
+  const auto of = [&](Source source) {
+    const Reading& before = state.readings[index_of(source)];
     return agree(before, sample) ? before.consistent : 0;
   };
   if (!is_wheel(sample.source)) {
-    return of(index_of(sample.source));
+    return of(sample.source);
   }
   int most = 0;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    most = std::max(most, of(i));
+  for (const Source wheel : wheel_sources) {
+    most = std::max(most, of(wheel));
   }
   return most;
 }
 
 std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept {
   std::int64_t since_ns = sample.time_ns;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    if (agree(state.readings[i], sample)) {
-      since_ns = std::min(since_ns, state.readings[i].time_ns);
+  for (const Source wheel : wheel_sources) {
+    const Reading& before = state.readings[index_of(wheel)];
+    if (agree(before, sample)) {
+      since_ns = std::min(since_ns, before.time_ns);
     }
   }
   return since_ns;
@@ -96,21 +85,26 @@ std::int64_t last_wheel_ns(const State& state) noexcept {
 
 WheelCount count_wheels(Driven driven, const State& state, const Sample& sample) noexcept {
   WheelCount wheels;
-  const auto count = [&](std::size_t source, double speed) {
-    const bool free = !is_driven(driven, static_cast<Source>(source));
+  for (const Source wheel : wheel_sources) {
+    const Reading& reading = state.readings[index_of(wheel)];
+    const bool own = wheel == sample.source;
+    if (!own &&
+        (reading.consistent == 0 || seconds_between(reading.time_ns, sample.time_ns) > fresh_s)) {
+      continue;
+    }
+    const double speed = own ? sample.value[0] : reading.value;
+    const bool free = !is_driven(driven, wheel);
     if (!is_turning(speed, sample.sigma[0])) {
       ++wheels.still;
       wheels.free_still |= free;
-      return;
+      continue;
     }
     if (wheels.turning == 0 || std::abs(speed) < std::abs(wheels.slowest)) {
       wheels.slowest = speed;
     }
     ++wheels.turning;
     wheels.free_turning |= free;
-  };
-  count(index_of(sample.source), sample.value[0]);
-  for_the_other_wheels(state, sample, [&](std::size_t i) { count(i, state.readings[i].value); });
+  }
   return wheels;
 }
 

@@ -1,7 +1,6 @@
 // docs/model.md, "Process".
 #include "estimator/ekf/process.hpp"
 
-#include <algorithm>
 #include <memory>
 
 #include "estimator/common/squares.hpp"

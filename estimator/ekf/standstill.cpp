@@ -15,7 +15,7 @@ namespace {
 
 // A wheel turns if it is faster than twice its noise, within these limits.
 constexpr double slowest_turning = 0.01;  // [m/s]
-constexpr double surely_turning = 0.03;
+constexpr double surely_turning = 0.03;   // [m/s]
 
 // Spread of a still gyro's readings, and distance from a known bias. The outermost readings are
 // slowly forgotten, as a bias drifts with the temperature.

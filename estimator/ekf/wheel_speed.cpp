@@ -60,16 +60,16 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   z.value = scale * rolling;
   // The wheel with the smallest noise scale keeps its weight: wheels may be inconsistent with each
   // other, but an accelerometer must not outweigh them all.
-  double least = state.wheel_noise_scale[index_of(source)];
+  const double noise_scale = state.wheel_noise_scale[index_of(source)];
+  double least = noise_scale;
   bool free = share == 0.0;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const Reading& reading = state.readings[i];
+  for (const Source wheel : wheel_sources) {
+    const Reading& reading = state.readings[index_of(wheel)];
     if (reading.consistent > 0 && seconds_between(reading.time_ns, state.time_ns) <= silent_s) {
-      least = std::min(least, state.wheel_noise_scale[i]);
-      free = free || slip_share(model.car.driven, static_cast<Source>(i), force) == 0.0;
+      least = std::min(least, state.wheel_noise_scale[index_of(wheel)]);
+      free = free || slip_share(model.car.driven, wheel, force) == 0.0;
     }
   }
-  const double noise_scale = state.wheel_noise_scale[index_of(source)];
   z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
   const double slipping = squared(tuning.slip_noise * share * force * rolling);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);

@@ -6,6 +6,7 @@
 
 #include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/common/wheel_place.hpp"
 
 namespace odomd::estimator::integrity {
 namespace {
@@ -48,8 +49,8 @@ void stop_with_locked_wheels(Observations& observed) noexcept {
   const double accel = observed.history(Source::accel_x).mean(Over::long_time);
   bool still = is_steady(observed.history(Source::yaw_rate)) &&
                std::abs(accel - observed.accel_offset) < braking * gravity;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const SourceHistory& wheel = observed.sources[i];
+  for (const Source source : wheel_sources) {
+    const SourceHistory& wheel = observed.history(source);
     still = still && (!wheel.alive(observed.now_ns) || std::abs(wheel.mean()) < slowest_turning);
   }
   if (!still || observed.camera_speed.alive(observed.now_ns)) {

@@ -19,14 +19,13 @@ using integrity::contains;
 using integrity::front_wheels;
 using integrity::gate;
 using integrity::margin;
-using integrity::rear_wheels;
-using integrity::wheels;
-
-using integrity::min_learning_speed;
 using integrity::only;
 using integrity::Over;
+using integrity::rear_wheels;
 using integrity::Solution;
+using integrity::SourceHistory;
 using integrity::Sources;
+using integrity::wheels;
 namespace of = integrity::of;
 
 constexpr std::int64_t check_interval_ns = 20'000'000;
@@ -52,16 +51,15 @@ double largest_change(Source source, double value, double elapsed_s) noexcept {
 
 void Integrity::add(Source source, std::int64_t time_ns, double value, double sigma,
                     std::int64_t arrival_ns) noexcept {
-  integrity::SourceHistory& history = observed_.sources[index_of(source)];
+  SourceHistory& history = observed_.sources[index_of(source)];
   if (history.seen && time_ns <= history.time_ns) {
     return;
   }
   if (is_wheel(source) && value < 0.0 && observed_.history(Source::direction).value >= 0.0) {
     negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
   }
-  integrity::add_sample(
-      history, time_ns, value, sigma, value == history.value,
-      largest_change(source, history.value, seconds_between(history.time_ns, time_ns)));
+  add_sample(history, time_ns, value, sigma, value == history.value,
+             largest_change(source, history.value, seconds_between(history.time_ns, time_ns)));
   history.arrival_ns = std::max(arrival_ns, time_ns);
 }
 
@@ -69,7 +67,7 @@ void Integrity::add(Source source, std::int64_t time_ns, double value, double si
 /// too, the map has jumped: the motion is then measured from there.
 void Integrity::add(const CameraPose& pose) noexcept {
   constexpr double longest_pause_s = 0.5;
-  integrity::SourceHistory& seen = observed_.sources[index_of(Source::camera)];
+  SourceHistory& seen = observed_.sources[index_of(Source::camera)];
   if (seen.seen && pose.capture_ns <= seen.time_ns) {
     return;
   }
@@ -83,8 +81,7 @@ void Integrity::add(const CameraPose& pose) noexcept {
     const double way = (pose.x - reference_pose_.x) * std::cos(middle) +
                        (pose.y - reference_pose_.y) * std::sin(middle);
     const double sigma = std::max(pose.sigma_x, pose.sigma_y);
-    const auto is_motion = [&](const integrity::SourceHistory& recent, double by, double noise,
-                               double rate) {
+    const auto is_motion = [&](const SourceHistory& recent, double by, double noise, double rate) {
       constexpr double sigmas = 8.0;
       const double most = sigmas * std::sqrt(observed_.errors.camera_noise_scale) * noise +
                           rate * (integrity::mean_s.front() + dt) * dt;
@@ -94,10 +91,9 @@ void Integrity::add(const CameraPose& pose) noexcept {
               !is_motion(observed_.camera_yaw_rate, turned, pose.sigma_yaw, largest_yaw_accel);
     if (!outlier) {
       constexpr auto unfiltered = integrity::Prefilter::none;
-      integrity::add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, 1e9,
-                            unfiltered);
-      integrity::add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw,
-                            same, 1e9, unfiltered);
+      add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, 1e9, unfiltered);
+      add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw, same, 1e9,
+                 unfiltered);
     }
   }
   const bool jumps = outlier && last_was_outlier_;
@@ -105,8 +101,8 @@ void Integrity::add(const CameraPose& pose) noexcept {
   if (!last_was_outlier_) {
     reference_pose_ = pose;
   }
-  integrity::add_sample(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
-  for (integrity::SourceHistory* const history :
+  add_sample(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
+  for (SourceHistory* const history :
        {&seen, &observed_.camera_speed, &observed_.camera_yaw_rate}) {
     history->arrival_ns = std::max(pose.arrival_ns, pose.capture_ns);
   }
@@ -126,7 +122,7 @@ Sources Integrity::distrusted() const noexcept {
 bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
                             Solution& base) noexcept {
   constexpr double slowest = 0.1;  // [m/s]
-  const integrity::SourceHistory& direction = observed_.history(Source::direction);
+  const SourceHistory& direction = observed_.history(Source::direction);
   if (negative_speeds_ == sign_known_after ||
       (direction.alive(checked_ns_) && direction.value != 0.0)) {
     backwards_ = false;
@@ -157,8 +153,8 @@ bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
     agreed_.reversed_distance = std::exchange(distance_, -distance_);
     observed_ = mirrored;
     observed_.integrated_sigma = integrity::Observations{}.integrated_sigma;
-    for (integrity::SourceHistory& history : observed_.sources) {
-      integrity::restart_means(history);
+    for (SourceHistory& history : observed_.sources) {
+      restart_means(history);
     }
     all = reversed;
     base = reversed_base;
@@ -204,18 +200,18 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   const bool sign_known = decide_sign(sensors, all, base);
   const Consensus longer = parities(sensors, observed_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
-  const bool soon = base.misfit > gate;
-  agreed_.contradicted = soon || longer_base.misfit > gate;
+  const bool by_short_mean = base.misfit > gate;
+  agreed_.contradicted = by_short_mean || longer_base.misfit > gate;
   const integrity::WithoutWheels without_wheels{agreed_.speed_without_wheels,
                                                 agreed_.speed_without_wheels_sigma};
   const auto isolate_fault = [&](const Consensus& rows, const Solution& solution) {
     return integrity::isolate_fault(observed_, rows, solution, out, without_wheels);
   };
   const Sources faulty = !sign_known            ? 0
-                         : soon                 ? isolate_fault(all, base)
+                         : by_short_mean        ? isolate_fault(all, base)
                          : agreed_.contradicted ? isolate_fault(longer, longer_base)
                                                 : 0;
-  raise_flags(faulty, !soon);
+  raise_flags(faulty, !by_short_mean);
   if (!agreed_.contradicted || faulty != 0) {
     agreed_.contradicted_since_ns = now_ns;
   }
@@ -246,21 +242,20 @@ void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) no
   const Solution no_wheels = all.without(out | faulty | wheels);
   agreed_.speed_without_wheels = no_wheels.motion[of::speed];
   agreed_.speed_without_wheels_sigma = no_wheels.sigma[of::speed];
-  const Sources present_wheels = wheels & present_;
-  agreed_.wheels_distrusted = present_wheels != 0 && (present_wheels & ~distrusted()) == 0;
+  const auto all_distrusted = [&](Sources sources) {
+    return (present_ & sources) != 0 && (present_ & sources & ~distrusted()) == 0;
+  };
+  agreed_.wheels_distrusted = all_distrusted(wheels);
   // The car may slide at a high lateral acceleration or while an axle slips; and then as long as it
   // yaws faster than any steering angle makes it.
   constexpr double sharpest = 0.55;  // tan δ
   constexpr double slide_memory_s = 0.24;
-  const auto slips = [&](Sources axle) {
-    return (present_ & axle) != 0 && (present_ & axle & ~distrusted()) == 0;
-  };
   const double largest_yaw_rate = std::abs(observed_.speed()) * sharpest / sensors.car.wheelbase();
   const bool spins =
       observed_.slides(now_ns, slide_memory_s) &&
       std::abs(observed_.yaw_rate()) > largest_yaw_rate + integrity::largest_gyro_bias;
   if (lateral_accel(observed_, Over::short_time) > integrity::sliding_accel ||
-      slips(front_wheels) || slips(rear_wheels) || spins) {
+      all_distrusted(front_wheels) || all_distrusted(rear_wheels) || spins) {
     observed_.last_slide_ns = now_ns;
   }
   const Sources trusted = ~distrusted();
@@ -337,10 +332,10 @@ void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcep
   trust.agreed_s += conclusive ? dt : without_turn * dt;
   if (trust.agreed_s >= trust.required_s) {
     trust.flag = SourceFlag::ok;
-    integrity::restart_means(observed_.sources[source]);
+    restart_means(observed_.sources[source]);
     if (source == index_of(Source::camera)) {
-      integrity::restart_means(observed_.camera_speed);
-      integrity::restart_means(observed_.camera_yaw_rate);
+      restart_means(observed_.camera_speed);
+      restart_means(observed_.camera_yaw_rate);
     }
   }
 }

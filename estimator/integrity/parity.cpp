@@ -194,9 +194,9 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
   // Driven wheels slip, and all that brake, in proportion to the acceleration: the smaller one of
   // accelerometer and wheels.
   double faster = 0.0;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const double rate = observed.sources[i].rate(over);
-    if (observed.usable(static_cast<Source>(i)) && std::abs(rate) > std::abs(faster)) {
+  for (const Source wheel : wheel_sources) {
+    const double rate = observed.history(wheel).rate(over);
+    if (observed.usable(wheel) && std::abs(rate) > std::abs(faster)) {
       faster = rate;
     }
   }
@@ -221,12 +221,12 @@ Consensus parities(const Sensors& sensors, const Observations& observed, bool ba
   const auto alive = [&](Source source) { return has_mean(observed.history(source)); };
   int turning = 0;
   int standing = 0;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    if (alive(static_cast<Source>(i))) {
-      if (observed.usable(static_cast<Source>(i))) {
-        ++(std::abs(observed.sources[i].mean()) < slowest_turning ? standing : turning);
+  for (const Source wheel : wheel_sources) {
+    if (alive(wheel)) {
+      if (observed.usable(wheel)) {
+        ++(std::abs(observed.history(wheel).mean()) < slowest_turning ? standing : turning);
       }
-      all.add(wheel_row(view, static_cast<Source>(i), backwards));
+      all.add(wheel_row(view, wheel, backwards));
     }
   }
   const bool stands = standing > 0 && turning == 0;

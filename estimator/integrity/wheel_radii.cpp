@@ -20,14 +20,14 @@ void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& b
   }
   const double side = v * base.motion[of::yaw_rate] / gravity;
   for (const Row& row : all) {
-    for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-      if (row.sources != Sources{1} << i) {
+    for (const Source wheel : wheel_sources) {
+      if (row.sources != only(wheel)) {
         continue;
       }
       const double error = row.off(base.motion) * row.sigma / v;
-      double& radius = observed.radius[i];
+      double& radius = observed.radius[index_of(wheel)];
       radius = std::clamp(radius + dt / learnt_s * error, -most, most);
-      const double left = wheel_place(sensors.car, static_cast<Source>(i)).left;
+      const double left = wheel_place(sensors.car, wheel).left;
       if (left != 0.0) {
         observed.load =
             std::clamp(observed.load - std::copysign(dt, left) * side * error, -most, most);

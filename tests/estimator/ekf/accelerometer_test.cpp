@@ -1,4 +1,4 @@
-// The accelerometers' predictions against the model they are made of and differences.
+// Compares the accelerometers' predictions with the model and with central differences.
 #include "estimator/ekf/accelerometer.hpp"
 
 #include <gtest/gtest.h>
@@ -51,9 +51,8 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
       expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro knows it better
       const Prediction z = predict(state);
       EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-8);
-      EXPECT_LT(
-          (z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-          1e-8);
+      EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
+                1e-8);
     }
   }
 }
@@ -73,9 +72,8 @@ TEST(AccelY, DependsOnTheStateAsItSays) {
       EXPECT_LT((by - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
                 1e-6 * (1.0 + by.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
-      EXPECT_LT(
-          (z.by_slow - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-          1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
+      EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
+                1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
     }
   }
@@ -99,7 +97,7 @@ TEST(AccelY, IsTheForceOfTheTyresOverTheMassAtTheImu) {
   EXPECT_NEAR(predict_accel_y(model, input, state, sigma, dt).value,
               1.1 * (1.5 * yaw_rate - yaw_rate * yaw_rate * 0.015) + 0.25, 1e-6);
 
-  // Off the circle the lever arm ahead feels ψ̈.
+  // Off the circle the lever arm ahead adds ψ̈.
   state.slow.mean.setZero();
   state.mean[at::yaw_rate] = 0.0;
   const double at_imu = predict_accel_y(model, input, state, sigma, dt).value;
@@ -119,7 +117,7 @@ TEST(AccelY, OfTyresThatSlideIsWhatTheyHold) {
   EXPECT_NEAR(predict_accel_y(model, {0.0, true}, state, sigma, 1e-4).value, -4.0, 0.05);
 }
 
-TEST(AccelY, AtWalkingPaceAndStandingTeachesItsBiasAlone) {
+TEST(AccelY, AtWalkingPaceAndStandstillCorrectsItsBiasAlone) {
   const CarModel model = car_with_imu_aside();
   Vector bias = Vector::Zero();
   bias[at::accel_bias_y] = 1.0;

@@ -1,5 +1,4 @@
-// What a prediction says of its dependence on the state, against central differences; and what a
-// step of the process makes of a small change.
+// Compares the derivatives of a prediction, and of a step of the process, with central differences.
 #pragma once
 
 #include "estimator/ekf/process.hpp"
@@ -33,7 +32,7 @@ Vector differences(const State& at, const Predict& predict, double step = 1e-6) 
 
 /// ∂h/∂s by differences.
 template <typename Predict>
-SlowVector differences_by_lasting(const State& at, const Predict& predict, double step = 1e-6) {
+SlowVector differences_by_slow(const State& at, const Predict& predict, double step = 1e-6) {
   SlowVector by;
   for (Eigen::Index i = 0; i < slow::size; ++i) {
     State above = at;
@@ -52,7 +51,7 @@ struct LinearStep {
   Eigen::Matrix<double, at::size, slow::size> by_slow =
       Eigen::Matrix<double, at::size, slow::size>::Zero();
   Matrix noise = Matrix::Zero();
-  SlowMatrix lasting_noise = SlowMatrix::Zero();
+  SlowMatrix slow_noise = SlowMatrix::Zero();
 };
 
 /// Read off the sensitivity, B ← F B + ∂f/∂s: of B = 0, and of unit vectors.
@@ -70,12 +69,12 @@ inline LinearStep linear_step(const CarModel& model, const Input& input, double 
   LinearStep step{.mean = plain.mean,
                   .by_slow = plain.slow.sensitivity,
                   .noise = plain.covariance,
-                  .lasting_noise = plain.slow.covariance};
+                  .slow_noise = plain.slow.covariance};
   for (Eigen::Index i = 0; i < at::size; ++i) {
     const State after =
         stepped([i](State& changed) { changed.slow.sensitivity(i, slow::gyro_bias) = 1.0; });
-    step.F.col(i) = after.slow.sensitivity.col(slow::gyro_bias) -
-                    plain.slow.sensitivity.col(slow::gyro_bias);
+    step.F.col(i) =
+        after.slow.sensitivity.col(slow::gyro_bias) - plain.slow.sensitivity.col(slow::gyro_bias);
   }
   return step;
 }

@@ -1,5 +1,4 @@
-// Which samples of the car's own sensors are believed, what they may move, and what of a surprise
-// they are taken to say.
+// Gates of the car's own sensors, the states that each may correct, and sudden changes.
 #include "estimator/ekf/judge.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +17,7 @@ namespace odomd::estimator::full::judge_test {
 namespace {
 
 using testing::Car;
-using testing::Says;
+using testing::SensorValues;
 using testing::straight_at;
 using testing::with;
 using testing::without;
@@ -76,7 +75,7 @@ TEST(Judge, NeitherATurnNorASideForceSetsTheSpeed) {
   EXPECT_NE(state.mean[at::v_y], before[at::v_y]);
 }
 
-TEST(Judge, ASampleTeachesOnlyTheLastingErrorItMay) {
+TEST(Judge, ASampleCorrectsOnlyItsSlowError) {
   const CarModel model;
   for (const bool standing : {false, true}) {
     State state = on_its_way();
@@ -89,17 +88,16 @@ TEST(Judge, ASampleTeachesOnlyTheLastingErrorItMay) {
   }
 }
 
-/// A car of honest sensors that brakes from 2 m/s at once after a calm second; how far its speed is
-/// off at most.
-double worst_while_braking(Car& car, double braking, const Says& hears) {
+/// Largest error of the speed of a car without faults that brakes suddenly from 2 m/s.
+double worst_while_braking(Car& car, double braking, const SensorValues& sensors) {
   const auto going = [&](double speed, double accel) {
-    Says says = with(straight_at(speed), Source::accel_x, accel);
+    SensorValues values = with(straight_at(speed), Source::accel_x, accel);
     for (const auto& [source, value] : straight_at(0.0).signals) {
-      if (!hears.signals.contains(source)) {
-        says = without(says, source);
+      if (!sensors.signals.contains(source)) {
+        values = without(values, source);
       }
     }
-    return says;
+    return values;
   };
   car.drive(3.0, going(2.0, 0.0));
   double worst = 0.0;
@@ -117,7 +115,7 @@ TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
     Car car;
     EXPECT_LT(worst_while_braking(car, braking, straight_at(0.0)), 0.1) << braking;
     EXPECT_TRUE(car.gated.empty() || car.gated[Source::wheel_rear_left] <= 2) << braking;
-    // It was the pedal, neither a bias nor a car that pitches; a little of 9 m/s² may be a slope.
+    // It is a change of a_x, not of bias or pitch gradient; a little of 9 m/s² may be a slope.
     EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05 * braking + 0.05) << braking;
     EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05) << braking;
   }
@@ -156,7 +154,7 @@ TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
   Car car;
   for (int i = 0; i < 40; ++i) {
     const double way = i % 2 == 0 ? 1.0 : -1.0;
-    Says turn = with(straight_at(v), Source::steering, way * delta);
+    SensorValues turn = with(straight_at(v), Source::steering, way * delta);
     turn = with(with(turn, Source::yaw_rate, way * yaw_rate), Source::accel_y,
                 way * 1.1 * v * yaw_rate);
     turn = without(without(turn, Source::wheel_front_left), Source::wheel_front_right);

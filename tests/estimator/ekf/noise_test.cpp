@@ -1,5 +1,4 @@
-// Noise from the data: what is made of a sensor's scatter and of the filter's surprises, and how
-// far it goes at most.
+// Noise from the data: by the scatter of a sensor and by the innovations, and the bounds of both.
 #include "estimator/ekf/noise.hpp"
 
 #include <gtest/gtest.h>
@@ -14,14 +13,14 @@ namespace {
 
 constexpr double stated = 0.03;
 
-/// The sigma that is used in the end, of a sensor that scatters by `scatter` stated sigmas about
-/// `signal` of the sample's number.
+/// The final sigma of a sensor that scatters by `scatter` stated sigmas about `signal`, a function
+/// of the sample's number.
 template <typename Signal>
-double used(State& state, Source source, bool resting, double scatter, const Signal& signal,
+double used(State& state, Source source, bool still, double scatter, const Signal& signal,
             int samples = 2000) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  state.standstill.wheels_still = resting;
+  state.standstill.wheels_still = still;
   double sigma = 0.0;
   for (int i = 0; i < samples; ++i) {
     Sample sample{.source = source, .sigma = {stated}};
@@ -48,7 +47,7 @@ TEST(MeasuredNoise, IsWhatTheSamplesScatterBy) {
 TEST(MeasuredNoise, IsBoundedAroundWhatIsStated) {
   struct Case {
     Source source;
-    bool resting;
+    bool still;
     double scatter;
     double expected;
   };
@@ -60,8 +59,7 @@ TEST(MeasuredNoise, IsBoundedAroundWhatIsStated) {
                         {Source::accel_y, false, 0.0, std::sqrt(0.1)},
                         {Source::accel_y, false, 20.0, std::sqrt(10.0)}}) {
     State state;
-    EXPECT_NEAR(used(state, c.source, c.resting, c.scatter, nothing), c.expected, 1e-12)
-        << c.scatter;
+    EXPECT_NEAR(used(state, c.source, c.still, c.scatter, nothing), c.expected, 1e-12) << c.scatter;
   }
 }
 
@@ -69,7 +67,7 @@ TEST(MeasuredNoise, AtRestAndOnTheMoveAreApart) {
   State state;
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing), 0.2, 0.03);
   EXPECT_NEAR(used(state, Source::accel_x, false, 2.0, nothing), 2.0, 0.3);
-  // Back at rest it is at once what it was there.
+  // At rest it is immediately the old one.
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing, 5), 0.2, 0.03);
 }
 
@@ -115,7 +113,7 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
   constexpr Source wheel = Source::wheel_front_left;
   State state;
   state.wheel_noise_scale[index_of(wheel)] = 9.0;
-  EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "not heard yet";
+  EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "no sample yet";
   state.readings[index_of(wheel)].consistent = 1;
   EXPECT_DOUBLE_EQ(noise_of(t, state, wheel, stated).speed_share, 0.012);
   EXPECT_EQ(noise_of(t, state, wheel, stated).moving, 0.0);
@@ -137,8 +135,8 @@ TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
   }
 }
 
-/// Surprises of so many sigmas for 100 s, 100 a second; `share`: of the wheel's own relative
-/// error, the rest is of the state.
+/// The state after innovations of so many sigmas for 100 s, 100 a second; `share`: of the wheel's
+/// own relative error in the variance, the rest being the state's.
 State surprised(Source source, double sigmas, double share, State state = {}) {
   state.readings[index_of(source)].interval_s = 0.01;
   const Sample sample{.source = source};
@@ -153,7 +151,7 @@ State surprised(Source source, double sigmas, double share, State state = {}) {
   return state;
 }
 
-TEST(Unrest, GrowsAndShrinksToItsBoundsWithTheSurprises) {
+TEST(NoiseScale, GrowsAndShrinksToItsBoundsWithTheInnovations) {
   const Tuning t;
   constexpr Source wheel = Source::wheel_rear_left;
   const State restless = surprised(wheel, 3.0, 0.5);
@@ -171,19 +169,19 @@ TEST(Unrest, GrowsAndShrinksToItsBoundsWithTheSurprises) {
   EXPECT_EQ(surprised(Source::yaw_rate, 3.0, 0.5, straight).turn_noise_scale, 1.0);
 }
 
-TEST(Unrest, StaysWhereSurprisesAreAsExpected) {
+TEST(NoiseScale, StaysIfTheInnovationsAreAsExpected) {
   const State state = surprised(Source::wheel_rear_left, 1.0, 0.5);
   EXPECT_NEAR(state.drive_noise_scale, 1.0, 1e-9);
   EXPECT_NEAR(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0, 1e-9);
 }
 
-TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
-  // All of S is the wheel's own noise: it says nothing of a_x; and nothing of it, nothing of the
-  // wheel.
+TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
+  // If all of S is the wheel's own noise, the sample says nothing about a_x; if none of it is,
+  // nothing about the wheel.
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_noise_scale, 1.0);
-  EXPECT_EQ(
-      surprised(Source::wheel_rear_left, 3.0, 0.0).wheel_noise_scale[index_of(Source::wheel_rear_left)],
-      1.0);
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.0)
+                .wheel_noise_scale[index_of(Source::wheel_rear_left)],
+            1.0);
   // A wheel's sigma is not its relative error.
   State state;
   state.readings[index_of(Source::wheel_rear_left)].interval_s = 0.01;
@@ -194,14 +192,14 @@ TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
   adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
   EXPECT_EQ(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0);
   EXPECT_LT(state.drive_noise_scale, 1.0);
-  // Nor does what is heard of a car that stands.
+  // Nor does a sample at standstill.
   State standing;
   standing.standstill.standing = true;
   EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_noise_scale, 1.0);
   EXPECT_EQ(surprised(Source::yaw_rate, 0.1, 0.5, standing).turn_noise_scale, 1.0);
 }
 
-TEST(Unrest, OneWildSampleMovesItByLittle) {
+TEST(NoiseScale, AnOutlierChangesItLittle) {
   State state;
   state.readings[index_of(Source::wheel_rear_left)].interval_s = 1.0;
   Prediction z;
@@ -214,7 +212,7 @@ TEST(Unrest, OneWildSampleMovesItByLittle) {
   EXPECT_LT(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.5);
 }
 
-TEST(Unrest, OfTheWayFollowsTheCamera) {
+TEST(NoiseScale, TheOneOfThePositionFollowsTheCamera) {
   const Tuning t;
   State state;
   for (int i = 0; i < 5000; ++i) {

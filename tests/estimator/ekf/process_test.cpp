@@ -1,5 +1,4 @@
-// The motion of the full filter against automatic differentiation, and against the models it is
-// made of.
+// Compares the process model with automatic differentiation and with its parts.
 #include "estimator/ekf/process.hpp"
 
 #include <gtest/gtest.h>
@@ -32,8 +31,8 @@ struct Stiffnesses {
   double rear;
 };
 
-/// Eqs 32 and 33 with |v_x| and the stiffnesses of one step, and eqs 8 and 9 by its mean velocity,
-/// written down once more.
+/// Independent implementation of eqs 32 and 33 with |v_x| and the stiffnesses of a step, and of eqs
+/// 8 and 9 by its mean velocity.
 DualVector next(const CarModel& model, const Input& input, const Stiffnesses& tyres,
                 const DualVector& x, const Dual& kappa) {
   using std::abs;
@@ -123,9 +122,8 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
           << state.mean.transpose();
       EXPECT_LT((step.F - J.leftCols<at::size>()).cwiseAbs().maxCoeff(), 1e-11 * scale)
           << state.mean.transpose();
-      EXPECT_LT(
-          (step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
-          1e-11 * scale);
+      EXPECT_LT((step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
+                1e-11 * scale);
       for (Eigen::Index i = 0; i < slow::size; ++i) {
         EXPECT_TRUE(i == slow::stiffness_scale || step.by_slow.col(i).isZero(0.0)) << i;
       }
@@ -250,7 +248,7 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   EXPECT_NEAR(std::sqrt(grown(gravity) - straight), model.tuning.side_slip * gravity, 0.15);
   EXPECT_NEAR(std::sqrt(grown(0.5 * gravity) - straight), model.tuning.side_slip * gravity / 8.0,
               0.02);
-  // A tyre that is known to saturate leaves out less. One of much grip, to be as stiff as before.
+  // The model error of a saturating tyre is smaller. High grip keeps the stiffness.
   const double linear = grown(gravity) - straight;
   model.car.grip_rear = 1e6;
   EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / linear), model.tuning.side_slip_grip, 1e-3);
@@ -272,9 +270,9 @@ TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
               2.0 * std::pow(t.steering_offset_walk, 2), 1e-12);
   grown.bottomRightCorner<3, 3>().diagonal().setZero();
   EXPECT_TRUE(grown.isZero(0.0));
-  const SlowMatrix lasting_grown = state.slow.covariance - before.slow.covariance;
-  EXPECT_NEAR(lasting_grown(slow::gyro_bias, slow::gyro_bias),
-              2.0 * std::pow(t.gyro_bias_walk, 2), 1e-12);
+  const SlowMatrix slow_growth = state.slow.covariance - before.slow.covariance;
+  EXPECT_NEAR(slow_growth(slow::gyro_bias, slow::gyro_bias), 2.0 * std::pow(t.gyro_bias_walk, 2),
+              1e-12);
 }
 
 TEST(BrushTyre, IsLinearWhereItHardlySlips) {

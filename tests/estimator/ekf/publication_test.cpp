@@ -1,4 +1,4 @@
-// What of the state is published, and what a successor makes of it.
+// The published part of the state, and the state that resumes from it.
 #include "estimator/ekf/publication.hpp"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ TEST(Resumed, KeepsWhatIsKnownOfTheVelocity) {
   EXPECT_EQ(grown[1], 2e-4);
 }
 
-TEST(Resumed, BeginsAnewWhereTheVelocitysCovarianceIsNone) {
+TEST(Resumed, StartsWithItsOwnVelocityCovarianceIfThereIsNone) {
   for (const Symmetric3& given : {Symmetric3{}, diagonal(1.0, -1.0, 1.0),
                                   diagonal(std::nan(""), 1.0, 1.0), Symmetric3{1, 2, 0, 1, 0, 1}}) {
     Estimate e = predecessor();
@@ -122,7 +122,7 @@ TEST(Publication, StandingNothingChanges) {
   EXPECT_EQ(e.yaw_accel, 0.0);
 }
 
-TEST(Publication, SaysHowFarAllMayBeOffTheLastingErrorsToo) {
+TEST(Publication, TheCovarianceIncludesTheSlowErrors) {
   State state = resumed(predecessor(), 0.0, fresh());
   state.slow.sensitivity(at::yaw, slow::gyro_bias) = -10.0;
   state.slow.sensitivity(at::x, slow::gyro_bias) = 2.0;

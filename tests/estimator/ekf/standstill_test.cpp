@@ -1,4 +1,4 @@
-// When the car is taken to stand, when to have set off, and what is learnt meanwhile.
+// Begin and end of a standstill, and what is estimated in it.
 #include "estimator/ekf/standstill.hpp"
 
 #include <gtest/gtest.h>
@@ -35,8 +35,8 @@ State just_stopped() {
   return state;
 }
 
-/// Says what wheels and gyro say, every 10 ms, until the car stands or for `duration_ms`; returns
-/// how long that took [ms].
+/// Sends wheel and gyro samples every 10 ms until the car stands, or for `duration_ms`; returns how
+/// long that took [ms].
 template <typename Wheel, typename Gyro>
 std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& wheel,
                            const Gyro& gyro) {
@@ -59,7 +59,7 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
 constexpr auto zero = [](std::int64_t) { return 0.0; };
 
 TEST(Standstill, AHaltMovesNoPose) {
-  // After a long way every error of the velocity goes with one of the pose.
+  // After a long way the errors of velocity and pose are correlated.
   State state = just_stopped();
   state.slow.sensitivity.topRows<3>().array() += 100.0;
   const Eigen::Vector3d before = state.mean.head<3>();
@@ -90,7 +90,7 @@ TEST(Standstill, ANoisySensorHidesNoSlowCreeping) {
   EXPECT_TRUE(is_turning(-0.05, 1.0));
 }
 
-TEST(Standstill, BeginsAnewAfterATurnOfAWheel) {
+TEST(Standstill, StartsAgainAfterATurnOfAWheel) {
   State state = just_stopped();
   const auto pushed_once = [](std::int64_t ms) { return ms == 200 ? 0.1 : 0.0; };
   EXPECT_EQ(time_to_stand(state, 1000, pushed_once, zero), 510);
@@ -131,7 +131,7 @@ TEST(Standstill, IsOverWhenTheCarIsTurnedByHand) {
   EXPECT_TRUE(testing::is_covariance(state.covariance));
 }
 
-/// A car that stands, from before it has ever moved, with what its sensors say of that.
+/// A car that has not moved yet, with its samples.
 class AtRest {
  public:
   static constexpr double gyro_bias = 0.013;
@@ -143,12 +143,12 @@ class AtRest {
   /// One tick: gyro and accelerometer, every second time the wheels.
   void tick() {
     state_time_ns_ += 5 * millisecond;
-    say(Source::yaw_rate, gyro_bias, gyro_sigma);
-    say(Source::accel_x, accel_bias_x, 0.1);
-    say(Source::accel_y, accel_bias_y, 0.1);
+    push(Source::yaw_rate, gyro_bias, gyro_sigma);
+    push(Source::accel_x, accel_bias_x, 0.1);
+    push(Source::accel_y, accel_bias_y, 0.1);
     if (++ticks_ % 2 == 0) {
-      say(Source::wheel_rear_left, 0.0, wheel_sigma);
-      say(Source::wheel_rear_right, 0.0, wheel_sigma);
+      push(Source::wheel_rear_left, 0.0, wheel_sigma);
+      push(Source::wheel_rear_right, 0.0, wheel_sigma);
     }
     advance(context_, state, state_time_ns_);
   }
@@ -156,7 +156,7 @@ class AtRest {
   State state;
 
  private:
-  void say(Source source, double value, double sigma) {
+  void push(Source source, double value, double sigma) {
     advance(context_, state, state_time_ns_);
     const Judgement judgement =
         take(context_, state,
@@ -214,8 +214,7 @@ TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
       }
     }
     ASSERT_TRUE(state.standstill.standing);
-    const double sigma =
-        std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
+    const double sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
     EXPECT_NEAR(sigma, share * gyro_sigma / std::sqrt(300.0), 0.4 * share * gyro_sigma / 17.0);
     EXPECT_LT(std::abs(state.slow.mean[slow::gyro_bias] - 0.013), 3.0 * sigma);
   }
@@ -257,7 +256,7 @@ TEST(Standstill, WithoutACameraThePoseIsKnownNoBetterForIt) {
   for (int i = 0; i < 6000; ++i) {
     car.tick();
     const Eigen::Vector3d next = known();
-    // By what one step of a corrected velocity is worth, and no more.
+    // At most by one step of the corrected velocity.
     ASSERT_TRUE((next.array() >= 0.9999 * variances.array()).all()) << i;
     if (i == 200) {
       variances = next;

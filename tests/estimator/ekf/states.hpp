@@ -1,4 +1,4 @@
-// States of the full filter to try things at.
+// Test states of the full filter.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,14 @@
 
 namespace odomd::estimator::full::testing {
 
-/// Every slow error off its zero.
+/// All slow errors nonzero.
 inline SlowVector some_slow_values() {
   SlowVector errors;
   errors << 0.02, 0.01, 0.015, 0.004, -0.2, 0.07, -0.03;
   return errors;
 }
 
-/// Standing, forward and in reverse, straight and at full lock, every other state off its zero.
+/// Standing, forward and in reverse, straight and at full lock, all other states nonzero.
 inline std::vector<State> grid_of_states() {
   std::vector<State> states;
   for (const double v_x : {-3.0, -0.4, -0.1, 0.0, 0.003, 0.1, 1.0, 4.0, 20.0}) {
@@ -56,7 +56,7 @@ Square some_covariance(double size = 1e-2) {
   return 0.5 * (product + product.transpose());
 }
 
-/// SlowErrors errors that are known so well, and have made something of every state.
+/// Slow errors with an effect on every state.
 inline SlowErrors some_slow_errors(double size = 1e-2) {
   SlowErrors some;
   some.mean = some_slow_values();
@@ -65,7 +65,7 @@ inline SlowErrors some_slow_errors(double size = 1e-2) {
   return some;
 }
 
-/// Not nearly so, and symmetric to the bit: what every covariance must be after every update.
+/// Positive definite, and symmetric to the bit, as after every update.
 template <typename Square>
 bool is_covariance(const Square& P) {
   return P.allFinite() && P == P.transpose() && Eigen::LLT<Square>(P).info() == Eigen::Success;

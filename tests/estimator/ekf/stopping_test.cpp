@@ -1,4 +1,4 @@
-// Stopping, standing and setting off, by what wheels and gyro say together.
+// Stopping, standing and setting off, by wheels and gyro together.
 
 #include <gtest/gtest.h>
 
@@ -14,12 +14,12 @@ using testing::bend_at;
 using testing::Car;
 using testing::millisecond;
 using testing::period_ns;
-using testing::Says;
+using testing::SensorValues;
 using testing::straight_at;
 using testing::with;
 using testing::without;
 
-TEST(Stopping, AGyroThatInsistsOnACarThatStandsHasAnotherBias) {
+TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   ASSERT_TRUE(car.state.standstill.standing);
@@ -33,12 +33,12 @@ TEST(Stopping, AGyroThatInsistsOnACarThatStandsHasAnotherBias) {
 TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
   for (const double bias : {0.15, -0.3}) {
     Car car;
-    const Says says = with(straight_at(0.0), Source::yaw_rate, bias);
-    car.drive(2.0, says);
+    const SensorValues values = with(straight_at(0.0), Source::yaw_rate, bias);
+    car.drive(2.0, values);
     ASSERT_TRUE(car.state.standstill.standing);
     EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], bias, 0.003);
     const double yaw = car.state.mean[at::yaw];
-    car.drive(20.0, says);
+    car.drive(20.0, values);
     EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
     EXPECT_TRUE(car.gated.empty());
   }
@@ -72,9 +72,9 @@ TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.1);
 }
 
-TEST(Stopping, WheelsThatStopWithTheCarAreBelieved) {
-  // Against a wall: the accelerometer had no time to feel much of it. Wheels that had died would
-  // say the same, so it takes a while; and nobody knows where the car stands.
+TEST(Stopping, WheelsThatStopWithTheCarAreAccepted) {
+  // Against a wall, too fast for the accelerometer. Dead wheels would look the same, so it takes a
+  // while; and the pose is doubtful.
   Car car;
   car.drive(2.0, straight_at(3.0));
   const double x = car.state.mean[at::x];
@@ -99,11 +99,11 @@ TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
 TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
   for (const double speed : {0.3, 1.0, 3.0}) {
     Car car;
-    const Says stuck = with(straight_at(0.0), Source::wheel_rear_right, speed);
+    const SensorValues stuck = with(straight_at(0.0), Source::wheel_rear_right, speed);
     car.drive(5.0, stuck);
     EXPECT_TRUE(car.state.standstill.standing) << speed;
     EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.02) << speed;
-    // Nor does it keep one standing, or lead one that drives.
+    // Nor does it keep a car standing, or move one.
     car.drive(4.0, with(straight_at(1.0), Source::wheel_rear_right, speed));
     EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02) << speed;
     EXPECT_NEAR(car.state.mean[at::x], 4.0, 0.1) << speed;
@@ -114,11 +114,11 @@ TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double x = car.state.mean[at::x];
-  Says spinning = with(straight_at(0.0), Source::wheel_rear_left, 3.0);
+  SensorValues spinning = with(straight_at(0.0), Source::wheel_rear_left, 3.0);
   spinning.signals[Source::wheel_rear_right] = 3.0;
   car.drive(0.5, spinning);
   for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
-    Says rolling = with(spinning, Source::wheel_front_left, 0.005 * i);
+    SensorValues rolling = with(spinning, Source::wheel_front_left, 0.005 * i);
     rolling.signals[Source::wheel_front_right] = 0.005 * i;
     car.tick(with(rolling, Source::accel_x, 1.0));
   }
@@ -128,10 +128,10 @@ TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
 
 TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
   Car car;
-  const Says still{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}, {Source::motor, 0.0}}};
+  const SensorValues still{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}, {Source::motor, 0.0}}};
   car.drive(3.0, still);
   ASSERT_TRUE(car.state.standstill.standing);
-  EXPECT_EQ(car.say(Source::motor, 2.0).verdict, Verdict::gated);
+  EXPECT_EQ(car.push(Source::motor, 2.0).verdict, Verdict::gated);
   car.drive(0.1, still);
   EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x], 0.0, 1e-3);
@@ -149,7 +149,7 @@ TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
   EXPECT_GT(car.state.mean[at::yaw], 0.05);
 }
 
-TEST(Stopping, AnHonestGyroKeepsTheCarStanding) {
+TEST(Stopping, AGyroWithoutFaultKeepsTheCarStanding) {
   std::mt19937 random(3);
   for (const double sigma : {0.005, 0.03, 0.1}) {
     Car car;
@@ -182,14 +182,14 @@ TEST(Stopping, OneWildSpeedMovesNoCarThatStands) {
   car.drive(2.0, straight_at(0.0));
   const double x = car.state.mean[at::x];
   for (int i = 0; i < 10; ++i) {
-    EXPECT_EQ(car.say(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
+    EXPECT_EQ(car.push(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
     car.drive(0.1, straight_at(0.0));
     EXPECT_TRUE(car.state.standstill.standing);
   }
   EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
 }
 
-TEST(Stopping, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {
+TEST(Stopping, APersistentAccelerationAtStandstillIsANewBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double front = car.state.covariance(at::front_angle, at::front_angle);
@@ -199,7 +199,7 @@ TEST(Stopping, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {
   EXPECT_EQ(car.state.covariance(at::front_angle, at::front_angle), front);
 }
 
-TEST(Stopping, AnAccelerometerThatInsistsOnASlopeHasAnotherBiasToo) {
+TEST(Stopping, APersistentAccelerationOnASlopeIsANewBiasToo) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   ASSERT_TRUE(car.state.standstill.standing);
@@ -209,7 +209,7 @@ TEST(Stopping, AnAccelerometerThatInsistsOnASlopeHasAnotherBiasToo) {
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], 2.0, 0.1);
 }
 
-TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveTeachesNoBias) {
+TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double bias = car.state.mean[at::accel_bias_x];
@@ -219,12 +219,12 @@ TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveTeachesNoBias) {
 
 TEST(Stopping, ReversesThroughStandstill) {
   Car car;
-  car.say(Source::direction, 1.0);
+  car.push(Source::direction, 1.0);
   car.drive(1.0, straight_at(0.5));
   const double turn_around = car.state.mean[at::x];
   for (int i = 0; i < 100; ++i) {  // at 2 m/s²
     const double v = 0.5 - 0.01 * i;
-    car.say(Source::direction, v < 0.0 ? -1.0 : 1.0);
+    car.push(Source::direction, v < 0.0 ? -1.0 : 1.0);
     car.tick(with(straight_at(std::abs(v)), Source::accel_x, -2.0));
   }
   car.drive(1.0, straight_at(0.5));
@@ -246,23 +246,23 @@ TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveIsNotSurelyWhereItStood) 
 
 TEST(Stopping, ADirectionThatComesLateLeavesThePlaceUncertain) {
   Car car;
-  car.say(Source::direction, 1.0);
+  car.push(Source::direction, 1.0);
   car.drive(3.0, straight_at(0.0));
   const double before = car.state.covariance(at::x, at::x);
   const double x = car.state.mean[at::x];
   for (int i = 0; i < 80; ++i) {  // backwards, at 1 m/s²
     car.tick(with(straight_at(0.005 * i), Source::accel_x, -1.0));
   }
-  car.say(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
   const double off = car.state.mean[at::x] - (x - 0.5 * 0.4 * 0.4);
   EXPECT_GT(off, 0.05);
   EXPECT_LT(off, 2.0 * std::sqrt(car.state.covariance(at::x, at::x) - before));
 }
 
-Says of_two_wheels(double left, double right) {
-  Says says =
+SensorValues of_two_wheels(double left, double right) {
+  SensorValues values =
       with(with(straight_at(0.0), Source::wheel_rear_left, left), Source::wheel_rear_right, right);
-  return without(without(says, Source::wheel_front_left), Source::wheel_front_right);
+  return without(without(values, Source::wheel_front_left), Source::wheel_front_right);
 }
 
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
@@ -281,7 +281,7 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
   Car car;
   const auto on_a_circle = [](double speed) {
-    const Says bend = with(bend_at(speed, speed), Source::wheel_rear_right, 0.0);
+    const SensorValues bend = with(bend_at(speed, speed), Source::wheel_rear_right, 0.0);
     return without(without(bend, Source::wheel_front_left), Source::wheel_front_right);
   };
   car.drive(3.0, on_a_circle(0.0));
@@ -303,15 +303,15 @@ TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
   EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
 }
 
-TEST(Stopping, ACarThatSetsOffUnheardIsNotSurelyWhereItStood) {
-  // All sensors pause while it sets off; then the gyro is heard first.
+TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
+  // No samples while it sets off; then the gyro sends first.
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double before = car.state.covariance(at::x, at::x);
   advance(car.context, car.state, car.state.time_ns + 400 * millisecond);
   for (int i = 0; i < 3; ++i) {
     advance(car.context, car.state, car.state.time_ns + period_ns);
-    car.say(Source::yaw_rate, 0.8);
+    car.push(Source::yaw_rate, 0.8);
   }
   ASSERT_FALSE(car.state.standstill.standing);
   car.drive(0.2, with(straight_at(1.0), Source::yaw_rate, 0.8));

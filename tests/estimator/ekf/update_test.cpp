@@ -1,5 +1,5 @@
-// The update of mean and covariance by a scalar sample, against the textbook's; and the filter with
-// its slow errors apart against the one that holds them all in one state.
+// Compares the update by a scalar sample with the textbook's, and the filter with separate slow
+// errors with the joint one.
 #include "estimator/ekf/update.hpp"
 
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ struct Joint {
     F.topRightCorner<at::size, slow::size>() = step.by_slow;
     covariance = F * covariance * F.transpose();
     covariance.topLeftCorner<at::size, at::size>() += step.noise;
-    covariance.bottomRightCorner<slow::size, slow::size>() += step.lasting_noise;
+    covariance.bottomRightCorner<slow::size, slow::size>() += step.slow_noise;
   }
 };
 
@@ -167,8 +167,8 @@ TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
   }
 }
 
-TEST(Update, WithAllTaughtItIsTheJointFilterOfStatesAndLastingErrors) {
-  // Friedland 1969: motion of a car and updates by anything, in turn. It is exact where the errors
+TEST(Update, WithAllCorrectedItIsTheJointFilterOfStatesAndSlowErrors) {
+  // Friedland 1969: steps and any updates in turn. It is exact where the errors
   // do last; a walk, of 1e-3 in a second, is not followed into their correlation with the state.
   CarModel model;
   Tuning& t = model.tuning;
@@ -202,7 +202,7 @@ TEST(Update, WithAllTaughtItIsTheJointFilterOfStatesAndLastingErrors) {
 }
 
 TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
-  // The states of a filter that takes the slow errors for known; but it admits to more.
+  // The states are those with known slow errors; the published covariance is larger.
   State considering = somewhere();
   State knowing = somewhere();
   knowing.slow.covariance.setZero();
@@ -228,7 +228,7 @@ TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
   }
 }
 
-TEST(Update, OfTheLastingErrorsOnlyWhatIsTaughtChanges) {
+TEST(Update, OnlyTheSelectedSlowErrorsChange) {
   const State before = somewhere();
   State state = before;
   const Innovation nu = innovation(state, something(), 0.5);
@@ -275,7 +275,7 @@ TEST(Settle, ThePoseIsNoLongerCorrectedAndTheErrorStaysInItsCovariance) {
   }
   EXPECT_TRUE(is_covariance(state.covariance));
 
-  // What the bias turns out to be moves no pose any more, but what was learnt with it.
+  // A later correction of the bias no longer moves the pose.
   Prediction z;
   z.value = state.slow.mean[slow::gyro_bias];
   z.variance = 1e-6;

@@ -1,5 +1,4 @@
-// The prediction of a wheel's speed: each wheel at its place, what it updates, and what it counts
-// as known.
+// The prediction of a wheel's speed: each wheel at its place, and its derivatives.
 #include "estimator/ekf/wheel_speed.hpp"
 
 #include <gtest/gtest.h>
@@ -69,7 +68,7 @@ TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
   }
 }
 
-TEST(FullWheelSpeed, TeachesSpeedAndScaleAsDifferencesSay) {
+TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
   const CarModel model;
   for (const State& state : states_without_slip()) {
     for (const Source source : sources) {
@@ -88,7 +87,7 @@ TEST(FullWheelSpeed, TeachesSpeedAndScaleAsDifferencesSay) {
         }
         const Prediction z = predict(state);
         EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-7);
-        const SlowVector by = testing::differences_by_lasting(state, predict);
+        const SlowVector by = testing::differences_by_slow(state, predict);
         EXPECT_LT((z.by_slow - by).cwiseAbs().maxCoeff(), 1e-7);
       }
     }
@@ -125,7 +124,7 @@ TEST(FullWheelSpeed, IsNeverTakenForBetterThanItsSensor) {
   }
 }
 
-TEST(FullWheelSpeed, WithoutASteeringThatIsHeardAFrontWheelRollsWhereItGoes) {
+TEST(FullWheelSpeed, WithoutASteeringSignalAFrontWheelRollsAlongItsVelocity) {
   const CarModel model;
   State state;
   state.mean[at::v_x] = 2.0;
@@ -190,7 +189,7 @@ TEST(FullWheelSpeed, KnowsWhichAxleIsDriven) {
   }
 }
 
-TEST(FullWheelSpeed, AWheelThatSlipsCountsLessWhereAFreeOneIsHeard) {
+TEST(FullWheelSpeed, ASlippingWheelCountsLessIfAnUndrivenOneIsAlive) {
   CarModel model;
   State state;
   state.mean[at::v_x] = 20.0;

@@ -39,7 +39,7 @@ TEST(Consensus, SolvesTwoEquationsOfTwoUnknowns) {
   EXPECT_NEAR(solution.misfit, 0.0, 1e-9);
 }
 
-TEST(Consensus, WeighsByTheSigmasAndTellsByHowMuchTheyDisagree) {
+TEST(Consensus, WeighsByTheSigmasAndReturnsTheMisfit) {
   Consensus all = of_next_to_nothing();
   all.add(row(only(Source::wheel_rear), {{of::speed, 1.0}}, 1.0, 0.1));
   all.add(row(only(Source::motor), {{of::speed, 1.0}}, 2.0, 0.2));

@@ -1,4 +1,4 @@
-// The equations that the sources are held to: the true motion of a car satisfies them all.
+// The parity equations: the true motion of a car satisfies all of them.
 #include "estimator/integrity/parity.hpp"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,7 @@ namespace {
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t start_ns = 1'000'000 * ms;
 
-/// A car that has driven on a circle for a while: what its sensors say, each with its noise's
-/// sigma, and a camera.
+/// The observations of a car that has driven on a circle for a while, with a camera.
 struct Circle {
   double speed = 2.0;
   double turn = 1.0;
@@ -38,18 +37,18 @@ struct Circle {
     observed.speed_sigma = 0.1;
     observed.integrated_speed = speed;
     observed.integrated_sigma = 0.1;
-    const auto say = [&observed](Source source, double value, double sigma) {
+    const auto push = [&observed](Source source, double value, double sigma) {
       for (std::int64_t t = start_ns; t <= now_ns; t += 10 * ms)
         add_sample(observed.sources[index_of(source)], t, value, sigma, false, 1e9);
     };
     for (const Source source :
          {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
           Source::wheel_rear_right, Source::wheel_rear, Source::motor})
-      say(source, wheel(source), 0.01);
-    say(Source::yaw_rate, turn, 0.005);
-    say(Source::accel_x, 0.0, 0.1);
-    say(Source::accel_y, speed * turn, 0.1);
-    say(Source::steering, steering(), 0.002);
+      push(source, wheel(source), 0.01);
+    push(Source::yaw_rate, turn, 0.005);
+    push(Source::accel_x, 0.0, 0.1);
+    push(Source::accel_y, speed * turn, 0.1);
+    push(Source::steering, steering(), 0.002);
     for (std::int64_t t = start_ns; t <= now_ns; t += 10 * ms) {
       add_sample(observed.camera_speed, t, speed, 0.008, false, 1e9);
       add_sample(observed.camera_yaw_rate, t, turn, 0.009, false, 1e9);
@@ -78,7 +77,7 @@ double off(const Consensus& all, Source source, const Motion& truth) {
   return most;
 }
 
-TEST(Parity, TheTrueMotionOfACircleIsOffNoneByASigma) {
+TEST(Parity, TheTrueMotionOnACircleFitsAllWithinASigma) {
   for (const Circle circle : {Circle{2.0, 1.0}, Circle{2.0, -1.0}, Circle{0.5, 0.8},
                               Circle{-1.5, 0.6}, Circle{3.0, 0.0}}) {
     const Observations observed = circle.observed();
@@ -105,7 +104,7 @@ TEST(Parity, EverySourceThatKnowsTheMotionHasARow) {
     EXPECT_GE(off(all, source, circle.truth()), 0.0) << source_names[index_of(source)];
 }
 
-TEST(Parity, WhatIsSilentHasNone) {
+TEST(Parity, ASilentSourceHasNoRow) {
   const Circle circle;
   Observations observed = circle.observed();
   observed.sources[index_of(Source::steering)] = {};
@@ -115,13 +114,13 @@ TEST(Parity, WhatIsSilentHasNone) {
   EXPECT_LT(off(all, Source::wheel_front_left, circle.truth()), 0.0);
 }
 
-TEST(Parity, AFrontWheelSaysHowFastItGoesAlongItself) {
+TEST(Parity, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
   // Of a tight turn: it goes faster than the rear wheel of its side.
   const Circle circle{1.0, 1.8};
   EXPECT_GT(circle.wheel(Source::wheel_front_right), circle.wheel(Source::wheel_rear_right));
   const Consensus all = parities_at(Circle::now_ns, circle.observed(), false, Over::short_time);
   EXPECT_LT(off(all, Source::wheel_front_right, circle.truth()), 0.1);
-  // It tells the speed; and slip of its axle is no slip of the other.
+  // It measures the speed, with the slip of its own axle only.
   for (const Row& row : all) {
     if (row.sources == only(Source::wheel_front_right)) {
       EXPECT_NE(row.by[of::front_slip], 0.0);
@@ -151,7 +150,7 @@ TEST(Parity, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
   }
 }
 
-TEST(Parity, ASteeringIsHeldToNoTurnThatTyresDoNotMake) {
+TEST(Parity, SteeringBeyondTheGripPredictsNoYawRate) {
   // At 6 m/s and 3 rad/s, 18 m/s²: the front slides, whatever it is turned by.
   const Circle sliding{6.0, 1.0};
   Observations observed = sliding.observed();
@@ -165,7 +164,7 @@ TEST(Parity, ASteeringIsHeldToNoTurnThatTyresDoNotMake) {
   EXPECT_LT(off(all, Source::steering, sliding.truth()), 2.0);
 }
 
-TEST(Parity, AGyroIsHeldToItsBiasOnceThatIsKnown) {
+TEST(Parity, AKnownGyroBiasIsSubtracted) {
   const Circle circle;
   Observations observed = circle.observed();
   for (Mean& mean : observed.sources[index_of(Source::yaw_rate)].means)
@@ -181,7 +180,7 @@ TEST(Parity, AGyroIsHeldToItsBiasOnceThatIsKnown) {
             2.0);
 }
 
-TEST(Parity, WheelsThatKnowNoSignAreReadBackwards) {
+TEST(Parity, UnsignedWheelsAreReadBackwards) {
   const Circle circle{-1.5, 0.6};
   Observations observed = circle.observed();
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i)

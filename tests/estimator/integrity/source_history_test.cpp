@@ -1,4 +1,4 @@
-// What is kept of a source's samples: means, how fast they change, repeats and jumps.
+// The history of a source: means and their rates, repeats and jumps.
 #include "estimator/integrity/source_history.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ SourceHistory of(double seconds, const std::function<double(double)>& value) {
   return history;
 }
 
-TEST(SourceHistory, MeanOfWhatDoesNotChangeIsThat) {
+TEST(SourceHistory, MeanOfAConstantIsTheConstant) {
   const SourceHistory history = of(1.0, [](double) { return 3.0; });
   for (const Over over : {Over::short_time, Over::long_time}) {
     EXPECT_NEAR(history.mean(over), 3.0, 1e-12);
@@ -32,7 +32,7 @@ TEST(SourceHistory, MeanOfWhatDoesNotChangeIsThat) {
   EXPECT_NEAR(history.duration_s(), 1.0, 1e-9);
 }
 
-TEST(SourceHistory, MeanIsOfLatelyAndTheRateThatOfTheMean) {
+TEST(SourceHistory, MeanOfARampLagsAndItsRateIsThatOfTheRamp) {
   const SourceHistory history = of(20.0, [](double t) { return 2.0 * t; });
   for (const Over over : {Over::short_time, Over::long_time}) {
     EXPECT_NEAR(history.mean(over), 2.0 * (20.0 - seconds_of(over)), 0.02);
@@ -74,7 +74,7 @@ TEST(SourceHistory, NotesAJumpAndWhen) {
   EXPECT_EQ(jumped.jumped_ns, start_ns + 500 * ms);
 }
 
-TEST(SourceHistory, IsAliveForAFewOfItsCycles) {
+TEST(SourceHistory, IsAliveForAFewCycles) {
   SourceHistory history;
   EXPECT_FALSE(history.alive(start_ns));
   history = of(1.0, [](double) { return 1.0; });
@@ -82,7 +82,7 @@ TEST(SourceHistory, IsAliveForAFewOfItsCycles) {
   EXPECT_FALSE(history.alive(history.time_ns + 60 * ms));
 }
 
-TEST(SourceHistory, AfterASilenceItBeginsAnew) {
+TEST(SourceHistory, RestartsAfterAGap) {
   SourceHistory history = of(1.0, [](double) { return 1.0; });
   add_sample(history, history.time_ns + 2'000 * ms, 5.0, 0.1, false, 0.5);
   EXPECT_EQ(history.mean(Over::short_time), 5.0);
