@@ -10,6 +10,20 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 
+# For who builds again after each change. What is not installed is done without.
+if(ODOMD_REBUILD_FAST)
+  find_program(ODOMD_CCACHE ccache)
+  find_program(ODOMD_MOLD mold)
+  mark_as_advanced(ODOMD_CCACHE ODOMD_MOLD)
+  if(ODOMD_CCACHE)
+    set(CMAKE_C_COMPILER_LAUNCHER ${ODOMD_CCACHE})
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${ODOMD_CCACHE})
+  endif()
+  if(ODOMD_MOLD)
+    add_link_options(-fuse-ld=mold)
+  endif()
+endif()
+
 # Where tests find the programs that they start. A cross build has scripts there that start an emulator.
 set(ODOMD_TEST_PROGRAMS ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} CACHE PATH "Programs that the tests start")
 mark_as_advanced(ODOMD_TEST_PROGRAMS)
@@ -63,7 +77,11 @@ function(odomd_test name)
     ODOMD_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
     ODOMD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     ODOMD_BIN_DIR="${ODOMD_TEST_PROGRAMS}")
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
+  if(ODOMD_REBUILD_FAST)
+    target_precompile_headers(${name} PRIVATE <gtest/gtest.h> <gmock/gmock.h>)
+  else()
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
+  endif()
   # What is tested has the release's optimisation; the tests themselves are sooner built without.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ODOMD_TESTS_WITHOUT_UBSAN AND ODOMD_SANITIZE MATCHES "undefined")

@@ -4,12 +4,18 @@
 # (a virtual machine with a real CAN bus and PREEMPT_RT).
 #
 #   bash tests/run.sh
+#   bash tests/run.sh --quick    for small changes: formatting, release build and unit tests, no more
 #
 # Installs the packages it needs (Debian). ODOMD_DRIVES=DIRECTORY adds the tests on real drives;
 # without it these say `not run: N`. The last line is `N passed, N failed`; the exit status is 0
 # only when nothing failed. Logs stay in build/logs.
 set -uo pipefail
 cd "$(dirname "$0")/.."
+case $# in 0) quick= ;; *) quick=$1 ;; esac
+if [ $# -gt 1 ] || { [ -n "$quick" ] && [ "$quick" != --quick ]; }; then
+  sed -n '2,14s/^# \{0,1\}//p' "$0" >&2
+  exit 2
+fi
 
 passed=0
 failed=0
@@ -140,12 +146,14 @@ part "dependencies" tools/dependencies.sh test
 part "formatting" formatting
 if part "build (release)" build release; then
   unit_tests release
-  start_lab
+  [ -n "$quick" ] || start_lab
 fi
-part "build (asan)" build asan -DODOMD_TOOLS=OFF
-asan_built=$?
-[ -z "$lab_job" ] || finish_lab
-[ "$asan_built" != 0 ] || unit_tests asan
+if [ -z "$quick" ]; then
+  part "build (asan)" build asan -DODOMD_TOOLS=OFF
+  asan_built=$?
+  [ -z "$lab_job" ] || finish_lab
+  [ "$asan_built" != 0 ] || unit_tests asan
+fi
 
 echo
 echo "=== summary (logs in $logs)"
@@ -155,6 +163,7 @@ if [ ${#failures[@]} != 0 ]; then
   printf '%s\n' "${failures[@]:0:60}" | cut -c -300
   [ ${#failures[@]} -le 60 ] || echo "and $((${#failures[@]} - 60)) lines more in $logs"
 fi
+[ -z "$quick" ] || echo "quick: no sanitizers, no lab"
 echo "not run: $not_run (tests on real drives; set ODOMD_DRIVES)"
 echo "in $((SECONDS / 60)) min $((SECONDS % 60)) s"
 echo "$passed passed, $failed failed"

@@ -31,7 +31,7 @@ class Report:
         self.rows.append(row)
 
     def markdown(self):
-        yield "| what | measured | beside it | ratio | bar | met |"
+        yield "| what | measured | compared with | ratio | limit | met |"
         yield "|---|--:|--:|--:|--:|---|"
         for row in self.rows:
             peer = f"{row['peer']}: {number(row['peer_value'])}" if row["peer"] else ""
@@ -51,7 +51,7 @@ BARS = {
 
 
 def number(value):
-    """Three digits, as people read them."""
+    """Three digits."""
     if value >= 100 or value == round(value):
         return f"{value:,.0f}"
     return f"{value:.1f}" if value >= 10 else f"{value:.2f}"
@@ -105,7 +105,7 @@ def add_beat(report, beat):
                           (f"full traffic, {median(full, 'frames_per_s'):,.0f} frames/s", full)):
         for key, name in (("p50", "median"), ("p99", "p99"), ("max", "max")):
             report.row(f"tick, {traffic}: {name}", median(runs, "execution", key), "µs")
-    report.row("from exec to the first valid pose, the slower of two starts",
+    report.row("exec to first valid pose, slower of two starts",
                median(nominal, "first_pose_ms"), "ms", bar=("≤", 150))
 
 
@@ -134,17 +134,17 @@ def add_pose(report, bench):
 def add_work(report, bench):
     author, elsewhere = ("author's code", 575.0), "robot_localization"
     for name, what, limit, *peer in (
-        ("decode_unmapped", "decode a frame that nobody wants", 50),
+        ("decode_unmapped", "decode an unmapped frame", 50),
         ("decode_three_signals", "decode a frame, three signals", 50),
-        ("decode_three_signals_protected", "the same, protected (profile 1)", 50),
-        ("check_protection", "the protection's check alone", None),
-        ("encode_three_signals_protected", "encode it (simulator)", None),
+        ("decode_three_signals_protected", "decode a protected frame (profile 1), three signals", 50),
+        ("check_protection", "check the protection only", None),
+        ("encode_three_signals_protected", "encode a protected frame (simulator)", None),
         ("paper_predict_and_correct", "paper filter, predict and correct", 57, *author),
         ("whole_tick/paper", "paper, whole tick with its samples", None),
         ("whole_tick/kinematic", "kinematic, whole tick with its samples", None),
-        ("camera_pose/8", "paper, tick with a camera pose that is 40 ms late", None),
+        ("camera_pose/8", "paper, tick with a camera pose 40 ms late", None),
         ("full_tick/0", "full, whole tick with its samples", 5_000, elsewhere, 11_600.0),
-        ("full_tick_late_camera/40", "full, tick with a camera pose that is 40 ms late", 40_000,
+        ("full_tick_late_camera/40", "full, tick with a camera pose 40 ms late", 40_000,
          elsewhere, 78_000.0),
         ("full_tick_late_wheel/249", "full, tick with the longest rewind, 250 ms", 250_000),
     ):
@@ -204,9 +204,9 @@ def main():
     missed = sum(run["skipped"] for run in beat["nominal"]), sum(run["skipped"] for run in beat["full"])
     print(f"\nCycles missed by odomd: {missed[0]} under nominal, {missed[1]} under full traffic.")
     if float(host["load_before"].split()[0]) > 1:
-        print("The machine was busy before the run: trust the ratios more than the times.")
+        print("The machine was busy before the run: the ratios are more reliable than the times.")
     if "iceoryx_hot" not in bench:
-        print("iceoryx was not there: its rows are missing.")
+        print("iceoryx is not installed: its rows are missing.")
     if args.json:
         document = {"machine": host, "rows": report.rows, "beat": beat}
         args.json.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")

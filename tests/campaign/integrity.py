@@ -47,21 +47,23 @@ MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -
 # camera being off or on. They are reported, and held to no bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
     False: {
-        "gyro.scaled": "a turn that is told within 30 % of it; steering and side push are not, on a full-size car",
-        "gyro.ramped": "a turn that is told as well as the bias of a gyro",
-        "wheels.frozen": "a speed beside the wheels': at walking pace the accelerometer's is no better than the pace",
+        "gyro.scaled": "a yaw rate within 30 % of the gyro's; on a full-size car, steering and lateral acceleration "
+                       "are not that precise",
+        "gyro.ramped": "a yaw rate as precise as a gyro's bias",
+        "wheels.frozen": "a speed independent of the wheels; at walking pace, the accelerometer's error is as large as "
+                         "the speed",
         "wheels.zero": "the same",
         "wheels.locked": "the same",
         "wheels.halved": "the same",
-        "wheels.scaled": "the same; and at an even speed nothing feels it",
+        "wheels.scaled": "the same; at constant speed no accelerometer shows it",
         "wheels.inverted": "the same",
     },
     True: {
-        "bus.shifted": "a second clock: all frames are late alike, and at 15 m/s 50 ms are 0.75 m",
-        "imu.delayed": "a second clock of the sensor",
-        "wheels.delayed": "a second clock of the sensor",
-        "camera.drifting": "a speed that is told within 0.1 m/s, of a car that goes at 15 m/s",
-        "wheels.scaled": "a speed beside the wheels' and a camera's, of two that differ",
+        "bus.shifted": "a second clock; all frames are equally late, and at 15 m/s 50 ms are 0.75 m",
+        "imu.delayed": "a second clock in the sensor",
+        "wheels.delayed": "a second clock in the sensor",
+        "camera.drifting": "a speed within 0.1 m/s, at 15 m/s",
+        "wheels.scaled": "a third speed to decide between wheels and camera",
     },
 }
 MOST_NOT_DETECTABLE = 8
@@ -180,11 +182,11 @@ class Row:
 def documented(rows, begun, given):
     """The part of docs/reliability.md that is measured."""
     yield (f"Measured on {begun:%F}: {given.seeds} simulated drives of each of {len(SCENARIOS)} scenarios "
-           f"({', '.join(SCENARIOS)}), a fault each.")
+           f"({', '.join(SCENARIOS)}), with one fault each.")
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera and row.kind != "none"]
         yield f"\n### With{'' if camera else 'out'} a camera\n"
-        yield "| fault | told [%] | after [s] | silent [%] | longest [s] | off by [m] | in σ, 95 % | end |"
+        yield "| fault | reported [%] | after [s] | silent [%] | longest [s] | error [m] | in σ, 95 % | end ratio |"
         yield "|---|--:|--:|--:|--:|--:|--:|--:|"
         for row in these:
             sigmas = sorted(one["worst_sigmas"] for one in row.runs)[int(0.95 * (len(row.runs) - 1))]
@@ -193,7 +195,7 @@ def documented(rows, begun, given):
                    f"{statistics.median(one['worst_m'] for one in row.runs):.2f} | {sigmas:.1f} | {row.ratio:.2f} |")
         excused = [row for row in these if row.excuse]
         if excused:
-            yield "\n¹ Not always noticed, for want of:\n"
+            yield "\n¹ Not always detected, because the car lacks:\n"
             yield from (f"- `{row.kind}`: {row.excuse}." for row in excused)
     yield ""
 
