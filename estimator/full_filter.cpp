@@ -7,8 +7,8 @@
 #include "estimator/common/pose.hpp"
 #include "estimator/common/predecessor.hpp"
 #include "estimator/common/time.hpp"
+#include "estimator/ekf/apply_integrity.hpp"
 #include "estimator/ekf/bounds.hpp"
-#include "estimator/ekf/heed_sources.hpp"
 #include "estimator/ekf/noise.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/update.hpp"
@@ -20,9 +20,6 @@ namespace {
 using full::Sample;
 using full::State;
 namespace at = full::at;
-
-// A gap is made up for step by step up to here; beyond, the covariance grows.
-constexpr std::int64_t most_ticks_made_up = 200;
 
 BodyVelocity velocity_of(const State& state) noexcept {
   return {state.mean[at::v_x], state.mean[at::v_y], state.mean[at::yaw_rate]};
@@ -46,21 +43,21 @@ FullFilter::FullFilter(const FilterSettings& settings) noexcept
   stride_ = window_ticks / static_cast<std::int64_t>(full::History::capacity - 3) + 1;
   context_.sensors = {settings.vehicle, settings.tuning};
   context_.model.gyro_sigma = sigma_[index_of(Source::yaw_rate)];
-  fresh_ = full::fresh_state(settings);
-  history_.anew() = fresh_;
+  initial_ = full::initial_state(settings);
+  history_.restart() = initial_;
 }
 
 void FullFilter::set_initial_pose(const Pose2& pose) noexcept {
   if (!is_possible(pose)) {
     return;
   }
-  // Nothing that came before may be replayed across it.
-  State& now = history_.anew();
+  // A replay must not cross the new pose.
+  State& now = history_.restart();
   const Pose2 before = now.pose();
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
   now.turned_since_ns = 0;
   for (const at::Index index : {at::x, at::y, at::yaw}) {
-    full::forget(now, index, std::sqrt(fresh_.covariance(index, index)));
+    full::forget(now, index, std::sqrt(initial_.covariance(index, index)));
   }
   if (!std::exchange(now.located, true)) {
     odom_ = pose;
@@ -77,7 +74,7 @@ std::optional<Verdict> FullFilter::add(const Measurement& sample) noexcept {
   }
   const std::size_t index = index_of(sample.source);
   const double sigma = sample.sigma > 0.0 ? sample.sigma : sigma_[index];
-  // A command turns the wheels later.
+  // An actuator follows its command later.
   const std::int64_t delay_ns = sample.source == Source::steering ? steering_delay_ns_ : 0;
   return insert({.time_ns = ns_after(sample.time_ns, delay_ns),
                  .source = sample.source,
@@ -117,16 +114,16 @@ std::optional<Verdict> FullFilter::insert(const Sample& sample, std::int64_t arr
     return Verdict::future;
   }
   if (last_tick_ns_ &&
-      sample.time_ns <= std::max({ns_after(*last_tick_ns_, -window_ns_), window_.lost_until_ns(),
+      sample.time_ns <= std::max({ns_after(*last_tick_ns_, -window_ns_), window_.dropped_until_ns(),
                                   history_.oldest_ns()})) {
     return Verdict::too_old;
   }
   const full::Insertion insertion = window_.insert(sample);
-  if (insertion == full::Insertion::given_up) {
+  if (insertion == full::Insertion::dropped) {
     return Verdict::too_old;
   }
   if (insertion != full::Insertion::duplicate) {
-    oldest_news_ns_ = std::min(oldest_news_ns_, sample.time_ns);
+    oldest_new_sample_ns_ = std::min(oldest_new_sample_ns_, sample.time_ns);
   }
   return insertion == full::Insertion::inserted ? std::nullopt : std::optional(Verdict::duplicate);
 }
@@ -140,12 +137,13 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   }
   const bool located_before = history_.now().located;
 
-  // 1. Back to where the oldest of the new samples belongs, and from there to now.
+  // 1. Rewind to the oldest new sample, and replay from there.
   const BodyVelocity published = velocity_of(history_.now());
   const Pose2 odom_before = odom_;
-  history_.go_back_to(std::exchange(oldest_news_ns_, std::numeric_limits<std::int64_t>::max()));
+  history_.rewind_to(
+      std::exchange(oldest_new_sample_ns_, std::numeric_limits<std::int64_t>::max()));
   replay_to(tick_ns, published);
-  if (!full::sound(history_.now())) {
+  if (!full::is_valid(history_.now())) {
     odom_ = odom_before;
     recover(tick_ns);
   }
@@ -154,8 +152,7 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   if (now.located && !located_before) {
     reset_count_ = 1;
   }
-  // 2. The odometry frame begins at the first pose that is published in the map's, however long the
-  // samples have waited that lead there.
+  // 2. The odometry frame starts at the first pose published in the map frame.
   if (!odom_begun_) {
     odom_ = now.pose();
     odom_begun_ = now.located && now.moving;
@@ -163,8 +160,8 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   count_resets();
 
   last_tick_ns_ = tick_ns;
-  judgements_.report_given_up(window_);
-  // 3. What is older than the window and all kept states, and what is from the future, must go.
+  judgements_.report_dropped(window_);
+  // 3. Drop samples that are too old for a replay, or from the future.
   const std::int64_t oldest_ns = std::min(ns_after(tick_ns, -window_ns_), history_.oldest_ns());
   judgements_.refuse(window_.until(oldest_ns), Verdict::too_old);
   window_.forget_until(oldest_ns);
@@ -175,49 +172,49 @@ Estimate FullFilter::step(std::int64_t tick_ns) noexcept {
   return last_;
 }
 
-/// The first tick: the state begins a window before it, so that what has come in already counts;
-/// one that a predecessor has left is of the tick before.
+/// The first tick: the state starts a window earlier, so that samples from before count. A resumed
+/// state is that of the tick before.
 void FullFilter::begin(std::int64_t tick_ns) noexcept {
-  State& now = history_.anew();
+  State& now = history_.restart();
   now.time_ns = ns_after(tick_ns, now.moving ? -period_ns_ : -window_ns_ - period_ns_);
   last_tick_ns_ = now.time_ns;
 }
 
-/// What the camera's resets have done to the published pose. A jump that a replay takes back is one
-/// more jump; one that late samples have made a little longer is the same one.
+/// Counts the camera's resets of the published pose. If a replay undoes a reset, that is one more
+/// jump; if late samples only change its length, it is the same one.
 void FullFilter::count_resets() noexcept {
   const State& now = history_.now();
   const Pose2& jump = now.last_jump;
-  if (now.resets > seen_resets_) {
+  if (now.resets > published_resets_) {
     ++reset_count_;
     last_jump_ = jump;
-  } else if (now.resets < seen_resets_) {
+  } else if (now.resets < published_resets_) {
     ++reset_count_;
-    last_jump_ = {-seen_jump_.x, -seen_jump_.y, -seen_jump_.yaw};
-  } else if (jump.x != seen_jump_.x || jump.y != seen_jump_.y || jump.yaw != seen_jump_.yaw) {
+    last_jump_ = {-published_jump_.x, -published_jump_.y, -published_jump_.yaw};
+  } else if (jump.x != published_jump_.x || jump.y != published_jump_.y ||
+             jump.yaw != published_jump_.yaw) {
     last_jump_ = jump;
   }
-  seen_resets_ = now.resets;
-  seen_jump_ = jump;
+  published_resets_ = now.resets;
+  published_jump_ = jump;
 }
 
-/// Takes the samples after the state up to `tick_ns`, on the grid of the ticks. The odometry frame
-/// is the integral of the velocities as they were published: from the last tick on, where
-/// `velocity` was.
+/// Takes the samples after the state up to `tick_ns`, tick by tick. The odometry integrates the
+/// published velocities, the first one being `velocity`.
 void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept {
   const std::int64_t behind = ns_between(history_.now().time_ns, tick_ns);
   std::int64_t ticks = behind / period_ns_ + (behind % period_ns_ >= period_ns_ / 2 ? 1 : 0);
-  if (ticks > most_ticks_made_up + window_ns_ / period_ns_) {
-    ticks = most_ticks_made_up;
-    State& now = history_.anew();
+  if (ticks > max_bridged_ticks + window_ns_ / period_ns_) {
+    ticks = max_bridged_ticks;
+    State& now = history_.restart();
     last_tick_ns_ = ns_after(tick_ns, -ticks * period_ns_);
-    full::lose_sight(now, seconds_between(now.time_ns, *last_tick_ns_));
+    full::bridge_gap(now, seconds_between(now.time_ns, *last_tick_ns_));
     now.time_ns = *last_tick_ns_;
   }
   std::span<Sample> samples = window_.after(history_.now().time_ns);
   for (std::int64_t left = ticks; left-- > 0;) {
     const std::int64_t grid_ns = ns_after(tick_ns, -left * period_ns_);
-    State& now = history_.work();
+    State& now = history_.writable();
     for (; !samples.empty() && samples.front().time_ns <= grid_ns; samples = samples.subspan(1)) {
       Sample& sample = samples.front();
       full::advance(context_, now, sample.time_ns);
@@ -228,7 +225,7 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
       }
     }
     full::advance(context_, now, grid_ns);
-    full::heed_sources(context_, now);
+    full::apply_integrity(context_, now);
     full::limit(now);
     if (now.moving && grid_ns > *last_tick_ns_) {
       const BodyVelocity next = velocity_of(now);
@@ -242,19 +239,18 @@ void FullFilter::replay_to(std::int64_t tick_ns, BodyVelocity velocity) noexcept
   }
 }
 
-/// A state that is no state: on from the last pose that was published, or else from the one that
-/// was given, as if newly begun. What led there was wrong in the velocity first, which may be any
-/// now; the wheels tell it.
+/// Restarts an invalid state from the last published pose, or else from the initial one. The old
+/// velocity was probably wrong, so it may be anything until the wheels measure it.
 void FullFilter::recover(std::int64_t tick_ns) noexcept {
   ++recoveries_;
-  State& now = history_.anew();
+  State& now = history_.restart();
   const auto [located, moving] = std::pair(now.located, now.moving);
-  now = fresh_;
+  now = initial_;
   now.time_ns = tick_ns;
   now.located = located;
   now.moving = moving;
-  now.resets = seen_resets_;
-  now.last_jump = seen_jump_;
+  now.resets = published_resets_;
+  now.last_jump = published_jump_;
   now.doubtful = true;
   const Pose2 pose = last_.initialised ? last_.map : odom_;
   now.mean.segment<3>(at::x) << pose.x, pose.y, pose.yaw;
@@ -265,12 +261,12 @@ bool FullFilter::resume(const Estimate& predecessor, double gap_s) noexcept {
   if (!may_resume(predecessor, gap_s)) {
     return false;
   }
-  State& now = history_.anew();
+  State& now = history_.restart();
   const std::int64_t time_ns = now.time_ns;
-  now = full::resumed(predecessor, gap_s, fresh_);
+  now = full::resumed(predecessor, gap_s, initial_);
   now.time_ns = time_ns;
-  seen_resets_ = now.resets;
-  seen_jump_ = now.last_jump;
+  published_resets_ = now.resets;
+  published_jump_ = now.last_jump;
   odom_begun_ = true;
   odom_ = moved(predecessor.odom, velocity_of(predecessor), gap_s);
   reset_count_ = predecessor.reset_count + 1;
@@ -285,18 +281,19 @@ SourceNoise FullFilter::noise(Source source) const noexcept {
 Estimate FullFilter::estimate(std::int64_t tick_ns) noexcept {
   const State& now = history_.now();
   Estimate e =
-      full::publication(context_.model, full::input_of(now), context_.period_s, now, fresh_);
+      full::publication(context_.model, full::input_of(now), context_.period_s, now, initial_);
   e.time_ns = tick_ns;
   e.odom = odom_;
   e.reset_count = reset_count_;
   e.last_jump = last_jump_;
   e.recoveries = recoveries_;
   e.doubtful = now.doubtful || now.disputed;
-  e.mode = modes_.update({.time_ns = tick_ns,
-                          .initialised = e.initialised,
-                          .wheel_speed = now.rest.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
-                          .yaw_rate = e.yaw_rate,
-                          .camera_ns = e.camera_ns});
+  e.mode =
+      modes_.update({.time_ns = tick_ns,
+                     .initialised = e.initialised,
+                     .wheel_speed = now.standstill.standing ? 0.0 : std::max(std::abs(e.v_x), 0.1),
+                     .yaw_rate = e.yaw_rate,
+                     .camera_ns = e.camera_ns});
   return e;
 }
 

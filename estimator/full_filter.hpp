@@ -1,9 +1,8 @@
 // The full filter: every sample fused at the time it was taken, however late it arrives.
 //
-// Samples wait in a window, in the order of their own times. A tick goes back to the newest kept
-// state that is older than everything that has come in since, and takes the samples from there to
-// now, one after the other. So the state at a tick depends on the samples alone, not on the order
-// of their arrival, as long as each arrives inside the window.
+// Samples wait in a window, in the order of their own times. A tick rewinds to the newest kept
+// state before all new samples, and replays the samples from there. So the state at a tick depends
+// on the samples alone, not on the order of their arrival, if each arrives inside the window.
 //
 // The work of a step is bounded: at most the window's ticks and `SampleWindow::capacity` samples.
 //
@@ -36,18 +35,18 @@ class FullFilter {
   void set_initial_pose(const Pose2& pose) noexcept;
   bool resume(const Estimate& predecessor, double gap_s) noexcept;
 
-  /// Nothing where the sample is judged at the next step(): see judgements().
+  /// Nothing if the sample is judged at the next step(): see judgements().
   std::optional<Verdict> add(const Measurement& sample) noexcept;
   std::optional<Verdict> add(const CameraPose& camera) noexcept;
   Estimate step(std::int64_t tick_ns) noexcept;
 
-  /// Of the samples that the last step took in for the first time: what it made of them then; a
-  /// replay with later ones may decide otherwise. Valid until the next call.
+  /// Judgements of the samples that the last step took for the first time. A later replay may
+  /// decide otherwise. Valid until the next call.
   [[nodiscard]] std::span<const Judgement> judgements() const noexcept {
     return judgements_.reported();
   }
 
-  /// At the last tick, of a source whose samples state no sigma of their own.
+  /// At the last tick, for a source whose samples state no sigma.
   [[nodiscard]] SourceNoise noise(Source source) const noexcept;
 
   [[nodiscard]] SourceFlag flag(Source source) const noexcept {
@@ -65,7 +64,7 @@ class FullFilter {
 
   full::Context context_;
   std::array<double, source_count> sigma_{};
-  full::State fresh_;  ///< before anything was measured
+  full::State initial_;  ///< before the first sample
   std::int64_t period_ns_ = 5'000'000;
   std::int64_t window_ns_ = 250'000'000;
   std::int64_t camera_latency_ns_ = 200'000'000;
@@ -75,7 +74,7 @@ class FullFilter {
   full::SampleWindow window_;
   full::History history_;  ///< now: at the last tick
   std::optional<std::int64_t> last_tick_ns_;
-  std::int64_t oldest_news_ns_ = std::numeric_limits<std::int64_t>::max();
+  std::int64_t oldest_new_sample_ns_ = std::numeric_limits<std::int64_t>::max();
 
   full::Judgements judgements_;
 
@@ -83,8 +82,8 @@ class FullFilter {
   Pose2 odom_;
   bool odom_begun_ = false;
   std::uint32_t reset_count_ = 0;
-  std::uint32_t seen_resets_ = 0;  ///< of the state that was last published
-  Pose2 seen_jump_;                ///< likewise
+  std::uint32_t published_resets_ = 0;  ///< of the state that was last published
+  Pose2 published_jump_;                ///< likewise
   Pose2 last_jump_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

@@ -9,11 +9,6 @@
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
-namespace {
-
-constexpr std::int64_t most_ticks_made_up = 200;
-
-}  // namespace
 
 BaselineFilter::BaselineFilter(Model model, const FilterSettings& settings) noexcept
     : model_(model),
@@ -47,12 +42,12 @@ Verdict BaselineFilter::add(const Measurement& sample) noexcept {
   const Verdict verdict = held_.take(sample, ns_after(arrival_ns, period_ns_));
   if (verdict == Verdict::fused) {
     const bool reverse = is_wheel(sample.source) && held_[Source::direction].value < 0.0;
-    integrity_.hear(sample.source, sample.time_ns, reverse ? -std::abs(sample.value) : sample.value,
-                    held_[sample.source].sigma, sample.arrival_ns);
+    integrity_.add(sample.source, sample.time_ns, reverse ? -std::abs(sample.value) : sample.value,
+                   held_[sample.source].sigma, sample.arrival_ns);
   }
   const bool used =
       sample.source != Source::accel_y && (sample.source != Source::yaw_rate || uses_gyro(model_));
-  // What the model does not use is held all the same: it is published.
+  // Signals that the model does not use are held too: they are published.
   return verdict == Verdict::fused && !used ? Verdict::source_off : verdict;
 }
 
@@ -63,12 +58,12 @@ Verdict BaselineFilter::add(const CameraPose& camera) noexcept {
   const std::int64_t arrival_ns = arrival_of(camera.arrival_ns);
   const Verdict verdict = anchor_.take(camera, ns_after(arrival_ns, period_ns_), arrival_ns);
   if (verdict == Verdict::fused || verdict == Verdict::gated) {
-    integrity_.hear(camera);
+    integrity_.add(camera);
   }
   return verdict;
 }
 
-/// A sample that does not state when it arrived counts as coming with the next tick.
+/// A sample without an arrival time counts as arriving at the next tick.
 std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
   if (stated_ns != 0) {
     return stated_ns;
@@ -78,33 +73,33 @@ std::int64_t BaselineFilter::arrival_of(std::int64_t stated_ns) const noexcept {
 }
 
 Estimate BaselineFilter::step(std::int64_t tick_ns) noexcept {
-  // 1. How many ticks are due, and are made up for. Half a period off the grid is still the same.
+  // 1. Number of ticks to step through. Up to half a period off the grid is still the same tick.
   const std::int64_t elapsed = last_tick_ns_ ? ns_between(*last_tick_ns_, tick_ns) : period_ns_;
   if (elapsed < period_ns_ / 2) {
     return last_;
   }
   const std::int64_t due = elapsed / period_ns_ + (elapsed % period_ns_ >= period_ns_ / 2 ? 1 : 0);
 
-  // 2. The speed, from whichever wheels there are; and the motion, a period at a time.
+  // 2. The speed by the available wheels, and the motion, a period at a time.
   const double yaw_rate =
       uses_gyro(model_) ? held_[Source::yaw_rate].value : motion_.velocity.yaw_rate;
-  if (const auto heard = rear_axle_speed(settings_.vehicle, held_, yaw_rate)) {
-    speed_ = heard;
+  if (const auto measured = rear_axle_speed(settings_.vehicle, held_, yaw_rate)) {
+    speed_ = measured;
   }
   if (speed_) {
-    for (std::int64_t left = std::min(due, most_ticks_made_up); left-- > 0;) {
+    for (std::int64_t left = std::min(due, max_bridged_ticks); left-- > 0;) {
       advance(ns_after(tick_ns, -left * period_ns_));
     }
   }
 
-  // 3. What is believed now, and whether the sources are.
-  integrity_.look({settings_.vehicle, settings_.tuning}, tick_ns);
+  // 3. Integrity, and the estimate.
+  integrity_.check({settings_.vehicle, settings_.tuning}, tick_ns);
   last_tick_ns_ = tick_ns;
   last_ = estimate(tick_ns);
   return last_;
 }
 
-/// One period. A step to numbers that are not finite is not taken.
+/// One period. Skips a step whose result is not finite.
 void BaselineFilter::advance(std::int64_t tick_ns) noexcept {
   Motion next = motion_;
   if (model_ == Model::paper) {
@@ -151,7 +146,7 @@ Estimate BaselineFilter::estimate(std::int64_t tick_ns) noexcept {
                           .wheel_speed = speed_ ? speed_->v_x : 0.0,
                           .yaw_rate = e.yaw_rate,
                           .camera_ns = e.camera_ns});
-  // A car that stands does not accelerate, whatever the bias of its sensors says.
+  // A standing car does not accelerate, whatever the sensors' bias.
   if (e.mode != Mode::standstill) {
     e.v_x_dot = motion_.rate.v_x;
     e.v_y_dot = motion_.rate.v_y;

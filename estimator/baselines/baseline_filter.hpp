@@ -1,5 +1,5 @@
-// A filter of a model without a window of late samples: the newest value of each signal held, one
-// step of the motion a tick, the anchor for the camera, the mode. The calls are those of
+// A filter without a window of late samples: holds the newest value of each signal and advances the
+// motion by one step a tick; with camera anchor, mode and integrity. The interface is that of
 // estimator/filter.hpp.
 //
 // A value; no heap, no clock.
@@ -44,9 +44,9 @@ class BaselineFilter {
   Motion motion_;
   PoseAnchor anchor_;
   ModeMonitor modes_;
-  Integrity integrity_;  ///< changes no pose
+  Integrity integrity_;  ///< does not affect the pose
 
-  std::optional<AxleSpeed> speed_;  ///< the predecessor's until a wheel is heard
+  std::optional<AxleSpeed> speed_;  ///< the predecessor's until the first wheel sample
   std::optional<std::int64_t> last_tick_ns_;
   std::uint32_t recoveries_ = 0;
   Estimate last_;

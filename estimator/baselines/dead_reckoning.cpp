@@ -1,4 +1,4 @@
-// The kinematic bicycle and the slip odometer: velocities from the newest signals alone.
+// The kinematic bicycle and the slip odometer: velocities by the newest signals alone.
 #include <cmath>
 
 #include "estimator/baselines/motion.hpp"
@@ -6,12 +6,12 @@
 namespace odomd::estimator {
 namespace {
 
-// Keep the covariance positive definite: the Jacobian has rank two, and less at standstill.
+// Keep the covariance positive definite: the Jacobian has rank two, or less at standstill.
 constexpr double floor_speed = 1e-3;     // [m/s]
 constexpr double floor_yaw_rate = 1e-3;  // [rad/s]
 constexpr double inflation = 1.0 + 1e-6;
 
-/// J diag(σ²) Jᵀ, with the standard deviations of v_x and of what turns; and v_y errs by the slip.
+/// J diag(σ²) Jᵀ, with the σ of v_x and of steering or gyro; v_y also errs by the slip.
 Symmetric3 covariance_of(const DeadReckoning& model, double sigma_speed, double sigma_turn) {
   const Eigen::Vector2d sigma(sigma_speed, sigma_turn);
   const Eigen::Vector3d least(floor_speed, std::hypot(floor_speed, model.slip), floor_yaw_rate);
@@ -39,7 +39,7 @@ void advance_dead_reckoning(Model model, const FilterSettings& settings, const H
   if (held[Source::accel_x].seen) {
     // v̇_x = a_x + v_y ψ̇                                        (errata, 4)
     const double v_x_dot = held[Source::accel_x].value + v.v_y * v.yaw_rate;
-    // The steering is held, and so is the yaw rate, for a gyro's differences are noise.
+    // Steering and yaw rate count as constant: the difference of two gyro samples is noise.
     motion.rate = {v_x_dot, now.jacobian(1, 0) * v_x_dot, now.jacobian(2, 0) * v_x_dot};
   }
 }
@@ -65,8 +65,8 @@ DeadReckoning reckon(Model model, const Vehicle& car, double v_x, double turn) n
   const double lever = model == Model::kinematic_printed ? 0.0 : car.rear_axle;
   now.velocity = {v_x, lever * yaw_rate, yaw_rate};
   now.jacobian << 1.0, 0.0, lever * by, by;
-  // The kinematic models neglect the slip. The inertial one's may be wrong by all of itself: its
-  // formula knows neither how a turn begins and ends nor the limit of grip.
+  // The kinematic models neglect the slip. That of the inertial one may be wrong by all of itself:
+  // the formula holds neither in transients nor at the limit of grip.
   now.slip = slip;
   if (model == Model::inertial) {
     now.velocity.v_y -= slip;

@@ -9,10 +9,10 @@
 namespace odomd::estimator {
 namespace {
 
-/// Below this v_x [m/s] the discrete model is about to lose its stability.
+/// Below this v_x [m/s] the discrete model is nearly unstable.
 constexpr double slowest_v_x = -0.05;
 
-/// A B, its sums from left to right: the same bits however the compiler vectorises.
+/// A B with sums from left to right: the same bits however the compiler vectorises.
 Eigen::Matrix3d product(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) noexcept {
   return a.col(0) * b.row(0) + a.col(1) * b.row(1) + a.col(2) * b.row(2);
 }
@@ -77,7 +77,7 @@ BodyVelocity dynamic_rate(const Vehicle& car, const BodyVelocity& v, double stee
   const double f_sv_lateral = car.cornering_stiffness_front * alpha_v * std::cos(steering);
   const double f_sh = car.cornering_stiffness_rear * alpha_h;
   return {
-      // v̇_x = a_x + v_y ψ̇: the accelerometer has felt F_sv sin δ / m already (eq. 10; errata, 4)
+      // v̇_x = a_x + v_y ψ̇: the accelerometer includes F_sv sin δ / m (eq. 10; errata, 4)
       accel_x + v_y * yaw_rate,
       // v̇_y = -v_x ψ̇ + (F_sv cos δ + F_sh) / m              (eq. 11)
       -v_x * yaw_rate + (f_sv_lateral + f_sh) / car.mass,

@@ -6,28 +6,24 @@
 #include <utility>
 
 #include "estimator/common/predecessor.hpp"
+#include "estimator/common/squares.hpp"
 #include "estimator/common/time.hpp"
 #include "estimator/integrity/admission.hpp"
 
 namespace odomd::estimator {
 namespace {
 
-// A kilometre says that nothing is known; so does half a turn.
+// Larger deviations mean that nothing is known: a kilometre, half a turn.
 constexpr std::array<double, 3> largest_variance{1e6, 1e6, std::numbers::pi* std::numbers::pi};
-// Rounding takes the last digits of a strongly correlated P; this keeps it positive definite, and
-// makes it 1.7 % larger in a day.
-constexpr double inflation = 1.0 + 1e-9;
 
-// A run of rejected poses ends at a pause; once it is believed, the odometry is suspect for a
-// while.
+// A pause ends a run of rejected poses. After an accepted run the odometry is suspect for a while.
 constexpr double longest_pause_s = 0.5;
 constexpr double suspect_s = 2.0;
-constexpr double suspect_share = 0.5;     // of the way
+constexpr double suspect_share = 0.5;
 constexpr double suspect_speed = 0.5;     // [m/s]
 constexpr double suspect_yaw_rate = 1.0;  // [rad/s]
 
-/// P ← F P Fᵀ + Q, from one odometry pose to another: their displacement and Q turned into a frame
-/// that lies at `yaw`.
+/// P ← F P Fᵀ + Q from one odometry pose to another, in a frame rotated by `yaw`.
 Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double yaw,
                  const Symmetric3& noise) noexcept {
   const double c = std::cos(yaw);
@@ -35,13 +31,13 @@ Symmetric3 grown(const Symmetric3& p, const Pose2& from, const Pose2& to, double
   const double dx = to.x - from.x;
   const double dy = to.y - from.y;
   Symmetric3 next = sum(displaced(p, c * dx - s * dy, s * dx + c * dy), rotated(noise, c, s));
-  next[0] *= inflation;
-  next[3] *= inflation;
-  next[5] *= inflation;
+  next[0] *= rounding_inflation;
+  next[3] *= rounding_inflation;
+  next[5] *= rounding_inflation;
   return limited(next, largest_variance);
 }
 
-/// What an odometry that is suspect may err by between two poses, its error the same throughout.
+/// Covariance of a suspect odometry between two poses, whose error is constant.
 Symmetric3 suspect_motion(const Pose2& from, const Pose2& to, double dt) noexcept {
   const double way = std::hypot(to.x - from.x, to.y - from.y);
   const double position = suspect_share * way + suspect_speed * dt;
@@ -115,7 +111,7 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   if (time_ns > latest_ns) {
     return Verdict::future;
   }
-  // Until the history begins, a newer pose initialises anew.
+  // Before the first tick, a newer pose initialises again.
   const bool initialises = !initialised_ || (!started() && fused_capture_ns_ != 0);
   const bool remembered = started() && time_ns >= tick(oldest()).time_ns;
   if (seconds_between(time_ns, arrival_ns) > settings_.camera_max_latency_s ||
@@ -141,19 +137,19 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
     initialised_ = false;
     reset_count_ = 0;
   } else {
-    // P at the capture: that of its tick, carried there
+    // P at the capture time, from the next tick
     const Tick& next = tick(at.next);
     const Symmetric3 P = grown(next.covariance, next.odom, at.odom, map_from_odom_.yaw,
                                scaled(next.noise, at.steps));
     // ν = camera - map(t_capture),  S = P(t_capture) + R,  νᵀS⁻¹ν <= gate
-    const Pose2 believed = compose(map_from_odom_, at.odom);
-    const std::array<double, 3> nu = difference(seen, believed);
+    const Pose2 estimated = compose(map_from_odom_, at.odom);
+    const std::array<double, 3> nu = difference(seen, estimated);
     const double squared_ratio = mahalanobis_squared(sum(P, R), nu);
     test_ratio_ = squared_ratio / settings_.camera_gate;
-    // The turn that continues the map yaw.
-    seen.yaw = believed.yaw + nu[2];
+    // The yaw nearest to the map yaw, of all turns.
+    seen.yaw = estimated.yaw + nu[2];
     if (!(squared_ratio <= settings_.camera_gate)) {
-      if (!believes({time_ns, seen, at.odom, R})) {
+      if (!accepts_run({time_ns, seen, at.odom, R})) {
         return Verdict::gated;
       }
       suspect_until_ns_ = ns_after(tick(last_).time_ns, std::llround(suspect_s * ns_per_second));
@@ -164,8 +160,8 @@ Verdict PoseAnchor::take(const CameraPose& camera, std::int64_t latest_ns,
   return Verdict::fused;
 }
 
-/// The odometry at a time: on the arc that led to the first tick that is not before it, or on from
-/// the newest. Before the oldest the car moved as at first.
+/// The odometry at a time: on the arc to the first tick that is not before it, or extrapolated from
+/// the newest. Before the oldest tick at its velocity.
 PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
   std::size_t next = last_;
   while (next > oldest() + 1 && tick(next - 1).time_ns >= time_ns) {
@@ -175,13 +171,13 @@ PoseAnchor::Place PoseAnchor::place(std::int64_t time_ns) const noexcept {
   return {moved(tick(next).odom, tick(next).velocity, dt), next, std::abs(dt) / settings_.period_s};
 }
 
-/// Takes a rejected pose in, and says whether it is the last of a run: so many agree with each
-/// other but not with the odometry (wheels that spin or lock) that the camera is right.
-bool PoseAnchor::believes(const Sighting& rejected) noexcept {
-  const Sighting last = std::exchange(last_rejected_, rejected);
+/// Adds a rejected pose to the run. Whether the run is now long enough to accept: many poses that
+/// agree with each other but not with the odometry, as when wheels spin or lock.
+bool PoseAnchor::accepts_run(const RejectedPose& rejected) noexcept {
+  const RejectedPose last = std::exchange(last_rejected_, rejected);
   const double dt = seconds_between(last.capture_ns, rejected.capture_ns);
-  // ν = camera - (the one before, moved on by the odometry), S = both covariances and the
-  // odometry's
+  // ν = camera - (the pose before, moved on by the odometry), S = both covariances and that of the
+  // odometry
   const Pose2 expected = compose(frame_of(last.map, last.odom), rejected.odom);
   const Symmetric3 S =
       sum(sum(last.covariance, rejected.covariance), suspect_motion(last.odom, rejected.odom, dt));
@@ -189,11 +185,11 @@ bool PoseAnchor::believes(const Sighting& rejected) noexcept {
       dt > 0.0 && dt <= longest_pause_s &&
       mahalanobis_squared(S, difference(rejected.map, expected)) <= settings_.camera_gate;
   rejected_in_a_row_ = agrees ? rejected_in_a_row_ + 1 : 1;
-  return rejected_in_a_row_ >= believed_rejections;
+  return rejected_in_a_row_ >= rejections_to_accept;
 }
 
-/// Puts the map pose at `at` to `map`, and lets its covariance grow from there to the newest tick.
-/// The first time this moves the odometry frame itself, in which nobody has seen a pose yet.
+/// Sets the map pose at `at` to `map`, and grows its covariance from there to the newest tick. The
+/// first time this moves the odometry frame, which has not been published yet.
 void PoseAnchor::re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept {
   const Pose2 before = this->map();
   if (!initialised_) {

@@ -1,11 +1,12 @@
-// Where the odometry frame lies in the map, and what a late camera pose does to it. docs/model.md,
-// "The odometry frame, the map, and the camera" and "The covariance of the baselines".
+// The transform from the odometry frame to the map, and its updates by late camera poses.
+// docs/model.md, "The odometry frame, the map, and the camera" and "The covariance of the
+// baselines".
 //
 //   map = map_from_odom ∘ odom
 //
-// The odometry never jumps. A ring remembers its last 256 ticks (1.28 s at 5 ms), so that a camera
-// pose sets map_from_odom as it was when the picture was taken. From there on the covariance of the
-// map pose is the camera's, and the noise of the ticks since.
+// The odometry never jumps. A ring holds the last 256 ticks (1.28 s at 5 ms), so that a camera pose
+// sets map_from_odom at its capture time. From there on the covariance of the map pose is that of
+// the camera plus the noise of the ticks since.
 #pragma once
 
 #include <array>
@@ -25,7 +26,7 @@ namespace odomd::estimator {
 class PoseAnchor {
  public:
   static constexpr std::size_t ring_ticks = 256;
-  static constexpr int believed_rejections = 10;
+  static constexpr int rejections_to_accept = 10;
 
   explicit PoseAnchor(const FilterSettings& settings) noexcept;
 
@@ -36,14 +37,13 @@ class PoseAnchor {
   /// Resumes from a predecessor: its poses in both frames, the covariance of the map's, its resets.
   void resume(const Estimate& predecessor) noexcept;
 
-  /// Appends a tick; the first one begins the history. The velocity's error is white from tick to
-  /// tick; of a time before the tick's own period nothing is known.
+  /// Appends a tick. The velocity's error is white from tick to tick; in a gap before the tick's
+  /// own period the motion is unknown.
   void extend(std::int64_t time_ns, const Motion& motion) noexcept;
 
-  /// Judges a camera pose by its distance to the map pose at the capture and, when it is fused,
-  /// re-anchors. `latest_ns` is the limit for captures; a pose that arrives late by more than the
-  /// settings allow is too_old. One that initialises may have been taken before the history begins,
-  /// or come before it does.
+  /// Gates a camera pose against the map pose at the capture time and, if it is fused, re-anchors.
+  /// `latest_ns` is the limit for capture times. A pose that arrives later than the settings allow
+  /// is too_old. One that initialises may be from before the first tick.
   Verdict take(const CameraPose& camera, std::int64_t latest_ns, std::int64_t arrival_ns) noexcept;
 
   [[nodiscard]] bool started() const noexcept { return last_ > 0; }
@@ -61,8 +61,8 @@ class PoseAnchor {
   struct Tick {
     std::int64_t time_ns = 0;
     Pose2 odom;
-    BodyVelocity velocity;    ///< that led here
-    Symmetric3 noise{};       ///< of the way that led here, odometry axes
+    BodyVelocity velocity;    ///< since the tick before
+    Symmetric3 noise{};       ///< of the displacement since the tick before, odometry axes
     Symmetric3 covariance{};  ///< of the map pose, map axes
   };
   struct Place {
@@ -70,7 +70,7 @@ class PoseAnchor {
     std::size_t next;  ///< the first tick that is not before it, else the newest
     double steps;      ///< between it and that tick, in periods
   };
-  struct Sighting {
+  struct RejectedPose {
     std::int64_t capture_ns = 0;
     Pose2 map, odom;
     Symmetric3 covariance{};
@@ -82,7 +82,7 @@ class PoseAnchor {
     return last_ < ring_ticks ? 0 : last_ - ring_ticks + 1;
   }
   [[nodiscard]] Place place(std::int64_t time_ns) const noexcept;
-  [[nodiscard]] bool believes(const Sighting& rejected) noexcept;
+  [[nodiscard]] bool accepts_run(const RejectedPose& rejected) noexcept;
   void re_anchor(Place at, const Pose2& map, const Symmetric3& covariance) noexcept;
 
   FilterSettings settings_;
@@ -95,11 +95,11 @@ class PoseAnchor {
   std::uint32_t reset_count_ = 0;
   Pose2 last_jump_;
 
-  std::int64_t judged_capture_ns_ = 0;  ///< of the last camera pose that came as far as the gate
+  std::int64_t judged_capture_ns_ = 0;  ///< of the last camera pose that was gated or fused
   std::int64_t fused_capture_ns_ = 0;   ///< 0: none yet
   double test_ratio_ = 0.0;
-  Sighting last_rejected_;
-  int rejected_in_a_row_ = 0;  ///< that agree with each other, since one was fused
+  RejectedPose last_rejected_;
+  int rejected_in_a_row_ = 0;  ///< consistent with each other, since one was fused
   std::int64_t suspect_until_ns_ = std::numeric_limits<std::int64_t>::min();  ///< the odometry
 };
 

@@ -1,7 +1,6 @@
-// What the models without a window know of the sensors: the newest value of each signal, held until
-// a newer one comes, and v_x from whatever wheel speeds there are.
-//
-// Newest is by the samples' own times, so the order of arrival within a tick does not matter.
+// The signals for models without a window: the newest value of each, held until the next one, and
+// v_x from the available wheel speeds. Newest by the samples' own times, whatever the order of
+// arrival.
 #pragma once
 
 #include <array>
@@ -14,7 +13,7 @@
 
 namespace odomd::estimator {
 
-/// The newest sample of a source; before the first, 0 and the sigma of the source.
+/// The newest sample of a source; 0 and the default sigma before the first.
 struct HeldSignal {
   bool seen = false;
   std::int64_t time_ns = 0;
@@ -27,14 +26,14 @@ class HeldSignals {
   /// `sigma` as in FilterSettings.
   explicit HeldSignals(const std::array<double, source_count>& sigma) noexcept;
 
-  /// Takes a sample in, or says why not: non_finite, future (ahead of `latest_ns`), gated (beyond
-  /// any car's physics), duplicate, too_old (older than the one held). Not for the camera's.
+  /// Holds a sample, or returns why not: non_finite, future (after `latest_ns`), gated (beyond
+  /// physical_limit), duplicate, too_old (older than the one held). Not for camera poses.
   Verdict take(const Measurement& sample, std::int64_t latest_ns) noexcept;
 
   [[nodiscard]] const HeldSignal& operator[](Source source) const noexcept {
     return held_[index_of(source)];
   }
-  /// Heard at least once, and within half a second of the newest sample of a wheel.
+  /// Whether there is a sample within half a second of the newest wheel sample.
   [[nodiscard]] bool alive(Source wheel) const noexcept;
 
  private:
@@ -48,10 +47,9 @@ struct AxleSpeed {
   double sigma = 0.0;  ///< [m/s]
 };
 
-/// v_x, which a rigid car has at the rear axle as at the centre of gravity, by the first choice of
-/// wheels that are alive (the table in signals.cpp); nothing where no wheel was ever heard. While
-/// the held direction is -1, positive speeds count as negative: those of sensors that do not know a
-/// sign.
+/// v_x, equal at the rear axle and the centre of gravity, by the first choice of wheels that are
+/// alive (the table in signals.cpp); nothing without a wheel sample. While the held direction is
+/// -1, positive (unsigned) speeds count as negative.
 [[nodiscard]] std::optional<AxleSpeed> rear_axle_speed(const Vehicle& car, const HeldSignals& held,
                                                        double car_yaw_rate) noexcept;
 

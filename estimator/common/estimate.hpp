@@ -1,4 +1,4 @@
-// What comes out of a filter: the pose with its motion and uncertainty at one time.
+// The output of a filter: the pose with its motion and uncertainty at one time.
 #pragma once
 
 #include <array>
@@ -30,9 +30,9 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(Mode::cou
 /// Symmetric 3x3 covariance, upper triangle by rows: xx, xy, xyaw, yy, yyaw, yawyaw.
 using PoseCovariance = std::array<double, 6>;
 
-/// What a filter has learnt of the sensors and the car, in the order of the shared memory's:
-/// gyro_bias [rad/s], gyro_scale, accel_bias_x, accel_bias_y [m/s²], wheel_scale, steering_offset
-/// [rad], stiffness_scale. A scale of 1 is exact.
+/// Calibration by a filter, in the order of the shared memory: gyro_bias [rad/s], gyro_scale,
+/// accel_bias_x, accel_bias_y [m/s²], wheel_scale, steering_offset [rad], stiffness_scale. A scale
+/// of 1 is exact.
 inline constexpr std::size_t calibration_count = 7;
 struct Calibration {
   std::array<double, calibration_count> value{0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0};
@@ -41,10 +41,10 @@ struct Calibration {
 };
 
 struct Estimate {
-  std::int64_t time_ns = 0;  ///< the instant all of this is valid at
-  bool initialised = false;  ///< the pose below means something
+  std::int64_t time_ns = 0;  ///< the instant of this estimate
+  bool initialised = false;  ///< the pose is valid
   Mode mode = Mode::initialising;
-  bool doubtful = false;  ///< a fault may have moved the pose; no camera has shown otherwise since
+  bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
   bool model_fault = false;  ///< the model has left its domain and stopped (paper: reversing)
 
   Pose2 map;   ///< centre of gravity in the map frame; jumps when a camera pose re-anchors it
@@ -75,8 +75,7 @@ struct Estimate {
   std::int64_t camera_ns = 0;  ///< capture time of the last fused camera pose, 0: none yet
   double camera_test_ratio = 0.0;  ///< νᵀS⁻¹ν over its gate, of the last camera pose
 
-  std::uint32_t recoveries =
-      0;  ///< ticks whose state was not finite: the one before stands instead
+  std::uint32_t recoveries = 0;  ///< ticks whose state was not finite: the last one is kept
 };
 
 }  // namespace odomd::estimator

@@ -1,5 +1,5 @@
-// What goes into a filter: quantities in SI units and ISO 8855 axes, each with its own time, and
-// what became of each.
+// The input of a filter: quantities in SI units and ISO 8855 axes, each with its own time; and the
+// verdicts.
 #pragma once
 
 #include <array>
@@ -38,7 +38,7 @@ inline constexpr std::array<std::string_view, source_count> source_names{
   return static_cast<std::size_t>(source);
 }
 
-/// Whatever turns with the car's speed: four wheels, the rear axle, the motor.
+/// Sources of wheel speeds: four wheels, the rear axle, the motor.
 [[nodiscard]] constexpr bool is_wheel(Source source) noexcept {
   return source >= Source::wheel_front_left && source <= Source::motor;
 }
@@ -64,9 +64,9 @@ struct CameraPose {
   double sigma_yaw = 0.0;  ///< [rad]
 };
 
-/// What a filter did with a sample. Every sample gets exactly one.
+/// What a filter did with a sample. Every sample gets exactly one verdict.
 enum class Verdict : std::uint8_t {
-  fused,       ///< taken; of the models that hold: it is now the newest value of its source
+  fused,       ///< taken; for models that hold signals: now the newest value of its source
   gated,       ///< implausible against the state and its covariance, or beyond any car's physics
   too_old,     ///< older than the filter's window, than the source's max_latency, or than the one
                ///< that is held
@@ -75,7 +75,7 @@ enum class Verdict : std::uint8_t {
   non_finite,  ///< NaN, infinity, a negative sigma, or a camera's sigma that is not positive
   source_off,  ///< the model does not use this source
   failed_protection,
-  forced,  ///< taken against the test: the filter was wrong, by what the sources agree on
+  forced,  ///< taken against the test: the filter was wrong, by the consensus of the sources
   count
 };
 [[nodiscard]] constexpr bool is_taken(Verdict verdict) noexcept {
@@ -87,7 +87,7 @@ inline constexpr std::array<std::string_view, verdict_count> verdict_names{
     "fused",      "gated",      "too_old",           "future", "duplicate",
     "non_finite", "source_off", "failed_protection", "forced"};
 
-/// How a sample that a filter takes in at a later step was judged.
+/// How a filter judged a sample at a later step.
 struct Judgement {
   Source source = Source::yaw_rate;
   Verdict verdict = Verdict::fused;
@@ -100,13 +100,12 @@ struct Judgement {
   std::uint32_t count = 1;             ///< samples that it is of: more where a flood gave them up
 };
 
-/// How noisy a filter takes a source's samples to be, by the samples themselves; standard
-/// deviations in the source's unit. 0: not estimated, or not yet. A wheel's error grows with its
-/// speed v: its variance is stated² + (speed_share v)².
+/// Noise of a source by its own samples: standard deviations in the source's unit. 0: not
+/// estimated, or not yet. The variance of a wheel at the speed v is stated² + (speed_share v)².
 struct SourceNoise {
-  double stated = 0.0;       ///< by the settings
-  double at_rest = 0.0;      ///< of gyro and accelerometers, bounded around what is stated
-  double moving = 0.0;       ///< likewise, while a wheel turns
+  double stated = 0.0;       ///< in the settings
+  double at_rest = 0.0;      ///< of gyro and accelerometers, limited around the stated one
+  double moving = 0.0;       ///< while a wheel turns
   double speed_share = 0.0;  ///< of a wheel
 
   [[nodiscard]] bool estimated() const noexcept {

@@ -1,4 +1,4 @@
-// Poses and velocities in the plane: composition, and how a pose moves at a given velocity.
+// Poses and velocities in the plane: composition, and motion at a given velocity.
 #pragma once
 
 #include <array>
@@ -41,12 +41,12 @@ struct BodyVelocity {
   return {world.x - (c * local.x - s * local.y), world.y - (s * local.x + c * local.y), yaw};
 }
 
-/// The exact solution of eqs 8 (x_dot) and 9 for a velocity that is constant in the body frame: an
-/// arc. `dt` may be negative.
+/// The exact solution of eqs 8 (x_dot) and 9 for a constant velocity in the body frame: an arc.
+/// `dt` may be negative.
 [[nodiscard]] inline Pose2 moved(const Pose2& pose, const BodyVelocity& v, double dt) noexcept {
   const double turn = v.yaw_rate * dt;
-  // ∫ cos = sin(Δψ)/Δψ and ∫ sin = (1 - cos Δψ)/Δψ, per unit of time; by their series where the
-  // quotients lose digits.
+  // ∫ cos = sin(Δψ)/Δψ and ∫ sin = (1 - cos Δψ)/Δψ, per unit of time; their series for small
+  // angles.
   const bool straight = std::abs(turn) < 1e-4;
   const double along = straight ? 1.0 - turn * turn / 6.0 : std::sin(turn) / turn;
   const double across = straight ? turn / 2.0 : (1.0 - std::cos(turn)) / turn;
@@ -58,7 +58,7 @@ struct BodyVelocity {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw);
 }
 
-/// Faster [m/s, rad/s] goes no car.
+/// No car is faster [m/s, rad/s].
 inline constexpr double fastest = 300.0;
 inline constexpr double fastest_turn = 100.0;
 [[nodiscard]] inline bool is_possible(const BodyVelocity& v) noexcept {

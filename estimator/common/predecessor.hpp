@@ -1,7 +1,8 @@
-// The last estimate of a filter that has ended, for one that goes on from it.
+// Moves the last estimate of an ended filter on, so that a new filter can resume from it.
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/pose.hpp"
@@ -9,8 +10,11 @@
 
 namespace odomd::estimator {
 
-/// What an unobserved time of `gap_s` [s] adds to the covariance of a pose: the car may have
-/// braked, sped up or steered, σ = ½ a t², with a = 2 m/s² and 5 rad/s².
+/// A longer gap between ticks is not stepped through: the covariance grows instead.
+inline constexpr std::int64_t max_bridged_ticks = 200;
+
+/// Covariance that an unobserved time of `gap_s` [s] adds to a pose: the car may have braked, sped
+/// up or steered, σ = ½ a t², with a = 2 m/s² and 5 rad/s².
 [[nodiscard]] inline Symmetric3 gap_noise(double gap_s) noexcept {
   const double half_square = 0.5 * gap_s * gap_s;
   const double position = 2.0 * half_square;
@@ -29,13 +33,13 @@ namespace odomd::estimator {
   return {estimate.v_x, estimate.v_y, estimate.yaw_rate};
 }
 
-/// A usable predecessor (integrity/admission.hpp) after a gap of `gap_s` [s]: the car has most
-/// likely gone on as it went, and an error of its velocity lasts as long as the gap,
+/// A usable predecessor (integrity/admission.hpp) after a gap of `gap_s` [s], at its velocity,
+/// whose error lasts as long as the gap:
 ///
-///   P ← F P Fᵀ + τ² G V Gᵀ and what the gap adds, V ← V and what the gap adds.
+///   P ← F P Fᵀ + τ² G V Gᵀ + gap_noise, V ← V + velocity_gap_noise.
 ///
-/// Where the predecessor has published no V that is positive definite and no larger than that of a
-/// car that may do anything, it is that of a filter that begins, (1 m/s)² and (1 rad/s)².
+/// If its V is not positive definite, or larger than any car's, V is that of a new filter,
+/// (1 m/s)² and (1 rad/s)².
 [[nodiscard]] inline Estimate after_gap(const Estimate& predecessor, double gap_s) noexcept {
   Estimate e = predecessor;
   const BodyVelocity velocity = velocity_of(predecessor);

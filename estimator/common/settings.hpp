@@ -1,4 +1,4 @@
-// What a filter is made of at start: its model of the car, and settings in SI units.
+// Settings of a filter, in SI units, the vehicle included.
 #pragma once
 
 #include <array>
@@ -48,17 +48,15 @@ struct FilterSettings {
   PaperNoise paper;
   Tuning tuning;
   std::array<double, 2> imu_position{};  ///< ahead and left of the centre of gravity [m]
-  /// What the body's lean adds to the accelerometers, a measured = (1 + gradient) a, where it is
-  /// known; else it is learnt, from none on.
+  /// Roll and pitch of the body, measured a = (1 + gradient) a. Learnt from 0 on if not set.
   std::optional<double> roll_gradient;
   std::optional<double> pitch_gradient;
-  double window_s = 0.25;  ///< so late a sample may be
+  double window_s = 0.25;  ///< a sample may be this late
 
-  /// Standard deviations of each source's samples where a sample does not state its own. 0: the
-  /// default of the source.
+  /// Standard deviations for samples that state none. 0: the default of the source.
   std::array<double, source_count> sigma{};
 
-  double initial_sigma_position = 0.05;  ///< of a pose that is set, not seen [m]
+  double initial_sigma_position = 0.05;  ///< of a pose that is set [m]
   double initial_sigma_yaw = 0.05;       ///< [rad]
 
   bool initialise_from_camera = false;  ///< wait for a camera pose when no initial pose is set

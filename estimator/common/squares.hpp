@@ -1,4 +1,4 @@
-// Squares and their sums, as variances are made of.
+// Helpers for variances.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,11 @@ namespace odomd::estimator {
   return value * value;
 }
 
-/// √(Σ v²): the standard deviation of what errs by all of these, each for itself.
+/// Multiplies variances once a tick, which keeps a strongly correlated covariance positive definite
+/// in spite of rounding; 1.7 % a day.
+inline constexpr double rounding_inflation = 1.0 + 1e-9;
+
+/// √(Σ v²): standard deviation of a sum of independent errors.
 template <typename... Values>
 [[nodiscard]] double root_of_squares(Values... values) noexcept {
   return std::sqrt((squared(values) + ...));

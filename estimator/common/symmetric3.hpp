@@ -1,5 +1,5 @@
-// Symmetric 3x3 matrices, packed: the upper triangle by rows. Only what covariances of (x, y, yaw)
-// and of (v_x, v_y, ψ̇) need. Packed, a covariance cannot lose its symmetry.
+// Symmetric 3x3 matrices, packed: the upper triangle by rows. For covariances of (x, y, yaw) and of
+// (v_x, v_y, ψ̇), which then stay symmetric.
 #pragma once
 
 #include <algorithm>
@@ -43,7 +43,7 @@ using Symmetric3 = std::array<double, 6>;
 }
 
 /// F P Fᵀ with F = [1 0 -dy; 0 1 dx; 0 0 1]: the covariance of a pose after a known displacement
-/// (dx, dy), which an error of the yaw swings.
+/// (dx, dy).
 [[nodiscard]] constexpr Symmetric3 displaced(const Symmetric3& p, double dx, double dy) noexcept {
   return {p[0] - 2.0 * dy * p[2] + dy * dy * p[5],
           p[1] + dx * p[2] - dy * p[4] - dx * dy * p[5],
@@ -53,12 +53,12 @@ using Symmetric3 = std::array<double, 6>;
           p[5]};
 }
 
-/// νᵀ S⁻¹ ν. Infinite where S is not positive definite or a number is not finite, so that `<=` a
-/// gate fails.
+/// νᵀ S⁻¹ ν. Infinite if S is not positive definite or a number is not finite, so that `<=` a gate
+/// fails.
 [[nodiscard]] inline double mahalanobis_squared(const Symmetric3& s,
                                                 const std::array<double, 3>& nu) noexcept {
-  // S = L D Lᵀ, L with ones on its diagonal. All of D is positive exactly where S is positive
-  // definite; it keeps more digits than the minors of S do.
+  // S = L D Lᵀ, L with ones on its diagonal. D is positive if and only if S is positive definite;
+  // it keeps more digits than the minors of S.
   const double d0 = s[0];
   const double l10 = s[1] / d0;
   const double l20 = s[2] / d0;
@@ -77,8 +77,8 @@ using Symmetric3 = std::array<double, 6>;
   return mahalanobis_squared(s, {}) < HUGE_VAL;
 }
 
-/// D P D with D = diag(a, b, c) of the largest entries not above 1 that bring the variances down to
-/// the limits. Positive definite stays positive definite, and correlations stay.
+/// D P D with the largest D = diag(a, b, c) ≤ 1 that limits the variances. Keeps P positive
+/// definite, and the correlations.
 [[nodiscard]] inline Symmetric3 limited(const Symmetric3& p,
                                         const std::array<double, 3>& limits) noexcept {
   const auto factor = [](double variance, double limit) {

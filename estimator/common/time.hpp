@@ -1,4 +1,4 @@
-// Arithmetic of times that may be anything: a stamp off a wire can lie at either end of the range.
+// Saturating arithmetic of times: a received time stamp may lie at either end of the range.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace odomd::estimator {
 inline constexpr double seconds_per_ns = 1e-9;
 inline constexpr double ns_per_second = 1e9;
 
-/// later - earlier, or the end of the range it would leave.
+/// later - earlier, saturated.
 [[nodiscard]] inline std::int64_t ns_between(std::int64_t earlier, std::int64_t later) noexcept {
   std::int64_t difference = 0;
   if (__builtin_sub_overflow(later, earlier, &difference)) {
@@ -23,7 +23,7 @@ inline constexpr double ns_per_second = 1e9;
   return static_cast<double>(ns_between(earlier, later)) * seconds_per_ns;
 }
 
-/// time + ns, or the end of the range it would leave.
+/// time + ns, saturated.
 [[nodiscard]] inline std::int64_t ns_after(std::int64_t time, std::int64_t ns) noexcept {
   std::int64_t later = 0;
   if (__builtin_add_overflow(time, ns, &later)) {

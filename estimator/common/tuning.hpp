@@ -1,9 +1,9 @@
-// Every number that was chosen, not measured: what the filter takes for granted of cars, drivers
-// and sensors. All are dimensionless, or scale with gravity, the wheelbase, the speed or a sensor's
+// All numbers that were chosen, not measured: assumptions of the filter about cars, drivers and
+// sensors. They are dimensionless, or scale with gravity, the wheelbase, the speed or a sensor's
 // stated sigma, so that they hold for a car of any size.
 //
-// docs/model.md, "The tuned numbers", has them as a table: tests/estimator/tuning_table.py writes
-// it. What it reads: one number a line, its meaning after it, its unit in brackets (none: a ratio).
+// tests/estimator/tuning_table.py writes the table in docs/model.md, "The tuned numbers". It reads
+// one number a line, with its meaning after it and its unit in brackets (none: a ratio).
 #pragma once
 
 namespace odomd::estimator {
@@ -12,54 +12,55 @@ inline constexpr double gravity = 9.81;  // [m/s²]
 
 /// "GM" is a Gauss-Markov process of this standard deviation and correlation time.
 ///
-/// Origins: by physics, then held to simulated cars (NEES, NIS, drift) and the training drives,
-/// where nothing else is said here. side_slip, side_slip_grip: v_y of the first half of revs_250lm.
-/// slip_noise, wheel_unrest_range: its wheels, and simulated cars that brake. turn_unrest_range:
-/// the gyro's NIS on simulated full-size cars, and v_y as above. signal_gate: χ² of one degree.
+/// Origins: physics, then simulated cars (NEES, NIS, drift) and the training drives, but for these:
+/// side_slip, side_slip_grip: v_y of the first half of revs_250lm.
+/// slip_noise, wheel_noise_scale_range: its wheels, and braking simulated cars.
+/// turn_noise_scale_range: the gyro's NIS on simulated full-size cars, and v_y as above.
+/// signal_gate: χ² of one degree.
 struct Tuning {
   // --- how the car is driven ---
-  double drive_accel = 0.1;  ///< a_x, GM: how hard a driver brakes and speeds up [g]
-  double front_angle = 0.2;  ///< ε, GM: by how much steering and tyres mislead [rad]
-  double driving_s = 0.5;    ///< a_x and ε: for how long [s]
+  double drive_accel = 0.1;  ///< a_x, GM: braking and acceleration by the driver [g]
+  double front_angle = 0.2;  ///< ε, GM: error of the front wheels' angle [rad]
+  double driving_s = 0.5;    ///< correlation time of a_x and ε [s]
 
-  // --- what the models leave out ---
-  double side_force = 0.1;         ///< e, GM: error of the tyres' force, in shares of it ...
+  // --- model errors ---
+  double side_force = 0.1;         ///< e, GM: relative error of the tyre force ...
   double side_force_floor = 0.01;  ///< ... and in a straight line [g] ...
-  double side_force_s = 0.05;      ///< ... and how long it lasts [s]
-  double side_slip = 0.2;         ///< white error of v̇_y at 1 g: it grows with a_y³ [g √s] ...
-  double side_slip_grip = 0.125;  ///< ... of a tyre with a grip number so much of it ...
-  double side_slip_floor = 0.01;  ///< ... and in a straight line [g √s]
-  double turn = 0.3;              ///< white error of ψ̈, in sigmas of the gyro [1/√s]
-  double way = 1e-3;              ///< white error of the way, per √(way · wheelbase)
-  double way_turn = 1e-4;         ///< white error of the heading, per √(way / wheelbase) [rad]
-  double slope = 0.015;           ///< how the road's slope walks, along [rad/√m] ...
-  double bank = 0.007;            ///< ... and across [rad/√m]
-  double accel_scale = 0.02;      ///< by how much an accelerometer's scale may be off
+  double side_force_s = 0.05;      ///< ... correlation time [s]
+  double side_slip = 0.2;          ///< white noise of v̇_y at 1 g, growing with a_y³ [g √s] ...
+  double side_slip_grip = 0.125;   ///< ... times this for a tyre with a grip number ...
+  double side_slip_floor = 0.01;   ///< ... and in a straight line [g √s]
+  double turn = 0.3;               ///< white noise of ψ̈, in sigmas of the gyro [1/√s]
+  double way = 1e-3;               ///< white noise of the position, per √(distance · wheelbase)
+  double way_turn = 1e-4;     ///< white noise of the heading, per √(distance / wheelbase) [rad]
+  double slope = 0.015;       ///< random walk of the road's slope, along [rad/√m] ...
+  double bank = 0.007;        ///< ... and across [rad/√m]
+  double accel_scale = 0.02;  ///< scale error of an accelerometer
 
   // --- wheels ---
-  double wheel_radius = 0.0025;  ///< by how much one wheel's radius differs from the others'
-  double slip_noise = 0.0025;    ///< how a driven wheel's slip varies, per acceleration [s²/m]
-  double front_wheel = 0.05;     ///< how well δ is known where a front wheel rolls [rad]
+  double wheel_radius = 0.0025;  ///< relative difference between the wheels' radii
+  double slip_noise = 0.0025;    ///< variation of a driven wheel's slip, per acceleration [s²/m]
+  double front_wheel = 0.05;     ///< error of δ at a front wheel [rad]
 
   // --- gates ---
   double signal_gate = 20.0;  ///< ν²/S of a scalar sample: 4.5 σ
-  double pedal = 0.3;         ///< by how much brakes and motor change a_x at once, one sigma [g]
-  double turn_in = 2.0;       ///< the quickest change of ψ̇ that is no outlier [g / wheelbase]
+  double pedal = 0.3;         ///< sudden change of a_x by brakes or motor, one sigma [g]
+  double turn_in = 2.0;       ///< fastest change of ψ̇ that is no outlier [g / wheelbase]
 
   // --- noise of gyro and accelerometers from the data (ratios to the stated variance) ---
-  int noise_samples = 300;    ///< it is the mean of so many
-  double noise_range = 10.0;  ///< on the move down and up, of a gyro down; at rest twice down
+  int noise_samples = 300;    ///< averaged samples
+  double noise_range = 10.0;  ///< on the move down and up (gyro: down); at rest its square down
 
-  // --- noise from the data: how quickly it follows, and how far (ratios of variances) ---
-  double turn_unrest_s = 2.0;         ///< of ε, by the gyro [s]
-  double turn_unrest_range = 2500.0;  ///< ... down
-  double wheel_unrest_s = 5.0;        ///< of a_x and of a wheel's relative error, by the wheel [s]
-  double drive_unrest_range = 10.0;   ///< ... of a_x up and down
-  double wheel_unrest_range = 36.0;   ///< ... of the wheel's error up and down
-  double way_unrest_s = 0.5;          ///< of the way's error, by the camera [s]
-  double way_unrest_range = 1e4;      ///< ... up
+  // --- noise scales from the data: time constants and ranges (ratios of variances) ---
+  double turn_noise_scale_s = 2.0;         ///< of ε, by the gyro [s]
+  double turn_noise_scale_range = 2500.0;  ///< ... down
+  double wheel_noise_scale_s = 5.0;  ///< of a_x and of a wheel's relative error, by the wheel [s]
+  double drive_noise_scale_range = 10.0;  ///< ... of a_x up and down
+  double wheel_noise_scale_range = 36.0;  ///< ... of the wheel's error up and down
+  double way_noise_scale_s = 0.5;         ///< of the position noise, by the camera [s]
+  double way_noise_scale_range = 1e4;     ///< ... up
 
-  // --- lasting errors and calibrations: prior standard deviations ---
+  // --- slow errors and calibrations: prior standard deviations ---
   double gyro_bias = 0.03;        ///< b_g [rad/s]
   double gyro_scale = 0.02;       ///< s_g
   double wheel_scale = 0.03;      ///< s_w
@@ -70,7 +71,7 @@ struct Tuning {
   double accel_bias = 0.3;        ///< b_ax, b_ay [m/s²]
   double steering_offset = 0.02;  ///< δ_0 [rad]
 
-  // --- and how they walk, per √s ---
+  // --- random walks of these, per √s ---
   double gyro_bias_walk = 6e-5;        ///< b_g [rad/s/√s]
   double gyro_scale_walk = 2e-5;       ///< s_g [1/√s]
   double accel_bias_walk = 3e-3;       ///< b_ax, b_ay [m/s²/√s]

@@ -1,4 +1,4 @@
-// The car as the models see it: a bicycle with a mass, a yaw inertia and two tyres.
+// Parameters of the vehicle models: a bicycle with mass, yaw inertia and two tyres.
 #pragma once
 
 #include <algorithm>
@@ -6,8 +6,7 @@
 
 namespace odomd::estimator {
 
-/// What lies between a steering command and the front wheels. Where the angle itself is measured:
-/// nothing.
+/// Dynamics between a steering command and the front wheels. None if the angle itself is measured.
 struct SteeringActuator {
   double delay_s = 0.0;
   double lag_s = 0.0;       ///< time constant of a first-order lag
@@ -18,7 +17,7 @@ struct SteeringActuator {
 enum class Driven : std::uint8_t { rear, front, all };
 
 /// SI units. The defaults are the reference car (the paper author's published 1:10 car).
-/// Stiffnesses are positive, for a whole axle; the signs stand in the formulas (errata, 2).
+/// Stiffnesses are positive, for a whole axle; the signs are in the formulas (errata, 2).
 struct Vehicle {
   double mass = 2.985;                      ///< m [kg]
   double front_axle = 0.175;                ///< l_v [m], centre of gravity to front axle
@@ -27,10 +26,8 @@ struct Vehicle {
   double cornering_stiffness_front = 20.0;  ///< C_v [N/rad]
   double cornering_stiffness_rear = 60.0;   ///< C_h [N/rad]
   double track_width = 0.16;                ///< [m]
-  /// The most an axle's tyres push sideways, over the mass it carries [m/s²]; 0: linear, without
-  /// end.
-  double grip_front = 0.0;
-  double grip_rear = 0.0;
+  double grip_front = 0.0;  ///< largest lateral force over the axle's share of the mass [m/s²] ...
+  double grip_rear = 0.0;   ///< ... 0: unlimited, linear tyres
 
   SteeringActuator steering;
   Driven driven = Driven::rear;
@@ -38,8 +35,8 @@ struct Vehicle {
   [[nodiscard]] constexpr double wheelbase() const { return front_axle + rear_axle; }
 };
 
-/// The speed [m/s] at which the lateral motion settles within one `dt`: below it the continuous
-/// equations are stiffer than the step resolves. 0.185 m/s for the reference car at 5 ms.
+/// The speed [m/s] at which the lateral motion settles within one `dt`; at lower speeds the step
+/// does not resolve it. 0.185 m/s for the reference car at 5 ms.
 [[nodiscard]] inline double slowest_resolved_speed(const Vehicle& car, double dt) noexcept {
   const double c_v = car.cornering_stiffness_front;
   const double c_h = car.cornering_stiffness_rear;

@@ -1,18 +1,25 @@
-// Where the wheels are, and which of them drive.
+// Places of the wheels, and which of them are driven.
 #pragma once
+
+#include <array>
 
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/vehicle.hpp"
 
 namespace odomd::estimator {
 
-/// Whether a source's wheel drives the car; the motor does.
+/// All sources of wheel speeds: is_wheel().
+inline constexpr std::array wheel_sources{Source::wheel_front_left, Source::wheel_front_right,
+                                          Source::wheel_rear_left,  Source::wheel_rear_right,
+                                          Source::wheel_rear,       Source::motor};
+
+/// Whether a source's wheel is driven; the motor counts as one.
 [[nodiscard]] constexpr bool is_driven(Driven driven, Source source) noexcept {
   const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
   return driven == Driven::all || source == Source::motor || front == (driven == Driven::front);
 }
 
-/// Where a source's wheel is: ahead of the centre of gravity, left of it [m]; steered.
+/// Place of a source's wheel: ahead and left of the centre of gravity [m]; steered or not.
 struct WheelPlace {
   double ahead = 0.0;
   double left = 0.0;

@@ -9,18 +9,18 @@ namespace odomd::estimator::full {
 
 Prediction predict_accel_x(const CarModel& model, const State& state, double sigma) noexcept {
   const double yaw_rate = state.mean[at::yaw_rate];
-  const double scale = 1.0 + state.lasting.mean[lasting::pitch_gradient];
+  const double scale = 1.0 + state.slow.mean[slow::pitch_gradient];
   const double force = state.mean[at::accel_x] - yaw_rate * yaw_rate * model.imu_position[0];
   Prediction z;
   z.value = state.mean[at::accel_bias_x];
   z.variance = sigma * sigma;
   z.depends_on(at::accel_bias_x, 1.0);
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     return z;
   }
   z.value += scale * force;
   z.depends_on(at::accel_x, scale);
-  z.by_lasting[lasting::pitch_gradient] = force;
+  z.by_slow[slow::pitch_gradient] = force;
   return z;
 }
 
@@ -33,14 +33,14 @@ Prediction predict_accel_y(const CarModel& model, const Input& input, const Stat
   z.value = x[at::accel_bias_y];
   z.variance = sigma * sigma;
   z.depends_on(at::accel_bias_y, 1.0);
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     return z;
   }
-  const double scale = 1.0 + state.lasting.mean[lasting::roll_gradient];
+  const double scale = 1.0 + state.slow.mean[slow::roll_gradient];
   if (std::abs(v_x) < slowest_resolved_speed(model.car, dt)) {
     z.value += scale * v_x * yaw_rate;
     z.variance += v_x * v_x * yaw_rate * yaw_rate;
-    z.by_lasting[lasting::roll_gradient] = v_x * yaw_rate;
+    z.by_slow[slow::roll_gradient] = v_x * yaw_rate;
     return z;
   }
   const VelocityStep step = velocity_step(model.car, moving(state, input), dt);
@@ -53,8 +53,8 @@ Prediction predict_accel_y(const CarModel& model, const Input& input, const Stat
   z.value += scale * force;
   const double unknown = model.tuning.accel_scale * force;
   z.variance += unknown * unknown;
-  z.by_lasting[lasting::roll_gradient] = force;
-  z.by_lasting[lasting::stiffness_scale] =
+  z.by_slow[slow::roll_gradient] = force;
+  z.by_slow[slow::stiffness_scale] =
       scale * per_dt * (step.by_stiffness[0] + ahead * step.by_stiffness[1]);
 
   const Eigen::RowVector3d by = scale * per_dt * (step.by.row(1) + ahead * step.by.row(2));

@@ -6,26 +6,22 @@
 #include <cmath>
 
 #include "estimator/common/pose.hpp"
+#include "estimator/common/squares.hpp"
 
 namespace odomd::estimator::full {
 namespace {
 
-// No car and no sensor gets here; numbers that do would overflow somewhere.
+// Beyond any car and sensor; larger numbers might overflow.
 constexpr double largest_position = 1e9;
 constexpr double largest_state = 1e4;
 
-/// What nothing is known beyond: half a turn, a kilometre, 100 m/s.
+/// Larger deviations mean that nothing is known: half a turn, a kilometre, 100 m/s.
 constexpr std::array<double, at::size> largest_deviation{1e3,  1e3, 3.2,  1e2,  1e2,  35.0,
                                                          50.0, 1.0, 50.0, 10.0, 10.0, 0.5};
-constexpr std::array<double, lasting::size> largest_lasting{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0};
+constexpr std::array<double, slow::size> largest_slow_error{1.0, 0.5, 0.5, 0.1, 0.9, 1.0, 1.0};
 
-// Rounding takes the last digits of a strongly correlated P; this keeps it positive definite, and
-// makes it 1.7 % larger in a day.
-constexpr double inflation = 1.0 + 1e-9;
-
-/// P = L D Lᵀ, all of D finite and positive: so exactly where P is positive definite, but for
-/// rounding, and has no number that is not finite. (Of a NaN, or of infinities beside the diagonal,
-/// some later element of D is made.)
+/// P = L D Lᵀ with all of D finite and positive. A NaN or infinity anywhere in P makes some element
+/// of D not finite.
 template <typename Covariance>
 bool is_positive_definite(Covariance P) noexcept {
   for (Eigen::Index k = 0; k < P.cols(); ++k) {
@@ -43,7 +39,7 @@ bool is_positive_definite(Covariance P) noexcept {
 template <int Size, std::size_t Count>
 void limit(Eigen::Matrix<double, Size, Size>& P, const std::array<double, Count>& most) noexcept {
   static_assert(Size == Count);
-  P.diagonal() *= inflation;
+  P.diagonal() *= rounding_inflation;
   for (Eigen::Index i = 0; i < Size; ++i) {
     const double largest = most[static_cast<std::size_t>(i)];
     if (P(i, i) > largest * largest) {
@@ -58,25 +54,25 @@ void limit(Eigen::Matrix<double, Size, Size>& P, const std::array<double, Count>
 
 void limit(State& state) noexcept {
   limit(state.covariance, largest_deviation);
-  limit(state.lasting.covariance, largest_lasting);
-  for (Eigen::Index j = 0; j < lasting::size; ++j) {
-    const double sigma = std::sqrt(state.lasting.covariance(j, j));
+  limit(state.slow.covariance, largest_slow_error);
+  for (Eigen::Index j = 0; j < slow::size; ++j) {
+    const double sigma = std::sqrt(state.slow.covariance(j, j));
     for (Eigen::Index i = 0; i < at::size; ++i) {
       const double most = largest_deviation[static_cast<std::size_t>(i)] / sigma;
-      double& by = state.lasting.sensitivity(i, j);
+      double& by = state.slow.sensitivity(i, j);
       by = std::clamp(by, -most, most);
     }
   }
 }
 
-bool sound(const State& state) noexcept {
+bool is_valid(const State& state) noexcept {
   return state.mean.allFinite() && state.mean.head<2>().cwiseAbs().maxCoeff() < largest_position &&
          state.mean.tail<at::size - 3>().cwiseAbs().maxCoeff() < largest_state &&
          state.mean.segment<2>(at::v_x).cwiseAbs().maxCoeff() < fastest &&
-         std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.lasting.mean.allFinite() &&
-         state.lasting.mean.cwiseAbs().maxCoeff() < largest_state &&
-         state.lasting.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
-         is_positive_definite(state.lasting.covariance);
+         std::abs(state.mean[at::yaw_rate]) < fastest_turn && state.slow.mean.allFinite() &&
+         state.slow.mean.cwiseAbs().maxCoeff() < largest_state &&
+         state.slow.sensitivity.allFinite() && is_positive_definite(state.covariance) &&
+         is_positive_definite(state.slow.covariance);
 }
 
 }  // namespace odomd::estimator::full

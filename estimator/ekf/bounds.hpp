@@ -1,5 +1,4 @@
-// What no state is beyond: limits of the covariance, and the check that stands before everything
-// that is published.
+// Bounds of the covariance, and the check of a state before it is published.
 //
 // docs/model.md, "Bounds".
 #pragma once
@@ -8,10 +7,10 @@
 
 namespace odomd::estimator::full {
 
-/// Once a tick: P against rounding, and brought down to what nothing is known beyond, by D P D.
+/// Inflates P against rounding, and limits its variances by D P D. Once a tick.
 void limit(State& state) noexcept;
 
-/// Finite, of a size that a car can have, P positive definite.
-[[nodiscard]] bool sound(const State& state) noexcept;
+/// Whether the state is finite and possible, and P positive definite.
+[[nodiscard]] bool is_valid(const State& state) noexcept;
 
 }  // namespace odomd::estimator::full

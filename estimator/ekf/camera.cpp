@@ -1,8 +1,8 @@
+// docs/model.md, "Camera".
 #include "estimator/ekf/camera.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "estimator/common/pose.hpp"
@@ -15,71 +15,75 @@
 namespace odomd::estimator::full {
 namespace {
 
-// A camera is taken for as noisy as stated up to so many times the variance.
-constexpr double least_camera_unrest = 2.5;
+// Below this noise scale the stated noise is used.
+constexpr double least_camera_noise_scale = 2.5;
 
 constexpr std::array<at::Index, 3> pose_states{at::x, at::y, at::yaw};
 
-constexpr double longest_pause_s = 0.5;  // between two poses of one run
+constexpr double longest_pause_s = 0.5;  // between two poses of a run
 
-// How well the motion is known after the pose turned out to be wrong, at least and at most.
-constexpr double doubted_speed = 0.1;  // [m/s]
-constexpr double largest_doubted_speed = 1.0;
-constexpr double doubted_bias = 0.03;  // [rad/s], of the gyro
-constexpr double largest_doubted_bias = 0.1;
+// Uncertainty of the motion after a reset, at least and at most.
+constexpr double reset_speed_sigma = 0.1;  // [m/s]
+constexpr double largest_reset_speed_sigma = 1.0;
+constexpr double reset_bias_sigma = 0.03;  // [rad/s], of the gyro
+constexpr double largest_reset_bias_sigma = 0.1;
 
-/// What no tyre and no sensor is off by, and where the model would lose its sense.
-void keep_scales_possible(State& state) noexcept {
-  LastingVector& scales = state.lasting.mean;
-  const auto keep = [&scales](lasting::Index index, double lowest, double highest) {
+/// Limits of the slow errors, within which the model holds.
+void clamp_scales(State& state) noexcept {
+  SlowVector& scales = state.slow.mean;
+  const auto keep = [&scales](slow::Index index, double lowest, double highest) {
     scales[index] = std::clamp(scales[index], lowest, highest);
   };
-  keep(lasting::stiffness_scale, -0.7, 2.0);
-  keep(lasting::gyro_scale, -0.5, 0.5);
-  keep(lasting::wheel_scale, -0.5, 0.5);
+  keep(slow::stiffness_scale, -0.7, 2.0);
+  keep(slow::gyro_scale, -0.5, 0.5);
+  keep(slow::wheel_scale, -0.5, 0.5);
 }
 
 double distance(const Pose2& a, const Pose2& b) noexcept {
   return std::hypot(b.x - a.x, b.y - a.y);
 }
 
-/// By how much the way that was seen from one to the other differs from the filter's, told along
-/// the car: a heading that is wrong turns the filter's way, and makes it no other.
-Pose2 apart(const Sighting& before, const Sighting& now) noexcept {
-  const double heading = before.seen.yaw - before.believed.yaw;
+/// Measured minus estimated motion from one pose to the other, in the filter's axes. An error of
+/// the heading does not change it.
+Pose2 step_difference(const PosePair& before, const PosePair& now) noexcept {
+  const double heading = before.measured.yaw - before.estimated.yaw;
   const double c = std::cos(heading);
   const double s = std::sin(heading);
-  const double x = now.seen.x - before.seen.x;
-  const double y = now.seen.y - before.seen.y;
-  return {c * x + s * y - (now.believed.x - before.believed.x),
-          c * y - s * x - (now.believed.y - before.believed.y),
-          wrap_angle(now.seen.yaw - before.seen.yaw - (now.believed.yaw - before.believed.yaw))};
+  const double x = now.measured.x - before.measured.x;
+  const double y = now.measured.y - before.measured.y;
+  return {c * x + s * y - (now.estimated.x - before.estimated.x),
+          c * y - s * x - (now.estimated.y - before.estimated.y),
+          wrap_angle(now.measured.yaw - before.measured.yaw -
+                     (now.estimated.yaw - before.estimated.yaw))};
 }
 
-double chi_squared(const Pose2& off, const std::array<double, 3>& sigma, double allowed) noexcept {
+double chi_squared(const Pose2& difference, const std::array<double, 3>& sigma,
+                   double allowed) noexcept {
   const double way = sigma[0] * sigma[0] + sigma[1] * sigma[1] + allowed * allowed;
   const double turn = 2.0 * sigma[2] * sigma[2] + allowed * allowed;
-  return (off.x * off.x + off.y * off.y) / way + off.yaw * off.yaw / turn;
+  return (difference.x * difference.x + difference.y * difference.y) / way +
+         difference.yaw * difference.yaw / turn;
 }
 
-/// Whether the camera saw the car go from one to the other as the filter did.
-bool is_one_way(const Sighting& from, const Sighting& to,
-                const std::array<double, 3>& sigma) noexcept {
-  constexpr double share = 0.1;  // that the filter's way may be off by
-  return chi_squared(apart(from, to), sigma, share * distance(from.believed, to.believed)) <=
-         CameraGate{}.gate;
+/// Whether camera and filter saw the same motion from one pose to the other.
+bool is_same_motion(const PosePair& from, const PosePair& to,
+                    const std::array<double, 3>& sigma) noexcept {
+  constexpr double share = 0.1;  // error of the filter's motion
+  return chi_squared(step_difference(from, to), sigma,
+                     share * distance(from.estimated, to.estimated)) <= CameraGate{}.gate;
 }
 
-/// Whether it went so far meanwhile that a picture that stands still would have been found out.
-bool tells(const State& state, const Sighting& from, const std::array<double, 3>& sigma) noexcept {
+/// Whether the car has moved so far that a frozen camera would be detected.
+bool has_moved_enough(const State& state, const PosePair& from,
+                      const std::array<double, 3>& sigma) noexcept {
   constexpr double sigmas = 8.0;
-  return state.rest.standing ||
-         distance(from.believed, state.pose()) >= sigmas * std::hypot(sigma[0], sigma[1]);
+  return state.standstill.standing ||
+         distance(from.estimated, state.pose()) >= sigmas * std::hypot(sigma[0], sigma[1]);
 }
 
-/// The pose becomes `seen`, its covariance that of the camera, and nothing else is related to it.
-void move_to(State& state, const Pose2& seen, const std::array<double, 3>& sigma) noexcept {
-  state.mean.head<3>() << seen.x, seen.y, seen.yaw;
+/// Sets the pose and its covariance to those of the camera, without correlations.
+void move_to(State& state, const Pose2& measured, const std::array<double, 3>& sigma) noexcept {
+  state.mean.head<3>() << measured.x, measured.y, measured.yaw;
   for (std::size_t i = 0; i < pose_states.size(); ++i) {
     forget(state, pose_states[i], sigma[i]);
   }
@@ -87,32 +91,33 @@ void move_to(State& state, const Pose2& seen, const std::array<double, 3>& sigma
 
 }  // namespace
 
-/// One pose scatters beside those before by n_k - 2 n_k-1 + n_k-2, told along the filter's way: six
-/// times the variance of one. The median of χ² with three degrees of freedom is 2.37; a median, so
-/// that a few outliers do not count.
-void note_sighting(State& state, const Sample& pose) noexcept {
+/// The step error's change n_k - 2 n_k-1 + n_k-2 has six times the variance of one pose. The scale
+/// tracks its median, which for χ² with three degrees of freedom is 2.37: robust against outliers.
+void note_camera_pose(State& state, const Sample& pose) noexcept {
   constexpr double median = 2.37;
   constexpr double step = 1.16;
   constexpr double most = 100.0;
   const auto& [x, y, yaw] = pose.value;
-  const Sighting before =
-      std::exchange(state.last_sighting,
-                    {.capture_ns = pose.time_ns, .seen = {x, y, yaw}, .believed = state.pose()});
+  const PosePair before = std::exchange(
+      state.last_camera_pose,
+      {.capture_ns = pose.time_ns, .measured = {x, y, yaw}, .estimated = state.pose()});
   if (before.capture_ns == 0 ||
       seconds_between(before.capture_ns, pose.time_ns) > longest_pause_s) {
     return;
   }
-  Sighting& now = state.last_sighting;
-  now.off = apart(before, now);
-  now.in_a_row = 1;
-  if (before.in_a_row == 0) {
+  PosePair& now = state.last_camera_pose;
+  now.step_error = step_difference(before, now);
+  now.has_step = true;
+  if (!before.has_step) {
     return;
   }
-  const Pose2 scatter{now.off.x - before.off.x, now.off.y - before.off.y,
-                      now.off.yaw - before.off.yaw};
-  double& unrest = state.camera_unrest;
+  const Pose2 scatter{now.step_error.x - before.step_error.x,
+                      now.step_error.y - before.step_error.y,
+                      now.step_error.yaw - before.step_error.yaw};
+  double& noise_scale = state.camera_noise_scale;
   const double ratio = chi_squared(scatter, pose.sigma, 0.0) / 3.0;
-  unrest = std::clamp(ratio > median * unrest ? unrest * step : unrest / step, 1.0, most);
+  noise_scale =
+      std::clamp(ratio > median * noise_scale ? noise_scale * step : noise_scale / step, 1.0, most);
 }
 
 Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
@@ -121,15 +126,15 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   Judgement judgement{.source = Source::camera, .verdict = Verdict::fused, .degrees = 0};
   const auto& [z_x, z_y, z_yaw] = sample.value;
   const auto fused = [&] {
-    state.fused_ns[static_cast<std::size_t>(Source::camera)] = sample.time_ns;
+    state.fused_ns[index_of(Source::camera)] = sample.time_ns;
     state.rejected_poses = 0;
-    state.camera_was_out = false;
+    state.camera_was_distrusted = false;
     state.turned_since_ns = 0;
-    state.confirming = std::min(state.confirming + 1, believed_rejections);
-    if (state.confirming == believed_rejections) {
+    state.confirming_poses = std::min(state.confirming_poses + 1, rejections_to_accept);
+    if (state.confirming_poses == rejections_to_accept) {
       state.doubtful = false;
     }
-    state.last_sighting.believed = state.pose();
+    state.last_camera_pose.estimated = state.pose();
   };
   if (!state.located) {
     if (!gate.locates) {
@@ -142,14 +147,14 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
     return judgement;
   }
 
-  const Pose2 believed = state.pose();
-  if (state.camera_unrest > least_camera_unrest) {
+  const Pose2 estimated = state.pose();
+  if (state.camera_noise_scale > least_camera_noise_scale) {
     for (double& sigma : sample.sigma) {
-      sigma *= std::sqrt(state.camera_unrest);
+      sigma *= std::sqrt(state.camera_noise_scale);
     }
   }
   judgement.degrees = 3;
-  judgement.innovation = {z_x - believed.x, z_y - believed.y, wrap_angle(z_yaw - believed.yaw)};
+  judgement.innovation = {z_x - estimated.x, z_y - estimated.y, wrap_angle(z_yaw - estimated.yaw)};
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   const Symmetric3 S{P(0, 0) + sample.sigma[0] * sample.sigma[0],
                      P(0, 1),
@@ -162,72 +167,75 @@ Judgement take_camera(const CarModel& model, const CameraGate& gate, State& stat
   judgement.test_ratio = judgement.squared_ratio / gate.gate;
   state.camera_test_ratio = judgement.test_ratio;
 
-  // The turn that continues the filter's yaw.
-  const Pose2 seen{z_x, z_y, believed.yaw + judgement.innovation[2]};
+  // The yaw nearest to the filter's, of all turns.
+  const Pose2 measured{z_x, z_y, estimated.yaw + judgement.innovation[2]};
   if (judgement.squared_ratio <= gate.gate) {
-    const std::array<double, 3> measured{seen.x, seen.y, seen.yaw};
+    const std::array<double, 3> values{measured.x, measured.y, measured.yaw};
     for (std::size_t i = 0; i < pose_states.size(); ++i) {
       Prediction z;
       z.value = state.mean[pose_states[i]];
       z.variance = sample.sigma[i] * sample.sigma[i];
       z.depends_on(pose_states[i], 1.0);
-      const Innovation nu = full::innovation(state, z, measured[i]);
+      const Innovation nu = full::innovation(state, z, values[i]);
       correct(state, nu, optimal_gain(nu));
-      teach(state, nu, all());
+      correct_slow_errors(state, nu, all());
     }
-    keep_scales_possible(state);
+    clamp_scales(state);
     const std::int64_t before_ns = state.fused_ns[index_of(Source::camera)];
     if (before_ns != 0) {
-      follow_way_unrest(model.tuning, state, judgement.squared_ratio,
-                        seconds_between(before_ns, sample.time_ns));
+      adapt_way_noise_scale(model.tuning, state, judgement.squared_ratio,
+                            seconds_between(before_ns, sample.time_ns));
     }
     fused();
     return judgement;
   }
 
-  state.confirming = 0;
+  state.confirming_poses = 0;
   if (!state.integrity.agrees(Source::camera) ||
-      !is_one_way(state.first_rejected, state.last_sighting, sample.sigma)) {
+      !is_same_motion(state.first_rejected, state.last_camera_pose, sample.sigma)) {
     state.rejected_poses = 0;
   }
   if (state.rejected_poses++ == 0) {
-    state.first_rejected = state.last_sighting;
+    state.first_rejected = state.last_camera_pose;
   }
-  if (state.rejected_poses < believed_rejections ||
-      seconds_between(state.first_rejected.capture_ns, sample.time_ns) < believed_after_s ||
-      !tells(state, state.first_rejected, sample.sigma)) {
+  if (state.rejected_poses < rejections_to_accept ||
+      seconds_between(state.first_rejected.capture_ns, sample.time_ns) < rejection_timeout_s ||
+      !has_moved_enough(state, state.first_rejected, sample.sigma)) {
     judgement.verdict = Verdict::gated;
     return judgement;
   }
-  // One that was at fault since it was last believed moves no pose that nobody doubts; but one of
-  // the two is wrong.
-  if (state.camera_was_out && !state.doubtful) {
+  // A camera that was distrusted does not reset a pose that is not doubtful; but one of both is
+  // wrong.
+  if (state.camera_was_distrusted && !state.doubtful) {
     state.doubtful = state.disputed = true;
     judgement.verdict = Verdict::gated;
     return judgement;
   }
-  // Believed against the test: it does not count among those that the filter expects.
+  // Fused against the test, so it does not enter the filter's statistics.
   judgement.degrees = 0;
   judgement.verdict = Verdict::forced;
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     set_off(model, state, 0.0);
   }
-  // The first one of all tells where it starts; later, either may be wrong.
+  // The first fused pose initialises; later either of both may be wrong.
   state.disputed =
       state.disputed || (state.fused_ns[index_of(Source::camera)] != 0 && !state.doubtful);
-  const double unseen_s = seconds_between(state.fused_ns[index_of(Source::camera)], sample.time_ns);
-  move_to(state, seen, sample.sigma);
-  // A pose that was wrong came of a motion that was.
-  const auto doubt = [&](double jump, double least, double most) {
-    const double off = jump / std::max(unseen_s, believed_after_s);
-    return std::min(least * least + off * off, most * most);
+  const double since_fused_s =
+      seconds_between(state.fused_ns[index_of(Source::camera)], sample.time_ns);
+  move_to(state, measured, sample.sigma);
+  // The jump has come from an error of the motion since the last fused pose.
+  const auto inflation = [&](double jump, double least, double most) {
+    const double rate = jump / std::max(since_fused_s, rejection_timeout_s);
+    return std::min(least * least + rate * rate, most * most);
   };
-  const double way = std::hypot(seen.x - believed.x, seen.y - believed.y);
-  state.covariance(at::v_x, at::v_x) += doubt(way, doubted_speed, largest_doubted_speed);
-  state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias) +=
-      doubt(seen.yaw - believed.yaw, doubted_bias, largest_doubted_bias);
+  const double way = std::hypot(measured.x - estimated.x, measured.y - estimated.y);
+  state.covariance(at::v_x, at::v_x) +=
+      inflation(way, reset_speed_sigma, largest_reset_speed_sigma);
+  state.slow.covariance(slow::gyro_bias, slow::gyro_bias) +=
+      inflation(measured.yaw - estimated.yaw, reset_bias_sigma, largest_reset_bias_sigma);
   ++state.resets;
-  state.last_jump = {seen.x - believed.x, seen.y - believed.y, seen.yaw - believed.yaw};
+  state.last_jump = {measured.x - estimated.x, measured.y - estimated.y,
+                     measured.yaw - estimated.yaw};
   fused();
   return judgement;
 }

@@ -1,5 +1,7 @@
-// The camera: z = (X, Y, ψ) at the instant the picture was taken, judged as a whole, and what is
-// done when the filter is wrong and the camera right.
+// The camera: z = (X, Y, ψ) at the capture time, gated as a whole; and the recovery when the filter
+// is wrong and the camera is right.
+//
+// docs/model.md, "Camera".
 #pragma once
 
 #include "estimator/ekf/process.hpp"
@@ -8,22 +10,21 @@
 
 namespace odomd::estimator::full {
 
-/// So many rejected poses in a row, over so long, are believed after all, if the last of them is
-/// where the filter's way leads from the first.
-inline constexpr int believed_rejections = 6;
-inline constexpr double believed_after_s = 0.25;
+/// The filter accepts this many rejected poses in a row over this time, if they move as it does.
+inline constexpr int rejections_to_accept = 6;
+inline constexpr double rejection_timeout_s = 0.25;
 
 struct CameraGate {
   double gate = 16.27;  ///< χ² with 3 degrees of freedom, 99.9 %
-  bool locates = true;  ///< the first pose may initialise the filter
+  bool locates = true;  ///< the first pose initialises the filter
 };
 
-/// Follows by how much the poses scatter, whether they are believed or not.
-void note_sighting(State& state, const Sample& pose) noexcept;
+/// Updates the camera's noise scale with any pose, fused or not.
+void note_camera_pose(State& state, const Sample& pose) noexcept;
 
-/// ν = z - (X, Y, ψ), S = P + R; fused where νᵀS⁻¹ν <= gate. Poses that are rejected again and
-/// again move the filter's pose to the last of them (`resets`, `last_jump`), if their motion is
-/// that which the sources agree on. The state is that at the time of the sample.
+/// ν = z - (X, Y, ψ), S = P + R; fused if νᵀS⁻¹ν <= gate. A run of rejected poses that is
+/// consistent with the filter's motion and the other sources resets the pose (`resets`,
+/// `last_jump`). The state is that at the time of the sample.
 [[nodiscard]] Judgement take_camera(const CarModel& model, const CameraGate& gate, State& state,
                                     const Sample& sample) noexcept;
 

@@ -1,5 +1,4 @@
-// The states at the ticks of the window, to go back to where a sample comes late, and the one at
-// work.
+// The states at the ticks of the window: the filter rewinds to one of them for a late sample.
 //
 // docs/model.md, "Late samples".
 #pragma once
@@ -15,12 +14,12 @@ namespace odomd::estimator::full {
 
 class History {
  public:
-  /// The one at work among them.
+  /// Number of states, the present one included.
   static constexpr std::size_t capacity = 64;
 
-  /// The state as it is now, and the same to be changed: of one that is kept, a copy.
+  /// The present state. writable() first copies it if it is kept.
   [[nodiscard]] const State& now() const noexcept { return states_[now_]; }
-  [[nodiscard]] State& work() noexcept {
+  [[nodiscard]] State& writable() noexcept {
     if (kept_now_) {
       const State& kept = now();
       now_ = (now_ + 1) % capacity;
@@ -31,21 +30,21 @@ class History {
     return states_[now_];
   }
 
-  /// Keeps the state as it is now, if the newest that is kept is older by `interval_ns`.
+  /// Keeps the present state if the newest kept one is older by `interval_ns`.
   void keep(std::int64_t interval_ns) noexcept {
     const State& before = states_[(now_ + capacity - 1) % capacity];
     kept_now_ = kept_ == 0 || now().time_ns - before.time_ns >= interval_ns;
   }
 
-  /// Forgets all others. What becomes of the state at once is what is kept.
-  [[nodiscard]] State& anew() noexcept {
+  /// Drops all other states. The present one is kept once it is written.
+  [[nodiscard]] State& restart() noexcept {
     kept_ = 0;
     kept_now_ = true;
     return states_[now_];
   }
 
-  /// If the state is not before `time_ns`: to the newest that is, or else the oldest.
-  void go_back_to(std::int64_t time_ns) noexcept {
+  /// Rewinds to the newest state before `time_ns`, or else to the oldest.
+  void rewind_to(std::int64_t time_ns) noexcept {
     while (now().time_ns >= time_ns && kept_ > 0) {
       now_ = (now_ + capacity - 1) % capacity;
       kept_now_ = true;
@@ -53,7 +52,7 @@ class History {
     }
   }
 
-  /// When the oldest state is that can be gone back to.
+  /// Time of the oldest state to rewind to.
   [[nodiscard]] std::int64_t oldest_ns() const noexcept {
     return states_[(now_ + capacity - kept_) % capacity].time_ns;
   }
@@ -61,8 +60,8 @@ class History {
  private:
   std::array<State, capacity> states_{};
   std::size_t now_ = 0;
-  std::size_t kept_ = 0;   ///< before the one at work, which is none of them ...
-  bool kept_now_ = false;  ///< ... but is kept itself
+  std::size_t kept_ = 0;   ///< not counting the present state ...
+  bool kept_now_ = false;  ///< ... which is kept itself
 };
 
 }  // namespace odomd::estimator::full

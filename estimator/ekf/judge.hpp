@@ -1,4 +1,6 @@
-// A scalar sample against what the state makes of it: the gate, and a source that insists.
+// Gates a scalar sample, fuses it, and handles the rejection timeout of its source.
+//
+// docs/model.md, "Gates and rejection timeouts".
 #pragma once
 
 #include <cstdint>
@@ -10,25 +12,25 @@
 
 namespace odomd::estimator::full {
 
-/// A sample that comes after a longer silence says nothing more of how the motion may change [s].
-inline constexpr double longest_unheard_s = 0.2;
+/// A longer gap between two samples does not widen a gate any further [s].
+inline constexpr double longest_gap_s = 0.2;
 
-/// When one of the same kind was last fused, 0: never. Wheels vouch for each other.
+/// When a sample of this source, or of any wheel for a wheel, was last fused; 0: never.
 [[nodiscard]] std::int64_t last_fused_ns(const State& state, Source source) noexcept;
 
-/// For how long the source's samples have all been refused, this one the last [s].
-[[nodiscard]] double refused_s(State& state, const Sample& sample) noexcept;
+/// Time since the first of the source's rejected samples in a row, of which this is the last [s].
+[[nodiscard]] double rejected_s(State& state, const Sample& sample) noexcept;
 
-/// What a sample of the car's own sensors may teach.
-struct Teaches {
-  bool heading = false;  ///< ψ, ψ̇ and ε: a gyro; without one, all
-  LastingVector lasting = none();
+/// What a sample of the car's own sensors corrects.
+struct Updates {
+  bool heading = false;  ///< ψ, ψ̇ and ε: true for a gyro; without one, for all
+  SlowVector slow = none();
 };
 
-/// Fuses the sample where ν²/S is below the gate (S with what the motion may have changed by); or
-/// where its source has been rejected for so long that the filter gives in, after doubting what it
-/// measures by as much as the sample is off.
+/// Fuses the sample if ν²/S is below the gate, S widened by a possible change of the motion. After
+/// the rejection timeout of its source the variance of the measured state grows by ν², and the
+/// sample is fused too (`forced`).
 [[nodiscard]] Judgement judge(const CarModel& model, State& state, const Sample& sample,
-                              const Prediction& prediction, const Teaches& teaches) noexcept;
+                              const Prediction& prediction, const Updates& updates) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -1,4 +1,4 @@
-// What became of the samples of a step, each reported once.
+// Verdicts of the samples in a step, each reported once.
 //
 // docs/model.md, "Late samples".
 #pragma once
@@ -17,15 +17,14 @@ class Judgements {
  public:
   void clear() noexcept { count_ = 0; }
 
-  /// There is room: for every sample of the window, each of which is judged once, and for each
-  /// source.
+  /// The capacity suffices for every sample of the window and one report for each source.
   void report(const Judgement& judgement) noexcept {
     if (count_ < reported_.size()) {
       reported_[count_++] = judgement;
     }
   }
 
-  /// The verdict of those that will never be taken in.
+  /// Reports the samples that have no verdict yet with `verdict`.
   void refuse(std::span<const Sample> samples, Verdict verdict) noexcept {
     for (const Sample& sample : samples) {
       if (!sample.judged) {
@@ -34,15 +33,15 @@ class Judgements {
     }
   }
 
-  /// Of those that a flood pushed out of the window nothing is left but their number.
-  void report_given_up(SampleWindow& window) noexcept {
-    const std::array<std::uint32_t, source_count> given_up = window.take_given_up();
+  /// Reports the number of samples that a full window has dropped.
+  void report_dropped(SampleWindow& window) noexcept {
+    const std::array<std::uint32_t, source_count> dropped = window.take_dropped();
     for (std::size_t i = 0; i < source_count; ++i) {
-      if (given_up[i] > 0) {
+      if (dropped[i] > 0) {
         report({.source = static_cast<Source>(i),
                 .verdict = Verdict::too_old,
-                .time_ns = window.lost_until_ns(),
-                .count = given_up[i]});
+                .time_ns = window.dropped_until_ns(),
+                .count = dropped[i]});
       }
     }
   }

@@ -7,28 +7,28 @@
 namespace odomd::estimator::full {
 namespace {
 
-// The variance of z_k - 2 z_k-1 + z_k-2, of white noise of variance 1: 1² + 2² + 1².
+// Variance of z_k - 2 z_k-1 + z_k-2 for white noise of variance 1: 1² + 2² + 1².
 constexpr double bend_variance = 6.0;
-// One sample counts as so many times the mean at most: 3 sigma. An outlier is no noise.
+// A sample counts at most 3 sigma: outliers are no noise.
 constexpr double largest_step = 9.0;
-// The mean of fewer samples is not used; that of fewer bounds no sample, the stated variance does.
+// A mean of fewer samples is not used; or does not bound a sample, but the stated variance does.
 constexpr int least_samples_to_use = 5;
 constexpr int least_samples_to_bound = 10;
-// A hundredth of the stated sigma. From 0 the mean could not grow again.
+// From 0 the mean could not grow again.
 constexpr double smallest_mean = 1e-4;
-// A gyro, and what rests, is not taken for noisier than stated.
+// A gyro, or a still sensor, is never taken as noisier than stated.
 constexpr double as_stated = 1.0;
 
-/// Of a mean of squares, in stated sigmas, the sigma that is used, in stated ones.
-double bounded(const Tuning& tuning, double mean, Source source, bool resting) noexcept {
+/// The sigma to use, relative to the stated one, from a relative mean square.
+double bounded(const Tuning& tuning, double mean, Source source, bool wheels_still) noexcept {
   const double range = tuning.noise_range;
-  const double least = resting ? 1.0 / (range * range) : 1.0 / range;
-  const double most = resting || source == Source::yaw_rate ? as_stated : range;
+  const double least = wheels_still ? 1.0 / (range * range) : 1.0 / range;
+  const double most = wheels_still || source == Source::yaw_rate ? as_stated : range;
   return std::sqrt(std::clamp(mean, least, most));
 }
 
-// One surprise counts as so many at most, and moves a ratio by no more than this of itself.
-constexpr double largest_surprise = 4.0;
+// Bounds of one sample's effect on a scale.
+constexpr double largest_excess = 4.0;
 constexpr double largest_share = 0.1;
 
 struct Bounds {
@@ -36,22 +36,22 @@ struct Bounds {
   double most;
 };
 
-void follow(double& unrest, double surprise, double share, Bounds bounds) noexcept {
-  const double change = std::min(share, largest_share) * std::min(surprise - 1.0, largest_surprise);
-  unrest = std::clamp(unrest * std::exp(change), bounds.least, bounds.most);
+void adapt(double& noise_scale, double ratio, double share, Bounds bounds) noexcept {
+  const double change = std::min(share, largest_share) * std::min(ratio - 1.0, largest_excess);
+  noise_scale = std::clamp(noise_scale * std::exp(change), bounds.least, bounds.most);
 }
 
 }  // namespace
 
 void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept {
   NoiseLevel& level = state.noise[index_of(sample.source)];
-  if (level.resting != state.rest.resting) {
-    level.resting = state.rest.resting;
+  if (level.wheels_still != state.standstill.wheels_still) {
+    level.wheels_still = state.standstill.wheels_still;
     level.run = 0;
   }
   const double now = sample.value[0] / sample.sigma[0];
-  double& mean = level.resting ? level.at_rest : level.moving;
-  int& samples = level.resting ? level.rest_samples : level.moving_samples;
+  double& mean = level.wheels_still ? level.at_rest : level.moving;
+  int& samples = level.wheels_still ? level.still_samples : level.moving_samples;
   if (level.run == 2) {
     const double bend = now - 2.0 * level.last[0] + level.last[1];
     samples = std::min(samples + 1, tuning.noise_samples);
@@ -62,7 +62,7 @@ void measure_noise(const Tuning& tuning, State& state, Sample& sample) noexcept 
   level.last = {now, level.last[0]};
   level.run = std::min(level.run + 1, 2);
   if (samples >= least_samples_to_use) {
-    sample.sigma[0] *= bounded(tuning, mean, sample.source, level.resting);
+    sample.sigma[0] *= bounded(tuning, mean, sample.source, level.wheels_still);
   }
 }
 
@@ -72,43 +72,43 @@ SourceNoise noise_of(const Tuning& tuning, const State& state, Source source,
   const std::size_t i = index_of(source);
   if (i < state.noise.size()) {
     const NoiseLevel& level = state.noise[i];
-    if (level.rest_samples >= least_samples_to_use) {
+    if (level.still_samples >= least_samples_to_use) {
       noise.at_rest = stated * bounded(tuning, level.at_rest, source, true);
     }
     if (level.moving_samples >= least_samples_to_use) {
       noise.moving = stated * bounded(tuning, level.moving, source, false);
     }
-  } else if (is_wheel(source) && state.heard[i].agreeing > 0) {
-    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_unrest[i]);
+  } else if (is_wheel(source) && state.readings[i].consistent > 0) {
+    noise.speed_share = tuning.wheel_radius * std::sqrt(state.wheel_noise_scale[i]);
   }
   return noise;
 }
 
-void follow_unrest(const Tuning& tuning, State& state, const Sample& sample, const Prediction& z,
-                   const Innovation& nu) noexcept {
-  if (state.rest.standing) {
+void adapt_noise_scales(const Tuning& tuning, State& state, const Sample& sample,
+                        const Prediction& z, const Innovation& nu) noexcept {
+  if (state.standstill.standing) {
     return;
   }
-  const double interval_s = state.heard[index_of(sample.source)].interval_s;
-  const double surprise = nu.value * nu.value / nu.variance_of_noise;
+  const double interval_s = state.readings[index_of(sample.source)].interval_s;
+  const double ratio = nu.value * nu.value / nu.variance_of_noise;
   if (is_wheel(sample.source)) {
-    const double of_state = 1.0 - z.variance / nu.variance_of_noise;
-    const double of_wheel = z.relative / nu.variance_of_noise;
-    follow(state.drive_unrest, surprise, of_state * interval_s / tuning.wheel_unrest_s,
-           {1.0 / tuning.drive_unrest_range, tuning.drive_unrest_range});
-    follow(state.wheel_unrest[index_of(sample.source)], surprise,
-           of_wheel * interval_s / tuning.wheel_unrest_s,
-           {1.0 / tuning.wheel_unrest_range, tuning.wheel_unrest_range});
+    const double state_share = 1.0 - z.variance / nu.variance_of_noise;
+    const double wheel_share = z.relative / nu.variance_of_noise;
+    adapt(state.drive_noise_scale, ratio, state_share * interval_s / tuning.wheel_noise_scale_s,
+          {1.0 / tuning.drive_noise_scale_range, tuning.drive_noise_scale_range});
+    adapt(state.wheel_noise_scale[index_of(sample.source)], ratio,
+          wheel_share * interval_s / tuning.wheel_noise_scale_s,
+          {1.0 / tuning.wheel_noise_scale_range, tuning.wheel_noise_scale_range});
   } else if (sample.source == Source::yaw_rate) {
-    follow(state.turn_unrest, surprise, interval_s / tuning.turn_unrest_s,
-           {1.0 / tuning.turn_unrest_range, 1.0});
+    adapt(state.turn_noise_scale, ratio, interval_s / tuning.turn_noise_scale_s,
+          {1.0 / tuning.turn_noise_scale_range, 1.0});
   }
 }
 
-void follow_way_unrest(const Tuning& tuning, State& state, double squared_ratio,
-                       double interval_s) noexcept {
-  follow(state.way_unrest, squared_ratio / 3.0, interval_s / tuning.way_unrest_s,
-         {1.0, tuning.way_unrest_range});
+void adapt_way_noise_scale(const Tuning& tuning, State& state, double squared_ratio,
+                           double interval_s) noexcept {
+  adapt(state.way_noise_scale, squared_ratio / 3.0, interval_s / tuning.way_noise_scale_s,
+        {1.0, tuning.way_noise_scale_range});
 }
 
 }  // namespace odomd::estimator::full

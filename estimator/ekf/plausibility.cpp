@@ -1,26 +1,27 @@
+// docs/model.md, "Gates and rejection timeouts".
 #include "estimator/ekf/plausibility.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "estimator/common/time.hpp"
+#include "estimator/common/wheel_place.hpp"
 #include "estimator/ekf/standstill.hpp"
-#include "estimator/ekf/wheel_speed.hpp"
 
 namespace odomd::estimator::full {
 namespace {
 
-// For so long a reading says something of the next; no car changes its motion faster for longer.
+// Longest time between two consistent samples, and longest time of the largest change.
 constexpr double longest_pause_s = 1.5;
 constexpr double longest_change_s = 0.3;
 
-// A wheel's reading is what it says now for so long.
+// A wheel's sample is current for this long.
 constexpr double fresh_s = 0.25;
 
 constexpr int most_counted = 3;
 
-/// |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most 2: kerbs and the wheels of one
-/// axle in a tight turn are within.
+/// Two samples are consistent if |z_2 - z_1| ≤ at_once + share |z| + rate Δt, share |z| at most 2.
+/// That includes kerbs, and the wheels of one axle in a tight turn.
 struct Change {
   double at_once;
   double share;
@@ -43,46 +44,35 @@ constexpr Change largest_change(Source source) noexcept {
 bool agree(const Reading& before, const Sample& sample) noexcept {
   const double elapsed_s = seconds_between(before.time_ns, sample.time_ns);
   const Change change = largest_change(sample.source);
-  return before.agreeing > 0 && elapsed_s <= longest_pause_s &&
+  return before.consistent > 0 && elapsed_s <= longest_pause_s &&
          std::abs(sample.value[0] - before.value) <=
              change.at_once + std::min(change.share * std::abs(sample.value[0]), largest_share) +
                  change.rate * std::min(elapsed_s, longest_change_s);
 }
 
-/// Calls `with` with the source of every wheel that was lately heard, but the sample's.
-template <typename With>
-void for_the_other_wheels(const State& state, const Sample& sample, const With& with) {
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const Reading& heard = state.heard[i];
-    if (i != index_of(sample.source) && heard.agreeing > 0 &&
-        seconds_between(heard.time_ns, sample.time_ns) <= fresh_s) {
-      with(i);
-    }
-  }
-}
-
 }  // namespace
 
-int vouchers(const State& state, const Sample& sample) noexcept {
-  const auto of = [&](std::size_t source) {
-    const Reading& before = state.heard[source];
-    return agree(before, sample) ? before.agreeing : 0;
+int consistent_samples(const State& state, const Sample& sample) noexcept {
+  const auto of = [&](Source source) {
+    const Reading& before = state.readings[index_of(source)];
+    return agree(before, sample) ? before.consistent : 0;
   };
   if (!is_wheel(sample.source)) {
-    return of(index_of(sample.source));
+    return of(sample.source);
   }
   int most = 0;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    most = std::max(most, of(i));
+  for (const Source wheel : wheel_sources) {
+    most = std::max(most, of(wheel));
   }
   return most;
 }
 
-std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcept {
+std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept {
   std::int64_t since_ns = sample.time_ns;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    if (agree(state.heard[i], sample)) {
-      since_ns = std::min(since_ns, state.heard[i].time_ns);
+  for (const Source wheel : wheel_sources) {
+    const Reading& before = state.readings[index_of(wheel)];
+    if (agree(before, sample)) {
+      since_ns = std::min(since_ns, before.time_ns);
     }
   }
   return since_ns;
@@ -93,32 +83,37 @@ std::int64_t last_wheel_ns(const State& state) noexcept {
   return *std::max_element(first, state.fused_ns.begin() + index_of(Source::motor) + 1);
 }
 
-WheelVote wheel_vote(Driven driven, const State& state, const Sample& sample) noexcept {
-  WheelVote vote;
-  const auto count = [&](std::size_t source, double speed) {
-    const bool free = !is_driven(driven, static_cast<Source>(source));
-    if (!turns(speed, sample.sigma[0])) {
-      ++vote.resting;
-      vote.free_resting |= free;
-      return;
+WheelCount count_wheels(Driven driven, const State& state, const Sample& sample) noexcept {
+  WheelCount wheels;
+  for (const Source wheel : wheel_sources) {
+    const Reading& reading = state.readings[index_of(wheel)];
+    const bool own = wheel == sample.source;
+    if (!own &&
+        (reading.consistent == 0 || seconds_between(reading.time_ns, sample.time_ns) > fresh_s)) {
+      continue;
     }
-    if (vote.turning == 0 || std::abs(speed) < std::abs(vote.slowest)) {
-      vote.slowest = speed;
+    const double speed = own ? sample.value[0] : reading.value;
+    const bool free = !is_driven(driven, wheel);
+    if (!is_turning(speed, sample.sigma[0])) {
+      ++wheels.still;
+      wheels.free_still |= free;
+      continue;
     }
-    ++vote.turning;
-    vote.free_turning |= free;
-  };
-  count(index_of(sample.source), sample.value[0]);
-  for_the_other_wheels(state, sample, [&](std::size_t i) { count(i, state.heard[i].value); });
-  return vote;
+    if (wheels.turning == 0 || std::abs(speed) < std::abs(wheels.slowest)) {
+      wheels.slowest = speed;
+    }
+    ++wheels.turning;
+    wheels.free_turning |= free;
+  }
+  return wheels;
 }
 
-void note_heard(State& state, const Sample& sample) noexcept {
-  Reading& heard = state.heard[index_of(sample.source)];
+void note_reading(State& state, const Sample& sample) noexcept {
+  Reading& reading = state.readings[index_of(sample.source)];
   const double interval_s =
-      heard.agreeing > 0 ? seconds_between(heard.time_ns, sample.time_ns) : 0.0;
-  heard = {agree(heard, sample) ? std::min(heard.agreeing + 1, most_counted) : 1, sample.time_ns,
-           sample.value[0], heard.value, interval_s};
+      reading.consistent > 0 ? seconds_between(reading.time_ns, sample.time_ns) : 0.0;
+  reading = {agree(reading, sample) ? std::min(reading.consistent + 1, most_counted) : 1,
+             sample.time_ns, sample.value[0], reading.value, interval_s};
 }
 
 }  // namespace odomd::estimator::full

@@ -1,6 +1,7 @@
-// Whether a reading can be believed beside the one before it, whatever the filter holds: what no
-// car does between two samples is no motion. A telegram that is wrong in spite of its checksum, or
-// the first after a silence, thereby needs a second one that says the same.
+// Compares a sample with earlier ones, independently of the filter's state. A jump that no car can
+// make may be a corrupt frame, so a second consistent sample is needed.
+//
+// docs/model.md, "Gates and rejection timeouts".
 #pragma once
 
 #include <cstdint>
@@ -11,40 +12,37 @@
 
 namespace odomd::estimator::full {
 
-/// A source that none was fused of for so long is silent [s].
+/// A source without a fused sample for this long is silent [s].
 inline constexpr double silence_s = 1.0;
 
-/// A source that is heard less often is not waited for [s].
-inline constexpr double soon_s = 0.05;
+/// At a longer cycle the next sample is not waited for [s].
+inline constexpr double next_sample_s = 0.05;
 
-/// How many readings of the sample's source in a row, up to the one before it, can be of one motion
-/// with it; of a wheel, of whichever wheel says most for it. What is allowed from one to the next
-/// is in the .cpp.
-[[nodiscard]] int vouchers(const State& state, const Sample& sample) noexcept;
+/// How many earlier samples in a row are consistent with this one: of the same source, or of any
+/// wheel for a wheel.
+[[nodiscard]] int consistent_samples(const State& state, const Sample& sample) noexcept;
 
-/// When the first of those wheels was heard that agree with a wheel's sample; its own time where
-/// none does.
-[[nodiscard]] std::int64_t vouching_since_ns(const State& state, const Sample& sample) noexcept;
+/// Time of the earliest wheel sample that is consistent with this one; its own time if none is.
+[[nodiscard]] std::int64_t consistent_since_ns(const State& state, const Sample& sample) noexcept;
 
-/// What the wheels say that were heard in the last quarter of a second, each by its newest reading,
-/// a wheel's sample among them.
-struct WheelVote {
+/// Wheels by the newest sample of each in the last quarter of a second, `sample` included.
+struct WheelCount {
   int turning = 0;
-  int resting = 0;
-  bool free_turning = false;  ///< one that is not driven is among them
-  bool free_resting = false;
-  double slowest = 0.0;  ///< of those that turn [m/s]
+  int still = 0;
+  bool free_turning = false;  ///< an undriven wheel turns
+  bool free_still = false;
+  double slowest = 0.0;  ///< of the turning ones [m/s]
 };
-[[nodiscard]] WheelVote wheel_vote(Driven driven, const State& state,
-                                   const Sample& sample) noexcept;
+[[nodiscard]] WheelCount count_wheels(Driven driven, const State& state,
+                                      const Sample& sample) noexcept;
 
-/// When the newest sample of a wheel was fused; 0: never.
+/// When a wheel's sample was last fused; 0: never.
 [[nodiscard]] std::int64_t last_wheel_ns(const State& state) noexcept;
 
-/// A wheel that rests for so long beside one that turns is dead [s].
+/// A wheel that stands for this long while another one turns is dead [s].
 inline constexpr double dead_after_s = 0.5;
 
-/// Notes what the source has said, after the sample was taken.
-void note_heard(State& state, const Sample& sample) noexcept;
+/// Stores the sample as the newest one of its source.
+void note_reading(State& state, const Sample& sample) noexcept;
 
 }  // namespace odomd::estimator::full

@@ -1,7 +1,6 @@
 // docs/model.md, "Process".
 #include "estimator/ekf/process.hpp"
 
-#include <algorithm>
 #include <memory>
 
 #include "estimator/common/squares.hpp"
@@ -9,27 +8,26 @@
 namespace odomd::estimator::full {
 namespace {
 
-/// What the random walks add.
+/// Process noise of the random walks.
 void add_walks(const Tuning& walks, double dt, State& state) noexcept {
   Matrix& P = state.covariance;
   P(at::accel_bias_x, at::accel_bias_x) += squared(walks.accel_bias_walk) * dt;
   P(at::accel_bias_y, at::accel_bias_y) += squared(walks.accel_bias_walk) * dt;
   P(at::steering_offset, at::steering_offset) += squared(walks.steering_offset_walk) * dt;
-  LastingMatrix& P_s = state.lasting.covariance;
-  P_s(lasting::gyro_bias, lasting::gyro_bias) += squared(walks.gyro_bias_walk) * dt;
-  P_s(lasting::gyro_scale, lasting::gyro_scale) += squared(walks.gyro_scale_walk) * dt;
-  P_s(lasting::wheel_scale, lasting::wheel_scale) += squared(walks.wheel_scale_walk) * dt;
-  P_s(lasting::stiffness_scale, lasting::stiffness_scale) +=
-      squared(walks.stiffness_scale_walk) * dt;
+  SlowMatrix& P_s = state.slow.covariance;
+  P_s(slow::gyro_bias, slow::gyro_bias) += squared(walks.gyro_bias_walk) * dt;
+  P_s(slow::gyro_scale, slow::gyro_scale) += squared(walks.gyro_scale_walk) * dt;
+  P_s(slow::wheel_scale, slow::wheel_scale) += squared(walks.wheel_scale_walk) * dt;
+  P_s(slow::stiffness_scale, slow::stiffness_scale) += squared(walks.stiffness_scale_walk) * dt;
 }
 
-/// A step's F: the identity but for its first nine rows, x ... side_force.
+/// F of a step: identity except for its first nine rows, x ... side_force.
 struct Jacobian {
   VelocityStep velocity;
   double steered = 0.0;  ///< 1 where δ_0 counts
   double dt = 0.0;
   double half = 0.0;  ///< Δt / 2
-  double dx = 0.0;    ///< the way of the step, which a change of yaw swings
+  double dx = 0.0;    ///< displacement of the step
   double dy = 0.0;
   double half_c = 1.0;  ///< Δt / 2 cos ψ_m, Δt / 2 sin ψ_m
   double half_s = 0.0;
@@ -37,7 +35,7 @@ struct Jacobian {
   double force_decay = 1.0;
 };
 
-/// a ← F a of numbers that stand `stride` apart, its rows from `first` on: x, v_x or accel_x.
+/// a ← F a for elements `stride` apart, from row `first` on: x, v_x or accel_x.
 template <Eigen::Index stride>
 [[gnu::always_inline]] inline void apply(const Jacobian& F, at::Index first, double* a) noexcept {
   const auto of = [a](at::Index i) -> double& { return a[i * stride]; };
@@ -68,9 +66,9 @@ template <Eigen::Index stride>
   of(at::side_force) *= F.force_decay;
 }
 
-/// Adds to B what a change of κ makes of the velocity in the step, and of the pose.
+/// Adds the effect of κ on velocity and pose in the step to B.
 void add_stiffness(const Jacobian& F, State& state) noexcept {
-  auto by = state.lasting.sensitivity.col(lasting::stiffness_scale);
+  auto by = state.slow.sensitivity.col(slow::stiffness_scale);
   const double across = F.velocity.by_stiffness[0];
   const double turn = F.velocity.by_stiffness[1];
   const double middle = 0.5 * F.half * turn;
@@ -120,7 +118,7 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
   const double on_road = squared(gravity) * speed * F.dt;
   P(at::accel_bias_x, at::accel_bias_x) += squared(tuning.slope) * on_road;
   P(at::accel_bias_y, at::accel_bias_y) += squared(tuning.bank) * on_road;
-  const double way = state.way_unrest * squared(tuning.way) * wheelbase * speed * F.dt;
+  const double way = state.way_noise_scale * squared(tuning.way) * wheelbase * speed * F.dt;
   P(at::x, at::x) += way;
   P(at::y, at::y) += way;
   P(at::yaw, at::yaw) += squared(tuning.way_turn) * speed / wheelbase * F.dt;
@@ -133,10 +131,10 @@ void add_noise(const CarModel& model, const Jacobian& F, State& state) noexcept 
       (squared(force) + squared(tuning.side_force_floor * gravity)) *
       (1.0 - squared(F.force_decay));
   P(at::yaw_rate, at::yaw_rate) += squared(tuning.turn * model.gyro_sigma) * F.dt;
-  P(at::accel_x, at::accel_x) +=
-      state.drive_unrest * squared(tuning.drive_accel * gravity) * (1.0 - squared(F.driving_decay));
+  P(at::accel_x, at::accel_x) += state.drive_noise_scale * squared(tuning.drive_accel * gravity) *
+                                 (1.0 - squared(F.driving_decay));
   P(at::front_angle, at::front_angle) +=
-      state.turn_unrest * squared(tuning.front_angle) * (1.0 - squared(F.driving_decay));
+      state.turn_noise_scale * squared(tuning.front_angle) * (1.0 - squared(F.driving_decay));
   add_walks(model.tuning, F.dt, state);
 }
 
@@ -164,10 +162,10 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   const double delta = now.front_wheel;
   const double k = now.stiffness;
   const double w = std::abs(v_x);
-  // dw/dv_x; at v_x = 0, where |v_x| has a kink, the mean of both sides.
+  // dw/dv_x; the mean of both sides at v_x = 0, where |v_x| has a kink.
   const double sign = (v_x > 0.0 ? 1.0 : 0.0) - (v_x < 0.0 ? 1.0 : 0.0);
 
-  // α |v_x| of the axles (eqs 6 and 7), and what their tyres are as stiff as there
+  // Secant stiffnesses at the slip angles α of the axles (eqs 6 and 7)
   double c_v = car.cornering_stiffness_front;
   double c_h = car.cornering_stiffness_rear;
   if (w > 0.0) {
@@ -206,7 +204,7 @@ VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noe
   return step;
 }
 
-// Of each step, inlined, the derivatives are not made.
+// Inlined, so that the derivatives are not computed.
 [[gnu::flatten]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
                                                 long steps) noexcept {
   const double dt = time_s / static_cast<double>(steps);
@@ -230,12 +228,12 @@ Moving moving(const State& state, const Input& input) noexcept {
           x[at::accel_x],
           known + x[at::front_angle],
           x[at::side_force],
-          1.0 + state.lasting.mean[lasting::stiffness_scale]};
+          1.0 + state.slow.mean[slow::stiffness_scale]};
 }
 
 void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept {
   const Jacobian F = step_mean(model, input, dt, state);
-  // P ← F P Fᵀ + Q: P Fᵀ, all rows at once, of which F then makes the lower half.
+  // P ← F P Fᵀ + Q: first P Fᵀ with all rows at once, then the lower half of F (P Fᵀ).
   double* const P = std::assume_aligned<16>(state.covariance.data());
   for (Eigen::Index row = 0; row < at::size; ++row) {
     apply<at::size>(F, at::x, P + row);
@@ -249,13 +247,13 @@ void propagate(const CarModel& model, const Input& input, double dt, State& stat
     state.covariance.col(row).head(row) = state.covariance.row(row).head(row).transpose();
   }
   // B ← F B + ∂f/∂s
-  const LastingVector yaw_by = state.lasting.sensitivity.row(at::yaw);
-  double* const B = state.lasting.sensitivity.data();
-  for (Eigen::Index column = 0; column < lasting::size; ++column) {
-    apply<lasting::size>(F, at::x, B + column);
+  const SlowVector yaw_by = state.slow.sensitivity.row(at::yaw);
+  double* const B = state.slow.sensitivity.data();
+  for (Eigen::Index column = 0; column < slow::size; ++column) {
+    apply<slow::size>(F, at::x, B + column);
   }
   add_stiffness(F, state);
-  state.turned_by += state.lasting.sensitivity.row(at::yaw).transpose() - yaw_by;
+  state.turned_by += state.slow.sensitivity.row(at::yaw).transpose() - yaw_by;
   add_noise(model, F, state);
 }
 

@@ -1,6 +1,5 @@
-// The motion of the filter: the reversible discrete bicycle (errata, 5) on two tyres that may
-// saturate, its front wheels turned by what steers them and by an unknown part; the pose by the
-// mean velocity of the step; Jacobian and process noise.
+// The process model: the reversible discrete bicycle (errata, 5) with tyres that saturate; the pose
+// by the mean velocity of a step; Jacobian and process noise.
 //
 // docs/model.md, "Process".
 #pragma once
@@ -16,13 +15,13 @@
 
 namespace odomd::estimator::full {
 
-/// What steers the car in one step.
+/// The input of a step.
 struct Input {
   double steering = 0.0;  ///< δ behind the actuator [rad]
   bool has_steering = false;
 };
 
-/// Parameters of the motion that do not change.
+/// Constant parameters of the model.
 struct CarModel {
   Vehicle car;
   std::array<double, 2> imu_position{};  ///< (p_x, p_y), from the centre of gravity [m]
@@ -30,7 +29,7 @@ struct CarModel {
   double gyro_sigma = 0.03;  ///< as stated [rad/s]
 };
 
-/// What the velocity changes by, the lateral part implicit in the tyres.
+/// The quantities that change the velocity.
 struct Moving {
   double v_x, v_y, yaw_rate;
   double accel_x;      ///< a_x
@@ -40,8 +39,8 @@ struct Moving {
 };
 
 /// Secant stiffness F(α) / α of an axle with a brush tyre: C (1 - q + q²/3), q = C |α| / (3 F_max),
-/// and F_max / |α| where all of it slides (q ≥ 1). `grip` is F_max over the axle's share of m
-/// [m/s²]; 0: linear.
+/// and F_max / |α| for a sliding tyre (q ≥ 1). `grip` is F_max over the axle's share of m [m/s²];
+/// 0: linear.
 [[nodiscard]] double secant_stiffness(double stiffness, double slip_angle, double grip,
                                       double share_of_mass) noexcept;
 
@@ -59,17 +58,17 @@ struct VelocityStep {
 };
 [[nodiscard]] VelocityStep velocity_step(const Vehicle& car, const Moving& now, double dt) noexcept;
 
-/// The velocity after so many steps in all of `time_s`, as the mean of a_x decays.
+/// The velocity after `steps` equal steps that take `time_s` together, with the decay of a_x.
 [[nodiscard]] Eigen::Vector3d velocity_after(const CarModel& model, Moving now, double time_s,
                                              long steps) noexcept;
 
-/// What of a state moves it.
+/// These quantities of a state.
 [[nodiscard]] Moving moving(const State& state, const Input& input) noexcept;
 
-/// Mean, covariance and sensitivity after `dt` > 0 on the move.
+/// Propagates mean, covariance and sensitivity of a moving car by `dt` > 0.
 void propagate(const CarModel& model, const Input& input, double dt, State& state) noexcept;
 
-/// The covariances after `dt` of standing: only what varies slowly does so.
+/// Propagates the covariances at standstill: only the random walks grow.
 void propagate_standing(const CarModel& model, double dt, State& state) noexcept;
 
 }  // namespace odomd::estimator::full

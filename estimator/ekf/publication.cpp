@@ -15,58 +15,57 @@
 namespace odomd::estimator::full {
 namespace {
 
-// Learnt is what is known so much better than at first.
+// A calibration is valid once its sigma has shrunk to this share.
 constexpr double learnt_share = 0.4;
 
-// A gradient that is configured is known so much better than one that is not.
+// Sigma of a configured gradient relative to an unknown one.
 constexpr double configured_share = 1.0 / 3.0;
 
-// So far ahead look the published time derivatives [s].
+// The published time derivatives are means over this time [s].
 constexpr double look_ahead_s = 0.06;
 
-/// Where a calibration is, among the lasting errors or among the states, and what a sensor without
-/// error has.
+/// Place of a calibration among slow errors or states, and its published value for no error.
 struct Calibrated {
-  bool lasts;
+  bool is_slow;
   Eigen::Index index;
   double neutral;
 };
 
 /// In the order of Calibration.
 constexpr std::array<Calibrated, calibration_count> calibrated{{
-    {true, lasting::gyro_bias, 0.0},
-    {true, lasting::gyro_scale, 1.0},
+    {true, slow::gyro_bias, 0.0},
+    {true, slow::gyro_scale, 1.0},
     {false, at::accel_bias_x, 0.0},
     {false, at::accel_bias_y, 0.0},
-    {true, lasting::wheel_scale, 1.0},
+    {true, slow::wheel_scale, 1.0},
     {false, at::steering_offset, 0.0},
-    {true, lasting::stiffness_scale, 1.0},
+    {true, slow::stiffness_scale, 1.0},
 }};
 
-/// Of a State or a const one.
+/// For const and non-const states.
 auto& value_of(auto& state, const Calibrated& c) noexcept {
-  return c.lasts ? state.lasting.mean[c.index] : state.mean[c.index];
+  return c.is_slow ? state.slow.mean[c.index] : state.mean[c.index];
 }
 auto& variance_of(auto& state, const Calibrated& c) noexcept {
-  return c.lasts ? state.lasting.covariance(c.index, c.index) : state.covariance(c.index, c.index);
+  return c.is_slow ? state.slow.covariance(c.index, c.index) : state.covariance(c.index, c.index);
 }
 
-Calibration calibration_of(const State& state, const State& fresh) noexcept {
+Calibration calibration_of(const State& state, const State& initial) noexcept {
   Calibration calibration;
   for (std::size_t i = 0; i < calibration_count; ++i) {
     const Calibrated& c = calibrated[i];
     const double variance = variance_of(state, c);
     calibration.value[i] = value_of(state, c) + c.neutral;
     calibration.sigma[i] = std::sqrt(variance);
-    if (variance < learnt_share * learnt_share * variance_of(fresh, c)) {
+    if (variance < learnt_share * learnt_share * variance_of(initial, c)) {
       calibration.valid |= std::uint64_t{1} << i;
     }
   }
   return calibration;
 }
 
-/// What a client integrates for up to 100 ms: the mean rate of the next 60 ms, in which the tyres
-/// settle. The rate of this instant would run away from the filter's own propagation.
+/// A client integrates the derivatives for up to 100 ms: the mean rate of the next 60 ms, in which
+/// the tyres settle. The present rate would deviate from the filter's own propagation.
 BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double period_s,
                              const State& state) noexcept {
   const long steps = std::max(1L, std::lround(look_ahead_s / period_s));
@@ -77,7 +76,7 @@ BodyVelocity mean_rate_ahead(const CarModel& model, const Input& input, double p
 
 }  // namespace
 
-State fresh_state(const FilterSettings& settings) noexcept {
+State initial_state(const FilterSettings& settings) noexcept {
   const Tuning& t = settings.tuning;
   State state;
   Vector sigma;
@@ -87,23 +86,23 @@ State fresh_state(const FilterSettings& settings) noexcept {
       t.drive_accel * gravity, t.front_angle, t.side_force_floor * gravity, t.accel_bias,
       t.accel_bias, t.steering_offset;
   state.covariance.diagonal() = sigma.array().square();
-  LastingVector lasting_sigma;
-  lasting_sigma << t.gyro_bias, t.gyro_scale, t.wheel_scale, t.wheel_slip, t.stiffness_scale,
+  SlowVector slow_sigma;
+  slow_sigma << t.gyro_bias, t.gyro_scale, t.wheel_scale, t.wheel_slip, t.stiffness_scale,
       t.roll_gradient, t.pitch_gradient;
   for (const auto& [index, configured] :
-       {std::pair{lasting::roll_gradient, settings.roll_gradient},
-        std::pair{lasting::pitch_gradient, settings.pitch_gradient}}) {
+       {std::pair{slow::roll_gradient, settings.roll_gradient},
+        std::pair{slow::pitch_gradient, settings.pitch_gradient}}) {
     if (configured) {
-      state.lasting.mean[index] = *configured;
-      lasting_sigma[index] *= configured_share;
+      state.slow.mean[index] = *configured;
+      slow_sigma[index] *= configured_share;
     }
   }
-  state.lasting.covariance.diagonal() = lasting_sigma.array().square();
+  state.slow.covariance.diagonal() = slow_sigma.array().square();
   return state;
 }
 
 Estimate publication(const CarModel& model, const Input& input, double period_s, const State& state,
-                     const State& fresh) noexcept {
+                     const State& initial) noexcept {
   const Vector& x = state.mean;
   const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
   Estimate e;
@@ -124,8 +123,8 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   e.steering = state.steering.value;
   e.camera_ns = state.fused_ns[index_of(Source::camera)];
   e.camera_test_ratio = state.camera_test_ratio;
-  e.calibration = calibration_of(state, fresh);
-  if (e.initialised && !state.rest.standing) {
+  e.calibration = calibration_of(state, initial);
+  if (e.initialised && !state.standstill.standing) {
     const BodyVelocity rate = mean_rate_ahead(model, input, period_s, state);
     e.v_x_dot = rate.v_x;
     e.v_y_dot = rate.v_y;
@@ -134,8 +133,8 @@ Estimate publication(const CarModel& model, const Input& input, double period_s,
   return e;
 }
 
-State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noexcept {
-  State state = fresh;
+State resumed(const Estimate& predecessor, double gap_s, const State& initial) noexcept {
+  State state = initial;
   const Estimate now = after_gap(predecessor, gap_s);
   state.mean.head<6>() << now.map.x, now.map.y, now.map.yaw, now.v_x, now.v_y, now.yaw_rate;
   state.covariance.topLeftCorner<3, 3>() = unpacked(now.covariance);
@@ -157,7 +156,7 @@ State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noe
   return state;
 }
 
-void lose_sight(State& state, double gap_s) noexcept {
+void bridge_gap(State& state, double gap_s) noexcept {
   const Symmetric3 way = gap_noise(gap_s);
   const Symmetric3 change = velocity_gap_noise(gap_s);
   const double gone = gap_s * std::hypot(state.mean[at::v_x], state.mean[at::v_y]);
@@ -166,7 +165,7 @@ void lose_sight(State& state, double gap_s) noexcept {
   more << way[0] + gone * gone, way[3] + gone * gone, way[5] + turned * turned, change[0],
       change[3], change[5];
   state.covariance.diagonal().head<6>() += more;
-  state.rest = {};
+  state.standstill = {};
   limit(state);
 }
 

@@ -1,5 +1,4 @@
-// Between the state and the world: what of it is published, what a successor takes back from there,
-// and what is known before either.
+// Conversion between the state and published estimates, and the initial state.
 //
 // docs/model.md, "Publication".
 #pragma once
@@ -11,20 +10,21 @@
 
 namespace odomd::estimator::full {
 
-/// The state before anything was measured.
-[[nodiscard]] State fresh_state(const FilterSettings& settings) noexcept;
+/// The state before the first sample.
+[[nodiscard]] State initial_state(const FilterSettings& settings) noexcept;
 
-/// Everything of an estimate that the state alone says. The odometry frame, resets and the mode are
-/// the filter's. Calibrations are valid where they are known clearly better than in `fresh`.
+/// The part of an estimate that the state alone determines; odometry frame, resets and mode come
+/// from the filter. A calibration is valid if it is clearly more precise than in `initial`.
 [[nodiscard]] Estimate publication(const CarModel& model, const Input& input, double period_s,
-                                   const State& state, const State& fresh) noexcept;
+                                   const State& state, const State& initial) noexcept;
 
-/// The state that goes on from a usable predecessor (predecessor.hpp) that is `gap_s` [s] old:
-/// pose, velocity and covariances moved on by the gap, its calibrations, its last camera pose.
-[[nodiscard]] State resumed(const Estimate& predecessor, double gap_s, const State& fresh) noexcept;
+/// The state that resumes from a usable predecessor (predecessor.hpp) that is `gap_s` [s] old:
+/// pose, velocity and covariances moved on by the gap, calibrations, time of the last camera pose.
+[[nodiscard]] State resumed(const Estimate& predecessor, double gap_s,
+                            const State& initial) noexcept;
 
-/// A state that nothing was heard of for `gap_s` [s]: whether the car has gone on as it went or
-/// not.
-void lose_sight(State& state, double gap_s) noexcept;
+/// Widens the covariance of a state without samples for `gap_s` [s], in which the car may have kept
+/// its motion or not.
+void bridge_gap(State& state, double gap_s) noexcept;
 
 }  // namespace odomd::estimator::full

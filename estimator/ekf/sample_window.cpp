@@ -4,7 +4,7 @@
 namespace odomd::estimator::full {
 
 Insertion SampleWindow::insert(const Sample& sample) noexcept {
-  // From the back: nearly always the newest.
+  // From the back: most samples are the newest.
   std::size_t at = end_;
   while (at > begin_ && sample < samples_[at - 1]) {
     --at;
@@ -23,12 +23,12 @@ Insertion SampleWindow::insert(const Sample& sample) noexcept {
   }
   if (end_ - begin_ == capacity) {
     if (at == begin_) {
-      lost_until_ns_ = std::max(lost_until_ns_, sample.time_ns);
-      return Insertion::given_up;
+      dropped_until_ns_ = std::max(dropped_until_ns_, sample.time_ns);
+      return Insertion::dropped;
     }
     const Sample& oldest = samples_[begin_];
-    lost_until_ns_ = oldest.time_ns;
-    given_up_[index_of(oldest.source)] += oldest.judged ? 0 : 1;
+    dropped_until_ns_ = oldest.time_ns;
+    dropped_[index_of(oldest.source)] += oldest.judged ? 0 : 1;
     ++begin_;
   }
   if (end_ == samples_.size()) {

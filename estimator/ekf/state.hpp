@@ -1,10 +1,11 @@
-// The state of the full filter: which quantities it estimates, in which order, and all that one
-// instant hands to the next. A value: the filter keeps those of the ticks of its window.
+// The state of the full filter: the estimated quantities, and everything else that one instant
+// passes to the next. A value: the filter keeps those of the ticks of its window.
 //
 // docs/model.md, "State".
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -15,7 +16,7 @@
 
 namespace odomd::estimator::full {
 
-/// What is estimated, SI units. The pose is that of the centre of gravity in the map frame, the
+/// The estimated states, SI units. The pose is that of the centre of gravity in the map frame, the
 /// velocity that of the same point in the body frame.
 namespace at {
 enum Index : Eigen::Index {
@@ -26,8 +27,8 @@ enum Index : Eigen::Index {
   v_y,
   yaw_rate,
   accel_x,          ///< a_x [m/s²]: specific force along x at the centre of gravity
-  front_angle,      ///< ε [rad]: what the front wheels are turned beyond what is known of them
-  side_force,       ///< e [m/s²]: what pushes the car sideways beyond its tyres' model, over m
+  front_angle,      ///< ε [rad]: turn of the front wheels beyond the measured steering
+  side_force,       ///< e [m/s²]: lateral force beyond the tyre model, over m
   accel_bias_x,     ///< b_ax [m/s²]
   accel_bias_y,     ///< b_ay [m/s²]
   steering_offset,  ///< δ_0 [rad]: measured = true + offset
@@ -35,84 +36,82 @@ enum Index : Eigen::Index {
 };
 }  // namespace at
 
-/// Errors that last: scales, a bias, slip, gradients, which the car's own sensors cannot separate
-/// from motion. The state is estimated as if these were known; how far it would be off if they were
-/// otherwise stands in `sensitivity`. A camera teaches them; the gyro its bias at a standstill, the
-/// accelerometers what a body's roll and pitch add.
-namespace lasting {
+/// Slow errors: scales, biases, slip and gradients that the car's own sensors cannot separate from
+/// motion. They are considered, not estimated with the state; `sensitivity` is their effect on it.
+/// A camera corrects all of them, a gyro its bias at standstill, an accelerometer its gradient.
+namespace slow {
 enum Index : Eigen::Index {
   gyro_bias,        ///< b_g [rad/s]
   gyro_scale,       ///< s_g: measured = (1 + s_g) ψ̇ + b_g
   wheel_scale,      ///< s_w: measured = (1 + s_w) v
-  wheel_slip,       ///< c_s [s²/m]: a wheel that drives turns faster by c_s a_x v
+  wheel_slip,       ///< c_s [s²/m]: a driven wheel is faster by c_s a_x v
   stiffness_scale,  ///< κ: C = (1 + κ) C as configured
   roll_gradient,    ///< ρ_y: measured a_y = (1 + ρ_y) a_y + b_ay
   pitch_gradient,   ///< ρ_x: likewise along x
   size
 };
-}  // namespace lasting
+}  // namespace slow
 
 using Vector = Eigen::Matrix<double, at::size, 1>;
 using Matrix = Eigen::Matrix<double, at::size, at::size>;
-using LastingVector = Eigen::Matrix<double, lasting::size, 1>;
-using LastingMatrix = Eigen::Matrix<double, lasting::size, lasting::size>;
-using Sensitivity = Eigen::Matrix<double, at::size, lasting::size, Eigen::RowMajor>;
+using SlowVector = Eigen::Matrix<double, slow::size, 1>;
+using SlowMatrix = Eigen::Matrix<double, slow::size, slow::size>;
+using Sensitivity = Eigen::Matrix<double, at::size, slow::size, Eigen::RowMajor>;
 
-/// The errors that last: s, P_s; and B = ∂(x error)/∂(s error), so that the error of the state is
-/// x̃ + B s̃, with x̃ of covariance P independent of s̃ of covariance P_s.
-struct Lasting {
-  LastingVector mean = LastingVector::Zero();
-  LastingMatrix covariance = LastingMatrix::Zero();
+/// s, P_s and B = ∂(x error)/∂(s error). The error of the state is x̃ + B s̃, with x̃ of covariance P
+/// independent of s̃ of covariance P_s.
+struct SlowErrors {
+  SlowVector mean = SlowVector::Zero();
+  SlowMatrix covariance = SlowMatrix::Zero();
   Sensitivity sensitivity = Sensitivity::Zero();
 };
 
-/// The newest sample of a signal that is an input of the model, not a measurement of its state.
+/// The newest sample of a signal that is an input of the model.
 struct HeldInput {
   bool seen = false;
   std::int64_t time_ns = 0;
   double value = 0.0;
 };
 
-/// How noisy an inertial sensor is, by how its samples scatter from one to the next: vibration
-/// makes it several times noisier on the move than at rest. Variances over that of the stated
-/// sigma.
+/// Noise of an inertial sensor by the differences between its samples, which vibration makes
+/// several times larger on the move. Variances over the stated one.
 struct NoiseLevel {
   double at_rest = 1.0;
   double moving = 1.0;
-  int rest_samples = 0;  ///< that `at_rest` is the mean of
+  int still_samples = 0;  ///< averaged in `at_rest`
   int moving_samples = 0;
-  std::array<double, 2> last{};  ///< the two samples before, in stated sigmas
-  int run = 0;                   ///< how many of them are of the same kind, at rest or moving
-  bool resting = false;
+  std::array<double, 2> last{};  ///< the two samples before, over the stated sigma
+  int run = 0;                   ///< how many of them belong to the same kind, still or moving
+  bool wheels_still = false;
 };
 
-/// Whether the car stands, judged from wheels and gyro; see standstill.hpp.
-struct Rest {
+/// Whether the car stands, by wheels and gyro; see standstill.hpp.
+struct Standstill {
   bool standing = false;
-  bool resting = false;  ///< no wheel turns since since_ns
+  bool wheels_still = false;  ///< since since_ns
   std::int64_t since_ns = 0;
-  bool turned = false;       ///< the newest reading of the gyro is far from a bias that is known
-  std::int64_t gyro_ns = 0;  ///< its newest reading
-  double lowest_gyro = 0.0;  ///< readings while it rests [rad/s]
+  bool gyro_off_bias = false;  ///< the newest gyro reading is far from its known bias
+  std::int64_t gyro_ns = 0;    ///< newest gyro reading
+  double lowest_gyro = 0.0;    ///< of the readings since since_ns [rad/s]
   double highest_gyro = 0.0;
 };
 
-/// What a source said last, believed or not.
+/// The newest sample of a source, fused or not.
 struct Reading {
-  int agreeing = 0;  ///< how many in a row, with this one, can be of one motion; 0: never heard
+  int consistent = 0;  ///< samples in a row that one motion explains, at most 3; 0: no sample yet
   std::int64_t time_ns = 0;
   double value = 0.0;
-  double before = 0.0;      ///< what it said before that
-  double interval_s = 0.0;  ///< since the one before; 0: there was none
+  double previous = 0.0;
+  double interval_s = 0.0;  ///< to the sample before; 0: there was none
 };
 
-/// A camera pose, and where the filter was at its time.
-struct Sighting {
+/// A camera pose, and the filter's pose at its time.
+struct PosePair {
   std::int64_t capture_ns = 0;
-  Pose2 seen;
-  Pose2 believed;
-  Pose2 off;         ///< the way from the one before as it was seen, less the filter's ...
-  int in_a_row = 0;  ///< ... where there was one before
+  Pose2 measured;
+  Pose2 estimated;
+  Pose2 step_error;       ///< measured minus estimated motion since the camera pose before
+  bool has_step = false;  ///< there was one before
 };
 
 constexpr std::array<double, source_count> filled(double value) noexcept {
@@ -121,61 +120,66 @@ constexpr std::array<double, source_count> filled(double value) noexcept {
   return all;
 }
 
-/// By how much the filter's motion has been off what the sources agree on, and since when.
-struct Astray {
-  integrity::Witness speed;  ///< the filter's own, averaged as a source's
-  integrity::Witness yaw_rate;
-  std::int64_t speed_since_ns = 0;  ///< 0: it is not
-  std::int64_t turn_since_ns = 0;
-  double way = 0.0;         ///< [m] driven beyond what all but the wheels say
-  double turn = 0.0;        ///< [rad] turned beyond what all but the gyro say
-  bool gyro_out = false;    ///< the gyro is distrusted
-  bool wheels_out = false;  ///< all wheels are
+/// Deviation of the filter's motion from the consensus of the sources.
+struct Deviation {
+  integrity::SourceHistory speed;  ///< v_x of the filter, averaged like a source
+  integrity::SourceHistory yaw_rate;
+  std::int64_t speed_since_ns = 0;  ///< beginning of the deviation; 0: there is none
+  std::int64_t yaw_rate_since_ns = 0;
+  double distance = 0.0;  ///< driven beyond the speed of all sources but the wheels [m]
+  double yaw = 0.0;       ///< turned beyond the yaw rate of all sources but the gyro [rad]
+  bool gyro_distrusted = false;
+  bool wheels_distrusted = false;  ///< all of them
 };
 
 struct State {
   std::int64_t time_ns = 0;
   Vector mean = Vector::Zero();
-  Matrix covariance = Matrix::Zero();  ///< of the state, were the lasting errors known
-  Lasting lasting;
-  double drive_unrest = 1.0;  ///< variance of what drives a_x, over what is usual; by the wheels
-  double turn_unrest = 1.0;   ///< likewise of ε, by the gyro
-  std::array<double, source_count> wheel_unrest = filled(1.0);  ///< of each wheel's relative error
-  double way_unrest = 1.0;           ///< likewise of the way's error, by the camera
-  double turned = 0.0;               ///< by how much the steps have turned the car since ... [rad]
-  std::int64_t turned_since_ns = 0;  ///< ... a sample of the gyro; 0: the pose was moved since then
-  LastingVector turned_by = LastingVector::Zero();  ///< what the steps have added to ψ's row of B
-  double front_wheels = 0.0;                        ///< δ behind the steering's actuator [rad]
+  Matrix covariance = Matrix::Zero();  ///< of the state, if the slow errors were known
+  SlowErrors slow;
+  double drive_noise_scale = 1.0;  ///< of the variance that drives a_x, by the wheels
+  double turn_noise_scale = 1.0;   ///< of ε, by the gyro
+  std::array<double, source_count> wheel_noise_scale =
+      filled(1.0);               ///< of each wheel's relative error
+  double way_noise_scale = 1.0;  ///< of the position noise per distance, by the camera
+  double turned = 0.0;  ///< yaw that the steps have added since the gyro sample at ... [rad]
+  std::int64_t turned_since_ns = 0;           ///< ... this time; 0: the pose was set since then
+  SlowVector turned_by = SlowVector::Zero();  ///< change of ψ's row of B since then
+  double front_wheels = 0.0;                  ///< δ behind the steering's actuator [rad]
   std::array<NoiseLevel, index_of(Source::wheel_front_left)> noise{};  ///< of the inertial sensors
 
-  bool moving = false;   ///< a wheel speed was there: the motion is being followed
-  bool located = false;  ///< there is a pose to start from
-  Rest rest;
+  bool moving = false;   ///< a wheel speed has started the motion
+  bool located = false;  ///< the pose is initialised
+  Standstill standstill;
   HeldInput steering;
   HeldInput accel_x;
   HeldInput accel_y;
   HeldInput direction;
 
-  std::array<Reading, source_count> heard{};
-  std::array<std::int64_t, source_count> fused_ns{};          ///< newest fused sample; 0: none
-  std::array<std::int64_t, source_count> refused_since_ns{};  ///< 0: the newest was fused
+  std::array<Reading, source_count> readings{};
+  std::array<std::int64_t, source_count> fused_ns{};           ///< newest fused sample; 0: none
+  std::array<std::int64_t, source_count> rejected_since_ns{};  ///< 0: the newest sample was fused
 
-  Integrity integrity;    ///< whether the sources tell the truth
-  Astray astray;          ///< of what they agree on
-  bool doubtful = false;  ///< a fault may have moved the pose, and no camera has shown otherwise
-  int confirming = 0;     ///< camera poses in a row that have
+  Integrity integrity;
+  Deviation deviation;
+  bool doubtful = false;  ///< a fault may have moved the pose, and no camera has confirmed it since
+  int confirming_poses = 0;  ///< fused camera poses in a row
   bool disputed =
-      false;  ///< a camera has moved the pose, and nothing says that it was wrong before
-  double camera_unrest = 1.0;  ///< variance of the camera's poses over the stated one
-  Sighting last_sighting;      ///< the camera's newest pose, fused or not
+      false;  ///< the camera has moved a pose that was not doubtful: either may be wrong
+  double camera_noise_scale = 1.0;  ///< variance of the camera's poses over the stated one
+  PosePair last_camera_pose;        ///< fused or not
 
-  bool camera_was_out = false;     ///< distrusted since its last fused pose
-  int rejected_poses = 0;          ///< of the camera, in a row, of one way with ...
-  Sighting first_rejected;         ///< ... the first of them
+  bool camera_was_distrusted = false;  ///< since its last fused pose
+  int rejected_poses = 0;              ///< in a row, consistent with each other
+  PosePair first_rejected;
   double camera_test_ratio = 0.0;  ///< of the newest judged camera pose
-  std::uint32_t resets = 0;  ///< times the camera has moved the pose against the filter's will
+  std::uint32_t resets = 0;        ///< by the camera
   Pose2 last_jump;
 
+  /// A distance along the heading, in map axes.
+  [[nodiscard]] Eigen::Vector2d along_heading(double distance) const noexcept {
+    return distance * Eigen::Vector2d(std::cos(mean[at::yaw]), std::sin(mean[at::yaw]));
+  }
   [[nodiscard]] Pose2 pose() const noexcept { return {mean[at::x], mean[at::y], mean[at::yaw]}; }
 };
 

@@ -1,3 +1,4 @@
+// docs/model.md, "Process".
 #include "estimator/ekf/take.hpp"
 
 #include <algorithm>
@@ -5,7 +6,6 @@
 
 #include "estimator/common/time.hpp"
 #include "estimator/ekf/accelerometer.hpp"
-#include "estimator/ekf/departure.hpp"
 #include "estimator/ekf/gyro.hpp"
 #include "estimator/ekf/judge.hpp"
 #include "estimator/ekf/noise.hpp"
@@ -17,18 +17,23 @@
 namespace odomd::estimator::full {
 namespace {
 
-// An input that is older says nothing of now.
+// An older input does not count.
 constexpr double steering_lifetime_s = 0.5;
-// A gyro that was not heard for so long leaves ψ̇ to wheels and steering.
+// After this gap wheels and steering determine ψ̇.
 constexpr double gyro_lifetime_s = 0.35;
 
-// No front wheels turn faster [rad/s].
-constexpr double quickest_steering = 20.0;
+// Above this speed [m/s] a reversal needs two samples.
+constexpr double fastest_reversal = 0.5;
+// Above this speed [m/s] a car in neutral keeps its direction.
+constexpr double slowest_rolling = 0.1;
 
-// ν² of a force that is no noise, in its own variances.
-constexpr double telling_ratio = 9.0;
+// Fastest turn of the front wheels [rad/s].
+constexpr double fastest_steering = 20.0;
 
-// No car is known to stand whose wheels are unheard for so long.
+// ν² of a force over its variance that tells it from noise.
+constexpr double significant_ratio = 9.0;
+
+// A standstill ends without wheel samples for this long.
 constexpr double wheels_needed_s = 2.5;
 
 void hold(HeldInput& held, const Sample& sample) noexcept {
@@ -39,7 +44,7 @@ bool alive(const HeldInput& held, std::int64_t now_ns, double lifetime_s) noexce
   return held.seen && seconds_between(held.time_ns, now_ns) <= lifetime_s;
 }
 
-/// What is not tested: an input that is held, and what there is nothing to test against.
+/// Verdicts without a test: of an input, or without anything to test against.
 Judgement held(Source source) noexcept {
   return {.source = source, .verdict = Verdict::fused, .degrees = 0};
 }
@@ -50,111 +55,110 @@ Judgement gated(Source source) noexcept {
 Judgement take_wheel(const Context& context, State& state, const Sample& sample) noexcept {
   const double speed = sample.value[0];
   const double sigma = sample.sigma[0];
-  const bool turning = turns(speed, sigma);
+  const bool turning = is_turning(speed, sigma);
   if (!state.moving) {
-    if (vouchers(state, sample) == 0) {
+    if (consistent_samples(state, sample) == 0) {
       return held(sample.source);
     }
     begin_motion(state, sample);
   }
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     if (!turning) {
       state.fused_ns[index_of(sample.source)] = sample.time_ns;
-      state.refused_since_ns[index_of(sample.source)] = 0;
+      state.rejected_since_ns[index_of(sample.source)] = 0;
       return held(sample.source);
     }
-    const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
-    if (!sets_off(state, sample, vote)) {
+    const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
+    if (!sets_off(state, sample, wheels)) {
       return gated(sample.source);
     }
-    set_off(context.model, state, vote.slowest);
+    set_off(context.model, state, wheels.slowest);
   }
   const bool gyro = gyro_alive(state);
   const auto predict = [&] {
     return predict_wheel_speed(context.model, input_of(state), state, sample.source, sigma, gyro);
   };
   Prediction z = predict();
-  double& unrest = state.wheel_unrest[index_of(sample.source)];
-  const double calm = unrest;
-  const bool surprising = unrest < 1.0 && innovation(state, z, speed).squared_ratio() >
-                                              context.model.tuning.signal_gate;
+  double& noise_scale = state.wheel_noise_scale[index_of(sample.source)];
+  const double before = noise_scale;
+  const bool surprising = noise_scale < 1.0 && innovation(state, z, speed).squared_ratio() >
+                                                   context.model.tuning.signal_gate;
   if (surprising) {
-    unrest = 1.0;  // a wheel that has been calm may be so no longer
+    noise_scale = 1.0;  // its errors may have grown
     z = predict();
   }
   const Judgement judgement = judge(context.model, state, sample, z, {.heading = !gyro});
   if (surprising && !is_taken(judgement.verdict)) {
-    unrest = calm;
+    noise_scale = before;
   }
 
-  if (turning && !state.rest.resting) {
+  if (turning && !state.standstill.wheels_still) {
     return judgement;
   }
-  // A few wheels that turn or are locked neither begin a rest nor end one.
-  const WheelVote vote = wheel_vote(context.model.car.driven, state, sample);
-  const bool most_rest = vote.resting > vote.turning;
-  if (most_rest && !turning && is_taken(judgement.verdict)) {
-    rest_by_wheel(state, sample.time_ns);
-  } else if (!most_rest ||
-             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > soon_s)) {
-    // Wheels that slide are all gated. Where only those of one side are, a biased gyro makes a turn
-    // about the others.
-    state.rest.resting = false;
+  // A few turning or locked wheels neither begin nor end a still period.
+  const WheelCount wheels = count_wheels(context.model.car.driven, state, sample);
+  const bool most_still = wheels.still > wheels.turning;
+  if (most_still && !turning && is_taken(judgement.verdict)) {
+    update_standstill_by_wheels(state, sample.time_ns);
+  } else if (!most_still ||
+             (!turning && seconds_between(last_wheel_ns(state), sample.time_ns) > next_sample_s)) {
+    // Sliding wheels are all gated. If only those of one side are, a biased gyro turns the car
+    // about the other side.
+    state.standstill.wheels_still = false;
   }
   return judgement;
 }
 
 Judgement take_accel_x(const Context& context, State& state, const Sample& sample) noexcept {
-  if (state.accel_x.seen && vouchers(state, sample) == 0) {
+  if (state.accel_x.seen && consistent_samples(state, sample) == 0) {
     return gated(sample.source);
   }
   hold(state.accel_x, sample);
-  // By how much it overstates a force is learnt of one that stands out of its own uncertainty: of a
-  // noise that is taken for a force it would be learnt too small.
+  // The gradient is learnt only from a force well above its uncertainty. Noise taken for a force
+  // would make it too small.
   const double force = state.mean[at::accel_x];
-  const bool tells = force * force > telling_ratio * state.covariance(at::accel_x, at::accel_x);
+  const bool significant =
+      force * force > significant_ratio * state.covariance(at::accel_x, at::accel_x);
   return judge(context.model, state, sample, predict_accel_x(context.model, state, sample.sigma[0]),
-               {.lasting = tells ? only(lasting::pitch_gradient) : none()});
+               {.slow = significant ? only(slow::pitch_gradient) : none()});
 }
 
-/// A steering that jumps further than one turns may be a telegram's alone: by the rest of the jump
-/// the front wheels may be turned otherwise.
+/// A jump beyond the fastest turn may be a corrupt frame: the excess widens the front wheels'
+/// angle.
 Judgement take_steering(State& state, const Sample& sample) noexcept {
   if (!state.steering.seen) {
     state.front_wheels = sample.value[0];
   } else {
     const double elapsed_s =
-        std::min(seconds_between(state.steering.time_ns, sample.time_ns), longest_unheard_s);
+        std::min(seconds_between(state.steering.time_ns, sample.time_ns), longest_gap_s);
     const double jump = std::abs(sample.value[0] - state.steering.value);
-    const double strange = std::max(jump - quickest_steering * elapsed_s, 0.0);
-    state.covariance(at::front_angle, at::front_angle) += strange * strange;
+    const double excess = std::max(jump - fastest_steering * elapsed_s, 0.0);
+    state.covariance(at::front_angle, at::front_angle) += excess * excess;
   }
   hold(state.steering, sample);
   return held(sample.source);
 }
 
-/// How the car moves is not known yet, so nothing is learnt of it; but it begins with the turn that
-/// the gyro tells.
+/// The motion is not known yet, so nothing is fused. The yaw rate begins at the gyro's.
 Judgement hold_before_motion(State& state, const Sample& sample) noexcept {
-  if (vouchers(state, sample) == 0) {
+  if (consistent_samples(state, sample) == 0) {
     return held(sample.source);
   }
   state.fused_ns[index_of(sample.source)] = sample.time_ns;
   if (sample.source == Source::yaw_rate) {
-    state.mean[at::yaw_rate] = sample.value[0] - state.lasting.mean[lasting::gyro_bias];
+    state.mean[at::yaw_rate] = sample.value[0] - state.slow.mean[slow::gyro_bias];
   } else {
     hold(sample.source == Source::accel_x ? state.accel_x : state.accel_y, sample);
   }
   return held(sample.source);
 }
 
-/// A sample of the car's own sensors. After a silence in which the covariance has grown no gate can
-/// tell: it takes two others that agree with it.
+/// After a silence the covariance is too wide for a gate: it takes two consistent samples before.
 Judgement take_signal(const Context& context, State& state, const Sample& sample,
                       double stated_sigma) noexcept {
   const std::int64_t fused_ns = last_fused_ns(state, sample.source);
   if (fused_ns != 0 && seconds_between(fused_ns, sample.time_ns) > silence_s &&
-      vouchers(state, sample) < 2) {
+      consistent_samples(state, sample) < 2) {
     return gated(sample.source);
   }
   if (!state.moving && !is_wheel(sample.source)) {
@@ -162,11 +166,12 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
   }
   switch (sample.source) {
     case Source::yaw_rate:
-      // By the noise as it is stated: that of a calm hour makes a turn of every bump.
-      rest_by_gyro(context.model, state, sample.time_ns, sample.value[0], stated_sigma);
+      // With the stated noise: after a calm time every bump would look like a turn.
+      update_standstill_by_gyro(context.model, state, sample.time_ns, sample.value[0],
+                                stated_sigma);
       return judge(context.model, state, sample, predict_yaw_rate(state, sample.sigma[0]),
-                   {.heading = !state.rest.standing,
-                    .lasting = state.rest.standing ? only(lasting::gyro_bias) : none()});
+                   {.heading = !state.standstill.standing,
+                    .slow = state.standstill.standing ? only(slow::gyro_bias) : none()});
     case Source::accel_x:
       return take_accel_x(context, state, sample);
     case Source::accel_y:
@@ -174,14 +179,40 @@ Judgement take_signal(const Context& context, State& state, const Sample& sample
       return judge(
           context.model, state, sample,
           predict_accel_y(context.model, input_of(state), state, sample.sigma[0], context.period_s),
-          {.heading = !gyro_alive(state), .lasting = only(lasting::roll_gradient)});
+          {.heading = !gyro_alive(state), .slow = only(slow::roll_gradient)});
     default:
       return take_wheel(context, state, sample);
   }
 }
 
-/// The front wheels follow the command: δ' = δ + (δ_c - δ) (1 - exp(-Δt / T)), no faster than they
-/// can.
+/// The sign of unsigned wheel speeds, which may have been wrong until now. 0 (unknown) keeps the
+/// last direction until the car may have stood. `gated`: a single reversal that is too fast for a
+/// car.
+Verdict take_direction(const CarModel& model, State& state, const Sample& sample) noexcept {
+  const Reading before = state.readings[index_of(Source::direction)];
+  note_reading(state, sample);
+  const double direction = sample.value[0];
+  const double v_x = state.mean[at::v_x];
+  if (direction == 0.0) {
+    if (state.standstill.wheels_still || std::abs(v_x) < slowest_rolling) {
+      state.direction = {true, sample.time_ns, direction};
+    }
+    return Verdict::fused;
+  }
+  const bool reversed = direction * (state.direction.value < 0.0 ? -1.0 : 1.0) < 0.0;
+  if (reversed && state.moving && !state.standstill.standing && direction * v_x < 0.0) {
+    if (std::abs(v_x) > fastest_reversal && direction * before.value <= 0.0) {
+      return Verdict::gated;  // one corrupt frame does not reverse a car
+    }
+    state.mean.segment<6>(at::v_x) << -v_x, 0.0, state.mean[at::yaw_rate], 0.0, 0.0, 0.0;
+    set_off(model, state, 2.0 * v_x);
+  }
+  state.direction = {true, sample.time_ns, direction};
+  return Verdict::fused;
+}
+
+/// The front wheels follow the command, within the rate limit:
+/// δ' = δ + (δ_c - δ) (1 - exp(-Δt / T)).
 void steer(const SteeringActuator& actuator, double dt, State& state) noexcept {
   const double share = actuator.lag_s > 0.0 ? -std::expm1(-dt / actuator.lag_s) : 1.0;
   double change = share * (state.steering.value - state.front_wheels);
@@ -216,13 +247,13 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
     state.time_ns = time_ns;
     return;
   }
-  if (state.rest.standing) {
-    const double unheard_s = seconds_between(last_wheel_ns(state), time_ns);
-    if (unheard_s > wheels_needed_s) {
-      set_off(context.model, state, brisk_accel * unheard_s);
+  if (state.standstill.standing) {
+    const double gap_s = seconds_between(last_wheel_ns(state), time_ns);
+    if (gap_s > wheels_needed_s) {
+      set_off(context.model, state, brisk_accel * gap_s);
     }
   }
-  if (state.rest.standing) {
+  if (state.standstill.standing) {
     steer(context.model.car.steering, left, state);
     propagate_standing(context.model, left, state);
     state.time_ns = time_ns;
@@ -241,28 +272,29 @@ void advance(const Context& context, State& state, std::int64_t time_ns) noexcep
 Judgement take(const Context& context, State& state, const Sample& sample) noexcept {
   switch (sample.source) {
     case Source::camera:
-      state.integrity.hear({.capture_ns = sample.time_ns,
-                            .x = sample.value[0],
-                            .y = sample.value[1],
-                            .yaw = sample.value[2],
-                            .sigma_x = sample.sigma[0],
-                            .sigma_y = sample.sigma[1],
-                            .sigma_yaw = sample.sigma[2]});
-      note_sighting(state, sample);
-      state.camera_was_out = state.camera_was_out || !state.integrity.trusted(Source::camera);
+      state.integrity.add({.capture_ns = sample.time_ns,
+                           .x = sample.value[0],
+                           .y = sample.value[1],
+                           .yaw = sample.value[2],
+                           .sigma_x = sample.sigma[0],
+                           .sigma_y = sample.sigma[1],
+                           .sigma_yaw = sample.sigma[2]});
+      note_camera_pose(state, sample);
+      state.camera_was_distrusted =
+          state.camera_was_distrusted || !state.integrity.trusted(Source::camera);
       return state.integrity.trusted(Source::camera)
                  ? take_camera(context.model, context.camera, state, sample)
                  : gated(sample.source);
     case Source::steering: {
       const bool lags =
           context.model.car.steering.lag_s > 0.0 || context.model.car.steering.rate_limit > 0.0;
-      state.integrity.hear(sample.source, sample.time_ns,
-                           lags && state.steering.seen ? state.front_wheels : sample.value[0],
-                           sample.sigma[0]);
+      state.integrity.add(sample.source, sample.time_ns,
+                          lags && state.steering.seen ? state.front_wheels : sample.value[0],
+                          sample.sigma[0]);
       return take_steering(state, sample);
     }
     case Source::direction:
-      state.integrity.hear(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
+      state.integrity.add(sample.source, sample.time_ns, sample.value[0], sample.sigma[0]);
       return {.source = sample.source,
               .verdict = take_direction(context.model, state, sample),
               .degrees = 0};
@@ -273,20 +305,20 @@ Judgement take(const Context& context, State& state, const Sample& sample) noexc
   }
   Sample reading = sample;
   if (is_wheel(sample.source) && state.direction.seen && state.direction.value < 0.0) {
-    // Speeds of sensors that know no sign take that of the direction.
+    // Unsigned speeds take the sign of the direction.
     reading.value[0] = -std::abs(sample.value[0]);
   }
   if (!is_wheel(sample.source)) {
     measure_noise(context.model.tuning, state, reading);
   }
-  state.integrity.hear(reading.source, reading.time_ns, reading.value[0], reading.sigma[0]);
+  state.integrity.add(reading.source, reading.time_ns, reading.value[0], reading.sigma[0]);
   if (is_wheel(sample.source) && state.integrity.backwards()) {
     reading.value[0] = -std::abs(sample.value[0]);
   }
   const Judgement judgement = state.integrity.trusted(sample.source)
                                   ? take_signal(context, state, reading, sample.sigma[0])
                                   : gated(sample.source);
-  note_heard(state, reading);
+  note_reading(state, reading);
   return judgement;
 }
 

@@ -1,5 +1,4 @@
-// What a scalar sample should read at a state, how that depends on the state, and the update of
-// mean and covariance by it.
+// The predicted sample with its derivatives, and the update of mean and covariance.
 //
 // docs/model.md, "Update".
 #pragma once
@@ -12,15 +11,15 @@
 
 namespace odomd::estimator::full {
 
-/// h(x, s), its derivatives that are not zero, and R: the variance of the sample about h, its own
-/// noise and what the model leaves out.
+/// h(x, s) with its nonzero derivatives and R, the variance of the sample about h: sensor noise and
+/// model error.
 class Prediction {
  public:
   double value = 0.0;
   double variance = 0.0;
-  double relative = 0.0;                             ///< part of R that a wheel's unrest scales
-  double slack = 0.0;                                ///< part of R that the gain leaves out
-  LastingVector by_lasting = LastingVector::Zero();  ///< ∂h/∂s
+  double relative = 0.0;  ///< part of R that the noise scale of a wheel multiplies
+  double slack = 0.0;     ///< part of R that does not enter the gain
+  SlowVector by_slow = SlowVector::Zero();  ///< ∂h/∂s
 
   /// Adds `by` to ∂h/∂(state).
   void depends_on(at::Index state, double by) noexcept {
@@ -38,49 +37,49 @@ class Prediction {
   std::size_t count_ = 0;
 };
 
-/// ν = z - h and its variance S, in two parts: what the state's and the sample's own noise make of
-/// it, H P Hᵀ + R, and what the lasting errors do, G P_s Gᵀ with G = H B + ∂h/∂s.
+/// ν = z - h and its variance S = (H P Hᵀ + R) + G P_s Gᵀ with G = H B + ∂h/∂s: the first part by
+/// state and sample noise, the second by the slow errors.
 struct Innovation {
   double value = 0.0;
-  double variance = 1.0;                                          ///< S
-  double variance_of_noise = 1.0;                                 ///< H P Hᵀ + R
-  double slack = 0.0;                                             ///< of R, see Prediction
-  Vector covariance_with_state = Vector::Zero();                  ///< P Hᵀ
-  LastingVector by_lasting = LastingVector::Zero();               ///< Gᵀ
-  LastingVector covariance_with_lasting = LastingVector::Zero();  ///< P_s Gᵀ
+  double variance = 1.0;                                 ///< S
+  double variance_of_noise = 1.0;                        ///< H P Hᵀ + R
+  double slack = 0.0;                                    ///< of R, see Prediction
+  Vector covariance_with_state = Vector::Zero();         ///< P Hᵀ
+  SlowVector by_slow = SlowVector::Zero();               ///< Gᵀ
+  SlowVector covariance_with_slow = SlowVector::Zero();  ///< P_s Gᵀ
 
-  /// νᵀ S⁻¹ ν: χ² with one degree of freedom where the filter is consistent.
+  /// NIS, νᵀ S⁻¹ ν: χ² with one degree of freedom if the filter is consistent.
   [[nodiscard]] double squared_ratio() const noexcept { return value * value / variance; }
 };
 
 [[nodiscard]] inline Innovation innovation(const State& state, const Prediction& prediction,
                                            double measured) noexcept {
   Vector by_state = Vector::Zero();
-  LastingVector by_lasting = prediction.by_lasting;
+  SlowVector by_slow = prediction.by_slow;
   for (std::size_t i = 0; i < prediction.count(); ++i) {
     by_state += prediction.by(i) * state.covariance.col(prediction.state(i));
-    by_lasting += prediction.by(i) * state.lasting.sensitivity.row(prediction.state(i)).transpose();
+    by_slow += prediction.by(i) * state.slow.sensitivity.row(prediction.state(i)).transpose();
   }
   double variance_of_noise = prediction.variance;
   for (std::size_t i = 0; i < prediction.count(); ++i) {
     variance_of_noise += prediction.by(i) * by_state[prediction.state(i)];
   }
-  const LastingVector with_lasting = state.lasting.covariance * by_lasting;
+  const SlowVector with_slow = state.slow.covariance * by_slow;
   return {.value = measured - prediction.value,
-          .variance = variance_of_noise + by_lasting.dot(with_lasting),
+          .variance = variance_of_noise + by_slow.dot(with_slow),
           .variance_of_noise = variance_of_noise,
           .slack = prediction.slack,
           .covariance_with_state = by_state,
-          .by_lasting = by_lasting,
-          .covariance_with_lasting = with_lasting};
+          .by_slow = by_slow,
+          .covariance_with_slow = with_slow};
 }
 
-/// K = P Hᵀ / (H P Hᵀ + R - slack): the gain were the lasting errors known.
+/// K = P Hᵀ / (H P Hᵀ + R - slack), which is optimal if the slow errors are known.
 [[nodiscard]] inline Vector optimal_gain(const Innovation& nu) noexcept {
   return nu.covariance_with_state / (nu.variance_of_noise - nu.slack);
 }
 
-/// x ← x + K ν, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, B ← B - K G: Joseph's form, right for any
+/// x ← x + K ν, P ← (I - K H) P (I - K H)ᵀ + K R Kᵀ, B ← B - K G: Joseph's form, valid for any
 /// gain. With a = P Hᵀ and b = a - (H P Hᵀ + R) K / 2 it is P - K bᵀ - b Kᵀ, symmetric to the bit.
 inline void correct(State& state, const Innovation& nu, const Vector& gain) noexcept {
   const Vector b = nu.covariance_with_state - (0.5 * nu.variance_of_noise) * gain;
@@ -90,23 +89,24 @@ inline void correct(State& state, const Innovation& nu, const Vector& gain) noex
       continue;
     }
     state.covariance.col(i) -= b[i] * gain + gain[i] * b;
-    state.lasting.sensitivity.row(i) -= gain[i] * nu.by_lasting.transpose();
+    state.slow.sensitivity.row(i) -= gain[i] * nu.by_slow.transpose();
   }
   state.mean += gain * nu.value;
 }
 
-/// What a sample teaches of the lasting errors, after correct(): by its gain L = P_s Gᵀ / S, whose
-/// rows outside `taught` are zero, s ← s + L ν, and x ← x + B L ν with it. Friedland's form of the
-/// joint filter: equal to it where correct() took the optimal gain and nothing walks.
-inline void teach(State& state, const Innovation& nu, const LastingVector& taught) noexcept {
-  if (taught.isZero(0.0)) {
+/// Corrects the slow errors after correct(): L = P_s Gᵀ / S, rows outside `corrected` zero,
+/// s ← s + L ν, x ← x + B L ν. This is Friedland's form of the joint filter, and equal to it if
+/// correct() took the optimal gain and no slow error walks.
+inline void correct_slow_errors(State& state, const Innovation& nu,
+                                const SlowVector& corrected) noexcept {
+  if (corrected.isZero(0.0)) {
     return;
   }
-  Lasting& s = state.lasting;
-  const LastingVector& c = nu.covariance_with_lasting;
-  const LastingVector b = c - 0.5 * c.cwiseProduct(taught);  // c - ½ S L
-  for (Eigen::Index i = 0; i < lasting::size; ++i) {
-    if (taught[i] == 0.0) {
+  SlowErrors& s = state.slow;
+  const SlowVector& c = nu.covariance_with_slow;
+  const SlowVector b = c - 0.5 * c.cwiseProduct(corrected);  // c - ½ S L
+  for (Eigen::Index i = 0; i < slow::size; ++i) {
+    if (corrected[i] == 0.0) {
       continue;
     }
     const double gain = c[i] / nu.variance;
@@ -117,41 +117,39 @@ inline void teach(State& state, const Innovation& nu, const LastingVector& taugh
   }
 }
 
-/// Which lasting errors a sample may teach: see teach().
-[[nodiscard]] inline LastingVector none() noexcept {
-  return LastingVector::Zero();
+/// Selections of slow errors for correct_slow_errors().
+[[nodiscard]] inline SlowVector none() noexcept {
+  return SlowVector::Zero();
 }
-[[nodiscard]] inline LastingVector all() noexcept {
-  return LastingVector::Ones();
+[[nodiscard]] inline SlowVector all() noexcept {
+  return SlowVector::Ones();
 }
-[[nodiscard]] inline LastingVector only(lasting::Index index) noexcept {
-  return LastingVector::Unit(index);
+[[nodiscard]] inline SlowVector only(slow::Index index) noexcept {
+  return SlowVector::Unit(index);
 }
 
-/// What an error has made of the pose so far does not follow it any longer: it was another then.
-inline void settle(State& state, lasting::Index index) noexcept {
-  auto by = state.lasting.sensitivity.col(index).head<3>();
-  const Eigen::Vector3d made = std::sqrt(state.lasting.covariance(index, index)) * by;
+/// Freezes the effect of a slow error on the pose: later corrections of it do not move the pose.
+inline void detach_from_pose(State& state, slow::Index index) noexcept {
+  auto by = state.slow.sensitivity.col(index).head<3>();
+  const Eigen::Vector3d made = std::sqrt(state.slow.covariance(index, index)) * by;
   state.covariance.topLeftCorner<3, 3>() += made * made.transpose();
   by.setZero();
 }
 
-/// What is known of one of the states becomes `sigma`, and nothing else is related to it.
+/// Sets the standard deviation of a state, without correlations.
 inline void forget(State& state, at::Index index, double sigma) noexcept {
   state.covariance.row(index).setZero();
   state.covariance.col(index).setZero();
   state.covariance(index, index) = sigma * sigma;
-  state.lasting.sensitivity.row(index).setZero();
+  state.slow.sensitivity.row(index).setZero();
 }
 
-/// P + B P_s Bᵀ of pose and velocity: how far they may be off, all errors taken together; and what
-/// a heading that is off has made of the way in the second order. A way D was driven at a heading
-/// off by ψ̃: P_Xψ = -D_y σ², P_Yψ = D_x σ², and -½ ψ̃² D beside the first order, in the mean square
-/// ¾ σ⁴ D Dᵀ.
+/// P + B P_s Bᵀ of pose and velocity, with the second-order effect of a heading error ψ̃ on a driven
+/// way D, -½ ψ̃² D: its mean square is ¾ σ⁴ D Dᵀ, where P_Xψ = -D_y σ² and P_Yψ = D_x σ².
 [[nodiscard]] inline Eigen::Matrix<double, 6, 6> covariance_of_motion(const State& state) noexcept {
-  const Eigen::Matrix<double, 6, lasting::size> B = state.lasting.sensitivity.topRows<6>();
+  const Eigen::Matrix<double, 6, slow::size> B = state.slow.sensitivity.topRows<6>();
   Eigen::Matrix<double, 6, 6> P =
-      state.covariance.topLeftCorner<6, 6>() + B * state.lasting.covariance * B.transpose();
+      state.covariance.topLeftCorner<6, 6>() + B * state.slow.covariance * B.transpose();
   const Eigen::Vector2d way(P(at::y, at::yaw), -P(at::x, at::yaw));
   P.topLeftCorner<2, 2>() += 0.75 * way * way.transpose();
   return P;

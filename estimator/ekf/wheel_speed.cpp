@@ -9,14 +9,14 @@
 namespace odomd::estimator::full {
 namespace {
 
-// Without a steering signal: no front wheel turns further, and below this speed [m/s] its way says
-// nothing.
+// Without a steering signal: largest angle of the front wheels, and slowest speed [m/s] at which
+// their direction is defined.
 constexpr double largest_steering = 0.6;
 constexpr double slowest_steered = 0.3;
-// A wheel that was not heard for so long says nothing of the others [s].
+// A wheel without a sample for this long is left out [s].
 constexpr double silent_s = 0.5;
 
-/// δ: as measured, or as the front axle goes, atan((v_y + l_v ψ̇) / v_x).
+/// δ: the measured one, or the direction of the front axle's velocity, atan((v_y + l_v ψ̇) / v_x).
 double steering_of(const Vehicle& car, const Input& input, const Vector& x) noexcept {
   if (input.has_steering) {
     return input.steering - x[at::steering_offset];
@@ -44,45 +44,44 @@ Prediction predict_wheel_speed(const CarModel& model, const Input& input, const 
   const double along = x[at::v_x] - place.left * yaw_rate;
   const double across = x[at::v_y] + place.ahead * yaw_rate;
   const double rolling = along * c + across * s;
-  // What drives the car on its way: what accelerates it, and the front tyres' drag in a turn,
+  // Driving force over m: acceleration, and drag of the front tyres in a turn,
   // F_sv sin δ / m = (l_h / l) v ψ̇ sin δ.
   const double forward = x[at::v_x] < 0.0 ? -1.0 : 1.0;
   const double drag =
       model.car.rear_axle / model.car.wheelbase() * x[at::v_x] * yaw_rate * std::sin(steering);
   const double force = forward * (x[at::accel_x] + drag);
   const double share = slip_share(model.car.driven, source, force);
-  const double slip = 1.0 + state.lasting.mean[lasting::wheel_slip] * share * force;
-  const double scale = (1.0 + state.lasting.mean[lasting::wheel_scale]) * slip;
+  const double slip = 1.0 + state.slow.mean[slow::wheel_slip] * share * force;
+  const double scale = (1.0 + state.slow.mean[slow::wheel_scale]) * slip;
   const double by_yaw_rate = -place.left * c + place.ahead * s;
   const double by_delta = place.steered ? across * c - along * s : 0.0;
 
-  const auto squared = [](double value) { return value * value; };
   Prediction z;
   z.value = scale * rolling;
-  // Of wheels that err more than usual, the one that errs least counts in full: they may be
-  // inconsistent with each other, but no accelerometer outvotes them.
-  double least = state.wheel_unrest[index_of(source)];
+  // The wheel with the smallest noise scale keeps its weight: wheels may be inconsistent with each
+  // other, but an accelerometer must not outweigh them all.
+  const double noise_scale = state.wheel_noise_scale[index_of(source)];
+  double least = noise_scale;
   bool free = share == 0.0;
-  for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i) {
-    const Reading& heard = state.heard[i];
-    if (heard.agreeing > 0 && seconds_between(heard.time_ns, state.time_ns) <= silent_s) {
-      least = std::min(least, state.wheel_unrest[i]);
-      free = free || slip_share(model.car.driven, static_cast<Source>(i), force) == 0.0;
+  for (const Source wheel : wheel_sources) {
+    const Reading& reading = state.readings[index_of(wheel)];
+    if (reading.consistent > 0 && seconds_between(reading.time_ns, state.time_ns) <= silent_s) {
+      least = std::min(least, state.wheel_noise_scale[index_of(wheel)]);
+      free = free || slip_share(model.car.driven, wheel, force) == 0.0;
     }
   }
-  const double unrest = state.wheel_unrest[index_of(source)];
-  z.relative = unrest * squared(tuning.wheel_radius * rolling);
+  z.relative = noise_scale * squared(tuning.wheel_radius * rolling);
   const double slipping = squared(tuning.slip_noise * share * force * rolling);
   z.slack = z.relative * (1.0 - 1.0 / std::max(least, 1.0)) + (free ? 0.0 : slipping);
   z.variance = squared(sigma) + z.relative + slipping + squared(by_delta * tuning.front_wheel) +
                squared(s) * state.covariance(at::v_y, at::v_y);
   z.depends_on(at::v_x, scale * c);
-  z.by_lasting[lasting::wheel_scale] = slip * rolling;
-  const double scale_alone = 1.0 + state.lasting.mean[lasting::wheel_scale];
-  z.by_lasting[lasting::wheel_slip] = scale_alone * share * force * rolling;
+  z.by_slow[slow::wheel_scale] = slip * rolling;
+  const double scale_alone = 1.0 + state.slow.mean[slow::wheel_scale];
+  z.by_slow[slow::wheel_slip] = scale_alone * share * force * rolling;
   if (share > 0.0) {
     z.depends_on(at::accel_x,
-                 scale_alone * forward * state.lasting.mean[lasting::wheel_slip] * share * rolling);
+                 scale_alone * forward * state.slow.mean[slow::wheel_slip] * share * rolling);
   }
   if (gyro) {
     z.variance += squared(by_yaw_rate) * state.covariance(at::yaw_rate, at::yaw_rate);

@@ -11,8 +11,8 @@
 
 namespace odomd::estimator::full {
 
-/// A wheel's share of the force on the car, over that of a driven wheel when two drive: brakes are
-/// on all four, half as hard each.
+/// A wheel's share of the force on the car, relative to a driven wheel of two. All four wheels
+/// brake with half of that.
 [[nodiscard]] constexpr double slip_share(Driven driven, Source source, double force) noexcept {
   if (force > 0.0) {
     return is_driven(driven, source) ? 1.0 : 0.0;
@@ -21,14 +21,14 @@ namespace odomd::estimator::full {
 }
 
 /// z = (1 + s_w) (1 + c_s η a) (u cos δ + u_⊥ sin δ), a = ± (a_x + d), with u = v_x - y_w ψ̇ and
-/// u_⊥ = v_y + x_w ψ̇ the velocity of the wheel's place (x_w, y_w), 1 and 0 for cos δ and sin δ of a
-/// rear wheel; η its slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ the drag of the
-/// front tyres in a turn.
+/// u_⊥ = v_y + x_w ψ̇ the velocity of the wheel's place (x_w, y_w); δ = 0 for a rear wheel. η is its
+/// slip_share(), ± the sign of v_x, d = (l_h / l) v_x ψ̇ sin δ the drag of the front tyres in a
+/// turn.
 ///
-/// The filter learns v_x from it. That the two wheels of an axle differ says little about ψ̇ (a
-/// radius 0.3 % larger makes 0.03 rad/s of it at 1.5 m/s), and nothing about v_y: with a gyro
-/// alive, those two count as known, with their variance. Without one (`gyro` false) ψ̇ is learnt.
-/// Where `input` has no steering a front wheel is taken to roll where the middle of its axle goes.
+/// It corrects v_x. The difference between two wheels says little about ψ̇ (a radius error of 0.3 %
+/// makes 0.03 rad/s at 1.5 m/s) and nothing about v_y: both count as known, with their variance.
+/// Without a gyro (`gyro` false) it corrects ψ̇ too. Without steering in `input` a front wheel rolls
+/// along the velocity of its axle's centre.
 [[nodiscard]] Prediction predict_wheel_speed(const CarModel& model, const Input& input,
                                              const State& state, Source source, double sigma,
                                              bool gyro) noexcept;

@@ -1,5 +1,5 @@
-// What no filter looks at, whatever its state: samples, poses and estimates that are not numbers,
-// or that no car makes.
+// Checks that do not depend on a filter's state: rejects samples, poses and estimates that are not
+// finite or beyond what any car can do.
 #pragma once
 
 #include <array>
@@ -15,11 +15,11 @@
 
 namespace odomd::estimator {
 
-/// Throws std::invalid_argument, naming the setting, where a number is impossible.
+/// Throws std::invalid_argument with the setting's name if a number is impossible.
 void require_possible(const FilterSettings& settings);
 
-/// Largest magnitudes, of a car of any size: a sample beyond is a broken sensor or a wrong scale.
-/// In the order of Source.
+/// Largest magnitudes for a car of any size, in the order of Source. A larger sample means a broken
+/// sensor or a wrong scale.
 inline constexpr std::array<double, source_count> physical_limit{
     35.0,                        // yaw_rate [rad/s]
     200.0, 200.0,                // accel_x, accel_y [m/s²]
@@ -30,23 +30,21 @@ inline constexpr std::array<double, source_count> physical_limit{
     0.0,                         // camera: not a signal
 };
 
-/// Farther off [m], a double resolves a step no longer.
+/// Beyond these a double no longer resolves a step [m] or a turn [rad].
 inline constexpr double largest_coordinate = 1e8;
-/// ... and farther round [rad] no turn.
 inline constexpr double largest_yaw = 1e6;
 
-/// Whether a pose to start from is possible: finite, and not that far off.
 [[nodiscard]] inline bool is_possible(const Pose2& pose) noexcept {
   return std::abs(pose.yaw) <= largest_yaw && std::abs(pose.x) <= largest_coordinate &&
          std::abs(pose.y) <= largest_coordinate;
 }
 
-/// A sample that claims to be better than this would leave a covariance without digits.
+/// A smaller sigma would leave no digits of the covariance.
 inline constexpr double smallest_sigma = 1e-6;
 inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
 
 /// Why a signal's sample is refused: source_off (a camera's, or no source), non_finite, gated
-/// (beyond physical_limit); nothing where it may be looked at.
+/// (beyond physical_limit). Nothing if it is accepted.
 [[nodiscard]] inline std::optional<Verdict> refusal(const Measurement& sample) noexcept {
   const std::size_t index = index_of(sample.source);
   if (index >= source_count || sample.source == Source::camera) {
@@ -61,18 +59,18 @@ inline constexpr double largest_camera_sigma = 1e3;  ///< [m, rad]
   return std::nullopt;
 }
 
-/// Whether a camera pose's numbers are those of a pose: finite, the standard deviations positive.
+/// Whether a camera pose is finite and its standard deviations are positive.
 [[nodiscard]] inline bool is_usable(const CameraPose& pose) noexcept {
   const auto is_sigma = [](double sigma) { return std::isfinite(sigma) && sigma > 0.0; };
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.yaw) &&
          is_sigma(pose.sigma_x) && is_sigma(pose.sigma_y) && is_sigma(pose.sigma_yaw);
 }
 
-/// Of a larger variance of a pose [m², rad²] the arithmetic has no digits left.
+/// A larger variance of a pose leaves no digits for the arithmetic [m², rad²].
 inline constexpr double largest_resumed_variance = 1e12;
 
-/// Whether an estimate that is `gap_s` [s] old may be gone on from: initialised, no fault of its
-/// model, of a velocity that a car can have, a positive definite covariance of the pose.
+/// Whether a filter can resume from an estimate that is `gap_s` [s] old: it is initialised, has no
+/// model fault, a possible velocity and a positive definite covariance of the pose.
 [[nodiscard]] inline bool may_resume(const Estimate& predecessor, double gap_s) noexcept {
   return predecessor.initialised && !predecessor.model_fault && gap_s >= 0.0 &&
          std::isfinite(gap_s) && is_possible(predecessor.map) && is_possible(predecessor.odom) &&

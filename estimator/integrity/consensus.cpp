@@ -24,8 +24,8 @@ Solution Consensus::without(Sources left_out) const noexcept {
   }
   for (const Row& row : *this) {
     if ((row.sources & left_out) == 0) {
-      const double off = row.off(solution.motion);
-      solution.misfit += off * off;
+      const double residual = row.off(solution.motion);
+      solution.misfit += residual * residual;
     }
   }
   return solution;

@@ -1,5 +1,4 @@
-// What several sources say together of one motion, and how well they agree without some of them:
-// weighted least squares over a few linear equations, each of which rests on one source or more.
+// Weighted least squares over the equations of all sources, and of all but some of them.
 //
 // docs/model.md, "Consensus".
 #pragma once
@@ -33,17 +32,16 @@ inline constexpr Sources rear_wheels = only(Source::wheel_rear_left) |
                                        only(Source::motor);
 inline constexpr Sources wheels = front_wheels | rear_wheels;
 
-/// What is sought: speed and yaw rate of the car, and by how much more the front and the rear
-/// wheels turn than it goes [m/s].
+/// The unknowns: speed and yaw rate of the car, and the slip of front and rear wheels [m/s].
 namespace of {
-enum Index : Eigen::Index { speed, turn, front_slip, rear_slip, size };
+enum Index : Eigen::Index { speed, yaw_rate, front_slip, rear_slip, size };
 }  // namespace of
 
 using Motion = Eigen::Matrix<double, of::size, 1>;
 
 /// aᵀ x = z, with the standard deviation of z.
 struct Row {
-  Sources sources = 0;  ///< that it rests on; none: known beforehand
+  Sources sources = 0;  ///< that gave it; none: prior knowledge
   Motion by = Motion::Zero();
   double z = 0.0;
   double sigma = 1.0;
@@ -66,8 +64,8 @@ class Consensus {
       rows_[count_++] = row;
     }
   }
-  /// The least squares of all rows that rest on none of `left_out`. There must be enough of those
-  /// that rest on no source to make it unique.
+  /// Least squares over all rows that use no source of `left_out`. The rows without a source must
+  /// make it unique.
   [[nodiscard]] Solution without(Sources left_out) const noexcept;
 
   [[nodiscard]] const Row* begin() const noexcept { return rows_.data(); }

@@ -11,11 +11,11 @@ namespace {
 
 constexpr Sources inertial = only(Source::yaw_rate) | only(Source::accel_x) | only(Source::accel_y);
 
-/// What may fail together, and how unlikely that is: -2 log of its probability, over that of a
+/// What may fail together, and how penalty that is: -2 log of its probability, over that of a
 /// single source.
 struct Hypothesis {
   Sources sources;
-  double unlikely;
+  double penalty;
 };
 constexpr double pair = 8.0;
 constexpr double group = 14.0;
@@ -37,31 +37,31 @@ constexpr std::array hypotheses{
     Hypothesis{inertial, group},
 };
 
-// A source that repeats itself to the bit, or has jumped as no car does, is so much likelier at
-// fault.
-constexpr double odd = 20.0;
-constexpr double odd_for_s = 1.0;
+// A source whose bits repeat, or that jumped, is so much more likely to be at fault.
+constexpr double anomaly_bonus = 20.0;
+constexpr double jump_memory_s = 1.0;
 
-/// Whether all of them that are heard repeat themselves, or have jumped.
-bool is_odd(const Heard& heard, Sources sources, const WithoutWheels& without) noexcept {
-  constexpr double slack = 0.02;  // [m/s]: slower is a wheel that rests
+/// Whether all of these sources that are alive repeat their bits, or have jumped.
+bool is_anomalous(const Observations& observed, Sources sources,
+                  const WithoutWheels& without) noexcept {
+  constexpr double standing_speed = 0.02;  // [m/s]
   for (std::size_t i = 0; i < source_count; ++i) {
-    const Witness& witness = heard.sources[i];
-    if (!contains(sources, i) || !witness.alive(heard.now_ns)) {
+    const SourceHistory& history = observed.sources[i];
+    if (!contains(sources, i) || !history.alive(observed.now_ns)) {
       continue;
     }
-    const bool quick = is_wheel(static_cast<Source>(i)) &&
-                       std::abs(witness.rate(Over::short_time)) > 3.0 * gravity;
-    const bool jumped = quick || (witness.jumped_ns != 0 &&
-                                  seconds_between(witness.jumped_ns, heard.now_ns) <= odd_for_s);
-    // A wheel that is read in steps repeats itself as long as the car goes evenly, or stands.
-    const bool rests = std::abs(witness.value) < slack;
-    const bool evenly =
-        is_wheel(static_cast<Source>(i)) &&
-        (rests || std::abs(heard.speed() - heard.speed(Over::long_time)) < 3.0 * witness.sigma) &&
-        std::abs(witness.mean() - without.speed) < (rests ? 0.5 : 3.0) * without.sigma;
-    const bool repeats = witness.repeats() && !evenly;
-    if (!repeats && !jumped) {
+    const bool wheel = is_wheel(static_cast<Source>(i));
+    const bool jumped = (wheel && std::abs(history.rate(Over::short_time)) > 3.0 * gravity) ||
+                        (history.jumped_ns != 0 &&
+                         seconds_between(history.jumped_ns, observed.now_ns) <= jump_memory_s);
+    // A quantised wheel speed repeats while the car goes at a constant speed, or stands.
+    const bool stands = std::abs(history.value) < standing_speed;
+    const bool constant =
+        wheel &&
+        (stands ||
+         std::abs(observed.speed() - observed.speed(Over::long_time)) < 3.0 * history.sigma) &&
+        std::abs(history.mean() - without.speed) < (stands ? 0.5 : 3.0) * without.sigma;
+    if (!jumped && (constant || !history.repeats())) {
       return false;
     }
   }
@@ -70,28 +70,28 @@ bool is_odd(const Heard& heard, Sources sources, const WithoutWheels& without) n
 
 }  // namespace
 
-Sources suspects(const Heard& heard, const Consensus& all, const Solution& base, Sources out,
-                 const WithoutWheels& without_wheels) noexcept {
+Sources isolate_fault(const Observations& observed, const Consensus& all, const Solution& base,
+                      Sources out, const WithoutWheels& without_wheels) noexcept {
   struct Candidate {
     Sources sources = 0;
     double score = 0.0;
   };
-  Sources told = 0;
+  Sources present = 0;
   for (const Row& row : all) {
-    told |= row.sources;
+    present |= row.sources;
   }
-  const bool slides = heard.slides(heard.now_ns, 4.0 * mean_s.back());
+  const bool slides = observed.slides(observed.now_ns, 4.0 * mean_s.back());
   std::array<Candidate, hypotheses.size()> tried{};
   Candidate best{.score = base.misfit - gate};
   for (std::size_t i = 0; i < hypotheses.size(); ++i) {
-    const Sources sources = hypotheses[i].sources & told & ~out;
-    const bool is_strange = is_odd(heard, sources, without_wheels);
-    // A car that spins contradicts all of an IMU that is sound.
-    if (sources == 0 || (sources == inertial && !is_strange && slides)) {
+    const Sources sources = hypotheses[i].sources & present & ~out;
+    const bool anomalous = is_anomalous(observed, sources, without_wheels);
+    // A spinning car contradicts an IMU that has no fault.
+    if (sources == 0 || (sources == inertial && !anomalous && slides)) {
       continue;
     }
-    tried[i] = {sources, all.without(out | sources).misfit + hypotheses[i].unlikely -
-                             (is_strange ? odd : 0.0)};
+    tried[i] = {sources, all.without(out | sources).misfit + hypotheses[i].penalty -
+                             (anomalous ? anomaly_bonus : 0.0)};
     if (tried[i].score < best.score) {
       best = tried[i];
     }
@@ -99,7 +99,7 @@ Sources suspects(const Heard& heard, const Consensus& all, const Solution& base,
   for (const Candidate& other : tried) {
     if (other.sources != 0 && (other.sources & best.sources) == 0 &&
         other.score < best.score + margin) {
-      return 0;  // one word against another
+      return 0;  // ambiguous
     }
   }
   return best.sources;

@@ -1,5 +1,4 @@
-// Which sources are at fault: the fewest whose absence explains that the others contradict each
-// other.
+// Fault isolation: the fewest sources whose absence explains the contradiction.
 //
 // docs/model.md, "Integrity".
 #pragma once
@@ -9,21 +8,22 @@
 
 namespace odomd::estimator::integrity {
 
-/// By so much a hypothesis must explain more than that all is well, and than another one (-2 log of
-/// the likelihoods' ratio).
+/// A misfit above this needs an explanation. -2 log of the likelihood ratio, as all scores here.
 inline constexpr double gate = 25.0;
+/// The best hypothesis must be better than every other one by this.
 inline constexpr double margin = 6.0;
 
-/// v_x by all but the wheels [m/s].
+/// v_x by all sources but the wheels [m/s].
 struct WithoutWheels {
   double speed = 0.0;
   double sigma = 0.0;
 };
 
-/// Of the sources that are heard in `all` and not yet `out`, those that are at fault; none where
-/// nothing explains the misfit of `base`, which is without those that are out, or where one word
-/// stands against another.
-[[nodiscard]] Sources suspects(const Heard& heard, const Consensus& all, const Solution& base,
-                               Sources out, const WithoutWheels& without_wheels) noexcept;
+/// The sources at fault, of those that have an equation in `all` and are not yet in `out`. `base`
+/// is the solution without those in `out`. None if no hypothesis explains its misfit, or if two do
+/// about equally well.
+[[nodiscard]] Sources isolate_fault(const Observations& observed, const Consensus& all,
+                                    const Solution& base, Sources out,
+                                    const WithoutWheels& without_wheels) noexcept;
 
 }  // namespace odomd::estimator::integrity

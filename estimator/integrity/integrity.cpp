@@ -7,8 +7,8 @@
 
 #include "estimator/common/pose.hpp"
 #include "estimator/common/time.hpp"
-#include "estimator/integrity/felt_speed.hpp"
 #include "estimator/integrity/hypotheses.hpp"
+#include "estimator/integrity/integrated_speed.hpp"
 #include "estimator/integrity/wheel_radii.hpp"
 
 namespace odomd::estimator {
@@ -19,31 +19,28 @@ using integrity::contains;
 using integrity::front_wheels;
 using integrity::gate;
 using integrity::margin;
-using integrity::rear_wheels;
-using integrity::wheels;
-
 using integrity::only;
 using integrity::Over;
-using integrity::slowest_learning;
+using integrity::rear_wheels;
 using integrity::Solution;
+using integrity::SourceHistory;
 using integrity::Sources;
+using integrity::wheels;
 namespace of = integrity::of;
 
-constexpr std::int64_t look_every_ns = 20'000'000;
+constexpr std::int64_t check_interval_ns = 20'000'000;
 
-constexpr double lasts_s = 0.1;
-constexpr double frozen_lasts_s = 0.05;
-// A source that was at fault must agree for so long [s], at first and at most; a slip is no
-// failure.
-constexpr std::pair calm_s{1.0, 60.0};
-constexpr std::pair calm_of_wheels_s{0.4, 5.0};
-constexpr double forgiven_s = 60.0;
-// No car turns in faster [rad/s²].
-constexpr double quickest_turn_in = 30.0;
-// So many negative speeds are no corrupt telegram.
+constexpr double persistence_s = 0.1;
+constexpr double frozen_persistence_s = 0.05;
+// Time of agreement before a flag is lowered [s]: the first time and at most.
+constexpr std::pair required_s{1.0, 60.0};
+constexpr std::pair required_of_wheels_s{0.4, 5.0};
+constexpr double penalty_decay_s = 60.0;
+constexpr double largest_yaw_accel = 30.0;  // [rad/s²]
+// One negative wheel speed may be a corrupt frame.
 constexpr int sign_known_after = 3;
 
-/// The most that a motion changes a sensor by, from one sample to the next.
+/// Largest change of a sensor from one sample to the next that a motion can cause.
 double largest_change(Source source, double value, double elapsed_s) noexcept {
   constexpr double at_once = 0.2;  // [m/s], and of the speed: steps of an encoder, kerbs
   constexpr double share = 0.1;
@@ -52,62 +49,62 @@ double largest_change(Source source, double value, double elapsed_s) noexcept {
 
 }  // namespace
 
-void Integrity::hear(Source source, std::int64_t time_ns, double value, double sigma,
-                     std::int64_t heard_ns) noexcept {
-  integrity::Witness& witness = heard_.sources[index_of(source)];
-  if (witness.seen && time_ns <= witness.time_ns) {
+void Integrity::add(Source source, std::int64_t time_ns, double value, double sigma,
+                    std::int64_t arrival_ns) noexcept {
+  SourceHistory& history = observed_.sources[index_of(source)];
+  if (history.seen && time_ns <= history.time_ns) {
     return;
   }
-  if (is_wheel(source) && value < 0.0 && heard_.by(Source::direction).value >= 0.0) {
+  if (is_wheel(source) && value < 0.0 && observed_.history(Source::direction).value >= 0.0) {
     negative_speeds_ = std::min(negative_speeds_ + 1, sign_known_after);
   }
-  integrity::hear(witness, time_ns, value, sigma, value == witness.value,
-                  largest_change(source, witness.value, seconds_between(witness.time_ns, time_ns)));
-  witness.heard_ns = std::max(heard_ns, time_ns);
+  add_sample(history, time_ns, value, sigma, value == history.value,
+             largest_change(source, history.value, seconds_between(history.time_ns, time_ns)));
+  history.arrival_ns = std::max(arrival_ns, time_ns);
 }
 
-/// The way between two poses, along the car. One pose that strays is left out; where the next does,
-/// too, the map has jumped, which is no motion.
-void Integrity::hear(const CameraPose& pose) noexcept {
+/// The motion between two poses, along the car. An outlier is left out. If the next pose is one
+/// too, the map has jumped: the motion is then measured from there.
+void Integrity::add(const CameraPose& pose) noexcept {
   constexpr double longest_pause_s = 0.5;
-  integrity::Witness& seen = heard_.sources[index_of(Source::camera)];
+  SourceHistory& seen = observed_.sources[index_of(Source::camera)];
   if (seen.seen && pose.capture_ns <= seen.time_ns) {
     return;
   }
   const auto [x, y, yaw] = std::exchange(newest_pose_, {pose.x, pose.y, pose.yaw});
   const bool same = pose.x == x && pose.y == y && pose.yaw == yaw;
-  const double dt = seconds_between(seen_from_.capture_ns, pose.capture_ns);
-  bool strays = false;
+  const double dt = seconds_between(reference_pose_.capture_ns, pose.capture_ns);
+  bool outlier = false;
   if (seen.seen && dt < longest_pause_s) {
-    const double turned = wrap_angle(pose.yaw - seen_from_.yaw);
-    const double middle = seen_from_.yaw + 0.5 * turned;
-    const double way =
-        (pose.x - seen_from_.x) * std::cos(middle) + (pose.y - seen_from_.y) * std::sin(middle);
+    const double turned = wrap_angle(pose.yaw - reference_pose_.yaw);
+    const double middle = reference_pose_.yaw + 0.5 * turned;
+    const double way = (pose.x - reference_pose_.x) * std::cos(middle) +
+                       (pose.y - reference_pose_.y) * std::sin(middle);
     const double sigma = std::max(pose.sigma_x, pose.sigma_y);
-    const auto is_motion = [&](const integrity::Witness& lately, double by, double noise,
-                               double rate) {
+    const auto is_motion = [&](const SourceHistory& recent, double by, double noise, double rate) {
       constexpr double sigmas = 8.0;
-      const double most = sigmas * std::sqrt(heard_.known.camera_unrest) * noise +
+      const double most = sigmas * std::sqrt(observed_.errors.camera_noise_scale) * noise +
                           rate * (integrity::mean_s.front() + dt) * dt;
-      return !lately.seen || std::abs(by - lately.mean() * dt) <= most;
+      return !recent.seen || std::abs(by - recent.mean() * dt) <= most;
     };
-    strays = !is_motion(heard_.seen_speed, way, sigma, 1.5 * gravity) ||
-             !is_motion(heard_.seen_turn, turned, pose.sigma_yaw, quickest_turn_in);
-    if (!strays) {
-      const auto counts = integrity::Single::counts;
-      integrity::hear(heard_.seen_speed, pose.capture_ns, way / dt, sigma, same, 1e9, counts);
-      integrity::hear(heard_.seen_turn, pose.capture_ns, turned / dt, pose.sigma_yaw, same, 1e9,
-                      counts);
+    outlier = !is_motion(observed_.camera_speed, way, sigma, 1.5 * gravity) ||
+              !is_motion(observed_.camera_yaw_rate, turned, pose.sigma_yaw, largest_yaw_accel);
+    if (!outlier) {
+      constexpr auto unfiltered = integrity::Prefilter::none;
+      add_sample(observed_.camera_speed, pose.capture_ns, way / dt, sigma, same, 1e9, unfiltered);
+      add_sample(observed_.camera_yaw_rate, pose.capture_ns, turned / dt, pose.sigma_yaw, same, 1e9,
+                 unfiltered);
     }
   }
-  const bool jumps = strays && strayed_;
-  strayed_ = strays && !jumps;
-  if (!strayed_) {
-    seen_from_ = pose;
+  const bool jumps = outlier && last_was_outlier_;
+  last_was_outlier_ = outlier && !jumps;
+  if (!last_was_outlier_) {
+    reference_pose_ = pose;
   }
-  integrity::hear(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
-  for (integrity::Witness* const witness : {&seen, &heard_.seen_speed, &heard_.seen_turn}) {
-    witness->heard_ns = std::max(pose.arrival_ns, pose.capture_ns);
+  add_sample(seen, pose.capture_ns, 0.0, 0.0, same, 1e9);
+  for (SourceHistory* const history :
+       {&seen, &observed_.camera_speed, &observed_.camera_yaw_rate}) {
+    history->arrival_ns = std::max(pose.arrival_ns, pose.capture_ns);
   }
 }
 
@@ -119,170 +116,173 @@ Sources Integrity::distrusted() const noexcept {
   return all;
 }
 
-/// Wheels that know no sign may turn backwards. No car turns round without a halt, so what was seen
-/// since the last one counts: a sensor that fails does not turn it round. False: the other way
-/// explains more, but not yet for long enough.
-bool Integrity::settle_sign(const integrity::Sensors& sensors, Consensus& all,
+/// The sign of unsigned wheel speeds. A car reverses only after a halt, so all checks since the
+/// last halt vote: a failing sensor does not change the sign. False: the other sign explains more,
+/// but has not won yet.
+bool Integrity::decide_sign(const integrity::Sensors& sensors, Consensus& all,
                             Solution& base) noexcept {
   constexpr double slowest = 0.1;  // [m/s]
-  const integrity::Witness& direction = heard_.by(Source::direction);
+  const SourceHistory& direction = observed_.history(Source::direction);
   if (negative_speeds_ == sign_known_after ||
-      (direction.alive(looked_ns_) && direction.value != 0.0)) {
+      (direction.alive(checked_ns_) && direction.value != 0.0)) {
     backwards_ = false;
     return true;
   }
-  if ((heard_now_ & wheels & ~distrusted()) == 0) {
+  if ((present_ & wheels & ~distrusted()) == 0) {
     return true;
   }
-  integrity::Heard mirrored = heard_;
+  integrity::Observations mirrored = observed_;
   for (double& speed : mirrored.speeds) {
     speed = -speed;
   }
   if (!halted_) {
-    mirrored.felt_speed = -heard_.felt_speed;  // it only knows the way since a halt
+    mirrored.integrated_speed = -observed_.integrated_speed;  // its sign is known only since a halt
   }
-  const Consensus otherwise = parities(sensors, mirrored, !backwards_, Over::short_time);
-  const Solution turned = otherwise.without(distrusted());
+  const Consensus reversed = parities(sensors, mirrored, !backwards_, Over::short_time);
+  const Solution reversed_base = reversed.without(distrusted());
   if (std::abs(base.motion[of::speed]) < slowest) {
-    ahead_rather_ = 0;
+    forward_votes_ = 0;
     halted_ = true;
-    way_ = 0.0;
+    distance_ = 0.0;
   }
-  const double better = turned.misfit - base.misfit;
-  const int rather = std::abs(better) <= gate ? 0 : (better > 0.0) != backwards_ ? 1 : -1;
-  ahead_rather_ = std::clamp(ahead_rather_ + rather, -most_looks, most_looks);
-  if (backwards_ != (ahead_rather_ < 0)) {
-    backwards_ = ahead_rather_ < 0;
-    agreed_.way_back = std::exchange(way_, -way_);
-    heard_ = mirrored;
-    heard_.felt_sigma = integrity::Heard{}.felt_sigma;
-    for (integrity::Witness& witness : heard_.sources) {
-      integrity::begin_anew(witness);
+  const double better = reversed_base.misfit - base.misfit;
+  const int vote = std::abs(better) <= gate ? 0 : (better > 0.0) != backwards_ ? 1 : -1;
+  forward_votes_ = std::clamp(forward_votes_ + vote, -max_votes, max_votes);
+  if (backwards_ != (forward_votes_ < 0)) {
+    backwards_ = forward_votes_ < 0;
+    agreed_.reversed_distance = std::exchange(distance_, -distance_);
+    observed_ = mirrored;
+    observed_.integrated_sigma = integrity::Observations{}.integrated_sigma;
+    for (SourceHistory& history : observed_.sources) {
+      restart_means(history);
     }
-    all = otherwise;
-    base = turned;
+    all = reversed;
+    base = reversed_base;
     return true;
   }
-  return better > -margin || std::abs(ahead_rather_) >= settled_looks;
+  return better > -margin || std::abs(forward_votes_) >= decisive_votes;
 }
 
-void Integrity::look(const integrity::Sensors& sensors, std::int64_t now_ns) noexcept {
-  constexpr double usual = 8.0;  // misfit
+void Integrity::check(const integrity::Sensors& sensors, std::int64_t now_ns) noexcept {
+  constexpr double usual_misfit = 8.0;
   constexpr double longest_s = 0.1;
   constexpr std::int64_t slack_ns = 1'000'000;
-  if (looked_ns_ != 0 && ns_between(looked_ns_, now_ns) < look_every_ns - slack_ns) {
+  if (checked_ns_ != 0 && ns_between(checked_ns_, now_ns) < check_interval_ns - slack_ns) {
     return;
   }
-  const double elapsed_s = looked_ns_ != 0 ? seconds_between(looked_ns_, now_ns) : 0.0;
+  const double elapsed_s = checked_ns_ != 0 ? seconds_between(checked_ns_, now_ns) : 0.0;
   const double dt = std::min(elapsed_s, longest_s);
-  looked_ns_ = heard_.now_ns = now_ns;
+  checked_ns_ = observed_.now_ns = now_ns;
   const Sources out = distrusted();
-  heard_.out = out;
-  // 1. What was not looked at may have changed the speed.
-  heard_.felt_sigma += gravity * (elapsed_s - dt);
-  heard_.untold_s += elapsed_s - dt;
-  const bool felt = heard_.tells(Source::accel_x);
-  if (felt) {
-    feel(sensors, heard_, dt);
-    if (agreed_.wheels_out) {
-      rest_with_locked_wheels(heard_);
+  observed_.distrusted = out;
+  // 1. The integrated speed. It is unknown how the speed has changed in a gap.
+  observed_.integrated_sigma += gravity * (elapsed_s - dt);
+  observed_.speed_unknown_s += elapsed_s - dt;
+  const bool accel_usable = observed_.usable(Source::accel_x);
+  if (accel_usable) {
+    integrate_acceleration(sensors, observed_, dt);
+    if (agreed_.wheels_distrusted) {
+      stop_with_locked_wheels(observed_);
     } else {
-      heard_.rests_since_ns = now_ns;
+      observed_.still_since_ns = now_ns;
     }
   } else {
-    heard_.felt_sigma += gravity * dt;
+    observed_.integrated_sigma += gravity * dt;
   }
-  // 2. What they agree on, or whose absence would make them.
-  Consensus all = parities(sensors, heard_, backwards_, Over::short_time);
+  // 2. The consensus of the trusted sources, or else the sources at fault.
+  Consensus all = parities(sensors, observed_, backwards_, Over::short_time);
   Solution base = all.without(out);
-  heard_now_ = 0;
+  present_ = 0;
   for (const integrity::Row& row : all) {
-    heard_now_ |= row.sources;
+    present_ |= row.sources;
   }
-  agreed_.way_back = 0.0;
-  const bool sign_known = settle_sign(sensors, all, base);
-  const Consensus longer = parities(sensors, heard_, backwards_, Over::long_time);
+  agreed_.reversed_distance = 0.0;
+  const bool sign_known = decide_sign(sensors, all, base);
+  const Consensus longer = parities(sensors, observed_, backwards_, Over::long_time);
   Solution longer_base = longer.without(out);
-  const bool soon = base.misfit > gate;
-  agreed_.contradicted = soon || longer_base.misfit > gate;
+  const bool by_short_mean = base.misfit > gate;
+  agreed_.contradicted = by_short_mean || longer_base.misfit > gate;
   const integrity::WithoutWheels without_wheels{agreed_.speed_without_wheels,
                                                 agreed_.speed_without_wheels_sigma};
-  const auto suspects = [&](const Consensus& rows, const Solution& solution) {
-    return integrity::suspects(heard_, rows, solution, out, without_wheels);
+  const auto isolate_fault = [&](const Consensus& rows, const Solution& solution) {
+    return integrity::isolate_fault(observed_, rows, solution, out, without_wheels);
   };
-  const Sources blamed = !sign_known            ? 0
-                         : soon                 ? suspects(all, base)
-                         : agreed_.contradicted ? suspects(longer, longer_base)
+  const Sources faulty = !sign_known            ? 0
+                         : by_short_mean        ? isolate_fault(all, base)
+                         : agreed_.contradicted ? isolate_fault(longer, longer_base)
                                                 : 0;
-  accuse(blamed, !soon);
-  if (!agreed_.contradicted || blamed != 0) {
+  raise_flags(faulty, !by_short_mean);
+  if (!agreed_.contradicted || faulty != 0) {
     agreed_.contradicted_since_ns = now_ns;
   }
-  if (blamed != 0) {
+  if (faulty != 0) {
     agreed_.contradicted = false;
-    base = all.without(out | blamed);
-    longer_base = longer.without(out | blamed);
+    base = all.without(out | faulty);
+    longer_base = longer.without(out | faulty);
   }
-  // 3. What it is, and what is learnt of it.
+  // 3. The result, and what is learnt from it.
   if (suspected_ == 0 && distrusted() == 0 && !agreed_.contradicted) {
-    learn_radii(sensors, longer, longer_base, dt, heard_);
+    learn_radii(sensors, longer, longer_base, dt, observed_);
   }
-  const Sources tellers = wheels | only(Source::camera) | only(Source::accel_x);
-  heard_.untold_s = (heard_now_ & ~(out | blamed) & tellers) != 0 ? 0.0 : heard_.untold_s + dt;
-  const double stretch = std::sqrt(std::max(1.0, base.misfit / usual));
-  way_ += dt * base.motion[of::speed];
-  heard_.speeds = {base.motion[of::speed], longer_base.motion[of::speed]};
-  heard_.turns = {base.motion[of::turn], longer_base.motion[of::turn]};
-  heard_.speed_sigma = stretch * base.sigma[of::speed];
-  agreed_.speed = heard_.speed();
-  agreed_.speed_sigma = heard_.speed_sigma;
-  agreed_.turn = heard_.turn();
-  agreed_.turn_sigma = stretch * base.sigma[of::turn];
-  const Solution no_gyro = all.without(out | blamed | only(Source::yaw_rate));
-  agreed_.turn_without_gyro = no_gyro.motion[of::turn];
-  agreed_.turn_without_gyro_sigma = no_gyro.sigma[of::turn];
-  const Solution no_wheels = all.without(out | blamed | wheels);
+  const Sources speed_sources = wheels | only(Source::camera) | only(Source::accel_x);
+  observed_.speed_unknown_s =
+      (present_ & ~(out | faulty) & speed_sources) != 0 ? 0.0 : observed_.speed_unknown_s + dt;
+  const double stretch = std::sqrt(std::max(1.0, base.misfit / usual_misfit));
+  distance_ += dt * base.motion[of::speed];
+  observed_.speeds = {base.motion[of::speed], longer_base.motion[of::speed]};
+  observed_.yaw_rates = {base.motion[of::yaw_rate], longer_base.motion[of::yaw_rate]};
+  observed_.speed_sigma = stretch * base.sigma[of::speed];
+  agreed_.speed = observed_.speed();
+  agreed_.speed_sigma = observed_.speed_sigma;
+  agreed_.yaw_rate = observed_.yaw_rate();
+  agreed_.yaw_rate_sigma = stretch * base.sigma[of::yaw_rate];
+  const Solution no_gyro = all.without(out | faulty | only(Source::yaw_rate));
+  agreed_.yaw_rate_without_gyro = no_gyro.motion[of::yaw_rate];
+  agreed_.yaw_rate_without_gyro_sigma = no_gyro.sigma[of::yaw_rate];
+  const Solution no_wheels = all.without(out | faulty | wheels);
   agreed_.speed_without_wheels = no_wheels.motion[of::speed];
   agreed_.speed_without_wheels_sigma = no_wheels.sigma[of::speed];
-  const Sources wheels_heard = wheels & heard_now_;
-  agreed_.wheels_out = wheels_heard != 0 && (wheels_heard & ~distrusted()) == 0;
-  // Tyres that push to the limit slide, and those that slip along; and a car that slid does so as
-  // long as it turns round faster than any steering lets it.
-  constexpr double sharpest = 0.55;  // tan δ
-  constexpr double slid_for_s = 0.24;
-  const auto slips = [&](Sources axle) {
-    return (heard_now_ & axle) != 0 && (heard_now_ & axle & ~distrusted()) == 0;
+  const auto all_distrusted = [&](Sources sources) {
+    return (present_ & sources) != 0 && (present_ & sources & ~distrusted()) == 0;
   };
-  const double rolls = std::abs(heard_.speed()) * sharpest / sensors.car.wheelbase();
-  const bool spins = heard_.slides(now_ns, slid_for_s) &&
-                     std::abs(heard_.turn()) > rolls + integrity::largest_gyro_bias;
-  if (side_push(heard_, Over::short_time) > integrity::limit || slips(front_wheels) ||
-      slips(rear_wheels) || spins) {
-    heard_.slid_ns = now_ns;
+  agreed_.wheels_distrusted = all_distrusted(wheels);
+  // The car may slide at a high lateral acceleration or while an axle slips; and then as long as it
+  // yaws faster than any steering angle makes it.
+  constexpr double sharpest = 0.55;  // tan δ
+  constexpr double slide_memory_s = 0.24;
+  const double largest_yaw_rate = std::abs(observed_.speed()) * sharpest / sensors.car.wheelbase();
+  const bool spins =
+      observed_.slides(now_ns, slide_memory_s) &&
+      std::abs(observed_.yaw_rate()) > largest_yaw_rate + integrity::largest_gyro_bias;
+  if (lateral_accel(observed_, Over::short_time) > integrity::sliding_accel ||
+      all_distrusted(front_wheels) || all_distrusted(rear_wheels) || spins) {
+    observed_.last_slide_ns = now_ns;
   }
-  const Sources told = ~distrusted();
-  follow(heard_, dt,
-         {.felt = felt,
-          .told = (heard_now_ & told & (wheels | only(Source::camera))) != 0,
-          .contradicted = agreed_.contradicted,
-          .sound = suspected_ == 0 && (~told & (wheels | only(Source::accel_x))) == 0});
+  const Sources trusted = ~distrusted();
+  follow_consensus(
+      observed_, dt,
+      {.accel_usable = accel_usable,
+       .known = (present_ & trusted & (wheels | only(Source::camera))) != 0,
+       .contradicted = agreed_.contradicted,
+       .trusted = suspected_ == 0 && (~trusted & (wheels | only(Source::accel_x))) == 0});
   for (std::size_t i = 0; i < source_count; ++i) {
     const Sources it = Sources{1} << i;
     if (trust_[i].flag != SourceFlag::ok) {
-      const Sources others = (out | blamed) & ~it;
-      const double soon_more = all.without(others).misfit - base.misfit;
-      const double longer_more = longer.without(others).misfit - longer_base.misfit;
-      trust_again(i, trust_[i].slowly ? std::max(soon_more, longer_more) : soon_more, dt);
+      const Sources others = (out | faulty) & ~it;
+      const double short_increase = all.without(others).misfit - base.misfit;
+      const double long_increase = longer.without(others).misfit - longer_base.misfit;
+      lower_flag(
+          i, trust_[i].by_long_mean ? std::max(short_increase, long_increase) : short_increase, dt);
     } else {
-      trust_[i].calm_s -= dt / forgiven_s * trust_[i].calm_s;
+      trust_[i].required_s -= dt / penalty_decay_s * trust_[i].required_s;
     }
   }
 }
 
-/// Evidence that lasts becomes a flag.
-void Integrity::accuse(Sources suspects, bool slowly) noexcept {
+/// Flags the suspects once they have been suspected for long enough.
+void Integrity::raise_flags(Sources suspects, bool by_long_mean) noexcept {
   if ((suspects & suspected_) == 0) {
-    suspected_since_ns_ = looked_ns_;
+    suspected_since_ns_ = checked_ns_;
   }
   suspected_ = suspects;
   for (std::size_t i = 0; i < source_count; ++i) {
@@ -290,16 +290,16 @@ void Integrity::accuse(Sources suspects, bool slowly) noexcept {
       continue;
     }
     const bool wheel = is_wheel(static_cast<Source>(i));
-    const bool frozen = heard_.sources[i].repeats();
-    const double elapsed_s = seconds_between(suspected_since_ns_, looked_ns_);
-    if (elapsed_s >= (frozen || wheel ? frozen_lasts_s : lasts_s)) {
+    const bool frozen = observed_.sources[i].repeats();
+    const double elapsed_s = seconds_between(suspected_since_ns_, checked_ns_);
+    if (elapsed_s >= (frozen || wheel ? frozen_persistence_s : persistence_s)) {
       Trust& trust = trust_[i];
       if (trust.flag == SourceFlag::ok) {
-        trust.raised_ns = looked_ns_;
-        // The same again: it takes longer to be trusted.
-        trust.slowly = slowly;
-        const auto [first_s, longest_s] = wheel ? calm_of_wheels_s : calm_s;
-        trust.calm_s = std::clamp(2.0 * trust.calm_s, first_s, longest_s);
+        trust.raised_ns = checked_ns_;
+        trust.by_long_mean = by_long_mean;
+        // A source that fails again has to agree for longer.
+        const auto [first_s, longest_s] = wheel ? required_of_wheels_s : required_s;
+        trust.required_s = std::clamp(2.0 * trust.required_s, first_s, longest_s);
       }
       trust.flag = frozen  ? SourceFlag::frozen
                    : wheel ? SourceFlag::slipping
@@ -309,32 +309,33 @@ void Integrity::accuse(Sources suspects, bool slowly) noexcept {
   }
 }
 
-/// A flag goes when what the source says has agreed with the others for a while: by `misfit` that
-/// comes with it. Of a turn it says little as long as there is none.
-void Integrity::trust_again(std::size_t source, double misfit, double dt) noexcept {
-  constexpr double agrees = 9.0;
+/// Lowers a flag once the source has agreed with the others for long enough. `misfit` is what it
+/// adds to theirs. Sensors of a turn prove little while the car goes straight.
+void Integrity::lower_flag(std::size_t source, double misfit, double dt) noexcept {
+  constexpr double agreeing_misfit = 9.0;
   constexpr Sources of_turns = only(Source::yaw_rate) | only(Source::accel_y) |
                                only(Source::steering) | only(Source::camera);
   constexpr double slowest_turn = 0.1;  // [rad/s]
   constexpr double without_turn = 0.2;
   Trust& trust = trust_[source];
-  if (trust.flag == SourceFlag::drifting && heard_.sources[source].repeats()) {
+  if (trust.flag == SourceFlag::drifting && observed_.sources[source].repeats()) {
     trust.flag = SourceFlag::frozen;
   }
   const bool still =
-      trust.flag == SourceFlag::frozen && heard_.sources[source].same_since_ns < trust.raised_ns;
-  if (misfit > agrees || still || !heard_.sources[source].alive(looked_ns_)) {
+      trust.flag == SourceFlag::frozen && observed_.sources[source].same_since_ns < trust.raised_ns;
+  if (misfit > agreeing_misfit || still || !observed_.sources[source].alive(checked_ns_)) {
     trust.agreed_s = 0.0;
     return;
   }
-  const bool tells = !contains(of_turns, source) || std::abs(heard_.turn()) > slowest_turn;
-  trust.agreed_s += tells ? dt : without_turn * dt;
-  if (trust.agreed_s >= trust.calm_s) {
+  const bool conclusive =
+      !contains(of_turns, source) || std::abs(observed_.yaw_rate()) > slowest_turn;
+  trust.agreed_s += conclusive ? dt : without_turn * dt;
+  if (trust.agreed_s >= trust.required_s) {
     trust.flag = SourceFlag::ok;
-    integrity::begin_anew(heard_.sources[source]);
+    restart_means(observed_.sources[source]);
     if (source == index_of(Source::camera)) {
-      integrity::begin_anew(heard_.seen_speed);
-      integrity::begin_anew(heard_.seen_turn);
+      restart_means(observed_.camera_speed);
+      restart_means(observed_.camera_yaw_rate);
     }
   }
 }

@@ -1,5 +1,5 @@
-// Which sources tell the truth: what they say of one motion must agree, and where it does not, the
-// fewest whose absence explains it are at fault.
+// Fault detection and isolation: compares all sources with their consensus on the motion of the
+// car. If they contradict it, the fewest whose absence explains that are at fault.
 //
 // docs/model.md, "Integrity".
 //
@@ -21,10 +21,10 @@ enum class SourceFlag : std::uint8_t {
   ok,
   out_of_range,  ///< beyond what any car does (admission.hpp), twice in a row
   non_finite,    ///< NaN, infinity or an impossible sigma, twice in a row
-  frozen,        ///< the same bits again and again, while the car has moved on
-  drifting,      ///< the others, which agree, contradict it
-  slipping,      ///< a wheel, an axle or the motor: it turns otherwise than the car moves
-  timed_out,     ///< this and the next are for those who know the bus
+  frozen,        ///< identical bits in a row although the car has moved on
+  drifting,      ///< contradicts the consensus of the others
+  slipping,      ///< a wheel, an axle or the motor: its speed contradicts that of the car
+  timed_out,     ///< set by the daemon, as the next one
   failed_protection,
   count
 };
@@ -34,18 +34,19 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(SourceFla
 
 class Integrity {
  public:
-  /// A sample of the car's own sensors, newer than the last of its source; a wheel's with the sign
-  /// of the direction where there is one.
-  /// `heard_ns`: when it came in; 0: it is held against the others at its own time.
-  void hear(Source source, std::int64_t time_ns, double value, double sigma,
-            std::int64_t heard_ns = 0) noexcept;
-  void hear(const CameraPose& pose) noexcept;
+  /// Adds a sample of one of the car's own sensors, newer than the last of its source. A wheel
+  /// speed has the sign of the direction, if that is measured. `arrival_ns` 0: it arrived when it
+  /// was taken.
+  void add(Source source, std::int64_t time_ns, double value, double sigma,
+           std::int64_t arrival_ns = 0) noexcept;
+  void add(const CameraPose& pose) noexcept;
 
-  /// What has been learnt of the sensors since.
-  void know(const integrity::Known& known) noexcept { heard_.known = known; }
+  void set_sensor_errors(const integrity::SensorErrors& errors) noexcept {
+    observed_.errors = errors;
+  }
 
-  /// Holds the sources against each other, once in 20 ms.
-  void look(const integrity::Sensors& sensors, std::int64_t now_ns) noexcept;
+  /// Compares the sources with each other; at most once in 20 ms.
+  void check(const integrity::Sensors& sensors, std::int64_t now_ns) noexcept;
 
   [[nodiscard]] SourceFlag flag(Source source) const noexcept {
     return trust_[index_of(source)].flag;
@@ -54,63 +55,63 @@ class Integrity {
     return flag(source) == SourceFlag::ok;
   }
 
-  /// Trusted, and in agreement with the others at the last look.
+  /// Trusted, and consistent with the others at the last check.
   [[nodiscard]] bool agrees(Source source) const noexcept {
     return trusted(source) && !agreed_.contradicted && (suspected_ & integrity::only(source)) == 0;
   }
 
-  /// What the sources that are trusted agree on, at the last look.
+  /// Consensus of the trusted sources at the last check.
   struct Agreed {
     double speed = 0.0;  ///< v_x [m/s], a short mean
     double speed_sigma = 0.0;
-    double turn = 0.0;  ///< ψ̇ [rad/s], likewise
-    double turn_sigma = 0.0;
-    double turn_without_gyro = 0.0;  ///< by all others [rad/s]
-    double turn_without_gyro_sigma = 0.0;
-    double speed_without_wheels = 0.0;  ///< by all others [m/s]
+    double yaw_rate = 0.0;  ///< ψ̇ [rad/s], likewise
+    double yaw_rate_sigma = 0.0;
+    double yaw_rate_without_gyro = 0.0;  ///< [rad/s]
+    double yaw_rate_without_gyro_sigma = 0.0;
+    double speed_without_wheels = 0.0;  ///< [m/s]
     double speed_without_wheels_sigma = 0.0;
-    bool wheels_out = false;  ///< all of them are distrusted
-    double way_back = 0.0;    ///< [m] driven since the last halt, which was the other way round
+    bool wheels_distrusted = false;  ///< all of them
+    double reversed_distance = 0.0;  ///< distance driven with the wrong sign, now known [m]
     std::int64_t contradicted_since_ns = 0;
-    bool contradicted = false;  ///< they do not agree, and no source can be told to be at fault
+    bool contradicted = false;  ///< and the fault cannot be isolated
   };
   [[nodiscard]] const Agreed& agreed() const noexcept { return agreed_; }
-  /// Wheels that know no sign turn backwards, by what all others say.
+  /// Whether unsigned wheel speeds are negative, by all other sources.
   [[nodiscard]] bool backwards() const noexcept { return backwards_; }
-  [[nodiscard]] std::int64_t looked_ns() const noexcept { return looked_ns_; }
+  [[nodiscard]] std::int64_t checked_ns() const noexcept { return checked_ns_; }
 
  private:
   struct Trust {
     SourceFlag flag = SourceFlag::ok;
     std::int64_t raised_ns = 0;
-    double agreed_s = 0.0;  ///< for so long the flag has not been deserved
-    double calm_s = 0.0;    ///< that it must agree for before it is trusted again
-    bool slowly = false;    ///< it took the long mean to tell
+    double agreed_s = 0.0;      ///< time since it last contradicted the others
+    double required_s = 0.0;    ///< of agreement before the flag is lowered
+    bool by_long_mean = false;  ///< only the long mean has detected the fault
   };
 
-  bool settle_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
+  bool decide_sign(const integrity::Sensors& sensors, integrity::Consensus& all,
                    integrity::Solution& base) noexcept;
   [[nodiscard]] integrity::Sources distrusted() const noexcept;
-  void accuse(integrity::Sources suspects, bool slowly) noexcept;
-  void trust_again(std::size_t source, double misfit, double dt) noexcept;
+  void raise_flags(integrity::Sources suspects, bool by_long_mean) noexcept;
+  void lower_flag(std::size_t source, double misfit, double dt) noexcept;
 
-  static constexpr int most_looks = 50;     ///< that say which way it goes
-  static constexpr int settled_looks = 20;  ///< that settle it
+  static constexpr int max_votes = 50;
+  static constexpr int decisive_votes = 20;
 
-  integrity::Heard heard_;
+  integrity::Observations observed_;
   std::array<Trust, source_count> trust_{};
-  integrity::Sources suspected_ = 0;  ///< by the last look
+  integrity::Sources suspected_ = 0;  ///< by the last check
   std::int64_t suspected_since_ns_ = 0;
-  integrity::Sources heard_now_ = 0;  ///< at the last look
+  integrity::Sources present_ = 0;  ///< sources with an equation at the last check
   std::array<double, 3> newest_pose_{};
-  CameraPose seen_from_;        ///< the pose that the next is told from
-  bool strayed_ = false;        ///< the newest was off by more than any motion
-  int negative_speeds_ = 0;     ///< that were heard
-  int ahead_rather_ = 10;       ///< looks since the last halt that say so, less the others
-  bool halted_ = false;         ///< it has been seen at rest
-  bool backwards_ = false;      ///< wheels that know no sign turn backwards
-  double way_ = 0.0;            ///< since the last halt [m]
-  std::int64_t looked_ns_ = 0;  ///< 0: never
+  CameraPose reference_pose_;  ///< from which the next pose is measured
+  bool last_was_outlier_ = false;
+  int negative_speeds_ = 0;
+  int forward_votes_ = 10;  ///< checks since the last halt: forward minus backwards
+  bool halted_ = false;     ///< the car has stood
+  bool backwards_ = false;
+  double distance_ = 0.0;        ///< since the last halt [m]
+  std::int64_t checked_ns_ = 0;  ///< 0: never
   Agreed agreed_;
 };
 

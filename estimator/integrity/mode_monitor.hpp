@@ -1,5 +1,4 @@
-// Says in which mode the estimate is, without flapping: what is entered late is left at a wider
-// threshold, or after more than one event. docs/model.md, "Modes".
+// The mode of the estimate, with hysteresis. docs/model.md, "Modes".
 #pragma once
 
 #include <cmath>
@@ -11,7 +10,6 @@
 
 namespace odomd::estimator {
 
-/// What the mode depends on, at one tick.
 struct ModeInputs {
   std::int64_t time_ns = 0;
   bool initialised = false;
@@ -26,13 +24,13 @@ class ModeMonitor {
   explicit ModeMonitor(double camera_timeout_s) noexcept : camera_timeout_s_(camera_timeout_s) {}
 
   /// Once a tick, in order of time. Precedence: fault, initialising, standstill, then tracking or
-  /// dead_reckoning. (`degraded` is for those who know the bus.)
+  /// dead_reckoning. (The daemon sets `degraded`.)
   Mode update(const ModeInputs& inputs) noexcept;
 
  private:
   static constexpr double standing_speed = 0.01;    // [m/s]
   static constexpr double standing_yaw_rate = 0.1;  // [rad/s]: above a gyro's bias and noise
-  static constexpr double leaves_at = 2.0;          // times these
+  static constexpr double leaves_at = 2.0;          // times the thresholds above
   static constexpr double standing_after_s = 0.5;
 
   double camera_timeout_s_ = 0.5;
@@ -54,8 +52,8 @@ inline Mode ModeMonitor::update(const ModeInputs& inputs) noexcept {
   }
   standing_ = still_since_ns_ && seconds_between(*still_since_ns_, now_ns) >= standing_after_s;
 
-  // Two poses enter that are not too far apart, so that a camera that sees the map once in a while
-  // does not make the mode flap.
+  // It takes two poses within the timeout to enter `tracking`, so that rare poses do not make the
+  // mode flap.
   const bool seen_twice = last_camera_ns_ != 0 && inputs.camera_ns != last_camera_ns_ &&
                           seconds_between(last_camera_ns_, inputs.camera_ns) <= camera_timeout_s_;
   const bool seen_lately =

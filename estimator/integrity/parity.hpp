@@ -1,4 +1,4 @@
-// What each source says of the motion, as equations: the parities that the sources are held to.
+// The equation that each source gives for the motion of the car (parity equations).
 //
 // docs/model.md, "Parities".
 #pragma once
@@ -10,82 +10,83 @@
 #include "estimator/common/tuning.hpp"
 #include "estimator/common/vehicle.hpp"
 #include "estimator/integrity/consensus.hpp"
-#include "estimator/integrity/witness.hpp"
+#include "estimator/integrity/source_history.hpp"
 
 namespace odomd::estimator::integrity {
 
-/// What is known of the sensors beforehand.
+/// Constant parameters of the car and its sensors.
 struct Sensors {
   Vehicle car;
   Tuning tuning;
 };
 
-/// What has been learnt of sensors that err always the same way, and how well.
-struct Known {
+/// Systematic errors of the sensors, as the filter has estimated them.
+struct SensorErrors {
   double gyro_bias = 0.0;  ///< [rad/s]
   double gyro_bias_sigma = Tuning{}.gyro_bias;
   double steering_offset = 0.0;  ///< [rad]
   double steering_offset_sigma = Tuning{}.steering_offset;
   double wheel_slip = Tuning{}.wheel_slip;  ///< of a driven wheel, per acceleration [s²/m]
-  double camera_unrest = 1.0;               ///< variance of its poses over the stated one
+  double camera_noise_scale = 1.0;          ///< variance of its poses over the stated one
 };
 
-/// What has been heard, up to a time.
-struct Heard {
+/// All observations up to `now_ns`, and what was learnt from them.
+struct Observations {
   std::int64_t now_ns = 0;
-  Sources out = 0;                              ///< are distrusted
-  std::array<Witness, source_count> sources{};  ///< the camera's: see below
-  Witness seen_speed;                           ///< v_x by the camera's poses [m/s]
-  Witness seen_turn;                            ///< ψ̇ by the camera's poses [rad/s]
-  double felt_speed = 0.0;  ///< v_x by the accelerometer since it was last known
-  double felt_sigma = 100.0;
-  double felt_slope = 0.0;  ///< slope and bias: what is felt more [m/s²], of lately ...
-  double felt_slope_sigma = 0.06 * gravity;  ///< ... and by how much it changes
-  double felt_for_s = 2.0;                   ///< that is the mean of so long [s], at least ...
-  std::int64_t rests_since_ns = 0;           ///< no wheel turns, and nothing else is felt
+  Sources distrusted = 0;
+  std::array<SourceHistory, source_count> sources{};  ///< the camera's has only times
+  SourceHistory camera_speed;                         ///< v_x between camera poses [m/s]
+  SourceHistory camera_yaw_rate;                      ///< ψ̇ between camera poses [rad/s]
+  double integrated_speed = 0.0;                      ///< v_x by integrating accel_x [m/s]
+  double integrated_sigma = 100.0;
+  double accel_offset = 0.0;                   ///< of accel_x, by slope and bias [m/s²]
+  double accel_offset_sigma = 0.06 * gravity;  ///< how much it varies
+  double offset_averaging_s = 2.0;             ///< averaging time of the two above
+  std::int64_t still_since_ns = 0;             ///< since then no sensor has shown motion
   double speed_sigma = 100.0;
-  double untold_s = 0.0;           ///< for so long nothing has told the speed
-  std::array<double, 2> speeds{};  ///< v_x as it was agreed on last, by the time that it is over
-  std::array<double, 2> turns{};   ///< ψ̇ likewise
-  std::int64_t slid_ns = 0;        ///< when the car might last slide; 0: never
-  Known known;
-  std::array<double, source_count> radius{};  ///< by how much a wheel reads more than the others
-  double load = 0.0;          ///< by how much more an outer wheel does at 1 g to the side ...
-  double load_sigma = 0.013;  ///< ... and how well that is known
+  double speed_unknown_s = 0.0;       ///< time since a source last measured the speed
+  std::array<double, 2> speeds{};     ///< last consensus v_x, by Over
+  std::array<double, 2> yaw_rates{};  ///< last consensus ψ̇, by Over
+  std::int64_t last_slide_ns = 0;     ///< last time that the car may have slid; 0: never
+  SensorErrors errors;
+  std::array<double, source_count> radius{};  ///< relative error of each wheel's speed
+  double load = 0.0;  ///< relative speed increase of an outer wheel at 1 g lateral acceleration
+  double load_sigma = 0.013;
 
   [[nodiscard]] double speed(Over over = Over::short_time) const noexcept {
     return speeds[static_cast<std::size_t>(over)];
   }
-  [[nodiscard]] double turn(Over over = Over::short_time) const noexcept {
-    return turns[static_cast<std::size_t>(over)];
+  [[nodiscard]] double yaw_rate(Over over = Over::short_time) const noexcept {
+    return yaw_rates[static_cast<std::size_t>(over)];
   }
-  /// The car may have been sliding in the last so many seconds.
-  [[nodiscard]] bool slides(std::int64_t time_ns, double lately_s) const noexcept {
-    return slid_ns != 0 && seconds_between(slid_ns, time_ns) < lately_s;
+  /// Whether the car may have slid in the `recent_s` seconds before `time_ns`.
+  [[nodiscard]] bool slides(std::int64_t time_ns, double recent_s) const noexcept {
+    return last_slide_ns != 0 && seconds_between(last_slide_ns, time_ns) < recent_s;
   }
-  /// It is heard, and believed.
-  [[nodiscard]] bool tells(Source source) const noexcept {
-    return by(source).alive(now_ns) && (out & only(source)) == 0;
+  /// Alive and trusted.
+  [[nodiscard]] bool usable(Source source) const noexcept {
+    return history(source).alive(now_ns) && (distrusted & only(source)) == 0;
   }
-  [[nodiscard]] const Witness& by(Source source) const noexcept {
+  [[nodiscard]] const SourceHistory& history(Source source) const noexcept {
     return sources[index_of(source)];
   }
 };
 
-/// What surely pushes the car sideways: demanded by its motion, and felt [m/s²].
-[[nodiscard]] double side_push(const Heard& heard, Over over) noexcept;
+/// Lateral acceleration on which motion and accelerometer agree: the smaller of both, 0 if their
+/// signs differ [m/s²].
+[[nodiscard]] double lateral_accel(const Observations& observed, Over over) noexcept;
 
-/// With more to the side all tyres may slide [m/s²].
-inline constexpr double limit = 4.0;
+/// Above this lateral acceleration all tyres may slide [m/s²].
+inline constexpr double sliding_accel = 4.0;
 
-/// A gyro that reads more than that turns [rad/s].
+/// A larger reading of a gyro is no bias but a turn [rad/s].
 inline constexpr double largest_gyro_bias = 0.5;
 
-/// Whether what a gyro reads while no wheel turns may as well be its bias.
-[[nodiscard]] bool is_steady(const Witness& gyro) noexcept;
+/// Whether the gyro's reading may be its bias: small and constant.
+[[nodiscard]] bool is_steady(const SourceHistory& gyro) noexcept;
 
-/// Of all that is alive; where wheels that know no sign turn `backwards`.
-[[nodiscard]] Consensus parities(const Sensors& sensors, const Heard& heard, bool backwards,
-                                 Over over) noexcept;
+/// The equations of all sources that are alive. `backwards`: unsigned wheel speeds count negative.
+[[nodiscard]] Consensus parities(const Sensors& sensors, const Observations& observed,
+                                 bool backwards, Over over) noexcept;
 
 }  // namespace odomd::estimator::integrity

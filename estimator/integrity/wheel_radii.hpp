@@ -1,4 +1,4 @@
-// By how much the wheels always read differently.
+// Radius errors of the wheels, by their constant differences.
 //
 // docs/model.md, "Integrity".
 #pragma once
@@ -8,10 +8,9 @@
 
 namespace odomd::estimator::integrity {
 
-/// Wheels are worn and inflated differently, and give way differently where they carry more: what
-/// always differs is their radius. Of `all`, held against `base`, over a time dt [s] in which no
-/// source was suspected.
+/// Learns the radius error of each wheel, and the load transfer, from the residuals of `all` at
+/// `base` over `dt` [s]. Call it while no source is suspected.
 void learn_radii(const Sensors& sensors, const Consensus& all, const Solution& base, double dt,
-                 Heard& heard) noexcept;
+                 Observations& observed) noexcept;
 
 }  // namespace odomd::estimator::integrity

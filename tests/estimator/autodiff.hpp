@@ -1,4 +1,4 @@
-// Automatic differentiation of the models, to hold their analytic Jacobians against.
+// Automatic differentiation of the models, to compare their analytic Jacobians with.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// How the filter begins: by a camera pose, standing, or with what a predecessor has learnt.
+// Start of the filter: by a camera pose, standing, or from a predecessor.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ TEST(Begin, ACameraPoseFromBeforeTheFirstTickInitialises) {
   const Estimate e = filter.step(tick);
   EXPECT_TRUE(e.initialised);
   EXPECT_EQ(e.reset_count, 1U);
-  // Where it is now, not where it was seen.
+  // The present place, not that at the capture time.
   EXPECT_NEAR(e.map.x, 1.0 + 0.1 * std::cos(0.5), 0.01);
   EXPECT_NEAR(e.map.y, 2.0 + 0.1 * std::sin(0.5), 0.01);
   EXPECT_NEAR(e.map.yaw, 0.5, 0.01);
@@ -50,7 +50,7 @@ TEST(Begin, ACameraPoseFromBeforeTheFirstTickInitialises) {
 }
 
 TEST(Begin, ItsFirstPoseIsTheSameInBothFrames) {
-  // Samples may wait for the first tick for a whole window, and the car go a long way in it.
+  // Samples may wait for the first tick for a whole window, in which the car moves far.
   FullFilter filter({});
   filter.set_initial_pose({1.0, 2.0, 0.5});
   const std::int64_t tick = start_ns + 240 * millisecond;
@@ -67,12 +67,12 @@ TEST(Begin, ItsFirstPoseIsTheSameInBothFrames) {
   EXPECT_EQ(first.odom.y, first.map.y);
   EXPECT_EQ(first.odom.yaw, first.map.yaw);
 
-  // From there on each goes its way: at the car's speed.
+  // From there on both move at the car's speed.
   const Estimate second = filter.step(tick + period_ns);
   EXPECT_NEAR(std::hypot(second.odom.x - first.odom.x, second.odom.y - first.odom.y), 0.01, 1e-3);
 }
 
-TEST(Begin, AWheelThatIsHeardLateSetsBothFramesOffTogether) {
+TEST(Begin, ALateFirstWheelSampleStartsBothFramesTogether) {
   FullFilter filter = started();
   for (std::int64_t k = 1; k <= 60; ++k) {
     EXPECT_FALSE(filter.step(start_ns + k * period_ns).initialised);
@@ -99,7 +99,7 @@ TEST(Begin, WithoutLeaveACameraPoseDoesNotInitialise) {
   EXPECT_EQ(camera->verdict, Verdict::source_off);
 }
 
-TEST(Begin, ResumesWithWhatItsPredecessorHasLearnt) {
+TEST(Begin, ResumesWithTheCalibrationOfItsPredecessor) {
   FullFilter before = started();
   Estimate predecessor = run(before, drive_on_a_circle(2'000 * millisecond), 400).back();
   Calibration& learnt = predecessor.calibration;
@@ -147,7 +147,7 @@ TEST(Begin, ResumesWithoutCalibrationsThatMeanNothing) {
 }
 
 TEST(Begin, ItsBytesAreAllThereIs) {
-  // A recording keeps them, and goes on from them.
+  // A recording keeps them, and resumes from them.
   const std::vector<Arrival> arrivals = drive_on_a_circle(1'000 * millisecond);
   FullFilter filter = started();
   (void)run(filter, arrivals, 100);

@@ -25,7 +25,7 @@ struct Arrival {
   std::optional<CameraPose> camera;
 };
 
-/// The tick that takes an arrival in.
+/// The tick of an arrival.
 inline std::int64_t tick_of(std::int64_t arrival_ns) {
   return (arrival_ns - start_ns + period_ns - 1) / period_ns;
 }
@@ -67,9 +67,8 @@ inline std::vector<Arrival> drive_on_a_circle(std::int64_t duration_ns) {
   return arrivals;
 }
 
-/// The same, of a car to which everything happens: it stops and stands from 1.4 to 2.2 s, its rear
-/// left wheel spins from 2.7 s, single readings of gyro and camera are wrong, and from 3.2 s on the
-/// camera sees it a way off.
+/// The same with many events: the car stands from 1.4 to 2.2 s, its rear left wheel spins from 2.7
+/// s, single samples of gyro and camera are wrong, and from 3.2 s on the camera sees it elsewhere.
 inline std::vector<Arrival> eventful_drive() {
   std::vector<Arrival> arrivals;
   std::mt19937 random(9);
@@ -161,7 +160,7 @@ inline void hand_in(FullFilter& filter, const Arrival& arrival) {
   }
 }
 
-/// Every arrival is handed in at the first tick that is not before it.
+/// Adds every arrival at the first tick that is not before it.
 inline std::vector<Estimate> run(FullFilter& filter, const std::vector<Arrival>& arrivals,
                                  std::int64_t ticks) {
   std::vector<Estimate> estimates;
@@ -204,7 +203,7 @@ inline void expect_same_state(const Estimate& a, const Estimate& b) {
   EXPECT_EQ(a.recoveries, b.recoveries);
 }
 
-/// The odometry frame too; it is a matter of what was published, and so of when samples arrived.
+/// The odometry frame too, which depends on published velocities and so on the time of arrival.
 inline void expect_same_frames(const Estimate& a, const Estimate& b) {
   expect_same_state(a, b);
   EXPECT_EQ(a.odom.x, b.odom.x);

@@ -1,5 +1,5 @@
-// The discrete dynamic bicycle (eqs 31-33 with errata 1 and 2), written down once more: what the
-// filters' own steps and Jacobians are held against.
+// An independent implementation of the discrete dynamic bicycle (eqs 31-33 with errata 1 and 2), to
+// compare the filters' steps and Jacobians with.
 #pragma once
 
 #include <Eigen/Core>

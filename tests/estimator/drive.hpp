@@ -1,4 +1,4 @@
-// Hands a filter made-up samples, a tick at a time.
+// Passes simulated samples to a filter, a tick at a time.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace odomd::estimator::testing {
 inline constexpr std::int64_t millisecond = 1'000'000;
 inline constexpr std::int64_t period_ns = 5 * millisecond;
 
-/// What the car's sensors say within one tick; what is absent stays silent.
+/// The samples of one tick; missing ones are not sent.
 struct Samples {
   std::optional<double> speed = std::nullopt;  ///< wheel_rear
   std::optional<double> steering = std::nullopt;

@@ -1,4 +1,4 @@
-// Cars and motions at which the steps of the bicycle are tried.
+// Cars and motions for tests of the bicycle's steps.
 #pragma once
 
 #include <Eigen/Core>

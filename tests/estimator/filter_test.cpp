@@ -1,4 +1,4 @@
-// The seam: what holds for every model behind it.
+// Properties of every model behind the common interface.
 #include "estimator/filter.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ INSTANTIATE_TEST_SUITE_P(, EveryModel,
                            return std::string(model_names[static_cast<std::size_t>(model.param)]);
                          });
 
-/// A slalom with everything a car says.
+/// A slalom with all signals of a car.
 Samples slalom(int tick) {
   const double t = 0.005 * tick;
   const double delta = 0.25 * std::sin(2.0 * t);
@@ -55,7 +55,7 @@ Drive slalom_for(Model model, int ticks) {
   return drive;
 }
 
-/// Fused, or kept to be judged by the step.
+/// Fused, or left for the step to judge.
 bool taken(std::optional<Verdict> verdict) {
   return verdict.value_or(Verdict::fused) == Verdict::fused;
 }
@@ -85,7 +85,7 @@ TEST_P(EveryModel, IsInitialisedByAPoseAndAWheelSpeed) {
   EXPECT_FALSE(no_wheel.ticks(100, {.steering = 0.1, .yaw_rate = 0.5}).initialised);
   EXPECT_EQ(no_wheel.last.map.x, 1.0);
   no_wheel.tick({.speed = 1.0});
-  // To the full filter the second speed says that the first was no fault.
+  // For the full filter the second speed confirms the first.
   EXPECT_TRUE(no_wheel.tick({.speed = 1.0}).initialised);
   EXPECT_EQ(no_wheel.last.reset_count, 1U);
 }
@@ -372,9 +372,10 @@ class Junk {
  public:
   double number() {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    const std::array<double, 12> odd{0.0,       -0.0,         1e-308, 1e308, -1e308, infinity,
-                                     -infinity, std::nan(""), 1e-3,   150.0, -1.4,   1e7};
-    return pick(3) == 0 ? odd[pick(odd.size())] : std::normal_distribution<>{0.0, 2.0}(random_);
+    const std::array<double, 12> unusual{0.0,       -0.0,         1e-308, 1e308, -1e308, infinity,
+                                         -infinity, std::nan(""), 1e-3,   150.0, -1.4,   1e7};
+    return pick(3) == 0 ? unusual[pick(unusual.size())]
+                        : std::normal_distribution<>{0.0, 2.0}(random_);
   }
   std::int64_t time(std::int64_t now) {
     if (pick(10) == 0) {
@@ -396,7 +397,7 @@ TEST_P(EveryModel, NoInputLeavesAnEstimateThatIsNotFiniteOrASampleWithoutVerdict
   Drive drive = start(GetParam(), settings, std::nullopt);
   std::array<int, verdict_count> verdicts{};
   int offered = 0;
-  // A step of the full filter replays a whole window of junk.
+  // A step of the full filter replays a window full of invalid samples.
   const int steps = GetParam() == Model::full ? 5'000 : 20'000;
   for (int i = 0; i < steps; ++i) {
     for (std::size_t n = junk.pick(8); n > 0; --n) {
@@ -418,7 +419,7 @@ TEST_P(EveryModel, NoInputLeavesAnEstimateThatIsNotFiniteOrASampleWithoutVerdict
         ++verdicts.at(static_cast<std::size_t>(*verdict));
       }
     }
-    // Now and then it sleeps for seconds.
+    // Sometimes a gap of seconds.
     drive.now_ns += static_cast<std::int64_t>(junk.pick(i % 1000 == 999 ? 1000 : 3)) * period_ns;
     const Estimate e = drive.tick({});
     for (const Judgement& judgement : judgements(drive.filter)) {
@@ -458,7 +459,7 @@ TEST_P(EveryModel, TheNoiseOfASourceIsEstimatedByTheFullFilter) {
     }
   };
   drive_with(0.0, 0.008);
-  const SourceNoise resting = noise(drive.filter, Source::yaw_rate);
+  const SourceNoise standing = noise(drive.filter, Source::yaw_rate);
   drive_with(1.0, 0.02);
   const SourceNoise gyro = noise(drive.filter, Source::yaw_rate);
   const SourceNoise wheel = noise(drive.filter, Source::wheel_rear);
@@ -471,8 +472,8 @@ TEST_P(EveryModel, TheNoiseOfASourceIsEstimatedByTheFullFilter) {
     return;
   }
   EXPECT_EQ(gyro.stated, 0.04);
-  EXPECT_NEAR(resting.at_rest, 0.008, 0.001);
-  EXPECT_NEAR(gyro.at_rest, resting.at_rest, 0.1 * resting.at_rest) << "kept on the move";
+  EXPECT_NEAR(standing.at_rest, 0.008, 0.001);
+  EXPECT_NEAR(gyro.at_rest, standing.at_rest, 0.1 * standing.at_rest) << "kept on the move";
   EXPECT_NEAR(gyro.moving, 0.02, 0.002);
   EXPECT_EQ(wheel.stated, default_sigma[index_of(Source::wheel_rear)]);
   EXPECT_GT(wheel.speed_share, 0.0);

@@ -1,4 +1,4 @@
-// The full filter as a whole: what a flood, a sleep and a wrong camera make of it.
+// The full filter as a whole: a flood of samples, a long gap, a wrong camera.
 #include "estimator/full_filter.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ TEST(FullFilter, FollowsACircleWithALateCamera) {
 }
 
 TEST(FullFilter, ACommandTurnsTheWheelsAfterItsDelay) {
-  // The same drive by a servo that takes 40 ms as by one that takes none, commanded 40 ms sooner.
+  // A servo with a delay of 40 ms, commanded 40 ms sooner, gives the same drive as one without.
   const auto run_with = [](double delay_s) {
     FilterSettings settings;
     settings.vehicle.steering.delay_s = delay_s;
@@ -63,16 +63,16 @@ TEST(FullFilter, EverySampleOfAFloodHasAVerdict) {
   (void)run(filter, {}, 10);
   const std::int64_t tick = start_ns + 11 * period_ns;
   std::array<std::uint64_t, source_count> offered{};
-  std::array<std::uint64_t, source_count> told{};
+  std::array<std::uint64_t, source_count> reported{};
   std::uint64_t too_old = 0;
-  // Six times of what the window holds, between two ticks and in no order.
+  // Six times the window's capacity, between two ticks and in no order.
   std::mt19937 random(13);
   for (std::size_t i = 0; i < 6 * full::SampleWindow::capacity; ++i) {
     const std::int64_t taken = tick - static_cast<std::int64_t>(random() % 40'000'000);
     if (i % 50 == 0) {
       ++offered[index_of(Source::camera)];
       if (const auto verdict = filter.add(CameraPose{taken, tick, 0, 0, 0, 0.01, 0.01, 0.01})) {
-        ++told[index_of(Source::camera)];
+        ++reported[index_of(Source::camera)];
         too_old += *verdict == Verdict::too_old ? 1U : 0U;
       }
       continue;
@@ -80,19 +80,19 @@ TEST(FullFilter, EverySampleOfAFloodHasAVerdict) {
     const Source source = i % 3 == 0 ? Source::wheel_rear : Source::yaw_rate;
     ++offered[index_of(source)];
     if (const auto verdict = filter.add(Measurement{source, taken, 0.0, 0.01, tick})) {
-      ++told[index_of(source)];
+      ++reported[index_of(source)];
       too_old += *verdict == Verdict::too_old ? 1U : 0U;
     }
   }
   (void)filter.step(tick);
   for (const Judgement& judgement : filter.judgements()) {
-    told[index_of(judgement.source)] += judgement.count;
+    reported[index_of(judgement.source)] += judgement.count;
     if (judgement.verdict == Verdict::too_old) {
       too_old += judgement.count;
       EXPECT_EQ(judgement.degrees, 0);
     }
   }
-  EXPECT_EQ(told, offered);
+  EXPECT_EQ(reported, offered);
   EXPECT_EQ(too_old, 5 * full::SampleWindow::capacity);
 }
 
@@ -112,7 +112,7 @@ TEST(FullFilter, AfterASleepTheVelocityIsAsUncertainAsThePose) {
   const Estimate before = run(filter, drive_on_a_circle(1 * second), 200).back();
   const Estimate after = filter.step(start_ns + 60 * second);
   EXPECT_GT(after.velocity_covariance[0], 1e3);
-  // The way of a minute is unknown; it was not driven at the last speed either.
+  // The distance of a minute is unknown, and not that at the last speed.
   EXPECT_GT(after.covariance[0], 1e5);
   EXPECT_LT(std::hypot(after.odom.x - before.odom.x, after.odom.y - before.odom.y), 3.0);
   // The car has been put down elsewhere, and stands.
@@ -177,8 +177,8 @@ TEST(FullFilter, ACameraThatIsRightMovesTheMapOnceAndTheOdometryFrameNever) {
 }
 
 TEST(FullFilter, AJumpThatALatePoseTakesBackIsOneMoreJump) {
-  // Nine poses that agree on another place; and one that was taken between them and says otherwise,
-  // but comes after them.
+  // Nine poses that agree on another place; and one between them that contradicts it, but arrives
+  // later.
   std::vector<Arrival> arrivals = drive_on_a_circle(2'000 * millisecond);
   const std::int64_t first = start_ns + 1'015 * millisecond;
   const std::int64_t last = first + 8 * (35 * millisecond);

@@ -18,6 +18,11 @@ def headings() -> list[str]:
     return re.findall(r"^#+ (.+)$", DOCUMENT.read_text(encoding="utf-8"), re.MULTILINE)
 
 
+def sections() -> list[str]:
+    """Each heading and the text below it, up to the next heading."""
+    return re.split(r"^#+ ", DOCUMENT.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+
+
 def anchor(heading: str) -> str:
     """As GitHub makes it."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
@@ -75,9 +80,9 @@ class Names(unittest.TestCase):
             with self.subTest(path.name):
                 named = re.search(r'^// docs/model\.md, "(.+)"\.$', path.read_text(encoding="utf-8"), re.MULTILINE)
                 self.assertIsNotNone(named, "no line like: // docs/model.md, \"Process\".")
-                sections = [h for h in headings() if h.startswith(named[1] + " (")]
-                self.assertEqual(len(sections), 1, f"no section, or several, {named[1]}")
-                self.assertIn(f"`ekf/{path.stem}.hpp`", sections[0])
+                found = [text for text in sections() if text.startswith(named[1] + " (")]
+                self.assertEqual(len(found), 1, f"no section, or several, {named[1]}")
+                self.assertRegex(found[0], rf"`ekf/{path.stem}\.[ch]pp`")
 
     def test_each_file_that_a_heading_names_exists(self):
         for heading in headings():

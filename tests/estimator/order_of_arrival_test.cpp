@@ -29,7 +29,7 @@ using estimator::testing::tick_of;
 
 TEST(OrderOfArrival, AnyOrderOfArrivalInsideTheWindowGivesTheSameBits) {
   const std::vector<Arrival> in_order = drive_on_a_circle(1'000 * millisecond);
-  // In the end everything has arrived: 200 ticks, and what is missing comes 240 ms late at most.
+  // 200 ticks, and at most 240 ms more for late samples.
   constexpr std::int64_t ticks = 200;
   FullFilter reference = started();
   const Estimate expected = run(reference, in_order, ticks).back();
@@ -47,7 +47,7 @@ TEST(OrderOfArrival, AnyOrderOfArrivalGivesTheSameBitsThroughGatesSlipRestAndRes
   const std::vector<Arrival> in_order = eventful_drive();
   constexpr std::int64_t ticks = 800;
   FullFilter reference = started();
-  // What is to happen does.
+  // The drive contains all events.
   std::array<int, source_count> gated{};
   bool stood = false;
   Estimate expected;
@@ -133,7 +133,7 @@ TEST(OrderOfArrival, ALateSampleCountsAsIfItHadComeInTime) {
   FullFilter late = started();
   (void)run(late, arrivals, 189);
   EXPECT_EQ(late.add(sample), std::nullopt);
-  // The last tick once more, with what arrives in it.
+  // The last tick again, with the samples that arrive in it.
   for (const Arrival& arrival : arrivals) {
     if (tick_of(arrival.arrival_ns) == 190) {
       hand_in(late, arrival);
@@ -165,7 +165,7 @@ TEST(OrderOfArrival, TheOdometryFrameOfSkippedTicksIsThatOfEveryTick) {
   FullFilter some = started();
   (void)run(every, arrivals, 120);
   (void)run(some, arrivals, 120);
-  // Nothing is heard any more, and the tyres take the car out of its circle.
+  // There are no more samples, and the tyres take the car out of its circle.
   Estimate expected;
   for (std::int64_t tick = 121; tick <= 240; ++tick) {
     expected = every.step(start_ns + tick * period_ns);

@@ -1,5 +1,5 @@
-// Sensors at the end of their range for seconds, as they fail: what they do to the pose meanwhile,
-// and that nothing of it is left once they are healthy.
+// Sensors that fail at the end of their range for seconds: their effect on the pose, which must end
+// with the failure.
 #include <gtest/gtest.h>
 
 #include <algorithm>

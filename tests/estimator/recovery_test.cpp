@@ -1,4 +1,4 @@
-// A state that is none: counted, never published, and begun anew from where the car was.
+// An invalid state is counted, never published, and restarted from the last pose.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using estimator::testing::millisecond;
 using estimator::testing::period_ns;
 using estimator::testing::start_ns;
 
-/// No configuration gets so far: of these masses every step of the model makes NaN.
+/// These masses, which no configuration allows, make every step of the model NaN.
 FullFilter that_always_fails(const Pose2& pose) {
   FilterSettings settings;
   settings.vehicle.mass = std::numeric_limits<double>::quiet_NaN();
@@ -41,7 +41,7 @@ TEST(Recovery, KeepsThePoseThatWasGivenAndFiniteNumbers) {
     const Estimate e = filter.step(now);
     published += e.initialised ? 1 : 0;
     for (const Pose2& pose : {e.map, e.odom}) {
-      // On from there, at 2 m/s.
+      // It continues from there at 2 m/s.
       EXPECT_NEAR(pose.x, given.x, 0.1) << k;
       EXPECT_NEAR(pose.y, given.y, 0.1) << k;
       EXPECT_NEAR(pose.yaw, given.yaw, 0.1) << k;

@@ -1,4 +1,4 @@
-// A car by what its sensors say, tick for tick, into one state of the filter.
+// Passes the samples of a simulated car to one state of the filter, tick by tick.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <map>
 
-#include "estimator/ekf/heed_sources.hpp"
+#include "estimator/ekf/apply_integrity.hpp"
 #include "estimator/ekf/publication.hpp"
 #include "estimator/ekf/take.hpp"
 #include "tests/estimator/drive.hpp"
@@ -19,14 +19,14 @@ namespace odomd::estimator::full::testing {
 using estimator::testing::millisecond;
 using estimator::testing::period_ns;
 
-/// What the sensors say; what is not driven says nothing.
-struct Says {
+/// Values of the sensors; those that are missing send nothing.
+struct SensorValues {
   std::map<Source, double> signals;
 };
 
 inline State fresh() {
   const FilterSettings settings;
-  return fresh_state(settings);
+  return initial_state(settings);
 }
 
 /// A car on its way, a tick at a time; counts what was fused and gated of each source.
@@ -38,7 +38,7 @@ class Car {
     context.model.gyro_sigma = sigmas[index_of(Source::yaw_rate)];
   }
 
-  Judgement say(Source source, double value) {
+  Judgement push(Source source, double value) {
     const Judgement judgement = take(context, state,
                                      {.time_ns = state.time_ns,
                                       .source = source,
@@ -48,29 +48,29 @@ class Car {
     return judgement;
   }
 
-  void tick(const Says& says) {
+  void tick(const SensorValues& values) {
     advance(context, state, state.time_ns + period_ns);
-    for (const auto& [source, value] : says.signals) {
+    for (const auto& [source, value] : values.signals) {
       const bool wheel = source >= Source::wheel_front_left && source <= Source::motor;
       if (!wheel || state.time_ns % (2 * period_ns) == 0) {
-        say(source, value + (source <= Source::accel_y ? tremor() : 0.0));
+        push(source, value + (source <= Source::accel_y ? tremor() : 0.0));
       }
     }
-    heed_sources(context, state);
+    apply_integrity(context, state);
     ASSERT_TRUE(is_covariance(state.covariance));
-    ASSERT_TRUE(is_covariance(state.lasting.covariance));
+    ASSERT_TRUE(is_covariance(state.slow.covariance));
   }
 
-  /// For so long; the counts begin anew.
-  void drive(double seconds, const Says& says) {
+  /// Drives for `seconds`, and resets the counts before.
+  void drive(double seconds, const SensorValues& values) {
     fused.clear();
     gated.clear();
     for (int i = 0; i < static_cast<int>(std::lround(200.0 * seconds)); ++i) {
-      tick(says);
+      tick(values);
     }
   }
 
-  /// No inertial sensor repeats itself to the bit.
+  /// An inertial sensor does not repeat its bits.
   [[nodiscard]] double tremor() const {
     return state.time_ns % (2 * period_ns) == 0 ? 1e-9 : -1e-9;
   }
@@ -83,7 +83,7 @@ class Car {
   std::map<Source, int> gated;
 };
 
-inline Says straight_at(double speed) {
+inline SensorValues straight_at(double speed) {
   return {{{Source::yaw_rate, 0.0},
            {Source::accel_x, 0.0},
            {Source::accel_y, 0.0},
@@ -95,7 +95,7 @@ inline Says straight_at(double speed) {
 }
 
 /// On a circle to the left, on a road that grips.
-inline Says bend_at(double speed, double yaw_rate) {
+inline SensorValues bend_at(double speed, double yaw_rate) {
   const Vehicle car;
   const double half = 0.5 * car.track_width * yaw_rate;
   const double across = car.wheelbase() * yaw_rate;
@@ -109,14 +109,14 @@ inline Says bend_at(double speed, double yaw_rate) {
            {Source::wheel_rear_right, speed + half}}};
 }
 
-inline Says with(Says says, Source source, double value) {
-  says.signals[source] = value;
-  return says;
+inline SensorValues with(SensorValues values, Source source, double value) {
+  values.signals[source] = value;
+  return values;
 }
 
-inline Says without(Says says, Source source) {
-  says.signals.erase(source);
-  return says;
+inline SensorValues without(SensorValues values, Source source) {
+  values.signals.erase(source);
+  return values;
 }
 
 }  // namespace odomd::estimator::full::testing

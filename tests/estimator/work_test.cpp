@@ -25,7 +25,7 @@ Input input_of(const State& /*state*/) noexcept {
   return {};
 }
 
-void heed_sources(const Context& /*context*/, State& /*state*/) noexcept {}
+void apply_integrity(const Context& /*context*/, State& /*state*/) noexcept {}
 
 Judgement take(const Context& /*context*/, State& state, const Sample& sample) noexcept {
   ++takes;

@@ -60,7 +60,7 @@ TEST(Kinematic, ReversingTurnsTheOtherWay) {
 }
 
 TEST(Kinematic, JacobianIsThatOfTheModel) {
-  // The model once more, to be differentiated.
+  // The model again, for automatic differentiation.
   const auto velocity = [](double lever, const Eigen::Matrix<Dual<2>, 2, 1>& input) {
     const Dual<2> yaw_rate = input[0] / car.wheelbase() * tan(input[1]);
     return Eigen::Matrix<Dual<2>, 3, 1>{input[0], lever * yaw_rate, yaw_rate};

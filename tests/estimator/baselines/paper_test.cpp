@@ -99,7 +99,7 @@ TEST(DynamicModel, RateIsTheLimitOfTheDiscreteStep) {
   EXPECT_NEAR(rate[2], limit[2], 1e-2 * std::abs(limit[2]));
 }
 
-TEST(DynamicModel, AccelerometerHasFeltTheTyreDragAlready) {
+TEST(DynamicModel, AccelerometerIncludesTheTyreDrag) {
   // v̇_x = a_x + v_y ψ̇, whatever the steering does.
   const Eigen::Vector3d rate = rate_of({2.0, 0.1, 1.5}, {0.4, -0.3}, 0.1);
   EXPECT_DOUBLE_EQ(rate[0], -0.3 + 0.1 * 1.5);

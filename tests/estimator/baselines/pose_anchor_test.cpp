@@ -1,4 +1,4 @@
-// Late camera poses against a known odometry: where they re-anchor, and which are refused.
+// Late camera poses with a known odometry: which re-anchor, and which are rejected.
 #include "estimator/baselines/pose_anchor.hpp"
 
 #include <gtest/gtest.h>
@@ -77,7 +77,7 @@ TEST_F(PoseAnchorTest, MapIsTheOdometryUntilACameraSpeaks) {
 }
 
 TEST_F(PoseAnchorTest, LatePoseReAnchorsWhereItWasTaken) {
-  // The map frame truly lies elsewhere; 41.3 ms late, between two ticks.
+  // The true map frame is elsewhere; 41.3 ms late, between two ticks.
   const Pose2 true_anchor{0.02, -0.03, 0.01};
   begin();
   drive(100);
@@ -185,14 +185,14 @@ TEST_F(PoseAnchorTest, GateIsAtTheChiSquareOfTheSettings) {
   EXPECT_NEAR(anchor_.test_ratio(), 0.98, 0.01);
 }
 
-TEST_F(PoseAnchorTest, RejectedPosesThatAgreeAreBelievedAfterTen) {
+TEST_F(PoseAnchorTest, ConsistentRejectedPosesAreAcceptedAfterTen) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
   begin();
   drive(50);
-  for (int i = 1; i <= PoseAnchor::believed_rejections; ++i) {
+  for (int i = 1; i <= PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     const Pose2 map = compose(true_anchor, odom_at(now_ - 40 * millisecond));
-    const Verdict expected = i < PoseAnchor::believed_rejections ? Verdict::gated : Verdict::fused;
+    const Verdict expected = i < PoseAnchor::rejections_to_accept ? Verdict::gated : Verdict::fused;
     ASSERT_EQ(take(seen(map, 40 * millisecond)), expected) << i;
   }
   expect_near(anchor_.map(), compose(true_anchor, odom_at(now_)), 1e-5);
@@ -200,7 +200,7 @@ TEST_F(PoseAnchorTest, RejectedPosesThatAgreeAreBelievedAfterTen) {
   EXPECT_GT(anchor_.test_ratio(), 1.0);
 }
 
-TEST_F(PoseAnchorTest, RejectedPosesThatContradictEachOtherAreNeverBelieved) {
+TEST_F(PoseAnchorTest, RejectedPosesThatContradictEachOtherAreNeverAccepted) {
   begin();
   drive(50);
   for (int i = 0; i < 100; ++i) {
@@ -213,14 +213,14 @@ TEST_F(PoseAnchorTest, RejectedPosesThatContradictEachOtherAreNeverBelieved) {
 TEST_F(PoseAnchorTest, RunOfRejectedBeginsAnewWithOneThatDoesNotAgree) {
   begin();
   drive(50);
-  for (int i = 1; i <= 2 * PoseAnchor::believed_rejections; ++i) {
+  for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     // From the tenth on the camera sees the car 2 m farther on.
-    const double further = i < PoseAnchor::believed_rejections ? 0.0 : 2.0;
+    const double further = i < PoseAnchor::rejections_to_accept ? 0.0 : 2.0;
     const Pose2 map = compose({3.0 + further, -1.0, 1.0}, odom_at(now_));
-    const bool believed = i == 2 * PoseAnchor::believed_rejections - 1;
-    ASSERT_EQ(take(seen(map, 0)), believed ? Verdict::fused : Verdict::gated) << i;
-    if (believed) {
+    const bool accepted = i == 2 * PoseAnchor::rejections_to_accept - 1;
+    ASSERT_EQ(take(seen(map, 0)), accepted ? Verdict::fused : Verdict::gated) << i;
+    if (accepted) {
       break;
     }
   }
@@ -230,7 +230,7 @@ TEST_F(PoseAnchorTest, RunOfRejectedBeginsAnewWithOneThatDoesNotAgree) {
 TEST_F(PoseAnchorTest, RejectedPoseFromBeforeTheOthersDoesNotCount) {
   begin();
   drive(50);
-  for (int i = 1; i <= 2 * PoseAnchor::believed_rejections; ++i) {
+  for (int i = 1; i <= 2 * PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     // Every other picture was taken before the one that came first.
     const std::int64_t latency = i % 2 == 0 ? 40 * millisecond : 0;
@@ -250,8 +250,8 @@ TEST_F(PoseAnchorTest, RunOfRejectedEndsAtAPause) {
   }
 }
 
-TEST_F(PoseAnchorTest, CameraIsBelievedWhileTheWheelsSpin) {
-  // The car truly moves at a fifth of what its wheels say, and turns half as fast.
+TEST_F(PoseAnchorTest, CameraIsAcceptedWhileTheWheelsSpin) {
+  // The car moves at a fifth of the measured speed, and turns half as fast.
   begin();
   drive(50);
   Pose2 truth = anchor_.map();
@@ -270,14 +270,14 @@ TEST_F(PoseAnchorTest, CameraIsBelievedWhileTheWheelsSpin) {
   }
   EXPECT_LT(rejected, 280 / 4);
   // At worst a run of rejected poses long.
-  EXPECT_LT(worst, 0.8 * 0.035 * (PoseAnchor::believed_rejections + 4));
+  EXPECT_LT(worst, 0.8 * 0.035 * (PoseAnchor::rejections_to_accept + 4));
 }
 
 TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
   const Pose2 true_anchor{3.0, -1.0, 1.0};
   begin();
   drive(50);
-  for (int i = 0; i < PoseAnchor::believed_rejections; ++i) {
+  for (int i = 0; i < PoseAnchor::rejections_to_accept; ++i) {
     drive(7);
     take(seen(compose(true_anchor, odom_at(now_)), 0));
   }
@@ -289,7 +289,7 @@ TEST_F(PoseAnchorTest, DistrustShowsInTheCovarianceAndPasses) {
     expect_positive_definite();
     return std::sqrt(anchor_.covariance()[0]);
   };
-  // σ = 7 ticks of 0.5 m/s and half of 1 m/s, beside the camera's 10 mm.
+  // σ = 7 ticks of 0.5 m/s and half of 1 m/s, and 10 mm of the camera.
   EXPECT_NEAR(sigma_after_a_gap(), std::hypot(0.010, 7 * 0.005 * 1.0), 0.005);
   drive(400);
   EXPECT_NEAR(sigma_after_a_gap(), 0.010, 0.001);
@@ -357,9 +357,9 @@ TEST_F(PoseAnchorTest, PoseFromBeforeTheHistoryIsTooOld) {
   begin();
   drive(4);
   EXPECT_EQ(take(seen(odom_at(now_ - 21 * millisecond), 21 * millisecond)), Verdict::too_old);
-  FilterSettings patient;
-  patient.camera_max_latency_s = 10.0;
-  begin(patient);
+  FilterSettings high_latency;
+  high_latency.camera_max_latency_s = 10.0;
+  begin(high_latency);
   drive(1000);
   const std::int64_t oldest = (static_cast<std::int64_t>(PoseAnchor::ring_ticks) - 1) * period_ns;
   EXPECT_EQ(take(seen(odom_at(now_ - oldest - 1), oldest + 1)), Verdict::too_old);
@@ -434,7 +434,7 @@ TEST_F(PoseAnchorTest, FirstCameraPoseInitialises) {
   // The odometry frame starts there too.
   expect_near(anchor_.odom(), anchor_.map(), 1e-12);
   EXPECT_EQ(anchor_.camera_ns(), now_ - latency);
-  // And both go on together.
+  // Then both move together.
   drive(20);
   expect_near(anchor_.odom(), moved(map, velocity, 0.14), 1e-9);
   expect_positive_definite();

@@ -1,4 +1,4 @@
-// Pose algebra, and how a pose moves at a velocity.
+// Pose algebra, and motion at a velocity.
 #include "estimator/common/pose.hpp"
 
 #include <gtest/gtest.h>

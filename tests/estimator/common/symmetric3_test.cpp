@@ -1,4 +1,4 @@
-// Packed covariances against the same with full matrices.
+// Compares packed covariances with full matrices.
 #include "estimator/common/symmetric3.hpp"
 
 #include <gtest/gtest.h>

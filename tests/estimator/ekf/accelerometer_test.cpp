@@ -1,4 +1,4 @@
-// The accelerometers' predictions against the model they are made of and differences.
+// Compares the accelerometers' predictions with the model and with central differences.
 #include "estimator/ekf/accelerometer.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
     EXPECT_NEAR(predict_accel_x(model, state, sigma).value,
                 0.97 * (0.6 - yaw_rate * yaw_rate * 0.04) - 0.08, 1e-14);
     EXPECT_EQ(predict_accel_x(model, state, sigma).variance, sigma * sigma);
-    state.rest.standing = true;
+    state.standstill.standing = true;
     EXPECT_EQ(predict_accel_x(model, state, sigma).value, -0.08);
   }
 }
@@ -45,15 +45,14 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
   const CarModel model = car_with_imu_aside();
   for (State state : testing::grid_of_states()) {
     for (const bool standing : {false, true}) {
-      state.rest.standing = standing;
+      state.standstill.standing = standing;
       const auto predict = [&](const State& at) { return predict_accel_x(model, at, sigma); };
       Vector expected = testing::differences(state, predict);
       expected[at::yaw_rate] = 0.0;  // left out on purpose: the gyro knows it better
       const Prediction z = predict(state);
       EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-8);
-      EXPECT_LT(
-          (z.by_lasting - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-          1e-8);
+      EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
+                1e-8);
     }
   }
 }
@@ -73,9 +72,8 @@ TEST(AccelY, DependsOnTheStateAsItSays) {
       EXPECT_LT((by - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
                 1e-6 * (1.0 + by.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
-      EXPECT_LT(
-          (z.by_lasting - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-          1e-6 * (1.0 + z.by_lasting.cwiseAbs().maxCoeff()))
+      EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
+                1e-6 * (1.0 + z.by_slow.cwiseAbs().maxCoeff()))
           << state.mean.transpose();
     }
   }
@@ -95,12 +93,12 @@ TEST(AccelY, IsTheForceOfTheTyresOverTheMassAtTheImu) {
   const double yaw_rate = state.mean[at::yaw_rate];
   ASSERT_GT(yaw_rate, 0.3);
   state.mean[at::accel_bias_y] = 0.25;
-  state.lasting.mean[lasting::roll_gradient] = 0.1;
+  state.slow.mean[slow::roll_gradient] = 0.1;
   EXPECT_NEAR(predict_accel_y(model, input, state, sigma, dt).value,
               1.1 * (1.5 * yaw_rate - yaw_rate * yaw_rate * 0.015) + 0.25, 1e-6);
 
-  // Off the circle the lever arm ahead feels ψ̈.
-  state.lasting.mean.setZero();
+  // Off the circle the lever arm ahead adds ψ̈.
+  state.slow.mean.setZero();
   state.mean[at::yaw_rate] = 0.0;
   const double at_imu = predict_accel_y(model, input, state, sigma, dt).value;
   const double yaw_accel = step()[2] / dt;
@@ -119,7 +117,7 @@ TEST(AccelY, OfTyresThatSlideIsWhatTheyHold) {
   EXPECT_NEAR(predict_accel_y(model, {0.0, true}, state, sigma, 1e-4).value, -4.0, 0.05);
 }
 
-TEST(AccelY, AtWalkingPaceAndStandingTeachesItsBiasAlone) {
+TEST(AccelY, AtWalkingPaceAndStandstillCorrectsItsBiasAlone) {
   const CarModel model = car_with_imu_aside();
   Vector bias = Vector::Zero();
   bias[at::accel_bias_y] = 1.0;
@@ -134,10 +132,10 @@ TEST(AccelY, AtWalkingPaceAndStandingTeachesItsBiasAlone) {
       EXPECT_NEAR(z.variance, sigma * sigma + side * side, 1e-15);
       ++slow;
     }
-    state.rest.standing = true;
+    state.standstill.standing = true;
     const Prediction z = predict_accel_y(model, input, state, sigma, dt);
     EXPECT_EQ(testing::stated(z), bias);
-    EXPECT_EQ(z.by_lasting, LastingVector(LastingVector::Zero()));
+    EXPECT_EQ(z.by_slow, SlowVector(SlowVector::Zero()));
     EXPECT_EQ(z.value, state.mean[at::accel_bias_y]);
     EXPECT_EQ(z.variance, sigma * sigma);
   }

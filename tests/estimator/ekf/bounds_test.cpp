@@ -23,15 +23,15 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 State some_state() {
   State state = grid_of_states().front();
   state.covariance = some_covariance();
-  state.lasting = testing::some_lasting();
+  state.slow = testing::some_slow_errors();
   return state;
 }
 
 TEST(Sound, IsWhatACarMayBe) {
   for (State state : grid_of_states()) {
     state.covariance = some_covariance();
-    state.lasting = testing::some_lasting();
-    EXPECT_TRUE(sound(state));
+    state.slow = testing::some_slow_errors();
+    EXPECT_TRUE(is_valid(state));
   }
 }
 
@@ -40,28 +40,28 @@ TEST(Sound, IsNoStateWithANumberThatIsNone) {
     for (Eigen::Index i = 0; i < at::size; ++i) {
       State state = some_state();
       state.mean[i] = value;
-      EXPECT_FALSE(sound(state)) << value << ' ' << i;
+      EXPECT_FALSE(is_valid(state)) << value << ' ' << i;
     }
     for (Eigen::Index i = 0; i < at::size; ++i) {
       for (Eigen::Index j = 0; j <= i; ++j) {
         State state = some_state();
         state.covariance(i, j) = state.covariance(j, i) = value;
-        EXPECT_FALSE(sound(state)) << value << ' ' << i << ' ' << j;
+        EXPECT_FALSE(is_valid(state)) << value << ' ' << i << ' ' << j;
       }
     }
-    for (Eigen::Index i = 0; i < lasting::size; ++i) {
+    for (Eigen::Index i = 0; i < slow::size; ++i) {
       State state = some_state();
-      state.lasting.mean[i] = value;
-      EXPECT_FALSE(sound(state)) << value << ' ' << i;
+      state.slow.mean[i] = value;
+      EXPECT_FALSE(is_valid(state)) << value << ' ' << i;
       for (Eigen::Index j = 0; j <= i; ++j) {
         state = some_state();
-        state.lasting.covariance(i, j) = state.lasting.covariance(j, i) = value;
-        EXPECT_FALSE(sound(state)) << value << ' ' << i << ' ' << j;
+        state.slow.covariance(i, j) = state.slow.covariance(j, i) = value;
+        EXPECT_FALSE(is_valid(state)) << value << ' ' << i << ' ' << j;
       }
       for (Eigen::Index j = 0; j < at::size; ++j) {
         state = some_state();
-        state.lasting.sensitivity(j, i) = value;
-        EXPECT_FALSE(sound(state)) << value << ' ' << j << ' ' << i;
+        state.slow.sensitivity(j, i) = value;
+        EXPECT_FALSE(is_valid(state)) << value << ' ' << j << ' ' << i;
       }
     }
   }
@@ -76,11 +76,11 @@ TEST(Sound, IsNoStateBeyondWhatACarDoes) {
                                      {at::steering_offset, -2e4}}) {
     State state = some_state();
     state.mean[index] = value;
-    EXPECT_FALSE(sound(state)) << index;
+    EXPECT_FALSE(is_valid(state)) << index;
   }
   State state = some_state();
-  state.lasting.mean[lasting::wheel_scale] = 2e4;
-  EXPECT_FALSE(sound(state));
+  state.slow.mean[slow::wheel_scale] = 2e4;
+  EXPECT_FALSE(is_valid(state));
 }
 
 TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
@@ -108,7 +108,7 @@ TEST(Sound, IsACovarianceWhoseEigenvaluesArePositive) {
             .eigenvalues()
             .minCoeff();
     indefinite += smallest < 0.0 ? 1 : 0;
-    EXPECT_EQ(sound(state), smallest > 0.0) << smallest;
+    EXPECT_EQ(is_valid(state), smallest > 0.0) << smallest;
   }
   EXPECT_GT(indefinite, 50);
 }
@@ -117,7 +117,7 @@ TEST(Limit, BringsVariancesDownAndLeavesCorrelations) {
   State state = some_state();
   Matrix& P = state.covariance;
   P = some_covariance(1e9);
-  state.lasting = testing::some_lasting(1e6);
+  state.slow = testing::some_slow_errors(1e6);
   const Vector before = P.diagonal();
   const double correlation = P(0, 4) / std::sqrt(P(0, 0) * P(4, 4));
   limit(state);
@@ -126,8 +126,8 @@ TEST(Limit, BringsVariancesDownAndLeavesCorrelations) {
   EXPECT_LT(P(at::v_y, at::v_y), before[at::v_y]);
   EXPECT_NEAR(P(0, 4) / std::sqrt(P(0, 0) * P(4, 4)), correlation, 1e-8);
   EXPECT_TRUE(testing::is_covariance(P));
-  EXPECT_LE(state.lasting.covariance.diagonal().maxCoeff(), 1.0 + 1e-8);
-  EXPECT_TRUE(testing::is_covariance(state.lasting.covariance));
+  EXPECT_LE(state.slow.covariance.diagonal().maxCoeff(), 1.0 + 1e-8);
+  EXPECT_TRUE(testing::is_covariance(state.slow.covariance));
 }
 
 TEST(Limit, HardlyTouchesWhatIsBelow) {
@@ -139,9 +139,9 @@ TEST(Limit, HardlyTouchesWhatIsBelow) {
            (after - earlier).cwiseAbs().maxCoeff() < 2e-9 * earlier.cwiseAbs().maxCoeff();
   };
   EXPECT_TRUE(grown(state.covariance, before.covariance));
-  EXPECT_TRUE(grown(state.lasting.covariance, before.lasting.covariance));
+  EXPECT_TRUE(grown(state.slow.covariance, before.slow.covariance));
   EXPECT_EQ(state.mean, before.mean);
-  EXPECT_EQ(state.lasting.sensitivity, before.lasting.sensitivity);
+  EXPECT_EQ(state.slow.sensitivity, before.slow.sensitivity);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The camera's gate and update, and what becomes of a filter that disagrees with it.
+// The camera's gate and update, and the recovery of a filter that disagrees with it.
 #include "estimator/ekf/camera.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ State located(const Pose2& pose = {}) {
   state.mean[at::v_x] = 1.0;
   state.mean.head<3>() << pose.x, pose.y, pose.yaw;
   state.covariance = testing::some_covariance(1e-3);
-  state.lasting.covariance = testing::some_covariance<LastingMatrix>(1e-3);
+  state.slow.covariance = testing::some_covariance<SlowMatrix>(1e-3);
   return state;
 }
 
@@ -60,7 +60,7 @@ TEST(FullCamera, FirstPoseLocatesWhereItMay) {
 
 TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   State before = located({1.0, 2.0, 0.3});
-  before.lasting.sensitivity(at::x, lasting::wheel_scale) = 1.5;
+  before.slow.sensitivity(at::x, slow::wheel_scale) = 1.5;
   const Pose2 pose{1.05, 1.9, 0.36};
   State state = before;
   const Judgement judgement = take_camera(CarModel{}, {}, state, seen(1, pose, 0.02));
@@ -75,7 +75,7 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   EXPECT_NEAR(judgement.test_ratio, judgement.squared_ratio / CameraGate{}.gate, 1e-12);
   EXPECT_EQ(state.camera_test_ratio, judgement.test_ratio);
 
-  // The gate lies where it is said to lie.
+  // The gate is at its stated limit.
   const double just = judgement.squared_ratio;
   State inside = before;
   EXPECT_EQ(take_camera(CarModel{}, {.gate = just * 1.001}, inside, seen(1, pose, 0.02)).verdict,
@@ -87,18 +87,18 @@ TEST(FullCamera, IsJudgedAsAWholeByItsOwnNoiseAndTheFilters) {
   EXPECT_EQ(outside.covariance, before.covariance);
 }
 
-TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
-  // The lasting errors too: all three numbers at once, by the textbook's filter of all states.
+TEST(FullCamera, CorrectsEverythingCorrelatedWithThePose) {
+  // The slow errors too: compared with one joint update by all three numbers.
   State before = located({1.0, 2.0, 0.3});
-  before.lasting = testing::some_lasting(1e-3);
+  before.slow = testing::some_slow_errors(1e-3);
   State state = before;
   ASSERT_EQ(take_camera(CarModel{}, {.gate = 1e9}, state, seen(1, {1.05, 1.9, 0.36}, 0.02)).verdict,
             Verdict::fused);
-  constexpr int all_states = int{at::size} + int{lasting::size};
+  constexpr int all_states = int{at::size} + int{slow::size};
   using Joint = Eigen::Matrix<double, all_states, all_states>;
   const auto joint = [](const State& s) {
-    const auto& B = s.lasting.sensitivity;
-    const LastingMatrix& P_s = s.lasting.covariance;
+    const auto& B = s.slow.sensitivity;
+    const SlowMatrix& P_s = s.slow.covariance;
     Joint P;
     P << s.covariance + B * P_s * B.transpose(), B * P_s, P_s * B.transpose(), P_s;
     return P;
@@ -109,13 +109,11 @@ TEST(FullCamera, TeachesEverythingThatIsRelatedToThePose) {
   const Eigen::Matrix<double, all_states, 3> K = PHt * S.inverse();
   const auto change = (K * Eigen::Vector3d(0.05, -0.1, 0.06)).eval();
   EXPECT_LT((state.mean - before.mean - change.head<at::size>()).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_LT((state.lasting.mean - before.lasting.mean - change.tail<lasting::size>())
-                .cwiseAbs()
-                .maxCoeff(),
+  EXPECT_LT((state.slow.mean - before.slow.mean - change.tail<slow::size>()).cwiseAbs().maxCoeff(),
             1e-12);
   EXPECT_LT((joint(state) - (P - K * PHt.transpose())).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_TRUE(testing::is_covariance(state.covariance));
-  EXPECT_TRUE(testing::is_covariance(state.lasting.covariance));
+  EXPECT_TRUE(testing::is_covariance(state.slow.covariance));
 }
 
 TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
@@ -129,8 +127,8 @@ TEST(FullCamera, YawGoesOnThroughAnyNumberOfTurns) {
   }
 }
 
-/// A filter that drives along x (its covariance as it is), and a camera that sees it elsewhere: one
-/// pose, `number` poses after the start. Wheels and gyro say what the filter believes.
+/// A filter that drives along x, and a camera that sees it elsewhere. Wheels and gyro agree with
+/// the filter.
 struct Disagreement {
   State state = located();
   Pose2 truth;           ///< where the camera sees it at the start
@@ -145,11 +143,11 @@ struct Disagreement {
       state.time_ns += between_poses_ns / ticks_between_poses;
       const double tremor = i % 2 == 0 ? 1e-6 : -1e-6;  // what moves does not repeat itself
       for (const Source source : {Source::wheel_rear_left, Source::wheel_rear_right}) {
-        state.integrity.hear(source, state.time_ns, speed + tremor, 0.01);
+        state.integrity.add(source, state.time_ns, speed + tremor, 0.01);
       }
-      state.integrity.hear(Source::yaw_rate, state.time_ns, tremor, 0.005);
-      state.integrity.know({.camera_unrest = state.camera_unrest});
-      state.integrity.look({}, state.time_ns);
+      state.integrity.add(Source::yaw_rate, state.time_ns, tremor, 0.005);
+      state.integrity.set_sensor_errors({.camera_noise_scale = state.camera_noise_scale});
+      state.integrity.check({}, state.time_ns);
     }
     state.mean[at::x] += way * std::cos(state.mean[at::yaw]);
     state.mean[at::y] += way * std::sin(state.mean[at::yaw]);
@@ -160,8 +158,8 @@ struct Disagreement {
     return take(context, state, sample);
   }
 
-  /// Poses until it is believed, or so many.
-  int until_believed(int most) {
+  /// Sends poses until one is accepted, at most so many.
+  int until_accepted(int most) {
     int poses = 0;
     while (state.resets == 0 && poses < most) {
       pose(++poses);
@@ -172,7 +170,7 @@ struct Disagreement {
 
 constexpr double seconds_per_pose = static_cast<double>(between_poses_ns) * 1e-9;
 
-TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
+TEST(FullCamera, ConsistentPosesAreAcceptedInTheEnd) {
   Disagreement car{.truth = {5.0, -3.0, 0.0}};
   Judgement judgement = car.pose(1);
   int poses = 1;
@@ -181,10 +179,10 @@ TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
     EXPECT_EQ(car.state.resets, 0U);
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-12);
   }
-  // Believed against the test, not by it.
-  EXPECT_GE(poses, believed_rejections);
-  EXPECT_GE(poses * seconds_per_pose, believed_after_s);
-  EXPECT_LT(poses * seconds_per_pose, believed_after_s + 2 * seconds_per_pose);
+  // Forced, not fused.
+  EXPECT_GE(poses, rejections_to_accept);
+  EXPECT_GE(poses * seconds_per_pose, rejection_timeout_s);
+  EXPECT_LT(poses * seconds_per_pose, rejection_timeout_s + 2 * seconds_per_pose);
   EXPECT_EQ(judgement.verdict, Verdict::forced);
   EXPECT_EQ(judgement.degrees, 0);
   EXPECT_GT(judgement.test_ratio, 1.0);
@@ -200,8 +198,8 @@ TEST(FullCamera, PosesThatAgreeAreBelievedInTheEnd) {
   EXPECT_EQ(car.state.resets, 1U);
 }
 
-TEST(FullCamera, AStepToAnotherPlaceIsBelievedWithinThreeSeconds) {
-  // A camera that has been right until then: its step is a motion that no car makes.
+TEST(FullCamera, AStepToAnotherPlaceIsAcceptedWithinThreeSeconds) {
+  // A camera without fault before: its step is too large for a car.
   Disagreement car;
   for (int i = 1; i <= 60; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
@@ -216,10 +214,9 @@ TEST(FullCamera, AStepToAnotherPlaceIsBelievedWithinThreeSeconds) {
 }
 
 TEST(FullCamera, WhereNothingElseWasWrongAJumpIsDisputed) {
-  // The first pose of all tells where the car starts; a later one that moves it contradicts poses
-  // that were believed.
+  // The first pose initialises; a later one that moves the pose contradicts fused ones.
   Disagreement first{.truth = {5.0, -3.0, 0.0}};
-  first.until_believed(50);
+  first.until_accepted(50);
   ASSERT_EQ(first.state.resets, 1U);
   EXPECT_FALSE(first.state.disputed);
   for (const bool doubtful : {false, true}) {
@@ -237,38 +234,38 @@ TEST(FullCamera, WhereNothingElseWasWrongAJumpIsDisputed) {
   }
 }
 
-TEST(FullCamera, TheDoubtOfACameraThatWasAtFaultItselfIsNotEndedByIt) {
+TEST(FullCamera, ACameraThatWasFaultyCannotConfirmThePose) {
   Disagreement car;
   for (int i = 1; i <= 60; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
   }
   car.truth = {0.0, -0.3, 0.0};
-  car.state.camera_was_out = true;
+  car.state.camera_was_distrusted = true;
   int i = 61;
   for (; car.state.resets == 0 && i < 400; ++i) {
     car.pose(i);
   }
   ASSERT_EQ(car.state.resets, 1U);
-  for (const int end = i + 2 * believed_rejections; i < end; ++i) {
+  for (const int end = i + 2 * rejections_to_accept; i < end; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused);
   }
   EXPECT_FALSE(car.state.doubtful);
   EXPECT_TRUE(car.state.disputed);
 }
 
-TEST(FullCamera, SixFittingPosesInARowEndADoubt) {
+TEST(FullCamera, SixFusedPosesInARowConfirmThePose) {
   Disagreement car;
   car.state.doubtful = true;
-  for (int i = 1; i < believed_rejections; ++i) {
+  for (int i = 1; i < rejections_to_accept; ++i) {
     ASSERT_EQ(car.pose(i).verdict, Verdict::fused) << i;
     EXPECT_TRUE(car.state.doubtful) << i;
   }
-  ASSERT_EQ(car.pose(believed_rejections).verdict, Verdict::fused);
+  ASSERT_EQ(car.pose(rejections_to_accept).verdict, Verdict::fused);
   EXPECT_FALSE(car.state.doubtful);
 }
 
 TEST(FullCamera, OneThatScattersMoreThanItStatesIsTrustedLess) {
-  // Poses that are six times as noisy as they say.
+  // Poses six times as noisy as stated.
   for (const double times : {1.0, 6.0}) {
     std::mt19937 random(2);
     std::normal_distribution<double> normal(0.0, times * 0.01);
@@ -280,10 +277,10 @@ TEST(FullCamera, OneThatScattersMoreThanItStatesIsTrustedLess) {
       gated += i > 200 && !is_taken(judgement.verdict) ? 1 : 0;
     }
     if (times > 1.0) {
-      EXPECT_GT(car.state.camera_unrest, 18.0);
-      EXPECT_LT(car.state.camera_unrest, 72.0);
+      EXPECT_GT(car.state.camera_noise_scale, 18.0);
+      EXPECT_LT(car.state.camera_noise_scale, 72.0);
     } else {
-      EXPECT_LT(car.state.camera_unrest, 2.5);
+      EXPECT_LT(car.state.camera_noise_scale, 2.5);
     }
     EXPECT_LT(gated, 150) << times;  // a quarter
     EXPECT_EQ(car.state.resets, 0U) << times;
@@ -304,15 +301,15 @@ TEST(FullCamera, OutliersAreNot) {
 TEST(FullCamera, AFewThatFitBetweenThemClearTheFilterOfSuspicion) {
   Disagreement car;
   for (int i = 1; i < 300; ++i) {
-    const bool fits = i % believed_rejections == 0;
+    const bool fits = i % rejections_to_accept == 0;
     car.pose(i, fits ? Pose2{} : Pose2{0.0, 2.0, 0.0});
     EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-9) << i;
   }
   EXPECT_EQ(car.state.resets, 0U);
 }
 
-TEST(FullCamera, ASeenCarThatDoesNotMoveWithTheFilterIsNotBelieved) {
-  // Another car's pose, or a frozen one: it agrees with itself, not with the wheels.
+TEST(FullCamera, ACameraThatDoesNotMoveWithTheFilterIsRejected) {
+  // Another car's pose, or a frozen one, contradicts the wheels.
   Disagreement car{.truth = {5.0, -3.0, 0.0}, .speed = 6.5};
   for (int i = 1; i < 200; ++i) {
     EXPECT_EQ(car.pose(0).verdict, Verdict::gated) << i;
@@ -320,17 +317,17 @@ TEST(FullCamera, ASeenCarThatDoesNotMoveWithTheFilterIsNotBelieved) {
   EXPECT_EQ(car.state.resets, 0U);
 }
 
-TEST(FullCamera, ATrackerThatHasLostTheCarAndTremblesIsNotBelieved) {
+TEST(FullCamera, ATrackerThatHasLostTheCarIsRejected) {
   std::mt19937 random(8);
   std::normal_distribution<double> trembling(0.0, 0.01);
   for (const double speed : {0.2, 0.5, 1.0, 3.0}) {
     Disagreement car{.truth = {5.0, -3.0, 0.0}, .speed = speed};
-    int believed = 0;
+    int accepted = 0;
     for (int i = 1; i < 2000; ++i) {
       const Pose2 noise{trembling(random), trembling(random), trembling(random)};
-      believed += is_taken(car.pose(0, noise).verdict) ? 1 : 0;
+      accepted += is_taken(car.pose(0, noise).verdict) ? 1 : 0;
     }
-    EXPECT_EQ(believed, 0) << speed;
+    EXPECT_EQ(accepted, 0) << speed;
     EXPECT_EQ(car.state.resets, 0U) << speed;
   }
 }
@@ -339,8 +336,8 @@ TEST(FullCamera, AWrongHeadingIsRecoveredFrom) {
   for (const double wrong : {-3.0, -1.5, 0.8, 2.2, std::numbers::pi}) {
     Disagreement car;
     car.state.mean[at::yaw] = wrong;
-    const int poses = car.until_believed(50);
-    EXPECT_LT(poses * seconds_per_pose, believed_after_s + 2 * seconds_per_pose) << wrong;
+    const int poses = car.until_accepted(50);
+    EXPECT_LT(poses * seconds_per_pose, rejection_timeout_s + 2 * seconds_per_pose) << wrong;
     EXPECT_NEAR(wrap_angle(car.state.mean[at::yaw]), 0.0, 1e-9);
     EXPECT_NEAR(car.state.mean[at::x], 0.036 * poses, 1e-9);
     EXPECT_NEAR(std::abs(car.state.last_jump.yaw), std::abs(wrong), 1e-9);

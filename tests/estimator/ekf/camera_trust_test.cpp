@@ -1,5 +1,5 @@
-// When the camera contradicts the car's own sensors: which of them is right, and what is learnt of
-// it.
+// A camera that contradicts the car's own sensors: which one the filter follows, and what it
+// learns.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -70,7 +70,7 @@ TEST(CameraTrust, APictureThatStandsStillDragsNoCarAlong) {
 }
 
 TEST(CameraTrust, APictureOfACarThatStandsIsNotFrozen) {
-  // The poses of a tracker without noise, of a car that was set down elsewhere.
+  // Noise-free poses of a car that was put down elsewhere.
   FullFilter filter = started();
   Estimate e;
   for (int k = 1; k <= 800; ++k) {
@@ -89,7 +89,7 @@ TEST(CameraTrust, APictureOfACarThatStandsIsNotFrozen) {
   EXPECT_EQ(e.mode, Mode::standstill);
 }
 
-TEST(CameraTrust, AGyroWhoseBiasStepsIsLearntAnewOnTheWay) {
+TEST(CameraTrust, AStepOfTheGyroBiasIsLearntOnTheMove) {
   for (const double step : {0.02, 0.05, -0.2}) {
     const std::vector<Estimate> estimates = drive([step](Arrival& arrival) {
       if (arrival.signal && arrival.signal->source == Source::yaw_rate) {
@@ -108,8 +108,7 @@ TEST(CameraTrust, AGyroWhoseBiasStepsIsLearntAnewOnTheWay) {
 }
 
 TEST(CameraTrust, AHeadingThatIsFlippedTurnsNoCarRoundInAnInstant) {
-  // Half a turn off, give or take the noise: from one pose to the next the nearer way round
-  // changes.
+  // Half a turn off, plus noise: the shorter way round changes from pose to pose.
   const auto flip = [](Arrival& arrival) {
     if (arrival.camera && arrival.arrival_ns < fault_ns + 2'000 * millisecond) {
       arrival.camera->yaw += std::numbers::pi;
@@ -175,7 +174,7 @@ TEST(CameraTrust, ACarThatIsSeenDrivingDoesNotStand) {
   EXPECT_LT(e.reset_count, 8U);
 }
 
-TEST(CameraTrust, ANoisyCameraBesideACarThatStandsIsBelieved) {
+TEST(CameraTrust, ANoisyCameraIsTrustedWhileTheCarStands) {
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0.0, 1.0);
   FullFilter filter = started();

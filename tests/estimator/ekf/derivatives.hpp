@@ -1,5 +1,4 @@
-// What a prediction says of its dependence on the state, against central differences; and what a
-// step of the process makes of a small change.
+// Compares the derivatives of a prediction, and of a step of the process, with central differences.
 #pragma once
 
 #include "estimator/ekf/process.hpp"
@@ -33,13 +32,13 @@ Vector differences(const State& at, const Predict& predict, double step = 1e-6) 
 
 /// ∂h/∂s by differences.
 template <typename Predict>
-LastingVector differences_by_lasting(const State& at, const Predict& predict, double step = 1e-6) {
-  LastingVector by;
-  for (Eigen::Index i = 0; i < lasting::size; ++i) {
+SlowVector differences_by_slow(const State& at, const Predict& predict, double step = 1e-6) {
+  SlowVector by;
+  for (Eigen::Index i = 0; i < slow::size; ++i) {
     State above = at;
     State below = at;
-    above.lasting.mean[i] += step;
-    below.lasting.mean[i] -= step;
+    above.slow.mean[i] += step;
+    below.slow.mean[i] -= step;
     by[i] = (predict(above).value - predict(below).value) / (2.0 * step);
   }
   return by;
@@ -49,17 +48,17 @@ LastingVector differences_by_lasting(const State& at, const Predict& predict, do
 struct LinearStep {
   Vector mean = Vector::Zero();
   Matrix F = Matrix::Zero();
-  Eigen::Matrix<double, at::size, lasting::size> by_lasting =
-      Eigen::Matrix<double, at::size, lasting::size>::Zero();
+  Eigen::Matrix<double, at::size, slow::size> by_slow =
+      Eigen::Matrix<double, at::size, slow::size>::Zero();
   Matrix noise = Matrix::Zero();
-  LastingMatrix lasting_noise = LastingMatrix::Zero();
+  SlowMatrix slow_noise = SlowMatrix::Zero();
 };
 
 /// Read off the sensitivity, B ← F B + ∂f/∂s: of B = 0, and of unit vectors.
 inline LinearStep linear_step(const CarModel& model, const Input& input, double dt, State state) {
   state.covariance.setZero();
-  state.lasting.covariance.setZero();
-  state.lasting.sensitivity.setZero();
+  state.slow.covariance.setZero();
+  state.slow.sensitivity.setZero();
   const auto stepped = [&](const auto& change) {
     State after = state;
     change(after);
@@ -68,14 +67,14 @@ inline LinearStep linear_step(const CarModel& model, const Input& input, double 
   };
   const State plain = stepped([](State&) {});
   LinearStep step{.mean = plain.mean,
-                  .by_lasting = plain.lasting.sensitivity,
+                  .by_slow = plain.slow.sensitivity,
                   .noise = plain.covariance,
-                  .lasting_noise = plain.lasting.covariance};
+                  .slow_noise = plain.slow.covariance};
   for (Eigen::Index i = 0; i < at::size; ++i) {
     const State after =
-        stepped([i](State& changed) { changed.lasting.sensitivity(i, lasting::gyro_bias) = 1.0; });
-    step.F.col(i) = after.lasting.sensitivity.col(lasting::gyro_bias) -
-                    plain.lasting.sensitivity.col(lasting::gyro_bias);
+        stepped([i](State& changed) { changed.slow.sensitivity(i, slow::gyro_bias) = 1.0; });
+    step.F.col(i) =
+        after.slow.sensitivity.col(slow::gyro_bias) - plain.slow.sensitivity.col(slow::gyro_bias);
   }
   return step;
 }

@@ -1,4 +1,4 @@
-// The gyro's prediction against its header's equation and differences.
+// Compares the gyro's prediction with its equation and with central differences.
 #include "estimator/ekf/gyro.hpp"
 
 #include <gtest/gtest.h>
@@ -18,15 +18,14 @@ TEST(Gyro, IsScaledAndBiased) {
   }
 }
 
-TEST(Gyro, DependsOnTheStateAndTheLastingErrorsAsItSays) {
+TEST(Gyro, DerivativesByStateAndSlowErrorsAreRight) {
   const auto predict = [](const State& state) { return predict_yaw_rate(state, 0.03); };
   for (const State& state : testing::grid_of_states()) {
     const Prediction z = predict(state);
     EXPECT_LT((testing::stated(z) - testing::differences(state, predict)).cwiseAbs().maxCoeff(),
               1e-8);
-    EXPECT_LT(
-        (z.by_lasting - testing::differences_by_lasting(state, predict)).cwiseAbs().maxCoeff(),
-        1e-8);
+    EXPECT_LT((z.by_slow - testing::differences_by_slow(state, predict)).cwiseAbs().maxCoeff(),
+              1e-8);
   }
 }
 

@@ -1,5 +1,4 @@
-// Which samples of the car's own sensors are believed, what they may move, and what of a surprise
-// they are taken to say.
+// Gates of the car's own sensors, the states that each may correct, and sudden changes.
 #include "estimator/ekf/judge.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +17,7 @@ namespace odomd::estimator::full::judge_test {
 namespace {
 
 using testing::Car;
-using testing::Says;
+using testing::SensorValues;
 using testing::straight_at;
 using testing::with;
 using testing::without;
@@ -30,7 +29,7 @@ State on_its_way() {
   state.mean[at::v_x] = 2.0;
   state.mean[at::yaw_rate] = 0.5;
   state.covariance = testing::some_covariance(1e-2);
-  state.lasting = testing::some_lasting(1e-3);
+  state.slow = testing::some_slow_errors(1e-3);
   return state;
 }
 
@@ -43,9 +42,9 @@ TEST(Judge, NoSensorOfTheCarsOwnMovesThePlace) {
   const Input input{0.1, true};
   State state = on_its_way();
   const Pose2 before = state.pose();
-  const auto take = [&](Source source, const Prediction& z, Teaches teaches) {
+  const auto take = [&](Source source, const Prediction& z, Updates updates) {
     const Judgement judgement =
-        judge(model, state, sample_of(state, source, z.value + 0.05), z, teaches);
+        judge(model, state, sample_of(state, source, z.value + 0.05), z, updates);
     EXPECT_EQ(judgement.verdict, Verdict::fused);
     EXPECT_EQ(state.mean[at::x], before.x);
     EXPECT_EQ(state.mean[at::y], before.y);
@@ -76,30 +75,29 @@ TEST(Judge, NeitherATurnNorASideForceSetsTheSpeed) {
   EXPECT_NE(state.mean[at::v_y], before[at::v_y]);
 }
 
-TEST(Judge, ASampleTeachesOnlyTheLastingErrorItMay) {
+TEST(Judge, ASampleCorrectsOnlyItsSlowError) {
   const CarModel model;
   for (const bool standing : {false, true}) {
     State state = on_its_way();
-    const LastingVector before = state.lasting.mean;
+    const SlowVector before = state.slow.mean;
     const Prediction z = predict_yaw_rate(state, 0.02);
     (void)judge(model, state, sample_of(state, Source::yaw_rate, z.value + 0.05), z,
-                {.heading = !standing, .lasting = standing ? only(lasting::gyro_bias) : none()});
-    EXPECT_EQ(state.lasting.mean[lasting::gyro_bias] != before[lasting::gyro_bias], standing);
-    EXPECT_EQ(state.lasting.mean.tail<lasting::size - 1>(), before.tail<lasting::size - 1>());
+                {.heading = !standing, .slow = standing ? only(slow::gyro_bias) : none()});
+    EXPECT_EQ(state.slow.mean[slow::gyro_bias] != before[slow::gyro_bias], standing);
+    EXPECT_EQ(state.slow.mean.tail<slow::size - 1>(), before.tail<slow::size - 1>());
   }
 }
 
-/// A car of honest sensors that brakes from 2 m/s at once after a calm second; how far its speed is
-/// off at most.
-double worst_while_braking(Car& car, double braking, const Says& hears) {
+/// Largest error of the speed of a car without faults that brakes suddenly from 2 m/s.
+double worst_while_braking(Car& car, double braking, const SensorValues& sensors) {
   const auto going = [&](double speed, double accel) {
-    Says says = with(straight_at(speed), Source::accel_x, accel);
+    SensorValues values = with(straight_at(speed), Source::accel_x, accel);
     for (const auto& [source, value] : straight_at(0.0).signals) {
-      if (!hears.signals.contains(source)) {
-        says = without(says, source);
+      if (!sensors.signals.contains(source)) {
+        values = without(values, source);
       }
     }
-    return says;
+    return values;
   };
   car.drive(3.0, going(2.0, 0.0));
   double worst = 0.0;
@@ -117,9 +115,9 @@ TEST(Judge, ADriverWhoBrakesHardIsFollowed) {
     Car car;
     EXPECT_LT(worst_while_braking(car, braking, straight_at(0.0)), 0.1) << braking;
     EXPECT_TRUE(car.gated.empty() || car.gated[Source::wheel_rear_left] <= 2) << braking;
-    // It was the pedal, neither a bias nor a car that pitches; a little of 9 m/s² may be a slope.
+    // It is a change of a_x, not of bias or pitch gradient; a little of 9 m/s² may be a slope.
     EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05 * braking + 0.05) << braking;
-    EXPECT_NEAR(car.state.lasting.mean[lasting::pitch_gradient], 0.0, 0.05) << braking;
+    EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05) << braking;
   }
 }
 
@@ -144,7 +142,7 @@ TEST(Judge, OneTelegramAloneBrakesNoCar) {
 }
 
 TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
-  // What lasts is taught a little by every bend, and by every stop.
+  // A slow error is corrected a little by every bend, and by every stop.
   const Vehicle vehicle;
   const double v = 2.0;
   // ψ̇ of the linear model in a steady turn at 0.1 rad
@@ -156,7 +154,7 @@ TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
   Car car;
   for (int i = 0; i < 40; ++i) {
     const double way = i % 2 == 0 ? 1.0 : -1.0;
-    Says turn = with(straight_at(v), Source::steering, way * delta);
+    SensorValues turn = with(straight_at(v), Source::steering, way * delta);
     turn = with(with(turn, Source::yaw_rate, way * yaw_rate), Source::accel_y,
                 way * 1.1 * v * yaw_rate);
     turn = without(without(turn, Source::wheel_front_left), Source::wheel_front_right);
@@ -164,11 +162,11 @@ TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
     turn.signals[Source::wheel_rear_right] = v + way * 0.5 * vehicle.track_width * yaw_rate;
     car.drive(1.0, turn);
   }
-  EXPECT_GT(car.state.lasting.mean[lasting::roll_gradient], 0.03);
-  EXPECT_LT(car.state.lasting.mean[lasting::roll_gradient], 0.2);
-  EXPECT_EQ(car.state.lasting.mean[lasting::gyro_scale], 0.0);
-  EXPECT_EQ(car.state.lasting.mean[lasting::wheel_scale], 0.0);
-  EXPECT_EQ(car.state.lasting.mean[lasting::stiffness_scale], 0.0);
+  EXPECT_GT(car.state.slow.mean[slow::roll_gradient], 0.03);
+  EXPECT_LT(car.state.slow.mean[slow::roll_gradient], 0.2);
+  EXPECT_EQ(car.state.slow.mean[slow::gyro_scale], 0.0);
+  EXPECT_EQ(car.state.slow.mean[slow::wheel_scale], 0.0);
+  EXPECT_EQ(car.state.slow.mean[slow::stiffness_scale], 0.0);
 
   Car other;
   double speed = 2.0;
@@ -179,8 +177,8 @@ TEST(Judge, RollIsLearntFromTheSideForceAndPitchFromBraking) {
       other.tick(with(straight_at(speed), Source::accel_x, 1.05 * accel));
     }
   }
-  EXPECT_GT(other.state.lasting.mean[lasting::pitch_gradient], 0.02);
-  EXPECT_LT(other.state.lasting.mean[lasting::pitch_gradient], 0.08);
+  EXPECT_GT(other.state.slow.mean[slow::pitch_gradient], 0.02);
+  EXPECT_LT(other.state.slow.mean[slow::pitch_gradient], 0.08);
 }
 
 }  // namespace

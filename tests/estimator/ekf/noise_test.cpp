@@ -1,5 +1,4 @@
-// Noise from the data: what is made of a sensor's scatter and of the filter's surprises, and how
-// far it goes at most.
+// Noise from the data: by the scatter of a sensor and by the innovations, and the bounds of both.
 #include "estimator/ekf/noise.hpp"
 
 #include <gtest/gtest.h>
@@ -14,14 +13,14 @@ namespace {
 
 constexpr double stated = 0.03;
 
-/// The sigma that is used in the end, of a sensor that scatters by `scatter` stated sigmas about
-/// `signal` of the sample's number.
+/// The final sigma of a sensor that scatters by `scatter` stated sigmas about `signal`, a function
+/// of the sample's number.
 template <typename Signal>
-double used(State& state, Source source, bool resting, double scatter, const Signal& signal,
+double used(State& state, Source source, bool still, double scatter, const Signal& signal,
             int samples = 2000) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
-  state.rest.resting = resting;
+  state.standstill.wheels_still = still;
   double sigma = 0.0;
   for (int i = 0; i < samples; ++i) {
     Sample sample{.source = source, .sigma = {stated}};
@@ -48,7 +47,7 @@ TEST(MeasuredNoise, IsWhatTheSamplesScatterBy) {
 TEST(MeasuredNoise, IsBoundedAroundWhatIsStated) {
   struct Case {
     Source source;
-    bool resting;
+    bool still;
     double scatter;
     double expected;
   };
@@ -60,8 +59,7 @@ TEST(MeasuredNoise, IsBoundedAroundWhatIsStated) {
                         {Source::accel_y, false, 0.0, std::sqrt(0.1)},
                         {Source::accel_y, false, 20.0, std::sqrt(10.0)}}) {
     State state;
-    EXPECT_NEAR(used(state, c.source, c.resting, c.scatter, nothing), c.expected, 1e-12)
-        << c.scatter;
+    EXPECT_NEAR(used(state, c.source, c.still, c.scatter, nothing), c.expected, 1e-12) << c.scatter;
   }
 }
 
@@ -69,7 +67,7 @@ TEST(MeasuredNoise, AtRestAndOnTheMoveAreApart) {
   State state;
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing), 0.2, 0.03);
   EXPECT_NEAR(used(state, Source::accel_x, false, 2.0, nothing), 2.0, 0.3);
-  // Back at rest it is at once what it was there.
+  // At rest it is immediately the old one.
   EXPECT_NEAR(used(state, Source::accel_x, true, 0.2, nothing, 5), 0.2, 0.03);
 }
 
@@ -114,9 +112,9 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
   t.wheel_radius = 0.004;
   constexpr Source wheel = Source::wheel_front_left;
   State state;
-  state.wheel_unrest[index_of(wheel)] = 9.0;
-  EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "not heard yet";
-  state.heard[index_of(wheel)].agreeing = 1;
+  state.wheel_noise_scale[index_of(wheel)] = 9.0;
+  EXPECT_FALSE(noise_of(t, state, wheel, stated).estimated()) << "no sample yet";
+  state.readings[index_of(wheel)].consistent = 1;
   EXPECT_DOUBLE_EQ(noise_of(t, state, wheel, stated).speed_share, 0.012);
   EXPECT_EQ(noise_of(t, state, wheel, stated).moving, 0.0);
   // predict_wheel_speed() adds its square at that speed to the sensor's own.
@@ -132,15 +130,15 @@ TEST(NoiseOf, AWheelIsTheShareOfItsSpeed) {
 TEST(NoiseOf, OfAnInputAndOfACameraIsNothing) {
   State state;
   for (const Source source : {Source::steering, Source::direction, Source::camera}) {
-    state.heard[index_of(source)].agreeing = 3;
+    state.readings[index_of(source)].consistent = 3;
     EXPECT_FALSE(noise_of({}, state, source, stated).estimated());
   }
 }
 
-/// Surprises of so many sigmas for 100 s, 100 a second; `share`: of the wheel's own relative
-/// error, the rest is of the state.
+/// The state after innovations of so many sigmas for 100 s, 100 a second; `share`: of the wheel's
+/// own relative error in the variance, the rest being the state's.
 State surprised(Source source, double sigmas, double share, State state = {}) {
-  state.heard[index_of(source)].interval_s = 0.01;
+  state.readings[index_of(source)].interval_s = 0.01;
   const Sample sample{.source = source};
   Prediction z;
   z.variance = z.relative = 4.0 * share;
@@ -148,85 +146,85 @@ State surprised(Source source, double sigmas, double share, State state = {}) {
   nu.variance_of_noise = nu.variance = 4.0;
   for (int i = 0; i < 10'000; ++i) {
     nu.value = 2.0 * sigmas * (i % 2 == 0 ? 1.0 : -1.0);
-    follow_unrest({}, state, sample, z, nu);
+    adapt_noise_scales({}, state, sample, z, nu);
   }
   return state;
 }
 
-TEST(Unrest, GrowsAndShrinksToItsBoundsWithTheSurprises) {
+TEST(NoiseScale, GrowsAndShrinksToItsBoundsWithTheInnovations) {
   const Tuning t;
   constexpr Source wheel = Source::wheel_rear_left;
   const State restless = surprised(wheel, 3.0, 0.5);
-  EXPECT_EQ(restless.drive_unrest, t.drive_unrest_range);
-  EXPECT_EQ(restless.wheel_unrest[index_of(wheel)], t.wheel_unrest_range);
-  EXPECT_EQ(restless.wheel_unrest[index_of(Source::wheel_rear_right)], 1.0);
-  EXPECT_EQ(restless.turn_unrest, 1.0);
+  EXPECT_EQ(restless.drive_noise_scale, t.drive_noise_scale_range);
+  EXPECT_EQ(restless.wheel_noise_scale[index_of(wheel)], t.wheel_noise_scale_range);
+  EXPECT_EQ(restless.wheel_noise_scale[index_of(Source::wheel_rear_right)], 1.0);
+  EXPECT_EQ(restless.turn_noise_scale, 1.0);
   const State calm = surprised(wheel, 0.1, 0.5, restless);
-  EXPECT_EQ(calm.drive_unrest, 1.0 / t.drive_unrest_range);
-  EXPECT_EQ(calm.wheel_unrest[index_of(wheel)], 1.0 / t.wheel_unrest_range);
+  EXPECT_EQ(calm.drive_noise_scale, 1.0 / t.drive_noise_scale_range);
+  EXPECT_EQ(calm.wheel_noise_scale[index_of(wheel)], 1.0 / t.wheel_noise_scale_range);
 
   const State straight = surprised(Source::yaw_rate, 0.1, 0.5);
-  EXPECT_EQ(straight.turn_unrest, 1.0 / t.turn_unrest_range);
-  EXPECT_EQ(straight.drive_unrest, 1.0);
-  EXPECT_EQ(surprised(Source::yaw_rate, 3.0, 0.5, straight).turn_unrest, 1.0);
+  EXPECT_EQ(straight.turn_noise_scale, 1.0 / t.turn_noise_scale_range);
+  EXPECT_EQ(straight.drive_noise_scale, 1.0);
+  EXPECT_EQ(surprised(Source::yaw_rate, 3.0, 0.5, straight).turn_noise_scale, 1.0);
 }
 
-TEST(Unrest, StaysWhereSurprisesAreAsExpected) {
+TEST(NoiseScale, StaysIfTheInnovationsAreAsExpected) {
   const State state = surprised(Source::wheel_rear_left, 1.0, 0.5);
-  EXPECT_NEAR(state.drive_unrest, 1.0, 1e-9);
-  EXPECT_NEAR(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0, 1e-9);
+  EXPECT_NEAR(state.drive_noise_scale, 1.0, 1e-9);
+  EXPECT_NEAR(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0, 1e-9);
 }
 
-TEST(Unrest, WhatASampleDoesNotTellOfIsLeftAlone) {
-  // All of S is the wheel's own noise: it says nothing of a_x; and nothing of it, nothing of the
-  // wheel.
-  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_unrest, 1.0);
-  EXPECT_EQ(
-      surprised(Source::wheel_rear_left, 3.0, 0.0).wheel_unrest[index_of(Source::wheel_rear_left)],
-      1.0);
+TEST(NoiseScale, ASampleWithoutInformationChangesNothing) {
+  // If all of S is the wheel's own noise, the sample says nothing about a_x; if none of it is,
+  // nothing about the wheel.
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 1.0).drive_noise_scale, 1.0);
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.0)
+                .wheel_noise_scale[index_of(Source::wheel_rear_left)],
+            1.0);
   // A wheel's sigma is not its relative error.
   State state;
-  state.heard[index_of(Source::wheel_rear_left)].interval_s = 0.01;
+  state.readings[index_of(Source::wheel_rear_left)].interval_s = 0.01;
   Prediction z;
   z.variance = 2.0;
   Innovation nu;
   nu.variance_of_noise = nu.variance = 4.0;
-  follow_unrest({}, state, {.source = Source::wheel_rear_left}, z, nu);
-  EXPECT_EQ(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0);
-  EXPECT_LT(state.drive_unrest, 1.0);
-  // Nor does what is heard of a car that stands.
+  adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
+  EXPECT_EQ(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0);
+  EXPECT_LT(state.drive_noise_scale, 1.0);
+  // Nor does a sample at standstill.
   State standing;
-  standing.rest.standing = true;
-  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_unrest, 1.0);
-  EXPECT_EQ(surprised(Source::yaw_rate, 0.1, 0.5, standing).turn_unrest, 1.0);
+  standing.standstill.standing = true;
+  EXPECT_EQ(surprised(Source::wheel_rear_left, 3.0, 0.5, standing).drive_noise_scale, 1.0);
+  EXPECT_EQ(surprised(Source::yaw_rate, 0.1, 0.5, standing).turn_noise_scale, 1.0);
 }
 
-TEST(Unrest, OneWildSampleMovesItByLittle) {
+TEST(NoiseScale, AnOutlierChangesItLittle) {
   State state;
-  state.heard[index_of(Source::wheel_rear_left)].interval_s = 1.0;
+  state.readings[index_of(Source::wheel_rear_left)].interval_s = 1.0;
   Prediction z;
   z.variance = z.relative = 0.5;
   Innovation nu;
   nu.value = 1e6;
   nu.variance_of_noise = nu.variance = 1.0;
-  follow_unrest({}, state, {.source = Source::wheel_rear_left}, z, nu);
-  EXPECT_LT(state.drive_unrest, 1.5);
-  EXPECT_LT(state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.5);
+  adapt_noise_scales({}, state, {.source = Source::wheel_rear_left}, z, nu);
+  EXPECT_LT(state.drive_noise_scale, 1.5);
+  EXPECT_LT(state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.5);
 }
 
-TEST(Unrest, OfTheWayFollowsTheCamera) {
+TEST(NoiseScale, TheOneOfThePositionFollowsTheCamera) {
   const Tuning t;
   State state;
   for (int i = 0; i < 5000; ++i) {
-    follow_way_unrest(t, state, 12.0, 0.035);
+    adapt_way_noise_scale(t, state, 12.0, 0.035);
   }
-  EXPECT_EQ(state.way_unrest, t.way_unrest_range);
+  EXPECT_EQ(state.way_noise_scale, t.way_noise_scale_range);
   for (int i = 0; i < 5000; ++i) {
-    follow_way_unrest(t, state, 1.0, 0.035);
+    adapt_way_noise_scale(t, state, 1.0, 0.035);
   }
-  EXPECT_EQ(state.way_unrest, 1.0);
-  follow_way_unrest(t, state, 3.0, 0.035);  // as expected of three degrees of freedom
-  EXPECT_EQ(state.way_unrest, 1.0);
+  EXPECT_EQ(state.way_noise_scale, 1.0);
+  adapt_way_noise_scale(t, state, 3.0, 0.035);  // as expected of three degrees of freedom
+  EXPECT_EQ(state.way_noise_scale, 1.0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// One strange reading among honest ones, and which of two that contradict each other is believed.
+// One corrupt sample among good ones, and the decision between two that contradict each other.
 #include "estimator/ekf/plausibility.hpp"
 
 #include <gtest/gtest.h>
@@ -13,26 +13,26 @@ namespace {
 
 using testing::Car;
 using testing::period_ns;
-using testing::Says;
+using testing::SensorValues;
 using testing::straight_at;
 using testing::with;
 
 TEST(Plausibility, AFirstWheelSpeedThatNoOtherConfirmsStartsNothing) {
   Car car;
-  car.say(Source::wheel_rear, 100.0);
+  car.push(Source::wheel_rear, 100.0);
   for (int i = 0; i < 200; ++i) {
     advance(car.context, car.state, car.state.time_ns + period_ns);
-    car.say(Source::wheel_rear, 0.0);
+    car.push(Source::wheel_rear, 0.0);
   }
   EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.01);
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
 }
 
 TEST(Plausibility, ADeadWheelIsOutvotedAfterADropOut) {
   for (const double silence : {0.1, 0.26, 0.3, 1.5}) {
     Car car;
     car.drive(3.0, straight_at(2.0));
-    const Says dead = with(straight_at(2.0), Source::wheel_front_left, 0.0);
+    const SensorValues dead = with(straight_at(2.0), Source::wheel_front_left, 0.0);
     car.drive(2.0, dead);
     car.drive(silence, {{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}});
     car.drive(5.0, dead);
@@ -46,16 +46,16 @@ TEST(Plausibility, ASpeedThatIsPolledOnceASecondIsFollowed) {
   Car car;
   for (int second = 0; second < 30; ++second) {
     car.drive(1.0, {{{Source::yaw_rate, 0.0}}});
-    car.say(Source::motor, second < 10 ? 3.0 * second : 30.0);
+    car.push(Source::motor, second < 10 ? 3.0 * second : 30.0);
   }
   EXPECT_NEAR(car.state.mean[at::v_x], 30.0, 0.1);
   EXPECT_NEAR(car.state.mean[at::x], 20.0 * 30.0 + 0.5 * 10.0 * 30.0, 60.0);
 }
 
-TEST(Plausibility, TelegramsThatContradictEachOtherNeverInsist) {
-  // What is left of a bus on which only chance telegrams pass for the wheels'.
-  const Says silent{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}};
-  int astray = 0;
+TEST(Plausibility, FramesThatContradictEachOtherAreNeverForced) {
+  // Only random frames that pass the checks are left of the wheels' messages.
+  const SensorValues silent{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}};
+  int wrong = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     Car car;
     car.drive(2.0, straight_at(1.0));
@@ -63,25 +63,25 @@ TEST(Plausibility, TelegramsThatContradictEachOtherNeverInsist) {
     std::uniform_real_distribution<double> any(-100.0, 100.0);
     for (int i = 0; i < 50; ++i) {
       car.drive(0.3, silent);
-      car.say(Source::wheel_rear_left, any(random));
+      car.push(Source::wheel_rear_left, any(random));
     }
     const double way = car.state.mean[at::x] - 17.0;
-    astray += std::abs(way) > 3.0 * std::sqrt(car.state.covariance(at::x, at::x)) ? 1 : 0;
+    wrong += std::abs(way) > 3.0 * std::sqrt(car.state.covariance(at::x, at::x)) ? 1 : 0;
   }
-  EXPECT_LE(astray, 1);
+  EXPECT_LE(wrong, 1);
 }
 
-TEST(Plausibility, ASourceThatComesBackNeedsOthersThatSayTheSame) {
+TEST(Plausibility, ASourceNeedsConsistentSamplesAfterAGap) {
   Car car;
   car.drive(2.0, straight_at(1.0));
-  const Says silent{{{Source::accel_x, 0.0}}};
+  const SensorValues silent{{{Source::accel_x, 0.0}}};
   car.drive(3.0, silent);
-  EXPECT_EQ(car.say(Source::yaw_rate, 9.0).verdict, Verdict::gated);
-  EXPECT_EQ(car.say(Source::wheel_rear, 60.0).verdict, Verdict::gated);
+  EXPECT_EQ(car.push(Source::yaw_rate, 9.0).verdict, Verdict::gated);
+  EXPECT_EQ(car.push(Source::wheel_rear, 60.0).verdict, Verdict::gated);
   for (const Verdict verdict : {Verdict::gated, Verdict::gated, Verdict::fused}) {
     car.drive(0.01, silent);
-    EXPECT_EQ(car.say(Source::yaw_rate, 0.1).verdict, verdict);
-    EXPECT_EQ(car.say(Source::wheel_rear, 1.2).verdict, verdict);
+    EXPECT_EQ(car.push(Source::yaw_rate, 0.1).verdict, verdict);
+    EXPECT_EQ(car.push(Source::wheel_rear, 1.2).verdict, verdict);
   }
 }
 
@@ -89,7 +89,7 @@ TEST(Plausibility, OneWildAccelerationIsNoInput) {
   Car car;
   car.drive(2.0, straight_at(1.0));
   for (const Source source : {Source::accel_x, Source::accel_y}) {
-    EXPECT_EQ(car.say(source, 150.0).verdict, Verdict::gated);
+    EXPECT_EQ(car.push(source, 150.0).verdict, Verdict::gated);
   }
   EXPECT_NEAR(car.state.accel_x.value, 0.0, 1e-6);
   car.drive(0.1, straight_at(1.0));
@@ -121,15 +121,15 @@ TEST(Plausibility, OneReadingOfTheGyroThatPassesTheGateTurnsNoCar) {
   EXPECT_NEAR(car.state.mean[at::yaw], 0.0, 0.002);
 }
 
-TEST(Plausibility, LateralAccelerationsToBothSidesNeverInsist) {
-  const Says heard = without(straight_at(2.0), Source::accel_y);
-  const auto fused_of = [&heard](double first, double second) {
+TEST(Plausibility, LateralAccelerationsToBothSidesAreNeverForced) {
+  const SensorValues values = without(straight_at(2.0), Source::accel_y);
+  const auto fused_of = [&values](double first, double second) {
     Car car;
-    car.drive(2.0, heard);
+    car.drive(2.0, values);
     int fused = 0;
     for (int i = 0; i < 20; ++i) {
-      car.drive(0.1, heard);
-      const Judgement judgement = car.say(Source::accel_y, i % 2 == 0 ? first : second);
+      car.drive(0.1, values);
+      const Judgement judgement = car.push(Source::accel_y, i % 2 == 0 ? first : second);
       fused += is_taken(judgement.verdict) ? 1 : 0;
     }
     return fused;

@@ -1,5 +1,4 @@
-// The motion of the full filter against automatic differentiation, and against the models it is
-// made of.
+// Compares the process model with automatic differentiation and with its parts.
 #include "estimator/ekf/process.hpp"
 
 #include <gtest/gtest.h>
@@ -32,8 +31,8 @@ struct Stiffnesses {
   double rear;
 };
 
-/// Eqs 32 and 33 with |v_x| and the stiffnesses of one step, and eqs 8 and 9 by its mean velocity,
-/// written down once more.
+/// Independent implementation of eqs 32 and 33 with |v_x| and the stiffnesses of a step, and of eqs
+/// 8 and 9 by its mean velocity.
 DualVector next(const CarModel& model, const Input& input, const Stiffnesses& tyres,
                 const DualVector& x, const Dual& kappa) {
   using std::abs;
@@ -111,7 +110,7 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
     for (const bool steering : {true, false}) {
       const Input input{state.front_wheels, steering};
       const DualVector x = variables<variable_count, at::size>(state.mean, 0);
-      const Dual kappa(state.lasting.mean[lasting::stiffness_scale], variable_count, at::size);
+      const Dual kappa(state.slow.mean[slow::stiffness_scale], variable_count, at::size);
       const DualVector after = next(model, input, tyres_at(model, input, state), x, kappa);
       const Eigen::Matrix<double, at::size, variable_count> J =
           jacobian<variable_count, at::size>(after);
@@ -123,11 +122,10 @@ void expect_step_of_automatic_differentiation(const CarModel& model) {
           << state.mean.transpose();
       EXPECT_LT((step.F - J.leftCols<at::size>()).cwiseAbs().maxCoeff(), 1e-11 * scale)
           << state.mean.transpose();
-      EXPECT_LT(
-          (step.by_lasting.col(lasting::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
-          1e-11 * scale);
-      for (Eigen::Index i = 0; i < lasting::size; ++i) {
-        EXPECT_TRUE(i == lasting::stiffness_scale || step.by_lasting.col(i).isZero(0.0)) << i;
+      EXPECT_LT((step.by_slow.col(slow::stiffness_scale) - J.col(at::size)).cwiseAbs().maxCoeff(),
+                1e-11 * scale);
+      for (Eigen::Index i = 0; i < slow::size; ++i) {
+        EXPECT_TRUE(i == slow::stiffness_scale || step.by_slow.col(i).isZero(0.0)) << i;
       }
     }
   }
@@ -179,7 +177,7 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
     const Input input{state.front_wheels, true};
     const testing::LinearStep step = testing::linear_step(model, input, dt, state);
     state.covariance = testing::some_covariance();
-    state.lasting = testing::some_lasting();
+    state.slow = testing::some_slow_errors();
     const State before = state;
     propagate(model, input, dt, state);
     const Matrix expected = step.F * before.covariance * step.F.transpose() + step.noise;
@@ -188,11 +186,11 @@ TEST(Process, CovarianceIsThatOfTheWholeJacobian) {
     EXPECT_EQ(state.covariance, state.covariance.transpose());
     EXPECT_EQ(Matrix(step.noise.diagonal().asDiagonal()), step.noise);
     EXPECT_GE(step.noise.diagonal().minCoeff(), 0.0);
-    EXPECT_LT((state.lasting.sensitivity - step.F * before.lasting.sensitivity - step.by_lasting)
+    EXPECT_LT((state.slow.sensitivity - step.F * before.slow.sensitivity - step.by_slow)
                   .cwiseAbs()
                   .maxCoeff(),
               1e-12 * scale);
-    EXPECT_EQ(state.lasting.mean, before.lasting.mean);
+    EXPECT_EQ(state.slow.mean, before.slow.mean);
   }
 }
 
@@ -221,8 +219,8 @@ TEST(Process, WhatIsUnknownOfForcesAndWheelsIsBounded) {
     CarModel model;
     State state;
     state.mean[at::v_x] = 2.0;
-    state.drive_unrest = 4.0;
-    state.turn_unrest = 0.25;
+    state.drive_noise_scale = 4.0;
+    state.turn_noise_scale = 0.25;
     for (double t = 0.0; t < 10.0; t += period_s) {
       propagate(model, {0.0, true}, period_s, state);
       state.covariance.topRows<6>().setZero();
@@ -250,7 +248,7 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
   EXPECT_NEAR(std::sqrt(grown(gravity) - straight), model.tuning.side_slip * gravity, 0.15);
   EXPECT_NEAR(std::sqrt(grown(0.5 * gravity) - straight), model.tuning.side_slip * gravity / 8.0,
               0.02);
-  // A tyre that is known to saturate leaves out less. One of much grip, to be as stiff as before.
+  // The model error of a saturating tyre is smaller. High grip keeps the stiffness.
   const double linear = grown(gravity) - straight;
   model.car.grip_rear = 1e6;
   EXPECT_NEAR(std::sqrt((grown(gravity) - straight) / linear), model.tuning.side_slip_grip, 1e-3);
@@ -259,11 +257,11 @@ TEST(Process, WhatTheTyresLeaveOutGrowsWithTheCubeOfTheForce) {
 TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
   State state = testing::grid_of_states().back();
   state.covariance = testing::some_covariance();
-  state.lasting = testing::some_lasting();
+  state.slow = testing::some_slow_errors();
   const State before = state;
   propagate_standing({}, 2.0, state);
   EXPECT_EQ(state.mean, before.mean);
-  EXPECT_EQ(state.lasting.sensitivity, before.lasting.sensitivity);
+  EXPECT_EQ(state.slow.sensitivity, before.slow.sensitivity);
   Matrix grown = state.covariance - before.covariance;
   const Tuning t;
   EXPECT_NEAR(grown(at::accel_bias_x, at::accel_bias_x), 2.0 * std::pow(t.accel_bias_walk, 2),
@@ -272,9 +270,9 @@ TEST(Process, StandingOnlyWhatVariesSlowlyDoesSo) {
               2.0 * std::pow(t.steering_offset_walk, 2), 1e-12);
   grown.bottomRightCorner<3, 3>().diagonal().setZero();
   EXPECT_TRUE(grown.isZero(0.0));
-  const LastingMatrix lasting_grown = state.lasting.covariance - before.lasting.covariance;
-  EXPECT_NEAR(lasting_grown(lasting::gyro_bias, lasting::gyro_bias),
-              2.0 * std::pow(t.gyro_bias_walk, 2), 1e-12);
+  const SlowMatrix slow_growth = state.slow.covariance - before.slow.covariance;
+  EXPECT_NEAR(slow_growth(slow::gyro_bias, slow::gyro_bias), 2.0 * std::pow(t.gyro_bias_walk, 2),
+              1e-12);
 }
 
 TEST(BrushTyre, IsLinearWhereItHardlySlips) {

@@ -1,4 +1,4 @@
-// What of the state is published, and what a successor makes of it.
+// The published part of the state, and the state that resumes from it.
 #include "estimator/ekf/publication.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace odomd::estimator::full::publication_test {
 namespace {
 
 State fresh() {
-  return fresh_state({});
+  return initial_state({});
 }
 
 Estimate published(const State& state, double period_s = 0.005, const Input& input = {}) {
@@ -51,7 +51,7 @@ TEST(Resumed, KeepsWhatIsKnownOfTheVelocity) {
   EXPECT_EQ(grown[1], 2e-4);
 }
 
-TEST(Resumed, BeginsAnewWhereTheVelocitysCovarianceIsNone) {
+TEST(Resumed, StartsWithItsOwnVelocityCovarianceIfThereIsNone) {
   for (const Symmetric3& given : {Symmetric3{}, diagonal(1.0, -1.0, 1.0),
                                   diagonal(std::nan(""), 1.0, 1.0), Symmetric3{1, 2, 0, 1, 0, 1}}) {
     Estimate e = predecessor();
@@ -114,7 +114,7 @@ TEST(Publication, ThePeriodHardlyMattersToTheTimeDerivatives) {
 
 TEST(Publication, StandingNothingChanges) {
   State state;
-  state.located = state.moving = state.rest.standing = true;
+  state.located = state.moving = state.standstill.standing = true;
   state.mean[at::accel_x] = 0.7;
   const Estimate e = published(state);
   EXPECT_EQ(e.v_x_dot, 0.0);
@@ -122,11 +122,11 @@ TEST(Publication, StandingNothingChanges) {
   EXPECT_EQ(e.yaw_accel, 0.0);
 }
 
-TEST(Publication, SaysHowFarAllMayBeOffTheLastingErrorsToo) {
+TEST(Publication, TheCovarianceIncludesTheSlowErrors) {
   State state = resumed(predecessor(), 0.0, fresh());
-  state.lasting.sensitivity(at::yaw, lasting::gyro_bias) = -10.0;
-  state.lasting.sensitivity(at::x, lasting::gyro_bias) = 2.0;
-  const double variance = fresh().lasting.covariance(lasting::gyro_bias, lasting::gyro_bias);
+  state.slow.sensitivity(at::yaw, slow::gyro_bias) = -10.0;
+  state.slow.sensitivity(at::x, slow::gyro_bias) = 2.0;
+  const double variance = fresh().slow.covariance(slow::gyro_bias, slow::gyro_bias);
   const Estimate e = published(state);
   EXPECT_NEAR(e.covariance[5], 1e-5 + 100.0 * variance, 1e-12);
   EXPECT_NEAR(e.covariance[2], -20.0 * variance, 1e-12);
@@ -137,7 +137,7 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
   State state = fresh();
   EXPECT_EQ(published(state).calibration.valid, 0U);
   EXPECT_EQ(published(state).calibration.value, Calibration{}.value);
-  state.lasting.mean = LastingVector::Constant(0.01);
+  state.slow.mean = SlowVector::Constant(0.01);
   state.mean.tail<3>().setConstant(0.02);  // the accelerometers' biases, the steering's offset
   const Calibration calibration = published(state).calibration;
   const std::array<double, calibration_count> values{0.01, 1.01, 0.02, 0.02, 1.01, 0.02, 1.01};
@@ -146,7 +146,7 @@ TEST(Publication, ACalibrationIsValidOnceItIsKnownClearlyBetter) {
   }
   for (const double share : {0.5, 0.3}) {
     state = fresh();
-    state.lasting.covariance *= share * share;
+    state.slow.covariance *= share * share;
     state.covariance *= share * share;
     const std::uint64_t every = (std::uint64_t{1} << calibration_count) - 1;
     EXPECT_EQ(published(state).calibration.valid, share < 0.4 ? every : 0U) << share;

@@ -1,5 +1,4 @@
-// The window of samples: its order, what it keeps of two that claim to be the same, and what it
-// gives up.
+// The window of samples: its order, duplicates, and dropped samples.
 #include "estimator/ekf/sample_window.hpp"
 
 #include <gtest/gtest.h>
@@ -110,7 +109,7 @@ TEST(SampleWindow, ForgetsOnEitherSide) {
   window.forget_after(7);
   EXPECT_EQ(times(window), (std::vector<std::int64_t>{4, 5, 6, 7}));
   EXPECT_EQ(window.insert(sample(3)), Insertion::inserted);
-  EXPECT_EQ(window.lost_until_ns(), earliest);
+  EXPECT_EQ(window.dropped_until_ns(), earliest);
 }
 
 TEST(SampleWindow, FullItGivesUpTheOldest) {
@@ -119,23 +118,23 @@ TEST(SampleWindow, FullItGivesUpTheOldest) {
   for (std::int64_t t = 1; t <= capacity; ++t) {
     ASSERT_EQ(window.insert(sample(10 * t)), Insertion::inserted);
   }
-  EXPECT_EQ(window.lost_until_ns(), earliest);
-  // One that it has already costs nothing.
+  EXPECT_EQ(window.dropped_until_ns(), earliest);
+  // A duplicate drops nothing.
   EXPECT_EQ(window.insert(sample(10 * capacity)), Insertion::duplicate);
   EXPECT_EQ(window.insert(sample(10, Source::yaw_rate, -1.0)), Insertion::replaced);
-  EXPECT_EQ(window.lost_until_ns(), earliest);
+  EXPECT_EQ(window.dropped_until_ns(), earliest);
 
   EXPECT_EQ(window.insert(sample(15)), Insertion::inserted);
-  EXPECT_EQ(window.lost_until_ns(), 10);
+  EXPECT_EQ(window.dropped_until_ns(), 10);
   EXPECT_EQ(times(window).size(), SampleWindow::capacity);
   EXPECT_EQ(times(window).front(), 15);
-  // The oldest of all is the one that comes.
-  EXPECT_EQ(window.insert(sample(12)), Insertion::given_up);
-  EXPECT_EQ(window.lost_until_ns(), 12);
+  // The new sample is the oldest.
+  EXPECT_EQ(window.insert(sample(12)), Insertion::dropped);
+  EXPECT_EQ(window.dropped_until_ns(), 12);
   EXPECT_EQ(times(window).front(), 15);
 }
 
-TEST(SampleWindow, CountsWhatItGaveUpBeforeItsVerdictWasTold) {
+TEST(SampleWindow, CountsSamplesDroppedWithoutAVerdict) {
   SampleWindow window;
   constexpr auto capacity = static_cast<std::int64_t>(SampleWindow::capacity);
   for (std::int64_t t = 1; t <= capacity; ++t) {
@@ -144,16 +143,16 @@ TEST(SampleWindow, CountsWhatItGaveUpBeforeItsVerdictWasTold) {
   for (Sample& s : window.after(capacity / 2)) {
     s.judged = true;
   }
-  // The first half has no verdict yet, the second has; of one that is refused who offered it knows.
+  // The first half has no verdict yet, the second has. A refused one does not count.
   for (std::int64_t t = capacity + 1; t <= 2 * capacity; ++t) {
     window.insert(sample(t));
   }
-  EXPECT_EQ(window.insert(sample(0)), Insertion::given_up);
-  std::array<std::uint32_t, source_count> counts = window.take_given_up();
+  EXPECT_EQ(window.insert(sample(0)), Insertion::dropped);
+  std::array<std::uint32_t, source_count> counts = window.take_dropped();
   EXPECT_EQ(counts[index_of(Source::motor)], capacity / 2 / 4);
   EXPECT_EQ(counts[index_of(Source::yaw_rate)], capacity / 2 / 4 * 3);
-  // Each is told once.
-  counts = window.take_given_up();
+  // Each is reported once.
+  counts = window.take_dropped();
   EXPECT_EQ(counts, (std::array<std::uint32_t, source_count>{}));
 }
 
@@ -171,7 +170,7 @@ TEST(SampleWindow, WhatAFullOneKeepsDoesNotDependOnTheOrder) {
     }
     EXPECT_EQ(times(window).front(), 1500 - static_cast<std::int64_t>(SampleWindow::capacity));
     EXPECT_EQ(times(window).back(), 1499);
-    EXPECT_EQ(window.lost_until_ns(), times(window).front() - 1);
+    EXPECT_EQ(window.dropped_until_ns(), times(window).front() - 1);
   }
 }
 

@@ -1,4 +1,4 @@
-// When the car is taken to stand, when to have set off, and what is learnt meanwhile.
+// Begin and end of a standstill, and what is estimated in it.
 #include "estimator/ekf/standstill.hpp"
 
 #include <gtest/gtest.h>
@@ -30,26 +30,26 @@ State just_stopped() {
   state.mean[at::yaw_rate] = 0.02;
   state.mean[at::front_angle] = 0.3;
   state.covariance = testing::some_covariance(1e-3);
-  state.lasting = testing::some_lasting(1e-3);
-  state.lasting.mean.setZero();
+  state.slow = testing::some_slow_errors(1e-3);
+  state.slow.mean.setZero();
   return state;
 }
 
-/// Says what wheels and gyro say, every 10 ms, until the car stands or for `duration_ms`; returns
-/// how long that took [ms].
+/// Sends wheel and gyro samples every 10 ms until the car stands, or for `duration_ms`; returns how
+/// long that took [ms].
 template <typename Wheel, typename Gyro>
 std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& wheel,
                            const Gyro& gyro) {
   const CarModel model;
   for (std::int64_t ms = 0; ms <= duration_ms; ms += 10) {
     const std::int64_t now = state.time_ns + ms * millisecond;
-    rest_by_gyro(model, state, now, gyro(ms), gyro_sigma);
-    if (turns(wheel(ms), wheel_sigma)) {
-      state.rest.resting = false;
+    update_standstill_by_gyro(model, state, now, gyro(ms), gyro_sigma);
+    if (is_turning(wheel(ms), wheel_sigma)) {
+      state.standstill.wheels_still = false;
     } else {
-      rest_by_wheel(state, now);
+      update_standstill_by_wheels(state, now);
     }
-    if (state.rest.standing) {
+    if (state.standstill.standing) {
       return ms;
     }
   }
@@ -59,9 +59,9 @@ std::int64_t time_to_stand(State& state, std::int64_t duration_ms, const Wheel& 
 constexpr auto zero = [](std::int64_t) { return 0.0; };
 
 TEST(Standstill, AHaltMovesNoPose) {
-  // After a long way every error of the velocity goes with one of the pose.
+  // After a long way the errors of velocity and pose are correlated.
   State state = just_stopped();
-  state.lasting.sensitivity.topRows<3>().array() += 100.0;
+  state.slow.sensitivity.topRows<3>().array() += 100.0;
   const Eigen::Vector3d before = state.mean.head<3>();
   ASSERT_GE(time_to_stand(state, 1000, zero, [](std::int64_t) { return 0.02; }), 0);
   EXPECT_EQ(state.mean.head<3>(), before);
@@ -86,11 +86,11 @@ TEST(Standstill, NoiseOfTheWheelsIsNoMotion) {
 }
 
 TEST(Standstill, ANoisySensorHidesNoSlowCreeping) {
-  EXPECT_TRUE(turns(0.05, 1.0));
-  EXPECT_TRUE(turns(-0.05, 1.0));
+  EXPECT_TRUE(is_turning(0.05, 1.0));
+  EXPECT_TRUE(is_turning(-0.05, 1.0));
 }
 
-TEST(Standstill, BeginsAnewAfterATurnOfAWheel) {
+TEST(Standstill, StartsAgainAfterATurnOfAWheel) {
   State state = just_stopped();
   const auto pushed_once = [](std::int64_t ms) { return ms == 200 ? 0.1 : 0.0; };
   EXPECT_EQ(time_to_stand(state, 1000, pushed_once, zero), 510);
@@ -114,8 +114,8 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
   State state = just_stopped();
   ASSERT_EQ(time_to_stand(state, 1000, zero, zero), 300);
   set_off({}, state, -0.2);
-  EXPECT_FALSE(state.rest.standing);
-  EXPECT_FALSE(state.rest.resting);
+  EXPECT_FALSE(state.standstill.standing);
+  EXPECT_FALSE(state.standstill.wheels_still);
   EXPECT_NEAR(std::sqrt(state.covariance(at::v_x, at::v_x)), 0.2, 1e-12);
   for (const at::Index unknown : {at::v_y, at::yaw_rate}) {
     EXPECT_GT(std::sqrt(state.covariance(unknown, unknown)), 0.01);
@@ -126,12 +126,12 @@ TEST(Standstill, IsOverWhenTheCarSetsOff) {
 TEST(Standstill, IsOverWhenTheCarIsTurnedByHand) {
   State state = just_stopped();
   ASSERT_EQ(time_to_stand(state, 1000, zero, zero), 300);
-  rest_by_gyro({}, state, state.time_ns, 0.5, gyro_sigma);
-  EXPECT_FALSE(state.rest.standing);
+  update_standstill_by_gyro({}, state, state.time_ns, 0.5, gyro_sigma);
+  EXPECT_FALSE(state.standstill.standing);
   EXPECT_TRUE(testing::is_covariance(state.covariance));
 }
 
-/// A car that stands, from before it has ever moved, with what its sensors say of that.
+/// A car that has not moved yet, with its samples.
 class AtRest {
  public:
   static constexpr double gyro_bias = 0.013;
@@ -143,12 +143,12 @@ class AtRest {
   /// One tick: gyro and accelerometer, every second time the wheels.
   void tick() {
     state_time_ns_ += 5 * millisecond;
-    say(Source::yaw_rate, gyro_bias, gyro_sigma);
-    say(Source::accel_x, accel_bias_x, 0.1);
-    say(Source::accel_y, accel_bias_y, 0.1);
+    push(Source::yaw_rate, gyro_bias, gyro_sigma);
+    push(Source::accel_x, accel_bias_x, 0.1);
+    push(Source::accel_y, accel_bias_y, 0.1);
     if (++ticks_ % 2 == 0) {
-      say(Source::wheel_rear_left, 0.0, wheel_sigma);
-      say(Source::wheel_rear_right, 0.0, wheel_sigma);
+      push(Source::wheel_rear_left, 0.0, wheel_sigma);
+      push(Source::wheel_rear_right, 0.0, wheel_sigma);
     }
     advance(context_, state, state_time_ns_);
   }
@@ -156,7 +156,7 @@ class AtRest {
   State state;
 
  private:
-  void say(Source source, double value, double sigma) {
+  void push(Source source, double value, double sigma) {
     advance(context_, state, state_time_ns_);
     const Judgement judgement =
         take(context_, state,
@@ -170,7 +170,7 @@ class AtRest {
 };
 
 State never_moved() {
-  State state = fresh_state({});
+  State state = initial_state({});
   state.time_ns = 1'000 * millisecond;
   state.located = true;
   return state;
@@ -182,18 +182,18 @@ TEST(Standstill, BiasesAreLearntBeforeTheFirstMove) {
   for (int i = 0; i < 600; ++i) {
     car.tick();
     ASSERT_TRUE(testing::is_covariance(car.state.covariance)) << i;
-    ASSERT_TRUE(testing::is_covariance(car.state.lasting.covariance)) << i;
+    ASSERT_TRUE(testing::is_covariance(car.state.slow.covariance)) << i;
   }
   const State& state = car.state;
-  EXPECT_TRUE(state.rest.standing);
-  EXPECT_NEAR(state.lasting.mean[lasting::gyro_bias], AtRest::gyro_bias, 1e-3);
+  EXPECT_TRUE(state.standstill.standing);
+  EXPECT_NEAR(state.slow.mean[slow::gyro_bias], AtRest::gyro_bias, 1e-3);
   EXPECT_NEAR(state.mean[at::accel_bias_x], AtRest::accel_bias_x, 0.02);
   EXPECT_NEAR(state.mean[at::accel_bias_y], AtRest::accel_bias_y, 0.02);
   for (const at::Index bias : {at::accel_bias_x, at::accel_bias_y}) {
     EXPECT_LT(state.covariance(bias, bias), 0.1 * before.covariance(bias, bias));
   }
-  EXPECT_LT(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias),
-            0.1 * before.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
+  EXPECT_LT(state.slow.covariance(slow::gyro_bias, slow::gyro_bias),
+            0.1 * before.slow.covariance(slow::gyro_bias, slow::gyro_bias));
 }
 
 TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
@@ -213,11 +213,10 @@ TEST(Standstill, TheBiasIsLearntWithTheNoiseAtRest) {
             {.time_ns = state.time_ns, .source = source, .value = {value}, .sigma = {sigma}});
       }
     }
-    ASSERT_TRUE(state.rest.standing);
-    const double sigma =
-        std::sqrt(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
+    ASSERT_TRUE(state.standstill.standing);
+    const double sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias));
     EXPECT_NEAR(sigma, share * gyro_sigma / std::sqrt(300.0), 0.4 * share * gyro_sigma / 17.0);
-    EXPECT_LT(std::abs(state.lasting.mean[lasting::gyro_bias] - 0.013), 3.0 * sigma);
+    EXPECT_LT(std::abs(state.slow.mean[slow::gyro_bias] - 0.013), 3.0 * sigma);
   }
 }
 
@@ -228,7 +227,7 @@ TEST(Standstill, NothingIsRelatedToTheMotionOfACarThatStands) {
   for (const at::Index still : {at::v_x, at::v_y, at::yaw_rate, at::accel_x, at::front_angle}) {
     related(still, still) = 0.0;
     EXPECT_TRUE(related.row(still).isZero(0.0)) << still;
-    EXPECT_TRUE(state.lasting.sensitivity.row(still).isZero(0.0)) << still;
+    EXPECT_TRUE(state.slow.sensitivity.row(still).isZero(0.0)) << still;
   }
 }
 
@@ -237,7 +236,7 @@ TEST(Standstill, HoldsThePose) {
   for (int i = 0; i < 200; ++i) {
     car.tick();
   }
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   const Pose2 before = car.state.pose();
   for (int i = 0; i < 6000; ++i) {
     car.tick();
@@ -257,13 +256,13 @@ TEST(Standstill, WithoutACameraThePoseIsKnownNoBetterForIt) {
   for (int i = 0; i < 6000; ++i) {
     car.tick();
     const Eigen::Vector3d next = known();
-    // By what one step of a corrected velocity is worth, and no more.
+    // At most by one step of the corrected velocity.
     ASSERT_TRUE((next.array() >= 0.9999 * variances.array()).all()) << i;
     if (i == 200) {
       variances = next;
     }
   }
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// States of the full filter to try things at.
+// Test states of the full filter.
 #pragma once
 
 #include <vector>
@@ -10,14 +10,14 @@
 
 namespace odomd::estimator::full::testing {
 
-/// Every lasting error off its zero.
-inline LastingVector some_lasting_errors() {
-  LastingVector errors;
+/// All slow errors nonzero.
+inline SlowVector some_slow_values() {
+  SlowVector errors;
   errors << 0.02, 0.01, 0.015, 0.004, -0.2, 0.07, -0.03;
   return errors;
 }
 
-/// Standing, forward and in reverse, straight and at full lock, every other state off its zero.
+/// Standing, forward and in reverse, straight and at full lock, all other states nonzero.
 inline std::vector<State> grid_of_states() {
   std::vector<State> states;
   for (const double v_x : {-3.0, -0.4, -0.1, 0.0, 0.003, 0.1, 1.0, 4.0, 20.0}) {
@@ -26,7 +26,7 @@ inline std::vector<State> grid_of_states() {
         for (const double steering : {-0.45, 0.0, 0.45}) {
           State state;
           state.mean << 3.0, -2.0, 0.7, v_x, v_y, yaw_rate, 0.6, 0.1, 0.5, -0.08, 0.02, 0.01;
-          state.lasting.mean = some_lasting_errors();
+          state.slow.mean = some_slow_values();
           state.steering = {true, 0, steering};
           state.front_wheels = steering;
           state.accel_x = {true, 0, 0.8};
@@ -56,16 +56,16 @@ Square some_covariance(double size = 1e-2) {
   return 0.5 * (product + product.transpose());
 }
 
-/// Lasting errors that are known so well, and have made something of every state.
-inline Lasting some_lasting(double size = 1e-2) {
-  Lasting some;
-  some.mean = some_lasting_errors();
-  some.covariance = some_covariance<LastingMatrix>(size);
+/// Slow errors with an effect on every state.
+inline SlowErrors some_slow_errors(double size = 1e-2) {
+  SlowErrors some;
+  some.mean = some_slow_values();
+  some.covariance = some_covariance<SlowMatrix>(size);
   some.sensitivity = some_numbers<decltype(some.sensitivity)>(29);
   return some;
 }
 
-/// Not nearly so, and symmetric to the bit: what every covariance must be after every update.
+/// Positive definite, and symmetric to the bit, as after every update.
 template <typename Square>
 bool is_covariance(const Square& P) {
   return P.allFinite() && P == P.transpose() && Eigen::LLT<Square>(P).info() == Eigen::Success;

@@ -1,4 +1,4 @@
-// Stopping, standing and setting off, by what wheels and gyro say together.
+// Stopping, standing and setting off, by wheels and gyro together.
 
 #include <gtest/gtest.h>
 
@@ -14,31 +14,31 @@ using testing::bend_at;
 using testing::Car;
 using testing::millisecond;
 using testing::period_ns;
-using testing::Says;
+using testing::SensorValues;
 using testing::straight_at;
 using testing::with;
 using testing::without;
 
-TEST(Stopping, AGyroThatInsistsOnACarThatStandsHasAnotherBias) {
+TEST(Stopping, APersistentGyroReadingAtStandstillIsANewBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(0.5, with(straight_at(0.0), Source::yaw_rate, 0.06));
   EXPECT_GT(car.gated[Source::yaw_rate], 5);
-  EXPECT_TRUE(car.state.rest.standing);
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.06, 0.003);
+  EXPECT_TRUE(car.state.standstill.standing);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.06, 0.003);
   EXPECT_EQ(car.state.mean[at::yaw_rate], 0.0);
 }
 
 TEST(Stopping, AGyroOfALargeBiasTurnsNoCarThatStands) {
   for (const double bias : {0.15, -0.3}) {
     Car car;
-    const Says says = with(straight_at(0.0), Source::yaw_rate, bias);
-    car.drive(2.0, says);
-    ASSERT_TRUE(car.state.rest.standing);
-    EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], bias, 0.003);
+    const SensorValues values = with(straight_at(0.0), Source::yaw_rate, bias);
+    car.drive(2.0, values);
+    ASSERT_TRUE(car.state.standstill.standing);
+    EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], bias, 0.003);
     const double yaw = car.state.mean[at::yaw];
-    car.drive(20.0, says);
+    car.drive(20.0, values);
     EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
     EXPECT_TRUE(car.gated.empty());
   }
@@ -50,9 +50,9 @@ TEST(Stopping, AGyroThatWarmsUpKeepsTheCarStanding) {
   const double yaw = car.state.mean[at::yaw];
   for (int i = 0; i <= 600; ++i) {
     car.drive(0.1, with(straight_at(0.0), Source::yaw_rate, 5e-5 * i));
-    ASSERT_TRUE(car.state.rest.standing);
+    ASSERT_TRUE(car.state.standstill.standing);
   }
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.03, 0.01);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.03, 0.01);
   EXPECT_NEAR(car.state.mean[at::yaw], yaw, 1e-6);
 }
 
@@ -67,19 +67,19 @@ TEST(Stopping, LockedWheelsThatSlideAreNoStandstill) {
   const double bias = car.state.mean[at::accel_bias_x];
   car.drive(1.5, with(straight_at(0.0), Source::accel_x, -2.0));
   car.drive(1.0, straight_at(0.0));
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x] - x, 2.25, 0.4);
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], bias, 0.1);
 }
 
-TEST(Stopping, WheelsThatStopWithTheCarAreBelieved) {
-  // Against a wall: the accelerometer had no time to feel much of it. Wheels that had died would
-  // say the same, so it takes a while; and nobody knows where the car stands.
+TEST(Stopping, WheelsThatStopWithTheCarAreAccepted) {
+  // Against a wall, too fast for the accelerometer. Dead wheels would look the same, so it takes a
+  // while; and the pose is doubtful.
   Car car;
   car.drive(2.0, straight_at(3.0));
   const double x = car.state.mean[at::x];
   car.drive(4.0, straight_at(0.0));
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_LT(car.state.mean[at::x] - x, 8.0);
   EXPECT_TRUE(car.state.doubtful);
 }
@@ -88,7 +88,7 @@ TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
   for (const double speed : {0.6, -0.6}) {
     Car car;
     car.drive(2.0, straight_at(0.0));
-    ASSERT_TRUE(car.state.rest.standing);
+    ASSERT_TRUE(car.state.standstill.standing);
     car.drive(0.02, straight_at(speed));
     EXPECT_NEAR(car.state.mean[at::v_x], speed, 0.02);
     car.drive(0.1, straight_at(speed));
@@ -99,11 +99,11 @@ TEST(Stopping, SetsOffAtOnceWithWheelsThatAreBlindToSlowSpeeds) {
 TEST(Stopping, OneWheelThatTurnsMovesNoCarThatStands) {
   for (const double speed : {0.3, 1.0, 3.0}) {
     Car car;
-    const Says stuck = with(straight_at(0.0), Source::wheel_rear_right, speed);
+    const SensorValues stuck = with(straight_at(0.0), Source::wheel_rear_right, speed);
     car.drive(5.0, stuck);
-    EXPECT_TRUE(car.state.rest.standing) << speed;
+    EXPECT_TRUE(car.state.standstill.standing) << speed;
     EXPECT_NEAR(car.state.mean[at::x], 0.0, 0.02) << speed;
-    // Nor does it keep one standing, or lead one that drives.
+    // Nor does it keep a car standing, or move one.
     car.drive(4.0, with(straight_at(1.0), Source::wheel_rear_right, speed));
     EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02) << speed;
     EXPECT_NEAR(car.state.mean[at::x], 4.0, 0.1) << speed;
@@ -114,11 +114,11 @@ TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double x = car.state.mean[at::x];
-  Says spinning = with(straight_at(0.0), Source::wheel_rear_left, 3.0);
+  SensorValues spinning = with(straight_at(0.0), Source::wheel_rear_left, 3.0);
   spinning.signals[Source::wheel_rear_right] = 3.0;
   car.drive(0.5, spinning);
   for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
-    Says rolling = with(spinning, Source::wheel_front_left, 0.005 * i);
+    SensorValues rolling = with(spinning, Source::wheel_front_left, 0.005 * i);
     rolling.signals[Source::wheel_front_right] = 0.005 * i;
     car.tick(with(rolling, Source::accel_x, 1.0));
   }
@@ -128,12 +128,12 @@ TEST(Stopping, DrivenWheelsThatSpinAtTheStartDoNotSetItsSpeed) {
 
 TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
   Car car;
-  const Says still{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}, {Source::motor, 0.0}}};
+  const SensorValues still{{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}, {Source::motor, 0.0}}};
   car.drive(3.0, still);
-  ASSERT_TRUE(car.state.rest.standing);
-  EXPECT_EQ(car.say(Source::motor, 2.0).verdict, Verdict::gated);
+  ASSERT_TRUE(car.state.standstill.standing);
+  EXPECT_EQ(car.push(Source::motor, 2.0).verdict, Verdict::gated);
   car.drive(0.1, still);
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x], 0.0, 1e-3);
   car.drive(0.1, with(still, Source::motor, 0.5));
   EXPECT_NEAR(car.state.mean[at::v_x], 0.5, 0.02);
@@ -142,14 +142,14 @@ TEST(Stopping, AWheelOfOnesOwnSetsOffWithItsSecondTurningSample) {
 TEST(Stopping, ABiasThatIsKnownIsNotGivenUpForACreepThatTheWheelsDoNotSee) {
   Car car;
   car.drive(10.0, straight_at(0.0));
-  ASSERT_LT(std::sqrt(car.state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias)), 0.005);
+  ASSERT_LT(std::sqrt(car.state.slow.covariance(slow::gyro_bias, slow::gyro_bias)), 0.005);
   car.drive(1.5, with(straight_at(0.0), Source::yaw_rate, 0.09));
-  EXPECT_FALSE(car.state.rest.standing);
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.0, 0.005);
+  EXPECT_FALSE(car.state.standstill.standing);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.0, 0.005);
   EXPECT_GT(car.state.mean[at::yaw], 0.05);
 }
 
-TEST(Stopping, AnHonestGyroKeepsTheCarStanding) {
+TEST(Stopping, AGyroWithoutFaultKeepsTheCarStanding) {
   std::mt19937 random(3);
   for (const double sigma : {0.005, 0.03, 0.1}) {
     Car car;
@@ -162,7 +162,7 @@ TEST(Stopping, AnHonestGyroKeepsTheCarStanding) {
                   .source = Source::yaw_rate,
                   .value = {noise(random)},
                   .sigma = {sigma}});
-      departed += tick > 400 && !car.state.rest.standing ? 1 : 0;
+      departed += tick > 400 && !car.state.standstill.standing ? 1 : 0;
     }
     EXPECT_EQ(departed, 0) << sigma;
   }
@@ -171,9 +171,9 @@ TEST(Stopping, AnHonestGyroKeepsTheCarStanding) {
 TEST(Stopping, NoCarIsKnownToStandWithoutItsWheels) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(4.0, {{{Source::yaw_rate, 0.0}, {Source::accel_x, 0.0}}});
-  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_FALSE(car.state.standstill.standing);
   EXPECT_GT(std::sqrt(car.state.covariance(at::v_x, at::v_x)), 0.05);
 }
 
@@ -182,14 +182,14 @@ TEST(Stopping, OneWildSpeedMovesNoCarThatStands) {
   car.drive(2.0, straight_at(0.0));
   const double x = car.state.mean[at::x];
   for (int i = 0; i < 10; ++i) {
-    EXPECT_EQ(car.say(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
+    EXPECT_EQ(car.push(Source::wheel_rear_left, 80.0).verdict, Verdict::gated);
     car.drive(0.1, straight_at(0.0));
-    EXPECT_TRUE(car.state.rest.standing);
+    EXPECT_TRUE(car.state.standstill.standing);
   }
   EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
 }
 
-TEST(Stopping, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {
+TEST(Stopping, APersistentAccelerationAtStandstillIsANewBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double front = car.state.covariance(at::front_angle, at::front_angle);
@@ -199,17 +199,17 @@ TEST(Stopping, AnAccelerometerThatInsistsOnACarThatStandsHasAnotherBias) {
   EXPECT_EQ(car.state.covariance(at::front_angle, at::front_angle), front);
 }
 
-TEST(Stopping, AnAccelerometerThatInsistsOnASlopeHasAnotherBiasToo) {
+TEST(Stopping, APersistentAccelerationOnASlopeIsANewBiasToo) {
   Car car;
   car.drive(3.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(2.0, with(straight_at(0.0), Source::accel_x, 2.0));
   EXPECT_GT(car.gated[Source::accel_x], 20);
   EXPECT_GT(car.fused[Source::accel_x], 20);
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], 2.0, 0.1);
 }
 
-TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveTeachesNoBias) {
+TEST(Stopping, SettingOffBelowTheWheelsResolutionCorrectsNoBias) {
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double bias = car.state.mean[at::accel_bias_x];
@@ -219,12 +219,12 @@ TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveTeachesNoBias) {
 
 TEST(Stopping, ReversesThroughStandstill) {
   Car car;
-  car.say(Source::direction, 1.0);
+  car.push(Source::direction, 1.0);
   car.drive(1.0, straight_at(0.5));
   const double turn_around = car.state.mean[at::x];
   for (int i = 0; i < 100; ++i) {  // at 2 m/s²
     const double v = 0.5 - 0.01 * i;
-    car.say(Source::direction, v < 0.0 ? -1.0 : 1.0);
+    car.push(Source::direction, v < 0.0 ? -1.0 : 1.0);
     car.tick(with(straight_at(std::abs(v)), Source::accel_x, -2.0));
   }
   car.drive(1.0, straight_at(0.5));
@@ -240,40 +240,40 @@ TEST(Stopping, ACarThatSetsOffBelowWhatItsWheelsResolveIsNotSurelyWhereItStood) 
   const double before = car.state.covariance(at::x, at::x);
   car.drive(0.7, with(straight_at(0.0), Source::accel_x, 1.0));
   car.drive(0.02, straight_at(0.7));
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.2 * 0.2);
 }
 
 TEST(Stopping, ADirectionThatComesLateLeavesThePlaceUncertain) {
   Car car;
-  car.say(Source::direction, 1.0);
+  car.push(Source::direction, 1.0);
   car.drive(3.0, straight_at(0.0));
   const double before = car.state.covariance(at::x, at::x);
   const double x = car.state.mean[at::x];
   for (int i = 0; i < 80; ++i) {  // backwards, at 1 m/s²
     car.tick(with(straight_at(0.005 * i), Source::accel_x, -1.0));
   }
-  car.say(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
   const double off = car.state.mean[at::x] - (x - 0.5 * 0.4 * 0.4);
   EXPECT_GT(off, 0.05);
   EXPECT_LT(off, 2.0 * std::sqrt(car.state.covariance(at::x, at::x) - before));
 }
 
-Says of_two_wheels(double left, double right) {
-  Says says =
+SensorValues of_two_wheels(double left, double right) {
+  SensorValues values =
       with(with(straight_at(0.0), Source::wheel_rear_left, left), Source::wheel_rear_right, right);
-  return without(without(says, Source::wheel_front_left), Source::wheel_front_right);
+  return without(without(values, Source::wheel_front_left), Source::wheel_front_right);
 }
 
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
   Car car;
   car.drive(3.0, of_two_wheels(0.0, 0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   for (int i = 0; i < 200; ++i) {  // off at 1 m/s²
     car.tick(with(of_two_wheels(0.005 * i, 0.0), Source::accel_x, 1.0));
   }
   car.drive(1.0, of_two_wheels(1.0, 0.0));
-  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_FALSE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.02);
   EXPECT_NEAR(car.state.mean[at::x], 1.5, 0.25);
 }
@@ -281,14 +281,14 @@ TEST(Stopping, OneDeadWheelOfTwoHoldsNoCar) {
 TEST(Stopping, OneDeadWheelOfTwoHoldsNoCarThatTheGyroHasSetOff) {
   Car car;
   const auto on_a_circle = [](double speed) {
-    const Says bend = with(bend_at(speed, speed), Source::wheel_rear_right, 0.0);
+    const SensorValues bend = with(bend_at(speed, speed), Source::wheel_rear_right, 0.0);
     return without(without(bend, Source::wheel_front_left), Source::wheel_front_right);
   };
   car.drive(3.0, on_a_circle(0.0));
   for (int i = 0; i < 100; ++i) {  // off at 2 m/s²
     car.tick(with(on_a_circle(0.01 * i), Source::accel_x, 2.0));
   }
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   car.drive(2.0, on_a_circle(1.0));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
 }
@@ -299,21 +299,21 @@ TEST(Stopping, DrivenWheelsThatSpinOnTheSpotMoveNoCar) {
   const double x = car.state.mean[at::x];
   car.drive(3.0, with(with(straight_at(0.0), Source::wheel_rear_left, 3.0),
                       Source::wheel_rear_right, 3.0));
-  EXPECT_TRUE(car.state.rest.standing);
+  EXPECT_TRUE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x], x, 1e-6);
 }
 
-TEST(Stopping, ACarThatSetsOffUnheardIsNotSurelyWhereItStood) {
-  // All sensors pause while it sets off; then the gyro is heard first.
+TEST(Stopping, SettingOffDuringAGapMakesThePositionUncertain) {
+  // No samples while it sets off; then the gyro sends first.
   Car car;
   car.drive(3.0, straight_at(0.0));
   const double before = car.state.covariance(at::x, at::x);
   advance(car.context, car.state, car.state.time_ns + 400 * millisecond);
   for (int i = 0; i < 3; ++i) {
     advance(car.context, car.state, car.state.time_ns + period_ns);
-    car.say(Source::yaw_rate, 0.8);
+    car.push(Source::yaw_rate, 0.8);
   }
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   car.drive(0.2, with(straight_at(1.0), Source::yaw_rate, 0.8));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.1);
   EXPECT_GT(car.state.covariance(at::x, at::x) - before, 0.08 * 0.08);
@@ -324,8 +324,8 @@ TEST(Stopping, ATurnThatWasABiasLeavesTheHeadingUncertain) {
   car.drive(5.0, straight_at(0.0));
   const double yaw = car.state.mean[at::yaw];
   car.drive(8.0, with(straight_at(0.0), Source::yaw_rate, 0.3));
-  EXPECT_TRUE(car.state.rest.standing);
-  EXPECT_NEAR(car.state.lasting.mean[lasting::gyro_bias], 0.3, 0.01);
+  EXPECT_TRUE(car.state.standstill.standing);
+  EXPECT_NEAR(car.state.slow.mean[slow::gyro_bias], 0.3, 0.01);
   EXPECT_LT(std::abs(car.state.mean[at::yaw] - yaw),
             1.5 * std::sqrt(car.state.covariance(at::yaw, at::yaw)));
 }

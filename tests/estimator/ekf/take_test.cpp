@@ -1,5 +1,5 @@
-// One sample after the other into a state: which are believed, and what becomes of a sensor that
-// keeps disagreeing with the others.
+// Single samples into a state: which are fused, and what happens to a sensor that keeps disagreeing
+// with the others.
 #include "estimator/ekf/take.hpp"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using testing::bend_at;
 using testing::Car;
 using testing::millisecond;
 using testing::period_ns;
-using testing::Says;
+using testing::SensorValues;
 using testing::straight_at;
 using testing::with;
 using testing::without;
@@ -31,48 +31,48 @@ TEST(Take, TheFirstWheelSpeedThatIsConfirmedStartsTheMotion) {
                          Source::wheel_rear_right));
   EXPECT_FALSE(car.state.moving);
   EXPECT_EQ(car.state.mean[at::x], 0.0);
-  EXPECT_EQ(car.say(Source::wheel_rear, 2.0).verdict, Verdict::fused);
+  EXPECT_EQ(car.push(Source::wheel_rear, 2.0).verdict, Verdict::fused);
   EXPECT_FALSE(car.state.moving);
-  EXPECT_EQ(car.say(Source::wheel_rear_left, 2.0).verdict, Verdict::fused);
+  EXPECT_EQ(car.push(Source::wheel_rear_left, 2.0).verdict, Verdict::fused);
   EXPECT_TRUE(car.state.moving);
   EXPECT_NEAR(car.state.mean[at::v_x], 2.0, 1e-9);
 }
 
-TEST(Take, NoiseTeachesNoPitch) {
+TEST(Take, NoiseDoesNotCorrectThePitchGradient) {
   // A minute at an even speed, with the noise of wheels and accelerometer as it is stated.
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 1.0);
   Car car;
   for (int i = 0; i < 200 * 60; ++i) {
-    Says says = straight_at(1.5);
-    for (auto& [source, value] : says.signals) {
+    SensorValues values = straight_at(1.5);
+    for (auto& [source, value] : values.signals) {
       value += noise(random) * Car::sigmas[index_of(source)];
     }
-    car.tick(says);
+    car.tick(values);
   }
-  EXPECT_NEAR(car.state.lasting.mean[lasting::pitch_gradient], 0.0, 0.05);
+  EXPECT_NEAR(car.state.slow.mean[slow::pitch_gradient], 0.0, 0.05);
 }
 
 TEST(Take, TheWayBetweenTheFirstTwoWheelSpeedsCounts) {
   Car car;
-  car.say(Source::wheel_rear, 10.0);
+  car.push(Source::wheel_rear, 10.0);
   car.drive(0.02, {});
-  car.say(Source::wheel_rear, 10.0);
+  car.push(Source::wheel_rear, 10.0);
   EXPECT_NEAR(car.state.mean[at::x], 0.2, 1e-9);
 }
 
 TEST(Take, TheWayThatIsMadeUpIsUncertain) {
-  // Two strange telegrams that happen to agree.
+  // Two corrupt frames that happen to agree.
   Car car;
-  car.say(Source::wheel_rear, 40.0);
+  car.push(Source::wheel_rear, 40.0);
   advance(car.context, car.state, car.state.time_ns + 100 * millisecond);
-  car.say(Source::wheel_rear, 38.0);
+  car.push(Source::wheel_rear, 38.0);
   ASSERT_TRUE(car.state.moving);
   EXPECT_GT(car.state.mean[at::x], 3.0);
   EXPECT_LT(car.state.mean[at::x], 3.0 * std::sqrt(car.state.covariance(at::x, at::x)));
 }
 
-TEST(Take, NothingIsGatedOnAnHonestDrive) {
+TEST(Take, NothingIsGatedOnADriveWithoutFaults) {
   Car car;
   car.drive(5.0, straight_at(1.5));
   EXPECT_TRUE(car.gated.empty());
@@ -100,11 +100,11 @@ TEST(Take, AWheelThatHasBeenCalmMayErrAsAnyOtherAgain) {
   // At 20 m/s calm wheels are known to a centimetre a second, any others to five.
   Car calm;
   calm.drive(20.0, straight_at(20.0));
-  const double unrest = calm.state.wheel_unrest[index_of(Source::wheel_rear_left)];
-  ASSERT_LT(unrest, 0.1);
-  EXPECT_EQ(calm.say(Source::wheel_rear_left, 20.2).verdict, Verdict::fused);
-  EXPECT_GE(calm.state.wheel_unrest[index_of(Source::wheel_rear_left)], 1.0);
-  EXPECT_EQ(calm.say(Source::wheel_rear_right, 23.0).verdict, Verdict::gated);
+  const double noise_scale = calm.state.wheel_noise_scale[index_of(Source::wheel_rear_left)];
+  ASSERT_LT(noise_scale, 0.1);
+  EXPECT_EQ(calm.push(Source::wheel_rear_left, 20.2).verdict, Verdict::fused);
+  EXPECT_GE(calm.state.wheel_noise_scale[index_of(Source::wheel_rear_left)], 1.0);
+  EXPECT_EQ(calm.push(Source::wheel_rear_right, 23.0).verdict, Verdict::gated);
 }
 
 TEST(Take, AWheelThatIsLockedIsLeftOutWhileOthersRoll) {
@@ -113,30 +113,30 @@ TEST(Take, AWheelThatIsLockedIsLeftOutWhileOthersRoll) {
   const double x = car.state.mean[at::x];
   car.drive(2.0, with(straight_at(1.0), Source::wheel_front_right, 0.0));
   EXPECT_EQ(car.fused[Source::wheel_front_right], 0);
-  EXPECT_FALSE(car.state.rest.standing);
+  EXPECT_FALSE(car.state.standstill.standing);
   EXPECT_NEAR(car.state.mean[at::x] - x, 2.0, 0.03);
 }
 
-TEST(Take, AllWheelsTogetherAreBelievedAfterAWhile) {
-  // From 1 m/s to 3 m/s in no time, and nothing was felt: no car does that.
+TEST(Take, AllWheelsTogetherAreAcceptedAfterAWhile) {
+  // From 1 m/s to 3 m/s at once without a measured acceleration: no car can do that.
   Car car;
   car.drive(2.0, straight_at(1.0));
   car.drive(0.2, straight_at(3.0));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.0, 0.05);
   EXPECT_EQ(car.fused[Source::wheel_rear_left] + car.fused[Source::wheel_front_left], 0);
   EXPECT_TRUE(car.state.doubtful);
-  // An accelerometer alone knows no speed for long.
+  // The integrated acceleration is precise only for a short time.
   car.drive(8.0, straight_at(3.0));
   EXPECT_NEAR(car.state.mean[at::v_x], 3.0, 0.1);
   car.drive(1.0, straight_at(3.0));
   EXPECT_EQ(car.gated[Source::wheel_rear_left], 0);
 }
 
-TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
-  // Spun on the spot by a bump: no wheel and no steering told of it.
+TEST(Take, AConsistentGyroIsAcceptedAfterItsTimeout) {
+  // A bump spins the car on the spot, without an effect on wheels and steering.
   Car car;
   car.drive(2.0, straight_at(1.0));
-  const Says spun = without(with(straight_at(1.0), Source::yaw_rate, 3.0), Source::accel_y);
+  const SensorValues spun = without(with(straight_at(1.0), Source::yaw_rate, 3.0), Source::accel_y);
   car.drive(0.005, spun);
   EXPECT_EQ(car.fused[Source::yaw_rate], 0);
   EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.0, 0.05);
@@ -145,23 +145,23 @@ TEST(Take, AGyroThatInsistsIsBelievedAfterAMoment) {
   EXPECT_NEAR(car.state.mean[at::yaw_rate], 3.0, 0.5);
 }
 
-TEST(Take, ASettingOffThatIsFeltBeforeAWheelTurnsTestsNoAccelerometer) {
+TEST(Take, SettingOffBeforeAWheelTurnsIsNoTestOfTheAccelerometer) {
   Car car;
   car.drive(2.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
-  const Judgement felt = car.say(Source::accel_x, 2.0);
-  EXPECT_EQ(felt.verdict, Verdict::gated);
-  EXPECT_EQ(felt.degrees, 0);
+  ASSERT_TRUE(car.state.standstill.standing);
+  const Judgement early = car.push(Source::accel_x, 2.0);
+  EXPECT_EQ(early.verdict, Verdict::gated);
+  EXPECT_EQ(early.degrees, 0);
   EXPECT_NEAR(car.state.mean[at::accel_bias_x], 0.0, 0.05);
-  // One that agrees with the standstill is tested as ever.
-  EXPECT_EQ(car.say(Source::accel_x, 0.0).degrees, 1);
+  // A sample that agrees with the standstill is tested as usual.
+  EXPECT_EQ(car.push(Source::accel_x, 0.0).degrees, 1);
 }
 
 /// Ten readings of the gyro a second, all else at every tick.
-void drive_with_slow_gyro(Car& car, double seconds, const Says& says, double yaw_rate) {
+void drive_with_slow_gyro(Car& car, double seconds, const SensorValues& values, double yaw_rate) {
   for (int i = 0; i < std::lround(10.0 * seconds); ++i) {
-    car.drive(0.1, without(says, Source::yaw_rate));
-    car.say(Source::yaw_rate, yaw_rate);
+    car.drive(0.1, without(values, Source::yaw_rate));
+    car.push(Source::yaw_rate, yaw_rate);
   }
 }
 
@@ -169,7 +169,7 @@ TEST(Take, TheHeadingIsTheGyrosIntegralWhateverTheSteeringSays) {
   // Straight for so long that the steering is trusted; then a bend in which it is wrong.
   Car car;
   drive_with_slow_gyro(car, 20.0, straight_at(2.0), 0.0);
-  const Says bend = bend_at(2.0, 0.5);
+  const SensorValues bend = bend_at(2.0, 0.5);
   car.drive(1.0, bend);
   const double begin = car.state.mean[at::yaw];
   drive_with_slow_gyro(car, 10.0, with(bend, Source::steering, 0.1), 0.5);
@@ -180,24 +180,24 @@ TEST(Take, BiasAndScaleOfTheGyroTurnTheHeadingByAllOfItsTime) {
   // At a creep too, where tyres would straighten the car between two of its samples.
   for (const double speed : {0.1, 2.0}) {
     Car car;
-    car.state.lasting.mean[lasting::gyro_bias] = 0.02;
-    car.state.lasting.mean[lasting::gyro_scale] = 0.1;
+    car.state.slow.mean[slow::gyro_bias] = 0.02;
+    car.state.slow.mean[slow::gyro_scale] = 0.1;
     car.drive(5.0, with(straight_at(speed), Source::yaw_rate, 0.02));
-    const Says bend = without(bend_at(speed, 0.5), Source::steering);
+    const SensorValues bend = without(bend_at(speed, 0.5), Source::steering);
     constexpr double reads = 1.1 * 0.5 + 0.02;
     car.drive(1.0, with(bend, Source::yaw_rate, reads));
     const double yaw = car.state.mean[at::yaw];
-    const LastingVector by = car.state.lasting.sensitivity.row(at::yaw);
+    const SlowVector by = car.state.slow.sensitivity.row(at::yaw);
     drive_with_slow_gyro(car, 20.0, bend, reads);
     EXPECT_NEAR(car.state.mean[at::yaw] - yaw, 10.0, 1e-3) << speed;
-    const LastingVector more = car.state.lasting.sensitivity.row(at::yaw).transpose() - by;
-    EXPECT_NEAR(more[lasting::gyro_bias], -20.0 / 1.1, 1e-3) << speed;
-    EXPECT_NEAR(more[lasting::gyro_scale], -10.0 / 1.1, 1e-3) << speed;
-    EXPECT_NEAR(more[lasting::stiffness_scale], 0.0, 1e-3) << speed;
+    const SlowVector more = car.state.slow.sensitivity.row(at::yaw).transpose() - by;
+    EXPECT_NEAR(more[slow::gyro_bias], -20.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[slow::gyro_scale], -10.0 / 1.1, 1e-3) << speed;
+    EXPECT_NEAR(more[slow::stiffness_scale], 0.0, 1e-3) << speed;
   }
 }
 
-TEST(Take, TheHeadingIsNoSurerThanTheGyrosNoiseMakesIt) {
+TEST(Take, TheHeadingIsNoMorePreciseThanTheGyrosNoise) {
   for (const double speed : {0.1, 0.3, 2.0}) {
     Car car;
     car.context.model.tuning.noise_range = 1.0;
@@ -210,20 +210,20 @@ TEST(Take, TheHeadingIsNoSurerThanTheGyrosNoiseMakesIt) {
   }
 }
 
-TEST(Take, AGyroThatWasNeverHeardHasNoIntegral) {
+TEST(Take, AGyroWithoutASampleHasNoIntegral) {
   Car car;
   car.state.time_ns = 0;  // of a log that begins so
   car.drive(0.1, without(straight_at(2.0), Source::yaw_rate));
   ASSERT_TRUE(car.state.moving);
   for (int i = 0; i < 3; ++i) {
-    car.say(Source::yaw_rate, 0.5);
-    EXPECT_GT(car.state.lasting.sensitivity(at::yaw, lasting::gyro_bias), -0.08);
+    car.push(Source::yaw_rate, 0.5);
+    EXPECT_GT(car.state.slow.sensitivity(at::yaw, slow::gyro_bias), -0.08);
     car.drive(0.005, without(straight_at(2.0), Source::yaw_rate));
   }
 }
 
-TEST(Take, AGyroThatAloneTellsOfASpinIsNotBelieved) {
-  // On ice, perhaps; but wheels, steering and what is felt to the side say nothing of it.
+TEST(Take, ASpinByTheGyroAloneIsAFault) {
+  // Wheels, steering and lateral acceleration contradict it.
   Car car;
   car.drive(2.0, straight_at(1.0));
   const double yaw = car.state.mean[at::yaw];
@@ -235,16 +235,16 @@ TEST(Take, AGyroThatAloneTellsOfASpinIsNotBelieved) {
   EXPECT_TRUE(car.state.doubtful);
 }
 
-TEST(Take, NothingIsLearntOfTheMotionBeforeItIsFollowed) {
-  // On a circle, with the IMU heard long before the wheels.
+TEST(Take, NothingIsFusedBeforeTheMotionStarts) {
+  // On a circle, with IMU samples long before the first wheel sample.
   Car car;
-  const Says imu{{{Source::yaw_rate, 1.0},
-                  {Source::accel_x, 0.0},
-                  {Source::accel_y, 1.5},
-                  {Source::steering, 0.175}}};
+  const SensorValues imu{{{Source::yaw_rate, 1.0},
+                          {Source::accel_x, 0.0},
+                          {Source::accel_y, 1.5},
+                          {Source::steering, 0.175}}};
   car.drive(2.0, imu);
   EXPECT_EQ(car.state.mean[at::accel_bias_y], 0.0);
-  Says wheels = with(imu, Source::motor, 1.5);
+  SensorValues wheels = with(imu, Source::motor, 1.5);
   car.drive(1.0, wheels);
   EXPECT_TRUE(car.gated.empty());
   EXPECT_NEAR(car.state.mean[at::yaw], 1.0, 0.05);
@@ -253,9 +253,9 @@ TEST(Take, NothingIsLearntOfTheMotionBeforeItIsFollowed) {
 
 TEST(Take, ADirectionThatComesLateTurnsTheSpeedAtOnce) {
   Car car;
-  car.say(Source::direction, 1.0);
+  car.push(Source::direction, 1.0);
   car.drive(1.0, straight_at(0.3));
-  car.say(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
   car.drive(0.03, straight_at(0.3));
   EXPECT_NEAR(car.state.mean[at::v_x], -0.3, 0.03);
 }
@@ -264,15 +264,15 @@ TEST(Take, AnAccelerometerIsNotSilentForDriving) {
   Car car;
   car.drive(2.0, straight_at(0.0));
   car.drive(5.0, straight_at(1.0));
-  EXPECT_EQ(car.say(Source::accel_x, 100.0).verdict, Verdict::gated);
+  EXPECT_EQ(car.push(Source::accel_x, 100.0).verdict, Verdict::gated);
   car.drive(0.1, straight_at(1.0));
   EXPECT_LE(car.gated[Source::accel_x], 1);
 }
 
-TEST(Take, ALateralAccelerationThatInsistsOnASlowCarPushesItNowhere) {
+TEST(Take, AForcedLateralAccelerationDoesNotMoveASlowCar) {
   Car car;
   car.drive(2.0, straight_at(0.05));
-  ASSERT_FALSE(car.state.rest.standing);
+  ASSERT_FALSE(car.state.standstill.standing);
   const double force = car.state.covariance(at::front_angle, at::front_angle);
   car.drive(1.0, with(straight_at(0.05), Source::accel_y, 6.0));
   EXPECT_LT(car.state.covariance(at::front_angle, at::front_angle), 1.5 * force);
@@ -280,21 +280,21 @@ TEST(Take, ALateralAccelerationThatInsistsOnASlowCarPushesItNowhere) {
   EXPECT_NEAR(car.state.mean[at::y], 0.0, 1e-2);
 }
 
-TEST(Take, WithoutAGyroTheWheelsTellTheTurn) {
+TEST(Take, WithoutAGyroTheWheelsMeasureTheYawRate) {
   Car car;
   const double yaw_rate = 1.0;
   const Vehicle vehicle;
   const double half_track = 0.5 * vehicle.track_width;
-  const Says says{{{Source::wheel_rear_left, 1.5 - half_track * yaw_rate},
-                   {Source::wheel_rear_right, 1.5 + half_track * yaw_rate}}};
-  car.drive(4.0, says);
+  const SensorValues values{{{Source::wheel_rear_left, 1.5 - half_track * yaw_rate},
+                             {Source::wheel_rear_right, 1.5 + half_track * yaw_rate}}};
+  car.drive(4.0, values);
   EXPECT_NEAR(car.state.mean[at::yaw_rate], yaw_rate, 0.1);
   EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.02);
 }
 
 TEST(Take, UnsignedWheelsTakeTheSignOfTheDirection) {
   Car car;
-  car.say(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
   car.drive(3.0, straight_at(1.0));
   EXPECT_NEAR(car.state.mean[at::v_x], -1.0, 0.02);
   EXPECT_NEAR(car.state.mean[at::x], -3.0, 0.05);
@@ -304,7 +304,7 @@ TEST(Take, UnsignedWheelsTakeTheSignOfTheDirection) {
 TEST(Take, AnUnknownOrForwardDirectionLeavesSignsAlone) {
   for (const double direction : {0.0, 1.0}) {
     Car car;
-    car.say(Source::direction, direction);
+    car.push(Source::direction, direction);
     car.drive(1.0, straight_at(-0.7));
     EXPECT_NEAR(car.state.mean[at::v_x], -0.7, 0.02);
   }
@@ -312,39 +312,39 @@ TEST(Take, AnUnknownOrForwardDirectionLeavesSignsAlone) {
 
 TEST(Take, OfAnUnknownDirectionTheLastCountsUntilTheCarStands) {
   Car car;
-  car.say(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
   car.drive(1.0, straight_at(0.4));
-  car.say(Source::direction, 0.0);
+  car.push(Source::direction, 0.0);
   car.drive(0.5, straight_at(0.4));
   EXPECT_NEAR(car.state.mean[at::v_x], -0.4, 0.02);
   car.drive(1.0, straight_at(0.0));
-  car.say(Source::direction, 0.0);
+  car.push(Source::direction, 0.0);
   car.drive(1.0, straight_at(0.4));
   EXPECT_NEAR(car.state.mean[at::v_x], 0.4, 0.02);
 }
 
-TEST(Take, OneStrangeDirectionTurnsNoCarRoundThatDrives) {
+TEST(Take, OneCorruptDirectionDoesNotReverseAMovingCar) {
   Car car;
-  car.say(Source::direction, 1.0);
+  car.push(Source::direction, 1.0);
   car.drive(1.0, straight_at(1.5));
-  EXPECT_EQ(car.say(Source::direction, -1.0).verdict, Verdict::gated);
+  EXPECT_EQ(car.push(Source::direction, -1.0).verdict, Verdict::gated);
   car.drive(0.1, straight_at(1.5));
-  EXPECT_EQ(car.say(Source::direction, 1.0).verdict, Verdict::fused);
+  EXPECT_EQ(car.push(Source::direction, 1.0).verdict, Verdict::fused);
   car.drive(0.1, straight_at(1.5));
   EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.02);
-  car.say(Source::direction, -1.0);
-  car.say(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
   car.drive(0.1, straight_at(1.5));
   EXPECT_NEAR(car.state.mean[at::v_x], -1.5, 0.05);
 }
 
-TEST(Take, WithTheDirectionTurnsWhatWasMadeOfTheWrongOne) {
-  // A turn backwards that was taken for one ahead: forces were made up to explain it.
+TEST(Take, AReversalReversesTheMotion) {
+  // A turn in reverse that was taken for one ahead, with wrong side forces.
   Car car;
-  const Says turn = with(straight_at(0.45), Source::yaw_rate, 0.3);
-  car.say(Source::direction, 1.0);
+  const SensorValues turn = with(straight_at(0.45), Source::yaw_rate, 0.3);
+  car.push(Source::direction, 1.0);
   car.drive(0.3, turn);
-  car.say(Source::direction, -1.0);
+  car.push(Source::direction, -1.0);
   car.drive(0.05, turn);
   EXPECT_NEAR(car.state.mean[at::v_x], -0.45, 0.05);
   EXPECT_LT(car.gated[Source::wheel_rear_left], 2);
@@ -375,9 +375,9 @@ TEST(Take, InputsAreForgottenWithAge) {
 
 TEST(Take, WhatIsNoSourceIsOff) {
   Car car;
-  EXPECT_EQ(car.say(Source::yaw_rate, 0.0).verdict, Verdict::fused);
-  const Sample odd{.time_ns = car.state.time_ns, .source = Source::count};
-  EXPECT_EQ(take(car.context, car.state, odd).verdict, Verdict::source_off);
+  EXPECT_EQ(car.push(Source::yaw_rate, 0.0).verdict, Verdict::fused);
+  const Sample sample{.time_ns = car.state.time_ns, .source = Source::count};
+  EXPECT_EQ(take(car.context, car.state, sample).verdict, Verdict::source_off);
 }
 
 TEST(Advance, GoesInStepsOfAtMostAPeriod) {
@@ -400,7 +400,7 @@ std::vector<double> commanded(const SteeringActuator& actuator, int count) {
   Car car;
   car.context.model.car.steering = actuator;
   car.drive(1.0, straight_at(1.0));
-  car.say(Source::steering, 0.3);
+  car.push(Source::steering, 0.3);
   std::vector<double> angles;
   for (int i = 0; i < count; ++i) {
     advance(car.context, car.state, car.state.time_ns + period_ns);
@@ -446,7 +446,7 @@ TEST(Advance, NeverGoesBack) {
 TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
   Car car;
   car.drive(1.0, straight_at(0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   const State before = car.state;
   advance(car.context, car.state, before.time_ns + 400 * period_ns);
   EXPECT_EQ(car.state.mean, before.mean);
@@ -454,9 +454,9 @@ TEST(Advance, ACarThatStandsOnlyForgetsItsCalibrations) {
   EXPECT_EQ((grown.topLeftCorner<8, 8>().cwiseAbs().maxCoeff()), 0.0);
   EXPECT_GT(grown(at::accel_bias_x, at::accel_bias_x), 0.0);
   EXPECT_GT(grown(at::steering_offset, at::steering_offset), 0.0);
-  const LastingMatrix lasting_grown = car.state.lasting.covariance - before.lasting.covariance;
-  EXPECT_GT(lasting_grown(lasting::gyro_bias, lasting::gyro_bias), 0.0);
-  EXPECT_GT(lasting_grown(lasting::wheel_scale, lasting::wheel_scale), 0.0);
+  const SlowMatrix slow_growth = car.state.slow.covariance - before.slow.covariance;
+  EXPECT_GT(slow_growth(slow::gyro_bias, slow::gyro_bias), 0.0);
+  EXPECT_GT(slow_growth(slow::wheel_scale, slow::wheel_scale), 0.0);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The update of mean and covariance by a scalar sample, against the textbook's; and the filter with
-// its lasting errors apart against the one that holds them all in one state.
+// Compares the update by a scalar sample with the textbook's, and the filter with separate slow
+// errors with the joint one.
 #include "estimator/ekf/update.hpp"
 
 #include <gtest/gtest.h>
@@ -16,18 +16,18 @@ namespace {
 
 using testing::is_covariance;
 using testing::some_covariance;
-using testing::some_lasting;
+using testing::some_slow_errors;
 using testing::stated;
 
 State somewhere() {
   State state;
   state.mean << 3.0, -2.0, 0.7, 1.5, 0.1, 0.8, 0.6, 0.1, 0.5, -0.08, 0.02, 0.01;
   state.covariance = some_covariance();
-  state.lasting = some_lasting();
+  state.slow = some_slow_errors();
   return state;
 }
 
-/// Depends on states all over the vector, and on lasting errors.
+/// Depends on states all over the vector, and on slow errors.
 Prediction something() {
   Prediction z;
   z.value = 0.3;
@@ -36,12 +36,12 @@ Prediction something() {
   z.depends_on(at::v_y, -1.3);
   z.depends_on(at::accel_bias_x, 0.2);
   z.depends_on(at::front_angle, 2.0);
-  z.by_lasting[lasting::gyro_bias] = 1.0;
-  z.by_lasting[lasting::roll_gradient] = -0.4;
+  z.by_slow[slow::gyro_bias] = 1.0;
+  z.by_slow[slow::roll_gradient] = -0.4;
   return z;
 }
 
-constexpr int joint_size = int{at::size} + int{lasting::size};
+constexpr int joint_size = int{at::size} + int{slow::size};
 using JointVector = Eigen::Matrix<double, joint_size, 1>;
 using JointMatrix = Eigen::Matrix<double, joint_size, joint_size>;
 
@@ -51,16 +51,16 @@ struct Joint {
   JointMatrix covariance;
 
   explicit Joint(const State& state) {
-    const auto& B = state.lasting.sensitivity;
-    const LastingMatrix& P_s = state.lasting.covariance;
-    mean << state.mean, state.lasting.mean;
+    const auto& B = state.slow.sensitivity;
+    const SlowMatrix& P_s = state.slow.covariance;
+    mean << state.mean, state.slow.mean;
     covariance << state.covariance + B * P_s * B.transpose(), B * P_s, P_s * B.transpose(), P_s;
   }
 
   /// The Kalman filter of the textbook.
   void update(const Prediction& z, double measured) {
     JointVector H;
-    H << stated(z), z.by_lasting;
+    H << stated(z), z.by_slow;
     const double S = H.dot(covariance * H) + z.variance;
     const JointVector K = covariance * H / S;
     mean += K * (measured - z.value);
@@ -72,10 +72,10 @@ struct Joint {
     mean.head<at::size>() = step.mean;
     JointMatrix F = JointMatrix::Identity();
     F.topLeftCorner<at::size, at::size>() = step.F;
-    F.topRightCorner<at::size, lasting::size>() = step.by_lasting;
+    F.topRightCorner<at::size, slow::size>() = step.by_slow;
     covariance = F * covariance * F.transpose();
     covariance.topLeftCorner<at::size, at::size>() += step.noise;
-    covariance.bottomRightCorner<lasting::size, lasting::size>() += step.lasting_noise;
+    covariance.bottomRightCorner<slow::size, slow::size>() += step.slow_noise;
   }
 };
 
@@ -89,7 +89,7 @@ Prediction any_prediction(std::mt19937& random, double value) {
                  normal(random));
   }
   for (const int n : {0, 1}) {
-    z.by_lasting[static_cast<Eigen::Index>((random() % 3) + 3 * static_cast<unsigned>(n))] =
+    z.by_slow[static_cast<Eigen::Index>((random() % 3) + 3 * static_cast<unsigned>(n))] =
         normal(random);
   }
   return z;
@@ -102,9 +102,9 @@ TEST(Update, InnovationIsTheTextbooks) {
   EXPECT_NEAR(nu.value, 0.2, 1e-15);
   EXPECT_NEAR(nu.variance_of_noise, H.dot(state.covariance * H) + 4e-4, 1e-14);
   EXPECT_LT((nu.covariance_with_state - state.covariance * H).cwiseAbs().maxCoeff(), 1e-15);
-  const LastingVector G = state.lasting.sensitivity.transpose() * H + something().by_lasting;
-  EXPECT_LT((nu.by_lasting - G).cwiseAbs().maxCoeff(), 1e-14);
-  EXPECT_NEAR(nu.variance, nu.variance_of_noise + G.dot(state.lasting.covariance * G), 1e-13);
+  const SlowVector G = state.slow.sensitivity.transpose() * H + something().by_slow;
+  EXPECT_LT((nu.by_slow - G).cwiseAbs().maxCoeff(), 1e-14);
+  EXPECT_NEAR(nu.variance, nu.variance_of_noise + G.dot(state.slow.covariance * G), 1e-13);
   EXPECT_NEAR(nu.squared_ratio(), 0.04 / nu.variance, 1e-12);
 }
 
@@ -139,10 +139,10 @@ TEST(Update, AnyGainLeavesTheCovarianceOfTheErrorItMakes) {
     EXPECT_LT((state.covariance - expected).cwiseAbs().maxCoeff(), 1e-13);
     EXPECT_TRUE(is_covariance(state.covariance));
     EXPECT_LT((state.mean - before.mean - 0.2 * K).cwiseAbs().maxCoeff(), 1e-15);
-    const auto B = left * before.lasting.sensitivity - K * z.by_lasting.transpose();
-    EXPECT_LT((state.lasting.sensitivity - B).cwiseAbs().maxCoeff(), 1e-13);
-    EXPECT_EQ(state.lasting.mean, before.lasting.mean);
-    EXPECT_EQ(state.lasting.covariance, before.lasting.covariance);
+    const auto B = left * before.slow.sensitivity - K * z.by_slow.transpose();
+    EXPECT_LT((state.slow.sensitivity - B).cwiseAbs().maxCoeff(), 1e-13);
+    EXPECT_EQ(state.slow.mean, before.slow.mean);
+    EXPECT_EQ(state.slow.covariance, before.slow.covariance);
   }
 }
 
@@ -158,17 +158,17 @@ TEST(Update, CovariancesStaySoThroughThousandsOfUpdates) {
       gain[at::x] = gain[at::yaw_rate] = 0.0;
     }
     correct(state, nu, gain);
-    teach(state, nu, i % 3 == 0 ? all() : only(lasting::gyro_bias));
+    correct_slow_errors(state, nu, i % 3 == 0 ? all() : only(slow::gyro_bias));
     // What varies slowly does so: or everything would be known in the end.
     state.covariance.diagonal().array() += 1e-9;
-    state.lasting.covariance.diagonal().array() += 1e-9;
+    state.slow.covariance.diagonal().array() += 1e-9;
     ASSERT_TRUE(is_covariance(state.covariance)) << i;
-    ASSERT_TRUE(is_covariance(state.lasting.covariance)) << i;
+    ASSERT_TRUE(is_covariance(state.slow.covariance)) << i;
   }
 }
 
-TEST(Update, WithAllTaughtItIsTheJointFilterOfStatesAndLastingErrors) {
-  // Friedland 1969: motion of a car and updates by anything, in turn. It is exact where the errors
+TEST(Update, WithAllCorrectedItIsTheJointFilterOfStatesAndSlowErrors) {
+  // Friedland 1969: steps and any updates in turn. It is exact where the errors
   // do last; a walk, of 1e-3 in a second, is not followed into their correlation with the state.
   CarModel model;
   Tuning& t = model.tuning;
@@ -187,7 +187,7 @@ TEST(Update, WithAllTaughtItIsTheJointFilterOfStatesAndLastingErrors) {
     const double measured = 0.01 * normal(random);
     const Innovation nu = innovation(state, z, measured);
     correct(state, nu, optimal_gain(nu));
-    teach(state, nu, all());
+    correct_slow_errors(state, nu, all());
     joint.update(z, measured);
     const Joint apart(state);
     ASSERT_LT((apart.mean - joint.mean).cwiseAbs().maxCoeff(), 1e-9) << i;
@@ -202,10 +202,10 @@ TEST(Update, WithAllTaughtItIsTheJointFilterOfStatesAndLastingErrors) {
 }
 
 TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
-  // The states of a filter that takes the lasting errors for known; but it admits to more.
+  // The states are those with known slow errors; the published covariance is larger.
   State considering = somewhere();
   State knowing = somewhere();
-  knowing.lasting.covariance.setZero();
+  knowing.slow.covariance.setZero();
   const CarModel model;
   std::mt19937 random(6);
   std::normal_distribution<double> normal;
@@ -215,12 +215,12 @@ TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
     for (State* state : {&considering, &knowing}) {
       const Innovation nu = innovation(*state, z, measured);
       correct(*state, nu, optimal_gain(nu));
-      teach(*state, nu, none());
+      correct_slow_errors(*state, nu, none());
       propagate(model, {0.1, true}, 0.005, *state);
     }
     ASSERT_EQ(considering.mean, knowing.mean);
     ASSERT_EQ(considering.covariance, knowing.covariance);
-    ASSERT_EQ(considering.lasting.mean, testing::some_lasting_errors());
+    ASSERT_EQ(considering.slow.mean, testing::some_slow_values());
   }
   const Eigen::Matrix<double, 6, 6> admits = covariance_of_motion(considering);
   for (Eigen::Index i = 0; i < 6; ++i) {
@@ -228,20 +228,20 @@ TEST(Update, WhatIsOnlyConsideredChangesNothingButHowFarAllMayBeOff) {
   }
 }
 
-TEST(Update, OfTheLastingErrorsOnlyWhatIsTaughtChanges) {
+TEST(Update, OnlyTheSelectedSlowErrorsChange) {
   const State before = somewhere();
   State state = before;
   const Innovation nu = innovation(state, something(), 0.5);
   correct(state, nu, optimal_gain(nu));
-  teach(state, nu, only(lasting::gyro_bias));
-  for (Eigen::Index i = 0; i < lasting::size; ++i) {
-    const bool taught = i == lasting::gyro_bias;
-    EXPECT_EQ(state.lasting.mean[i] == before.lasting.mean[i], !taught) << i;
-    EXPECT_EQ(state.lasting.covariance(i, i) == before.lasting.covariance(i, i), !taught) << i;
+  correct_slow_errors(state, nu, only(slow::gyro_bias));
+  for (Eigen::Index i = 0; i < slow::size; ++i) {
+    const bool corrected = i == slow::gyro_bias;
+    EXPECT_EQ(state.slow.mean[i] == before.slow.mean[i], !corrected) << i;
+    EXPECT_EQ(state.slow.covariance(i, i) == before.slow.covariance(i, i), !corrected) << i;
   }
-  EXPECT_LT(state.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias),
-            before.lasting.covariance(lasting::gyro_bias, lasting::gyro_bias));
-  EXPECT_TRUE(is_covariance(state.lasting.covariance));
+  EXPECT_LT(state.slow.covariance(slow::gyro_bias, slow::gyro_bias),
+            before.slow.covariance(slow::gyro_bias, slow::gyro_bias));
+  EXPECT_TRUE(is_covariance(state.slow.covariance));
 }
 
 TEST(Update, ASlackMakesTheGainBolderAndNothingElse) {
@@ -259,32 +259,32 @@ TEST(Update, ASlackMakesTheGainBolderAndNothingElse) {
 TEST(Settle, ThePoseIsNoLongerCorrectedAndTheErrorStaysInItsCovariance) {
   State state = somewhere();
   const State before = state;
-  settle(state, lasting::gyro_bias);
-  EXPECT_TRUE(state.lasting.sensitivity.col(lasting::gyro_bias).head<3>().isZero(0.0));
+  detach_from_pose(state, slow::gyro_bias);
+  EXPECT_TRUE(state.slow.sensitivity.col(slow::gyro_bias).head<3>().isZero(0.0));
   EXPECT_EQ(state.mean, before.mean);
   EXPECT_EQ(state.covariance.bottomRows<9>(), before.covariance.bottomRows<9>());
   const auto variance_of = [](const State& s, Eigen::Index i) { return Joint(s).covariance(i, i); };
-  LastingMatrix alone = LastingMatrix::Zero();
-  alone(0, 0) = before.lasting.covariance(0, 0);
+  SlowMatrix alone = SlowMatrix::Zero();
+  alone(0, 0) = before.slow.covariance(0, 0);
   State uncorrelated = before;
-  uncorrelated.lasting.covariance = alone;
+  uncorrelated.slow.covariance = alone;
   State settled = uncorrelated;
-  settle(settled, lasting::gyro_bias);
+  detach_from_pose(settled, slow::gyro_bias);
   for (Eigen::Index i = 0; i < at::size; ++i) {
     EXPECT_NEAR(variance_of(settled, i), variance_of(uncorrelated, i), 1e-15) << i;
   }
   EXPECT_TRUE(is_covariance(state.covariance));
 
-  // What the bias turns out to be moves no pose any more, but what was learnt with it.
+  // A later correction of the bias no longer moves the pose.
   Prediction z;
-  z.value = state.lasting.mean[lasting::gyro_bias];
+  z.value = state.slow.mean[slow::gyro_bias];
   z.variance = 1e-6;
-  z.by_lasting[lasting::gyro_bias] = 1.0;
+  z.by_slow[slow::gyro_bias] = 1.0;
   const Innovation nu = innovation(state, z, z.value + 0.1);
-  teach(state, nu, only(lasting::gyro_bias));
+  correct_slow_errors(state, nu, only(slow::gyro_bias));
   EXPECT_EQ(state.mean.head<3>(), before.mean.head<3>());
   EXPECT_NE(state.mean[at::steering_offset], before.mean[at::steering_offset]);
-  EXPECT_NEAR(state.lasting.mean[lasting::gyro_bias], before.lasting.mean[0] + 0.1, 1e-3);
+  EXPECT_NEAR(state.slow.mean[slow::gyro_bias], before.slow.mean[0] + 0.1, 1e-3);
 }
 
 TEST(Forget, NothingIsRelatedToAStateThatIsForgotten) {

@@ -1,5 +1,4 @@
-// The prediction of a wheel's speed: each wheel at its place, what it teaches, and what it counts
-// as known.
+// The prediction of a wheel's speed: each wheel at its place, and its derivatives.
 #include "estimator/ekf/wheel_speed.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +30,7 @@ double slip_of(const State& state, Source source) {
 std::vector<State> states_without_slip() {
   std::vector<State> states = testing::grid_of_states();
   for (State& state : states) {
-    state.lasting.mean[lasting::wheel_slip] = 0.0;
+    state.slow.mean[slow::wheel_slip] = 0.0;
   }
   return states;
 }
@@ -69,7 +68,7 @@ TEST(FullWheelSpeed, IsTheScaledVelocityOfItsPlaceAlongTheWheel) {
   }
 }
 
-TEST(FullWheelSpeed, TeachesSpeedAndScaleAsDifferencesSay) {
+TEST(FullWheelSpeed, DerivativesBySpeedAndScaleAreRight) {
   const CarModel model;
   for (const State& state : states_without_slip()) {
     for (const Source source : sources) {
@@ -88,8 +87,8 @@ TEST(FullWheelSpeed, TeachesSpeedAndScaleAsDifferencesSay) {
         }
         const Prediction z = predict(state);
         EXPECT_LT((testing::stated(z) - expected).cwiseAbs().maxCoeff(), 1e-7);
-        const LastingVector by = testing::differences_by_lasting(state, predict);
-        EXPECT_LT((z.by_lasting - by).cwiseAbs().maxCoeff(), 1e-7);
+        const SlowVector by = testing::differences_by_slow(state, predict);
+        EXPECT_LT((z.by_slow - by).cwiseAbs().maxCoeff(), 1e-7);
       }
     }
   }
@@ -125,7 +124,7 @@ TEST(FullWheelSpeed, IsNeverTakenForBetterThanItsSensor) {
   }
 }
 
-TEST(FullWheelSpeed, WithoutASteeringThatIsHeardAFrontWheelRollsWhereItGoes) {
+TEST(FullWheelSpeed, WithoutASteeringSignalAFrontWheelRollsAlongItsVelocity) {
   const CarModel model;
   State state;
   state.mean[at::v_x] = 2.0;
@@ -149,7 +148,7 @@ TEST(FullWheelSpeed, WithoutASteeringThatIsHeardAFrontWheelRollsWhereItGoes) {
 TEST(FullWheelSpeed, SlipsWhereItDrivesAndHalfAsMuchWhereAllBrake) {
   CarModel model;
   State state;
-  state.lasting.mean[lasting::wheel_slip] = 0.01;
+  state.slow.mean[slow::wheel_slip] = 0.01;
   for (const Source source : sources) {
     const auto value = [&](double speed, double accel_x) {
       state.mean[at::v_x] = speed;
@@ -190,7 +189,7 @@ TEST(FullWheelSpeed, KnowsWhichAxleIsDriven) {
   }
 }
 
-TEST(FullWheelSpeed, AWheelThatSlipsCountsLessWhereAFreeOneIsHeard) {
+TEST(FullWheelSpeed, ASlippingWheelCountsLessIfAnUndrivenOneIsAlive) {
   CarModel model;
   State state;
   state.mean[at::v_x] = 20.0;
@@ -200,7 +199,7 @@ TEST(FullWheelSpeed, AWheelThatSlipsCountsLessWhereAFreeOneIsHeard) {
     return z.variance - z.slack;
   };
   const double alone = gained(Source::wheel_rear_left);
-  state.heard[index_of(Source::wheel_front_left)] = {.agreeing = 1};
+  state.readings[index_of(Source::wheel_front_left)] = {.consistent = 1};
   EXPECT_GT(gained(Source::wheel_rear_left), 10.0 * alone);
   // Where all brake, none is free.
   state.mean[at::accel_x] = -6.0;
@@ -217,25 +216,25 @@ TEST(FullWheelSpeed, OfWheelsThatErrTheBestCountsInFull) {
   const double radius = std::pow(model.tuning.wheel_radius * 10.0, 2);
   const auto left = index_of(Source::wheel_rear_left);
   const auto right = index_of(Source::wheel_rear_right);
-  state.heard[left].agreeing = state.heard[right].agreeing = 3;
+  state.readings[left].consistent = state.readings[right].consistent = 3;
   const auto predict = [&](Source source) {
     return predict_wheel_speed(model, {}, state, source, sigma, true);
   };
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
 
   // One of them errs: it counts for what it is worth.
-  state.wheel_unrest[left] = 9.0;
+  state.wheel_noise_scale[left] = 9.0;
   EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 9.0 * radius, 1e-12);
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
   EXPECT_NEAR(predict(Source::wheel_rear_right).variance, sigma * sigma + radius, 1e-12);
 
   // All do: they are that inconsistent with each other, but the best of them is the speed.
-  state.wheel_unrest[right] = 4.0;
+  state.wheel_noise_scale[right] = 4.0;
   EXPECT_NEAR(predict(Source::wheel_rear_right).slack, 3.0 * radius, 1e-12);
   EXPECT_NEAR(predict(Source::wheel_rear_left).slack, (9.0 - 9.0 / 4.0) * radius, 1e-12);
 
   // Calm ones are as good as they have been.
-  state.wheel_unrest[left] = 0.1;
+  state.wheel_noise_scale[left] = 0.1;
   EXPECT_NEAR(predict(Source::wheel_rear_left).variance, sigma * sigma + 0.1 * radius, 1e-12);
   EXPECT_EQ(predict(Source::wheel_rear_left).slack, 0.0);
   EXPECT_EQ(predict(Source::wheel_rear_right).slack, 0.0);

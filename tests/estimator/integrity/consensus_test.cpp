@@ -20,7 +20,7 @@ Row row(Sources sources, std::initializer_list<std::pair<of::Index, double>> by,
 /// What is known of all beforehand: next to nothing.
 Consensus of_next_to_nothing() {
   Consensus all;
-  for (const of::Index index : {of::speed, of::turn, of::front_slip, of::rear_slip})
+  for (const of::Index index : {of::speed, of::yaw_rate, of::front_slip, of::rear_slip})
     all.add(row(0, {{index, 1.0}}, 0.0, 1e6));
   return all;
 }
@@ -28,18 +28,18 @@ Consensus of_next_to_nothing() {
 TEST(Consensus, SolvesTwoEquationsOfTwoUnknowns) {
   // 2 v + ψ̇ = 5, v - ψ̇ = 1: v = 2, ψ̇ = 1.
   Consensus all = of_next_to_nothing();
-  all.add(row(only(Source::motor), {{of::speed, 2.0}, {of::turn, 1.0}}, 5.0, 0.1));
-  all.add(row(only(Source::yaw_rate), {{of::speed, 1.0}, {of::turn, -1.0}}, 1.0, 0.2));
+  all.add(row(only(Source::motor), {{of::speed, 2.0}, {of::yaw_rate, 1.0}}, 5.0, 0.1));
+  all.add(row(only(Source::yaw_rate), {{of::speed, 1.0}, {of::yaw_rate, -1.0}}, 1.0, 0.2));
   const Solution solution = all.without(0);
   EXPECT_NEAR(solution.motion[of::speed], 2.0, 1e-9);
-  EXPECT_NEAR(solution.motion[of::turn], 1.0, 1e-9);
+  EXPECT_NEAR(solution.motion[of::yaw_rate], 1.0, 1e-9);
   // v = (z1 + z2) / 3, ψ̇ = (z1 - 2 z2) / 3.
   EXPECT_NEAR(solution.sigma[of::speed], std::hypot(0.1, 0.2) / 3.0, 1e-9);
-  EXPECT_NEAR(solution.sigma[of::turn], std::hypot(0.1, 0.4) / 3.0, 1e-9);
+  EXPECT_NEAR(solution.sigma[of::yaw_rate], std::hypot(0.1, 0.4) / 3.0, 1e-9);
   EXPECT_NEAR(solution.misfit, 0.0, 1e-9);
 }
 
-TEST(Consensus, WeighsByTheSigmasAndTellsByHowMuchTheyDisagree) {
+TEST(Consensus, WeighsByTheSigmasAndReturnsTheMisfit) {
   Consensus all = of_next_to_nothing();
   all.add(row(only(Source::wheel_rear), {{of::speed, 1.0}}, 1.0, 0.1));
   all.add(row(only(Source::motor), {{of::speed, 1.0}}, 2.0, 0.2));
@@ -63,10 +63,10 @@ TEST(Consensus, LeavingOutTheOneThatIsWrongExplainsItAndAnotherDoesNot) {
 
 TEST(Consensus, ARowOfSeveralSourcesGoesWithAnyOfThem) {
   Consensus all = of_next_to_nothing();
-  all.add(row(only(Source::steering) | only(Source::motor), {{of::turn, 1.0}}, 2.0, 0.1));
-  EXPECT_NEAR(all.without(0).motion[of::turn], 2.0, 1e-6);
-  EXPECT_NEAR(all.without(only(Source::motor)).motion[of::turn], 0.0, 1e-6);
-  EXPECT_NEAR(all.without(only(Source::yaw_rate)).motion[of::turn], 2.0, 1e-6);
+  all.add(row(only(Source::steering) | only(Source::motor), {{of::yaw_rate, 1.0}}, 2.0, 0.1));
+  EXPECT_NEAR(all.without(0).motion[of::yaw_rate], 2.0, 1e-6);
+  EXPECT_NEAR(all.without(only(Source::motor)).motion[of::yaw_rate], 0.0, 1e-6);
+  EXPECT_NEAR(all.without(only(Source::yaw_rate)).motion[of::yaw_rate], 2.0, 1e-6);
 }
 
 TEST(Consensus, TakesNoMoreThanItHolds) {

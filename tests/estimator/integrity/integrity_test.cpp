@@ -1,5 +1,4 @@
-// Sources that are held against each other on a made-up drive: what each fault looks like, and what
-// is none.
+// Integrity on a simulated drive: detects each fault, and raises no flag without one.
 #include "estimator/integrity/integrity.hpp"
 
 #include <gtest/gtest.h>
@@ -21,11 +20,11 @@ namespace {
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t start_ns = 1'000'000 * ms;
 
-/// Of good sensors, in the order of Source.
+/// Noise of good sensors, in the order of Source.
 constexpr std::array<double, source_count> sigmas{0.005, 0.15,  0.15,  0.007, 0.007,
                                                   0.007, 0.007, 0.007, 0.007, 0.002};
 
-/// What the reference car does at a time [s].
+/// Motion of the reference car at a time [s].
 struct Motion {
   double speed = 0.0;
   double steering = 0.0;
@@ -39,17 +38,17 @@ Motion slalom_backwards(double t) {
   return {-ahead.speed, ahead.steering};
 }
 
-/// Replaces the true value of a source at a time; nothing: it is silent.
+/// Replaces the true value of a source at a time; nothing: no sample.
 using Failure = std::function<std::optional<double>(Source source, double t, double value)>;
 std::optional<double> sound(Source, double, double value) {
   return value;
 }
 
-/// What the sensors are like beyond the usual: wheels that know no sign, a camera.
+/// Optional sensors.
 struct Equipment {
   bool unsigned_wheels = false;
   bool camera = false;
-  std::optional<double> direction = std::nullopt;  ///< what is said of it, throughout
+  std::optional<double> direction = std::nullopt;  ///< constant sample of it
 };
 
 class Drive {
@@ -63,7 +62,7 @@ class Drive {
       const double t = time_s();
       if (now_ns_ / ms % 10 == 0) sense(t, failure);
       if (equipment_.camera) look(t);
-      integrity.look({}, now_ns_);
+      integrity.check({}, now_ns_);
       for (std::size_t i = 0; i < source_count; ++i)
         if (!raised_s_[i] && !integrity.trusted(static_cast<Source>(i))) raised_s_[i] = t;
     }
@@ -96,8 +95,8 @@ class Drive {
     // Moving sensors have noise; at rest they repeat.
     const double noise = v == 0.0 ? 0.0 : 0.01 * std::sin(97.0 * t);
     const auto give = [&](Source source, double value) {
-      if (const std::optional<double> said = failure(source, t, value))
-        integrity.hear(source, now_ns_ - ms, *said, sigmas[index_of(source)]);
+      if (const std::optional<double> sample = failure(source, t, value))
+        integrity.add(source, now_ns_ - ms, *sample, sigmas[index_of(source)]);
     };
     give(Source::yaw_rate, turn + noise);
     give(Source::accel_x, ahead + 10.0 * noise);
@@ -124,7 +123,7 @@ class Drive {
     if (now_ns_ / ms % 35 != 0) return;
     seen_.capture_ns = now_ns_ - 5 * ms;
     seen_.arrival_ns = now_ns_;
-    integrity.hear(seen_);
+    integrity.add(seen_);
   }
 
   std::function<Motion(double)> motion_;
@@ -173,11 +172,12 @@ TEST(Integrity, TakesWheelsThatKnowNoSignForNoFaultInReverse) {
   };
   EXPECT_TRUE(nothing_of({.unsigned_wheels = true}, "alone"));
   EXPECT_TRUE(nothing_of({.unsigned_wheels = true, .camera = true}, "with camera"));
-  EXPECT_FALSE(nothing_of({.unsigned_wheels = true, .camera = true, .direction = -1.0}, "told so"));
-  EXPECT_TRUE(nothing_of({.unsigned_wheels = true, .camera = true, .direction = 0.0}, "not told"));
+  EXPECT_FALSE(
+      nothing_of({.unsigned_wheels = true, .camera = true, .direction = -1.0}, "measured"));
+  EXPECT_TRUE(nothing_of({.unsigned_wheels = true, .camera = true, .direction = 0.0}, "unknown"));
 }
 
-TEST(Integrity, TellsWhichWayUnsignedWheelsTurnAfterEachHalt) {
+TEST(Integrity, FindsTheSignOfUnsignedWheelsAfterEachHalt) {
   // Three seconds each ahead, at rest, backwards, at rest, and ahead again.
   const auto to_and_fro = [](double t) {
     const int part = static_cast<int>(t / 3.0) % 4;
@@ -200,7 +200,7 @@ TEST(Integrity, TellsWhichWayUnsignedWheelsTurnAfterEachHalt) {
         << source_names[i] << " at " << drive.raised_s(static_cast<Source>(i)).value_or(0.0);
 }
 
-TEST(Integrity, TellsWhatFailsInReverseOfWheelsThatKnowNoSign) {
+TEST(Integrity, DetectsFaultsInReverseWithUnsignedWheels) {
   const std::pair<Source, double> offsets[] = {
       {Source::yaw_rate, 1.5}, {Source::accel_y, 5.0}, {Source::wheel_rear_left, 1.5}};
   for (const auto& [source, by] : offsets) {
@@ -229,10 +229,10 @@ TEST(Integrity, TakesASteadyDriveForNoFault) {
   EXPECT_EQ(drive.flagged(), 0);
 }
 
-TEST(Integrity, TellsWhatIsFrozen) {
+TEST(Integrity, DetectsAFrozenSource) {
   for (const Source source : {Source::yaw_rate, Source::accel_y, Source::steering,
                               Source::wheel_front_left, Source::wheel_rear_right}) {
-    // At a time at which the car turns to one side.
+    // While the car turns to one side.
     Drive drive(slalom);
     drive.until(6.0);
     std::optional<double> held;
@@ -245,7 +245,7 @@ TEST(Integrity, TellsWhatIsFrozen) {
   }
 }
 
-TEST(Integrity, TellsWhatContradictsTheOthersWithinHalfASecond) {
+TEST(Integrity, DetectsAContradictionWithinHalfASecond) {
   const std::pair<Source, double> offsets[] = {
       {Source::yaw_rate, 1.5}, {Source::accel_y, 5.0}, {Source::accel_x, -5.0}};
   for (const auto& [source, by] : offsets) {
@@ -261,7 +261,7 @@ TEST(Integrity, TellsWhatContradictsTheOthersWithinHalfASecond) {
   }
 }
 
-TEST(Integrity, TellsALockedAndASpinningWheel) {
+TEST(Integrity, DetectsALockedAndASpinningWheel) {
   for (const double factor : {0.0, 2.0}) {
     Drive drive(slalom);
     drive.until(7.3);
@@ -272,7 +272,7 @@ TEST(Integrity, TellsALockedAndASpinningWheel) {
   }
 }
 
-TEST(Integrity, TellsTheAxleThatIsLockedUnderTheBrakeFromTheOneThatSpinsInBothDirections) {
+TEST(Integrity, TellsALockedAxleFromASpinningOneInBothDirections) {
   for (const bool unsigned_wheels : {false, true}) {
     for (const double direction : {1.0, -1.0}) {
       // On the brake from 5 s to 6 s, then on the throttle: front wheels locked, rear wheels
@@ -313,7 +313,7 @@ TEST(Integrity, TellsTheAxleThatIsLockedUnderTheBrakeFromTheOneThatSpinsInBothDi
 }
 
 /// A car that spins off a corner, over its rear axle: β grows to a right angle and beyond, while
-/// the driver steers against it. What each sensor says of it.
+/// the driver countersteers.
 TEST(Integrity, ASpinIsNoFaultOfTheSteering) {
   constexpr double spin_s = 3.0;
   const double l = Vehicle{}.wheelbase();
@@ -374,7 +374,7 @@ TEST(Integrity, ForgivesASingleValue) {
   }
 }
 
-TEST(Integrity, TakesAFlagBackWhenTheFaultIsGone) {
+TEST(Integrity, LowersAFlagWhenTheFaultIsGone) {
   Drive drive(slalom);
   drive.until(5.0);
   drive.until(6.0, offset(Source::yaw_rate, 1.5));
@@ -396,7 +396,7 @@ TEST(Integrity, AgreementOnAStraightSaysLittleOfAGyro) {
   EXPECT_EQ(drive.integrity.flag(Source::yaw_rate), SourceFlag::ok);
 }
 
-TEST(Integrity, BlamesNoneOfTwoThatContradictEachOther) {
+TEST(Integrity, FlagsNeitherOfTwoThatContradictEachOther) {
   Drive drive(slalom);
   drive.until(5.0);
   const auto only_gyro_and_steering = [](Source source, double t,
@@ -441,9 +441,9 @@ class OneAxle {
       if (ticks_ % 7 == 0) {
         seen_.arrival_ns = now_ns();
         seen_.capture_ns = now_ns() - 5 * ms;
-        integrity.hear(seen_);
+        integrity.add(seen_);
       }
-      integrity.look({}, now_ns());
+      integrity.check({}, now_ns());
     }
   }
 
@@ -455,7 +455,7 @@ class OneAxle {
   [[nodiscard]] double time_s() const { return 0.005 * static_cast<double>(ticks_); }
   [[nodiscard]] std::int64_t now_ns() const { return start_ns + 5 * ticks_ * ms; }
   void give(Source source, double value) {
-    integrity.hear(source, now_ns() - ms, value, sigmas[index_of(source)]);
+    integrity.add(source, now_ns() - ms, value, sigmas[index_of(source)]);
   }
 
   Source sensor_;
@@ -465,7 +465,7 @@ class OneAxle {
   CameraPose seen_{.sigma_x = 0.008, .sigma_y = 0.008, .sigma_yaw = 0.009};
 };
 
-TEST(Integrity, TellsWhatIsFrozenByTheCameraAlone) {
+TEST(Integrity, DetectsFrozenSourcesByTheCameraAlone) {
   for (const Source source : {Source::yaw_rate, Source::steering}) {
     OneAxle drive(source, [](double t) { return 0.8 * std::sin(1.3 * t); });
     drive.until(4.0, [](double, double value) { return value; });
@@ -481,7 +481,7 @@ TEST(Integrity, TellsWhatIsFrozenByTheCameraAlone) {
   }
 }
 
-TEST(Integrity, OfTwoThatBothRepeatBlamesTheCameraThatSeesNoMotion) {
+TEST(Integrity, IfBothRepeatFlagsTheCameraThatSeesNoMotion) {
   // In a long bend a steering that is held repeats, and rightly so.
   for (const Source source : {Source::yaw_rate, Source::steering}) {
     OneAxle drive(source, [](double) { return 0.8; });
@@ -494,7 +494,7 @@ TEST(Integrity, OfTwoThatBothRepeatBlamesTheCameraThatSeesNoMotion) {
   }
 }
 
-TEST(Integrity, TellsAFrozenPicture) {
+TEST(Integrity, DetectsAFrozenCamera) {
   Drive drive(slalom, {.camera = true});
   drive.until(8.0);
   drive.freeze_camera();
@@ -503,16 +503,16 @@ TEST(Integrity, TellsAFrozenPicture) {
   EXPECT_EQ(drive.flagged(), 1);
 }
 
-TEST(Integrity, HearsNothingThatIsOlderThanWhatItHasHeard) {
+TEST(Integrity, IgnoresASampleOlderThanTheNewest) {
   Drive drive(slalom);
   drive.until(5.0);
   Integrity late = drive.integrity;
-  late.hear(Source::yaw_rate, start_ns + 4'000 * ms, 9.0, 0.005);
+  late.add(Source::yaw_rate, start_ns + 4'000 * ms, 9.0, 0.005);
   // So soon that the gyro still counts.
-  late.look({}, start_ns + 5'015 * ms);
-  drive.integrity.look({}, start_ns + 5'015 * ms);
-  EXPECT_NE(drive.integrity.agreed().turn, drive.integrity.agreed().turn_without_gyro);
-  EXPECT_EQ(late.agreed().turn, drive.integrity.agreed().turn);
+  late.check({}, start_ns + 5'015 * ms);
+  drive.integrity.check({}, start_ns + 5'015 * ms);
+  EXPECT_NE(drive.integrity.agreed().yaw_rate, drive.integrity.agreed().yaw_rate_without_gyro);
+  EXPECT_EQ(late.agreed().yaw_rate, drive.integrity.agreed().yaw_rate);
 }
 
 TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
@@ -529,8 +529,8 @@ TEST(Integrity, AGyroOfTheWrongSignIsNoReversing) {
   EXPECT_EQ(drive.flagged(), 1);
 }
 
-TEST(Integrity, WhatChangesUnheardIsBelievedAfterwards) {
-  // From 30 m/s to 6 m/s while the bus says nothing.
+TEST(Integrity, AChangeDuringAGapIsAcceptedAfterwards) {
+  // From 30 m/s to 6 m/s while the bus is silent.
   const auto braking = [](double t) {
     return Motion{30.0 - 8.0 * std::clamp(t - 4.0, 0.0, 3.0) + 0.3 * std::sin(2.0 * t)};
   };
@@ -544,7 +544,7 @@ TEST(Integrity, WhatChangesUnheardIsBelievedAfterwards) {
     EXPECT_TRUE(drive.integrity.trusted(static_cast<Source>(i))) << source_names[i];
 }
 
-TEST(Integrity, AWheelThatIsReadInStepsIsBelievedAgain) {
+TEST(Integrity, AQuantisedWheelIsTrustedAgain) {
   Drive drive(slalom);
   double held = 0.0;
   const auto freezes = [&held](Source source, double t, double value) -> std::optional<double> {
@@ -559,7 +559,7 @@ TEST(Integrity, AWheelThatIsReadInStepsIsBelievedAgain) {
   EXPECT_TRUE(drive.integrity.trusted(Source::wheel_rear_left));
 }
 
-TEST(Integrity, TellsAFrozenGyroByTheCameraAlone) {
+TEST(Integrity, DetectsAFrozenGyroByTheCameraAlone) {
   const auto straight_first = [](double t) {
     return Motion{1.5, t < 12.0 ? 0.0 : 0.3 * std::sin(1.3 * (t - 12.0))};
   };

@@ -1,4 +1,4 @@
-// The equations that the sources are held to: the true motion of a car satisfies them all.
+// The parity equations: the true motion of a car satisfies all of them.
 #include "estimator/integrity/parity.hpp"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,7 @@ namespace {
 constexpr std::int64_t ms = 1'000'000;
 constexpr std::int64_t start_ns = 1'000'000 * ms;
 
-/// A car that has driven on a circle for a while: what its sensors say, each with its noise's
-/// sigma, and a camera.
+/// The observations of a car that has driven on a circle for a while, with a camera.
 struct Circle {
   double speed = 2.0;
   double turn = 1.0;
@@ -31,43 +30,43 @@ struct Circle {
     return std::copysign(std::hypot(along, place.steered ? car.wheelbase() * turn : 0.0), along);
   }
 
-  [[nodiscard]] Heard heard() const {
-    Heard heard;
-    heard.speeds = {speed, speed};
-    heard.turns = {turn, turn};
-    heard.speed_sigma = 0.1;
-    heard.felt_speed = speed;
-    heard.felt_sigma = 0.1;
-    const auto say = [&heard](Source source, double value, double sigma) {
+  [[nodiscard]] Observations observed() const {
+    Observations observed;
+    observed.speeds = {speed, speed};
+    observed.yaw_rates = {turn, turn};
+    observed.speed_sigma = 0.1;
+    observed.integrated_speed = speed;
+    observed.integrated_sigma = 0.1;
+    const auto push = [&observed](Source source, double value, double sigma) {
       for (std::int64_t t = start_ns; t <= now_ns; t += 10 * ms)
-        hear(heard.sources[index_of(source)], t, value, sigma, false, 1e9);
+        add_sample(observed.sources[index_of(source)], t, value, sigma, false, 1e9);
     };
     for (const Source source :
          {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
           Source::wheel_rear_right, Source::wheel_rear, Source::motor})
-      say(source, wheel(source), 0.01);
-    say(Source::yaw_rate, turn, 0.005);
-    say(Source::accel_x, 0.0, 0.1);
-    say(Source::accel_y, speed * turn, 0.1);
-    say(Source::steering, steering(), 0.002);
+      push(source, wheel(source), 0.01);
+    push(Source::yaw_rate, turn, 0.005);
+    push(Source::accel_x, 0.0, 0.1);
+    push(Source::accel_y, speed * turn, 0.1);
+    push(Source::steering, steering(), 0.002);
     for (std::int64_t t = start_ns; t <= now_ns; t += 10 * ms) {
-      hear(heard.seen_speed, t, speed, 0.008, false, 1e9);
-      hear(heard.seen_turn, t, turn, 0.009, false, 1e9);
+      add_sample(observed.camera_speed, t, speed, 0.008, false, 1e9);
+      add_sample(observed.camera_yaw_rate, t, turn, 0.009, false, 1e9);
     }
-    return heard;
+    return observed;
   }
 
   [[nodiscard]] Motion truth() const {
     Motion motion = Motion::Zero();
     motion[of::speed] = speed;
-    motion[of::turn] = turn;
+    motion[of::yaw_rate] = turn;
     return motion;
   }
 };
 
-Consensus parities_at(std::int64_t now_ns, Heard heard, bool backwards, Over over) {
-  heard.now_ns = now_ns;
-  return parities({}, heard, backwards, over);
+Consensus parities_at(std::int64_t now_ns, Observations observed, bool backwards, Over over) {
+  observed.now_ns = now_ns;
+  return parities({}, observed, backwards, over);
 }
 
 /// By how much the truth is off the rows of a source, in sigmas; the most of them.
@@ -78,26 +77,26 @@ double off(const Consensus& all, Source source, const Motion& truth) {
   return most;
 }
 
-TEST(Parity, TheTrueMotionOfACircleIsOffNoneByASigma) {
+TEST(Parity, TheTrueMotionOnACircleFitsAllWithinASigma) {
   for (const Circle circle : {Circle{2.0, 1.0}, Circle{2.0, -1.0}, Circle{0.5, 0.8},
                               Circle{-1.5, 0.6}, Circle{3.0, 0.0}}) {
-    const Heard heard = circle.heard();
+    const Observations observed = circle.observed();
     for (const Over over : {Over::short_time, Over::long_time}) {
-      const Consensus all = parities_at(Circle::now_ns, heard, false, over);
+      const Consensus all = parities_at(Circle::now_ns, observed, false, over);
       for (const Row& row : all)
         EXPECT_LT(std::abs(row.off(circle.truth())), 1.0)
             << circle.speed << " m/s, " << circle.turn << " rad/s, sources " << row.sources;
       // And it is what they agree on.
       const Solution solution = all.without(0);
       EXPECT_NEAR(solution.motion[of::speed], circle.speed, 0.05);
-      EXPECT_NEAR(solution.motion[of::turn], circle.turn, 0.05);
+      EXPECT_NEAR(solution.motion[of::yaw_rate], circle.turn, 0.05);
     }
   }
 }
 
 TEST(Parity, EverySourceThatKnowsTheMotionHasARow) {
   const Circle circle;
-  const Consensus all = parities_at(Circle::now_ns, circle.heard(), false, Over::short_time);
+  const Consensus all = parities_at(Circle::now_ns, circle.observed(), false, Over::short_time);
   for (const Source source :
        {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
         Source::wheel_rear_right, Source::wheel_rear, Source::motor, Source::yaw_rate,
@@ -105,23 +104,23 @@ TEST(Parity, EverySourceThatKnowsTheMotionHasARow) {
     EXPECT_GE(off(all, source, circle.truth()), 0.0) << source_names[index_of(source)];
 }
 
-TEST(Parity, WhatIsSilentHasNone) {
+TEST(Parity, ASilentSourceHasNoRow) {
   const Circle circle;
-  Heard heard = circle.heard();
-  heard.sources[index_of(Source::steering)] = {};
-  heard.sources[index_of(Source::wheel_front_left)].heard_ns -= 500 * ms;
-  const Consensus all = parities_at(Circle::now_ns, heard, false, Over::short_time);
+  Observations observed = circle.observed();
+  observed.sources[index_of(Source::steering)] = {};
+  observed.sources[index_of(Source::wheel_front_left)].arrival_ns -= 500 * ms;
+  const Consensus all = parities_at(Circle::now_ns, observed, false, Over::short_time);
   EXPECT_LT(off(all, Source::steering, circle.truth()), 0.0);
   EXPECT_LT(off(all, Source::wheel_front_left, circle.truth()), 0.0);
 }
 
-TEST(Parity, AFrontWheelSaysHowFastItGoesAlongItself) {
+TEST(Parity, AFrontWheelMeasuresItsSpeedAlongTheWheel) {
   // Of a tight turn: it goes faster than the rear wheel of its side.
   const Circle circle{1.0, 1.8};
   EXPECT_GT(circle.wheel(Source::wheel_front_right), circle.wheel(Source::wheel_rear_right));
-  const Consensus all = parities_at(Circle::now_ns, circle.heard(), false, Over::short_time);
+  const Consensus all = parities_at(Circle::now_ns, circle.observed(), false, Over::short_time);
   EXPECT_LT(off(all, Source::wheel_front_right, circle.truth()), 0.1);
-  // It tells the speed; and slip of its axle is no slip of the other.
+  // It measures the speed, with the slip of its own axle only.
   for (const Row& row : all) {
     if (row.sources == only(Source::wheel_front_right)) {
       EXPECT_NE(row.by[of::front_slip], 0.0);
@@ -143,62 +142,63 @@ TEST(Parity, EachSourceThatIsFarOffIsOffItsRowBySigmas) {
        {Wrong{Source::yaw_rate, 0.5}, Wrong{Source::accel_y, 3.0},
         Wrong{Source::wheel_rear_left, 0.7}, Wrong{Source::wheel_front_right, 0.7}}) {
     const Circle circle;
-    Heard heard = circle.heard();
-    Witness& witness = heard.sources[index_of(wrong.source)];
-    for (Mean& mean : witness.means) mean = {mean.value + wrong.by, mean.slow + wrong.by};
-    const Consensus all = parities_at(Circle::now_ns, heard, false, Over::short_time);
+    Observations observed = circle.observed();
+    SourceHistory& history = observed.sources[index_of(wrong.source)];
+    for (Mean& mean : history.means) mean = {mean.value + wrong.by, mean.slow + wrong.by};
+    const Consensus all = parities_at(Circle::now_ns, observed, false, Over::short_time);
     EXPECT_GT(off(all, wrong.source, circle.truth()), 3.0) << source_names[index_of(wrong.source)];
   }
 }
 
-TEST(Parity, ASteeringIsHeldToNoTurnThatTyresDoNotMake) {
+TEST(Parity, SteeringBeyondTheGripPredictsNoYawRate) {
   // At 6 m/s and 3 rad/s, 18 m/s²: the front slides, whatever it is turned by.
   const Circle sliding{6.0, 1.0};
-  Heard heard = sliding.heard();
+  Observations observed = sliding.observed();
   const double wheelbase = Vehicle{}.wheelbase();
   const double delta = std::atan(3.0 * wheelbase / 6.0);
   for (std::int64_t t = Circle::now_ns; t <= Circle::now_ns + 3'000 * ms; t += 10 * ms)
-    hear(heard.sources[index_of(Source::steering)], t, delta, 0.002, false, 1e9);
+    add_sample(observed.sources[index_of(Source::steering)], t, delta, 0.002, false, 1e9);
   for (std::size_t i = 0; i < source_count; ++i)
-    if (heard.sources[i].seen) heard.sources[i].time_ns = Circle::now_ns + 3'000 * ms;
-  const Consensus all = parities_at(Circle::now_ns + 3'000 * ms, heard, false, Over::short_time);
+    if (observed.sources[i].seen) observed.sources[i].time_ns = Circle::now_ns + 3'000 * ms;
+  const Consensus all = parities_at(Circle::now_ns + 3'000 * ms, observed, false, Over::short_time);
   EXPECT_LT(off(all, Source::steering, sliding.truth()), 2.0);
 }
 
-TEST(Parity, AGyroIsHeldToItsBiasOnceThatIsKnown) {
+TEST(Parity, AKnownGyroBiasIsSubtracted) {
   const Circle circle;
-  Heard heard = circle.heard();
-  for (Mean& mean : heard.sources[index_of(Source::yaw_rate)].means)
+  Observations observed = circle.observed();
+  for (Mean& mean : observed.sources[index_of(Source::yaw_rate)].means)
     mean = {mean.value + 0.1, mean.slow + 0.1};
-  heard.known.gyro_bias = 0.1;
-  heard.known.gyro_bias_sigma = 0.001;
-  EXPECT_LT(off(parities_at(Circle::now_ns, heard, false, Over::long_time), Source::yaw_rate,
+  observed.errors.gyro_bias = 0.1;
+  observed.errors.gyro_bias_sigma = 0.001;
+  EXPECT_LT(off(parities_at(Circle::now_ns, observed, false, Over::long_time), Source::yaw_rate,
                 circle.truth()),
             0.1);
-  heard.known.gyro_bias = 0.0;
-  EXPECT_GT(off(parities_at(Circle::now_ns, heard, false, Over::long_time), Source::yaw_rate,
+  observed.errors.gyro_bias = 0.0;
+  EXPECT_GT(off(parities_at(Circle::now_ns, observed, false, Over::long_time), Source::yaw_rate,
                 circle.truth()),
             2.0);
 }
 
-TEST(Parity, WheelsThatKnowNoSignAreReadBackwards) {
+TEST(Parity, UnsignedWheelsAreReadBackwards) {
   const Circle circle{-1.5, 0.6};
-  Heard heard = circle.heard();
+  Observations observed = circle.observed();
   for (std::size_t i = index_of(Source::wheel_front_left); i <= index_of(Source::motor); ++i)
-    for (Mean& mean : heard.sources[i].means) mean = {-mean.value, -mean.slow};
-  const Consensus all = parities_at(Circle::now_ns, heard, true, Over::short_time);
+    for (Mean& mean : observed.sources[i].means) mean = {-mean.value, -mean.slow};
+  const Consensus all = parities_at(Circle::now_ns, observed, true, Over::short_time);
   for (const Row& row : all) EXPECT_LT(std::abs(row.off(circle.truth())), 1.0) << row.sources;
 }
 
 TEST(Parity, SteeringIsAsLateToTheLeftAsToTheRight) {
   const auto sigma_of = [](double rate) {
-    Heard heard;
-    heard.speeds = {1.5, 1.5};
+    Observations observed;
+    observed.speeds = {1.5, 1.5};
     for (std::int64_t t = start_ns; t <= Circle::now_ns; t += 20 * ms) {
       const double from_end_s = static_cast<double>(t - Circle::now_ns) * 1e-9;
-      hear(heard.sources[index_of(Source::steering)], t, rate * from_end_s, 0.002, false, 1e9);
+      add_sample(observed.sources[index_of(Source::steering)], t, rate * from_end_s, 0.002, false,
+                 1e9);
     }
-    for (const Row& row : parities_at(Circle::now_ns, heard, false, Over::short_time))
+    for (const Row& row : parities_at(Circle::now_ns, observed, false, Over::short_time))
       if (row.sources == only(Source::steering)) return row.sigma;
     return 0.0;
   };

@@ -1,5 +1,5 @@
-// Samples that pass for the car's own and are not: of a checksum of 8 bits, one random frame in 256
-// is right. One alone must not carry the pose away, whatever it says and whatever comes behind it.
+// Corrupt samples that pass the checks: with a checksum of 8 bits, one random frame in 256
+// is right. A single one must not move the pose, whatever it contains and whatever follows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,9 +16,9 @@
 namespace odomd::estimator::testing {
 namespace {
 
-/// A message, and how far its signals reach.
+/// A message, and the ranges of its signals.
 struct Frame {
-  std::array<std::pair<Source, double>, 3> signals{};  ///< those of reach 0 are none
+  std::array<std::pair<Source, double>, 3> signals{};  ///< range 0: unused
 };
 using Signal = std::pair<Source, double>;
 constexpr std::array<Frame, 4> frames{
@@ -28,7 +28,7 @@ constexpr std::array<Frame, 4> frames{
     Frame{{Signal{Source::steering, 0.8}}},
 };
 
-/// Whether everything falls silent behind the strange frame, or the car's own go on.
+/// What follows the corrupt frame: nothing, or the car's own samples.
 enum class Then : std::uint8_t { silence, more };
 
 struct Motion {
@@ -36,7 +36,7 @@ struct Motion {
   double turn = 0.0;
 };
 
-/// Half a second of a car's own samples, one strange frame, and a second and a half more.
+/// Half a second of a car's own samples, one corrupt frame, and a second and a half more.
 class Drive {
  public:
   Drive(Motion motion, Then then) : motion_(motion), then_(then) {
@@ -86,16 +86,16 @@ class Drive {
 
 constexpr std::array motions{Motion{}, Motion{2.0, 0.0}, Motion{2.0, 1.0}};
 
-/// Hands `check` the last estimate of every drive with a strange frame, and that without.
+/// Calls `check` with the last estimate of every drive with a corrupt frame, and that without.
 void try_all(Then then,
-             const std::function<void(const Estimate& strange, const Estimate& honest)>& check) {
+             const std::function<void(const Estimate& corrupt, const Estimate& clean)>& check) {
   for (const Motion motion : motions) {
     std::mt19937 random(1);
-    const Estimate honest = Drive(motion, then).with(nullptr, random);
+    const Estimate clean = Drive(motion, then).with(nullptr, random);
     for (const Frame& frame : frames) {
       for (const unsigned seed : {3U, 5U, 7U}) {
         random.seed(seed);
-        check(Drive(motion, then).with(&frame, random), honest);
+        check(Drive(motion, then).with(&frame, random), clean);
         if (::testing::Test::HasFailure()) {
           FAIL() << "at " << motion.speed << " m/s, " << motion.turn << " rad/s; "
                  << source_names[index_of(frame.signals[0].first)] << ", seed " << seed;
@@ -109,14 +109,14 @@ double apart(const Estimate& a, const Estimate& b) {
   return std::hypot(a.map.x - b.map.x, a.map.y - b.map.y);
 }
 
-TEST(StrangeSamples, OneBeforeASilenceLeavesThePoseWithinItsThreeSigmas) {
-  try_all(Then::silence, [](const Estimate& strange, const Estimate& honest) {
-    EXPECT_LT(apart(strange, honest),
-              3.0 * std::sqrt(std::max(strange.covariance[0], strange.covariance[3])));
+TEST(CorruptSamples, OneBeforeAGapLeavesThePoseWithinItsThreeSigmas) {
+  try_all(Then::silence, [](const Estimate& corrupt, const Estimate& clean) {
+    EXPECT_LT(apart(corrupt, clean),
+              3.0 * std::sqrt(std::max(corrupt.covariance[0], corrupt.covariance[3])));
   });
 }
 
-TEST(StrangeSamples, OneSetsNoCarOffThatStands) {
+TEST(CorruptSamples, OneDoesNotEndAStandstill) {
   std::mt19937 random;
   for (const Then then : {Then::silence, Then::more}) {
     for (const Frame& frame : frames) {
@@ -131,10 +131,10 @@ TEST(StrangeSamples, OneSetsNoCarOffThatStands) {
   }
 }
 
-TEST(StrangeSamples, OneAmongTheCarsOwnHardlyMovesThePose) {
-  try_all(Then::more, [](const Estimate& strange, const Estimate& honest) {
-    EXPECT_LT(apart(strange, honest), 0.3);
-    EXPECT_NEAR(strange.map.yaw, honest.map.yaw, 0.1);
+TEST(CorruptSamples, OneAmongTheCarsOwnHardlyMovesThePose) {
+  try_all(Then::more, [](const Estimate& corrupt, const Estimate& clean) {
+    EXPECT_LT(apart(corrupt, clean), 0.3);
+    EXPECT_NEAR(corrupt.map.yaw, clean.map.yaw, 0.1);
   });
 }
 

@@ -1,34 +1,35 @@
-// A filter that is held to what its sources agree on: where it goes astray, what is forced, and
-// when its pose is doubted.
+// Effects of the integrity verdict on the filter: resets to the consensus, forced samples, doubtful
+// poses.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "estimator/ekf/update.hpp"
 #include "tests/estimator/signalled_car.hpp"
 
-namespace odomd::estimator::full::heed_sources_test {
+namespace odomd::estimator::full::apply_integrity_test {
 namespace {
 
 using testing::bend_at;
 using testing::Car;
-using testing::Says;
+using testing::SensorValues;
 using testing::straight_at;
 using testing::with;
 using testing::without;
 
-TEST(HeedSources, AnHonestDriveIsNeitherCorrectedNorDoubted) {
+TEST(ApplyIntegrity, ADriveWithoutFaultsIsNotCorrectedNorDoubtful) {
   Car car;
   car.drive(3.0, straight_at(1.5));
   car.drive(3.0, bend_at(1.5, 0.8));
   EXPECT_FALSE(car.state.doubtful);
   EXPECT_FALSE(car.state.disputed);
-  EXPECT_EQ(car.state.astray.speed_since_ns, 0);
-  EXPECT_EQ(car.state.astray.turn_since_ns, 0);
-  EXPECT_NEAR(car.state.integrity.agreed().turn, 0.8, 0.05);
+  EXPECT_EQ(car.state.deviation.speed_since_ns, 0);
+  EXPECT_EQ(car.state.deviation.yaw_rate_since_ns, 0);
+  EXPECT_NEAR(car.state.integrity.agreed().yaw_rate, 0.8, 0.05);
 }
 
-TEST(HeedSources, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) {
-  // Sure of a speed that no source says.
+TEST(ApplyIntegrity, AWrongSpeedIsResetToTheConsensus) {
+  // The filter is certain of a wrong speed.
   Car car;
   car.drive(3.0, straight_at(1.5));
   ASSERT_FALSE(car.state.doubtful);
@@ -40,23 +41,23 @@ TEST(HeedSources, AFilterThatIsAstrayInItsSpeedGoesOnFromWhatTheSourcesAgreeOn) 
   EXPECT_GT(car.state.covariance(at::x, at::x), before);
 }
 
-TEST(HeedSources, AFilterThatIsAstrayInItsTurnGoesOnFromWhatTheSourcesAgreeOn) {
-  // Without a gyro, which is followed at once; front wheels that are turned as nothing says.
+TEST(ApplyIntegrity, AWrongYawRateIsResetToTheConsensus) {
+  // Without a gyro, which would correct the yaw rate at once.
   Car car;
-  const Says heard = without(bend_at(1.5, 0.8), Source::yaw_rate);
-  car.drive(3.0, heard);
+  const SensorValues values = without(bend_at(1.5, 0.8), Source::yaw_rate);
+  car.drive(3.0, values);
   ASSERT_FALSE(car.state.doubtful);
   const double before = car.state.covariance(at::yaw, at::yaw);
   car.state.mean[at::yaw_rate] = -2.0;
   car.state.mean[at::front_angle] = -0.6;
   forget(car.state, at::yaw_rate, 1e-3);
   forget(car.state, at::front_angle, 1e-3);
-  car.drive(0.4, heard);
+  car.drive(0.4, values);
   EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.8, 0.2);
   EXPECT_GT(car.state.covariance(at::yaw, at::yaw), before);
 }
 
-TEST(HeedSources, AGyroThatIsNotTrustedLeavesThePoseInDoubt) {
+TEST(ApplyIntegrity, ADistrustedGyroMakesThePoseDoubtful) {
   Car car;
   car.drive(3.0, bend_at(1.5, 0.5));
   ASSERT_FALSE(car.state.doubtful);
@@ -64,13 +65,13 @@ TEST(HeedSources, AGyroThatIsNotTrustedLeavesThePoseInDoubt) {
   EXPECT_FALSE(car.state.integrity.trusted(Source::yaw_rate));
   EXPECT_TRUE(car.state.doubtful);
   EXPECT_NEAR(car.state.mean[at::yaw_rate], 0.5, 0.1);
-  // Without a camera nothing says otherwise, ever.
+  // Without a camera nothing confirms the pose.
   car.drive(10.0, bend_at(1.5, 0.5));
   EXPECT_TRUE(car.state.integrity.trusted(Source::yaw_rate));
   EXPECT_TRUE(car.state.doubtful);
 }
 
-TEST(HeedSources, AWheelThatSlipsLeavesNoDoubt) {
+TEST(ApplyIntegrity, ASlippingWheelDoesNotMakeThePoseDoubtful) {
   Car car;
   car.drive(3.0, straight_at(1.5));
   car.drive(2.0, with(straight_at(1.5), Source::wheel_rear_left, 4.0));
@@ -79,16 +80,17 @@ TEST(HeedSources, AWheelThatSlipsLeavesNoDoubt) {
   EXPECT_NEAR(car.state.mean[at::v_x], 1.5, 0.05);
 }
 
-TEST(HeedSources, ACarThatTurnsOutToGoBackwardsHasBeenGoingBackwards) {
-  // Wheels that know no sign; on a straight without an accelerometer nothing tells which way.
+TEST(ApplyIntegrity, ALateReversalIsAppliedToTheDrivenDistance) {
+  // Unsigned wheels: without an accelerometer the sign is unknown on a straight.
   const auto backwards = [](double speed, double yaw_rate) {
-    Says says = without(without(bend_at(speed, -yaw_rate), Source::accel_x), Source::accel_y);
-    says.signals[Source::yaw_rate] = yaw_rate;
-    return says;
+    SensorValues values =
+        without(without(bend_at(speed, -yaw_rate), Source::accel_x), Source::accel_y);
+    values.signals[Source::yaw_rate] = yaw_rate;
+    return values;
   };
   Car car;
   car.drive(3.0, backwards(0.0, 0.0));
-  ASSERT_TRUE(car.state.rest.standing);
+  ASSERT_TRUE(car.state.standstill.standing);
   car.drive(2.0, backwards(1.0, 0.0));
   ASSERT_FALSE(car.state.integrity.backwards());
   ASSERT_NEAR(car.state.mean[at::x], 2.0, 0.1);
@@ -101,9 +103,9 @@ TEST(HeedSources, ACarThatTurnsOutToGoBackwardsHasBeenGoingBackwards) {
   EXPECT_LT(off * off, car.state.covariance(at::x, at::x));
 }
 
-TEST(HeedSources, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
-  // The filter is sure of a speed that all wheels contradict; nothing is looked at anew, so that
-  // it is not corrected before.
+TEST(ApplyIntegrity, ASourceThatAgreesWithTheOthersIsForcedAfterItsTimeout) {
+  // The filter is certain of a speed that all wheels contradict. Integrity is not checked again, so
+  // that it does not correct the filter first.
   Car car;
   car.drive(3.0, straight_at(1.5));
   ASSERT_TRUE(car.state.integrity.agrees(Source::wheel_rear_left));
@@ -113,10 +115,10 @@ TEST(HeedSources, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
   int forced = 0;
   for (int i = 0; i < 60; ++i) {
     advance(car.context, car.state, car.state.time_ns + testing::period_ns);
-    car.say(Source::accel_x, i % 2 == 0 ? 1e-9 : -1e-9);
+    car.push(Source::accel_x, i % 2 == 0 ? 1e-9 : -1e-9);
     for (std::size_t w = index_of(Source::wheel_front_left);
          w <= index_of(Source::wheel_rear_right) && i % 2 == 0; ++w) {
-      const Judgement judgement = car.say(static_cast<Source>(w), 1.5);
+      const Judgement judgement = car.push(static_cast<Source>(w), 1.5);
       forced += judgement.verdict == Verdict::forced ? 1 : 0;
       EXPECT_FALSE(judgement.verdict == Verdict::forced && judgement.test_ratio <= 1.0);
     }
@@ -126,4 +128,4 @@ TEST(HeedSources, ASourceThatInsistsAndAgreesWithTheOthersIsForced) {
 }
 
 }  // namespace
-}  // namespace odomd::estimator::full::heed_sources_test
+}  // namespace odomd::estimator::full::apply_integrity_test

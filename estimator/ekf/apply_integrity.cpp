@@ -1,0 +1,135 @@
+// docs/model.md, "Integrity".
+#include "estimator/ekf/apply_integrity.hpp"
+
+#include <cmath>
+#include <utility>
+
+#include "estimator/common/time.hpp"
+#include "estimator/ekf/standstill.hpp"
+#include "estimator/ekf/update.hpp"
+
+namespace odomd::estimator::full {
+namespace {
+
+// The filter deviates from the consensus if it is off by this many sigmas for this long.
+constexpr double deviation_sigmas = 4.0;
+constexpr double deviation_s = 0.1;
+// A source's disagreement begins at this many sigmas.
+constexpr double onset_sigmas = 1.5;
+// Sources that contradict each other for this long make the pose doubtful.
+constexpr double contradicted_s = 0.25;
+
+}  // namespace
+
+void apply_integrity(const Context& context, State& state) noexcept {
+  const std::int64_t checked_ns = state.integrity.checked_ns();
+  state.integrity.set_sensor_errors(
+      {.gyro_bias = state.slow.mean[slow::gyro_bias],
+       .gyro_bias_sigma = std::sqrt(state.slow.covariance(slow::gyro_bias, slow::gyro_bias)),
+       .steering_offset = state.mean[at::steering_offset],
+       .steering_offset_sigma =
+           std::sqrt(state.covariance(at::steering_offset, at::steering_offset)),
+       .wheel_slip = std::abs(state.slow.mean[slow::wheel_slip]) +
+                     std::sqrt(state.slow.covariance(slow::wheel_slip, slow::wheel_slip)),
+       .camera_noise_scale = state.camera_noise_scale});
+  state.integrity.check(context.sensors, state.time_ns);
+  const double dt = seconds_between(checked_ns, state.integrity.checked_ns());
+  if (checked_ns == 0 || dt <= 0.0) {
+    return;
+  }
+  const Integrity::Agreed& agreed = state.integrity.agreed();
+  const auto mark_doubtful = [&state] {
+    state.doubtful = true;
+    state.confirming_poses = 0;
+  };
+  const bool gyro_distrusted = !state.integrity.trusted(Source::yaw_rate);
+  if (gyro_distrusted ||
+      (agreed.contradicted &&
+       seconds_between(agreed.contradicted_since_ns, state.time_ns) >= contradicted_s)) {
+    mark_doubtful();
+  }
+  if (!gyro_alive(state)) {
+    state.turn_noise_scale = 1.0;
+  }
+  Deviation& deviation = state.deviation;
+  if (!state.moving) {
+    deviation = {};
+    return;
+  }
+  add_sample(deviation.speed, state.time_ns, state.mean[at::v_x], 0.0, false, 1e9);
+  add_sample(deviation.yaw_rate, state.time_ns, state.mean[at::yaw_rate], 0.0, false, 1e9);
+  const Eigen::Matrix<double, 6, 6> P = covariance_of_motion(state);
+  const auto root = [](double sigma, double variance) {
+    return std::sqrt(sigma * sigma + variance);
+  };
+  // 1. Take back what a faulty source has done to the pose since its disagreement began.
+  const auto follow = [&](double& sum, double off, double sigma) {
+    sum = std::abs(off) > onset_sigmas * sigma ? sum + off * dt : 0.0;
+  };
+  follow(deviation.yaw, deviation.yaw_rate.mean() - agreed.yaw_rate_without_gyro,
+         agreed.yaw_rate_without_gyro_sigma);
+  follow(deviation.distance, deviation.speed.mean() - agreed.speed_without_wheels,
+         agreed.speed_without_wheels_sigma);
+  const bool gyro_failed =
+      !std::exchange(deviation.gyro_distrusted, gyro_distrusted) && gyro_distrusted;
+  const bool wheels_failed =
+      !std::exchange(deviation.wheels_distrusted, agreed.wheels_distrusted) &&
+      agreed.wheels_distrusted;
+  if (gyro_failed) {
+    state.mean[at::yaw] -= deviation.yaw;
+    state.covariance(at::yaw, at::yaw) += 0.25 * deviation.yaw * deviation.yaw;
+  }
+  if (wheels_failed) {
+    mark_doubtful();
+    const Eigen::Vector2d way = state.along_heading(deviation.distance);
+    state.mean.head<2>() -= way;
+    state.covariance.topLeftCorner<2, 2>() += 0.25 * way * way.transpose();
+  }
+  if (agreed.reversed_distance != 0.0) {
+    mark_doubtful();
+    const Eigen::Vector2d way = state.along_heading(agreed.reversed_distance);
+    state.mean.head<2>() -= 2.0 * way;
+    state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
+  }
+  // 2. Reset the motion to the consensus where it deviates.
+  const auto lasts = [&](std::int64_t& since_ns, double off, double sigma) {
+    if (std::abs(off) <= deviation_sigmas * sigma || agreed.contradicted) {
+      since_ns = 0;
+      return false;
+    }
+    since_ns = since_ns == 0 ? checked_ns : since_ns;
+    return seconds_between(since_ns, state.time_ns) >= deviation_s;
+  };
+  const double faster = agreed.speed - deviation.speed.mean();
+  if (lasts(deviation.speed_since_ns, faster, root(agreed.speed_sigma, P(3, 3))) || wheels_failed) {
+    if (state.standstill.standing) {
+      set_off(context.model, state, agreed.speed);
+    }
+    const Eigen::Vector2d way = state.along_heading(faster * deviation_s);
+    state.covariance.topLeftCorner<2, 2>() += way * way.transpose();
+    state.mean[at::v_x] = agreed.speed;
+    state.mean[at::accel_x] = 0.0;
+    forget(state, at::v_x, agreed.speed_sigma);
+    forget(state, at::accel_x, context.model.tuning.drive_accel * gravity);
+    deviation.speed = {};
+    deviation.speed_since_ns = 0;
+  }
+  if (state.standstill.standing) {
+    return;  // the gyro measures its bias
+  }
+  const double turning = agreed.yaw_rate - deviation.yaw_rate.mean();
+  if (lasts(deviation.yaw_rate_since_ns, turning, root(agreed.yaw_rate_sigma, P(5, 5))) ||
+      gyro_failed) {
+    const double turn = turning * deviation_s;
+    state.covariance(at::yaw, at::yaw) += turn * turn;
+    state.mean[at::yaw_rate] = agreed.yaw_rate;
+    state.mean[at::front_angle] = 0.0;
+    forget(state, at::yaw_rate, agreed.yaw_rate_sigma);
+    forget(state, at::front_angle, context.model.tuning.front_angle);
+    state.turned_since_ns = 0;
+    deviation.yaw_rate = {};
+    deviation.yaw_rate_since_ns = 0;
+  }
+}
+
+}  // namespace odomd::estimator::full

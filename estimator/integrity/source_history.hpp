@@ -1,0 +1,128 @@
+// The recent samples of one source: their means, the rate of change, repeats and jumps.
+//
+// docs/model.md, "Integrity".
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "estimator/common/time.hpp"
+
+namespace odomd::estimator::integrity {
+
+/// Each source has two means: the short one detects a fault soon, the long one detects a small
+/// fault at all.
+enum class Over : std::uint8_t { short_time, long_time };
+inline constexpr std::array<double, 2> mean_s{0.06, 0.6};
+[[nodiscard]] constexpr double seconds_of(Over over) noexcept {
+  return mean_s[static_cast<std::size_t>(over)];
+}
+
+/// Exponential moving average, and the same average of it.
+struct Mean {
+  double value = 0.0;
+  double slow = 0.0;
+};
+
+struct SourceHistory {
+  bool seen = false;
+  std::int64_t time_ns = 0;     ///< of the newest sample
+  std::int64_t arrival_ns = 0;  ///< of the newest sample
+  std::int64_t since_ns = 0;    ///< first sample after the last gap
+  double value = 0.0;
+  double previous = 0.0;
+  std::array<Mean, 2> means{};
+  double cycle_s = 0.0;  ///< mean time between two samples; 0: unknown
+  double sigma = 0.0;    ///< of the newest sample
+  int same = 0;          ///< samples in a row with identical bits
+  std::int64_t same_since_ns = 0;
+
+  std::int64_t jumped_ns = 0;  ///< last change that no car can make; 0: never
+
+  [[nodiscard]] double mean(Over over = Over::short_time) const noexcept {
+    return means[static_cast<std::size_t>(over)].value;
+  }
+  /// Rate of change of the mean [1/s].
+  [[nodiscard]] double rate(Over over) const noexcept {
+    const Mean& mean = means[static_cast<std::size_t>(over)];
+    // On a ramp the discrete average lags by Δt e / (1 - e), e = exp(-Δt / T).
+    const double kept = std::exp(-std::max(cycle_s, 1e-4) / seconds_of(over));
+    return (mean.value - mean.slow) * (1.0 - kept) / (std::max(cycle_s, 1e-4) * kept);
+  }
+  /// Time without a gap.
+  [[nodiscard]] double duration_s() const noexcept { return seconds_between(since_ns, time_ns); }
+  /// Standard deviation of the mean.
+  [[nodiscard]] double noise(Over over) const noexcept {
+    return sigma * std::sqrt(cycle_s / (std::min(2.0 * seconds_of(over), duration_s()) + cycle_s));
+  }
+
+  /// Whether the last sample is recent enough for the mean to hold now.
+  [[nodiscard]] bool alive(std::int64_t now_ns) const noexcept {
+    return seen && cycle_s > 0.0 && seconds_between(arrival_ns, now_ns) <= 3.5 * cycle_s + 0.01;
+  }
+
+  /// Whether the bits have been identical for longer than a sensor of a moving car can repeat them.
+  [[nodiscard]] bool repeats() const noexcept {
+    return same >= 4 && seconds_between(same_since_ns, time_ns) >= 0.15;
+  }
+};
+
+/// `median`: of three samples, which rejects a single outlier. `none`: for rates, whose errors
+/// cancel only if all samples count.
+enum class Prefilter : std::uint8_t { median, none };
+
+/// Adds a sample that is newer than the last one. `change` is the largest change that a car's
+/// motion can cause.
+inline void add_sample(SourceHistory& history, std::int64_t time_ns, double value, double sigma,
+                       bool same, double change, Prefilter prefilter = Prefilter::median) noexcept {
+  constexpr double longest_cycle_s = 0.3;
+  const double elapsed_s = history.seen ? seconds_between(history.time_ns, time_ns) : 0.0;
+  if (!history.seen || elapsed_s > 1.0) {
+    history.means.fill({value, value});
+    history.value = history.previous = value;
+    history.since_ns = time_ns;
+  } else {
+    // A source slower than the short mean gets no median: it would be too late.
+    const double middle =
+        prefilter == Prefilter::none || history.cycle_s > mean_s.front()
+            ? value
+            : std::max(std::min(value, history.value),
+                       std::min(std::max(value, history.value), history.previous));
+    const double cycle_s = std::min(elapsed_s, longest_cycle_s);
+    history.cycle_s += (history.cycle_s > 0.0 ? 0.1 : 1.0) * (cycle_s - history.cycle_s);
+    for (std::size_t i = 0; i < mean_s.size(); ++i) {
+      // Arithmetic mean of all samples until the averaging time has passed.
+      const double share =
+          std::max(-std::expm1(-cycle_s / mean_s[i]),
+                   elapsed_s / (seconds_between(history.since_ns, time_ns) + elapsed_s));
+      Mean& mean = history.means[i];
+      mean.value += share * (middle - mean.value);
+      mean.slow += share * (mean.value - mean.slow);
+    }
+  }
+  if (history.seen && std::abs(value - history.value) > change) {
+    history.jumped_ns = time_ns;
+  }
+  if (!history.seen || !same) {
+    history.same = 0;
+    history.same_since_ns = time_ns;
+  }
+  history.same += 1;
+  history.seen = true;
+  history.time_ns = history.arrival_ns = time_ns;
+  history.previous = history.value;
+  history.value = value;
+  history.sigma = sigma;
+}
+
+/// Restarts the long mean from the short one.
+inline void restart_means(SourceHistory& history) noexcept {
+  const Mean recent = history.means.front();
+  history.means.fill(recent);
+  history.since_ns = history.time_ns;
+}
+
+}  // namespace odomd::estimator::integrity

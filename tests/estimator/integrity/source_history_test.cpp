@@ -1,0 +1,94 @@
+// The history of a source: means and their rates, repeats and jumps.
+#include "estimator/integrity/source_history.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+namespace odomd::estimator::integrity::source_history_test {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr std::int64_t start_ns = 1'000'000 * ms;
+
+/// A source with a sample every 10 ms for `seconds`.
+SourceHistory of(double seconds, const std::function<double(double)>& value) {
+  SourceHistory history;
+  for (std::int64_t t = 0; t <= static_cast<std::int64_t>(seconds * 1e3); t += 10) {
+    const double z = value(static_cast<double>(t) * 1e-3);
+    add_sample(history, start_ns + t * ms, z, 0.1, z == history.value, 0.5);
+  }
+  return history;
+}
+
+TEST(SourceHistory, MeanOfAConstantIsTheConstant) {
+  const SourceHistory history = of(1.0, [](double) { return 3.0; });
+  for (const Over over : {Over::short_time, Over::long_time}) {
+    EXPECT_NEAR(history.mean(over), 3.0, 1e-12);
+    EXPECT_NEAR(history.rate(over), 0.0, 1e-9);
+  }
+  EXPECT_NEAR(history.cycle_s, 0.01, 1e-9);
+  EXPECT_NEAR(history.duration_s(), 1.0, 1e-9);
+}
+
+TEST(SourceHistory, MeanOfARampLagsAndItsRateIsThatOfTheRamp) {
+  const SourceHistory history = of(20.0, [](double t) { return 2.0 * t; });
+  for (const Over over : {Over::short_time, Over::long_time}) {
+    EXPECT_NEAR(history.mean(over), 2.0 * (20.0 - seconds_of(over)), 0.02);
+    EXPECT_NEAR(history.rate(over), 2.0, 0.2);
+  }
+}
+
+TEST(SourceHistory, MeanOfTheFirstFewIsThatOfAll) {
+  SourceHistory history;
+  for (const double value : {1.0, 2.0, 3.0, 4.0}) {
+    add_sample(history, start_ns + static_cast<std::int64_t>(value) * ms, value, 0.1, false, 1e9);
+  }
+  // Each but the last is the middle one of three.
+  EXPECT_NEAR(history.mean(Over::long_time), 1.75, 0.01);
+}
+
+TEST(SourceHistory, NoiseOfTheMeanIsLessThanThatOfASample) {
+  const SourceHistory history = of(3.0, [](double) { return 0.0; });
+  EXPECT_NEAR(history.noise(Over::short_time), 0.1 * std::sqrt(0.01 / 0.13), 1e-6);
+  EXPECT_NEAR(history.noise(Over::long_time), 0.1 * std::sqrt(0.01 / 1.21), 1e-6);
+}
+
+TEST(SourceHistory, RepeatsAfterFourSamplesOfTheSameBitsOverALongEnoughTime) {
+  EXPECT_FALSE(of(0.14, [](double) { return 1.0; }).repeats());
+  EXPECT_TRUE(of(0.16, [](double) { return 1.0; }).repeats());
+  EXPECT_FALSE(of(1.0, [](double t) { return 1.0 + 1e-9 * t; }).repeats());
+  // A slow one: over a long enough time, but too few.
+  SourceHistory slow;
+  for (int i = 0; i < 3; ++i) add_sample(slow, start_ns + 100 * i * ms, 1.0, 0.1, i > 0, 0.5);
+  EXPECT_FALSE(slow.repeats());
+  add_sample(slow, start_ns + 300 * ms, 1.0, 0.1, true, 0.5);
+  EXPECT_TRUE(slow.repeats());
+}
+
+TEST(SourceHistory, NotesAJumpAndWhen) {
+  const SourceHistory calm = of(1.0, [](double t) { return t < 0.5 ? 1.0 : 1.4; });
+  EXPECT_EQ(calm.jumped_ns, 0);
+  const SourceHistory jumped = of(1.0, [](double t) { return t < 0.5 ? 1.0 : 1.6; });
+  EXPECT_EQ(jumped.jumped_ns, start_ns + 500 * ms);
+}
+
+TEST(SourceHistory, IsAliveForAFewCycles) {
+  SourceHistory history;
+  EXPECT_FALSE(history.alive(start_ns));
+  history = of(1.0, [](double) { return 1.0; });
+  EXPECT_TRUE(history.alive(history.time_ns + 40 * ms));
+  EXPECT_FALSE(history.alive(history.time_ns + 60 * ms));
+}
+
+TEST(SourceHistory, RestartsAfterAGap) {
+  SourceHistory history = of(1.0, [](double) { return 1.0; });
+  add_sample(history, history.time_ns + 2'000 * ms, 5.0, 0.1, false, 0.5);
+  EXPECT_EQ(history.mean(Over::short_time), 5.0);
+  EXPECT_EQ(history.mean(Over::long_time), 5.0);
+  EXPECT_EQ(history.duration_s(), 0.0);
+}
+
+}  // namespace
+}  // namespace odomd::estimator::integrity::source_history_test
