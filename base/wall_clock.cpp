@@ -3,7 +3,7 @@
 
 #include <ctime>
 
-namespace odomd::can {
+namespace odomd {
 namespace {
 
 constexpr int max_readings = 3;
@@ -32,4 +32,4 @@ ClockReading read_clocks() noexcept {
   return best;
 }
 
-}  // namespace odomd::can
+}  // namespace odomd

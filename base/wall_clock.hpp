@@ -17,7 +17,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace odomd::can {
+namespace odomd {
 
 /// The clocks read one after the other, in this order.
 struct ClockReading {
@@ -120,4 +120,4 @@ class WallClock {
   std::int64_t last_reading_ns_ = 0;
 };
 
-}  // namespace odomd::can
+}  // namespace odomd

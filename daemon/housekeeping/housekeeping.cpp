@@ -39,7 +39,7 @@ std::int64_t monotonic_now() {
 
 }  // namespace
 
-Housekeeping::Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+Housekeeping::Housekeeping(const Running& running, Journal& journal, FileDescriptor signals,
                            std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
                            std::optional<RecorderDoor> recorders, AtEnd at_end)
     : running_(running),

@@ -26,7 +26,7 @@ enum class AtEnd : std::uint8_t { go_on, exit };
 class Housekeeping {
  public:
   /// `signals` is a signalfd of TERM, INT and HUP.
-  Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+  Housekeeping(const Running& running, Journal& journal, FileDescriptor signals,
                std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
                std::optional<RecorderDoor> recorders, AtEnd at_end);
 
@@ -54,7 +54,7 @@ class Housekeeping {
   Journal& journal_;
   Watchdog watchdog_;
   SourceReporter sources_;
-  can::FileDescriptor signals_;
+  FileDescriptor signals_;
   std::optional<LocalSocket> camera_;
   std::optional<LocalSocket> status_;
   std::optional<RecorderDoor> recorders_;

@@ -31,7 +31,7 @@ bool is_one_of(const auto& signals, int signal) {
 
 }  // namespace
 
-can::FileDescriptor take_signals() {
+FileDescriptor take_signals() {
   for (int signal = 1; signal <= SIGRTMAX; ++signal) {
     if (is_one_of(handled, signal) || is_one_of(faults, signal) || is_one_of(harmless, signal))
       continue;
@@ -48,7 +48,7 @@ can::FileDescriptor take_signals() {
   sigemptyset(&set);
   for (const int signal : handled) sigaddset(&set, signal);
   ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  can::FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
+  FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!descriptor) throw std::system_error(errno, std::generic_category(), "signalfd");
   return descriptor;
 }

@@ -9,6 +9,6 @@ namespace odomd::daemon {
 /// started after. Every other signal that would end the process is ignored, but for those of a
 /// fault of its own. A segment that is cut short under it (SIGBUS) ends it with one line and
 /// status 1. Throws std::system_error.
-[[nodiscard]] can::FileDescriptor take_signals();
+[[nodiscard]] FileDescriptor take_signals();
 
 }  // namespace odomd::daemon

@@ -50,7 +50,7 @@ void Beat::run(const Surroundings& surroundings) noexcept {
 
 void Beat::read_clock(std::int64_t now_ns) noexcept {
   const auto before_ns = static_cast<std::int64_t>(counters_.realtime_offset_ns.get());
-  const can::ClockEvent event = wall_clock_.update(can::read_clocks());
+  const ClockEvent event = wall_clock_.update(read_clocks());
   const std::int64_t offset_ns = wall_clock_.offset_ns();
   counters_.realtime_offset_ns.set(static_cast<std::uint64_t>(offset_ns));
   parts_.writer.set_realtime_offset(offset_ns);
@@ -58,9 +58,9 @@ void Beat::read_clock(std::int64_t now_ns) noexcept {
     parts_.writer.set_log_offset(*log_offset_ns);
 
   seen_ = {.now_ns = now_ns,
-           .clock_stepped = event == can::ClockEvent::stepped,
-           .suspended = event == can::ClockEvent::suspended};
-  if (event == can::ClockEvent::none) return;
+           .clock_stepped = event == ClockEvent::stepped,
+           .suspended = event == ClockEvent::suspended};
+  if (event == ClockEvent::none) return;
   (seen_.suspended ? counters_.suspends : counters_.clock_steps).add();
   parts_.events.tell({seen_.suspended ? EventKind::suspended : EventKind::clock_stepped, 0, now_ns,
                       offset_ns - before_ns, 0});

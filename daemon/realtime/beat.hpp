@@ -71,7 +71,7 @@ class Beat {
   TickGrid grid_;
   Surroundings surroundings_{0};
   Sighting seen_;
-  can::WallClock wall_clock_;
+  WallClock wall_clock_;
   std::int64_t execution_ns_ = 0;  // of the tick before
   std::uint64_t skipped_ = 0;      // cycles behind the tick before, not counted yet
   std::uint32_t reset_count_ = 0;

@@ -54,7 +54,7 @@ void lock_memory(MachineGrant& grant) {
 
 void hold_dma_latency(MachineGrant& grant) {
   constexpr auto device = "/dev/cpu_dma_latency";
-  grant.dma_latency = can::FileDescriptor(::open(device, O_RDWR | O_CLOEXEC));
+  grant.dma_latency = FileDescriptor(::open(device, O_RDWR | O_CLOEXEC));
   constexpr std::int32_t microseconds = 0;
   if (!grant.dma_latency ||
       ::write(grant.dma_latency.get(), &microseconds, sizeof microseconds) != sizeof microseconds) {

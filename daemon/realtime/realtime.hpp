@@ -13,7 +13,7 @@ namespace odomd::daemon {
 /// What the process holds. Kept alive as long as the beat runs.
 struct MachineGrant {
   bool memory_locked = false;
-  can::FileDescriptor dma_latency;    ///< /dev/cpu_dma_latency, held: no deep sleep of the CPUs
+  FileDescriptor dma_latency;         ///< /dev/cpu_dma_latency, held: no deep sleep of the CPUs
   std::vector<std::string> refusals;  ///< one line each, with the mend
 };
 

@@ -67,7 +67,7 @@ CameraDoor::Received CameraDoor::receive(std::uint8_t index, int descriptor,
   return Received::pose;
 }
 
-bool CameraDoor::admit(can::FileDescriptor connection, Peer peer) {
+bool CameraDoor::admit(FileDescriptor connection, Peer peer) {
   for (auto& slot : slots_) {
     if (slot.state.load(std::memory_order_relaxed) != Slot::free) continue;
     slot.peer = peer;

@@ -42,7 +42,7 @@ class CameraDoor {
   // Housekeeping's ------------------------------------------------------------------------------
 
   /// Hands a connection to the beat; false where all slots are taken.
-  bool admit(can::FileDescriptor connection, Peer peer);
+  bool admit(FileDescriptor connection, Peer peer);
 
   /// Closes connections whose other end has gone.
   void close_ended() noexcept;

@@ -40,7 +40,7 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(Malformed
 
 /// What is known of the clocks that a message may name.
 struct MessageClocks {
-  const can::WallClock& wall;          ///< has been read at least once
+  const WallClock& wall;               ///< has been read at least once
   std::optional<std::int64_t> log_ns;  ///< log clock - CLOCK_MONOTONIC, while a log is played
 };
 

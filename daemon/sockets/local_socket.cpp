@@ -65,7 +65,7 @@ void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& addres
   if (::lstat(settings.path.c_str(), &status) != 0) return;
   if (!S_ISSOCK(status.st_mode))
     refuse(settings.path, "is there already and is not a socket; remove it or choose another name");
-  const can::FileDescriptor probe(
+  const FileDescriptor probe(
       ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (::connect(probe.get(), generic(address), sizeof address) == 0 || errno != ECONNREFUSED)
     refuse(settings.path, "another program listens there; is an odomd running?");
@@ -81,7 +81,7 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.p
   make_directory(settings);
   remove_stale(settings, address);
 
-  can::FileDescriptor descriptor(
+  FileDescriptor descriptor(
       ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!descriptor) fail(path_, "cannot make a socket");
   if (::bind(descriptor.get(), generic(address), sizeof address) != 0)
@@ -106,8 +106,8 @@ LocalSocket::~LocalSocket() {
   if (status.st_dev == device_ && status.st_ino == inode_) ::unlink(path_.c_str());
 }
 
-can::FileDescriptor LocalSocket::accept() const noexcept {
-  return can::FileDescriptor(
+FileDescriptor LocalSocket::accept() const noexcept {
+  return FileDescriptor(
       ::accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
 }
 

@@ -40,13 +40,13 @@ class LocalSocket {
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
   /// A connection, non-blocking and close-on-exec; empty where none waits.
-  [[nodiscard]] can::FileDescriptor accept() const noexcept;
+  [[nodiscard]] FileDescriptor accept() const noexcept;
 
  private:
   std::filesystem::path path_;
   dev_t device_ = 0;  // with the inode: which file is ours
   ino_t inode_ = 0;
-  can::FileDescriptor descriptor_;
+  FileDescriptor descriptor_;
 };
 
 /// The group's number. Throws std::invalid_argument where there is none of this name.

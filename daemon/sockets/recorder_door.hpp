@@ -69,7 +69,7 @@ class RecorderDoor {
   LocalSocket socket_;
   std::vector<RecordingFile> files_;
 
-  can::FileDescriptor recorder_;
+  FileDescriptor recorder_;
   Peer peer_;
   Stage stage_ = Stage::waiting;
   bool begun_ = false;       // the tap was asked to begin

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace odomd::can::wall_clock_test {
+namespace odomd::wall_clock_test {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
@@ -153,4 +153,4 @@ TEST(WallClock, AgreesWithThisMachine) {
 }
 
 }  // namespace
-}  // namespace odomd::can::wall_clock_test
+}  // namespace odomd::wall_clock_test

@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                                           odomd::estimator::model_names.size());
   const auto pipeline =
       std::make_unique<Pipeline>(odomd::fuzz::config(model), databases, buses, true);
-  odomd::can::WallClock wall;
+  odomd::WallClock wall;
   wall.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns});
   const odomd::daemon::MessageClocks clocks{wall, start_ns / 2};
 

@@ -25,7 +25,6 @@
 namespace odomd::fuzz {
 namespace {
 
-using can::FileDescriptor;
 using daemon::CameraDoor;
 
 class Directory {
@@ -100,7 +99,7 @@ class Cameras {
 
  private:
   CameraDoor door_;
-  can::WallClock wall_;
+  WallClock wall_;
   std::array<FileDescriptor, 2 * CameraDoor::max_connections> ends_;
   std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
   std::unique_ptr<daemon::EventRing> events_ = std::make_unique<daemon::EventRing>();

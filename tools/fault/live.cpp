@@ -111,11 +111,10 @@ bool CameraRelay::read(int connection, std::int64_t now_ns) {
 }
 
 void CameraRelay::pass_on(std::int64_t now_ns) {
-  while (can::FileDescriptor connection = socket_.accept())
+  while (FileDescriptor connection = socket_.accept())
     connections_.push_back(std::move(connection));
   leaving_.clear();
-  std::erase_if(connections_,
-                [&](const can::FileDescriptor& one) { return !read(one.get(), now_ns); });
+  std::erase_if(connections_, [&](const FileDescriptor& one) { return !read(one.get(), now_ns); });
   injector_.release(now_ns, leaving_);
   for (const estimator::CameraPose& pose : leaving_)
     ++(feed_.send(pose, clock_) ? sent_ : refused_);

@@ -72,7 +72,7 @@ TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
     struct stat status {};
     ASSERT_EQ(::stat(path_.c_str(), &status), 0);
     EXPECT_EQ(status.st_mode & 0777U, 0640U);
-    const can::FileDescriptor camera(connect_to(path_));
+    const FileDescriptor camera(connect_to(path_));
     EXPECT_TRUE(camera);
     EXPECT_TRUE(socket.accept());
     EXPECT_FALSE(socket.accept());
@@ -96,14 +96,14 @@ TEST_F(LocalSocketTest, ReplacesTheSocketOfADeadPredecessor) {
   ::close(dead);
   ASSERT_TRUE(std::filesystem::exists(path_));
   const LocalSocket socket(settings());
-  EXPECT_TRUE(can::FileDescriptor(connect_to(path_)));
+  EXPECT_TRUE(FileDescriptor(connect_to(path_)));
 }
 
 TEST_F(LocalSocketTest, LeavesALivingPredecessorAlone) {
   const LocalSocket first(settings());
   EXPECT_EQ(refusal(settings()),
             path_.string() + ": another program listens there; is an odomd running?");
-  EXPECT_TRUE(can::FileDescriptor(connect_to(path_)));
+  EXPECT_TRUE(FileDescriptor(connect_to(path_)));
 }
 
 TEST_F(LocalSocketTest, LeavesAFileThatIsNoSocketAlone) {
@@ -130,7 +130,7 @@ TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
 
 TEST_F(LocalSocketTest, LetsInOurselves) {
   const LocalSocket socket(settings());
-  const can::FileDescriptor camera(connect_to(path_));
+  const FileDescriptor camera(connect_to(path_));
   const auto connection = socket.accept();
   ASSERT_TRUE(connection);
   EXPECT_TRUE(peer_is_welcome(connection.get(), 12345, 0600));

@@ -82,7 +82,7 @@ class Recorder {
   }
 
  private:
-  can::FileDescriptor connection_;
+  FileDescriptor connection_;
   std::string bytes_;
   std::size_t at_ = 0;
   bool ended_ = false;
