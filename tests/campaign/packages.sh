@@ -99,7 +99,7 @@ does "it hears the car on the bus" await 30 status '.can[0].received > 200 and .
 does "and knows where it is" await 30 status '.mode == "dead_reckoning" and .pose.x * .pose.x > 0.01'
 
 echo "-- look at it, who may do what"
-says "who is not in the group is told so" 'refused: a stranger|not allowed' as_newcomer "odom pose"
+says "who is not in the group is told so" 'refused: untrusted owner|not allowed' as_newcomer "odom pose"
 does "a user joins the group" usermod -aG odom newcomer
 does "and sees the pose" as_newcomer "odom pose"
 does "and the status" as_newcomer "odom status"

@@ -204,7 +204,7 @@ TEST_F(OdomdSurvival, SaysWhyItCannotMakeItsSegmentAgainAndGoesOn) {
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   desk_.write("pose", "years of work, and no segment");
   ASSERT_TRUE(is_logged("cannot be made again: " + desk_.segment() +
-                        ": is a file, no segment of odomd, and stays"));
+                        ": is a file, not a segment of odomd"));
   EXPECT_EQ(desk_.read("pose"), "years of work, and no segment");
   odom_pose pose{};
   EXPECT_TRUE(next_pose(client, pose)) << "who has the old one goes on";
@@ -225,7 +225,7 @@ TEST_F(OdomdSurvival, ATruncatedSegmentEndsItWithOneLineAndASuccessorStarts) {
     ASSERT_EQ(::truncate(desk_.segment().c_str(), size), 0);
     EXPECT_EQ(odomd.wait(), 1) << size;
     EXPECT_THAT(desk_.read("stderr"),
-                HasSubstr("odomd: the segment was cut short while it was in use (SIGBUS)"));
+                HasSubstr("odomd: the segment was truncated while it was in use (SIGBUS)"));
   }
   const DaemonProcess successor(desk_, {});
   odom_pose pose{};
@@ -248,7 +248,7 @@ TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentEndsWithOneLine) {
   EXPECT_TRUE(eventually([&] { return desk_.read("ended") == "1\n"; })) << desk_.read("ended");
   ::pclose(shell);
   EXPECT_THAT(desk_.read("reader"),
-              HasSubstr("odom: the segment was cut short while it was in use (SIGBUS)"));
+              HasSubstr("odom: the segment was truncated while it was in use (SIGBUS)"));
 }
 
 // A predecessor's segment

@@ -15,7 +15,7 @@ while IFS= read -r words; do
   [[ $sources == *"$words"* ]] || { echo "nobody says: $words"; status=1; }
 done <<'end'
 no such segment: is odomd running?
-segment refused: a stranger's, open to others' writing, or closed to us
+segment refused: untrusted owner, writable by others, or not readable
 not allowed; join the group of the socket (the service's: odom)
 stale: odomd has not ticked for four periods
 no such socket
