@@ -1,4 +1,4 @@
-// The thin shell that reads the clocks.
+// Reads the system clocks.
 #include "base/wall_clock.hpp"
 
 #include <ctime>

@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::array handled{SIGTERM, SIGINT, SIGHUP};
 
-/// A fault says where it happened; to ignore one would be to run on without sense.
+/// The signals of faults: ignoring one would let the program run on in an invalid state.
 constexpr std::array faults{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT, SIGSYS};
 
-/// What stops and continues a process, or does nothing anyhow.
+/// Signals that stop and continue a process, or do nothing by default.
 constexpr std::array harmless{SIGSTOP, SIGTSTP, SIGTTIN, SIGTTOU,
                               SIGCONT, SIGCHLD, SIGURG,  SIGWINCH};
 
@@ -37,8 +37,9 @@ FileDescriptor take_signals() {
       continue;
     static_cast<void>(::signal(signal, SIG_IGN));  // fails for KILL and libc's own
   }
-  // libc keeps two for pthread_cancel and setuid, that nothing here calls, and lets nobody ignore
-  // them: the kernel does. Its struct begins with the handler, and zeros will do for the rest.
+  // libc reserves two signals for pthread_cancel and setuid, which odomd does not call, and does
+  // not let a program ignore them; the system call does. Its struct begins with the handler; the
+  // rest may be zero.
   const std::array<std::uintptr_t, 8> ignored{reinterpret_cast<std::uintptr_t>(SIG_IGN)};
   for (int signal = 32; signal < SIGRTMIN; ++signal)
     ::syscall(SYS_rt_sigaction, signal, ignored.data(), nullptr, sizeof(std::uint64_t));

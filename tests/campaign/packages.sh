@@ -173,7 +173,7 @@ does "what ran, runs" goes_on
 before=$(main_pid)
 does "a younger package" dpkg -i "$packages"/younger/odomd_*.deb
 does "what ran goes on" goes_on
-says "from the last pose" "going on from the predecessor's pose" journal -n 200
+says "from the last pose" "resuming from the last pose" journal -n 200
 [ "$(main_pid)" != "$before" ] && ok "as another process again" || not_ok "as another process again" "pid $before"
 says "my configuration is kept again" '^# mine$' tail -n 1 /etc/odomd/can0.toml
 

@@ -1,4 +1,4 @@
-// What `odomd --check` shows of a configuration.
+// The output of `odomd --check`.
 #include "daemon/check.hpp"
 
 #include <gmock/gmock.h>
@@ -37,9 +37,9 @@ TEST(CheckSummary, RoundsTimesToSixDigits) {
   EXPECT_THAT(text, Not(HasSubstr("old")));
 }
 
-TEST(CheckSummary, TellsSourcesApart) {
+TEST(CheckSummary, ShowsTheKindOfEachSource) {
   Config config = with_signal(30'000'000, 0);
-  EXPECT_THAT(summary(config, {}, {}), HasSubstr("none yet: give --can or [can] source"));
+  EXPECT_THAT(summary(config, {}, {}), HasSubstr("none: give --can or [can] source"));
   config.can.sources = {"can0", "-"};
   EXPECT_THAT(summary(config, {}, {}),
               testing::AllOf(HasSubstr("can0 (interface)\n"), HasSubstr("standard input\n")));

@@ -1,5 +1,5 @@
-// Any sequence of frames, camera messages and ticks through the pipeline: no tick publishes a
-// number that is none, a variance below zero, or an older time.
+// Any sequence of frames, camera messages and ticks through the pipeline: no tick publishes NaN or
+// infinity, a variance below zero, or an older time.
 //
 // The input is a model (one byte) and then commands: a frame (0-5: which signal; its stamp's lead
 // over the clock in units of 0.1 ms, signed; eight bytes of payload), a camera message (6: as the

@@ -243,7 +243,7 @@ TEST_F(Access, OtherFilesUnderTheNamesOfLockAndTemporaryFileAreKept) {
   for (const char* const content : {"sesame\n", "1234\n", "12\n34\n"}) {
     std::ofstream(lock) << content;
     ASSERT_EQ(chmod(lock.c_str(), content == std::string("1234\n") ? 0644 : 0600), 0);
-    EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a file, not lock of odomd"));
+    EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a file, not a lock of odomd"));
     EXPECT_EQ(std::filesystem::file_size(lock), std::string(content).size());
     std::filesystem::remove(lock);
   }

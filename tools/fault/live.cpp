@@ -76,7 +76,7 @@ CameraRelay::CameraRelay(const std::filesystem::path& from, const std::string& t
                          std::span<const Fault> faults, std::int64_t start_ns)
     : socket_({.path = from,
                .type = daemon::SocketType::packets,
-               .mend = "name another path by --camera-from"}),
+               .fix = "name another path by --camera-from"}),
       feed_(to, wait_s),
       injector_(faults, start_ns) {}
 

@@ -56,14 +56,14 @@ TEST_F(ErrorSinkTest, WritesLines) {
   EXPECT_EQ(read_all(), "one\ntwo\n");
 }
 
-TEST_F(ErrorSinkTest, DoesNotWaitForWhoeverDoesNotReadAndTellsWhatWasLost) {
+TEST_F(ErrorSinkTest, DoesNotWaitForASlowReaderAndReportsLostLines) {
   fill_pipe();
   logger_->info("one");
   logger_->info("two");
   EXPECT_THAT(read_all(), testing::Not(testing::HasSubstr("one")));
   logger_->info("three");
   logger_->info("four");
-  EXPECT_EQ(read_all(), "(2 lines lost: nobody read them)\nthree\nfour\n");
+  EXPECT_EQ(read_all(), "(2 lines lost: standard error was not read)\nthree\nfour\n");
 }
 
 TEST_F(ErrorSinkTest, CutsALineThatMightNotFit) {

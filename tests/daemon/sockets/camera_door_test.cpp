@@ -1,4 +1,4 @@
-// The camera connections over real socket pairs: what the beat reads of them, and when they end.
+// The camera connections over real socket pairs: what the beat reads from them, and when they end.
 #include "daemon/sockets/camera_door.hpp"
 
 #include <fcntl.h>
