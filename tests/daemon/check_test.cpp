@@ -27,7 +27,8 @@ Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
 
 TEST(CheckSummary, ShowsTimesAsTheyWereWritten) {
   const auto text = summary(with_signal(15'000'000, 7'000'000), {}, {});
-  EXPECT_THAT(text, HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, 0.007 s old\n"));
+  EXPECT_THAT(text,
+              HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"));
   EXPECT_THAT(text, HasSubstr("every 0.005 s\n"));
 }
 

@@ -71,9 +71,10 @@ TEST_F(ControllerReporterTest, SaysHowToRestartAControllerWithoutAutomaticRestar
 
 TEST_F(ControllerReporterTest, ReportsABusOffThatEndedBeforeTheCheck) {
   look(ControllerHealth::error_active, 3);
-  EXPECT_EQ(look(ControllerHealth::error_active, 4),
-            "warning can0: the controller went bus-off once and was restarted, it is error-active; "
-            "check bit rate, wiring and termination");
+  EXPECT_EQ(
+      look(ControllerHealth::error_active, 4),
+      "warning can0: the controller went bus-off once and was restarted; it is now error-active; "
+      "check bit rate, wiring and termination");
   EXPECT_THAT(look(ControllerHealth::error_passive, 6), HasSubstr("bus-off 2 times and was"));
   EXPECT_EQ(look(ControllerHealth::error_active, 6),
             "info can0: the controller is error-active again");
@@ -87,7 +88,7 @@ TEST_F(ControllerReporterTest, SumsUpWhatHappensMoreThanOnceASecond) {
   EXPECT_EQ(look(ControllerHealth::bus_off, 2, soon_ns), "");
   EXPECT_EQ(look(ControllerHealth::error_active, 3, soon_ns), "");
   EXPECT_THAT(look(ControllerHealth::error_active, 3),
-              HasSubstr("bus-off 2 times more and was restarted, it is error-active"));
+              HasSubstr("bus-off 2 times more and was restarted; it is now error-active"));
 }
 
 TEST_F(ControllerReporterTest, CountsFromZeroAfterTheInterfaceCameBack) {
