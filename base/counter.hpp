@@ -1,4 +1,4 @@
-// A count that one thread raises and any thread may read, without a locked instruction.
+// A counter that one thread increments and any thread may read, without a locked instruction.
 #pragma once
 
 #include <atomic>

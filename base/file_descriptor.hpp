@@ -1,11 +1,11 @@
-// A file descriptor that is closed when its owner goes.
+// A file descriptor that its owner closes.
 #pragma once
 
 #include <unistd.h>
 
 #include <utility>
 
-namespace odomd::can {
+namespace odomd {
 
 class FileDescriptor {
  public:
@@ -31,4 +31,4 @@ class FileDescriptor {
   int descriptor_ = -1;
 };
 
-}  // namespace odomd::can
+}  // namespace odomd

@@ -20,7 +20,7 @@ int replace_cost(char a, char b) {
   return lower(a) == lower(b) ? case_edit : whole_edit;
 }
 
-// Beyond it nothing is compared: what is given may be a whole file.
+// Longer input is not compared: it may be a whole file.
 constexpr std::size_t longest_name = 64;
 
 int edit_distance(std::string_view a, std::string_view b) {
@@ -65,9 +65,9 @@ std::string_view likely_name(std::string_view given, std::span<const std::string
   if (given.empty()) return {};
   const auto begun = [given](const std::string& name) { return name.starts_with(given); };
   const auto longer = std::find_if(names.begin(), names.end(), begun);
-  constexpr std::size_t telling = 3;  // letters
+  constexpr std::size_t distinctive = 3;  // letters
   if (longer != names.end() &&
-      (given.size() >= telling || std::none_of(longer + 1, names.end(), begun)))
+      (given.size() >= distinctive || std::none_of(longer + 1, names.end(), begun)))
     return *longer;
   const std::string_view nearest = nearest_name(given, names);
   return resembles(given, nearest) ? nearest : std::string_view{};

@@ -1,4 +1,4 @@
-// The valid name that a misspelt one is nearest to, for error messages.
+// Finds the valid name that is nearest to a misspelt one, for error messages.
 #pragma once
 
 #include <span>
@@ -12,11 +12,11 @@ namespace odomd {
 [[nodiscard]] std::string_view nearest_name(std::string_view wanted,
                                             std::span<const std::string> names);
 
-/// Whether one is likely the other misspelt: an edit or two, the second from eight characters on.
+/// Whether one is probably a misspelling of the other: one edit, or two from eight characters on.
 [[nodiscard]] bool resembles(std::string_view a, std::string_view b);
 
-/// The name that someone likely meant: one that begins with what was given (the only one, where
-/// that is a letter or two), else the nearest where it resembles that. Empty if there is none such.
+/// The name that was probably meant: one that begins with the input (the only one, if the input has
+/// one or two letters), else the nearest one if it resembles the input. Empty if there is none.
 [[nodiscard]] std::string_view likely_name(std::string_view given,
                                            std::span<const std::string> names);
 

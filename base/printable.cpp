@@ -50,7 +50,7 @@ void append_code(std::string& out, char kind, unsigned digits, std::uint32_t val
   while (digits-- > 0) out += hex[value >> (4 * digits) & 0xFU];
 }
 
-/// Where the character begins that the byte at `at` belongs to.
+/// The start of the character that contains the byte at `at`.
 std::size_t begin_of_character(std::string_view text, std::size_t at) {
   for (int i = 0; i < 3 && at > 0 && at < text.size() && is_continuation(text[at]); ++i) --at;
   return at;

@@ -25,7 +25,7 @@ class SpscRing {  // NOLINT(clang-analyzer-optin.performance.Padding): a cache l
   bool push(const T& value) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - seen_head_ == capacity) {
-      // Pairs with the release in pop: the consumer has finished reading what is overwritten next.
+      // Pairs with the release in pop: the consumer has finished reading the element to overwrite.
       seen_head_ = head_.load(std::memory_order_acquire);
       if (tail - seen_head_ == capacity) return false;
     }
@@ -34,7 +34,7 @@ class SpscRing {  // NOLINT(clang-analyzer-optin.performance.Padding): a cache l
     return true;
   }
 
-  /// The oldest element, or null when it is empty. Holds until pop.
+  /// The oldest element, or null when the ring is empty. Valid until pop.
   [[nodiscard]] const T* front() noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head == seen_tail_) {
@@ -45,7 +45,7 @@ class SpscRing {  // NOLINT(clang-analyzer-optin.performance.Padding): a cache l
     return &items_[head % capacity];
   }
 
-  /// Only after front() gave an element.
+  /// Call only after front() returned an element.
   void pop() noexcept {
     head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }

@@ -1,9 +1,9 @@
-// The thin shell that reads the clocks.
+// Reads the system clocks.
 #include "base/wall_clock.hpp"
 
 #include <ctime>
 
-namespace odomd::can {
+namespace odomd {
 namespace {
 
 constexpr int max_readings = 3;
@@ -32,4 +32,4 @@ ClockReading read_clocks() noexcept {
   return best;
 }
 
-}  // namespace odomd::can
+}  // namespace odomd

@@ -1,4 +1,4 @@
-// From CLOCK_REALTIME, in which the kernel stamps frames, to CLOCK_MONOTONIC.
+// Converts CLOCK_REALTIME, the kernel's clock for stamping frames, to CLOCK_MONOTONIC.
 //
 // The kernel keeps REALTIME - MONOTONIC constant between two steps of the wall clock (slewing moves
 // both alike; a suspend counts as a step, MONOTONIC stands still in it). So each bracketed reading
@@ -17,9 +17,9 @@
 #include <cstdint>
 #include <optional>
 
-namespace odomd::can {
+namespace odomd {
 
-/// The clocks read one after the other, in this order.
+/// The clocks, read one after the other in this order.
 struct ClockReading {
   std::int64_t before_ns = 0;    ///< CLOCK_MONOTONIC
   std::int64_t realtime_ns = 0;  ///< CLOCK_REALTIME
@@ -27,8 +27,8 @@ struct ClockReading {
   std::int64_t after_ns = 0;     ///< CLOCK_MONOTONIC
 };
 
-/// Reads the clocks without a system call where the machine has a vDSO clock source. When something
-/// comes between, reads again, at most twice, and returns the closest reading. Real-time safe.
+/// Reads the clocks without a system call where the machine has a vDSO clock source. When a reading
+/// was interrupted, reads again, at most twice, and returns the closest reading. Real-time safe.
 [[nodiscard]] ClockReading read_clocks() noexcept;
 
 enum class ClockEvent : std::uint8_t { none, stepped, suspended };
@@ -39,8 +39,8 @@ class WallClock {
   /// A frame waits no longer than this for its drain.
   static constexpr std::int64_t max_age_ns = 10'000'000'000;
 
-  /// What happened since the reading before: the wall clock was set, or the machine was suspended
-  /// (which sets it, too).
+  /// What happened since the previous reading: the wall clock was stepped, or the machine was
+  /// suspended (which also steps it).
   ClockEvent update(const ClockReading& reading) noexcept {
     const Interval offset{reading.realtime_ns - reading.after_ns - rounding_ns,
                           reading.realtime_ns - reading.before_ns + rounding_ns};
@@ -66,7 +66,7 @@ class WallClock {
     return event;
   }
 
-  /// The stamp on CLOCK_MONOTONIC, not after `now_ns`; nothing when no offset makes it a plausible
+  /// The stamp on CLOCK_MONOTONIC, not after `now_ns`; empty when no offset makes it a plausible
   /// time of reception.
   [[nodiscard]] std::optional<std::int64_t> to_monotonic(std::int64_t realtime_ns,
                                                          std::int64_t now_ns) const noexcept {
@@ -80,18 +80,18 @@ class WallClock {
     return std::nullopt;
   }
 
-  /// CLOCK_REALTIME - CLOCK_MONOTONIC now. Only after the first update.
+  /// CLOCK_REALTIME - CLOCK_MONOTONIC now. Call only after the first update.
   [[nodiscard]] std::int64_t offset_ns() const noexcept { return spans_[0].offset.middle(); }
 
  private:
-  static constexpr std::int64_t rounding_ns = 1;    // each clock is cut off to nanoseconds
+  static constexpr std::int64_t rounding_ns = 1;    // each clock is truncated to nanoseconds
   static constexpr std::int64_t slack_ns = 50'000;  // of the offset while readings are few
 
   struct Interval {
     std::int64_t low = 0;
     std::int64_t high = 0;
 
-    /// Intersects with another; false, and unchanged, when nothing would be left.
+    /// Intersects with another; false, and unchanged, when the intersection is empty.
     bool narrow(const Interval& other) noexcept {
       if (other.low > high || other.high < low) return false;
       low = std::max(low, other.low);
@@ -120,4 +120,4 @@ class WallClock {
   std::int64_t last_reading_ns_ = 0;
 };
 
-}  // namespace odomd::can
+}  // namespace odomd

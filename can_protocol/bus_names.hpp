@@ -1,4 +1,4 @@
-// The names of the buses, numbered in the order in which they are first heard of.
+// The names of the buses, numbered in the order of their first appearance.
 #pragma once
 
 #include <array>
@@ -14,10 +14,10 @@
 
 namespace odomd::can {
 
-/// Append-only; any thread may look up and add, none of them the beat.
+/// Append-only; any thread except the beat may look up and add.
 class BusNames {
  public:
-  /// The bus's index, adding it if there is room; nothing for one bus too many (max_buses).
+  /// The index of the bus, added if there is room; empty when there are more than max_buses.
   std::optional<std::uint8_t> index_of(std::string_view name) {
     const std::scoped_lock lock(mutex_);
     for (std::size_t i = 0; i < count_; ++i)

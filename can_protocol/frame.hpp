@@ -1,5 +1,5 @@
-// A CAN frame as every source delivers it: one value type for SocketCAN, candump logs and standard
-// input, classic CAN and CAN FD.
+// A CAN frame: one value type for SocketCAN, candump logs and standard input, classic CAN and CAN
+// FD.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace odomd::can {
 /// CAN FD's longest payload in bytes; classic frames use the first 8.
 inline constexpr std::size_t max_payload = 64;
 
-/// Buses one daemon listens to at the most.
+/// The maximum number of buses of one daemon.
 inline constexpr std::size_t max_buses = 8;
 
 enum class IdFormat : std::uint8_t { standard, extended };  // 11 bit, 29 bit
@@ -20,7 +20,7 @@ enum class FrameKind : std::uint8_t { data, remote, error };
 enum class FrameProtocol : std::uint8_t { classic, fd };
 
 struct Frame {
-  std::int64_t time_ns = 0;  ///< when it was received: the source's clock, see FrameSource
+  std::int64_t time_ns = 0;  ///< time of reception on the clock of the source, see FrameSource
   std::uint32_t id = 0;      ///< identifier without flags; of an error frame: the error class bits
   IdFormat format = IdFormat::standard;
   FrameKind kind = FrameKind::data;
@@ -33,7 +33,7 @@ struct Frame {
   [[nodiscard]] std::span<const std::uint8_t> payload() const { return {data.data(), length}; }
 };
 
-/// Payloads of CAN FD come in these sizes, and in no others.
+/// The valid payload sizes of CAN FD.
 [[nodiscard]] constexpr bool is_fd_length(std::size_t length) {
   return length <= 8 || length == 12 || length == 16 || length == 20 || length == 24 ||
          length == 32 || length == 48 || length == 64;

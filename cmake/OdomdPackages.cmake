@@ -1,5 +1,5 @@
-# Debian packages, one a component: cpack --config build/release/CPackConfig.cmake
-# puts them into build/release/packages. All that is installed names its component.
+# Debian packages, one per component: cpack --config build/release/CPackConfig.cmake
+# puts them into build/release/packages. Every install rule names its component.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME odomd)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
@@ -18,7 +18,7 @@ if(ODOMD_HAS_CERES)
   list(APPEND CPACK_COMPONENTS_ALL fit)
 endif()
 set(CPACK_STRIP_FILES ON)
-# The unit and the configuration are filled with the paths at which they will lie.
+# The unit and the configuration get the paths of the installation.
 set(CPACK_SET_DESTDIR ON)
 set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
@@ -98,7 +98,7 @@ set(CPACK_DEBIAN_FIT_PACKAGE_NAME odom-fit)
 set(CPACK_DEBIAN_FIT_PACKAGE_SECTION utils)
 set(CPACK_DEBIAN_FIT_PACKAGE_DEPENDS odom-tools)
 
-# Every package tells its terms and its changes.
+# Every package contains its licence and its changes.
 set(changes ${PROJECT_BINARY_DIR}/changelog.gz)
 execute_process(COMMAND gzip -9nc ${PROJECT_SOURCE_DIR}/CHANGELOG.md OUTPUT_FILE ${changes})
 foreach(component ${CPACK_COMPONENTS_ALL})

@@ -1,4 +1,4 @@
-# What every target of the project shares: the language level, the warnings, the sanitizers.
+# Settings of all targets: the language level, the warnings, the sanitizers.
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -37,11 +37,11 @@ target_include_directories(odomd_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(odomd_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wcast-qual -Wformat=2
   -Wundef -Wvla -Werror
-  # Designated initialisers leave out what is default.
+  # Designated initialisers omit default members.
   -Wno-missing-field-initializers
   # The same inputs give the same bits: no fused multiply-add that depends on the target.
   -ffp-contract=off
-  # GCC 12 sees overlaps in "literal" + std::string that are not there (its bug 105651).
+  # GCC 12 warns of overlaps in "literal" + std::string that do not exist (GCC bug 105651).
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-restrict>
   $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor -Woverloaded-virtual -Wold-style-cast>)
 target_compile_definitions(odomd_options INTERFACE
@@ -51,24 +51,24 @@ if(ODOMD_SANITIZE)
   target_compile_options(odomd_options INTERFACE
     -fsanitize=${ODOMD_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(odomd_options INTERFACE -fsanitize=${ODOMD_SANITIZE})
-  # Under AddressSanitizer Eigen aligns by hand, and libceres, which is not sanitized, does not:
-  # what one allocates the other could not free.
+  # Under AddressSanitizer Eigen aligns memory itself, but libceres, which is not sanitized, does not: neither could
+  # free the memory of the other.
   target_compile_definitions(odomd_options INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
 endif()
 
 add_library(odomd_without_ubsan INTERFACE)
 target_compile_options(odomd_without_ubsan INTERFACE -fno-sanitize=undefined)
 
-# odomd_library(NAME sources...): a static library of one room of the house.
+# odomd_library(NAME sources...): a static library of one folder.
 function(odomd_library name)
   add_library(${name} STATIC ${ARGN})
   target_link_libraries(${name} PUBLIC odomd_options)
 endfunction()
 
-# odomd_test(NAME sources... [LIBRARIES libs...]): one GoogleTest binary per room. A compiler takes longer over what the
-# files include than over what they say: it gets several at once. So the tests of a file have a namespace of their own,
-# the room's and in it the file's. Where ODOMD_TESTS_WITHOUT_UBSAN is set, UBSan is in what they call, not in the tests'
-# own text, which would take half as long again to compile.
+# odomd_test(NAME sources... [LIBRARIES libs...]): one GoogleTest binary per room. Compiling the headers takes longer
+# than compiling the tests, so several files are compiled together, and the tests of each file have a namespace of
+# their own. With ODOMD_TESTS_WITHOUT_UBSAN, UBSan instruments the tested code but not the tests, which saves a third
+# of the compile time.
 function(odomd_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBRARIES")
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
@@ -82,7 +82,7 @@ function(odomd_test name)
   else()
     set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
   endif()
-  # What is tested has the release's optimisation; the tests themselves are sooner built without.
+  # The tested code is optimised as in a release; the tests themselves compile faster without optimisation.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(ODOMD_TESTS_WITHOUT_UBSAN AND ODOMD_SANITIZE MATCHES "undefined")
     target_link_libraries(${name} PRIVATE odomd_without_ubsan) # linked last: its options come last

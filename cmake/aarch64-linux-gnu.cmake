@@ -1,4 +1,4 @@
-# Cross-compiles for 64-bit ARM with Debian's compiler, and runs what was built under qemu-aarch64.
+# Cross-compiles for 64-bit ARM with Debian's compiler, and runs the programs under qemu-aarch64.
 #
 # Libraries come from ODOMD_SYSROOT, a directory of unpacked arm64 packages: tests/campaign/aarch64.sh
 # fills one and starts the build. The C and C++ runtime is that of Debian's cross compiler.
@@ -21,7 +21,7 @@ set(ENV{PKG_CONFIG_SYSROOT_DIR} ${ODOMD_SYSROOT})
 set(ENV{PKG_CONFIG_LIBDIR}
   ${ODOMD_SYSROOT}/usr/lib/aarch64-linux-gnu/pkgconfig:${ODOMD_SYSROOT}/usr/share/pkgconfig)
 
-# What shared libraries need of each other, for the linker.
+# Dependencies between shared libraries, for the linker.
 set(CMAKE_EXE_LINKER_FLAGS_INIT
   "-Wl,-rpath-link,${ODOMD_SYSROOT}/usr/lib/aarch64-linux-gnu:${ODOMD_SYSROOT}/lib/aarch64-linux-gnu")
 set(CMAKE_SHARED_LINKER_FLAGS_INIT ${CMAKE_EXE_LINKER_FLAGS_INIT})

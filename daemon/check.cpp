@@ -19,12 +19,12 @@ constexpr std::array<std::string_view, 10> unit_names{"1",   "rad",  "deg", "rad
 constexpr std::array<std::string_view, 7> profile_names{"none", "P01",     "P02",      "P11",
                                                         "P22",  "counter", "SAE J1850"};
 
-/// Of a time that is kept in nanoseconds: as the user wrote it, or nearly.
+/// A time in nanoseconds as seconds, as the user wrote it or nearly.
 std::string seconds(std::int64_t ns) {
   return fmt::format("{:.6g} s", static_cast<double>(ns) * 1e-9);
 }
 
-/// Lines "  name  text", one idea each.
+/// Builds lines of the form "  name  text".
 class Lines {
  public:
   template <typename... Args>
@@ -51,7 +51,7 @@ std::string conversion(const can::SignalBinding& binding) {
   return text;
 }
 
-/// "can0 (interface)". A log must be there; an interface may still come.
+/// "can0 (interface)". A log must exist; an interface may appear later.
 std::string described(const std::string& source) {
   switch (can::source_kind(source)) {
     case can::SourceKind::standard_input:
@@ -70,7 +70,7 @@ std::string access(std::uint32_t mode, const std::string& group) {
                        : fmt::format("mode {:04o}, group {}", mode, group);
 }
 
-/// Of a limit that 0 switches off.
+/// Describes a limit; 0 means that there is none.
 std::string most(double limit, std::string_view unit) {
   return limit > 0.0 ? fmt::format("at most {} {}", limit, unit) : std::string("without limit");
 }
@@ -84,11 +84,11 @@ void add_signals(Lines& lines, const Config& config) {
   for (const auto& binding : config.can.bindings) {
     const SignalSettings& settings = config.can.signals[binding.channel];
     std::string extra;
-    if (!binding.bus.empty()) extra += fmt::format(", on {} alone", binding.bus);
-    if (binding.latency_ns != 0) extra += fmt::format(", {} old", seconds(binding.latency_ns));
+    if (!binding.bus.empty()) extra += fmt::format(", only on {}", binding.bus);
+    if (binding.latency_ns != 0) extra += fmt::format(", latency {}", seconds(binding.latency_ns));
     if (binding.valid_when)
-      extra +=
-          fmt::format(", while {} = {}", binding.valid_when->signal, binding.valid_when->equals);
+      extra += fmt::format(", valid when {} = {}", binding.valid_when->signal,
+                           binding.valid_when->equals);
     lines.add(binding.role, "{}.{} {}, sigma {}, time-out {}{}", binding.message,
               fmt::join(binding.signals, " + "), conversion(binding), settings.sigma,
               seconds(settings.timeout_ns), extra);
@@ -128,11 +128,11 @@ std::string summary(const Config& config, std::span<const can::Database> databas
               config.camera.configured ? "the first camera pose" : "0, 0 m, 0 rad");
   }
   for (const auto& source : config.can.sources) lines.add("source", "{}", described(source));
-  if (config.can.sources.empty()) lines.add("source", "none yet: give --can or [can] source");
+  if (config.can.sources.empty()) lines.add("source", "none: give --can or [can] source");
   for (const auto& database : databases)
     lines.add("database", "{}: {} messages", database.file, database.messages.size());
   if (config.camera.configured)
-    lines.add("camera", "{} ({}), at most {} s late", config.camera.socket.string(),
+    lines.add("camera", "{} ({}), at most {} s old", config.camera.socket.string(),
               access(config.camera.socket_mode, config.camera.socket_group),
               config.camera.max_latency_s);
   lines.add("shared memory", "{} ({})", config.shm.name, access(config.shm.mode, config.shm.group));

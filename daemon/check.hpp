@@ -1,4 +1,4 @@
-// `odomd --check`: what would be done, for a person to read before the car drives.
+// `odomd --check`: a summary of the configuration for a person to read before the car drives.
 #pragma once
 
 #include <span>
@@ -9,8 +9,8 @@
 
 namespace odomd::daemon {
 
-/// The summary of a configuration that has been held against its databases. Throws
-/// std::invalid_argument where a source cannot be what it is called.
+/// The summary of a configuration that has been checked against its databases. Throws
+/// std::invalid_argument when a source is not usable.
 [[nodiscard]] std::string summary(const Config& config, std::span<const can::Database> databases,
                                   std::span<const std::string> warnings);
 

@@ -1,4 +1,4 @@
-// odomd: the car's bus in, the car's pose in shared memory every 5 ms.
+// odomd: reads the car's CAN bus and publishes the car's pose in shared memory every 5 ms.
 #include <exception>
 #include <iostream>
 #include <stdexcept>

@@ -10,7 +10,7 @@
 namespace odomd::daemon {
 namespace {
 
-/// The option's name in front of what is wrong with its value.
+/// Puts the name of the option in front of an error about its value.
 template <typename Parse>
 auto parsed(std::string_view option, Parse parse) {
   try {
@@ -25,7 +25,8 @@ std::string model_choices() {
   return fmt::format("{}", fmt::join(estimator::model_names, "|"));
 }
 
-/// Where things lie, and whose they are: what a service says of it, whatever the car's file says.
+/// Checks paths and groups: a service sets these on the command line, independent of the car's
+/// file.
 void place(const Options& options, Config& config) {
   if (!options.runtime_directory.empty()) {
     const auto directory = std::filesystem::absolute(options.runtime_directory);
@@ -63,7 +64,8 @@ void place(const Options& options, Config& config) {
 void add_options(CLI::App& app, Options& options) {
   app.name("odomd");
   app.description(
-      "Turns the car's CAN bus and a camera's poses into the car's pose in shared memory.");
+      "Computes the car's pose from its CAN bus and camera poses, and publishes it in shared "
+      "memory.");
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.set_version_flag("--version", "odomd " ODOMD_VERSION, "Print the version and exit");
   app.add_option("--config", options.config, "Configuration file (TOML)")
@@ -78,51 +80,51 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--model", options.model, "Model of the filter; instead of [filter] model")
       ->type_name(model_choices());
   app.add_option("--initial", options.initial,
-                 "Pose to start from [m, m, rad]; instead of [initial] pose")
+                 "Initial pose [m, m, rad]; instead of [initial] pose")
       ->type_name("X,Y,YAW");
   app.add_option("--shm", options.shm, "Name or path of the segment; instead of [shm] name")
       ->type_name("NAME");
   app.add_option("--camera-socket", options.camera_socket,
-                 "Where camera processes connect; instead of [camera] socket")
+                 "Socket for camera processes; instead of [camera] socket")
       ->type_name("PATH");
   app.add_option("--status-socket", options.status_socket,
-                 "Where odom status asks; instead of [status] socket")
+                 "Socket for odom status; instead of [status] socket")
       ->type_name("PATH");
   app.add_option("--runtime-directory", options.runtime_directory,
-                 "Put the segment and the sockets there, as pose, status.sock, camera.sock and "
-                 "record.sock; instead of what the configuration names")
+                 "Directory of the segment and the sockets: pose, status.sock, camera.sock and "
+                 "record.sock; instead of the paths in the configuration")
       ->type_name("DIR");
   app.add_option("--readers", options.readers,
-                 "Group that may read the pose and ask the status, and nobody else; instead of "
-                 "modes and groups of [shm] and [status]")
+                 "The only group that may read the pose and the status; instead of the modes and "
+                 "groups of [shm] and [status]")
       ->type_name("GROUP");
-  app.add_option("--camera-senders", options.camera_senders,
-                 "Group that may send camera poses, and nobody else; instead of mode and group of "
-                 "[camera]")
+  app.add_option(
+         "--camera-senders", options.camera_senders,
+         "The only group that may send camera poses; instead of the mode and group of [camera]")
       ->type_name("GROUP");
-  app.add_option("--log-level", options.log_level, "Least serious message that is logged")
+  app.add_option("--log-level", options.log_level, "Lowest severity of message to log")
       ->type_name("trace|debug|info|warn|error|critical|off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "critical", "off"})
                   .description(""));
   app.add_flag("--check", options.check,
-               "Read the configuration and the databases, say what would be done, and exit");
+               "Check the configuration and the databases, print a summary, and exit");
   app.add_flag("--exit-at-end", options.exit_at_end,
-               "End when the last log or pipe has ended, instead of going on by dead reckoning");
+               "Exit when the last log or pipe has ended, instead of continuing by dead reckoning");
   app.footer(
       "Examples:\n"
       "  odomd --config car.toml --check\n"
       "  odomd --config car.toml --can can0\n"
       "  odomd --config car.toml --can drive.log --exit-at-end --initial 0,0,0\n"
       "  candump -L can0 | odomd --config car.toml --can -\n"
-      "TERM and INT end it cleanly; HUP opens the log anew.\n"
-      "Exit status: 0 done, 1 it could not run, 2 wrong usage or unusable input.");
+      "TERM and INT stop odomd cleanly; HUP reopens the log.\n"
+      "Exit status: 0 success, 1 it could not run, 2 wrong usage or invalid input.");
 }
 
 Config configure(const Options& options) {
   Config config = load_config(options.config);
   if (!options.sources.empty()) config.can.sources = options.sources;
   if (config.can.sources.size() > can::max_buses)
-    throw std::invalid_argument(fmt::format("--can: names {} sources; {} is the most",
+    throw std::invalid_argument(fmt::format("--can: names {} sources; at most {} are allowed",
                                             config.can.sources.size(), can::max_buses));
   if (const auto twice = named_twice(config.can.sources))
     throw std::invalid_argument(

@@ -13,7 +13,7 @@
 
 namespace odomd::daemon {
 
-/// What the command line says; where it is silent the configuration counts.
+/// The command line; values that it does not give come from the configuration.
 struct Options {
   std::filesystem::path config;
   std::vector<std::string> sources;
@@ -33,11 +33,11 @@ struct Options {
 /// Describes the whole command line to CLI11.
 void add_options(CLI::App& app, Options& options);
 
-/// Reads the configuration and lays the command line over it. Throws std::invalid_argument.
+/// Reads the configuration and applies the command line to it. Throws std::invalid_argument.
 [[nodiscard]] Config configure(const Options& options);
 
-/// Throws std::invalid_argument, naming the key or option, where a group that files are to be given
-/// to does not exist on this machine.
+/// Throws std::invalid_argument, naming the key or option, when a group for files does not exist on
+/// this machine.
 void require_groups(const Options& options, const Config& config);
 
 }  // namespace odomd::daemon

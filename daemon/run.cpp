@@ -77,7 +77,7 @@ std::vector<std::unique_ptr<can::FrameSource>> open_sources(const Config& config
   return sources;
 }
 
-/// The interfaces whose controllers are looked after: a name a source, empty for logs.
+/// The interfaces whose controllers are watched: one name per source, empty for logs.
 std::vector<std::string> interfaces_of(const Config& config) {
   std::vector<std::string> interfaces;
   for (const auto& name : config.can.sources)
@@ -85,7 +85,7 @@ std::vector<std::string> interfaces_of(const Config& config) {
   return interfaces;
 }
 
-/// Goes on from a predecessor's pose where there is a young one. A log file starts its own drive.
+/// Resumes from the last pose if it is recent. A log file starts a drive of its own.
 bool resume(Pipeline& pipeline, const std::optional<shm::Inheritance>& predecessor,
             const Config& config, const RunSettings& settings) {
   const bool all_files = std::ranges::all_of(config.can.sources, [](const auto& source) {
@@ -123,18 +123,18 @@ class BeatThread {
   std::thread thread_;
 };
 
-/// The status is a convenience: without its socket the daemon still does its work.
+/// The status is optional: without its socket the daemon still works.
 std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
   try {
     return LocalSocket({config.socket, SocketType::stream, config.socket_mode, config.socket_group,
                         "name a path of yours by --status-socket PATH"});
   } catch (const std::exception& error) {
-    journal.warn(fmt::format("no status: {}; see [status]", error.what()));
+    journal.warn(fmt::format("status is not available: {}; see [status]", error.what()));
     return std::nullopt;
   }
 }
 
-/// Recording is a convenience as well.
+/// Recording is optional as well.
 std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& journal) {
   const Config& config = running.config;
   try {
@@ -146,7 +146,7 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
             {record_socket(config), SocketType::stream, record_mode(config), config.shm.group}),
         std::move(files));
   } catch (const std::exception& error) {
-    journal.warn(fmt::format("no recording: {}; set [record] socket", error.what()));
+    journal.warn(fmt::format("recording is not available: {}; set [record] socket", error.what()));
     return std::nullopt;
   }
 }
@@ -180,7 +180,7 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   for (const auto& warning : warnings) journal.warn(warning);
   const MachineGrant machine = prepare_machine();
 
-  // First: its lock keeps a second daemon from touching anything else.
+  // First, because its lock prevents a second daemon from changing anything else.
   shm::Claim claim({config.shm.name, 1024, config.shm.mode, config.shm.group});
   auto camera_socket = open_camera_socket(config.camera);
   auto status_socket = open_status_socket(config.status, journal);
@@ -191,17 +191,17 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   const auto pipeline =
       std::make_unique<Pipeline>(config, databases, expected, config.camera.configured);
   if (claim.predecessor_is_damaged())
-    journal.warn(fmt::format(
-        "{}: the last pose of a predecessor is not gone on from: it is damaged, or of another "
-        "version; the pose starts anew",
-        config.shm.name));
+    journal.warn(
+        fmt::format("{}: cannot resume from the last pose: it is damaged or from another version; "
+                    "starting from the initial pose",
+                    config.shm.name));
   const bool resumed = resume(*pipeline, claim.predecessor(), config, settings);
 
   can::LogClock log_clock(0, config.realtime.period_ns);  // every T_0 is a multiple of the period
   const auto sources = open_sources(config, pipeline->decoder(), buses, log_clock);
 
-  // After all that can fail: until now the last pose of a predecessor has been there for readers
-  // and for the next attempt.
+  // After everything that can fail: until here the last pose stays available for readers and for
+  // the next attempt.
   shm::Writer writer(std::move(claim), segment_info(config));
 
   CameraDoor cameras;
@@ -216,7 +216,7 @@ void run_daemon(const Config& config, std::span<const can::Database> databases,
   const RealtimeFacts facts = facts_of(machine, thread.grant(), relay.grant());
 
   for (const auto& refusal : facts.refusals) journal.warn(refusal);
-  if (resumed) journal.info("going on from the predecessor's pose");
+  if (resumed) journal.info("resuming from the last pose");
   journal.info(fmt::format("odomd {}: model {}, {} into {}", ODOMD_VERSION, name_of(config.model),
                            fmt::join(config.can.sources, ", "), config.shm.name));
 

@@ -1,5 +1,5 @@
-// Start to end of the daemon: opens everything, starts the threads, keeps house, and takes it all
-// down again.
+// Runs the daemon from start to end: opens everything, starts the threads, does the housekeeping,
+// and shuts down.
 #pragma once
 
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace odomd::daemon {
 
-/// Where the first pose comes from when a predecessor left one.
+/// The source of the first pose when there is a last pose of a predecessor.
 enum class Resume : std::uint8_t { allowed, forbidden };
 
 struct RunSettings {
@@ -19,9 +19,9 @@ struct RunSettings {
   Resume resume = Resume::allowed;
 };
 
-/// Runs until TERM, INT or, if so wanted, the end of all inputs. Throws std::invalid_argument where
-/// the configuration cannot be used, std::exception where this machine, as it is, does not let it.
-/// Call it before any other thread is started: it sets what signals do (signals.hpp).
+/// Runs until TERM, INT or, if requested, the end of all inputs. Throws std::invalid_argument when
+/// the configuration is not usable, std::exception when this machine does not allow it. Call it
+/// before any other thread is started: it sets up the signals (signals.hpp).
 void run_daemon(const Config& config, std::span<const can::Database> databases,
                 std::span<const std::string> warnings, const RunSettings& settings);
 

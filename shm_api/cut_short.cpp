@@ -8,18 +8,18 @@
 namespace odomd::shm {
 namespace {
 
-// A handler can be given nothing else.
+// A signal handler takes no other argument.
 const char* name_of_program = "odom";
 
 void say(const char* text) noexcept {
   if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) {
-    // There is nobody left to tell.
+    // Writing failed, so the error cannot be reported.
   }
 }
 
 extern "C" void on_bus_error(int signal, siginfo_t* info, void* /*context*/) {
   end_if_cut_short(*info);
-  // Of another cause: its own action, at the access that is tried again.
+  // Another cause: restore the default action, which the retried access then triggers.
   static_cast<void>(std::signal(signal, SIG_DFL));
 }
 
@@ -35,12 +35,12 @@ void end_where_a_segment_is_cut_short(const char* program) {
 
 void end_if_cut_short(const siginfo_t& info) noexcept {
   if (info.si_code != BUS_ADRERR) return;
-  // Several threads may come by at once: the first one speaks, and ends them all.
+  // Several threads may get here at once: the first one writes the line and ends the process.
   static std::atomic_flag said;
   while (said.test_and_set()) ::pause();
   say(name_of_program);
-  say(": the segment was cut short while it was in use (SIGBUS): nobody but odomd may write its "
-      "file; start again\n");
+  say(": the segment was truncated while it was in use (SIGBUS): only odomd may write to its file; "
+      "start again\n");
   ::_exit(EXIT_FAILURE);
 }
 

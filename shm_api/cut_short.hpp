@@ -1,17 +1,17 @@
-// A segment that is cut short (truncate(1), by its owner) takes the memory away under those who
-// have mapped it: their next access is a SIGBUS. Programs of ours end with one line then.
+// When a segment is truncated (truncate(1), by its owner), the next access of a process that has
+// mapped it raises SIGBUS. Our programs then end with one line.
 #pragma once
 
 #include <csignal>
 
 namespace odomd::shm {
 
-/// Ends this process with one line on standard error and status 1 where the memory behind a mapping
-/// is gone. `program`, which outlives the process, begins the line.
+/// Ends this process with one line on standard error and status 1 when the memory behind a mapping
+/// is gone. The line begins with `program`, which must never be freed.
 void end_where_a_segment_is_cut_short(const char* program);
 
-/// For handlers of SIGBUS with more to do: says the line and ends, where `info` tells of that
-/// cause; else returns. Async-signal-safe.
+/// For handlers of SIGBUS with other tasks: writes the line and ends the process if `info` has this
+/// cause; otherwise returns. Async-signal-safe.
 void end_if_cut_short(const siginfo_t& info) noexcept;
 
 }  // namespace odomd::shm

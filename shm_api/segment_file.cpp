@@ -25,13 +25,13 @@
 namespace odomd::shm {
 namespace {
 
-// A name that can be on no machine is the user's error; all else is this machine's.
+// A name that is impossible on any machine is a user error; all others are errors of this machine.
 [[noreturn]] void fail(const std::string& path, const std::string& what) {
   const int error = errno;
   if (error == ENOENT || error == ENOTDIR)
     throw std::runtime_error(path + ": no such directory: create it, or set [shm] name");
   if (error == ENAMETOOLONG) throw std::invalid_argument(path + ": too long for a [shm] name");
-  // Directories like /dev/shm are everyone's; what lies there may be another user's.
+  // Everyone may write to directories like /dev/shm, so the file may belong to another user.
   if (error == EACCES || error == EPERM)
     throw std::system_error(error, std::generic_category(),
                             path + ": cannot " + what +
@@ -39,7 +39,7 @@ namespace {
   throw std::system_error(error, std::generic_category(), path + ": cannot " + what);
 }
 
-// A lock holds its owner's pid and a line feed, or nothing yet.
+// A lock contains its owner's pid and a line feed, or nothing yet.
 constexpr std::size_t longest_owner = 24;
 
 std::string text_of(int file) {
@@ -73,25 +73,25 @@ const char* kind_of(mode_t mode) {
 
 enum class Unfinished { refused, taken };
 
-/// What truncate(1) has left of a segment: an empty file of ours beside the lock of its writer.
+/// A segment emptied by truncate(1): an empty file of ours with the lock of its writer.
 bool is_emptied_segment(const std::string& path, const struct stat& status) {
   if (status.st_size != 0 || status.st_uid != geteuid() || (status.st_mode & 0022U) != 0)
     return false;
-  struct stat beside {};
+  struct stat lock_status {};
   const FileDescriptor lock(
       open((path + ".lock").c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
-  if (lock.get() < 0 || fstat(lock.get(), &beside) != 0) return false;
+  if (lock.get() < 0 || fstat(lock.get(), &lock_status) != 0) return false;
   const std::string text = text_of(lock.get());
-  return beside.st_uid == geteuid() && !text.empty() && is_lock_of_ours(text);
+  return lock_status.st_uid == geteuid() && !text.empty() && is_lock_of_ours(text);
 }
 
-/// Whoever publishes as root could replace anything: only what a writer has left is replaced. Of an
-/// unfinished segment the first word is still zero.
+/// A writer running as root could replace any file, so it only replaces files that a writer has
+/// left. The first word of an unfinished segment is still zero.
 void refuse_what_is_no_segment(const std::string& path, Unfinished unfinished) {
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) {
     if (errno == ENOENT) return;
-    fail(path, "look at it");
+    fail(path, "inspect it");
   }
   std::uint64_t magic = 0;
   ssize_t length = -1;
@@ -105,15 +105,14 @@ void refuse_what_is_no_segment(const std::string& path, Unfinished unfinished) {
   const bool begun = unfinished == Unfinished::taken && length >= 0 && magic == 0;
   if (!segment && !begun && !(length == 0 && is_emptied_segment(path, status)))
     throw std::runtime_error(path + ": is " + kind_of(status.st_mode) +
-                             ", no segment of odomd, and stays: remove it, or set another "
-                             "[shm] name");
+                             ", not a segment of odomd: remove it, or set another [shm] name");
 }
 
 void note_owner(int lock, const std::string& path) {
   const std::string pid = std::to_string(getpid()) + '\n';
   if (ftruncate(lock, 0) != 0 ||
       pwrite(lock, pid.data(), pid.size(), 0) != static_cast<ssize_t>(pid.size()))
-    fail(path, "note the owner of the lock");
+    fail(path, "record the lock's owner");
 }
 
 gid_t group_id(const std::string& name) {
@@ -169,15 +168,14 @@ FileDescriptor lock_file(const std::string& path) {
                            S_IRUSR | S_IWUSR));
   if (lock.get() < 0) fail(name, "open the lock of the segment's writer");
   struct stat status {};
-  if (fstat(lock.get(), &status) != 0) fail(name, "look at the lock");
+  if (fstat(lock.get(), &status) != 0) fail(name, "inspect the lock");
   if (!S_ISREG(status.st_mode) || (status.st_uid != geteuid() && status.st_uid != 0))
     throw std::runtime_error(name + ": belongs to user " + std::to_string(status.st_uid) +
                              ": remove it, or set another [shm] name");
   const std::string text = text_of(lock.get());
   if (!is_lock_of_ours(text) || (status.st_mode & 0077U) != 0)
-    throw std::runtime_error(name +
-                             ": is a file, no lock of odomd, and stays: remove it, or set "
-                             "another [shm] name");
+    throw std::runtime_error(
+        name + ": is a file, not a lock of odomd: remove it, or set another [shm] name");
   if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) fail(name, "lock it");
     refuse_second_writer(path, pid_in(text));
@@ -192,8 +190,8 @@ FileDescriptor lock_name(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   const std::string directory = path.substr(0, std::max<std::size_t>(slash, 1));
   struct stat status {};
-  if (stat(directory.c_str(), &status) != 0) fail(path, "look at its directory");
-  // Of the directory's number, not its name, which may mean another one in another namespace.
+  if (stat(directory.c_str(), &status) != 0) fail(path, "inspect its directory");
+  // Uses the directory's inode number, because its name may mean another one in another namespace.
   std::string name =
       "odomd-writer:" + std::to_string(status.st_dev) + ":" + std::to_string(status.st_ino) + ":";
   const std::string base = path.substr(slash + 1);
@@ -207,13 +205,13 @@ FileDescriptor lock_name(const std::string& path) {
   const auto* generic = reinterpret_cast<const sockaddr*>(&address);
 
   FileDescriptor held(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (held.get() < 0) fail(path, "make the socket that locks its name");
+  if (held.get() < 0) fail(path, "create the socket that locks its name");
   if (bind(held.get(), generic, size) == 0) {
     if (listen(held.get(), SOMAXCONN) != 0) fail(path, "lock its name");
     return held;
   }
   if (errno != EADDRINUSE) fail(path, "lock its name");
-  // A stranger, who may not write in this directory, does not keep us out.
+  // A user who may not write in this directory must not block us.
   ucred owner{};
   socklen_t owner_size = sizeof owner;
   if (connect(held.get(), generic, size) != 0 ||
@@ -231,7 +229,7 @@ void refuse_foreign(const std::string& path) {
 
 SegmentLock lock_segment(const std::string& path) {
   refuse_foreign(path);
-  // The name first: whoever cannot have it touches nothing.
+  // The name first: a process that cannot get it must not change anything.
   FileDescriptor name = lock_name(path);
   return {lock_file(path), std::move(name)};
 }
@@ -241,7 +239,7 @@ void renew_lock_file(SegmentLock& lock, const std::string& path) {
 }
 
 UnnamedSegment create_segment(const std::string& path, std::size_t bytes) {
-  // One fixed name: what a writer that died here has left is removed by the next.
+  // One fixed name, so that the next writer removes the file of a writer that died here.
   std::string temporary = path + ".tmp";
   refuse_what_is_no_segment(temporary, Unfinished::taken);
   if (unlink(temporary.c_str()) != 0 && errno != ENOENT) fail(temporary, "remove it");
@@ -265,7 +263,7 @@ UnnamedSegment create_segment(const std::string& path, std::size_t bytes) {
     fail(temporary, "map the segment");
   }
   MappedWords words(static_cast<std::uint64_t*>(memory), Unmap{bytes});
-  // Written once, so that every page is there, and writable, before the beat begins.
+  // Writes every page once, so that it is present and writable before the beat begins.
   for (std::size_t i = 0; i < bytes / sizeof(std::uint64_t); ++i)
     __atomic_store_n(words.get() + i, std::uint64_t{0}, __ATOMIC_RELAXED);
   return {std::move(temporary), std::move(file), std::move(words)};

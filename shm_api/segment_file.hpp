@@ -1,5 +1,5 @@
-// The file behind a segment: locked against a second writer, filled under a temporary name, and
-// renamed into place, so that a reader finds it whole or not at all. Start-up only.
+// The file of a segment: locked against a second writer, filled under a temporary name, and renamed
+// into place, so that a reader finds a complete segment or none. Start-up only.
 #pragma once
 
 #include <sys/types.h>
@@ -38,10 +38,10 @@ struct Unmap {
 };
 using MappedWords = std::unique_ptr<std::uint64_t, Unmap>;
 
-/// Where a segment of this name lies. Throws std::invalid_argument for what is no name.
+/// The path of the segment of this name. Throws std::invalid_argument for an invalid name.
 [[nodiscard]] std::string segment_path(const std::string& name);
 
-/// Which file it is, whatever it is called; zeros: none.
+/// Identifies a file independent of its name; zeros: none.
 struct FileId {
   dev_t device = 0;
   ino_t inode = 0;
@@ -50,25 +50,26 @@ struct FileId {
 [[nodiscard]] FileId id_of(int file);
 [[nodiscard]] FileId id_of(const std::string& path);
 
-/// What keeps a second writer out, both for as long as the process lives: `path`.lock with flock,
-/// whoever shares the file system; and an abstract socket named after the directory, which nobody
-/// can remove.
+/// The locks against a second writer, held as long as the process lives: `path`.lock with flock,
+/// for all that share the file system; and an abstract socket named after the directory, which
+/// nobody can remove.
 struct SegmentLock {
   FileDescriptor file;
-  FileDescriptor name;  ///< none where a stranger has taken the socket's name
+  FileDescriptor name;  ///< empty when another user has taken the name of the socket
 };
 
-/// Throws std::runtime_error where something stands at `path` that no writer has left.
+/// Throws std::runtime_error when there is a file at `path` that is not from a writer.
 void refuse_foreign(const std::string& path);
 
-/// Takes the lock of the one writer; its file stays behind when it is released. Throws Displaced
-/// when another writer lives, naming its pid, else as refuse_foreign does.
+/// Takes the writer's lock; its file remains after the release. Throws Displaced with the pid when
+/// another writer is alive, else as refuse_foreign does.
 [[nodiscard]] SegmentLock lock_segment(const std::string& path);
 
-/// Takes the file of a lock that is held, after it was removed. Throws as lock_segment does.
+/// Recreates the file of a lock that is held, after the file was removed. Throws as lock_segment
+/// does.
 void renew_lock_file(SegmentLock& lock, const std::string& path);
 
-/// A file that has no name yet that readers would look for.
+/// A file that readers cannot find yet.
 struct UnnamedSegment {
   std::string temporary_path;
   FileDescriptor file;

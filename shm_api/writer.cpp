@@ -44,7 +44,7 @@ void check(const SegmentSettings& settings) {
       (settings.slots & (settings.slots - 1)) != 0)
     throw std::invalid_argument("[shm] slots: " + std::to_string(settings.slots) +
                                 ": set a power of two from 4 to 1048576");
-  // Clients refuse a segment that others than its owner may write.
+  // Clients refuse a segment that anyone but its owner may write.
   if ((settings.mode & ~0644U) != 0 || (settings.mode & 0600U) != 0600U)
     throw std::invalid_argument("[shm] mode: set 0600, 0640 or 0644");
 }
@@ -65,7 +65,7 @@ bool is_whole(const odomi_segment& segment, std::uint64_t tick) {
          odomi_checksum(slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS + segment.details_words);
 }
 
-// The last word of whoever wrote under this name before, if it is one that we may believe.
+// The last pose of the previous writer under this name, if it is trusted.
 Predecessor read_predecessor(const std::string& path) {
   const odomi_owners owners{{0, geteuid()}, 2};
   odomi_segment segment{};
@@ -101,7 +101,7 @@ std::size_t bucket_of(std::int64_t ns) noexcept {
   return static_cast<std::size_t>(bound - bucket_bounds.begin());
 }
 
-// The beat is the one thread that counts, so a load and a store will do for an increment.
+// Only the beat increments, so a load and a store are sufficient.
 void add(std::uint64_t* word, std::uint64_t amount) noexcept {
   odomi_store(word, odomi_load(word) + amount);
 }
@@ -115,9 +115,8 @@ void count_time(std::uint64_t* histogram, std::uint64_t* maximum, std::int64_t n
   if (ns > static_cast<std::int64_t>(odomi_load(maximum))) store_time(maximum, ns);
 }
 
-// Moves lines that this core has written into the cache that all cores share: from there a reader
-// gets them in a third of the time that it takes to fetch them out of this core. Only a hint, which
-// processors that do not know it (CLDEMOTE) pass over.
+// Moves the cache lines that this core has written into the shared cache: from there a reader gets
+// them in a third of the time. Only a hint (CLDEMOTE), which older processors ignore.
 #if defined(__x86_64__)
 __attribute__((target("cldemote"))) void hand_over(std::uint64_t* words,
                                                    std::size_t count) noexcept {
@@ -160,7 +159,7 @@ bool Claim::predecessor_is_damaged() const noexcept {
 
 namespace {
 
-/// One file, from its making on.
+/// One file, from its creation on.
 struct Segment {
   UnnamedSegment file;
   odom_info info;
@@ -185,7 +184,7 @@ struct Segment {
     hand_over(word(ODOM_HEADER_HEAD), ODOM_SEGMENT_LINE_WORDS);
   }
 
-  /// What the beat has counted and set so far, for a segment that is made anew.
+  /// The counts and settings of the beat so far, for a segment that is recreated.
   void go_on_from(const Segment& before) const noexcept {
     const auto copy = [&](std::size_t index) {
       odomi_store(word(index), odomi_load(before.word(index)));
@@ -221,14 +220,14 @@ odom_info completed(odom_info info) {
 
 }  // namespace
 
-// The beat writes to `live`. Where housekeeping has made another segment, it is `next`, until the
-// beat goes over to it with its next tick.
+// The beat writes to `live`. When housekeeping has created another segment, it is `next` until the
+// beat switches to it with its next tick.
 struct Writer::State {
   Claim claim;
   std::vector<std::unique_ptr<Segment>> segments;  // housekeeping's: the live one, and the next
   std::atomic<Segment*> live;
   std::atomic<Segment*> next{nullptr};
-  std::mutex waking;  // the relay's, while it touches the live one
+  std::mutex waking;  // the relay's, while it uses the live one
 
   State(Claim&& claimed, std::unique_ptr<Segment> first)
       : claim(std::move(claimed)), live(first.get()) {
@@ -251,7 +250,7 @@ struct Writer::State {
     next.store(nullptr, std::memory_order_release);
   }
 
-  /// Those that the beat has left.
+  /// Segments that the beat no longer uses.
   void drop_old() {
     if (segments.size() == 1 || next.load(std::memory_order_acquire) != nullptr) return;
     const std::lock_guard hold(waking);
@@ -262,7 +261,7 @@ struct Writer::State {
 
 Writer::Writer(Claim claim, const odom_info& info) {
   check(info);
-  const Claim::State& name = *claim.state_;  // stays where it is when the claim moves
+  const Claim::State& name = *claim.state_;  // its address does not change when the claim moves
   auto first = std::make_unique<Segment>(name.path, name.settings.slots, completed(info));
   name_segment(first->file, name.path, name.settings);
   state_ = std::make_unique<State>(std::move(claim), std::move(first));
@@ -334,7 +333,7 @@ Upkeep Writer::look_after() {
   if (!locked) renew_lock_file(name.lock, name.path);
   const bool stands = id_of(name.path) == state_->segments.back()->id;
   if (stands) return locked ? Upkeep::stands : Upkeep::lock_renewed;
-  if (state_->segments.size() > 1) return Upkeep::made_again;  // the beat has yet to go over
+  if (state_->segments.size() > 1) return Upkeep::made_again;  // the beat has not switched yet
   if (id_of(name.path) != FileId{}) refuse_foreign(name.path);
   auto made = std::make_unique<Segment>(name.path, name.settings.slots, state_->segment().info);
   name_segment(made->file, name.path, name.settings);
@@ -347,7 +346,7 @@ void Writer::wake_clients() noexcept {
   const std::lock_guard hold(state_->waking);
   const Segment& segment = state_->segment();
   // Release: a client that acquires the new count sees what was published before the wake-up. The
-  // kernel compares the low half of the word, which counts and wraps by itself.
+  // kernel compares the low half of the word, which wraps by itself.
   std::uint64_t* futex = segment.word(ODOM_HEADER_FUTEX);
   __atomic_fetch_add(futex, 1, __ATOMIC_RELEASE);
   segment.hand_over_head();

@@ -1,4 +1,4 @@
-// The writer's end of the segment: one thread publishes a pose a tick, wait-free.
+// The writer of the segment: one thread publishes one pose per tick, wait-free.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ struct SegmentSettings {
   std::string name = "/odomd";  ///< POSIX shm name, or a path
   std::uint64_t slots = 1024;   ///< history, a power of two
   std::uint32_t mode = 0644;    ///< of the file: 0600, 0640 or 0644
-  std::string group{};          ///< of the file; empty: the process's
+  std::string group{};          ///< of the file; empty: the group of the process
 };
 
-/// A predecessor's last word, for a restarted daemon.
+/// The last pose of a predecessor, for a restarted daemon.
 struct Inheritance {
   odom_pose pose{};
   odom_details details{};
@@ -31,13 +31,13 @@ class Displaced : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// The right to write under a name (segment_file.hpp: SegmentLock). What a predecessor has
-/// published there stays untouched until a Writer is made: a start that fails loses nothing.
+/// The right to write under a name (segment_file.hpp: SegmentLock). The segment of a predecessor
+/// stays unchanged until a Writer is created: a failed start loses nothing.
 class Claim {
  public:
-  /// Start-up only: throws std::invalid_argument for settings that no machine could use, Displaced
-  /// when another writer is alive, std::runtime_error when something is in the way or the machine
-  /// refuses.
+  /// Start-up only: throws std::invalid_argument for settings that are impossible on any machine,
+  /// Displaced when another writer is alive, std::runtime_error when a file is in the way or the
+  /// machine refuses.
   explicit Claim(const SegmentSettings& settings);
   ~Claim();
   Claim(Claim&& other) noexcept;
@@ -45,9 +45,9 @@ class Claim {
   Claim(const Claim&) = delete;
   Claim& operator=(const Claim&) = delete;
 
-  /// The last pose of the segment that stands under the name, whatever its age.
+  /// The last pose of the segment with this name, of any age.
   [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;
-  /// Whether there is one that is not given: damaged, cut short, or of another layout.
+  /// Whether there is one that is not returned: damaged, truncated, or of another layout.
   [[nodiscard]] bool predecessor_is_damaged() const noexcept;
 
  private:
@@ -56,15 +56,15 @@ class Claim {
   std::unique_ptr<State> state_;
 };
 
-/// What a look at the segment's name found.
+/// The result of a check of the segment's name.
 enum class Upkeep : std::uint8_t {
   stands,        ///< the segment has its name
-  lock_renewed,  ///< it has, but the file of its lock was gone
-  made_again     ///< it had not: there is a new one now, which the next tick goes to
+  lock_renewed,  ///< it has, but the file of its lock was missing
+  made_again     ///< it had not: there is a new one now, for the next tick
 };
 
-/// Creates the segment under a temporary name and renames it into place, so that readers find it
-/// whole or not at all.
+/// Creates the segment under a temporary name and renames it into place, so that readers find a
+/// complete segment or none.
 class Writer {
  public:
   /// Start-up only: throws as a Claim does. `info` fills the header; its instance_id, writer_pid,
@@ -78,11 +78,11 @@ class Writer {
   Writer(Writer&&) = delete;
   Writer& operator=(Writer&&) = delete;
 
-  /// The last pose of the segment that stood under the name before, whatever its age.
+  /// The last pose of the previous segment with this name, of any age.
   [[nodiscard]] const std::optional<Inheritance>& predecessor() const noexcept;
 
   // Real-time safe, from the beat's thread alone -------------------------------------------------
-  /// False: the tick does not rise, and nothing was published.
+  /// False: the tick does not increase, and nothing was published.
   bool publish(const odom_pose& pose, const odom_details& details) noexcept;
   void set_first_tick(std::int64_t first_tick_ns) noexcept;
   void set_heartbeat(std::int64_t now_ns) noexcept;
@@ -95,17 +95,17 @@ class Writer {
   void set_log_offset(std::int64_t offset_ns) noexcept;
 
   // Housekeeping's -------------------------------------------------------------------------------
-  /// Whether the segment still stands under its name; makes it again where somebody took it away.
-  /// The new one has another instance id, and readers go over to it as to a successor's. Not
-  /// real-time. Throws Displaced when another writer has the name by now, std::exception when it
-  /// cannot be made: poses then go on into the old one, which only its readers see.
+  /// Checks that the segment still has its name; recreates it if somebody removed it. The new one
+  /// has another instance id, and readers switch to it as to that of a successor. Not real-time.
+  /// Throws Displaced when another writer has the name, std::exception when it cannot be created:
+  /// poses then still go to the old one, which only its current readers see.
   Upkeep look_after();
   [[nodiscard]] odom_beat beat() const noexcept;
-  /// As written at start: offsets and the first tick that were set since are in the segment alone.
+  /// As written at start: later changes of offsets and first tick are in the segment only.
   [[nodiscard]] odom_info info() const noexcept;
 
   // The relay's ----------------------------------------------------------------------------------
-  /// Wakes every client that waits: never the beat's call.
+  /// Wakes every waiting client: never call it from the beat.
   void wake_clients() noexcept;
 
  private:

@@ -113,10 +113,11 @@ unit_tests() {
   not_run=$((not_run + here))
 }
 
-# The lab's machines wait most of their time: they run beside the next build, which is the nicer one.
+# The lab's machines wait most of their time: they run in parallel with the next build, which has the
+# lower priority.
 lab_job= lab_begin=0
 start_lab() {
-  echo "=== lab, beside what follows"
+  echo "=== lab, in parallel with what follows"
   lab_begin=$SECONDS
   LAB_TIMEOUT=${LAB_TIMEOUT:-900} tests/lab/lab.sh test >"$logs/lab.log" 2>&1 &
   lab_job=$!

@@ -1,4 +1,4 @@
-// Taking tokens and reporting what does not fit.
+// Takes tokens and reports errors.
 #include "can_protocol/dbc/cursor.hpp"
 
 #include <algorithm>
@@ -28,7 +28,7 @@ constexpr std::array<std::string_view, 34> keywords{
     "BO_TX_BU_",     "BU_SG_REL_",  "BU_EV_REL_",
     "BU_BO_REL_"};
 
-/// The format's own limit is 32, the longest that editors write 128.
+/// The limit of the format is 32; editors write up to 128.
 constexpr std::size_t longest_name = 255;
 
 bool is_letter(char c) {
@@ -84,20 +84,20 @@ bool DbcCursor::take_if(char c) {
   return there;
 }
 
-void DbcCursor::take_punctuation(char c, std::string_view what, std::string_view mend) {
-  if (!take_if(c)) fail(peek(), std::string{'\'', c, '\''}.append(" ").append(what), mend);
+void DbcCursor::take_punctuation(char c, std::string_view what, std::string_view fix) {
+  if (!take_if(c)) fail(peek(), std::string{'\'', c, '\''}.append(" ").append(what), fix);
 }
 
-std::string DbcCursor::take_word(std::string_view what, std::string_view mend) {
-  if (peek().kind != TokenKind::word) fail(peek(), what, mend);
+std::string DbcCursor::take_word(std::string_view what, std::string_view fix) {
+  if (peek().kind != TokenKind::word) fail(peek(), what, fix);
   return take().text;
 }
 
-std::string DbcCursor::take_name(std::string_view what, std::string_view mend) {
+std::string DbcCursor::take_name(std::string_view what, std::string_view fix) {
   const Token& token = peek();
   if (token.kind != TokenKind::word ||
       std::none_of(token.text.begin(), token.text.end(), is_letter))
-    fail(token, what, mend);
+    fail(token, what, fix);
   if (token.text.size() > longest_name)  // warnings repeat it
     fail_at(token.line, "expected a name of at most " + std::to_string(longest_name) +
                             " bytes, found " + std::to_string(token.text.size()) + ": " +
@@ -106,25 +106,25 @@ std::string DbcCursor::take_name(std::string_view what, std::string_view mend) {
     warn(token.line, "the name " + show(token) + " does not start with a letter");
   else if (!std::all_of(token.text.begin(), token.text.end(),
                         [](char c) { return is_letter(c) || is_digit(c); }))
-    warn(token.line, "the name " + show(token) + " has characters beside letters and digits");
+    warn(token.line, "the name " + show(token) + " has characters other than letters and digits");
   return take().text;
 }
 
-std::string DbcCursor::take_text(std::string_view what, std::string_view mend) {
-  if (peek().kind != TokenKind::text) fail(peek(), what, mend);
+std::string DbcCursor::take_text(std::string_view what, std::string_view fix) {
+  if (peek().kind != TokenKind::text) fail(peek(), what, fix);
   return take().text;
 }
 
 std::uint64_t DbcCursor::take_unsigned(std::string_view what, std::uint64_t largest,
-                                       std::string_view mend) {
+                                       std::string_view fix) {
   const Token& token = peek();
   const auto value = token.kind == TokenKind::word ? unsigned_of(token.text) : std::nullopt;
-  if (!value || *value > largest) fail(token, what, mend);
+  if (!value || *value > largest) fail(token, what, fix);
   take();
   return *value;
 }
 
-double DbcCursor::take_number(std::string_view what, std::string_view mend) {
+double DbcCursor::take_number(std::string_view what, std::string_view fix) {
   const Token& token = peek();
   std::string_view digits = token.text;
   if (digits.starts_with('+')) digits.remove_prefix(1);
@@ -133,7 +133,7 @@ double DbcCursor::take_number(std::string_view what, std::string_view mend) {
   const auto [stop, error] = std::from_chars(digits.data(), end, value);
   if (token.kind != TokenKind::word || digits.empty() || error != std::errc{} || stop != end ||
       !std::isfinite(value))
-    fail(token, what, mend);
+    fail(token, what, fix);
   if (digits.starts_with('-')) digits.remove_prefix(1);
   if (digits.starts_with('.'))
     warn(token.line, "the number " + show(token) + " has no digit before its point");
@@ -144,13 +144,13 @@ double DbcCursor::take_number(std::string_view what, std::string_view mend) {
 void DbcCursor::end_statement(std::string_view keyword) {
   if (take_if(';')) return;
   if (peek().kind == TokenKind::broken) take();
-  const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should stand
+  const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should be
   const std::string text =
       "expected ';' at the end of " + std::string(keyword) + ", found " + show(peek());
   if (!at_statement() && !(at_end() && ends_in_newline_))
-    fail_at(line, text + (at_end() ? "; the file seems to be cut off, fetch it whole"
+    fail_at(line, text + (at_end() ? "; the file seems to be truncated, get the complete file"
                                    : "; close the statement"));
-  warn(line, text + "; taken as closed");
+  warn(line, text + "; treated as closed");
 }
 
 void DbcCursor::skip_to_end() {
@@ -164,26 +164,27 @@ void DbcCursor::skip_statement(std::string_view keyword) {
 
 void DbcCursor::check_ending() {
   if (ends_in_newline_ || at_ == 0 || tokens_[at_ - 1].text == ";") return;
-  // Such a file ends with a receiver or a sender. One that is named before is most likely whole.
+  // Such a file ends with a receiver or a sender. A node that was named before is probably
+  // complete.
   const Token& last = tokens_[at_ - 1];
   const auto before = std::span(tokens_).first(at_ - 1);
   const bool is_name = last.kind == TokenKind::word && !last.text.empty() &&
                        std::isdigit(static_cast<unsigned char>(last.text.front())) == 0;
   if (!is_name || std::ranges::find(before, last.text, &Token::text) == before.end())
     fail_at(last.line, "expected a line end after " + show(last) +
-                           ", found end of file; fetch the file whole if it was cut off, or add "
+                           ", found end of file; get the complete file if it was truncated, or add "
                            "the line end");
-  warn(last.line, "the file does not end with a line end: it may have been cut off");
+  warn(last.line, "the file does not end with a line end: it may be truncated");
 }
 
-void DbcCursor::fail(const Token& found, std::string_view what, std::string_view mend) const {
+void DbcCursor::fail(const Token& found, std::string_view what, std::string_view fix) const {
   if (found.kind == TokenKind::broken) fail_at(found.line, found.text);
   fail_at(found.line, std::string("expected ")
                           .append(what)
                           .append(", found ")
                           .append(show(found))
                           .append("; ")
-                          .append(mend));
+                          .append(fix));
 }
 
 void DbcCursor::fail_at(std::uint32_t line, const std::string& text) const {

@@ -1,4 +1,5 @@
-// Walks over the tokens of a DBC: takes what is expected, or says in one line what is not.
+// Walks over the tokens of a DBC: takes the expected ones, or reports in one line what was found
+// instead.
 #pragma once
 
 #include <cstdint>
@@ -14,41 +15,41 @@ namespace odomd::can {
 
 class DbcCursor {
  public:
-  /// Tokenizes. Throws DbcError as every function here that takes something.
+  /// Tokenizes. Throws DbcError, as every function here that takes something does.
   DbcCursor(std::string_view text, std::string file_name);
 
   [[nodiscard]] const Token& peek(std::size_t ahead = 0) const;
   [[nodiscard]] bool at_end() const { return peek().kind == TokenKind::end; }
   [[nodiscard]] bool at_punctuation(char c) const;
-  /// Whether a statement begins here, whatever stands before: names may look like keywords.
+  /// Whether a statement begins here, on a new line or not: names may look like keywords.
   [[nodiscard]] bool at_statement() const;
   const Token& take();
   /// Takes the character if it comes next.
   bool take_if(char c);
 
-  // `what` completes "expected ..."; `mend` says how to put it right.
-  void take_punctuation(char c, std::string_view what, std::string_view mend);
-  std::string take_word(std::string_view what, std::string_view mend);
-  /// A word with at least one letter; warns of characters that no DBC name has.
-  std::string take_name(std::string_view what, std::string_view mend);
-  std::string take_text(std::string_view what, std::string_view mend);
-  std::uint64_t take_unsigned(std::string_view what, std::uint64_t largest, std::string_view mend);
-  /// A finite decimal number; `.25` is taken with a warning.
-  double take_number(std::string_view what, std::string_view mend);
+  // `what` completes "expected ..."; `fix` says how to correct it.
+  void take_punctuation(char c, std::string_view what, std::string_view fix);
+  std::string take_word(std::string_view what, std::string_view fix);
+  /// A word with at least one letter; warns of characters that are not valid in a DBC name.
+  std::string take_name(std::string_view what, std::string_view fix);
+  std::string take_text(std::string_view what, std::string_view fix);
+  std::uint64_t take_unsigned(std::string_view what, std::uint64_t largest, std::string_view fix);
+  /// A finite decimal number; `.25` is accepted with a warning.
+  double take_number(std::string_view what, std::string_view fix);
 
-  /// The ';' of the statement that began with `keyword`. Where the next statement begins instead,
-  /// warns and goes on.
+  /// The ';' of the statement that began with `keyword`. When the next statement begins instead,
+  /// warns and continues.
   void end_statement(std::string_view keyword);
-  /// Passes over the rest of the statement, up to its ';' or the next statement.
+  /// Skips the rest of the statement, up to its ';' or the next statement.
   void skip_to_end();
   /// The same, and then end_statement.
   void skip_statement(std::string_view keyword);
 
-  /// At the end of the file: refuses a last line without its end that looks cut off, and warns of
-  /// one that could hide a cut.
+  /// At the end of the file: rejects a last line without line end that looks truncated, and warns
+  /// of one that may be truncated.
   void check_ending();
 
-  [[noreturn]] void fail(const Token& found, std::string_view what, std::string_view mend) const;
+  [[noreturn]] void fail(const Token& found, std::string_view what, std::string_view fix) const;
   [[noreturn]] void fail_at(std::uint32_t line, const std::string& text) const;
   void warn(std::uint32_t line, std::string text);
 
@@ -66,7 +67,7 @@ class DbcCursor {
 /// Whether a statement of the DBC format begins with this word.
 [[nodiscard]] bool is_dbc_keyword(std::string_view word);
 
-/// The value of a whole word as a number in [0, 2^64), or nothing.
+/// The value of a word that is a number in [0, 2^64); otherwise empty.
 [[nodiscard]] std::optional<std::uint64_t> unsigned_of(std::string_view word);
 
 }  // namespace odomd::can

@@ -1,4 +1,4 @@
-// Databases: from a file, and look-ups by name.
+// Reads databases from files, and looks up messages by name.
 #include "can_protocol/dbc/dbc.hpp"
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 namespace odomd::can {
 namespace {
 
-/// Databases of whole cars are a tenth of this.
+/// Databases of production cars have a tenth of this size.
 constexpr std::size_t largest_file = std::size_t{16} << 20U;
 
-/// Not by the file's size, which a pipe does not have.
+/// Does not use the file size, which a pipe does not have.
 std::string read_up_to(std::istream& in, std::size_t most) {
   std::string text;
   std::array<char, 65'536> piece{};

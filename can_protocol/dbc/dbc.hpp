@@ -1,5 +1,5 @@
-// The CAN database: messages and signals as a DBC file describes them. Read at start only; what
-// decodes frames is compiled from it (signal_layout.hpp, ../decode/decoder.hpp).
+// The CAN database: messages and signals as a DBC file describes them. Read at start only; the
+// tables that decode frames are compiled from it (signal_layout.hpp, ../decode/decoder.hpp).
 #pragma once
 
 #include <cstddef>
@@ -40,15 +40,15 @@ struct Signal {
   ValueType type = ValueType::unsigned_integer;
   double scale = 1.0;  ///< physical = raw * scale + offset
   double offset = 0.0;
-  double minimum = 0.0;  ///< as stated; both 0: not stated
+  double minimum = 0.0;  ///< as in the file; both 0: not given
   double maximum = 0.0;
   std::string unit;
   std::string comment;
   std::vector<ValueName> values;  ///< in the file's order
 
   bool is_multiplexor = false;
-  /// Of a multiplexed signal: index in Message::signals of the multiplexor that selects it, and
-  /// the raw values that do. The multiplexor may itself be multiplexed.
+  /// For a multiplexed signal: the index in Message::signals of its multiplexor, and the raw values
+  /// that select it. The multiplexor may itself be multiplexed.
   std::optional<std::size_t> multiplexor;
   std::vector<MultiplexRange> selected_by;
 
@@ -63,12 +63,12 @@ struct Message {
   std::uint8_t length = 0;  ///< payload bytes, 0 to max_payload
   std::string sender;
   std::string comment;
-  std::int64_t cycle_time_ns = 0;  ///< GenMsgCycleTime; 0 where there is none
+  std::int64_t cycle_time_ns = 0;  ///< GenMsgCycleTime; 0: none
   std::vector<Signal> signals;     ///< in the file's order
   std::uint32_t line = 0;          ///< of its BO_
 };
 
-/// An oddity that was taken because its meaning is clear.
+/// An irregularity that was accepted because its meaning is clear.
 struct Warning {
   std::uint32_t line = 0;
   std::string text;
@@ -80,7 +80,7 @@ struct Database {
   std::vector<Warning> warnings;  ///< by line
 };
 
-/// A file that is no DBC, or whose meaning is not clear: "file:line: expected X, found Y; mend".
+/// The file is not a DBC, or its meaning is not clear: "file:line: expected X, found Y; fix".
 class DbcError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
@@ -90,13 +90,13 @@ class DbcError : public std::invalid_argument {
 /// out in UTF-8). `file_name` is for messages. Throws DbcError.
 [[nodiscard]] Database parse_dbc(std::string_view text, std::string file_name);
 
-/// Reads a file. Throws DbcError, also where it cannot be read.
+/// Reads a file. Throws DbcError, also when it cannot be read.
 [[nodiscard]] Database read_dbc(const std::filesystem::path& file);
 
-/// "file:line: text", the line a user reads.
+/// "file:line: text", as shown to the user.
 [[nodiscard]] std::string describe(const Database& database, const Warning& warning);
 
-/// By name; the first where a name occurs twice. Null where there is none.
+/// The message of this name, the first one if there are several; null if there is none.
 [[nodiscard]] const Message* find_message(const Database& database, std::string_view name);
 [[nodiscard]] const Signal* find_signal(const Message& message, std::string_view name);
 

@@ -1,4 +1,5 @@
-// Multiplexing and plausibility of one message, once all its statements have been read.
+// Resolves the multiplexing of a message and checks its plausibility, after all statements have
+// been read.
 #include "can_protocol/dbc/draft.hpp"
 
 #include <algorithm>
@@ -11,10 +12,10 @@ namespace {
 
 using Bits = std::bitset<max_payload * 8>;
 
-/// Real ones are nested twice or thrice.
+/// Real databases are nested two or three deep.
 constexpr std::size_t deepest_multiplexing = 16;
 
-/// The multiplexors of a message as the SG_ have them.
+/// The multiplexors of a message, as marked in its SG_.
 struct Multiplexors {
   std::optional<std::size_t> root;  ///< the last of the roots
   std::size_t roots = 0;
@@ -35,17 +36,17 @@ Multiplexors multiplexors_of(const DraftMessage& draft) {
   return found;
 }
 
-/// The multiplexor that a plain `m3` means: the only one there is.
+/// The multiplexor of a plain `m3`: the only one of the message.
 std::optional<std::size_t> implied_multiplexor(const DraftMessage& draft, const Multiplexors& all,
                                                const Signal& signal, DbcCursor& cursor) {
-  const std::size_t others = all.others - (signal.is_multiplexor ? 1 : 0);  // but for itself
+  const std::size_t others = all.others - (signal.is_multiplexor ? 1 : 0);  // except itself
   if (all.roots == 0 && others == 0) {
     cursor.warn(signal.line, "signal '" + signal.name + "' is multiplexed, but message '" +
                                  draft.message.name +
-                                 "' has no multiplexor; taken as always present");
+                                 "' has no multiplexor; treated as always present");
     return std::nullopt;
   }
-  // A nested multiplexor is selected by the root; any other signal might be by either.
+  // A nested multiplexor is selected by the root; any other signal could be selected by either.
   if (all.roots != 1 || (others > 0 && !signal.is_multiplexor))
     cursor.fail_at(signal.line, "expected one multiplexor for signal '" + signal.name +
                                     "', found " + std::to_string(all.roots + others) +
@@ -54,19 +55,19 @@ std::optional<std::size_t> implied_multiplexor(const DraftMessage& draft, const 
   return all.root;
 }
 
-/// Refuses multiplexors in a circle, and more of them one above the other than any car has.
+/// Rejects cycles of multiplexors, and nesting deeper than in any real database.
 void check_depth(const Message& message, const Signal& signal, DbcCursor& cursor) {
   std::vector<const Signal*> above;
   for (const Signal* at = &signal; at->multiplexor; at = &message.signals[*at->multiplexor]) {
     if (std::find(above.begin(), above.end(), at) != above.end())
       cursor.fail_at(signal.line, "expected a multiplexor above signal '" + signal.name +
-                                      "', found a circle; mend the SG_MUL_VAL_ of message '" +
+                                      "', found a cycle; fix the SG_MUL_VAL_ of message '" +
                                       message.name + "'");
     if (above.size() == deepest_multiplexing)
       cursor.fail_at(signal.line, "expected at most " + std::to_string(deepest_multiplexing) +
                                       " multiplexors one above the other, found more above "
                                       "signal '" +
-                                      signal.name + "'; mend the SG_MUL_VAL_ of message '" +
+                                      signal.name + "'; fix the SG_MUL_VAL_ of message '" +
                                       message.name + "'");
     above.push_back(at);
   }
@@ -87,8 +88,8 @@ bool disjoint(const std::vector<MultiplexRange>& a, const std::vector<MultiplexR
   });
 }
 
-/// Whether no payload can hold both: somewhere up their chains one multiplexor decides. Where the
-/// effort does not reach: yes.
+/// Whether no payload can hold both because a common multiplexor excludes it. Returns true when the
+/// effort is exhausted.
 bool exclusive(const Message& message, const Signal& a, const Signal& b, Effort& effort) {
   for (const Signal* x = &a; x->multiplexor; x = &message.signals[*x->multiplexor])
     for (const Signal* y = &b; y->multiplexor; y = &message.signals[*y->multiplexor]) {
@@ -98,7 +99,7 @@ bool exclusive(const Message& message, const Signal& a, const Signal& b, Effort&
   return false;
 }
 
-/// One line a signal, whatever number of others it lies on.
+/// One warning per signal, however many others it overlaps.
 void warn_of_overlap(const Message& message, const Signal& signal, const Signal& first,
                      std::size_t others, DbcCursor& cursor) {
   if (others == 1)

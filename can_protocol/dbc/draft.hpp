@@ -1,4 +1,4 @@
-// A database while it is read: messages whose multiplexing is still as it was written.
+// A database while it is read: its multiplexing is not resolved yet.
 #pragma once
 
 #include <cstddef>
@@ -32,13 +32,13 @@ struct DraftMessage {
 [[nodiscard]] std::optional<std::size_t> find_signal(const DraftMessage& draft,
                                                      const std::string& name);
 
-/// How many more comparisons a file is worth: pairs of signals, and pairs of their multiplexor
-/// values, are as many as its square.
+/// The remaining number of comparisons for a file: the number of pairs of signals, and of their
+/// multiplexor values, is quadratic.
 class Effort {
  public:
   explicit Effort(std::size_t comparisons) : left_(comparisons) {}
 
-  /// False once there is not enough left, and from then on.
+  /// False when not enough is left, and from then on.
   bool spend(std::size_t comparisons) {
     left_ = comparisons > left_ ? 0 : left_ - comparisons;
     return left_ > 0;
@@ -48,10 +48,10 @@ class Effort {
   std::size_t left_;
 };
 
-/// Finds every multiplexed signal's multiplexor. Throws DbcError where that is not clear.
+/// Finds the multiplexor of every multiplexed signal. Throws DbcError when it is not clear.
 void resolve_multiplexing(DraftMessage& draft, DbcCursor& cursor);
 
-/// Warns of signals that lie beyond the payload or on top of one another; the latter while there is
+/// Warns of signals beyond the payload and of overlapping signals; the latter only while there is
 /// effort left.
 void warn_of_misfits(const Message& message, Effort& effort, DbcCursor& cursor);
 

@@ -62,7 +62,7 @@ class Lexer {
   }
 
   /// A backslash before a quote keeps the quote in the text, unless the statement ends there: some
-  /// texts end in a path's backslash.
+  /// texts end in the backslash of a path.
   [[nodiscard]] bool is_escaped_quote() const {
     if (text_[at_] != '\\' || at_ + 1 >= text_.size() || text_[at_ + 1] != '"') return false;
     std::size_t next = at_ + 2;
@@ -90,7 +90,7 @@ class Lexer {
     }
     give_up(first_line,
             "expected '\"' that closes the text begun here, found end of file; "
-            "close it, or fetch the whole file if it was cut off");
+            "close it, or get the complete file if it was truncated");
   }
 
   std::string_view text_;

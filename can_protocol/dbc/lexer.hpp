@@ -1,4 +1,4 @@
-// Cuts the text of a DBC into words, quoted texts and punctuation, and remembers their lines.
+// Splits the text of a DBC into words, quoted texts and punctuation, with their lines.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ enum class TokenKind : std::uint8_t {
   word,         ///< a name, keyword or number, also "1+" and "0-5"
   text,         ///< "in quotes", without them
   punctuation,  ///< one other character
-  broken,       ///< no token can be made from here on: `text` says why, and only `end` follows
+  broken,       ///< an error: `text` says why, and only `end` follows
   end           ///< of the file
 };
 
@@ -24,9 +24,9 @@ struct Token {
   bool starts_line = false;  ///< nothing but blanks before it on its line
 };
 
-/// The tokens of UTF-8 `text`, closed by one of kind `end`. A quoted text that never ends, or a
-/// byte that no text has, becomes a broken token: what is wrong before it, such as the quote that
-/// is missing, is found first.
+/// The tokens of UTF-8 `text`, ended by one of kind `end`. A quoted text that never ends, or a
+/// binary byte, becomes a broken token, so that an error before it, such as a missing quote, is
+/// reported first.
 [[nodiscard]] std::vector<Token> tokenize(std::string_view text);
 
 /// How a message shows a token: 'word', a shortened "text", end of file.

@@ -1,4 +1,4 @@
-// DBC statements that build messages and signals, and those that say nothing we need.
+// DBC statements that define messages and signals, and those that are skipped.
 #include "can_protocol/dbc/parser.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ constexpr std::uint32_t largest_standard_id = 0x7FFU;
 constexpr std::uint32_t largest_extended_id = 0x1FFF'FFFFU;
 constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
 
-/// For the signals that overlap: a fraction of a second, and more than databases of cars take.
+/// Limit for finding overlapping signals: a fraction of a second, more than real databases need.
 constexpr std::size_t comparisons = std::size_t{1} << 25U;
 
 constexpr std::string_view signal_form =
@@ -70,17 +70,17 @@ void DbcParser::statement() {
     if (keyword == "NS_") return symbols();
     if (keyword == "BS_" || keyword == "BU_") return pass_over_list();
     if (is_dbc_keyword(keyword)) return cursor_.skip_statement(keyword);
-    // Extensions of other tools look like this; a misspelt BO_ does as well, but has no ';'.
+    // Extensions of other tools look like this; so does a misspelt BO_, but that has no ';'.
     if (keyword.size() > 1 && keyword.ends_with('_')) {
       cursor_.skip_to_end();
       if (cursor_.take_if(';')) return;
     }
   }
   cursor_.fail(token, "a statement such as BO_, SG_, CM_ or VAL_",
-               "remove it, or mend the statement before it");
+               "remove it, or fix the statement before it");
 }
 
-// Statements that say nothing we need
+// Statements that are skipped
 
 void DbcParser::version() {
   cursor_.take_text("the version in quotes", "write VERSION \"\"");
@@ -97,7 +97,7 @@ void DbcParser::symbols() {
   }
 }
 
-/// BS_: and BU_:, which no ';' ends.
+/// BS_: and BU_:, which do not end with a ';'.
 void DbcParser::pass_over_list() {
   cursor_.take_punctuation(':', "after BS_ or BU_", "write BS_: or BU_: NODE ...");
   while (!cursor_.at_end() && !cursor_.at_statement()) cursor_.take();
@@ -131,11 +131,11 @@ void DbcParser::message(std::uint32_t line) {
 
   current_ = nullptr;
   inside_message_ = true;
-  if (number == unused_signals_id) return;  // its signals are read and dropped
+  if (number == unused_signals_id) return;  // its signals are read and ignored
   const Key key = identifier(id_token, number);
   if (key.flag_missing)
     cursor_.warn(line, "identifier " + id_token.text + " of message '" + message.name +
-                           "' has more than 11 bits but no extended flag; taken as extended");
+                           "' has more than 11 bits but no extended flag; treated as extended");
   message.id = key.id;
   message.format = key.format;
   const auto [place, first] =
@@ -143,12 +143,12 @@ void DbcParser::message(std::uint32_t line) {
   if (!first) {
     cursor_.warn(line, "message '" + message.name +
                            "' has the identifier of another one above; "
-                           "left out");
+                           "ignored");
     return;
   }
   if (length > max_payload) {
     cursor_.warn(line, "message '" + message.name + "' has " + std::to_string(length) +
-                           " bytes, more than a frame; left out");
+                           " bytes, more than a frame; ignored");
     return;
   }
   if (!names_.insert(message.name).second)
@@ -178,13 +178,13 @@ void DbcParser::signal(std::uint32_t line) {
       cursor_.take_unsigned("the signal's length in bits, 1 to 64", 64, signal_form));
   if (signal.length == 0)
     cursor_.fail_at(line, "expected the length of signal '" + signal.name +
-                              "', 1 to 64 bits, found 0; mend or remove the signal");
+                              "', 1 to 64 bits, found 0; fix or remove the signal");
   cursor_.take_punctuation('@', "after the signal's length", signal_form);
   order_and_sign(signal);
   if (bytes_needed(static_cast<unsigned>(start_bit), signal.length, signal.byte_order) >
       max_payload)
     cursor_.fail(start, "a start bit from which signal '" + signal.name + "' fits 64 bytes",
-                 "mend its start bit or its length");
+                 "fix its start bit or its length");
   signal.start_bit = static_cast<std::uint16_t>(start_bit);
   scaling_and_range(signal);
   const Token unit = cursor_.peek();
@@ -241,7 +241,7 @@ void DbcParser::add_signal(Signal signal, DraftMultiplexing multiplexing) {
   if (current_ == nullptr) return;
   if (!current_->by_name.try_emplace(signal.name, current_->message.signals.size()).second) {
     cursor_.warn(signal.line, "message '" + current_->message.name + "' has two signals '" +
-                                  signal.name + "'; the first is taken");
+                                  signal.name + "'; the first one is used");
     return;
   }
   if (signal.scale == 0.0)

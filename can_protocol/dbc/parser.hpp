@@ -1,4 +1,4 @@
-// The DBC parser: one function a statement. Internal to parse_dbc.
+// The DBC parser: one function per statement. Internal to parse_dbc.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@
 
 namespace odomd::can {
 
-/// Reads one file; use once. What refers to a message or a signal is kept and applied when all of
-/// them are known, since files put it anywhere.
+/// Reads one file; use once. References to messages and signals are applied at the end, since they
+/// may come before the definitions.
 class DbcParser {
  public:
   DbcParser(std::string_view text, std::string file_name);
@@ -48,7 +48,7 @@ class DbcParser {
   void attribute();
 
   static constexpr std::uint32_t extended_flag = 0x8000'0000U;
-  /// Editors keep signals that belong to no message under this one.
+  /// Editors put signals without a message under this one.
   static constexpr std::uint64_t unused_signals_id = 0xC000'0000U;
 
   struct Key {
@@ -63,10 +63,10 @@ class DbcParser {
     std::uint32_t line = 0;
     std::string statement;
     std::string number;                ///< as the file has it
-    std::optional<std::uint32_t> key;  ///< frame_key; none: the unused signals
+    std::optional<std::uint32_t> key;  ///< frame_key; empty: the unused signals
   };
   Reference reference(std::string statement);
-  /// The message, or null: with a warning, or without one if the message was left out.
+  /// The message; null with a warning if it is unknown, or without one if it was ignored.
   DraftMessage* find(const Reference& reference);
   /// Calls `apply(draft, index of the signal)` once everything is known.
   void with_signal(Reference reference, std::string name,
@@ -79,9 +79,10 @@ class DbcParser {
 
   DbcCursor cursor_;
   std::vector<DraftMessage> drafts_;
-  DraftMessage* current_ = nullptr;  ///< that signals are added to; null: they are dropped
+  DraftMessage* current_ =
+      nullptr;  ///< the message to which signals are added; null: they are ignored
   bool inside_message_ = false;
-  std::map<std::uint32_t, std::optional<std::size_t>> by_key_;  ///< empty: left out
+  std::map<std::uint32_t, std::optional<std::size_t>> by_key_;  ///< empty: ignored
   std::vector<std::function<void()>> later_;
   std::set<std::string> names_;               ///< of the messages
   std::vector<FrameProtocol> frame_formats_;  ///< that VFrameFormat numbers

@@ -34,7 +34,7 @@ DraftMessage* DbcParser::find(const Reference& reference) {
   const auto found = by_key_.find(*reference.key);
   if (found == by_key_.end()) {
     cursor_.warn(reference.line, reference.statement + " names message " + reference.number +
-                                     ", which is not in the file; passed over");
+                                     ", which is not in the file; ignored");
     return nullptr;
   }
   return found->second ? &drafts_[*found->second] : nullptr;
@@ -50,7 +50,7 @@ void DbcParser::with_signal(Reference reference, std::string name,
         if (!signal)
           cursor_.warn(reference.line, reference.statement + " names signal '" + name +
                                            "', which message '" + draft->message.name +
-                                           "' does not have; passed over");
+                                           "' does not have; ignored");
         else
           apply(*draft, *signal);
       });
@@ -66,7 +66,7 @@ void DbcParser::comment() {
     cursor_.take();
     Reference of = reference("CM_ SG_");
     if (cursor_.peek().kind == TokenKind::text) {
-      cursor_.warn(of.line, "CM_ SG_ names no signal; taken as the comment of the message");
+      cursor_.warn(of.line, "CM_ SG_ names no signal; treated as the comment of the message");
       message_comment(std::move(of), form);
     } else {
       std::string name = cursor_.take_word("the signal's name", form);
@@ -90,7 +90,7 @@ void DbcParser::message_comment(Reference of, std::string_view form) {
 
 void DbcParser::value_names() {
   constexpr std::string_view form = R"(write VAL_ ID SIGNAL 0 "name" 1 "name" ;)";
-  if (!unsigned_of(cursor_.peek().text))  // of an environment variable
+  if (!unsigned_of(cursor_.peek().text))  // belongs to an environment variable
     return cursor_.skip_statement("VAL_");
   Reference of = reference("VAL_");
   std::string name = cursor_.take_word("the signal's name", form);
@@ -102,9 +102,9 @@ void DbcParser::value_names() {
     std::string text = cursor_.take_text("the value's name in quotes", form);
     if (text.find('\n') != std::string::npos)
       cursor_.fail(name_token, "'\"' that closes the value's name on its line", form);
-    // 2^63 as a double: beyond it no raw value can be meant.
+    // 2^63 as a double: the largest raw value.
     if (raw != std::nearbyint(raw) || std::abs(raw) >= 9223372036854775808.0)
-      cursor_.warn(token.line, "VAL_ names " + show(token) + ", which is no raw value");
+      cursor_.warn(token.line, "VAL_ names " + show(token) + ", which is not a raw value");
     else
       values.push_back({static_cast<std::int64_t>(raw), std::move(text)});
   }
@@ -131,7 +131,7 @@ void DbcParser::value_type() {
           cursor_.fail_at(line, "expected " + std::to_string(length) +
                                     " bits for the floating-point " + "signal '" + signal.name +
                                     "', found " + std::to_string(signal.length) +
-                                    "; mend its SG_ or SIG_VALTYPE_");
+                                    "; fix its SG_ or SIG_VALTYPE_");
         signal.type = type == 1 ? ValueType::float32 : ValueType::float64;
       });
 }
@@ -175,7 +175,7 @@ void DbcParser::set_multiplexor(DraftMessage& draft, std::size_t signal, std::ui
                               draft.message.name + "'");
   if (!signals[*found].is_multiplexor) {
     cursor_.warn(line, "signal '" + multiplexor +
-                           "' is not marked as a multiplexor (M); taken "
+                           "' is not marked as a multiplexor (M); treated "
                            "as one");
     signals[*found].is_multiplexor = true;
   }
@@ -239,7 +239,7 @@ double DbcParser::cycle_time() {
                                         "write BA_ \"GenMsgCycleTime\" BO_ ID MILLISECONDS;");
   constexpr double longest_ms = 1e9;
   if (ms >= 0.0 && ms <= longest_ms) return ms;
-  cursor_.warn(token.line, "no message has a cycle time of " + show(token) + " ms; passed over");
+  cursor_.warn(token.line, "no message has a cycle time of " + show(token) + " ms; ignored");
   return 0.0;
 }
 

@@ -1,4 +1,4 @@
-// Physical values to bits, and the presence of multiplexed signals.
+// Converts physical values to bits, and tests whether multiplexed signals are present.
 #include "can_protocol/dbc/signal_layout.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Where a signal lies in a payload and what its bits mean: the one table entry that decoding and
-// encoding share.
+// The position of a signal in a payload and the meaning of its bits, shared by decoding and
+// encoding.
 //
 // Bit s of a payload is bit s % 8 (0: least significant) of byte s / 8. A little-endian signal
 // starts with its least significant bit and goes up through the bytes. A big-endian one starts with
@@ -21,12 +21,12 @@ struct SignalLayout {
   double offset = 0.0;
   std::uint16_t start_bit = 0;
   std::uint8_t length = 0;        ///< bits, 1 to 64
-  std::uint8_t bytes_needed = 0;  ///< a payload must have so many bytes to hold the signal
+  std::uint8_t bytes_needed = 0;  ///< minimum length of a payload that holds the signal
   ByteOrder byte_order = ByteOrder::little_endian;
   ValueType type = ValueType::unsigned_integer;
 };
 
-/// Byte behind the last one of a signal; above max_payload where it fits no frame.
+/// The byte after the last one of a signal; above max_payload when it fits no frame.
 [[nodiscard]] constexpr std::size_t bytes_needed(unsigned start_bit, unsigned length,
                                                  ByteOrder byte_order) noexcept {
   const unsigned first =  // counted from the most significant bit of byte 0 if big-endian
@@ -51,7 +51,7 @@ struct SignalLayout {
 }
 
 /// The signal's bits as they are on the bus, right-aligned. `payload` must have bytes_needed bytes;
-/// it is quicker with seven more, which do not matter.
+/// it is faster with seven more, whose contents do not matter.
 [[nodiscard]] inline std::uint64_t extract_bits(const SignalLayout& signal,
                                                 std::span<const std::uint8_t> payload) noexcept {
   const unsigned length = signal.length;
@@ -78,8 +78,8 @@ struct SignalLayout {
   return bits;
 }
 
-/// Writes `bits` (of which `length` count) and leaves all others of the payload alone. `payload`
-/// must have bytes_needed bytes.
+/// Writes the lower `length` bits of `bits` and leaves all other bits of the payload unchanged.
+/// `payload` must have bytes_needed bytes.
 constexpr void insert_bits(const SignalLayout& signal, std::uint64_t bits,
                            std::span<std::uint8_t> payload) noexcept {
   // From the least significant bit up, as many bits at a time as lie in one byte.
@@ -100,7 +100,7 @@ constexpr void insert_bits(const SignalLayout& signal, std::uint64_t bits,
 
 static_assert(std::endian::native == std::endian::little, "eight bytes are loaded at once");
 
-/// Two's complement of `length` bits, widened.
+/// Sign-extends a two's complement number of `length` bits.
 [[nodiscard]] constexpr std::int64_t sign_extended(std::uint64_t bits, unsigned length) noexcept {
   const std::uint64_t sign = std::uint64_t{1} << (length - 1);
   return static_cast<std::int64_t>((bits ^ sign) - sign);
@@ -127,12 +127,12 @@ static_assert(std::endian::native == std::endian::little, "eight bytes are loade
   return raw_value(signal, bits) * signal.scale + signal.offset;
 }
 
-/// The bits whose physical value is nearest to `physical`, saturated to what the bits can hold. Not
-/// a number becomes raw 0 in an integer.
+/// The bits whose physical value is nearest to `physical`, saturated to what the bits can hold. NaN
+/// becomes raw 0 in an integer signal.
 [[nodiscard]] std::uint64_t bits_for(const SignalLayout& signal, double physical) noexcept;
 
-/// Whether the multiplexors of the payload select this signal; true of one that is not
-/// multiplexed, false where the payload ends before a multiplexor does.
+/// Whether the multiplexors of the payload select this signal; true for a signal that is not
+/// multiplexed, false when the payload ends before a multiplexor does.
 [[nodiscard]] bool is_present(const Message& message, const Signal& signal,
                               std::span<const std::uint8_t> payload) noexcept;
 

@@ -12,7 +12,7 @@ unsigned char byte_at(std::string_view text, std::size_t at) {
   return static_cast<unsigned char>(text[at]);
 }
 
-/// Bytes of the UTF-8 character at `at`; 0 where there is none.
+/// The length in bytes of the UTF-8 character at `at`; 0 if it is not valid.
 std::size_t utf8_length(std::string_view text, std::size_t at) {
   const unsigned char lead = byte_at(text, at);
   if (lead < 0x80) return 1;
@@ -45,7 +45,7 @@ void append_utf8(std::string& out, std::uint32_t code_point) {
   }
 }
 
-// Windows-1252 differs from Latin-1 in 0x80 to 0x9F only; what it leaves undefined becomes U+FFFD.
+// Windows-1252 differs from Latin-1 in 0x80 to 0x9F only; undefined bytes become U+FFFD.
 constexpr std::array<std::uint16_t, 32> windows_1252{
     0x20AC, 0xFFFD, 0x201A, 0x0192, 0x201E, 0x2026, 0x2020, 0x2021, 0x02C6, 0x2030, 0x0160,
     0x2039, 0x0152, 0xFFFD, 0x017D, 0xFFFD, 0xFFFD, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022,

@@ -1,4 +1,4 @@
-// The text of a DBC before it is cut into tokens: the character sets that such files come in.
+// Converts the text of a DBC to UTF-8 before it is split into tokens.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace odomd::can {
 
-/// UTF-8 without a byte order mark. Text that is not valid UTF-8 is taken as Windows-1252, the
+/// UTF-8 without a byte order mark. Text that is not valid UTF-8 is read as Windows-1252, the
 /// superset of Latin-1 that DBC editors write. Never fails.
 [[nodiscard]] std::string to_utf8(std::string_view text);
 

@@ -12,7 +12,7 @@ namespace odomd::can {
 template <std::uint8_t polynomial>
 class Crc8 {
  public:
-  /// Goes on from `crc` over `bytes`; start value and final xor are the caller's.
+  /// Continues `crc` over `bytes`; the caller applies start value and final xor.
   static constexpr std::uint8_t update(std::uint8_t crc,
                                        std::span<const std::uint8_t> bytes) noexcept {
     while (!bytes.empty()) {
@@ -29,8 +29,8 @@ class Crc8 {
   }
 
  private:
-  // The check of some bytes is the sum of each one's share, which depends on the byte and on how
-  // many follow it: tables[n][byte]. So the look-ups need not wait for each other.
+  // The CRC is the sum of one share per byte, which depends on the byte and on the number of bytes
+  // after it: tables[n][byte]. So the look-ups are independent of each other.
   static constexpr std::size_t stride = 8;
   using Table = std::array<std::uint8_t, 256>;
   static constexpr std::array<Table, stride> tables = [] {

@@ -1,4 +1,4 @@
-// Decoding frames by the compiled tables. Nothing here allocates, locks or throws but the
+// Decodes frames with the compiled tables. Nothing here allocates, locks or throws except the
 // constructor.
 #include "can_protocol/decode/decoder.hpp"
 
@@ -9,8 +9,8 @@
 namespace odomd::can {
 namespace {
 
-/// All bytes of a frame, so that a signal can be taken out of eight of them at once. Those behind
-/// `length` are never part of one.
+/// All bytes of a frame, so that a signal can be read from eight bytes at once. Bytes after
+/// `length` are never part of a signal.
 struct Payload {
   std::span<const std::uint8_t, max_payload> bytes;
   std::size_t length;
@@ -35,7 +35,7 @@ bool matches(const CompiledMatch& match, std::uint64_t bits) noexcept {
 
 enum class Outcome : std::uint8_t { value, absent, too_short };
 
-/// Whether the multiplexors select the binding, as far as the payload goes.
+/// Whether the multiplexors in the payload select the binding.
 Outcome selected(const Decoder::Tables& tables, const CompiledBinding& binding,
                  Payload payload) noexcept {
   for (std::uint32_t i = 0; i < binding.selectors.count; ++i) {

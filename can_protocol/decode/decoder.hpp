@@ -1,5 +1,5 @@
-// Frames to signals: the bindings of a configuration, compiled against the databases into one flat
-// table. Compiling throws and allocates; decoding does neither.
+// Decodes frames into signals: compiles the bindings of a configuration and the databases into one
+// flat table. Compiling throws and allocates; decoding does neither.
 #pragma once
 
 #include <array>
@@ -22,23 +22,23 @@ namespace odomd::can {
 /// One decoded quantity, in SI units.
 struct Sample {
   std::uint16_t channel = 0;  ///< SignalBinding::channel
-  std::int64_t time_ns = 0;   ///< frame time less the binding's latency
+  std::int64_t time_ns = 0;   ///< frame time minus the binding's latency
   double value = 0.0;
 };
 
-/// Samples that one frame yields at the most.
+/// The maximum number of samples of one frame.
 inline constexpr std::size_t max_samples_per_frame = 24;
 
-/// What became of a frame. Every frame has exactly one.
+/// The result for a frame. Every frame has exactly one.
 enum class FrameVerdict : std::uint8_t {
   decoded,         ///< at least one sample came out
-  unmapped,        ///< no binding wants this id
+  unmapped,        ///< no binding uses this id
   no_sample,       ///< bound, but its multiplexed signals are absent or valid_when does not hold
   too_short,       ///< payload ends before a bound signal does
   failed_crc,      ///< protection: ERROR
   repeated,        ///< protection: REPEATED
   wrong_sequence,  ///< protection: WRONGSEQUENCE
-  distrusted,      ///< protection: OK, but the check before or too many of the last failed
+  distrusted,      ///< protection: OK, but the previous check or too many recent ones failed
   count
 };
 
@@ -54,7 +54,7 @@ inline constexpr std::array<std::string_view, frame_verdict_count> frame_verdict
 /// Counted per bound message; readable from any thread.
 struct MessageCounters {
   Counter verdicts[frame_verdict_count];
-  Counter some_lost;     ///< of the decoded: protection said OKSOMELOST
+  Counter some_lost;     ///< decoded frames with the protection state OKSOMELOST
   Counter last_time_ns;  ///< of the last decoded frame (bit pattern of the signed time)
 };
 
@@ -69,11 +69,11 @@ struct BoundMessage {
   std::string name;
   std::uint32_t id = 0;
   IdFormat format = IdFormat::standard;
-  std::int64_t cycle_time_ns = 0;  ///< GenMsgCycleTime, 0 where the database has none
+  std::int64_t cycle_time_ns = 0;  ///< GenMsgCycleTime; 0: none
   std::vector<std::uint16_t> channels;
 };
 
-/// What the protection of a message remembers of the frames so far, by bus: counters run apart.
+/// The state of the protection of a message, per bus, since each bus has its own counter.
 struct ProtectionState {
   std::array<E2eState, max_buses> counters{};
   std::array<E2eTrust, max_buses> trust{};
@@ -83,9 +83,9 @@ class Decoder {
  public:
   struct Tables;  ///< the compiled form, decoder_tables.hpp
 
-  /// Compiles. Throws std::invalid_argument whose text names the role, message or signal that does
-  /// not fit, with the nearest valid name. `bus_names[i]` is the name of bus i for bindings that
-  /// ask for one.
+  /// Compiles. Throws std::invalid_argument with a text that names the role, message or signal that
+  /// does not fit, and the nearest valid name. `bus_names[i]` is the name of bus i for bindings to
+  /// one bus.
   Decoder(std::span<const Database> databases, std::span<const SignalBinding> bindings,
           std::span<const E2eBinding> protections, std::span<const std::string> bus_names);
   ~Decoder();
@@ -101,8 +101,8 @@ class Decoder {
   [[nodiscard]] std::span<const BoundMessage> messages() const noexcept;
   [[nodiscard]] const MessageCounters& counters(std::size_t message) const noexcept;
 
-  /// All that decoding one frame leaves behind for the next, by message; to be read, and put back
-  /// into a decoder of the same bindings, by the thread that decodes.
+  /// The state that decoding keeps between frames, by message. It can be read, and restored in a
+  /// decoder with the same bindings, by the decoding thread.
   [[nodiscard]] std::span<ProtectionState> protections() noexcept;
   [[nodiscard]] std::span<const ProtectionState> protections() const noexcept;
 

@@ -1,4 +1,4 @@
-// Bindings and databases to the decoder's tables; every mismatch is told here.
+// Compiles bindings and databases into the decoder's tables, and reports every mismatch.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -26,7 +26,7 @@ std::string show(double value) {
   return text;
 }
 
-/// Where a message was found: the first database that has one of its name.
+/// A message and its database: the first one that has a message of this name.
 struct Found {
   const Message* message = nullptr;
   const Database* database = nullptr;
@@ -62,9 +62,9 @@ class Compiler {
     return {};
   }
 
-  /// Why a message was not found: the databases there are, and the nearest name in them.
+  /// Why a message was not found: the databases, and the nearest name in them.
   [[nodiscard]] std::string missing(const std::string& name) const {
-    if (inputs_.databases.empty()) return "there is no database to look '" + name + "' up in";
+    if (inputs_.databases.empty()) return "there is no database in which to look up '" + name + "'";
     std::string files;
     std::vector<std::string> names;
     for (const Database& database : inputs_.databases) {
@@ -96,7 +96,7 @@ class Compiler {
         if (inputs_.protections[j].message == name)
           throw std::invalid_argument("end-to-end protection: message '" + name +
                                       "' is named twice; remove one");
-      // Also of a message that no binding wants: a mistake there should not wait.
+      // Also checks messages without a binding, so that errors are found at start.
       (void)E2eProtection(*found.message, inputs_.protections[i]);
     }
   }
@@ -136,7 +136,7 @@ class Compiler {
     tables_.bound.push_back(std::move(bound));
   }
 
-  /// Messages of one identifier are chained, each on buses of its own.
+  /// Messages with the same identifier are chained, each on different buses.
   void add_identifier(std::size_t index) {
     const Message& message = *groups_[index].found.message;
     CompiledMessage& compiled = tables_.messages[index];
@@ -172,13 +172,13 @@ class Compiler {
     compiled.scale = binding.scale;
     compiled.offset = binding.offset;
     if (!std::isfinite(binding.scale) || !std::isfinite(binding.offset))
-      refuse(binding, "scale or offset is not a finite number; mend it");
+      refuse(binding, "scale or offset is not a finite number; fix it");
 
     const bool direction = binding.forward || binding.reverse;
     if (binding.signals.empty()) refuse(binding, "no signal is named; add one");
     if (direction && binding.signals.size() > 1)
       refuse(binding, "a direction comes from one signal, not from a sum; name one");
-    std::vector<const Signal*> read;  // whatever must be present
+    std::vector<const Signal*> read;  // all signals that must be present
     for (const std::string& name : binding.signals)
       read.push_back(&require_signal(binding, found, name));
     compiled.terms = {size_of(tables_.terms), static_cast<std::uint32_t>(read.size())};
@@ -187,14 +187,14 @@ class Compiler {
       if (binding.forward) compiled.forward = match(binding, *read[0], *binding.forward);
       if (binding.reverse) compiled.reverse = match(binding, *read[0], *binding.reverse);
       if (compiled.forward && compiled.reverse && compiled.forward->bits == compiled.reverse->bits)
-        refuse(binding, "forward and reverse are the same value; mend one");
+        refuse(binding, "forward and reverse are the same value; fix one");
     } else {
       for (const Signal* signal : read) {
         check_unit(binding, found, *signal);
         if (signal->scale == 0.0)
           refuse(binding, "signal '" + signal->name + "' has the factor 0 in " +
                               found.database->file + ':' + std::to_string(signal->line) +
-                              " and never changes; mend the database");
+                              " and never changes; fix the database");
       }
       compiled.unit_factor = unit_factor(binding);
     }
@@ -229,17 +229,17 @@ class Compiler {
     refuse(binding, "unit '" + std::string(unit_name(binding.unit)) + "' contradicts '" +
                         signal.unit + "' of signal '" + found.message->name + '.' + signal.name +
                         "' in " + found.database->file + ':' + std::to_string(signal.line) +
-                        (stated ? "; mend one of them"
-                                : "; mend one of them, or take it as unit = \"1\" with a scale"));
+                        (stated ? "; fix one of them"
+                                : "; fix one of them, or use unit = \"1\" with a scale"));
   }
 
-  /// For rpm the speed of the wheel: v = omega * radius / ratio.
+  /// For rpm: the speed of the wheel, v = omega * radius / ratio.
   static double unit_factor(const SignalBinding& binding) {
     if (binding.unit != Unit::rpm) return si_factor(binding.unit);
     if (!(binding.radius_m > 0.0) || !std::isfinite(binding.radius_m))
       refuse(binding, "unit rpm needs the wheel's radius in metres; add a positive radius");
     if (binding.ratio == 0.0 || !std::isfinite(binding.ratio))
-      refuse(binding, "the ratio must be a number other than 0; mend it");
+      refuse(binding, "the ratio must be a number other than 0; fix it");
     return si_factor(Unit::rpm) * binding.radius_m / binding.ratio;
   }
 

@@ -14,7 +14,7 @@
 
 namespace odomd::can {
 
-/// A stretch of one of the arrays.
+/// A range of one of the arrays.
 struct Stretch {
   std::uint32_t first = 0;
   std::uint32_t count = 0;
@@ -26,27 +26,27 @@ struct CompiledSelector {
   Stretch ranges;  ///< of Tables::ranges
 };
 
-/// A signal that must have one physical value: compared by its bits, so that no rounding of scale
-/// and offset comes in.
+/// A signal that must have one physical value. The raw bits are compared, so that rounding of scale
+/// and offset does not matter.
 struct CompiledMatch {
   SignalLayout signal;
   std::uint64_t bits = 0;
 };
 
-/// One binding: what to take from a payload, and how to turn it into a sample.
+/// One binding: what to read from a payload, and how to convert it into a sample.
 struct CompiledBinding {
   Stretch selectors;  ///< of Tables::selectors: all of them must hold
   Stretch terms;      ///< of Tables::terms: their physical values are summed
   std::optional<CompiledMatch> valid_when;
-  std::optional<CompiledMatch> forward;  ///< with one of these the sample is a direction
+  std::optional<CompiledMatch> forward;  ///< if set, the sample is a direction
   std::optional<CompiledMatch> reverse;
   double unit_factor = 1.0;
   double scale = 1.0;
   double offset = 0.0;
   std::int64_t latency_ns = 0;
   std::uint16_t channel = 0;
-  std::uint8_t bus_mask = 0;      ///< bit b: it is taken from bus b
-  std::uint8_t bytes_needed = 0;  ///< of its terms and conditions; selectors have their own
+  std::uint8_t bus_mask = 0;      ///< bit b: accepted from bus b
+  std::uint8_t bytes_needed = 0;  ///< for its terms and conditions; selectors have their own
 };
 
 struct CompiledMessage {
@@ -78,7 +78,7 @@ struct Decoder::Tables {
   std::vector<MessageCounters> counters;  ///< by message
 };
 
-/// What a compilation is given.
+/// The inputs of a compilation.
 struct DecoderInputs {
   std::span<const Database> databases;
   std::span<const SignalBinding> bindings;

@@ -1,4 +1,4 @@
-// Checking and protecting payloads.
+// Checks and protects payloads.
 #include "can_protocol/decode/e2e.hpp"
 
 #include <algorithm>
@@ -33,18 +33,18 @@ const Signal& require_signal(const Message& message, const std::string& name,
   if (signal == nullptr) {
     std::vector<std::string> names;
     for (const Signal& other : message.signals) names.push_back(other.name);
-    refuse(message, what + " '" + name + "' is no signal of it" + nearest_hint(name, names));
+    refuse(message, what + " '" + name + "' is not one of its signals" + nearest_hint(name, names));
   }
   if (signal->multiplexor) refuse(message, what + " '" + name + "' is multiplexed; name another");
   if (signal->type != ValueType::unsigned_integer)
     refuse(message, what + " '" + name + "' is not an unsigned integer; name another");
   if (layout_of(*signal).bytes_needed > message.length)
-    refuse(message, what + " '" + name + "' lies beyond the message's end; mend the database");
+    refuse(message, what + " '" + name + "' lies beyond the message's end; fix the database");
   return *signal;
 }
 
-// The CRC after what comes before the payload, with an even and with an odd counter: profiles 1 and
-// 11 put the data id there.
+// The CRC of the bytes before the payload, for even and odd counters: in profiles 1 and 11
+// these are the data id.
 std::array<std::uint8_t, 2> crc_start(const E2eBinding& binding) {
   if (!is_profile_1(binding.profile)) return {0xFF, 0xFF};
   const auto low = static_cast<std::uint8_t>(binding.data_id & 0xFFU);
@@ -87,7 +87,7 @@ E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
     refuse(message, "a plain counter has no crc signal; remove it, or name another profile");
   }
 
-  // The checksum alone needs no counter.
+  // A checksum without a counter is allowed.
   if (profile_ == E2eProfile::sae_j1850 && binding.counter_signal.empty()) return;
   const Signal& counter = require_signal(message, binding.counter_signal, "counter signal");
   counter_ = layout_of(counter);
@@ -104,7 +104,7 @@ E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
 
   if (is_profile_1(profile_) && binding.data_id_mode == DataIdMode::nibble) {
     if (binding.data_id > 0xFFF)
-      refuse(message, "data_id is wider than the 12 bits of the NIBBLE mode; mend either");
+      refuse(message, "data_id is wider than the 12 bits of the NIBBLE mode; fix one of them");
     const unsigned low_bit = counter.byte_order == ByteOrder::little_endian
                                  ? counter.start_bit % 8U
                                  : (counter.start_bit + 5U) % 8U;
@@ -123,7 +123,7 @@ E2eProtection::E2eProtection(const Message& message, const E2eBinding& binding)
   if (is_profile_2(profile_)) {
     if (binding.data_id_list.size() != data_id_list_.size())
       refuse(message, "data_id_list has " + std::to_string(binding.data_id_list.size()) +
-                          " entries instead of 16; mend it");
+                          " entries instead of 16; fix it");
     std::copy(binding.data_id_list.begin(), binding.data_id_list.end(), data_id_list_.begin());
   }
 }

@@ -9,8 +9,8 @@
 //   2, 22      start 0xFF, all protected bytes but the CRC's own, then data_id_list[counter]; final
 //              xor 0xFF; polynomial 0x2F.
 //   SAE J1850  start 0xFF, all protected bytes but the CRC's own; final xor 0xFF; polynomial 0x1D.
-// Protected are the bytes of the message as the database gives its length; padding behind them is
-// not looked at. CRC and counter lie where their signals lie.
+// The protected bytes are those within the message length in the database; padding after them is
+// ignored. The positions of CRC and counter are those of their signals.
 //
 // Counters run 0 to 14 (profiles 1 and 11; 15 is an error), 0 to 15 (2 and 22), or through all
 // values of their signal (plain).
@@ -27,9 +27,9 @@
 
 namespace odomd::can {
 
-/// AUTOSAR's check states. With d the counter's step since the last frame whose CRC was right:
+/// AUTOSAR's check states. d is the step of the counter since the last frame with a correct CRC:
 enum class E2eStatus : std::uint8_t {
-  ok,              ///< d = 1, or the first frame of all (AUTOSAR's INITIAL)
+  ok,              ///< d = 1, or the very first frame (AUTOSAR's INITIAL)
   ok_some_lost,    ///< 1 < d <= max_delta_counter
   repeated,        ///< d = 0
   wrong_sequence,  ///< d > max_delta_counter
@@ -37,11 +37,11 @@ enum class E2eStatus : std::uint8_t {
   no_new_data      ///< an empty payload
 };
 
-/// What a receiver or sender remembers between frames.
+/// The state of a receiver or sender between frames.
 ///
-/// Every frame with a right CRC becomes the new reference, also one that is refused as
-/// wrong_sequence: after any gap one frame is refused and the next in turn is ok again, so that no
-/// loss locks a message out. A frame in error and an empty one change nothing.
+/// Every frame with a correct CRC becomes the new reference, even if it is rejected as
+/// wrong_sequence: after a gap one frame is rejected and the next is ok again, so a loss never
+/// blocks a message permanently. A frame with an error and an empty one change nothing.
 struct E2eState {
   std::optional<std::uint32_t> counter;  ///< of the last good frame, or of the last one sent
 };
@@ -49,17 +49,17 @@ struct E2eState {
 /// The compiled protection of one message. Immutable: any thread may use it, each with its state.
 class E2eProtection {
  public:
-  /// Throws std::invalid_argument for signals that are not there or cannot hold a CRC or counter,
+  /// Throws std::invalid_argument for signals that do not exist or cannot hold a CRC or counter,
   /// naming message, signal and the nearest valid name.
   E2eProtection(const Message& message, const E2eBinding& binding);
 
   /// Real-time safe.
   E2eStatus check(std::span<const std::uint8_t> payload, E2eState& state) const noexcept;
 
-  /// Puts counter and CRC into a payload of at least length() bytes; the first counter is 0.
+  /// Writes counter and CRC into a payload of at least length() bytes; the first counter is 0.
   void protect(std::span<std::uint8_t> payload, E2eState& state) const noexcept;
 
-  /// Bytes that are protected.
+  /// The number of protected bytes.
   [[nodiscard]] std::uint8_t length() const noexcept { return length_; }
 
  private:
@@ -67,13 +67,13 @@ class E2eProtection {
                                  std::uint32_t counter) const noexcept;
 
   E2eProfile profile_ = E2eProfile::none;
-  std::uint8_t data_id_nibble_ = 0;  ///< what NIBBLE sends of the data id
+  std::uint8_t data_id_nibble_ = 0;  ///< the part of the data id that NIBBLE sends
   std::uint8_t length_ = 0;
   std::uint8_t max_delta_ = 1;
-  std::uint64_t counter_values_ = 0;  ///< how many there are; 0: no counter
+  std::uint64_t counter_values_ = 0;  ///< number of counter values; 0: no counter
   std::array<std::uint8_t, 16> data_id_list_{};
   std::optional<std::uint8_t> crc_byte_;
-  std::array<std::uint8_t, 2> crc_start_{};  ///< with an even, an odd counter
+  std::array<std::uint8_t, 2> crc_start_{};  ///< for an even and an odd counter
   std::uint8_t crc_final_xor_ = 0;
   SignalLayout counter_;
   SignalLayout nibble_;  ///< where NIBBLE sends its part of the data id

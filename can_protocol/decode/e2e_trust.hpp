@@ -1,9 +1,9 @@
-// Whether a protected message may be believed at all: AUTOSAR's E2E state machine, with one window.
+// Decides whether a protected message can be trusted: AUTOSAR's E2E state machine, with one window.
 //
-// A CRC of 8 bits lets one random payload of 256 pass, and a counter one of five of those. Against
-// noise, a second sender or a wrong data id that is not enough: at a full bus something passes
-// every few milliseconds. But then nearly all checks fail: a message whose checks fail is not
-// believed where one happens not to, nor is the first that passes right behind an error.
+// An 8-bit CRC passes one random payload in 256, and the counter one in five of those. This is not
+// enough against noise, a second sender or a wrong data id: on a full bus a payload passes every
+// few milliseconds. But then nearly all checks fail, so a message is not trusted after too many
+// failed checks, nor is the first frame that passes right after an error.
 #pragma once
 
 #include <bit>
@@ -15,13 +15,13 @@ namespace odomd::can {
 
 class E2eTrust {
  public:
-  /// Checks that are remembered, and how many of them may have failed. A disturbance that ends
-  /// costs at most `window - max_failed` good frames; a single error, one.
+  /// The number of remembered checks, and how many of them may fail. After a disturbance at most
+  /// `window - max_failed` good frames are rejected; after a single error, one.
   static constexpr int window = 16;
   static constexpr int max_failed = 4;
 
-  /// Takes a check's outcome in and says whether the message is to be believed. Repeated and absent
-  /// data are neither for nor against it, as in AUTOSAR: gateways repeat.
+  /// Takes the result of a check and returns whether the message can be trusted. Repeated and
+  /// absent data count neither as passed nor as failed, as in AUTOSAR, because gateways repeat.
   bool after(E2eStatus status) noexcept {
     const bool behind_error = after_error_;
     if (status != E2eStatus::repeated && status != E2eStatus::no_new_data) {
@@ -29,7 +29,7 @@ class E2eTrust {
       failures_ = static_cast<std::uint16_t>(failures_ * 2U + (failed ? 1U : 0U));
       after_error_ = status == E2eStatus::error;
     }
-    // Mostly there are none; to count bits is a call where the instruction is not to be relied on.
+    // Usually zero; std::popcount is a function call on CPUs without the instruction.
     const bool few = failures_ == 0 || std::popcount(failures_) <= max_failed;
     return few && !behind_error;
   }

@@ -1,4 +1,4 @@
-// Encoding messages.
+// Encodes messages.
 #include "can_protocol/decode/message_encoder.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// Physical values to frames, for the simulator and for tests: the decoder's counterpart.
+// Encodes physical values into frames, for the simulator and for tests; the counterpart of the
+// decoder.
 //
 //   MessageEncoder imu(*find_message(database, "IMU"), protection);
 //   imu.set("YawRate", 0.3);
@@ -16,7 +17,7 @@
 
 namespace odomd::can {
 
-/// Holds the values of one message between frames; all raw values are 0 at first. One thread.
+/// Holds the values of one message between frames; all raw values are initially 0. One thread.
 class MessageEncoder {
  public:
   explicit MessageEncoder(Message message);
@@ -24,16 +25,15 @@ class MessageEncoder {
   /// Every frame gets the next counter and its CRC. Throws as E2eProtection does.
   MessageEncoder(Message message, const E2eBinding& protection);
 
-  /// Rounds to the nearest raw value and saturates at what the signal's bits can hold. Of a
-  /// multiplexed signal, sets its multiplexors so that they select it. Throws
-  /// std::invalid_argument for a name that is no signal's, naming the nearest one, and for a value
-  /// that is not a number in a signal without one.
+  /// Rounds to the nearest raw value and saturates at the range of the signal. For a multiplexed
+  /// signal, sets its multiplexors so that they select it. Throws std::invalid_argument for an
+  /// unknown name, naming the nearest one, and for NaN in an integer signal.
   void set(std::string_view signal, double physical);
 
-  /// The same for the signal's bits as they are; those beyond its length are dropped.
+  /// Sets the raw bits of the signal; bits beyond its length are ignored.
   void set_bits(std::string_view signal, std::uint64_t bits);
 
-  /// A frame with the present values.
+  /// A frame with the current values.
   [[nodiscard]] Frame frame(std::int64_t time_ns, std::uint8_t bus = 0);
 
   [[nodiscard]] const Message& message() const noexcept { return message_; }

@@ -1,6 +1,5 @@
-// What a configuration says of one signal: which message and signal of the database it is, what
-// unit the database's physical value has, and what turns it into the quantity that is wanted. The
-// vocabulary between the configuration and the decoder.
+// The configuration of one signal: the message and signal in the database, the unit of its physical
+// value, and the conversion to the wanted quantity. Shared by the configuration and the decoder.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +23,7 @@ enum class Unit : std::uint8_t {
   g,  ///< 9.80665 m/s²
 };
 
-/// Counts a sample only while another signal of the same message has this physical value.
+/// Accepts a sample only while another signal of the same message has this physical value.
 struct ValidWhen {
   std::string signal;
   double equals = 0.0;
@@ -32,10 +31,10 @@ struct ValidWhen {
 
 struct SignalBinding {
   std::uint16_t channel = 0;  ///< the caller's number for the quantity; comes back in Sample
-  std::string role;           ///< the caller's name for it, for messages: "wheel_rear_left"
+  std::string role;           ///< the caller's name for it, used in messages: "wheel_rear_left"
   std::string message;
   std::vector<std::string> signals;  ///< one, or several whose physical values are summed
-  std::string bus;                   ///< name of the bus it is taken from; empty: any
+  std::string bus;                   ///< name of the bus; empty: any
 
   Unit unit = Unit::none;
   double radius_m = 0.0;  ///< wheel radius, for rpm
@@ -46,13 +45,13 @@ struct SignalBinding {
 
   std::optional<ValidWhen> valid_when;
 
-  /// For a direction signal: the physical values that mean forward (+1) and reverse (-1). With
-  /// these the sample's value is +1, -1, or 0 for anything else; unit, scale and offset do not
-  /// apply.
+  /// For a direction signal: the physical values for forward (+1) and reverse (-1). The value of
+  /// the sample is then +1, -1, or 0 for anything else; unit, scale and offset do not apply.
   std::optional<double> forward;
   std::optional<double> reverse;
 
-  std::int64_t latency_ns = 0;  ///< known age of the value at the frame's stamp; subtracted from it
+  std::int64_t latency_ns =
+      0;  ///< age of the value at the time stamp of the frame; subtracted from it
 };
 
 // End-to-end protection ---------------------------------------------------------------------------

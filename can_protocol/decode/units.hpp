@@ -8,17 +8,17 @@
 
 namespace odomd::can {
 
-/// What a database's unit text means; nothing where it is empty or none of ours. Case, blanks and
-/// the spelling of signs do not count: "m/s^2", "m/s2", "m/s²", "kph", "°/s", "1/min".
+/// The unit that a text in a database means; empty when the text is empty or unknown. Ignores case,
+/// blanks and the spelling of signs: "m/s^2", "m/s2", "m/s²", "kph", "°/s", "1/min".
 [[nodiscard]] std::optional<Unit> unit_of_text(std::string_view text);
 
-/// Whether it is a unit that is none of ours, so that a value in it cannot be meant: "mph", "%".
+/// Whether the text is a unit that is not supported: "mph", "%".
 [[nodiscard]] bool is_other_unit(std::string_view text);
 
-/// As a configuration spells it: "m/s2".
+/// The spelling in a configuration: "m/s2".
 [[nodiscard]] std::string_view unit_name(Unit unit) noexcept;
 
-/// What a physical value is multiplied by to be in SI. For rpm that of an angular velocity: rad/s.
+/// The factor from a physical value to SI. For rpm that of an angular velocity: rad/s.
 [[nodiscard]] double si_factor(Unit unit) noexcept;
 
 }  // namespace odomd::can

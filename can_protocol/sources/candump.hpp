@@ -1,4 +1,4 @@
-// One line of a candump log (`candump -L`, `candump -l`) to a frame, and back.
+// Converts a line of a candump log (`candump -L`, `candump -l`) to a frame and back.
 //
 //   (1760000000.069964) can0 120#0400A0FF         classic, standard identifier: 3 digits
 //   (1760000000.069964) can0 18DAF110#0210        extended identifier: 8 digits
@@ -7,9 +7,9 @@
 //   (1760000000.069964) can0 123##1AABBCC         CAN FD: one digit of flags, then the payload
 //   (1760000000.069964123) can0 123#1122334455667788_C R
 //
-// Also taken: 9 decimals (nanoseconds), dots between bytes, the raw length code (`_9` to `_F`) of a
-// classic frame of 8 bytes, the direction `R` or `T`, lower case digits, a carriage return. Stamps
-// are decimal integers all the way: no rounding.
+// Also accepted: 9 decimals (nanoseconds), dots between bytes, the raw length code (`_9` to `_F`)
+// of a classic frame of 8 bytes, the direction `R` or `T`, lower case digits, a carriage return.
+// Stamps are handled as decimal integers, without rounding.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@
 
 namespace odomd::can {
 
-/// What a line says, or what is wrong with it.
+/// The frame of a line, or its error.
 struct CandumpLine {
   Frame frame;                 ///< `time_ns` on the log's clock; `bus` is left at 0
   std::string_view interface;  ///< points into the line
@@ -32,10 +32,10 @@ struct CandumpLine {
 };
 
 /// Parses one line, without its newline. Never throws or allocates. The raw length code and the
-/// direction are checked and dropped.
+/// direction are checked and ignored.
 [[nodiscard]] CandumpLine parse_candump_line(std::string_view line) noexcept;
 
-enum class StampDecimals : std::uint8_t { six, nine };  // six: microseconds, cut off
+enum class StampDecimals : std::uint8_t { six, nine };  // six: microseconds, truncated
 
 /// Appends the line of a frame with its newline. `frame.time_ns` must not be negative.
 void append_candump_line(std::string& out, const Frame& frame, std::string_view interface,

@@ -17,12 +17,12 @@ namespace {
 constexpr std::array<std::string_view, CAN_STATE_MAX> health_names{
     "error_active", "error_warning", "error_passive", "bus_off", "stopped", "sleeping"};
 
-/// By the bits of can_ctrlmode.flags.
+/// Indexed by the bits of can_ctrlmode.flags.
 constexpr std::array<std::string_view, 11> mode_names{
     "loopback",    "listen_only", "triple_sampling", "one_shot", "bus_error_reporting", "fd",
     "presume_ack", "fd_non_iso",  "cc_len8_dlc",     "tdc_auto", "tdc_manual"};
 
-/// The C library's `stderr`, a variable in glibc, leads nowhere while this lives.
+/// Redirects the C library's `stderr`, a variable in glibc, to nowhere while this lives.
 class MuteStandardError {
  public:
   MuteStandardError() : nowhere_(std::fopen("/dev/null", "w")) {
@@ -40,12 +40,13 @@ class MuteStandardError {
   std::unique_ptr<FILE, Close> nowhere_;
 };
 
-/// Interrupts whatever the calling thread waits for, again and again while this lives. libsocketcan
-/// would wait for ever for an interface that vanishes between its name's look-up and the question.
+/// Repeatedly interrupts system calls of the calling thread while this lives. Without it
+/// libsocketcan would wait for ever when an interface disappears between the look-up of its name
+/// and the query.
 class Impatience {
  public:
   Impatience() {
-    // Ignored by default, which interrupts nothing; a handler without SA_RESTART does.
+    // Ignored by default, which does not interrupt; a handler without SA_RESTART does.
     struct sigaction nothing {};
     nothing.sa_handler = [](int) {};
     ::sigaction(SIGURG, &nothing, nullptr);
@@ -69,7 +70,7 @@ class Impatience {
   bool running_ = false;
 };
 
-/// What one of libsocketcan's questions answers, empty where it has no answer.
+/// The result of one libsocketcan query, empty when there is none.
 template <typename Answer>
 std::optional<Answer> ask(int (*question)(const char*, Answer*), const std::string& interface) {
   Answer answer{};

@@ -1,6 +1,5 @@
-// The CAN controller behind an interface: how its bit timing is set, how well it is, and what it
-// has been through. Read from the kernel (rtnetlink, through libsocketcan); nothing here changes
-// it.
+// The CAN controller of an interface: its bit timing, its health and its statistics. Read from the
+// kernel (rtnetlink, through libsocketcan); nothing here changes it.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +10,13 @@
 
 namespace odomd::can {
 
-/// Fault confinement (ISO 11898-1, 12.1.4), as the driver tells it. A controller whose interface is
-/// down is `stopped`.
+/// Fault confinement (ISO 11898-1, 12.1.4), as reported by the driver. A controller whose interface
+/// is down is `stopped`.
 enum class ControllerHealth : std::uint8_t {
-  error_active,   ///< takes part; both error counters below 96
+  error_active,   ///< takes part in the bus; both error counters below 96
   error_warning,  ///< takes part; a counter at 96 or above
   error_passive,  ///< takes part, but may no longer flag errors; a counter at 128 or above
-  bus_off,        ///< took itself off the bus; hears nothing until it is restarted
+  bus_off,        ///< has left the bus; receives nothing until it is restarted
   stopped,
   sleeping
 };
@@ -25,7 +24,8 @@ enum class ControllerHealth : std::uint8_t {
 /// "error_active", ...
 [[nodiscard]] std::string_view name_of(ControllerHealth health) noexcept;
 
-/// The nominal bit (of CAN FD: the arbitration phase's). What the driver does not tell is 0.
+/// The nominal bit timing (for CAN FD: of the arbitration phase). Values that the driver does not
+/// report are 0.
 struct BitTiming {
   std::uint32_t bitrate = 0;                ///< bit/s
   std::uint32_t sample_point_permille = 0;  ///< of the bit
@@ -42,33 +42,35 @@ struct ErrorCounters {
   std::uint32_t receive = 0;
 };
 
-/// Since the driver was loaded; they wrap.
+/// Counts since the driver was loaded; they wrap.
 struct ControllerStatistics {
   std::uint32_t bus_errors = 0;
-  std::uint32_t error_warnings = 0;  ///< times this state was entered, as are the next two
+  std::uint32_t error_warnings =
+      0;  ///< number of times this state was entered, as are the next two
   std::uint32_t error_passives = 0;
   std::uint32_t bus_offs = 0;
   std::uint32_t arbitration_lost = 0;
   std::uint32_t restarts = 0;
 };
 
-/// Members that a driver does not tell are empty.
+/// Members that the driver does not report are empty.
 struct Controller {
   ControllerHealth health = ControllerHealth::stopped;
-  std::optional<std::uint32_t> restart_ms;  ///< from bus-off to the restart; 0: none by itself
-  std::optional<BitTiming> bit_timing;      ///< none before a bit rate was set
+  std::optional<std::uint32_t>
+      restart_ms;                       ///< from bus-off to the restart; 0: no automatic restart
+  std::optional<BitTiming> bit_timing;  ///< empty before a bit rate was set
   std::optional<std::uint32_t> clock_hz;
   std::vector<std::string_view> modes;  ///< those that are on: "loopback", "listen_only", "fd", ...
   std::optional<ErrorCounters> errors;
   std::optional<ControllerStatistics> statistics;
 };
 
-/// Asks the kernel. Empty where the interface has no controller (vcan) or is not there. Several
-/// questions, one after the other: a change may come between two of them. Takes a fraction of a
-/// millisecond, but waits for whoever configures interfaces (the kernel's RTNL lock), and some
-/// drivers hold that for seconds; not for the beat. One thread at a time: while it runs, standard
-/// error of this process is mute, since libsocketcan complains there of what a driver does not
-/// tell. Takes SIGURG for itself, to end a question that nobody answers.
+/// Queries the kernel. Empty when the interface has no controller (vcan) or does not exist. Makes
+/// several queries, and the state may change between them. Takes a fraction of a millisecond, but
+/// waits for the kernel's RTNL lock, which some drivers hold for seconds, so do not call it from
+/// the beat. One thread at a time: while it runs, standard error of this process is muted, because
+/// libsocketcan prints errors there for values that a driver does not report. Uses SIGURG to end a
+/// query without an answer.
 [[nodiscard]] std::optional<Controller> read_controller(const std::string& interface);
 
 }  // namespace odomd::can

@@ -1,11 +1,11 @@
-// The clock of a CAN controller, from its hardware stamps to CLOCK_MONOTONIC.
+// Converts the hardware stamps of a CAN controller to CLOCK_MONOTONIC.
 //
 // The device clock has its own origin and drifts. Each frame also has a software stamp, which is
 // later than the true instant by a latency l >= 0, so
 //     software - hardware = offset + l
-// and the smallest recent difference is the best guess at the offset. The minimum leaks upwards by
-// more than any crystal drifts, so it follows a device clock that is slow as well as one that is
-// fast; what is left is the smallest latency, microseconds.
+// and the smallest recent difference is the best guess at the offset. The minimum leaks upwards
+// faster than any crystal drifts, so it follows slow and fast device clocks; the remaining error is
+// the smallest latency, microseconds.
 #pragma once
 
 #include <algorithm>
@@ -18,10 +18,10 @@ class DeviceClock {
  public:
   /// The leak; crystals are within 100 parts per million of each other.
   static constexpr std::int64_t drift_per_million = 200;
-  /// A device clock that jumps is followed at once when it jumps ahead. When it falls back, all
-  /// differences grow: the smallest of one window replaces the minimum.
+  /// A device clock that jumps ahead is followed at once. When it falls back, all differences grow,
+  /// and the smallest one of a window replaces the minimum.
   static constexpr std::int64_t window_ns = 1'000'000'000;
-  /// A difference so much larger than the minimum is no latency.
+  /// A difference that exceeds the minimum by this much is not a latency.
   static constexpr std::int64_t restart_ns = 1'000'000'000;
 
   /// The hardware stamp on CLOCK_MONOTONIC: never after `software_ns`, the software stamp of the

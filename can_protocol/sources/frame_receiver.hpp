@@ -1,4 +1,4 @@
-// Many frames out of a socket with one system call, each with its time.
+// Receives many frames from a socket with one system call, each with its time.
 #pragma once
 
 #include <cstddef>
@@ -14,16 +14,16 @@
 
 namespace odomd::can {
 
-/// Which of the kernel's stamps times a frame.
+/// Which kernel time stamp is the time of a frame.
 enum class StampSource : std::uint8_t { software, hardware };
 
-/// Asks a socket for what a receiver reads beside a frame: stamps, and the count of drops. False,
-/// with errno set, where the kernel refuses.
+/// Enables what a receiver reads with each frame: time stamps and the count of drops. Returns
+/// false, with errno set, when the kernel refuses.
 [[nodiscard]] bool request_stamps(int socket, StampSource stamps) noexcept;
 
 struct Received {
-  std::size_t count = 0;  ///< frames handed on
-  int error = 0;          ///< errno of the socket, 0 when it is well
+  std::size_t count = 0;  ///< frames delivered
+  int error = 0;          ///< errno of the socket; 0: no error
 };
 
 /// Its buffers are allocated once; `receive` is real-time safe: one recvmmsg that does not block,
@@ -35,9 +35,9 @@ class FrameReceiver {
   FrameReceiver(const FrameReceiver&) = delete;
   FrameReceiver& operator=(const FrameReceiver&) = delete;
 
-  /// Fills `frames`, at most max_frames_per_drain, with what waits in the socket, times on
-  /// CLOCK_MONOTONIC, and counts everything it sees. Error frames are counted, not handed on. A
-  /// frame without a plausible stamp gets the time of this call.
+  /// Fills `frames`, at most max_frames_per_drain, with the frames in the socket, times on
+  /// CLOCK_MONOTONIC, and counts everything. Error frames are counted, but not delivered. A frame
+  /// without a plausible stamp gets the time of this call.
   Received receive(int socket, std::span<Frame> frames, SourceCounters& counters) noexcept;
 
   /// The next call reads from another socket: its count of drops starts over.
@@ -57,7 +57,7 @@ class FrameReceiver {
   std::uint8_t bus_;
   StampSource stamps_;
   std::unique_ptr<Buffers> buffers_;
-  std::size_t used_;  // messages whose control length the kernel has overwritten
+  std::size_t used_;  // number of messages whose control length the kernel has overwritten
   WallClock wall_clock_;
   DeviceClock device_clock_;
   DropCount drops_;

@@ -1,4 +1,4 @@
-// Where frames come from: the small interface that the beat drains.
+// The interface of frame sources, which the beat drains.
 #pragma once
 
 #include <cstddef>
@@ -12,55 +12,57 @@
 
 namespace odomd::can {
 
-/// Frames that one drain takes from one bus at the most; the rest carries over to the next tick.
+/// The maximum number of frames in one drain of one bus; the rest carries over to the next tick.
 inline constexpr std::size_t max_frames_per_drain = 256;
 
 enum class LinkState : std::uint8_t { up, down, gone, ended };
 
-/// What a source has seen since it was opened. Written by whoever drains (or by the feeder thread),
+/// Counters of a source since it was opened. Written by the draining thread (or the feeder thread),
 /// read by housekeeping.
 struct SourceCounters {
-  Counter received;         ///< data and remote frames handed on
-  Counter lost;             ///< dropped by the kernel's receive queue (SO_RXQ_OVFL)
-  Counter error_frames;     ///< error frames seen
-  Counter carried_over;     ///< drains that left frames behind for the next tick
-  Counter link_downs;       ///< times the link went down or the interface vanished
-  Counter stamp_fallbacks;  ///< frames without a usable kernel stamp, timed by their drain
-  Counter malformed;        ///< lines of a log, or frames, that could not be taken
+  Counter received;      ///< data and remote frames delivered
+  Counter lost;          ///< dropped by the kernel's receive queue (SO_RXQ_OVFL)
+  Counter error_frames;  ///< error frames seen
+  Counter carried_over;  ///< drains that left frames for the next tick
+  Counter link_downs;    ///< number of times the link went down or the interface disappeared
+  Counter
+      stamp_fallbacks;  ///< frames without a usable kernel stamp, which got the time of the drain
+  Counter malformed;    ///< malformed lines of a log, or frames
 
-  Counter hardware_fallbacks;    ///< hardware stamps were asked for, the frame bore a software one
-  Counter clock_steps;           ///< the wall clock, in which the kernel stamps, was set
-  Counter suspends;              ///< the machine slept
-  Counter bus_offs;              ///< error frames that say bus-off
-  Counter controller_overflows;  ///< error frames that say the controller lost frames
+  Counter
+      hardware_fallbacks;  ///< hardware stamps were requested, but the frame had a software stamp
+  Counter clock_steps;     ///< steps of the wall clock, which the kernel uses for stamps
+  Counter suspends;        ///< suspends of the machine
+  Counter bus_offs;        ///< error frames that report bus-off
+  Counter controller_overflows;  ///< error frames that report frames lost in the controller
 };
 
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
 
-  /// Moves frames that have arrived into `frames`, in their order, and says how many. Real-time
+  /// Moves frames that have arrived into `frames`, in order, and returns their number. Real-time
   /// safe: never blocks, allocates, locks or throws; bounded by frames.size().
   ///
-  /// `now_ns` is CLOCK_MONOTONIC of the drain. Frame times are CLOCK_MONOTONIC. A live bus hands
-  /// out what is in the socket; a paced log what its feeder has released and is stamped <=
-  /// `tick_ns`, the time the tick is valid at.
+  /// `now_ns` is CLOCK_MONOTONIC of the drain. Frame times are CLOCK_MONOTONIC. A live bus returns
+  /// the frames in the socket; a paced log returns those that its feeder has released with a stamp
+  /// <= `tick_ns`, the time at which the tick is valid.
   virtual std::size_t drain(std::span<Frame> frames, std::int64_t tick_ns,
                             std::int64_t now_ns) noexcept = 0;
 
-  /// State of the link below, as last seen; safe from any thread.
+  /// The latest known state of the link; safe from any thread.
   [[nodiscard]] virtual LinkState link() const noexcept = 0;
   [[nodiscard]] virtual const SourceCounters& counters() const noexcept = 0;
 
-  /// Housekeeping, a few times a second, from one thread that is not the beat: re-opens what went
-  /// away. May allocate and call the system; never throws.
+  /// Housekeeping, a few times a second, from one thread that is not the beat: reopens interfaces
+  /// that disappeared. May allocate and make system calls; never throws.
   virtual void maintain() noexcept {}
 
-  /// What is worth telling the user since the source was opened, one line each, in the order in
-  /// which it came; of each kind the first. It only grows. From the thread that calls `maintain`.
-  [[nodiscard]] virtual std::vector<std::string> complaints() const { return {}; }
+  /// Warnings for the user since the source was opened, one line each, in order; the first of each
+  /// kind. The list only grows. Call from the thread that calls `maintain`.
+  [[nodiscard]] virtual std::vector<std::string> warnings() const { return {}; }
 
-  /// What the user called it: "can0", "drive.log", "-".
+  /// The name that the user gave: "can0", "drive.log", "-".
   [[nodiscard]] virtual const std::string& name() const noexcept = 0;
 };
 

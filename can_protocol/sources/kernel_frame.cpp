@@ -12,7 +12,7 @@ std::optional<Frame> from_kernel(const canfd_frame& raw, std::size_t bytes) noex
   const bool fd = bytes == CANFD_MTU;
   if (!fd && bytes != CAN_MTU) return std::nullopt;
   if (fd ? !is_fd_length(raw.len) : raw.len > CAN_MAX_DLEN) return std::nullopt;
-  // CAN FD has no remote frames; a virtual bus passes what a wire cannot carry.
+  // CAN FD has no remote frames, but a virtual bus passes them.
   if (fd && (raw.can_id & CAN_RTR_FLAG) != 0 && (raw.can_id & CAN_ERR_FLAG) == 0)
     return std::nullopt;
 

@@ -1,4 +1,4 @@
-// A frame as the kernel hands it out, and the filters it is asked to apply.
+// Converts frames of the kernel, and builds its filters.
 #pragma once
 
 #include <linux/can.h>
@@ -14,18 +14,18 @@
 
 namespace odomd::can {
 
-/// The frame in `raw`, of which the kernel wrote `bytes`; nothing when that is no classic CAN or
-/// CAN FD frame. Time and bus are left alone. Real-time safe.
+/// The frame in `raw`, of which the kernel wrote `bytes`; empty when it is not a classic CAN or CAN
+/// FD frame. Does not set time and bus. Real-time safe.
 [[nodiscard]] std::optional<Frame> from_kernel(const canfd_frame& raw, std::size_t bytes) noexcept;
 
-/// Counts an error frame, and what it says. Real-time safe.
+/// Counts an error frame and the errors that it reports. Real-time safe.
 void count_error_frame(const Frame& frame, SourceCounters& counters) noexcept;
 
 /// Exact filters for data frames of the given identifiers (frame_key), sorted, each once. Empty,
 /// which means every frame, when `keys` is empty or there are more than the kernel takes.
 [[nodiscard]] std::vector<can_filter> exact_filters(std::span<const std::uint32_t> keys);
 
-/// What the kernel's count of dropped frames, 32 bits that wrap, has grown by.
+/// The growth of the kernel's 32-bit, wrapping count of dropped frames.
 class DropCount {
  public:
   std::uint32_t grown_to(std::uint32_t total) noexcept {
@@ -33,7 +33,7 @@ class DropCount {
     last_ = total;
     return growth;
   }
-  /// A fresh socket counts from 0.
+  /// A new socket counts from 0.
   void restart() noexcept { last_ = 0; }
 
  private:

@@ -1,4 +1,4 @@
-// Lines out of a file descriptor, in one fixed buffer: what a log file and a pipe have in common.
+// Reads lines from a file descriptor (a log file or a pipe) through one fixed buffer.
 #pragma once
 
 #include <cstddef>
@@ -12,22 +12,22 @@ namespace odomd::can {
 /// Does not own the descriptor. One thread.
 class LineBuffer {
  public:
-  /// A line longer than this is no log: it comes out in pieces of this size.
+  /// The maximum length of a line; a longer one is returned in pieces of this size.
   static constexpr std::size_t capacity = std::size_t{1} << 17U;
 
   enum class Fill : std::uint8_t { data, end, again, error };
 
-  /// The next whole line without its newline; nothing when there is none in the buffer. The view
-  /// holds until the next fill.
+  /// The next complete line without its newline; empty when there is none in the buffer. The view
+  /// is valid until the next fill.
   [[nodiscard]] std::optional<std::string_view> next_line() noexcept;
 
-  /// Once the input has ended: what stands after the last newline, if anything does.
+  /// After the end of the input: the text after the last newline, if any.
   [[nodiscard]] std::optional<std::string_view> last_line() noexcept;
 
-  /// Reads once. `error` leaves errno as read(2) set it; `again`: nothing there yet.
+  /// Reads once. `error` leaves errno as read(2) set it; `again`: no data yet.
   Fill fill(int descriptor) noexcept;
 
-  /// Of the line that came last, 1-based.
+  /// The number of the last line, 1-based.
   [[nodiscard]] std::uint64_t line_number() const noexcept { return line_number_; }
 
  private:

@@ -1,9 +1,9 @@
-// Whether the stamps of a pipe that is fed as things happen follow a clock that was set.
+// Detects a step of the clock behind the stamps of a live pipe.
 //
-// `candump -L can0 | odomd --can -` stamps by the wall clock. When that is set by an hour, a pause
-// of an hour must not be waited for, nor an hour's frames be taken for late ones. A log that is
-// piped in must keep its pauses, though. What tells the two apart: a live pipe is empty most of the
-// times that somebody looks; one that a log is poured into never is.
+// `candump -L can0 | odomd --can -` stamps with the wall clock. When that is set by an hour, odomd
+// must not wait for an hour, nor treat an hour's frames as late. A log that is piped in must keep
+// its pauses, though. The difference is that a live pipe is empty at most reads, but a pipe with a
+// log never is.
 #pragma once
 
 #include <bit>
@@ -15,17 +15,17 @@ namespace odomd::can {
 /// Pure logic on given times. One thread.
 class LiveStamps {
  public:
-  /// Less than this is a pause, a delay, or frames out of order.
+  /// A smaller difference is a pause, a delay, or frames out of order.
   static constexpr std::int64_t step_ns = 1'000'000'000;
 
   enum class Input : std::uint8_t { ready, waited_for };
-  /// The input was read, and this is how it was found.
+  /// Takes the result of a read of the input.
   void read(Input input) noexcept {
     waits_ = static_cast<std::uint8_t>(waits_ * 2U + (input == Input::waited_for ? 1U : 0U));
   }
 
-  /// Takes the next stamp in, at hand since `now_ns` (CLOCK_MONOTONIC), and says by how much the
-  /// clock behind it was set; nothing where it was not.
+  /// Takes the next stamp, which was read at `now_ns` (CLOCK_MONOTONIC), and returns the step of
+  /// the clock behind it; empty when there was none.
   [[nodiscard]] std::optional<std::int64_t> step(std::int64_t stamp_ns,
                                                  std::int64_t now_ns) noexcept {
     const std::int64_t stamps = stamp_ns - last_stamp_ns_;
@@ -33,7 +33,7 @@ class LiveStamps {
     const bool first = last_stamp_ns_ == 0;
     last_stamp_ns_ = stamp_ns;
     last_now_ns_ = now_ns;
-    // Behind their arrival are also frames that a process kept; but their stamps rise.
+    // Frames that a process held back are late as well, but their stamps rise.
     const bool set = ahead > step_ns || stamps < -step_ns;
     return live() && !first && set ? std::optional(ahead) : std::nullopt;
   }

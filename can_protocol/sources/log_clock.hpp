@@ -1,9 +1,10 @@
-// The clock of the logs that a live daemon plays: where their stamps lie on CLOCK_MONOTONIC.
+// The clock of the logs that a live daemon plays: maps their stamps to CLOCK_MONOTONIC.
 //
-// Offline, tick k is valid at a multiple of the period on the log's clock and takes in the stamps
-// up to it. Live, the ticks lie at first_tick + k * period on CLOCK_MONOTONIC. Both runs take the
-// same frames into the same ticks if the two grids coincide, so the offset is chosen among those
-// that make them coincide: the first frame is released up to one period later than it could be.
+// Offline, tick k is valid at a multiple of the period on the log's clock and takes the frames
+// stamped up to then. Live, the ticks lie at first_tick + k * period on CLOCK_MONOTONIC. Both runs
+// take the same frames into the same ticks if the two grids coincide, so the offset is chosen among
+// those that make them coincide: the first frame is released up to one period later than it could
+// be.
 #pragma once
 
 #include <atomic>
@@ -18,19 +19,19 @@ namespace odomd::can {
                                                      std::int64_t earliest_ns,
                                                      std::int64_t first_tick_ns,
                                                      std::int64_t period_ns) noexcept {
-  // Wanted: release - first_tick = stamp (mod period), with release >= earliest.
+  // Find: release - first_tick = stamp (mod period), with release >= earliest.
   const std::int64_t phase = (stamp_ns % period_ns) + (first_tick_ns % period_ns);
   const std::int64_t rest = (phase - earliest_ns % period_ns) % period_ns;
   return earliest_ns + (rest < 0 ? rest + period_ns : rest);
 }
 
-/// Shared by the feeders of all logs that one daemon plays: the first frame of any of them sets it,
-/// for good but for a live pipe, whose clock may be set, or whose first line may have come late.
-/// Any thread, lock-free.
+/// Shared by the feeders of all logs that one daemon plays: the first frame of any of them sets it
+/// permanently, except for a live pipe, whose clock may be stepped, or whose first line may have
+/// arrived late. Any thread, lock-free.
 ///
 /// A frame's release is its stamp - base - advance, and the clock's offset base + advance. A feeder
-/// takes off the base when it reads a frame, the drain the advance when it hands the frame out: the
-/// frames in between follow an advance as well.
+/// subtracts the base when it reads a frame, the drain subtracts the advance when it returns the
+/// frame, so an advance also applies to the frames in between.
 class LogClock {
  public:
   LogClock(std::int64_t first_tick_ns, std::int64_t period_ns) noexcept
@@ -38,7 +39,7 @@ class LogClock {
 
   [[nodiscard]] std::int64_t period_ns() const noexcept { return period_ns_; }
 
-  /// Log clock - CLOCK_MONOTONIC; nothing before the first frame.
+  /// Log clock - CLOCK_MONOTONIC; empty before the first frame.
   [[nodiscard]] std::optional<std::int64_t> offset_ns() const noexcept {
     const std::int64_t base = base_ns_.load(std::memory_order_acquire);
     return base == unset ? std::nullopt : std::optional(base + advance_ns());
@@ -49,8 +50,8 @@ class LogClock {
     return advance_ns_.load(std::memory_order_acquire);
   }
 
-  /// Maps `stamp_ns` to an instant not before `earliest_ns` unless the clock runs already; the base
-  /// in force.
+  /// Maps `stamp_ns` to an instant not before `earliest_ns`, unless the clock is running already;
+  /// returns the current base.
   std::int64_t start(std::int64_t stamp_ns, std::int64_t earliest_ns) noexcept {
     const std::int64_t base = base_for(stamp_ns, earliest_ns);
     std::int64_t current = unset;
@@ -58,16 +59,17 @@ class LogClock {
     return current;
   }
 
-  /// Maps `stamp_ns` so although the clock runs: the stamps follow another clock from here on.
+  /// Maps `stamp_ns` in the same way although the clock is running: the stamps follow another clock
+  /// from here on.
   std::int64_t restart(std::int64_t stamp_ns, std::int64_t earliest_ns) noexcept {
     const std::int64_t base = base_for(stamp_ns, earliest_ns);
     base_ns_.store(base, std::memory_order_release);
     return base;
   }
 
-  /// Maps `stamp_ns` so where that is earlier than now by two periods or more, but by less than
-  /// `most_ns`: the line that started the clock came late. By how much it was, whole periods; 0: it
-  /// runs as it did. The clock is only ever put forward by this, never back.
+  /// Maps `stamp_ns` in the same way when the result is earlier by two periods or more, but by less
+  /// than `most_ns`: the line that started the clock was late. Returns the advance in whole
+  /// periods; 0: unchanged. This only advances the clock, never sets it back.
   std::int64_t advance(std::int64_t stamp_ns, std::int64_t earliest_ns,
                        std::int64_t most_ns) noexcept {
     const std::int64_t base = base_ns_.load(std::memory_order_acquire);

@@ -1,4 +1,4 @@
-// Waits sleep in poll(2), always with the stop event beside what is waited for.
+// All waits sleep in poll(2), which also watches the stop event.
 #include "can_protocol/sources/log_feeder.hpp"
 
 #include <poll.h>
@@ -39,14 +39,13 @@ bool is_pipe(int descriptor) {
   return ::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode);
 }
 
-/// How long before its time the first frame is read. A file waits for nobody, so it gets the time
-/// that the reader needs to run ahead; a pipe may be fed as things happen, so little is added to
-/// its latency.
+/// How long before its time the first frame is read. For a file it is the time that the reader
+/// needs to run ahead; for a pipe, which may be live, it is short, since it adds latency.
 std::int64_t head_start(bool pipe, std::int64_t period_ns) {
   return pipe ? 2 * period_ns : LogFeeder::ahead_ns;
 }
 
-/// Signals are for the thread that waits for them.
+/// Signals are handled by another thread.
 class AllSignalsBlocked {
  public:
   AllSignalsBlocked() {
@@ -114,8 +113,9 @@ std::size_t LogFeeder::drain(std::span<Frame> frames, std::int64_t tick_ns,
 }
 
 LinkState LogFeeder::link() const noexcept {
-  // In this order: the ring's last frames were pushed before the flag was set.
-  return fed_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended : LinkState::up;
+  // In this order, because the last frames were pushed before the flag was set.
+  return finished_.load(std::memory_order_acquire) && ring_.empty() ? LinkState::ended
+                                                                    : LinkState::up;
 }
 
 // The thread's side -------------------------------------------------------------------------------
@@ -124,14 +124,14 @@ void LogFeeder::run() noexcept {
   try {
     feed();
   } catch (const std::exception& error) {
-    complaints_.add(Complaint::failure, label_ + ": " + error.what());
+    warnings_.add(SourceWarning::failure, label_ + ": " + error.what());
   }
-  fed_.store(true, std::memory_order_release);
+  finished_.store(true, std::memory_order_release);
 }
 
 void LogFeeder::feed() {
   while (std::optional<Frame> frame = next()) {
-    doubt_stamps(*frame);
+    check_stamps(*frame);
     if (frame->time_ns != 0) {
       follow_step(*frame);
       const std::int64_t base_ns = clock_.start(frame->time_ns, earliest_release(*frame));
@@ -140,11 +140,11 @@ void LogFeeder::feed() {
       const std::int64_t release_ns = frame->time_ns - clock_.advance_ns();
       const std::int64_t pause_ns = release_ns - monotonic_now();
       if (pause_ns > long_pause_ns)
-        complaints_.add(Complaint::long_pause,
-                        at_line(label_, lines_.line_number()) + "the stamps jump ahead by " +
-                            std::to_string(pause_ns / ns_per_s) +
-                            " s, which are waited for; cut the log where it pauses");
-      // Runs ahead in strides of half the window: one wake-up for many frames.
+        warnings_.add(SourceWarning::long_pause,
+                      at_line(label_, lines_.line_number()) + "the time stamps jump ahead by " +
+                          std::to_string(pause_ns / ns_per_s) +
+                          " s, and odomd waits that long; cut the log at the pause");
+      // Runs ahead in steps of half the window, so that one wake-up reads many frames.
       if (pause_ns > reads_ahead_ns() &&
           wait_until(release_ns - reads_ahead_ns() / 2) == Waited::stopped)
         return;
@@ -152,24 +152,23 @@ void LogFeeder::feed() {
     while (!ring_.push(*frame))
       if (wait_until(monotonic_now() + ring_full_wait_ns) == Waited::stopped) return;
   }
-  if (input_ended_ && !stamps_differ_ && with_only_stamp_ > 1) tell_one_stamp();
+  if (input_ended_ && !stamps_differ_ && with_only_stamp_ > 1) warn_of_one_stamp();
 }
 
-void LogFeeder::doubt_stamps(const Frame& frame) {
+void LogFeeder::check_stamps(const Frame& frame) {
   if (stamps_differ_) return;
   stamps_differ_ = only_stamp_ns_.value_or(frame.time_ns) != frame.time_ns;
   only_stamp_ns_ = frame.time_ns;
-  if (!stamps_differ_ && ++with_only_stamp_ == too_many_with_one_stamp) tell_one_stamp();
+  if (!stamps_differ_ && ++with_only_stamp_ == too_many_with_one_stamp) warn_of_one_stamp();
 }
 
-void LogFeeder::tell_one_stamp() {
-  complaints_.add(Complaint::one_stamp, describe_one_stamp(at_line(label_, lines_.line_number()),
-                                                           with_only_stamp_, *only_stamp_ns_));
+void LogFeeder::warn_of_one_stamp() {
+  warnings_.add(SourceWarning::one_stamp, describe_one_stamp(at_line(label_, lines_.line_number()),
+                                                             with_only_stamp_, *only_stamp_ns_));
 }
 
-/// Now, and a little. The first line of a pipe may be older than that: it was held up, or had
-/// waited for us in the pipe. Where its stamp is this machine's wall clock, that says how old it
-/// is.
+/// Now plus the head start. The first line of a pipe may be older, because it was delayed or waited
+/// in the pipe. If its stamp is from this machine's wall clock, its age is known.
 std::int64_t LogFeeder::earliest_release(const Frame& first) const {
   const std::int64_t age_ns = pipe_ ? time_on(CLOCK_REALTIME) - first.time_ns : 0;
   const bool known = age_ns > 0 && age_ns < oldest_line_ns;
@@ -177,17 +176,17 @@ std::int64_t LogFeeder::earliest_release(const Frame& first) const {
 }
 
 void LogFeeder::follow_arrivals(const Frame& frame) {
-  if (!pipe_ || !waited_for_) return;
+  if (!pipe_ || !input_was_empty_) return;
   const auto delay_ns = delay_.take(frame.time_ns, monotonic_now());
   if (!delay_ns) return;
   const std::int64_t by_ns =
       clock_.advance(frame.time_ns, frame.time_ns + *delay_ns + lead_ns_, pipe_ahead_ns + lead_ns_);
   if (by_ns > 0)
-    complaints_.add(
-        Complaint::late_first_line,
-        label_ + ": its first line came late: the others come " +
-            std::to_string(by_ns / 1'000'000) +
-            " ms earlier against their stamps; they are followed, and what lies between is lost");
+    warnings_.add(SourceWarning::late_first_line,
+                  label_ + ": the first line arrived late: the next ones arrive " +
+                      std::to_string(by_ns / 1'000'000) +
+                      " ms earlier relative to their time stamps; the log clock follows them, and "
+                      "the time in between is lost");
 }
 
 void LogFeeder::follow_step(const Frame& frame) {
@@ -197,10 +196,10 @@ void LogFeeder::follow_step(const Frame& frame) {
   clock_.restart(frame.time_ns, now_ns + lead_ns_);
   delay_.restart();
   counters_.clock_steps.add();
-  complaints_.add(Complaint::clock_step, at_line(label_, lines_.line_number()) +
-                                             "the clock behind the stamps was set by " +
-                                             std::to_string(*step_ns / ns_per_s) +
-                                             " s; they are followed from here");
+  warnings_.add(SourceWarning::clock_step, at_line(label_, lines_.line_number()) +
+                                               "the clock of the time stamps was stepped by " +
+                                               std::to_string(*step_ns / ns_per_s) +
+                                               " s; following it from here on");
 }
 
 std::optional<Frame> LogFeeder::next() {
@@ -216,8 +215,8 @@ std::optional<Frame> LogFeeder::next() {
       case LineBuffer::Fill::again:
         break;
       case LineBuffer::Fill::error:
-        complaints_.add(Complaint::failure,
-                        label_ + ": reading failed: " + std::generic_category().message(errno));
+        warnings_.add(SourceWarning::failure,
+                      label_ + ": reading failed: " + std::generic_category().message(errno));
         [[fallthrough]];
       case LineBuffer::Fill::end:
         input_ended_ = true;
@@ -232,17 +231,17 @@ bool LogFeeder::take(std::string_view text, Frame& frame) {
   const CandumpLine line = parse_candump_line(text);
   if (!line.good()) {
     counters_.malformed.add();
-    complaints_.add(Complaint::malformed_line, input_ended_
-                                                   ? describe_cut_off(label_, lines_.line_number())
-                                                   : describe(label_, lines_.line_number(), line));
+    warnings_.add(SourceWarning::malformed_line,
+                  input_ended_ ? describe_cut_off(label_, lines_.line_number())
+                               : describe(label_, lines_.line_number(), line));
     return false;
   }
   if (line.interface != last_interface_) {
     const auto bus = buses_.index_of(line.interface);
     if (!bus) {
       counters_.malformed.add();
-      complaints_.add(Complaint::too_many_buses,
-                      describe_bus_too_many(label_, lines_.line_number(), line.interface));
+      warnings_.add(SourceWarning::too_many_buses,
+                    describe_bus_too_many(label_, lines_.line_number(), line.interface));
       return false;
     }
     last_interface_ = line.interface;
@@ -256,7 +255,7 @@ bool LogFeeder::take(std::string_view text, Frame& frame) {
 LogFeeder::Waited LogFeeder::wait_for_input() {
   std::array<pollfd, 2> events{pollfd{file_.get(), POLLIN, 0}, pollfd{stop_.get(), POLLIN, 0}};
   const bool ready = ::poll(events.data(), events.size(), 0) > 0;
-  waited_for_ = !ready;
+  input_was_empty_ = !ready;
   live_stamps_.read(ready ? LiveStamps::Input::ready : LiveStamps::Input::waited_for);
   if (!ready) ::poll(events.data(), events.size(), -1);
   return events[1].revents != 0 ? Waited::stopped : Waited::due;

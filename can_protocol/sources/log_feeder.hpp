@@ -1,5 +1,5 @@
-// A candump log, or standard input, as a live bus: a thread reads it and releases each frame when
-// its stamp says so.
+// A candump log, or standard input, as a live bus: a thread reads it and releases each frame at the
+// time of its stamp.
 #pragma once
 
 #include <atomic>
@@ -13,33 +13,34 @@
 #include "base/spsc_ring.hpp"
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/candump.hpp"
-#include "can_protocol/sources/complaints.hpp"
 #include "can_protocol/sources/frame_source.hpp"
 #include "can_protocol/sources/line_buffer.hpp"
 #include "can_protocol/sources/live_stamps.hpp"
 #include "can_protocol/sources/log_clock.hpp"
 #include "can_protocol/sources/smallest_delay.hpp"
+#include "can_protocol/sources/source_warnings.hpp"
 
 namespace odomd::can {
 
-/// The thread runs from construction to destruction and hands frames over through a ring, up to
-/// `ahead_ns` before their time, of a pipe up to `pipe_ahead_ns`; the drain holds them back until a
-/// tick is due. A frame whose time has passed (the input is late, or its stamps run backwards) is
-/// released at once; a gap is waited for; a stamp of zero is none: the frame is released at once
-/// with time 0. Error frames are counted, not handed on. Where a pipe is fed live, a clock that is
-/// set behind its stamps is noticed and followed (live_stamps.hpp), and so is a first line that
-/// came late (smallest_delay.hpp).
+/// The thread runs from construction to destruction and passes frames through a ring, up to
+/// `ahead_ns` before their time (`pipe_ahead_ns` for a pipe); the drain holds them back until a
+/// tick is due. A frame whose time has passed (the input is late, or its stamps go backwards) is
+/// released at once; at a gap the thread waits; a stamp of zero means none, and the frame is
+/// released at once with time 0. Error frames are counted, but not delivered. For a live pipe, a
+/// step of the clock behind its stamps is detected and followed (live_stamps.hpp), and so is a
+/// first line that arrived late (smallest_delay.hpp).
 ///
-/// A line that is no frame is counted as malformed and passed over. At the end of the input, and
-/// once the ring is empty, the link is `ended`.
+/// A line without a valid frame is counted as malformed and skipped. At the end of the input, when
+/// the ring is empty, the link is `ended`.
 class LogFeeder final : public FrameSource {
  public:
   static constexpr std::int64_t ahead_ns = 50'000'000;
-  /// So much later than the others a first line may come: they are read, and not left in the pipe.
+  /// The maximum delay of the first line relative to the others; within it, lines are read and not
+  /// left in the pipe.
   static constexpr std::int64_t pipe_ahead_ns = 1'000'000'000;
 
   /// `path` may be "-" and may be a FIFO. `buses` and `clock` must outlive this. Throws LogError
-  /// where the log cannot be opened.
+  /// when the log cannot be opened.
   LogFeeder(std::string path, BusNames& buses, LogClock& clock);
   ~LogFeeder() override;
   LogFeeder(const LogFeeder&) = delete;
@@ -51,12 +52,12 @@ class LogFeeder final : public FrameSource {
   [[nodiscard]] const SourceCounters& counters() const noexcept override { return counters_; }
   [[nodiscard]] const std::string& name() const noexcept override { return path_; }
 
-  /// Log clock - CLOCK_MONOTONIC; nothing before the first frame. Any thread.
+  /// Log clock - CLOCK_MONOTONIC; empty before the first frame. Any thread.
   [[nodiscard]] std::optional<std::int64_t> log_offset_ns() const noexcept {
     return clock_.offset_ns();
   }
 
-  [[nodiscard]] std::vector<std::string> complaints() const override { return complaints_.list(); }
+  [[nodiscard]] std::vector<std::string> warnings() const override { return warnings_.list(); }
 
  private:
   enum class Waited : std::uint8_t { due, stopped };
@@ -65,8 +66,8 @@ class LogFeeder final : public FrameSource {
 
   void run() noexcept;
   void feed();
-  void doubt_stamps(const Frame& frame);
-  void tell_one_stamp();
+  void check_stamps(const Frame& frame);
+  void warn_of_one_stamp();
   void follow_step(const Frame& frame);
   void follow_arrivals(const Frame& frame);
   [[nodiscard]] std::int64_t earliest_release(const Frame& first) const;
@@ -81,8 +82,8 @@ class LogFeeder final : public FrameSource {
   BusNames& buses_;
   LogClock& clock_;
   FileDescriptor file_;
-  FileDescriptor stop_;       // an eventfd: readable once the thread must end
-  bool pipe_ = false;         // no regular file
+  FileDescriptor stop_;       // an eventfd: readable when the thread must end
+  bool pipe_ = false;         // not a regular file
   std::int64_t lead_ns_ = 0;  // head start of the first frame
   SourceCounters counters_;   // malformed, clock_steps: the thread's; the others: the drain's
 
@@ -90,16 +91,16 @@ class LogFeeder final : public FrameSource {
   LineBuffer lines_;
   LiveStamps live_stamps_;
   SmallestDelay delay_;
-  bool waited_for_ = false;                    // the lines at hand: the input was empty before
-  std::optional<std::int64_t> only_stamp_ns_;  // of all frames so far
+  bool input_was_empty_ = false;               // before the current lines
+  std::optional<std::int64_t> only_stamp_ns_;  // if all frames so far have the same one
   std::uint64_t with_only_stamp_ = 0;
   bool stamps_differ_ = false;
   std::string last_interface_;
   std::uint8_t last_bus_ = 0;
   bool input_ended_ = false;
 
-  Complaints complaints_;
-  std::atomic<bool> fed_{false};  // the thread pushes no more
+  SourceWarnings warnings_;
+  std::atomic<bool> finished_{false};  // the thread pushes no more frames
   SpscRing<Frame, ring_capacity> ring_;
   std::thread thread_;
 };

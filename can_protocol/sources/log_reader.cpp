@@ -1,4 +1,4 @@
-// Lines to frames, with every complaint naming the file, the line and the mend.
+// Converts lines to frames; every error names the file, the line and the fix.
 #include "can_protocol/sources/log_reader.hpp"
 
 #include <fcntl.h>
@@ -36,7 +36,7 @@ std::string log_label(const std::string& path) {
 FileDescriptor open_log(const std::string& path, FifoOpening fifo) {
   if (path == "-") {
     FileDescriptor standard_input(::fcntl(STDIN_FILENO, F_DUPFD_CLOEXEC, 0));
-    if (!standard_input) throw LogError("standard input is closed; feed it a candump log");
+    if (!standard_input) throw LogError("standard input is closed; pipe a candump log into it");
     return standard_input;
   }
   const int waiting = fifo == FifoOpening::at_once ? O_NONBLOCK : 0;
@@ -55,23 +55,23 @@ std::string describe(const std::string& label, std::uint64_t line_number, const 
 }
 
 std::string describe_cut_off(const std::string& label, std::uint64_t line_number) {
-  return at_line(label, line_number) + "the last line is cut off and left out";
+  return at_line(label, line_number) + "the last line is cut off and is ignored";
 }
 
 std::string describe_bus_too_many(const std::string& label, std::uint64_t line_number,
                                   std::string_view interface) {
   return at_line(label, line_number) + "\"" + std::string(interface) +
-         "\" is one bus too many; at most " + std::to_string(max_buses) +
-         " are read: leave the others out of the log";
+         "\" is one bus too many; odomd reads at most " + std::to_string(max_buses) +
+         " buses: remove the others from the log";
 }
 
 std::string describe_one_stamp(const std::string& position, std::uint64_t frames,
                                std::int64_t stamp_ns) {
   const std::string s = std::to_string(stamp_ns / 1'000'000'000);
   const std::string us = std::to_string(1'000'000 + stamp_ns / 1000 % 1'000'000).substr(1);
-  return position + "all " + std::to_string(frames) + " frames up to here bear the stamp " + s +
-         "." + us + (stamp_ns == 0 ? ", which is none" : "") +
-         ": no time passes in them; record with candump -L, which stamps each frame";
+  return position + "all " + std::to_string(frames) + " frames so far have the time stamp " + s +
+         "." + us + (stamp_ns == 0 ? ", which means no time" : "") +
+         ": no time passes between them; record with candump -L, which stamps every frame";
 }
 
 LogReader::LogReader(const std::string& path, BusNames& buses)
@@ -81,7 +81,7 @@ bool LogReader::take(std::string_view text, Ending ending) {
   if (is_blank(text)) return false;
   const CandumpLine line = parse_candump_line(text);
   if (!line.good()) {
-    // A file of one line that is no frame is no log that was cut off.
+    // A file whose only line is not a frame is not a truncated log.
     if (ending == Ending::newline || frames_ == 0)
       throw LogError(describe(label_, lines_.line_number(), line));
     warning_ = describe_cut_off(label_, lines_.line_number());
@@ -120,7 +120,7 @@ const Frame* LogReader::next() {
         const auto text = lines_.last_line();
         const bool taken = text && take(*text, Ending::cut_off);
         if (frames_ == 0)
-          throw LogError(label_ + ": holds no frame; a line of a candump log looks like " +
+          throw LogError(label_ + ": contains no frame; a line of a candump log looks like " +
                          std::string(example));
         if (taken) return &frame_;
       }

@@ -1,4 +1,4 @@
-// Candump logs read offline: one after the other, or several merged in the order of their stamps.
+// Reads candump logs offline: one log, or several merged in the order of their stamps.
 #pragma once
 
 #include <cstdint>
@@ -16,28 +16,29 @@
 
 namespace odomd::can {
 
-/// A log that cannot be used: one line that names the file, the line and the mend.
+/// A log that cannot be used: one line that names the file, the line and the fix.
 class LogError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
 
-/// Whether opening a FIFO waits until somebody writes to it.
+/// Whether opening a FIFO waits for a writer.
 enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 
-/// Opens a log for reading; "-" is standard input. Throws LogError where it is missing, a
-/// directory, or may not be read.
+/// Opens a log for reading; "-" is standard input. Throws LogError when it is missing, a directory,
+/// or not readable.
 [[nodiscard]] FileDescriptor open_log(const std::string& path,
                                       FifoOpening fifo = FifoOpening::wait_for_writer);
 
 /// "drive.log", or "standard input" for "-".
 [[nodiscard]] std::string log_label(const std::string& path);
 
-/// Of a log in which no time passes; `position`, "drive.log:150: ", is that of its last frame.
+/// The error for a log in which no time passes; `position`, "drive.log:150: ", is that of its last
+/// frame.
 [[nodiscard]] std::string describe_one_stamp(const std::string& position, std::uint64_t frames,
                                              std::int64_t stamp_ns);
 
-// What is said of a line, in one line of its own: label, line number, what is wrong, the mend.
+// Errors about a line, in one line: label, line number, problem, fix.
 [[nodiscard]] std::string at_line(const std::string& label, std::uint64_t line_number);
 [[nodiscard]] std::string describe(const std::string& label, std::uint64_t line_number,
                                    const CandumpLine& line);
@@ -45,7 +46,7 @@ enum class FifoOpening : std::uint8_t { wait_for_writer, at_once };
 [[nodiscard]] std::string describe_bus_too_many(const std::string& label, std::uint64_t line_number,
                                                 std::string_view interface);
 
-/// Nothing but spaces: passed over.
+/// Whether the line has only spaces; such lines are skipped.
 [[nodiscard]] bool is_blank(std::string_view line) noexcept;
 
 /// One log, frame by frame, in the file's order. One thread.
@@ -55,13 +56,13 @@ class LogReader {
   /// this. Throws LogError as open_log does.
   LogReader(const std::string& path, BusNames& buses);
 
-  /// The next frame, its time on the log's clock, until the next call; nullptr at the end. Throws
-  /// LogError at a line that is no frame, at one bus too many, and at the end of a log without any
-  /// frame; std::system_error when reading fails. A last line that is cut off (no newline, no
-  /// frame) ends the log with a warning.
+  /// The next frame with its time on the log's clock, valid until the next call; nullptr at the
+  /// end. Throws LogError at a line that is not a frame, at one bus too many, and at the end of a
+  /// log without frames; std::system_error when reading fails. A truncated last line (no newline,
+  /// no frame) ends the log with a warning.
   [[nodiscard]] const Frame* next();
 
-  /// Empty, or one line about what was passed over.
+  /// Empty, or one line about what was skipped.
   [[nodiscard]] const std::string& warning() const noexcept { return warning_; }
   [[nodiscard]] const std::string& label() const noexcept { return label_; }
   [[nodiscard]] std::uint64_t line_number() const noexcept { return lines_.line_number(); }
@@ -74,7 +75,7 @@ class LogReader {
   BusNames& buses_;
   FileDescriptor file_;
   LineBuffer lines_;
-  std::string last_interface_;  // spares the look-up for the common case
+  std::string last_interface_;  // avoids the look-up in the common case
   std::uint8_t last_bus_ = 0;
   Frame frame_;
   std::uint64_t frames_ = 0;
@@ -83,16 +84,16 @@ class LogReader {
 };
 
 /// Several logs as one, in the order of their stamps; equal stamps in the order of naming. A log
-/// whose stamps run backwards keeps its own order. One thread.
+/// whose stamps go backwards keeps its own order. One thread.
 class MergedLog {
  public:
-  /// Throws as LogReader does, also for logs that hold no frame.
+  /// Throws as LogReader does, also for logs without frames.
   MergedLog(std::span<const std::string> paths, BusNames& buses);
 
   /// As LogReader does.
   [[nodiscard]] const Frame* next();
 
-  /// "drive.log:12: ", where the newest frame came from; empty before the first.
+  /// "drive.log:12: ", the position of the newest frame; empty before the first.
   [[nodiscard]] std::string position() const;
 
   /// The warnings so far, in the order of naming.
@@ -101,11 +102,11 @@ class MergedLog {
  private:
   struct Input {
     LogReader reader;
-    const Frame* head = nullptr;  ///< read, but not yet given; nullptr at the end
+    const Frame* head = nullptr;  ///< read, but not yet returned; nullptr at the end
   };
 
   std::vector<Input> inputs_;
-  Input* newest_ = nullptr;  ///< its head is the frame that was given last
+  Input* newest_ = nullptr;  ///< its head is the frame that was returned last
 };
 
 }  // namespace odomd::can

@@ -43,8 +43,8 @@ std::unique_ptr<FrameSource> open_source(const std::string& name, BusNames& buse
     return std::make_unique<LogFeeder>(name, buses, clock);
   const auto bus = buses.index_of(name);
   if (!bus)
-    throw std::invalid_argument(name + ": one bus too many; at most " + std::to_string(max_buses) +
-                                " are read");
+    throw std::invalid_argument(name + ": one bus too many; odomd reads at most " +
+                                std::to_string(max_buses));
   return std::make_unique<SocketCanSource>(
       name, SocketCanSettings{*bus, settings.keys, settings.stamps, settings.receive_buffer});
 }

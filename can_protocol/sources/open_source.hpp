@@ -1,4 +1,4 @@
-// What the user named as a CAN source, and the frame source for it.
+// Determines the kind of a CAN source by its name, and opens it.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@ namespace odomd::can {
 enum class SourceKind : std::uint8_t { standard_input, log, interface };
 
 /// "-" is standard input. A name with a '/' or ending in ".log" is a log, and so is the name of a
-/// file or FIFO, unless an interface has it, too. All else is an interface. Throws
-/// std::invalid_argument for what can be neither.
+/// file or FIFO, unless an interface has the same name. Everything else is an interface. Throws
+/// std::invalid_argument for a name that can be neither.
 [[nodiscard]] SourceKind source_kind(const std::string& name);
 
-/// What only an interface needs to know.
+/// Settings that only interfaces need.
 struct InterfaceSettings {
   std::vector<std::uint32_t> keys;  ///< identifiers to listen to (frame_key); empty: all
   StampSource stamps = StampSource::software;

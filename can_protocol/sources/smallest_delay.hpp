@@ -1,11 +1,10 @@
-// How late the lines of a live pipe come at the least: what is left of a line's delay when nothing
-// held it up.
+// The smallest delay of the lines of a live pipe: the delay of a line that nothing held up.
 //
-// A line cannot come before it was stamped, so
+// A line cannot arrive before it was stamped, so
 //     arrival - stamp = offset of the clocks + l,   l >= 0,
 // and the smallest difference is the best guess at the offset. Not every producer is live, though:
-// one that makes a log faster than time goes by comes earlier and earlier against its stamps. Of a
-// live one the smallest differences of two windows agree.
+// one that writes a log faster than real time arrives earlier and earlier relative to its stamps.
+// For a live one the smallest differences of two windows agree.
 #pragma once
 
 #include <algorithm>
@@ -20,11 +19,11 @@ namespace odomd::can {
 class SmallestDelay {
  public:
   static constexpr std::int64_t window_ns = 200'000'000;
-  /// Two windows agree where they differ by less.
+  /// Two windows agree when they differ by less.
   static constexpr std::int64_t agreement_ns = 5'000'000;
 
-  /// Takes a line in that was waited for: at hand at `now_ns`. The smallest arrival - stamp, at the
-  /// end of a window that agrees with the one before; else nothing.
+  /// Takes a line that arrived while the reader was waiting, at `now_ns`. Returns the smallest
+  /// arrival - stamp at the end of a window that agrees with the previous one; otherwise empty.
   [[nodiscard]] std::optional<std::int64_t> take(std::int64_t stamp_ns,
                                                  std::int64_t now_ns) noexcept {
     if (smallest_ns_ == none) start_ns_ = now_ns;
@@ -43,8 +42,8 @@ class SmallestDelay {
   static constexpr std::int64_t none = INT64_MAX;
 
   std::int64_t start_ns_ = 0;
-  std::int64_t smallest_ns_ = none;  // of the window at hand
-  std::int64_t before_ns_ = none;    // of the one before
+  std::int64_t smallest_ns_ = none;  // of the current window
+  std::int64_t before_ns_ = none;    // of the previous one
 };
 
 }  // namespace odomd::can

@@ -33,7 +33,7 @@ int set(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value);
 }
 
-/// 0 when there is no such interface.
+/// 0 when the interface does not exist.
 int index_of(int control, const std::string& interface) {
   ifreq request = request_for(interface);
   return ::ioctl(control, SIOCGIFINDEX, &request) == 0 ? request.ifr_ifindex : 0;
@@ -52,13 +52,14 @@ SocketCanSource::SocketCanSource(std::string interface, SocketCanSettings settin
       settings_(std::move(settings)),
       receiver_(settings_.bus, settings_.stamps),
       control_(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-  if (!control_) fail(errno, interface_ + ": no socket to ask after the interface");
-  // Says now, not when the interface appears, that this kernel cannot do it.
+  if (!control_) fail(errno, interface_ + ": cannot open a socket to query the interface");
+  // Fails now, not when the interface appears, if the kernel has no CAN.
   const FileDescriptor probe(::socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (!probe)
-    fail(errno, interface_ +
-                    ": this kernel offers no CAN sockets; load them (modprobe can-raw), or name a "
-                    "candump log or - instead");
+    fail(errno,
+         interface_ +
+             ": this kernel has no CAN sockets; load the module (modprobe can-raw), or give a "
+             "candump log or - instead");
   connect();
   adopt_offered();
 }
@@ -82,7 +83,7 @@ std::size_t SocketCanSource::drain(std::span<Frame> frames, std::int64_t /*tick_
 
 void SocketCanSource::adopt_offered() noexcept {
   if (offered_.load(std::memory_order_relaxed) == none) return;
-  // Room to give the old one back comes first: the beat does not close.
+  // The old one must be handed back first, because the beat does not close sockets.
   if (socket_ != none && retired_.load(std::memory_order_acquire) != none) return;
   const int fresh = offered_.exchange(none, std::memory_order_acq_rel);
   if (fresh == none) return;
@@ -92,7 +93,8 @@ void SocketCanSource::adopt_offered() noexcept {
 }
 
 void SocketCanSource::note_error(int error) noexcept {
-  // ENETDOWN: taken down, the socket stays bound. ENODEV: unregistered, the socket is dead.
+  // ENETDOWN: the interface is down, the socket stays bound. ENODEV: unregistered, the socket is
+  // dead.
   if (error != ENETDOWN && error != ENODEV) return;
   counters_.link_downs.add();
   link_.store(error == ENODEV ? LinkState::gone : LinkState::down, std::memory_order_relaxed);
@@ -107,7 +109,7 @@ void SocketCanSource::maintain() noexcept {
     connect();
   } catch (const std::exception& error) {
     link_.store(LinkState::gone, std::memory_order_relaxed);
-    complaints_.add(Complaint::failure, error.what());
+    warnings_.add(SourceWarning::failure, error.what());
   }
 }
 
@@ -134,7 +136,7 @@ FileDescriptor SocketCanSource::open_socket(int index) {
                                 ": not a CAN interface; `ip link show type can` lists those");
 
   FileDescriptor socket(::socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
-  if (!socket) fail(errno, interface_ + ": no CAN socket");
+  if (!socket) fail(errno, interface_ + ": cannot open a CAN socket");
   const int fd = socket.get();
 
   const std::vector<can_filter> filters = exact_filters(settings_.keys);
@@ -149,28 +151,28 @@ FileDescriptor SocketCanSource::open_socket(int index) {
   if (!request_stamps(fd, settings_.stamps))
     fail(errno, interface_ + ": the kernel refuses time stamps");
 
-  // Beyond net.core.rmem_max only with CAP_NET_ADMIN. The kernel doubles what it is asked for.
+  // Beyond net.core.rmem_max only with CAP_NET_ADMIN. The kernel doubles the requested size.
   if (set(fd, SOL_SOCKET, SO_RCVBUFFORCE, settings_.receive_buffer) != 0)
     set(fd, SOL_SOCKET, SO_RCVBUF, settings_.receive_buffer);
   int granted = 0;
   socklen_t size = sizeof granted;
   ::getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &granted, &size);
   if (granted / 2 < settings_.receive_buffer)
-    complaints_.add(Complaint::small_buffer,
-                    interface_ + ": the receive buffer is " + std::to_string(granted / 2) +
-                        " bytes, not " + std::to_string(settings_.receive_buffer) +
-                        "; raise net.core.rmem_max, or grant CAP_NET_ADMIN");
+    warnings_.add(SourceWarning::small_buffer,
+                  interface_ + ": the receive buffer is " + std::to_string(granted / 2) +
+                      " bytes, not " + std::to_string(settings_.receive_buffer) +
+                      "; raise net.core.rmem_max, or grant CAP_NET_ADMIN");
 
-  // Raw CAN sockets know no half-close (yet); where one does, the way out is shut.
+  // Raw CAN sockets do not support half-close (yet); if one does, this closes the sending side.
   ::shutdown(fd, SHUT_WR);
 
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = index;
-  // The kernel's way to bind any kind of socket is this cast.
+  // bind() needs this cast for every kind of socket.
   if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    fail(errno, interface_ + ": cannot be listened to");
-  // Bound to an interface that is down, the socket starts with ENETDOWN pending: no news.
+    fail(errno, interface_ + ": cannot bind to the interface");
+  // Bound to an interface that is down, the socket starts with ENETDOWN pending, which is expected.
   int pending = 0;
   size = sizeof pending;
   ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &pending, &size);
@@ -186,7 +188,7 @@ void SocketCanSource::offer(FileDescriptor socket) {
 void SocketCanSource::close_retired() noexcept {
   const int retired = retired_.exchange(none, std::memory_order_acq_rel);
   if (retired == none) return;
-  // The number may come back with the next socket, which is not dead.
+  // The next socket may get the same number, and it is not dead.
   int dead = retired;
   dead_.compare_exchange_strong(dead, none, std::memory_order_acq_rel);
   ::close(retired);

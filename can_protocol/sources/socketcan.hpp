@@ -1,6 +1,6 @@
 // One CAN interface of the kernel as a frame source.
 //
-// The daemon listens and nothing else: no function here sends.
+// The daemon only listens: no function here sends.
 #pragma once
 
 #include <atomic>
@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/file_descriptor.hpp"
-#include "can_protocol/sources/complaints.hpp"
 #include "can_protocol/sources/frame_receiver.hpp"
 #include "can_protocol/sources/frame_source.hpp"
+#include "can_protocol/sources/source_warnings.hpp"
 
 namespace odomd::can {
 
@@ -22,14 +22,14 @@ struct SocketCanSettings {
   int receive_buffer = 1 << 20;  ///< bytes of the socket's queue
 };
 
-/// The beat drains, housekeeping maintains, and neither waits for the other: a fresh socket is
-/// handed over through one atomic, the spent one comes back through another and is closed by
-/// housekeeping. An interface that is missing, at the start or later, is `gone` until `maintain`
-/// finds it; one that is down keeps its socket.
+/// The beat drains, housekeeping maintains, and neither waits for the other: a new socket is handed
+/// over through one atomic, and the old one returns through another and is closed by housekeeping.
+/// An interface that is missing, at the start or later, is `gone` until `maintain` finds it; one
+/// that is down keeps its socket.
 class SocketCanSource final : public FrameSource {
  public:
-  /// Throws std::system_error where the kernel has no CAN or refuses the socket, and
-  /// std::invalid_argument where the interface is not a CAN interface.
+  /// Throws std::system_error when the kernel has no CAN or refuses the socket, and
+  /// std::invalid_argument when the interface is not a CAN interface.
   SocketCanSource(std::string interface, SocketCanSettings settings);
   ~SocketCanSource() override;
   SocketCanSource(const SocketCanSource&) = delete;
@@ -43,7 +43,7 @@ class SocketCanSource final : public FrameSource {
   [[nodiscard]] const SourceCounters& counters() const noexcept override { return counters_; }
   [[nodiscard]] const std::string& name() const noexcept override { return interface_; }
   void maintain() noexcept override;
-  [[nodiscard]] std::vector<std::string> complaints() const override { return complaints_.list(); }
+  [[nodiscard]] std::vector<std::string> warnings() const override { return warnings_.list(); }
 
  private:
   static constexpr int none = -1;
@@ -61,19 +61,19 @@ class SocketCanSource final : public FrameSource {
   std::atomic<LinkState> link_{LinkState::gone};
 
   // Between the two threads: descriptors, `none` when empty.
-  std::atomic<int> offered_{none};  // housekeeping to beat: read from this one now
+  std::atomic<int> offered_{none};  // housekeeping to beat: read from this one from now on
   std::atomic<int> retired_{none};  // beat to housekeeping: close this one
-  std::atomic<int> dead_{none};     // its interface vanished
+  std::atomic<int> dead_{none};     // its interface disappeared
 
   // The beat's.
   int socket_ = none;
   FrameReceiver receiver_;
 
   // Housekeeping's.
-  FileDescriptor control_;  // to ask after interfaces
+  FileDescriptor control_;  // to query interfaces
   int newest_ = none;       // last offered
   int bound_index_ = 0;     // interface index it is bound to, 0: none
-  Complaints complaints_;
+  SourceWarnings warnings_;
 };
 
 }  // namespace odomd::can

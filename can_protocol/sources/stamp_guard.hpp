@@ -1,5 +1,5 @@
 // Whether a frame's time stamp can be trusted. A CAN controller delivers the frames of one
-// identifier in order, so their stamps rise; what breaks that is a clock, not the bus.
+// identifier in order, so their stamps rise; if they do not, the clock is wrong, not the bus.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@ namespace odomd::can {
 enum class StampVerdict : std::uint8_t {
   trusted,
   zero,       ///< no stamp at all
-  future,     ///< ahead of the drain
-  backwards,  ///< before the last of the same bus and id
-  repeated,   ///< equal to the last of the same bus and id
+  future,     ///< later than the drain
+  backwards,  ///< earlier than the last one of the same bus and id
+  repeated,   ///< equal to the last one of the same bus and id
   count
 };
 inline constexpr std::size_t stamp_verdict_count = static_cast<std::size_t>(StampVerdict::count);
@@ -28,10 +28,10 @@ inline constexpr std::array<std::string_view, stamp_verdict_count> stamp_verdict
 /// future only. One thread.
 class StampGuard {
  public:
-  /// A stamp this far behind the last one is a clock that was set back: the guard starts over from
-  /// it.
+  /// A stamp this far behind the last one means that the clock was set back: the guard restarts
+  /// from it.
   static constexpr std::int64_t restart_ns = 1'000'000'000;
-  /// Stamps may lead the drain by so much: the resolution of a converted clock.
+  /// The amount by which a stamp may be later than the drain: the resolution of a converted clock.
   static constexpr std::int64_t tolerance_ns = 1'000'000;
 
   StampVerdict check(const Frame& frame, std::int64_t now_ns) noexcept {

@@ -18,7 +18,7 @@ estimator::CameraPose to_centre_of_gravity(const estimator::CameraPose& referenc
   pose.x = reference.x - dx;
   pose.y = reference.y - dy;
 
-  // ∂p_cog/∂ψ = (dy, −dx): the yaw's uncertainty swings the arm.
+  // ∂p_cog/∂ψ = (dy, −dx): the uncertainty of the yaw rotates the lever arm.
   pose.sigma_x = std::hypot(reference.sigma_x, dy * reference.sigma_yaw);
   pose.sigma_y = std::hypot(reference.sigma_y, dx * reference.sigma_yaw);
   return pose;

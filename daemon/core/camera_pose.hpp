@@ -1,5 +1,4 @@
-// Camera poses at the door: from the wire or a log, of the camera's reference point, to the centre
-// of gravity.
+// Converts camera poses from the camera's reference point to the centre of gravity.
 #pragma once
 
 #include <array>
@@ -9,7 +8,8 @@
 namespace odomd::daemon {
 
 /// Moves a pose of the reference point to the centre of gravity. `lever_arm` is the reference
-/// point's pose in the body frame (x, y [m], yaw [rad]). The uncertainty of the yaw swings the arm.
+/// point's pose in the body frame (x, y [m], yaw [rad]). The uncertainty of the yaw adds to that of
+/// the position through the lever arm.
 [[nodiscard]] estimator::CameraPose to_centre_of_gravity(
     const estimator::CameraPose& reference, const std::array<double, 3>& lever_arm) noexcept;
 

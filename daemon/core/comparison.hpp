@@ -1,5 +1,5 @@
-// One quantity as two sensors say it: how alike they are, and by which factor they differ, over the
-// last pieces of a drive.
+// Compares one quantity from two sensors: their correlation, and the factor by which they differ,
+// over the last pieces of a drive.
 #pragma once
 
 #include <algorithm>
@@ -7,17 +7,17 @@
 
 namespace odomd::daemon {
 
-/// Running sums that forget. An offset of each sensor, within its bound, counts for nothing.
+/// Running sums with exponential forgetting. An offset of each sensor is ignored within its bound.
 class Comparison {
  public:
   struct Bounds {
     double offset_a = 0.0;
     double offset_b = 0.0;
-    double least = 0.0;  ///< rms of b below which nothing shows
+    double least = 0.0;  ///< rms of b below which there is no result
   };
 
-  /// A piece that is `memory` pieces old counts by 1/e. One that is large counts less, for a wrong
-  /// unit is to be forgotten as soon as a wrong sign.
+  /// A piece that is `memory` pieces old has the weight 1/e. Large values get less weight, so that
+  /// a wrong unit is forgotten as quickly as a wrong sign.
   void add(double a, double b, const Bounds& bounds, double memory) noexcept {
     a = std::clamp(a, -most, most);
     b = std::clamp(b, -most, most);
@@ -33,12 +33,12 @@ class Comparison {
     ab_ = keep * ab_ + weight * a * b;
   }
 
-  /// Enough pieces, and enough in b.
+  /// Whether there are enough pieces, and enough signal in b.
   [[nodiscard]] bool shows(const Bounds& bounds, double fewest) const noexcept {
     return pieces_ >= fewest && sums(bounds).bb >= bounds.least * bounds.least;
   }
 
-  /// -1 to 1; 0 where one of them says nothing.
+  /// -1 to 1; 0 when one of the two has no signal.
   [[nodiscard]] double correlation(const Bounds& bounds) const noexcept {
     const Sums s = sums(bounds);
     return s.aa > 0.0 && s.bb > 0.0 ? s.ab / std::sqrt(s.aa * s.bb) : 0.0;
@@ -55,7 +55,7 @@ class Comparison {
     double aa = 0.0, bb = 0.0, ab = 0.0;
   };
 
-  // Mean squares about the offsets that leave least of the means.
+  // Mean squares about the offsets, within their bounds, that reduce the means the most.
   [[nodiscard]] Sums sums(const Bounds& bounds) const noexcept {
     if (n_ <= 0.0) return {};
     const double mean_a = a_ / n_, mean_b = b_ / n_;
@@ -66,8 +66,8 @@ class Comparison {
             .ab = ab_ / n_ - mean_a * mean_b + rest_a * rest_b};
   }
 
-  static constexpr double most = 1e9;    ///< squares stay numbers
-  static constexpr double usual = 10.0;  ///< times the least: larger is seldom
+  static constexpr double most = 1e9;    ///< keeps the squares finite
+  static constexpr double usual = 10.0;  ///< times the least; larger values are rare
 
   double pieces_ = 0.0;
   double n_ = 0.0, a_ = 0.0, b_ = 0.0, aa_ = 0.0, bb_ = 0.0, ab_ = 0.0;

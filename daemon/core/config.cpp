@@ -1,4 +1,4 @@
-// load_config(): the tables of the file, and those that are only a few keys long.
+// load_config(): reads the tables of the file. Long tables have files of their own.
 #include "daemon/core/config.hpp"
 
 #include <array>
@@ -19,7 +19,7 @@ constexpr std::array<std::string_view, 7> level_names{"trace", "debug",    "info
 /// In the order of estimator::Driven.
 constexpr std::array<std::string_view, 3> driven_names{"rear", "front", "all"};
 
-/// All or nothing: half a car with the other half of another would drive somewhere else.
+/// All keys or none: a mixture of two cars would give wrong poses.
 estimator::Vehicle read_vehicle(TableReader table) {
   estimator::Vehicle vehicle;
   const std::pair<std::string_view, double*> keys[] = {
@@ -38,7 +38,8 @@ estimator::Vehicle read_vehicle(TableReader table) {
     vehicle.driven = static_cast<estimator::Driven>(*axle);
   table.finish();
   for (const auto& [key, value] : keys)
-    if (!table.has(key)) table.fail(key, "is missing; a car is described whole or not at all");
+    if (!table.has(key))
+      table.fail(key, "is missing; give all keys of [vehicle], or leave the table out");
   return vehicle;
 }
 
@@ -109,7 +110,7 @@ LogConfig read_log(TableReader table) {
   return log;
 }
 
-/// Of the tuning of the full model what a team would turn; docs/model.md says which for what.
+/// The parameters of the full model that users tune; docs/model.md describes them.
 void read_tuning(TableReader& table, estimator::Tuning& tuning) {
   const std::pair<std::string_view, double*> walks[] = {
       {"gyro_bias_walk", &tuning.gyro_bias_walk},
@@ -122,11 +123,12 @@ void read_tuning(TableReader& table, estimator::Tuning& tuning) {
   for (const auto& [key, value] : walks)
     table.read(key, *value, {0.0, 1.0, false, "above 0, at most 1"});
   const std::pair<std::string_view, std::string_view> removed[] = {
-      {"tyre_force_error", "side_slip_error, the error of v_y per side acceleration, replaces it"},
-      {"yaw_moment_error", "front_angle_error, an angle at the front wheels in rad, replaces it"},
+      {"tyre_force_error",
+       "use side_slip_error instead, the error of v_y per lateral acceleration"},
+      {"yaw_moment_error", "use front_angle_error instead, an angle at the front wheels in rad"},
   };
   for (const auto& [key, instead] : removed)
-    if (table.contains(key)) table.fail(key, fmt::format("is gone; {}", instead));
+    if (table.contains(key)) table.fail(key, fmt::format("was removed; {}", instead));
   table.read("front_angle_error", tuning.front_angle, {0.0, 1.0, false, "above 0, at most 1"});
   table.read("side_slip_error", tuning.side_slip, {0.0, 10.0, false, "above 0, at most 10"});
   table.read("wheel_radius_error", tuning.wheel_radius, {0.0, 0.5, true, "0 to 0.5"});
@@ -189,11 +191,11 @@ Config parse_config(std::string text, const std::filesystem::path& file) {
   if (auto table = root.table("vehicle", "[vehicle]")) {
     config.vehicle = read_vehicle(*table);
   } else {
-    config.warnings.push_back(
-        fmt::format("{}: no [vehicle]: the reference car (1:10, {} kg) is taken; describe yours",
-                    file.string(), config.vehicle.mass));
+    config.warnings.push_back(fmt::format(
+        "{}: no [vehicle]: using the reference car (1:10, {} kg); describe your car there",
+        file.string(), config.vehicle.mass));
   }
-  root.require("can", "; say in [can] which database and signals to use");
+  root.require("can", "; name the database and the signals in [can]");
   auto can = root.table("can", "[can]");
   config.can = read_can(*can);
   if (auto table = root.table("camera", "[camera]")) config.camera = read_camera(*table);
@@ -217,7 +219,7 @@ std::filesystem::path record_socket(const Config& config) {
 }
 
 std::uint32_t record_mode(const Config& config) {
-  return config.shm.mode | (config.shm.mode & 0444U) >> 1U;  // to connect is to write
+  return config.shm.mode | (config.shm.mode & 0444U) >> 1U;  // connecting needs write permission
 }
 
 }  // namespace odomd::daemon

@@ -18,11 +18,11 @@
 
 namespace odomd::daemon {
 
-/// What the configuration says of a role beyond its binding.
+/// Settings of a role besides its binding.
 struct SignalSettings {
   bool configured = false;
   double sigma = 0.0;           ///< standard deviation in the role's SI unit
-  std::int64_t timeout_ns = 0;  ///< overdue after so long; default three cycle times
+  std::int64_t timeout_ns = 0;  ///< overdue after this time; default: three cycle times
 };
 
 enum class Timestamps : std::uint8_t { software, hardware };
@@ -41,7 +41,7 @@ struct CameraConfig {
   bool configured = false;
   std::filesystem::path socket = "/run/odomd/camera.sock";
   std::uint32_t socket_mode = 0660;
-  std::string socket_group;           ///< empty: the process's
+  std::string socket_group;           ///< empty: the group of the process
   std::array<double, 3> lever_arm{};  ///< x, y [m], yaw [rad] of the reference point, body frame
   double max_latency_s = 0.2;
 };
@@ -49,7 +49,7 @@ struct CameraConfig {
 struct RealtimeConfig {
   std::int64_t period_ns = 5'000'000;
   int priority = 45;  ///< SCHED_FIFO
-  int cpu = -1;       ///< pinned to this one; -1: any
+  int cpu = -1;       ///< pinned to this CPU; -1: any
 };
 
 struct ShmConfig {
@@ -61,12 +61,12 @@ struct ShmConfig {
 struct StatusConfig {
   std::filesystem::path socket = "/run/odomd/status.sock";
   std::uint32_t socket_mode = 0666;
-  std::string socket_group;  ///< empty: the process's
+  std::string socket_group;  ///< empty: the group of the process
 };
 
 struct RecordConfig {
   std::filesystem::path
-      socket;  ///< where `odom record` connects; default: beside the status socket
+      socket;  ///< where `odom record` connects; default: next to the status socket
 };
 
 struct LogConfig {
@@ -74,19 +74,20 @@ struct LogConfig {
   std::string level = "info";
 };
 
-/// Between which [filter] window may be chosen.
+/// The range of [filter] window.
 inline constexpr double shortest_window_s = 0.2;
 inline constexpr double longest_window_s = 1.0;
 
 struct Config {
   std::filesystem::path file;  ///< where it was read from
-  std::string text;            ///< what stood there
+  std::string text;            ///< its contents
   estimator::Vehicle vehicle;
   CanConfig can;
   CameraConfig camera;
   std::array<double, 2> imu_position{};  ///< lever arm from the centre of gravity [m]
   double imu_yaw = 0.0;                  ///< of the accelerometer's x axis in the body frame [rad]
-  /// Of the accelerometers on the leaning body: a measured = (1 + gradient) a. Nothing: learnt.
+  /// Of the accelerometers on the rolling and pitching body: a measured = (1 + gradient) a. Empty:
+  /// estimated.
   std::optional<double> roll_gradient;
   std::optional<double> pitch_gradient;
   std::optional<estimator::Pose2> initial_pose;
@@ -100,48 +101,48 @@ struct Config {
   StatusConfig status;
   RecordConfig record;
   LogConfig log;
-  std::vector<std::string> warnings;  ///< of what was assumed; one line each
+  std::vector<std::string> warnings;  ///< about assumptions; one line each
 };
 
 /// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
-/// key and the mend. Does not open the databases.
+/// key and fix. Does not open the databases.
 [[nodiscard]] Config load_config(const std::filesystem::path& file);
-/// The same of a text; `file` is what errors call it, and what its paths are relative to.
+/// The same for a text; `file` is the name in errors, and paths are relative to it.
 [[nodiscard]] Config parse_config(std::string text, const std::filesystem::path& file);
 
-/// Where recorders connect: [record] socket, or record.sock beside the status socket.
+/// Where recorders connect: [record] socket, or record.sock next to the status socket.
 [[nodiscard]] std::filesystem::path record_socket(const Config& config);
-/// Its mode: whoever may read the pose may record it, and what it was made of.
+/// The mode of that socket: whoever may read the pose may also record it with its inputs.
 [[nodiscard]] std::uint32_t record_mode(const Config& config);
 
-/// The model of a name; throws std::invalid_argument that says which there are.
+/// The model with this name; throws std::invalid_argument that lists the models.
 [[nodiscard]] estimator::Model parse_model(std::string_view name);
 [[nodiscard]] std::string_view name_of(estimator::Model model);
 
-/// The first of the sources that is named more than once: its frames would count twice.
+/// The first source that is named more than once: its frames would count twice.
 [[nodiscard]] std::optional<std::string> named_twice(std::vector<std::string> sources);
 
-/// What is said of a pose that is not estimator::is_possible().
+/// The message for a pose that is not estimator::is_possible().
 inline constexpr std::string_view pose_too_far =
-    "is too far off; x and y are at most 1e8 m, yaw is at most 1e6 rad";
+    "is too far away; x and y must be within 1e8 m, yaw within 1e6 rad";
 
-/// "x,y,yaw" in metres and radians, as the command line takes it; throws std::invalid_argument.
+/// "x,y,yaw" in metres and radians, as on the command line; throws std::invalid_argument.
 [[nodiscard]] estimator::Pose2 parse_pose(std::string_view text);
 
 /// Reads the databases that a configuration names, and checks its bindings against them: the units,
 /// and the time-outs that default to three of a message's cycle times (100 ms where the database
-/// has none). Warnings of oddities are appended to `warnings`. Throws std::invalid_argument.
+/// has none). Appends warnings about unusual content to `warnings`. Throws std::invalid_argument.
 [[nodiscard]] std::vector<can::Database> load_databases(Config& config,
                                                         std::vector<std::string>& warnings);
 
-/// The buses that bindings ask for by name, in the order in which the decoder is to number them.
+/// The buses that bindings refer to by name, in the order of their numbers in the decoder.
 [[nodiscard]] std::vector<std::string> expected_buses(const Config& config);
 
-/// Throws ConfigError where the model cannot do without a role that is not mapped. load_databases()
-/// asks it of the configuration's own model, a Pipeline of the one that it is given.
+/// Throws ConfigError when the model needs a role that is not mapped. load_databases() checks the
+/// configured model, a Pipeline checks the model that it is given.
 void require_roles(const Config& config);
 
-/// What the filter is told, but for `initialise_from_camera`, which the surroundings know.
+/// The settings of the filter, except `initialise_from_camera`, which depends on the caller.
 [[nodiscard]] estimator::FilterSettings filter_settings(const Config& config);
 
 }  // namespace odomd::daemon

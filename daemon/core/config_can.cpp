@@ -28,14 +28,14 @@ constexpr std::array data_id_modes{DataIdMode::both, DataIdMode::alternating, Da
 
 constexpr std::array<std::string_view, 2> timestamp_names{"software", "hardware"};
 
-/// A source is an interface, "-", or a log; a log that lies beside the configuration is named
-/// relative to it.
+/// A source is an interface, "-", or a log; the path of a log is relative to the configuration
+/// file.
 std::string resolve_source(const std::string& source, const std::filesystem::path& file) {
-  const auto beside = file.parent_path() / source;
+  const auto path = file.parent_path() / source;
   std::error_code error;
   const bool is_path = source.find('/') != std::string::npos || source.ends_with(".log");
-  if (source == "-" || (!is_path && !std::filesystem::exists(beside, error))) return source;
-  return std::filesystem::absolute(beside).lexically_normal().string();
+  if (source == "-" || (!is_path && !std::filesystem::exists(path, error))) return source;
+  return std::filesystem::absolute(path).lexically_normal().string();
 }
 
 }  // namespace
@@ -58,11 +58,11 @@ can::E2eBinding read_protection(const std::string& message, TableReader table) {
   if (has_crc) table.require("crc");
   if (needs_counter) table.require("counter");
 
-  // A key that would have no effect is a mistake about the profile. With "none" the others may
-  // stay, so that a protection can be switched off for a while.
+  // A key without effect points to a wrong profile. With "none" the other keys may stay, so that a
+  // protection can be switched off temporarily.
   const auto refuse = [&](std::string_view key, bool belongs, std::string_view to) {
     if (binding.profile == E2eProfile::none || belongs || !table.has(key)) return;
-    table.fail(key, fmt::format("belongs to {}, not to {}; leave it out, or mend the profile", to,
+    table.fail(key, fmt::format("belongs to {}, not to {}; leave it out, or fix the profile", to,
                                 profile_names[*profile]));
   };
   refuse("data_id", by_data_id, "P01 and P11");
@@ -97,8 +97,8 @@ CanConfig read_can(TableReader table) {
   table.read_texts("source", can.sources);
   for (auto& source : can.sources) source = resolve_source(source, table.file());
   if (can.sources.size() > can::max_buses)
-    table.fail("source",
-               fmt::format("names {} buses; {} is the most", can.sources.size(), can::max_buses));
+    table.fail("source", fmt::format("names {} buses; at most {} are allowed", can.sources.size(),
+                                     can::max_buses));
   if (const auto twice = named_twice(can.sources))
     table.fail("source", fmt::format("names \"{}\" twice; leave one of them out", *twice));
 
@@ -117,7 +117,7 @@ CanConfig read_can(TableReader table) {
     for (auto& [message, entry] : protections->tables())
       can.protections.push_back(read_protection(message, std::move(entry)));
 
-  table.require("signals", "; say in [can.signals] where each role comes from");
+  table.require("signals", "; name the signal of each role in [can.signals]");
   auto signals = table.table("signals", "[can.signals]");
   for (auto& [role, entry] : signals->tables()) read_signal(role, std::move(entry), can);
   if (can.bindings.empty()) signals->fail("is empty; map at least a wheel speed");

@@ -1,4 +1,4 @@
-// load_databases(): the configuration held against the databases that it names.
+// load_databases(): checks the configuration against the databases that it names.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -14,8 +14,8 @@ namespace {
 constexpr std::int64_t default_timeout_ns = 100'000'000;
 constexpr std::int64_t cycles_until_overdue = 3;
 
-/// A value that is taken from one bus alone never comes when that bus is not listened to. What
-/// buses a log has is seen when it is read.
+/// A value that is bound to one bus never arrives when that bus is not a source. The buses of a log
+/// are only known when it is read.
 void check_buses(const Config& config) {
   const auto& sources = config.can.sources;
   const auto is_interface = [](const std::string& source) {
@@ -24,7 +24,7 @@ void check_buses(const Config& config) {
   if (sources.empty() || !std::ranges::all_of(sources, is_interface)) return;
   for (const auto& binding : config.can.bindings)
     if (!binding.bus.empty() && std::ranges::find(sources, binding.bus) == sources.end())
-      throw ConfigError(fmt::format("{}: signal '{}': bus '{}' is no source{}",
+      throw ConfigError(fmt::format("{}: signal '{}': bus '{}' is not a source{}",
                                     config.file.string(), binding.role, binding.bus,
                                     nearest_hint(binding.bus, sources)));
 }
@@ -37,7 +37,7 @@ std::vector<std::string> expected_buses(const Config& config) {
     if (!binding.bus.empty() && std::ranges::find(buses, binding.bus) == buses.end())
       buses.push_back(binding.bus);
   if (buses.size() > can::max_buses)
-    throw ConfigError(fmt::format("{}: [can.signals]: names {} buses; {} is the most",
+    throw ConfigError(fmt::format("{}: [can.signals]: names {} buses; at most {} are allowed",
                                   config.file.string(), buses.size(), can::max_buses));
   return buses;
 }

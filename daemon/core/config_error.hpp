@@ -1,4 +1,4 @@
-// What is wrong with a configuration, in the one line that the user reads.
+// An error in a configuration, as the one line that the user reads.
 #pragma once
 
 #include <stdexcept>

@@ -1,5 +1,5 @@
-// The configuration held against its model: the roles that it asks for, and whether its window
-// reaches back to every sample; and what the filter is told.
+// Checks the configuration against its model: the roles that the model needs, and whether the
+// window covers the latency of every sample. Builds the settings of the filter.
 #include <algorithm>
 #include <cmath>
 
@@ -19,7 +19,7 @@ bool is_mapped(const Config& config, Source source) {
   return config.can.signals[static_cast<std::size_t>(source)].configured;
 }
 
-/// That a speed is there, and what the model does without the other roles.
+/// Checks that a speed is mapped, and warns of what the model does without the other roles.
 void check_roles(const Config& config, std::vector<std::string>& warnings) {
   constexpr Source speeds[] = {Source::wheel_front_left, Source::wheel_front_right,
                                Source::wheel_rear_left,  Source::wheel_rear_right,
@@ -37,17 +37,17 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
   };
   const bool full = config.model == Model::full;
   if (config.model != Model::inertial)
-    warn(Source::steering, full ? "the car's turning is left to the gyro and the wheels"
-                                : "the car is taken to steer straight ahead");
-  if (config.model == Model::paper) warn(Source::yaw_rate, "the filter takes it to measure 0");
+    warn(Source::steering, full ? "only the gyro and the wheels measure how the car turns"
+                                : "the filter assumes that the car steers straight ahead");
+  if (config.model == Model::paper) warn(Source::yaw_rate, "the filter assumes that it measures 0");
   const estimator::SteeringActuator& actuator = config.vehicle.steering;
   if (full && !is_mapped(config, Source::steering) &&
       (actuator.delay_s > 0.0 || actuator.lag_s > 0.0 || actuator.rate_limit > 0.0))
     warnings.push_back(
-        fmt::format("{}: [steering]: steering is not mapped: no command is delayed; map it, or "
-                    "leave [steering] out",
+        fmt::format("{}: [steering]: steering is not mapped, so this table has no effect; map "
+                    "steering, or leave [steering] out",
                     config.file.string()));
-  if (full) warn(Source::yaw_rate, "the car's turning is left to steering and wheels");
+  if (full) warn(Source::yaw_rate, "only the steering and the wheels measure how the car turns");
 }
 
 const can::SignalBinding* binding_of(const Config& config, Source source) {
@@ -56,14 +56,14 @@ const can::SignalBinding* binding_of(const Config& config, Source source) {
   return found == config.can.bindings.end() ? nullptr : &*found;
 }
 
-/// Two axes are turned together or not at all.
+/// The two axes can only be rotated together.
 void check_mounting(const Config& config) {
   if (config.imu_yaw == 0.0) return;
   const can::SignalBinding* const along = binding_of(config, Source::accel_x);
   const can::SignalBinding* const across = binding_of(config, Source::accel_y);
   if (along == nullptr && across == nullptr) return;
   const auto fail = [&](std::string_view what) {
-    throw ConfigError(fmt::format("{}: [imu] yaw: accel_x and accel_y are turned together: {}",
+    throw ConfigError(fmt::format("{}: [imu] yaw: accel_x and accel_y are rotated together: {}",
                                   config.file.string(), what));
   };
   if (along == nullptr) fail("map accel_x too, or leave yaw out");
@@ -73,22 +73,22 @@ void check_mounting(const Config& config) {
   if (along->latency_ns != across->latency_ns) fail("give both the same latency");
 }
 
-/// What is older than the window is never fused.
+/// Samples older than the window are never fused.
 void check_window(const Config& config) {
   if (config.model != Model::full) return;
   const auto fail = [&](const std::string& key, double latency, std::string_view what,
                         std::string_view lower) {
     throw ConfigError(fmt::format(
-        "{}: {}: {} s is beyond [filter] window, {} s: {} so old would never be fused; {}{}",
+        "{}: {}: {} s is longer than [filter] window, {} s: {} that old would never be fused; {}{}",
         config.file.string(), key, latency, config.window_s, what,
-        latency <= longest_window_s ? fmt::format("make window at least {}, or ", latency) : "",
+        latency <= longest_window_s ? fmt::format("set window to at least {}, or ", latency) : "",
         lower));
   };
   for (const auto& binding : config.can.bindings) {
     const double latency = static_cast<double>(binding.latency_ns) / 1e9;
     if (latency > config.window_s)
       fail(fmt::format("[can.signals] {} latency", binding.role), latency, "samples",
-           "mend the latency");
+           "correct the latency");
   }
   if (config.camera.max_latency_s > config.window_s)
     fail("[camera] max_latency", config.camera.max_latency_s, "poses", "lower max_latency");
@@ -99,8 +99,8 @@ void check_window(const Config& config) {
 void require_roles(const Config& config) {
   if (config.model == Model::inertial && !is_mapped(config, Source::yaw_rate))
     throw ConfigError(fmt::format(
-        "{}: [can.signals]: yaw_rate is not mapped, and the model inertial has its heading from "
-        "the gyro alone; map yaw_rate, or choose another model, such as full",
+        "{}: [can.signals]: yaw_rate is not mapped, but the model inertial takes its heading from "
+        "the gyro only; map yaw_rate, or choose another model, such as full",
         config.file.string()));
 }
 
@@ -108,13 +108,13 @@ void check_model(const Config& config, std::vector<std::string>& warnings) {
   check_roles(config, warnings);
   check_mounting(config);
   check_window(config);
-  doubt_sizes(config, warnings);
+  check_sizes(config, warnings);
 }
 
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
                  std::vector<std::string>& warnings) {
   if (config.model != Model::full) return;
-  // Those of the window, and of a tick on top.
+  // The window and one tick more.
   const double tick_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
   const double kept_s = config.window_s + tick_s;
   double samples = 0.0;
@@ -124,12 +124,13 @@ void check_rates(const Config& config, std::span<const can::BoundMessage> messag
                  static_cast<double>(message.cycle_time_ns);
   const double longest_s = kept_s * static_cast<double>(SampleWindow::capacity) / samples - tick_s;
   if (longest_s < config.window_s)
-    warnings.push_back(fmt::format(
-        "{}: [filter] window: {:.0f} samples come in {} s and a tick by the databases' cycle "
-        "times, {} are kept: the window is shorter than that; map fewer signals, or lower it to "
-        "{:.2g} s",
-        config.file.string(), samples, config.window_s, SampleWindow::capacity,
-        std::max(shortest_window_s, std::floor(100.0 * longest_s) / 100.0)));
+    warnings.push_back(
+        fmt::format("{}: [filter] window: {:.0f} samples come in {} s and one tick at the "
+                    "databases' cycle times, but only {} fit: the effective window is shorter; map "
+                    "fewer signals, or lower window to "
+                    "{:.2g} s",
+                    config.file.string(), samples, config.window_s, SampleWindow::capacity,
+                    std::max(shortest_window_s, std::floor(100.0 * longest_s) / 100.0)));
 }
 
 estimator::FilterSettings filter_settings(const Config& config) {

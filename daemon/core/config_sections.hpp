@@ -1,5 +1,5 @@
-// The sections of the configuration file, each read by a function of its own, and what the model
-// asks of them. Private to load_config() and load_databases().
+// One function for each section of the configuration file, and the checks against the model.
+// Private to load_config() and load_databases().
 #pragma once
 
 #include "can_protocol/decode/decoder.hpp"
@@ -12,11 +12,11 @@ namespace odomd::daemon {
 [[nodiscard]] can::E2eBinding read_protection(const std::string& message, TableReader table);
 void read_signal(const std::string& role, TableReader table, CanConfig& can);
 
-/// Roles, mounting and window against the model. Throws ConfigError.
+/// Checks roles, mounting and window against the model. Throws ConfigError.
 void check_model(const Config& config, std::vector<std::string>& warnings);
-/// What no car has, as of numbers in another unit.
-void doubt_sizes(const Config& config, std::vector<std::string>& warnings);
-/// Whether the filter's window holds all that comes at the messages' cycle times.
+/// Warns of sizes that no car has, usually because they are in another unit.
+void check_sizes(const Config& config, std::vector<std::string>& warnings);
+/// Warns when the filter's window cannot hold all samples at the messages' cycle times.
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
                  std::vector<std::string>& warnings);
 

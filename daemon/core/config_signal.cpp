@@ -1,4 +1,4 @@
-// [can.signals]: which signal a role is taken from, in which unit, and how good it is.
+// [can.signals]: the signal of each role, its unit and its uncertainty.
 #include <algorithm>
 #include <array>
 #include <span>
@@ -37,8 +37,7 @@ constexpr std::array angular_rate{Unit::rad_per_s, Unit::deg_per_s};
 constexpr std::array acceleration{Unit::m_per_s2, Unit::g};
 constexpr std::array speed{Unit::m_per_s, Unit::km_per_h, Unit::rpm};
 
-/// What a role may be given in, and how far its samples are trusted where `sigma` is not given:
-/// sensors of a 1:10 car.
+/// The units that a role may have, and the default of `sigma`, for sensors of a 1:10 car.
 struct RoleTraits {
   std::span<const Unit> units;
   double sigma;
@@ -62,7 +61,7 @@ RoleTraits traits_of(Source role) {
 
 Source role_named(const std::string& role, const TableReader& table) {
   if (role == estimator::source_names[static_cast<std::size_t>(Source::camera)])
-    table.fail("a camera does not speak on the bus; it has its own table, [camera]");
+    table.fail("the camera is not on the bus; configure it in its own table, [camera]");
   const auto names =
       std::span(estimator::source_names).first(static_cast<std::size_t>(Source::camera));
   const auto found = std::ranges::find(names, role);
@@ -116,13 +115,13 @@ void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBi
                {0.0, 1000.0, false, "between 0 and 1000 (motor turns per wheel turn)"});
   } else {
     for (const auto* key : {"radius", "ratio"})
-      if (table.has(key)) table.fail(key, "goes with unit = \"rpm\" alone");
+      if (table.has(key)) table.fail(key, "applies only with unit = \"rpm\"");
   }
 }
 
 /// Forward and reverse are physical values of the signal: the sample is +1, -1 or 0.
 void read_direction(TableReader& table, can::SignalBinding& binding) {
-  if (binding.signals.size() > 1) table.fail("sum", "a direction is one signal");
+  if (binding.signals.size() > 1) table.fail("sum", "a direction is taken from one signal");
   for (const auto* key : {"unit", "scale", "offset", "radius", "ratio"})
     if (table.has(key)) table.fail(key, "does not apply to a direction");
   table.require("forward");
@@ -162,7 +161,7 @@ void read_signal(const std::string& role, TableReader table, CanConfig& can) {
       if (table.has(key)) table.fail(key, "belongs to the role direction");
     read_unit(table, traits.units, binding);
     table.read("scale", binding.scale, any_number);
-    if (binding.scale == 0.0) table.fail("scale", "0 is not possible: the value would vanish");
+    if (binding.scale == 0.0) table.fail("scale", "must not be 0");
     table.read("offset", binding.offset, any_number);
   }
   binding.valid_when = read_valid_when(table);

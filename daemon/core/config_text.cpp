@@ -1,4 +1,4 @@
-// What the configuration and the command line both say in words: the model and a pose.
+// Values that the configuration and the command line share: the model and a pose.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -15,8 +15,9 @@ namespace odomd::daemon {
 estimator::Model parse_model(std::string_view name) {
   const auto* const found = std::ranges::find(estimator::model_names, name);
   if (found == estimator::model_names.end())
-    throw std::invalid_argument(fmt::format("\"{}\" is not a model of this version; there are: {}",
-                                            name, fmt::join(estimator::model_names, ", ")));
+    throw std::invalid_argument(
+        fmt::format("\"{}\" is not a model of this version; the models are: {}", name,
+                    fmt::join(estimator::model_names, ", ")));
   return static_cast<estimator::Model>(found - estimator::model_names.begin());
 }
 

@@ -36,7 +36,7 @@ std::string kind_of(const toml::node& node) {
   }
 }
 
-/// Whole or not; the library itself gives no whole number that a double has to round.
+/// Any number; the library never returns an integer that a double would have to round.
 std::optional<double> number_in(const toml::node& node) {
   if (const auto whole = node.value_exact<std::int64_t>()) return static_cast<double>(*whole);
   return node.value_exact<double>();
@@ -75,12 +75,12 @@ bool TableReader::has(std::string_view key) {
   return find(key) != nullptr;
 }
 
-void TableReader::require(std::string_view key, std::string_view mend) {
+void TableReader::require(std::string_view key, std::string_view fix) {
   if (has(key)) return;
   for (const auto& [other, node] : *table_)
     if (std::ranges::find(known_, other.str()) == known_.end() && resembles(other.str(), key))
       fail(other.str(), fmt::format("unknown key; did you mean \"{}\"?", key));
-  fail(key, fmt::format("is missing{}", mend));
+  fail(key, fmt::format("is missing{}", fix));
 }
 
 double TableReader::number(std::string_view key, const toml::node& node, const Range& range) const {
@@ -242,7 +242,7 @@ std::string read_toml_file(const std::filesystem::path& file) {
     unusable(fmt::format("cannot be read: {}{}", std::strerror(errno),
                          errno == ENOENT ? "; check the path" : ""));
   std::string text;
-  // Not by the file's size.
+  // Does not rely on the file size: the file may be a pipe.
   for (char c = 0; text.size() <= largest_file && stream.get(c);) text.push_back(c);
   if (stream.bad()) unusable("cannot be read");
   if (text.size() > largest_file) unusable("is larger than 1 MiB; is this the configuration?");

@@ -1,6 +1,6 @@
-// Reading a TOML table with manners: every value is checked for type and range where it is taken
-// out, and the keys that were asked for are the keys that exist, so that a misspelt one is found.
-// Private to the configuration and to what patches it: nothing else sees toml++.
+// Reads TOML tables: checks the type and range of every value when it is read. The keys that were
+// read are the valid keys, so misspelt keys are found. Private to the configuration and to the code
+// that patches it: nothing else uses toml++.
 #pragma once
 
 #include <toml++/toml.h>
@@ -21,7 +21,7 @@
 
 namespace odomd::daemon {
 
-/// Which numbers are possible. The text completes "it must be ...".
+/// The allowed range of a number. The text completes "it must be ...".
 struct Range {
   double lowest = -std::numeric_limits<double>::max();
   double highest = std::numeric_limits<double>::max();
@@ -35,21 +35,21 @@ inline constexpr Range any_number{};
 inline constexpr Range positive{0.0, largest, false, "greater than 0"};
 inline constexpr Range not_negative{0.0, largest, true, "0 or greater"};
 
-/// One table of the file. Every call that names a key makes the key known; finish() refuses the
-/// rest. All errors are ConfigErrors that name file, line, table and key.
+/// One table of the file. Every call with a key makes the key known; finish() rejects all others.
+/// All errors are ConfigErrors that name file, line, table and key.
 class TableReader {
  public:
-  /// `name` is the table's as errors show it: "[can.signals] yaw_rate".
+  /// `name` is the name of the table in errors: "[can.signals] yaw_rate".
   TableReader(const toml::table& table, std::string name, const std::filesystem::path& file)
       : table_(&table), name_(std::move(name)), file_(&file) {}
 
   [[nodiscard]] bool has(std::string_view key);
-  /// The same of a key that must not be there: no suggestion shall name it.
+  /// The same for a key that is not allowed: it does not appear in suggestions.
   [[nodiscard]] bool contains(std::string_view key) const { return table_->contains(key); }
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const std::filesystem::path& file() const { return *file_; }
 
-  /// Read a key into `value`, which keeps what it holds where the key is absent.
+  /// Reads a key into `value`; without the key `value` is unchanged.
   void read(std::string_view key, double& value, const Range& range);
   void read(std::string_view key, std::string& value);
   void read(std::string_view key, std::filesystem::path& value);  ///< relative to the file
@@ -60,24 +60,24 @@ class TableReader {
   void read(std::string_view key, std::vector<std::uint8_t>& bytes, std::size_t count);
   void read_texts(std::string_view key, std::vector<std::string>& values);  ///< one, or a list
 
-  /// One of `names`; the index of the one it is. Letter case does not matter.
+  /// The index of the value in `names`. Case-insensitive.
   [[nodiscard]] std::optional<std::size_t> read_choice(std::string_view key,
                                                        std::span<const std::string_view> names);
 
-  /// A table below this one, if it is there.
+  /// The table of this name inside this one, if it exists.
   [[nodiscard]] std::optional<TableReader> table(std::string_view key, std::string name);
 
-  /// All keys with their tables, for tables whose keys are names.
+  /// All keys and their tables, for tables whose keys are names.
   [[nodiscard]] std::vector<std::pair<std::string, TableReader>> tables();
 
-  /// Refuses keys that nobody asked for.
+  /// Rejects unknown keys.
   void finish() const;
 
   [[noreturn]] void fail(std::string_view key, const std::string& what) const;
   [[noreturn]] void fail(const std::string& what) const;
-  /// A key of a fixed set is needed and absent; `mend` follows "is missing". Where another key
-  /// looks like it misspelt, that one is named.
-  void require(std::string_view key, std::string_view mend = "");
+  /// Throws when the key is missing; `fix` follows "is missing". Names a misspelt key if there is
+  /// one.
+  void require(std::string_view key, std::string_view fix = "");
 
  private:
   const toml::node* find(std::string_view key);
@@ -91,11 +91,11 @@ class TableReader {
   std::vector<std::string> known_;
 };
 
-/// The file's text, read once: it may be a pipe. One line for whatever is wrong with it.
+/// The text of the file, read once, since it may be a pipe. Throws with one line.
 [[nodiscard]] std::string read_toml_file(const std::filesystem::path& file);
 [[nodiscard]] toml::table parse_toml(const std::string& text, const std::filesystem::path& file);
 
-/// "; did you mean \"mass\"?": the nearest of the names that are valid.
+/// "; did you mean \"mass\"?": names the nearest valid name.
 [[nodiscard]] std::string suggestion(std::string_view name, std::span<const std::string> names);
 
 }  // namespace odomd::daemon

@@ -1,5 +1,4 @@
-// An accelerometer that is turned about the vertical axis against the car, and its samples in the
-// car's axes.
+// Rotates the samples of an accelerometer that is mounted with a yaw angle into the car's axes.
 #pragma once
 
 #include <span>
@@ -8,11 +7,11 @@
 
 namespace odomd::daemon {
 
-/// Turns the accelerations of one frame by `yaw`, the angle [rad] of the sensor's x axis in the
+/// Rotates the accelerations of one frame by `yaw`, the angle [rad] of the sensor's x axis in the
 /// car's, counter-clockwise:
 ///   a_x = m_x cos yaw - m_y sin yaw,  a_y = m_x sin yaw + m_y cos yaw
-/// Both axes are needed, of one instant: one that came without the other becomes NaN, which every
-/// filter refuses as non-finite.
+/// Both axes of the same instant are needed: a single one becomes NaN, which every filter rejects
+/// as non-finite.
 void turn_accelerations(std::span<can::Sample> samples, double yaw) noexcept;
 
 }  // namespace odomd::daemon

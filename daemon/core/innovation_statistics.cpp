@@ -27,7 +27,7 @@ void InnovationStatistics::take(const estimator::Judgement& judgement) noexcept 
   dimension_.set(degrees);
   set(last_test_ratio_, judgement.test_ratio);
   for (std::size_t i = 0; i < degrees; ++i) set(last_innovation_[i], judgement.innovation[i]);
-  // One that is not finite would hide all others.
+  // A non-finite value would make the sums useless.
   if (!std::isfinite(judgement.squared_ratio)) return;
   set(nis_sum_, real(nis_sum_) + judgement.squared_ratio);
   if (judgement.squared_ratio <= chi_squared_95[degrees - 1]) inside_95_.add();

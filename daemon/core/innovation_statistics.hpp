@@ -1,5 +1,5 @@
-// How the samples of a source lay to what the filter expected of them. A filter that knows its own
-// uncertainty has a mean νᵀS⁻¹ν of the innovation's dimension, and 95 % of them inside χ²₉₅.
+// Statistics of the innovations of a source. In a consistent filter the mean of νᵀS⁻¹ν is the
+// dimension of the innovation, and 95 % of the values are below χ²₉₅.
 #pragma once
 
 #include <array>
@@ -10,8 +10,9 @@
 
 namespace odomd::daemon {
 
-/// Counts the samples that were tested, gated ones too. Inputs (of no degrees of freedom) are not.
-/// One thread takes, any may read: each number for itself is some recent one.
+/// Counts the samples that were tested, including gated ones; inputs (without degrees of freedom)
+/// are not counted. One thread writes, any may read; each number is recent, but not of the same
+/// sample.
 class InnovationStatistics {
  public:
   void take(const estimator::Judgement& judgement) noexcept;
@@ -19,7 +20,7 @@ class InnovationStatistics {
   [[nodiscard]] std::uint64_t count() const noexcept { return count_.get(); }
   [[nodiscard]] std::uint64_t gated() const noexcept { return gated_.get(); }  ///< of these
 
-  // Of those counted; 0 while there are none.
+  // Of the counted samples; 0 when there are none.
   [[nodiscard]] int dimension() const noexcept { return static_cast<int>(dimension_.get()); }
   [[nodiscard]] double mean_nis() const noexcept;   ///< of νᵀS⁻¹ν; expected: dimension()
   [[nodiscard]] double inside_95() const noexcept;  ///< share with νᵀS⁻¹ν <= χ²₉₅

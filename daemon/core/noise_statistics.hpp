@@ -1,4 +1,4 @@
-// How noisy the filter takes a source to be, handed from the beat to whoever reads the status.
+// The noise that the filter estimates for a source, passed from the beat to the status.
 #pragma once
 
 #include <bit>
@@ -9,7 +9,7 @@
 
 namespace odomd::daemon {
 
-/// One thread sets, any may read: each number for itself is some recent one.
+/// One thread writes, any may read; each number is recent, but not of the same tick.
 class NoiseStatistics {
  public:
   void set(const estimator::SourceNoise& noise) noexcept {

@@ -16,7 +16,7 @@ using estimator::Verdict;
 
 constexpr auto camera = static_cast<std::size_t>(Source::camera);
 
-// A reset of a non-finite state is published for so long, that no reader misses it.
+// How long the reset of a non-finite state is published, so that no reader misses it.
 constexpr std::int64_t recovery_shown_ns = 1'000'000'000;
 
 estimator::Filter initial_filter(const Config& config, bool camera_expected) {
@@ -61,7 +61,7 @@ void Pipeline::take(const can::Frame& frame, std::int64_t now_ns) noexcept {
   if (stamp == can::StampVerdict::zero || stamp == can::StampVerdict::future)
     timed.time_ns = now_ns;
 
-  // Decoded whatever its stamp: the protection's counter must see every frame.
+  // Decoded even if the stamp is bad: the protection's counter must see every frame.
   const can::DecodeResult result = decoder_.decode(timed, samples_);
   statistics_.frames[static_cast<std::size_t>(result.verdict)].add();
   if (result.message < 0) return;
@@ -81,7 +81,8 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
                             can::StampVerdict stamp, std::int64_t now_ns) noexcept {
   if (imu_yaw_ != 0.0) turn_accelerations(samples, imu_yaw_);
   for (const can::Sample& sample : samples) {
-    // A stamp that stands still or runs backwards is a clock's fault; such a sample has no time.
+    // A stamp that repeats or goes backwards comes from a faulty clock; such a sample has no valid
+    // time.
     if (stamp == can::StampVerdict::repeated || stamp == can::StampVerdict::backwards) {
       count(sample.channel,
             stamp == can::StampVerdict::repeated ? Verdict::duplicate : Verdict::too_old);
@@ -100,7 +101,7 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
     } else {
       state_.watch.usable(sample.channel);
     }
-    // What no car does as well: a steering in degrees is beyond any in radians.
+    // Also samples that no car can produce: steering in degrees exceeds any range in radians.
     if (refused.value_or(Verdict::gated) == Verdict::gated)
       state_.wiring.hear(measurement.source, measurement.time_ns, measurement.value);
     if (verdict == Verdict::non_finite) continue;
@@ -112,7 +113,7 @@ void Pipeline::take_samples(std::span<can::Sample> samples, const can::Frame& fr
 
 void Pipeline::take(const estimator::CameraPose& reference) noexcept {
   state_.record.details.camera_messages += 1;
-  // Asked before it is moved, which would make a positive number of a negative sigma.
+  // Checked before the conversion, which would make a negative sigma positive.
   if (!estimator::is_usable(reference)) {
     state_.watch.unusable_pose();
     count(camera, Verdict::non_finite);

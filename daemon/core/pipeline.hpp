@@ -1,5 +1,5 @@
-// Frames and camera poses in, a pose record out: the one object that the live daemon and the
-// offline replay share. Only the clock and the frame source differ around it.
+// Turns frames and camera poses into pose records. The live daemon and the offline replay share
+// this object; only the clock and the frame source differ.
 //
 // Real-time safe after construction: no heap, no lock, no exception, no system call. One thread;
 // statistics() and decoder() may be read from others.
@@ -29,7 +29,7 @@
 
 namespace odomd::daemon {
 
-/// Counts that housekeeping and `odom status` read while the beat runs.
+/// Counters that housekeeping and `odom status` read while the beat runs.
 struct SourceStatistics {
   std::array<Counter, estimator::verdict_count> verdicts;
   Counter last_time_ns;     ///< when the newest sample was taken (bit pattern of the signed time)
@@ -39,7 +39,7 @@ struct SourceStatistics {
   Counter inconsistent;     ///< 1: its NIS has been too large for seconds, likewise
   Counter last_latency_ns;  ///< from the capture of the newest pose to its arrival; camera
   Counter last_test_ratio;  ///< νᵀS⁻¹ν over its gate (bit pattern of the double); camera
-  InnovationStatistics innovations;  ///< of models that test each sample
+  InnovationStatistics innovations;  ///< for models that test each sample
   NoiseStatistics noise;             ///< likewise, at the last tick
 };
 
@@ -47,11 +47,11 @@ struct PipelineStatistics {
   std::array<SourceStatistics, estimator::source_count> sources;
   std::array<Counter, can::frame_verdict_count> frames;
   std::array<Counter, can::stamp_verdict_count> stamps;
-  Counter camera_malformed;  ///< messages of the wrong size, magic, version or clock
+  Counter camera_malformed;  ///< messages with a wrong size, magic, version or clock
 };
 
-/// Everything that one tick leaves behind for the next, but for what the decoder keeps and what is
-/// only counted. It owns nothing and points nowhere: its bytes are all there is.
+/// All state that one tick passes to the next, except the decoder's state and the counters. It owns
+/// nothing and has no pointers, so its bytes are the complete state.
 struct PipelineState {
   can::StampGuard stamp_guard;
   estimator::Filter filter;
@@ -65,50 +65,51 @@ struct PipelineState {
   std::int64_t recovered_ns = 0;  ///< of the last tick that reset a non-finite state
   std::uint32_t recoveries = 0;
 };
-// Not trivially copyable only for Eigen 3.4's fixed-size vectors, which are plain numbers.
+// Not trivially copyable only because of Eigen 3.4's fixed-size vectors, which are plain numbers.
 static_assert(std::is_trivially_destructible_v<PipelineState>);
 static_assert(std::is_trivially_copyable_v<can::ProtectionState>);
 
 class Pipeline {
  public:
-  /// Start-up: allocates, and throws std::invalid_argument where the configuration does not fit the
-  /// databases. With `camera_expected` and no initial pose in the configuration the first camera
-  /// pose initialises; otherwise the pose starts at the configuration's, or at zero.
+  /// Start-up only: allocates, and throws std::invalid_argument when the configuration does not fit
+  /// the databases. With `camera_expected` and no initial pose in the configuration, the first
+  /// camera pose initialises the filter; otherwise the pose starts at the configured pose, or at
+  /// zero.
   Pipeline(const Config& config, std::span<const can::Database> databases,
            std::span<const std::string> bus_names, bool camera_expected);
 
-  /// Takes a frame in, its time on the pipeline's clock. `now_ns`: the drain's time (replay: the
-  /// tick's), which a stamp may not lead.
+  /// Takes a frame with its time on the pipeline's clock. `now_ns` is the time of the drain (in a
+  /// replay, of the tick); no stamp may be later.
   void take(const can::Frame& frame, std::int64_t now_ns) noexcept;
 
-  /// Takes a camera pose of the reference point in, its times on the pipeline's clock.
+  /// Takes a camera pose of the reference point, with times on the pipeline's clock.
   void take(const estimator::CameraPose& reference) noexcept;
 
-  /// A camera message that could not be understood: counted as taken in, with its verdict.
+  /// Counts an invalid camera message, with its verdict.
   void take_malformed_camera_message() noexcept;
 
-  /// Conditions that only the surroundings know (ODOM_COND_ bits: real time refused, bus down,
-  /// ...); they hold until they are set anew.
+  /// Sets the conditions that the pipeline cannot know (ODOM_COND_ bits: real time refused, bus
+  /// down, ...). They hold until the next call.
   void set_conditions(std::uint32_t bits) noexcept { state_.outside_conditions = bits; }
 
-  /// Goes on from a predecessor's last pose, `gap_ns` old, its covariance grown for the gap; false
-  /// where the pose is none to go on from, and nothing has changed.
+  /// Resumes from the last pose of a predecessor, which is `gap_ns` old, and inflates its
+  /// covariance for the gap. Returns false, and changes nothing, when the pose is not usable.
   bool resume(const odom_pose& pose, const odom_details& details, std::int64_t gap_ns) noexcept;
 
-  /// Steps the filter to the tick that is valid at `tick_ns` and returns what is to be published.
+  /// Steps the filter to the tick that is valid at `tick_ns` and returns the record to publish.
   const TickRecord& tick(std::uint64_t number, std::int64_t tick_ns) noexcept;
 
-  /// Between two ticks: what was taken in so far, for another pipeline of the same configuration to
-  /// go on from, to the bit. Real-time safe.
+  /// Call between two ticks. Copies the state, so that another pipeline with the same configuration
+  /// can continue from it with identical bits. Real-time safe.
   [[nodiscard]] const PipelineState& state() const noexcept { return state_; }
   [[nodiscard]] std::span<const can::ProtectionState> protections() const noexcept {
     return decoder_.protections();
   }
-  /// `protections` is as long as protections(). Counts begin at zero.
+  /// `protections` is as long as protections(). The counters start at zero.
   void restore(const PipelineState& state,
                std::span<const can::ProtectionState> protections) noexcept;
 
-  /// How the last tick judged the samples that it took in, of models that test each at its own
+  /// The verdicts of the last tick on its samples, for models that test each sample at its own
   /// time. Valid until the next call.
   [[nodiscard]] std::span<const estimator::Judgement> judgements() const noexcept {
     return estimator::judgements(state_.filter);
@@ -131,7 +132,7 @@ class Pipeline {
   std::array<double, 3> camera_lever_arm_;
   double imu_yaw_;
   std::array<double, estimator::source_count> sigma_{};
-  std::array<can::Sample, can::max_samples_per_frame> samples_;  ///< of the frame at hand
+  std::array<can::Sample, can::max_samples_per_frame> samples_;  ///< of the current frame
   PipelineState state_;
   PipelineStatistics statistics_;
 };

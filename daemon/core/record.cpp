@@ -32,7 +32,7 @@ constexpr std::uint32_t degrading =
     ODOM_COND_PROTECTION | ODOM_COND_FRAMES_LOST | ODOM_COND_CLOCK_STEPPED | ODOM_COND_SUSPENDED |
     ODOM_COND_NON_FINITE | ODOM_COND_INPUT_ENDED | ODOM_COND_SENSOR_FAULT | ODOM_COND_MISWIRED;
 
-// Where the velocity block lies in the rest of the 6x6 upper triangle: after the three rows of
+// Position of the velocity block in the rest of the 6x6 upper triangle: after the three rows of
 // three that couple pose and velocity.
 constexpr std::size_t velocity_block = std::tuple_size_v<decltype(Estimate::cross_covariance)>;
 static_assert(velocity_block + std::tuple_size_v<estimator::PoseCovariance> ==

@@ -1,5 +1,5 @@
-// An estimate as it is published, and back: the only place where the estimator's vocabulary meets
-// the shared memory's.
+// Converts an estimate to the published record and back: the only place that knows both the
+// estimator's types and those of the shared memory.
 #pragma once
 
 #include <array>
@@ -17,10 +17,10 @@ namespace odomd::daemon {
 struct TickRecord {
   odom_pose pose{};
   odom_details details{};
-  bool initialised = false;  ///< the pose means something: replay writes rows from here on
+  bool initialised = false;  ///< the pose is valid: replay writes rows from here on
 };
 
-/// The calibrations as users know them, in the order of estimator::Calibration.
+/// The names of the calibrations for users, in the order of estimator::Calibration.
 struct PublishedCalibration {
   std::string_view name;
   double odom_details::*value;
@@ -44,7 +44,7 @@ inline constexpr std::array<PublishedCalibration, estimator::calibration_count> 
 /// the pipeline's.
 void fill_record(const estimator::Estimate& estimate, TickRecord& record) noexcept;
 
-/// What a published pose says of the state, for a successor to go on from.
+/// The state of a published pose, from which a successor can resume.
 [[nodiscard]] estimator::Estimate to_estimate(const odom_pose& pose,
                                               const odom_details& details) noexcept;
 

@@ -20,7 +20,7 @@ std::string contents(const std::filesystem::path& file) {
   return text;
 }
 
-/// Where a position lies in the text. toml++ counts lines and characters from 1.
+/// The offset of a position in the text. toml++ counts lines and characters from 1.
 std::size_t offset_of(const std::string& text, const toml::source_position& position) {
   std::size_t at = 0;
   for (auto line = position.line; line > 1; --line) at = text.find('\n', at) + 1;
@@ -49,8 +49,8 @@ std::string with_databases(const Config& config, const std::vector<std::string>&
   return text;
 }
 
-/// The file's own name, made unlike the others; what a TOML string would have to escape is left
-/// out, and none is hidden: a recorder takes no such name.
+/// The name of the file, made unique; characters that a TOML string would have to escape are
+/// removed, and no name starts with a dot, which a recorder would reject.
 std::string name_beside(const std::filesystem::path& file, const std::vector<std::string>& others) {
   std::string own = file.filename().string();
   std::ranges::replace_if(

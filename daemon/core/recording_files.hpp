@@ -1,5 +1,5 @@
-// The configuration and its databases as a recording keeps them: side by side in one folder, so
-// that they mean the same on another machine.
+// The configuration and its databases as a recording stores them: in one folder, so that they can
+// be used on another machine.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ struct RecordingFile {
   std::string text;
 };
 
-/// The configuration's text first, as "car.toml", its [can] dbc naming the copies; then the
-/// databases under their own file names. Comments are kept. Throws std::runtime_error where a
+/// The configuration's text first, as "car.toml", with [can] dbc pointing to the copies; then the
+/// databases under their own file names. Comments are kept. Throws std::runtime_error when a
 /// database can no longer be read.
 [[nodiscard]] std::vector<RecordingFile> recording_files(const Config& config);
 

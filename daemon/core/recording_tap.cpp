@@ -6,7 +6,7 @@ namespace odomd::daemon {
 
 void RecordingTap::tick_done(const TickRecord& record, const Around& around,
                              const Pipeline& pipeline) noexcept {
-  // Acquire: with the wish to begin, the rings that housekeeping has made and emptied.
+  // Acquire: with the request to begin, see the rings that housekeeping has created and emptied.
   const State state = state_.load(std::memory_order_acquire);
   if (state == State::idle || state == State::full) return;
   if (state == State::unwanted) {
@@ -29,7 +29,7 @@ void RecordingTap::tick_done(const TickRecord& record, const Around& around,
   mark_.frames = 0;
   mark_.cameras = 0;
 
-  // Housekeeping may have changed its mind meanwhile; then that stands.
+  // Housekeeping may have withdrawn the request meanwhile; then the withdrawal counts.
   State expected = state;
   const State next = taking_ ? State::running : State::full;
   if (next != state)
@@ -38,7 +38,7 @@ void RecordingTap::tick_done(const TickRecord& record, const Around& around,
 }
 
 void RecordingTap::begin() {
-  // The beat is idle and leaves the rings alone: what a recording left behind goes.
+  // The beat is idle and does not touch the rings: clear what an earlier recording left.
   if (!rings_) rings_ = std::make_unique<Rings>();
   while (rings_->frames.front() != nullptr) rings_->frames.pop();
   while (rings_->cameras.front() != nullptr) rings_->cameras.pop();

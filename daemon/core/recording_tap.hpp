@@ -1,13 +1,12 @@
-// What the beat takes in and what it publishes, for a recorder: the frames and camera poses as the
-// pipeline got them, and a mark for each tick. Through rings of a fixed size from the beat to
-// housekeeping; while nobody records, a tick costs one load.
+// Passes the inputs and outputs of the beat to a recorder: the frames and camera poses as the
+// pipeline got them, and a mark for each tick. Rings of a fixed size carry them from the beat to
+// housekeeping; without a recorder a tick costs one load.
 //
-// A recording begins behind a tick with a copy of the pipeline's state, so that whoever replays the
-// inputs from there gets the bits that were published, in whatever part of a drive it began. It has
-// no holes: where a ring is full it ends, with the last tick that is in it whole.
+// A recording begins after a tick with a copy of the pipeline's state, so a replay from there gives
+// exactly the published bits, wherever in a drive it begins. It has no gaps: when a ring is full it
+// ends with the last complete tick.
 //
-// The rings take 5 MB, locked: they come with the first recording. A daemon that nobody records
-// starts without them.
+// The rings take 5 MB of locked memory and are allocated for the first recording only.
 #pragma once
 
 #include <atomic>
@@ -25,17 +24,17 @@
 
 namespace odomd::daemon {
 
-/// One published tick, and how much of the rings belongs to it.
+/// One published tick, and the number of its inputs in the rings.
 struct TickMark {
   TickRecord record;                    ///< as the pipeline made it
   std::int64_t woke_ns = 0;             ///< time of the drain, CLOCK_MONOTONIC
   std::int64_t realtime_offset_ns = 0;  ///< CLOCK_REALTIME - CLOCK_MONOTONIC, as measured
   std::uint32_t conditions = 0;         ///< ODOM_COND_ bits from outside the pipeline
-  std::uint32_t frames = 0;             ///< taken in by this tick, in their order
+  std::uint32_t frames = 0;             ///< the inputs of this tick, in order
   std::uint32_t cameras = 0;            ///< camera poses, likewise
 };
 
-/// What a pipeline goes on from, behind one tick.
+/// The state from which a pipeline can continue after a tick.
 struct Checkpoint {
   PipelineState state;
   std::vector<can::ProtectionState> protections;
@@ -43,18 +42,18 @@ struct Checkpoint {
 
 class RecordingTap {
  public:
-  /// Room for the housekeeping thread, or whoever writes the files, to be late: 10 s of ticks at
+  /// The margin for a late housekeeping thread or a slow writer of the files: 10 s of ticks at
   /// 5 ms, 4 s of frames on a full bus.
   static constexpr std::size_t max_frames = 32768;
   static constexpr std::size_t max_cameras = 4096;
   static constexpr std::size_t max_ticks = 2048;
 
   enum class State : std::uint8_t {
-    idle,    ///< nobody records
-    wanted,  ///< housekeeping's wish: begin behind the next tick
+    idle,    ///< no recording
+    wanted,  ///< requested by housekeeping: begin after the next tick
     running,
-    full,     ///< a ring was: the recording ends with the marks that are there
-    unwanted  ///< housekeeping's wish: end
+    full,     ///< a ring is full: the recording ends with the marks in it
+    unwanted  ///< requested by housekeeping: end
   };
 
   /// Start-up: allocates.
@@ -82,8 +81,8 @@ class RecordingTap {
     std::int64_t realtime_offset_ns = 0;
     std::uint32_t conditions = 0;
   };
-  /// Ends the tick that made `record`; `pipeline` is as it left it. Where a recording begins this
-  /// copies its state, some 400 kB.
+  /// Ends the tick that made `record`; `pipeline` is in the state after it. At the beginning of a
+  /// recording this copies that state, about 400 kB.
   void tick_done(const TickRecord& record, const Around& around, const Pipeline& pipeline) noexcept;
 
   // Housekeeping's
@@ -91,16 +90,16 @@ class RecordingTap {
 
   [[nodiscard]] State state() const noexcept { return state_.load(std::memory_order_acquire); }
 
-  /// Only when idle: the beat goes to `running` behind its next tick. The first mark is that
-  /// tick's, the checkpoint the state behind it, so no inputs belong to it. The first time it
+  /// Only when idle: the beat changes to `running` after its next tick. The first mark is that of
+  /// this tick, and the checkpoint is the state after it, so it has no inputs. The first call
   /// allocates.
   void begin();
-  /// The beat goes back to `idle` behind its next tick.
+  /// The beat changes back to `idle` after its next tick.
   void end() noexcept;
-  /// Once running, until end().
+  /// Valid from `running` until end().
   [[nodiscard]] const Checkpoint& checkpoint() const noexcept { return checkpoint_; }
 
-  /// The oldest mark, or null; its inputs are in the rings by then. Take these out, then the mark.
+  /// The oldest mark, or null. Its inputs are in the rings already: pop them first, then the mark.
   [[nodiscard]] const TickMark* mark() noexcept { return rings_ ? rings_->marks.front() : nullptr; }
   void pop_mark() noexcept { rings_->marks.pop(); }
   [[nodiscard]] can::Frame take_frame() noexcept { return taken(rings_->frames); }
@@ -115,15 +114,15 @@ class RecordingTap {
   }
 
   std::atomic<State> state_{State::idle};
-  bool taking_ = false;  // the beat's: running, and everything of this tick has found room
-  TickMark mark_;        // the beat's: of the tick in hand
+  bool taking_ = false;  // the beat's: running, and all inputs of this tick fitted into the rings
+  TickMark mark_;        // the beat's: of the current tick
   Checkpoint checkpoint_;
   struct Rings {
     SpscRing<can::Frame, max_frames> frames;
     SpscRing<estimator::CameraPose, max_cameras> cameras;
     SpscRing<TickMark, max_ticks> marks;
   };
-  std::unique_ptr<Rings> rings_;  // the beat looks at them from `wanted` on
+  std::unique_ptr<Rings> rings_;  // the beat uses them from `wanted` on
 };
 
 }  // namespace odomd::daemon

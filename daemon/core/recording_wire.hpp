@@ -1,7 +1,7 @@
-// What odomd sends to a recorder: messages over a stream, each a header and its bytes. Both ends
-// are of one build; the first message lets the other end make sure of it.
+// The protocol from odomd to a recorder: messages over a stream, each a header and its bytes. Both
+// ends must be of the same build; the first message lets the recorder check this.
 //
-//   hello      a JSON object: who sends, and what a replay has to know besides the files
+//   hello      a JSON object: the sender, and what a replay needs besides the files
 //   file       a name, a zero byte, the contents; the configuration first, then its databases
 //   buses      the names of the buses by index, each with a newline; again when there are more
 //   state      the Checkpoint: PipelineState, then a ProtectionState a message
@@ -27,23 +27,23 @@ struct RecordingHeader {
   std::uint32_t size = 0;  ///< of the bytes that follow
 };
 
-/// No message is longer: a tick of eight full buses, a database.
+/// The longest message: a tick of eight full buses, or a database.
 inline constexpr std::uint32_t longest_recording_message = 1U << 26U;
 
-/// What has to be alike where bits are to be: version, compiler, layout.
+/// Must be equal for identical bits: version, compiler, layout.
 [[nodiscard]] std::string build_identity();
 
 [[nodiscard]] inline std::string_view bytes_of(const auto& value) {
   return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
-/// The bytes of a checkpoint, and back. The bytes say which build they are of and carry a checksum;
-/// `restore_checkpoint` throws std::invalid_argument where they are not whole or do not fit.
+/// The bytes of a checkpoint, and back. The bytes contain the build and a checksum;
+/// `restore_checkpoint` throws std::invalid_argument when they are incomplete or do not fit.
 [[nodiscard]] std::string checkpoint_bytes(const Checkpoint& checkpoint);
 void restore_checkpoint(std::string_view bytes, Pipeline& pipeline);
 
-/// A number that two records share only when all their bits are alike, but for one chance in 2^64:
-/// of the whole published record, without what tells of the machine (latency, execution time).
+/// A 64-bit hash of the whole published record, without the fields that depend on the machine
+/// (latency, execution time).
 [[nodiscard]] std::uint64_t fingerprint(const TickRecord& record) noexcept;
 
 }  // namespace odomd::daemon

@@ -1,4 +1,4 @@
-// What a flag of a source says, in words: the daemon's as it runs, and those who replay a drive.
+// The texts of warnings about a source, for the daemon's log and for replays.
 #pragma once
 
 #include <string>
@@ -9,28 +9,28 @@
 
 namespace odomd::daemon {
 
-/// Goes on behind the source's name.
+/// Follows the name of the source.
 [[nodiscard]] constexpr std::string_view complaint(estimator::SourceFlag flag) noexcept {
   using estimator::SourceFlag;
   switch (flag) {
     case SourceFlag::out_of_range:
-      return " is out of range: no car does that; look at its scale and wiring";
+      return " is out of range for a car; check its scale and wiring";
     case SourceFlag::non_finite:
-      return " is no number";
+      return " is NaN or infinite";
     case SourceFlag::frozen:
-      return " is frozen: it repeats one value while the car moves on";
+      return " is frozen: it repeats one value while the car moves";
     case SourceFlag::drifting:
-      return " contradicts the other sensors: look at its scale, offset and mounting";
+      return " contradicts the other sensors; check its scale, offset and mounting";
     default:
-      return " fails its protection: look at the status";
+      return " fails its end-to-end protection; see odom status";
   }
 }
 
 inline constexpr std::string_view inconsistent_complaint =
-    " does not fit what the filter expects, for seconds: look at its sigma, latency and scale, and "
-    "at the vehicle";
+    " has not fitted the filter's prediction for seconds; check its sigma, latency and scale, and "
+    "[vehicle]";
 
-/// Likewise of a mistake in the wiring or the description; `source` names the key.
+/// The same for a fault in the wiring or its description; `source` gives the key.
 [[nodiscard]] inline std::string complaint(WiringFault fault, std::string_view source) {
   const std::string key = source == "camera" ? "" : "can.signals." + std::string{source};
   switch (fault) {
@@ -38,25 +38,26 @@ inline constexpr std::string_view inconsistent_complaint =
     case WiringFault::count:
       return {};
     case WiringFault::sign:
-      return " has the wrong sign, by all the others: " +
-             (key.empty() ? std::string{"is its yaw counter-clockwise, and its map not mirrored?"}
-                          : "look at the sign of " + key + ".scale");
+      return " has the wrong sign compared with the other sensors; " +
+             (key.empty() ? std::string{"check that its yaw is counter-clockwise and its map is "
+                                        "not mirrored"}
+                          : "check the sign of " + key + ".scale");
     case WiringFault::left_right_swapped:
-      return ": the wheels of the left and the right are swapped, by all the others: look at the "
+      return ": the left and right wheels are swapped, according to the other sensors; check the "
              "signal of " +
              key;
     case WiringFault::front_rear_swapped:
-      return ": the wheels of the front and the rear axle are swapped: in turns the front ones "
-             "must go the longer way; look at the signal of " +
+      return ": the wheels of the front and rear axles are swapped: in turns the front wheels must "
+             "travel further; check the signal of " +
              key;
     case WiringFault::axes_swapped:
-      return ": the axes of the accelerometer are swapped: what must come in turns comes with "
-             "the throttle; look at the signal of " +
+      return ": the axes of the accelerometer are swapped: it shows lateral acceleration when the "
+             "car speeds up; check the signal of " +
              key + ", or at imu.yaw";
     case WiringFault::unit:
-      return " is in another unit, by all the others: " +
-             (key.empty() ? std::string{"positions must be in metres"}
-                          : "look at unit and scale of " + key);
+      return " is in another unit, according to the other sensors; " +
+             (key.empty() ? std::string{"its positions must be in metres"}
+                          : "check unit and scale of " + key);
   }
   return {};
 }

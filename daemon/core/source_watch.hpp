@@ -1,5 +1,5 @@
-// Which sources are alive: when each was last heard, how old its newest sample is, and whether it
-// is overdue. Pure logic on given times; the pipeline's, on its clock.
+// Watches which sources are alive: when each was last received, how old its newest sample is, and
+// whether it is overdue. Pure logic on given times, all on the pipeline's clock.
 #pragma once
 
 #include <array>
@@ -15,13 +15,14 @@ namespace odomd::daemon {
 
 class SourceWatch {
  public:
-  /// A source that the configuration names; unheard for longer than the time-out it is overdue.
+  /// Adds a configured source; it is overdue when nothing was received for longer than the
+  /// time-out.
   void configure(std::size_t source, std::int64_t timeout_ns) noexcept {
     entries_[source].configured = true;
     entries_[source].timeout_ns = timeout_ns;
   }
 
-  /// A sample came in at `heard_ns` that was taken at `taken_ns`.
+  /// A sample taken at `taken_ns` was received at `heard_ns`.
   void heard(std::size_t source, std::int64_t heard_ns, std::int64_t taken_ns) noexcept {
     Entry& entry = entries_[source];
     entry.seen = true;
@@ -30,7 +31,7 @@ class SourceWatch {
     entry.taken_ns = taken_ns;
   }
 
-  /// A frame that feeds the source failed its protection.
+  /// A frame of the source failed its protection.
   void failed(std::size_t source) noexcept { entries_[source].failing = true; }
 
   /// Age of the newest sample [ns]; -1: never seen.
@@ -38,8 +39,8 @@ class SourceWatch {
     return entries_[source].seen ? now_ns - entries_[source].taken_ns : -1;
   }
 
-  /// Configured, but not heard for its time-out. A source that was never heard has as long, from
-  /// `start_ns` on.
+  /// Configured, but not received for its time-out. For a source that was never received the
+  /// time-out starts at `start_ns`.
   [[nodiscard]] bool overdue(std::size_t source, std::int64_t now_ns,
                              std::int64_t start_ns) const noexcept {
     const Entry& entry = entries_[source];
@@ -47,7 +48,7 @@ class SourceWatch {
     return entry.configured && now_ns - since > entry.timeout_ns;
   }
 
-  /// A sample that no filter looks at, whatever its state: two in a row raise a flag.
+  /// A sample that every filter rejects: two in a row raise a flag.
   void refused(std::size_t source, estimator::Verdict verdict, std::int64_t now_ns) noexcept {
     Entry& entry = entries_[source];
     entry.bad = std::min(entry.bad + 1, bad_in_a_row);
@@ -59,12 +60,12 @@ class SourceWatch {
   }
   void usable(std::size_t source) noexcept { entries_[source].bad = 0; }
 
-  /// A camera's message that is no pose: what else comes in within the tick counts more, whichever
-  /// came first.
+  /// A camera message that is not a pose: a usable pose in the same tick takes precedence, in
+  /// either order.
   void unusable_pose() noexcept { ++unusable_poses_; }
   void usable_pose() noexcept { usable_pose_ = true; }
 
-  /// Once a tick: a flag goes when nothing was refused for a second.
+  /// Call once per tick: a flag clears when nothing was refused for a second.
   void settle(std::int64_t tick_ns) noexcept {
     constexpr std::int64_t calm_ns = 1'000'000'000;
     constexpr auto camera = static_cast<std::size_t>(estimator::Source::camera);

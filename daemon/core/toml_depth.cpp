@@ -10,7 +10,8 @@
 namespace odomd::daemon {
 namespace {
 
-/// Past the end of the text in quotes that opens at `at`; a text of one line ends with the line.
+/// The position after the quoted string that opens at `at`; a single-line string ends with the
+/// line.
 std::size_t past_quotes(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const std::string_view three = quote == '"' ? R"(""")" : "'''";
@@ -22,7 +23,7 @@ std::size_t past_quotes(std::string_view text, std::size_t at) {
       if (text[at] == quote) return at + 1;
       if (text[at] == '\n') return at;
     } else if (text.substr(at, 3) == three) {
-      // Up to two quotes may stand before the closing three.
+      // Up to two quotes may come before the closing three.
       const std::size_t end = std::min(text.find_first_not_of(quote, at), text.size());
       return std::min(end, at + 5);
     }
@@ -88,7 +89,7 @@ class Scan {
   std::string_view text_;
   const std::filesystem::path& file_;
   std::ptrdiff_t line_ = 1;
-  int dots_ = 0;  // of the key or number that is being passed
+  int dots_ = 0;  // of the current key or number
   int open_ = 0;
 };
 

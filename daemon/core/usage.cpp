@@ -15,7 +15,7 @@ namespace odomd::daemon {
 namespace {
 
 struct Stray {
-  const CLI::App* command;  ///< that does not know it
+  const CLI::App* command;  ///< the command that does not know it
   std::string called;       ///< "odom camera"
   std::string argument;
 };
@@ -35,7 +35,7 @@ std::vector<std::string> names_below(const CLI::App& command) {
   return names;
 }
 
-// The first in the order in which they were given: what follows a subcommand is the subcommand's.
+// The first one on the command line: what follows a subcommand belongs to it.
 std::optional<Stray> first_stray(const CLI::App& program) {
   std::string called;
   for (const CLI::App* command = &program; command != nullptr; command = called_below(*command)) {
@@ -59,7 +59,7 @@ std::string_view without_dashes(std::string_view option) {
   return option.substr(std::min(option.find_first_not_of('-'), option.size()));
 }
 
-/// The option of a command that was likely meant, without its dashes; may be empty.
+/// The option of a command that was probably meant, without its dashes; may be empty.
 std::string likely_option(const CLI::App& command, std::string_view given) {
   std::vector<std::string> names;
   for (const CLI::Option* option : command.get_options())
@@ -67,7 +67,7 @@ std::string likely_option(const CLI::App& command, std::string_view given) {
   return std::string(likely_name(without_dashes(given), names));
 }
 
-/// The commands below that have such an option: "odom sim --laps".
+/// The subcommands that have such an option: "odom sim --laps".
 void add_options_below(const CLI::App& command, const std::string& called, std::string_view given,
                        std::vector<std::string>& found) {
   for (const CLI::App* sub : all_below(command)) {
@@ -92,7 +92,7 @@ std::string unknown_option(const Stray& stray) {
     add_options_below(*stray.command, stray.called, given, elsewhere);
   }
   if (elsewhere.size() == 1) return fmt::format("{} (did you mean \"{}\"?)", what, elsewhere[0]);
-  return elsewhere.empty() ? what : what + ": options stand behind the command that has them";
+  return elsewhere.empty() ? what : what + ": options go after the command that has them";
 }
 
 std::string unknown(const Stray& stray) {

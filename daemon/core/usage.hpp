@@ -1,5 +1,5 @@
-// What is wrong with a command line that CLI11 refuses: the first argument that it does not know,
-// with the name that was likely meant.
+// Explains why CLI11 rejects a command line: the first unknown argument, with the name that was
+// probably meant.
 #pragma once
 
 #include <span>
@@ -14,18 +14,18 @@ class ParseError;
 namespace odomd::daemon {
 
 struct Mistake {
-  std::string command;  ///< whose it is: "odom camera"
+  std::string command;  ///< the command it belongs to: "odom camera"
   std::string what;
 };
 
-/// An argument that is not known comes before whatever else is wrong: it may be the very option
+/// An unknown argument is reported before all other errors: it may be a misspelling of the option
 /// that is missing.
 [[nodiscard]] Mistake mistake_in(const CLI::App& program, const CLI::ParseError& error);
 
 /// "odom camera send": the program and the subcommands that were recognised.
 [[nodiscard]] std::string called_name(const CLI::App& program);
 
-/// 'no command "sned" (did you mean "send"?)', else with the names that there are.
+/// 'no command "sned" (did you mean "send"?)', or with the valid names.
 [[nodiscard]] std::string no_command(std::string_view given, std::span<const std::string> names);
 
 }  // namespace odomd::daemon

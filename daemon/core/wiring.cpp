@@ -19,17 +19,17 @@ using estimator::source_count;
 
 constexpr std::int64_t piece_ns = 500'000'000;
 constexpr double piece_s = 0.5;
-constexpr double memory = 20.0;            // pieces
-constexpr double fewest = 10.0;            // pieces, as they are remembered
-constexpr int looks_needed = 4;            // that say the same
-constexpr int looks_where_ambiguous = 20;  // ... where others are nearly as likely
+constexpr double memory = 20.0;             // pieces
+constexpr double fewest = 10.0;             // pieces, as they are remembered
+constexpr int decisions_needed = 4;         // ... consecutive ones with the same result
+constexpr int decisions_if_ambiguous = 20;  // ... when other causes are nearly as likely
 constexpr int most_cost = 100;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double least_backwards = 0.05;     // no noise of a wheel that stands [m/s]
+constexpr double least_backwards = 0.05;     // above the noise of a stationary wheel [m/s]
 constexpr double slow = 0.1;                 // Froude numbers v / √(g l)
-constexpr double faster_than_reverse = 0.5;  // of wheels that know no sign
+constexpr double faster_than_reverse = 0.5;  // for wheel speeds without a sign
 constexpr double slip_angle = 0.1;           // at which tyres begin to slide [rad]
-constexpr double dry_road = 6.0;             // most that a car does before [m/s²]
+constexpr double dry_road = 6.0;             // below it tyres hardly slide [m/s²]
 constexpr double impossible = 20.0;          // [m/s²]
 constexpr int pieces_of_calm = 4;
 constexpr double most_gap = 0.03;  // of two axles' wheels, by their radii
@@ -38,8 +38,8 @@ double mean(double sum, double weights) {
   return weights > 0.0 ? sum / weights : nan;
 }
 
-// The middle of the speeds that are told, in order. Where the two in the middle go opposite ways,
-// as with both wheels of a side reversed, the car goes ahead: backwards it seldom goes.
+// The median of the ordered speeds. When the two middle speeds have opposite signs, as when both
+// wheels of one side are reversed, assumes that the car drives forwards: it seldom reverses.
 double middle(std::span<const double> speeds) {
   if (speeds.empty()) return nan;
   const double low = speeds[(speeds.size() - 1) / 2], high = speeds[speeds.size() / 2];
@@ -47,25 +47,25 @@ double middle(std::span<const double> speeds) {
   return 0.5 * (opposite ? high - low : high + low);
 }
 
-// From this on the tyres of an axle may slide, to the side or along [m/s²].
+// The acceleration from which the tyres of an axle may slide, lateral or longitudinal [m/s²].
 double most_gentle(const estimator::Vehicle& car) {
   const double front = car.cornering_stiffness_front / car.rear_axle,
                rear = car.cornering_stiffness_rear / car.front_axle;
   return std::min(slip_angle * car.wheelbase() / car.mass * std::min(front, rear), dry_road);
 }
 
-// Of the sources in `which`.
-double middle_speed(const std::array<double, source_count>& told, std::uint32_t which) {
-  std::array<double, last_wheel - first_wheel + 1> speeds_told{};
+// The median speed of the sources in `which`.
+double middle_speed(const std::array<double, source_count>& values, std::uint32_t which) {
+  std::array<double, last_wheel - first_wheel + 1> speeds{};
   std::size_t count = 0;
   for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
-    if (std::isnan(told[wheel]) || (which >> wheel & 1U) == 0) continue;
-    double* const end = speeds_told.data() + count++;
-    double* const place = std::upper_bound(speeds_told.data(), end, told[wheel]);
+    if (std::isnan(values[wheel]) || (which >> wheel & 1U) == 0) continue;
+    double* const end = speeds.data() + count++;
+    double* const place = std::upper_bound(speeds.data(), end, values[wheel]);
     std::move_backward(place, end, end + 1);
-    *place = told[wheel];
+    *place = values[wheel];
   }
-  return middle({speeds_told.data(), count});
+  return middle({speeds.data(), count});
 }
 
 }  // namespace
@@ -93,7 +93,7 @@ void Wiring::hear(Source source, std::int64_t time_ns, double value) noexcept {
 void Wiring::hear(const estimator::CameraPose& pose) noexcept {
   Piece* const piece = piece_at(pose.capture_ns);
   if (piece == nullptr) return;
-  // The heading about that of the first, which no turn of it is between.
+  // Averages the heading relative to the first one, so that a wrap of 2π does not matter.
   if (piece->poses == 0) piece->pose[2] = pose.yaw;
   ++piece->poses;
   const double part = 1.0 / piece->poses;
@@ -106,7 +106,7 @@ void Wiring::look(std::int64_t now_ns) noexcept {
   if (first_open_ == 0) return;
   // A sample may be half a second late.
   const std::int64_t last = now_ns / piece_ns - 2;
-  // A first sample from the future must not be waited for.
+  // Do not wait for a first sample from the future.
   if (first_open_ > last + static_cast<std::int64_t>(open_pieces)) {
     open_ = {};
     first_open_ = last + 1;
@@ -145,7 +145,7 @@ void Wiring::close(const Piece& piece) noexcept {
   last_ = now;
 }
 
-// Those that know no sign have it from `direction`, and from those that have gone both ways.
+// Speeds without a sign get it from `direction`, or from speeds that have had both signs.
 void Wiring::give_signs(Means& now) noexcept {
   for (std::size_t wheel = index_of(wheel_front_left); wheel <= index_of(motor); ++wheel) {
     if (now.of[wheel] > least_backwards) ever_ahead_ |= 1U << wheel;
@@ -163,37 +163,38 @@ void Wiring::give_signs(Means& now) noexcept {
 }
 
 void Wiring::compare(const Means& before, const Means& now) noexcept {
-  // Over both pieces, the samples in their middle weighing most: as a rate weighs in the difference
-  // of the means of what it is the rate of. Else what swings at 1.2 Hz would change its sign.
-  const auto told = [&](Source source) {
+  // The mean over both pieces with the highest weight in the middle, the weights with which a rate
+  // enters the difference of two means. With equal weights an oscillation at 1.2 Hz would change
+  // its sign.
+  const auto value_of = [&](Source source) {
     return 0.5 * (before.rising[index_of(source)] + now.falling[index_of(source)]);
   };
   const double l = vehicle_.wheelbase(), track = vehicle_.track_width;
   const double v = 0.5 * (before.speed + now.speed);
   std::array<double, quantity_count> q{};
-  q[turn_gyro] = told(yaw_rate);
-  q[turn_steering] = v * told(steering) / l;
+  q[turn_gyro] = value_of(yaw_rate);
+  q[turn_steering] = v * value_of(steering) / l;
   q[turn_camera] = std::remainder(now.pose[2] - before.pose[2], 2.0 * std::numbers::pi) / piece_s;
   q[curve_gyro] = track * q[turn_gyro] / v;
-  q[curve_steering] = track * told(steering) / l;
-  q[curve_front] = (told(wheel_front_right) - told(wheel_front_left)) / v;
-  q[curve_rear] = (told(wheel_rear_right) - told(wheel_rear_left)) / v;
+  q[curve_steering] = track * value_of(steering) / l;
+  q[curve_front] = (value_of(wheel_front_right) - value_of(wheel_front_left)) / v;
+  q[curve_rear] = (value_of(wheel_rear_right) - value_of(wheel_rear_left)) / v;
   q[lateral_gyro] = v * q[turn_gyro];
   q[lateral_steering] = v * q[turn_steering];
-  q[side] = told(accel_y);
-  q[ahead] = told(accel_x);
+  q[side] = value_of(accel_y);
+  q[ahead] = value_of(accel_x);
   q[faster] = (now.speed - before.speed) / piece_s;
   for (std::size_t i = 0; i <= last_wheel - first_wheel; ++i)
-    q[first_wheel + i] = told(static_cast<Source>(index_of(wheel_front_left) + i));
+    q[first_wheel + i] = value_of(static_cast<Source>(index_of(wheel_front_left) + i));
   q[speed] = v;
   q[speed_camera] = std::copysign(
       std::hypot(now.pose[0] - before.pose[0], now.pose[1] - before.pose[1]) / piece_s, v);
-  const double front = told(wheel_front_left) + told(wheel_front_right);
-  const double rear = told(wheel_rear_left) + told(wheel_rear_right);
+  const double front = value_of(wheel_front_left) + value_of(wheel_front_right);
+  const double rear = value_of(wheel_rear_left) + value_of(wheel_rear_right);
   q[axle_gap] = front / rear - 1.0;
   const double bend = l * q[turn_gyro] / v;
   q[axle_bend] = 0.5 * bend * bend;
-  // Tyres slip then, and a car that slides is steered against its turn for longer than it shows.
+  // Tyres slip then, and drivers countersteer for longer than the slide is visible.
   const auto violent = [&](Quantity of) {
     return std::abs(q[of]) > gentle_ && std::abs(q[of]) < impossible;
   };
@@ -209,8 +210,9 @@ void Wiring::compare(const Means& before, const Means& now) noexcept {
   }
 }
 
-// What is believed stays until it is contradicted. Then: what explains all that is seen at the
-// least cost, one cause or two; several of one cost, where none can be told from the other.
+// A diagnosis is kept until it is contradicted. Then the causes with the lowest cost that explain
+// all observations are chosen, one or two at once; several of equal cost when they cannot be
+// distinguished.
 void Wiring::decide() noexcept {
   std::array<Seen, pair_count> seen{};
   for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -222,7 +224,7 @@ void Wiring::decide() noexcept {
       if (fit(together, pairs[i], seen[i]) == Fit::contradicts) return true;
     return false;
   };
-  // Whether the first explains something that the second alone does not.
+  // Whether the first cause explains something that the second alone does not.
   const auto explains = [&seen](std::uint8_t one, std::uint8_t other) {
     for (std::size_t i = 0; i < pairs.size(); ++i)
       if (fit({one, other}, pairs[i], seen[i]) == Fit::fits &&
@@ -231,13 +233,14 @@ void Wiring::decide() noexcept {
     return false;
   };
 
-  Belief would{.count = 0};
-  for (std::size_t i = 0; i < belief_.count; ++i)
-    if (!contradicted(belief_.causes[i])) would.causes[would.count++] = belief_.causes[i];
+  Diagnosis candidate{.count = 0};
+  for (std::size_t i = 0; i < diagnosis_.count; ++i)
+    if (!contradicted(diagnosis_.causes[i]))
+      candidate.causes[candidate.count++] = diagnosis_.causes[i];
   bool ambiguous = false;
-  if (would.count == 0 && !contradicted({nothing, nothing})) {
-    would = {};
-  } else if (would.count == 0) {
+  if (candidate.count == 0 && !contradicted({nothing, nothing})) {
+    candidate = {};
+  } else if (candidate.count == 0) {
     int least = most_cost;
     for (std::uint8_t one = 0; one < nothing; ++one) {
       for (std::uint8_t other = one + 1; other <= nothing; ++other) {
@@ -246,22 +249,22 @@ void Wiring::decide() noexcept {
             !explains(one, other) || (other != nothing && !explains(other, one)))
           continue;
         ambiguous = least < most_cost && cost >= least - 1;
-        if (cost < least) would = {.count = 0};
-        if (cost <= least && would.count < would.causes.size())
-          would.causes[would.count++] = {one, other};
+        if (cost < least) candidate = {.count = 0};
+        if (cost <= least && candidate.count < candidate.causes.size())
+          candidate.causes[candidate.count++] = {one, other};
         least = std::min(least, cost);
       }
     }
-    if (would.count == 0) would = belief_;
+    if (candidate.count == 0) candidate = diagnosis_;
   }
-  looks_ = would == belief_ ? 0 : would == next_ ? looks_ + 1 : 1;
-  next_ = would;
-  if (looks_ < (ambiguous ? looks_where_ambiguous : looks_needed)) return;
-  belief_ = would;
-  looks_ = 0;
+  equal_decisions_ = candidate == diagnosis_ ? 0 : candidate == pending_ ? equal_decisions_ + 1 : 1;
+  pending_ = candidate;
+  if (equal_decisions_ < (ambiguous ? decisions_if_ambiguous : decisions_needed)) return;
+  diagnosis_ = candidate;
+  equal_decisions_ = 0;
   faults_.fill(WiringFault::none);
-  for (std::size_t i = 0; i < belief_.count; ++i)
-    for (const std::uint8_t cause : belief_.causes[i])
+  for (std::size_t i = 0; i < diagnosis_.count; ++i)
+    for (const std::uint8_t cause : diagnosis_.causes[i])
       for (std::size_t source = 0; source < source_count; ++source)
         if (cause != nothing && ((causes[cause].sources & heard_) >> source & 1U) != 0)
           faults_[source] = causes[cause].fault;

@@ -1,12 +1,12 @@
-// Whether the sensors are wired and described as the configuration says: signs, sides, axles, axes
-// and units, held against each other over the last tens of seconds of driving.
+// Checks that the sensors are wired and described as in the configuration: compares signs, sides,
+// axles, axes and units of the sensors over the last tens of seconds of driving.
 //
-// The filter's own flags tell within a fraction of a second that a source is wrong; this tells
-// after seconds why, and goes on telling until the cause is gone.
+// The filter's own flags report within a fraction of a second that a source is wrong; this reports
+// after seconds why, until the cause is gone.
 //
 // docs/model.md, "Wiring".
 //
-// A value; no heap, no clock, bounded work. By the times of the samples alone.
+// A value type; no heap, no clock, bounded work. Uses only the times of the samples.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 
 namespace odomd::daemon {
 
-/// What is wrong with a source. The order is that of wiring_names.
+/// The fault of a source, in the order of wiring_names.
 enum class WiringFault : std::uint8_t {
   none,
   sign,
@@ -38,23 +38,21 @@ class Wiring {
  public:
   explicit Wiring(const estimator::Vehicle& vehicle) noexcept;
 
-  /// A sample as it came in, in SI units and the car's axes, be it beyond what a car does; of any
+  /// Takes a sample as received, in SI units and the car's axes, even one out of range; in any
   /// order within a second.
   void hear(estimator::Source source, std::int64_t time_ns, double value) noexcept;
-  void hear(const estimator::CameraPose& pose) noexcept;
-
-  /// Once a tick.
+  void hear(const estimator::CameraPose& pose) noexcept;  /// Call once per tick.
   void look(std::int64_t now_ns) noexcept;
 
-  [[nodiscard]] WiringFault fault(std::size_t source) const noexcept { return faults_[source]; }
-
-  /// Of any source.
+  [[nodiscard]] WiringFault fault(std::size_t source) const noexcept {
+    return faults_[source];
+  }  /// Whether any source has a fault.
   [[nodiscard]] bool any_fault() const noexcept {
     return std::ranges::any_of(faults_,
                                [](WiringFault fault) { return fault != WiringFault::none; });
   }
 
-  /// What is compared with what (wiring_causes.hpp).
+  /// The number of compared pairs (wiring_causes.hpp).
   static constexpr std::size_t pair_count = 21;
   static constexpr std::uint8_t cause_count = 34;
 
@@ -67,7 +65,7 @@ class Wiring {
       weights += weight;
     }
   };
-  // The sums of a piece of half a second; of samples that weigh the more, the later or the earlier.
+  // The sums over a piece of half a second, with weights that rise or fall in time.
   struct Piece {
     std::array<Sum, estimator::source_count> rising{}, falling{};
     std::array<double, 3> pose{};
@@ -79,13 +77,13 @@ class Wiring {
     std::array<double, 3> pose{};
     double speed = 0.0;
   };
-  // Numbers of causes (wiring_causes.hpp), two at once; cause_count: none.
+  // Indices of one or two simultaneous causes (wiring_causes.hpp); cause_count: none.
   using Causes = std::array<std::uint8_t, 2>;
-  // Several, where none can be told from the other.
-  struct Belief {
+  // Several causes when they cannot be distinguished.
+  struct Diagnosis {
     std::array<Causes, 4> causes{Causes{cause_count, cause_count}};
     std::uint8_t count = 1;
-    bool operator==(const Belief&) const = default;
+    bool operator==(const Diagnosis&) const = default;
   };
 
   [[nodiscard]] Piece* piece_at(std::int64_t time_ns) noexcept;
@@ -103,13 +101,13 @@ class Wiring {
   bool speed_has_sign_ = false;
   std::uint32_t ever_ahead_ = 0;  ///< wheels
   std::uint32_t ever_back_ = 0;
-  int calm_ = 0;  ///< pieces since the car may have slid last
-  int spun_ = 0;  ///< ... since the wheels of an axle span
+  int calm_ = 0;  ///< pieces since the car last may have slid
+  int spun_ = 0;  ///< ... since the wheels of an axle last spun
   std::array<Comparison, pair_count> pairs_{};
   std::uint32_t heard_ = 0;  ///< sources
-  Belief belief_;
-  Belief next_;    ///< what the last looks would say instead
-  int looks_ = 0;  ///< so many of them
+  Diagnosis diagnosis_;
+  Diagnosis pending_;        ///< the result of the last decisions
+  int equal_decisions_ = 0;  ///< number of consecutive equal decisions
   std::array<WiringFault, estimator::source_count> faults_{};
 };
 

@@ -1,5 +1,5 @@
-// What Wiring compares, and what each mistake makes of it: tables. Whether a pair is what a mistake
-// foretells: wiring_fit.hpp.
+// Tables of what Wiring compares, and of the effect of each cause. wiring_fit.hpp tests whether a
+// pair fits the prediction of a cause.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ namespace odomd::daemon::wiring {
 using estimator::index_of;
 using estimator::Source;
 
-// What is compared, of every piece with that before. A turn by wheels is a curve, which a
-// difference of their radii offsets and no more.
+// The compared quantities, of each piece and the one before. Wheels give the turn as a curvature,
+// because a difference of their radii then causes a constant offset only.
 enum Quantity : std::uint8_t {
   turn_gyro,         // ψ̇ [rad/s]
   turn_steering,     // v δ / l
@@ -35,21 +35,21 @@ enum Quantity : std::uint8_t {
   last_wheel = first_wheel + 5,
   speed,         // their median
   speed_camera,  //
-  axle_gap,      // how much faster the front wheels go than the rear ones [1]
-  axle_bend,     // ... as they must by the turn, (l ψ̇ / v)² / 2, while the tyres hardly slip
+  axle_gap,      // how much faster the front wheels are than the rear ones [1]
+  axle_bend,     // ... as expected in a turn, (l ψ̇ / v)² / 2, without tyre slip
   quantity_count
 };
 constexpr Quantity quantity_of(Source wheel) {
   return static_cast<Quantity>(first_wheel + index_of(wheel) - index_of(Source::wheel_front_left));
 }
 
-// Whether the two are one quantity, or have nothing to do with each other.
+// Whether the two measure the same quantity, or are unrelated.
 enum class Relation : std::uint8_t { same, none };
 struct Pair {
   Quantity a, b;
   Comparison::Bounds bounds;
-  double about;  ///< so many times more or less is the same unit
-  double other;  ///< and from so many times on another; between the two it may be slip
+  double about;  ///< up to this factor the unit is the same
+  double other;  ///< from this factor on it is another unit; between the two it may be slip
   Relation relation = Relation::same;
 };
 inline constexpr double any = 1e12;
@@ -79,21 +79,21 @@ inline constexpr std::array<Pair, Wiring::pair_count> pairs{{
     {axle_gap, axle_bend, axles, 1.5, any},
 }};
 
-// What a mistake makes of a quantity: from `least` to `most` times as much, with a sign; 0: nothing
-// that can be foretold.
+// The effect of a cause on a quantity: a factor from `least` to `most` with a sign; 0: not
+// predictable.
 struct Factor {
   double least = 1.0, most = 1.0;
   int sign = 1;
-  bool other = false;  ///< or by so many times less
+  bool other = false;  ///< or the inverse of the factor
 };
 constexpr Factor operator*(const Factor& a, const Factor& b) {
   return {a.least * b.least, a.most * b.most, a.sign * b.sign, a.other || b.other};
 }
 inline constexpr Factor reversed{1.0, 1.0, -1}, lost{1.0, 1.0, 0};
 inline constexpr Factor degrees{25.0, 110.0}, radians{1.0 / 110.0, 1.0 / 25.0};
-inline constexpr Factor cut_degrees{10.0, 110.0};  // at what the bus or the gyro can say
+inline constexpr Factor cut_degrees{10.0, 110.0};  // clipped at the range of the bus or the gyro
 inline constexpr Factor km_per_h{3.0, 4.3}, in_g{0.06, 0.16}, millimetres{30.0, 3000.0};
-inline constexpr Factor geared{1.7, 1e3, 1, true};  // a ratio, a diameter for a radius, 2 pi
+inline constexpr Factor geared{1.7, 1e3, 1, true};  // a ratio, a diameter instead of a radius, 2 pi
 
 constexpr std::uint32_t bits(auto... of) {
   return ((1U << static_cast<unsigned>(of)) | ...);
@@ -104,7 +104,7 @@ struct Effect {
 };
 struct Cause {
   WiringFault fault = WiringFault::none;
-  int cost = 0;  ///< the larger, the more seldom
+  int cost = 0;  ///< larger for rarer causes
   std::uint32_t sources = 0;
   std::array<Effect, 3> effects{};
 };
@@ -118,7 +118,7 @@ inline constexpr std::uint32_t by_steering = bits(turn_steering, curve_steering,
 inline constexpr std::uint32_t by_slip = bits(curve_front, curve_rear, axle_gap);
 inline constexpr std::uint32_t speeds = (bits(speed) << 1U) - bits(first_wheel);
 
-// `shown_in`: what else cannot be foretold then.
+// `shown_in`: the other quantities that are then not predictable.
 constexpr Cause one_wheel(WiringFault fault, Source wheel, std::uint32_t shown_in) {
   return {fault,
           2,
@@ -185,7 +185,7 @@ inline constexpr Cause causes[] = {
     one_side(wheel_front_left, wheel_rear_left),
     one_side(wheel_front_right, wheel_rear_right),
 };
-inline constexpr std::uint8_t nothing = Wiring::cause_count;  ///< is wrong
+inline constexpr std::uint8_t nothing = Wiring::cause_count;  ///< no cause
 static_assert(std::size(causes) == nothing);
 
 using Factors = std::array<Factor, quantity_count>;

@@ -1,4 +1,4 @@
-// Whether what is seen of a pair of sensors is what one mistake or two foretell of it.
+// Tests whether the observations of a pair of sensors fit what one or two causes predict.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,9 @@
 namespace odomd::daemon::wiring {
 
 inline constexpr double alike = 0.7;       // correlation
-inline constexpr double very_alike = 0.8;  // of what has nothing to do with each other
+inline constexpr double very_alike = 0.8;  // for unrelated quantities
 
-// One thing cannot be wrong in the same way twice, and two units would explain too much.
+// The same fault cannot occur twice on one source, and two wrong units would explain too much.
 inline bool exclude(std::uint8_t one, std::uint8_t other) noexcept {
   return other != nothing && causes[one].fault == causes[other].fault &&
          (causes[one].fault == WiringFault::unit ||
@@ -24,7 +24,7 @@ inline bool swaps_axes(std::uint8_t cause) noexcept {
   return cause != nothing && causes[cause].fault == WiringFault::axes_swapped;
 }
 
-// What is seen of a pair.
+// The observations of a pair.
 struct Seen {
   bool shows = false;
   double correlation = 0.0, gain = 0.0;
@@ -45,11 +45,11 @@ inline Fit fit(const std::array<std::uint8_t, 2>& by, const Pair& pair, const Se
   if (a.sign * b.sign == 0) return Fit::open;
   const double off = std::max(seen.gain, 1.0 / seen.gain);
   const bool same_unit = a.least == b.least && a.most == b.most;
-  const bool foretold = same_unit ? off <= pair.about
-                        : a.other ? off >= a.least && off <= a.most
-                                  : seen.gain >= a.least / b.most && seen.gain <= a.most / b.least;
-  if (foretold && (seen.correlation > 0.0) == (a.sign * b.sign > 0)) return Fit::fits;
-  // Of neither one unit nor another: tyres slip, wheels spin, a car ploughs on.
+  const bool predicted = same_unit ? off <= pair.about
+                         : a.other ? off >= a.least && off <= a.most
+                                   : seen.gain >= a.least / b.most && seen.gain <= a.most / b.least;
+  if (predicted && (seen.correlation > 0.0) == (a.sign * b.sign > 0)) return Fit::fits;
+  // Neither the same unit nor another: tyres slip, wheels spin, or the car understeers.
   return off > pair.about && off < pair.other ? Fit::open : Fit::contradicts;
 }
 

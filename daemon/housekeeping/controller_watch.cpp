@@ -10,7 +10,7 @@ namespace odomd::daemon {
 namespace {
 
 constexpr std::chrono::milliseconds look_every{1000};
-constexpr std::chrono::milliseconds look_at_most_every{100};  // however much happens
+constexpr std::chrono::milliseconds look_at_most_every{100};  // even if there are many events
 
 }  // namespace
 

@@ -1,6 +1,6 @@
-// Looks after the CAN controllers below the buses, once a second and when something is amiss, in a
-// thread of its own: the kernel answers under a lock that a driver may hold for seconds, and
-// neither the beat nor housekeeping (which feeds the watchdog) waits for that.
+// Reads the state of the CAN controllers of the buses, once a second and after errors, in a thread
+// of its own: the kernel answers under a lock that a driver may hold for seconds, and neither the
+// beat nor housekeeping (which notifies the watchdog) may wait for that.
 #pragma once
 
 #include <condition_variable>
@@ -17,16 +17,16 @@ namespace odomd::daemon {
 
 class ControllerWatch {
  public:
-  /// One name a bus; an empty one has no controller (a log).
+  /// One name per bus; an empty name has no controller (a log).
   explicit ControllerWatch(std::vector<std::string> interfaces);
   ~ControllerWatch();
   ControllerWatch(const ControllerWatch&) = delete;
   ControllerWatch& operator=(const ControllerWatch&) = delete;
 
-  /// As last seen; empty where there is no controller, and before the first look.
+  /// The latest state; empty without a controller, and before the first read.
   [[nodiscard]] std::optional<can::Controller> latest(std::size_t bus) const;
 
-  /// Something happened: look again now, not in a second.
+  /// Something happened: read the state now, not in a second.
   void look_again();
 
  private:

@@ -18,7 +18,8 @@ namespace odomd::daemon {
 namespace {
 
 constexpr int turn_ms = 20;
-constexpr int accepts_per_turn = 16;  // of each socket: whoever hammers it does not hold us up
+constexpr int accepts_per_turn =
+    16;  // per socket: a flood of connections does not block housekeeping
 constexpr std::int64_t linger_ns = 200'000'000;  // after the last input has ended
 constexpr std::int64_t mode_every_ns = 1'000'000'000;
 constexpr std::int64_t segment_every_ns = 500'000'000;
@@ -39,7 +40,7 @@ std::int64_t monotonic_now() {
 
 }  // namespace
 
-Housekeeping::Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+Housekeeping::Housekeeping(const Running& running, Journal& journal, FileDescriptor signals,
                            std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
                            std::optional<RecorderDoor> recorders, AtEnd at_end)
     : running_(running),
@@ -65,18 +66,18 @@ void Housekeeping::run() {
     if (inputs[0].revents != 0) read_signals();
     if (inputs[1].revents != 0) accept_cameras(now_ns);
     if (inputs[2].revents != 0) serve_status(now_ns);
-    // In this order: a recorder that went away does not keep the next one out.
+    // In this order, so that a recorder that disconnected does not block the next one.
     if (recorders_) recorders_->serve(now_ns, journal_);
     if (inputs[3].revents != 0) recorders_->accept(now_ns, journal_);
     for (const auto& source : running_.sources) source->maintain();
-    tell_events();
+    report_events();
     const PublishedPose seen = published();
-    if (seen.valid) tell_mode(seen.pose, now_ns);
+    if (seen.valid) report_mode(seen.pose, now_ns);
     running_.cameras.close_ended();
     sources_.look(seen, now_ns, journal_);
     look_at_segment(now_ns);
     look_at_end(now_ns);
-    tell_service_manager(now_ns);
+    notify_service_manager(now_ns);
   }
   notify_stopping();
   if (recorders_) recorders_->close(monotonic_now(), journal_);
@@ -88,7 +89,7 @@ void Housekeeping::read_signals() {
     if (info.ssi_signo == SIGHUP) {
       journal_.reopen();
     } else {
-      journal_.info(fmt::format("ending: signal {}", info.ssi_signo == SIGINT ? "INT" : "TERM"));
+      journal_.info(fmt::format("stopping: signal {}", info.ssi_signo == SIGINT ? "INT" : "TERM"));
       stop_ = true;
     }
   }
@@ -102,7 +103,7 @@ void Housekeeping::accept_cameras(std::int64_t now_ns) {
     if (!peer ||
         !peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
       journal_.warn(Topic::camera_refused, now_ns,
-                    fmt::format("a camera process (pid {}, uid {}) was refused; put its user into "
+                    fmt::format("a camera process (pid {}, uid {}) was refused; add its user to "
                                 "the group of [camera] socket_group",
                                 peer ? peer->pid : 0, peer ? peer->uid : 0));
       continue;
@@ -112,10 +113,11 @@ void Housekeeping::accept_cameras(std::int64_t now_ns) {
           Topic::camera_connection, now_ns,
           fmt::format("a camera process connected (pid {}, uid {})", peer->pid, peer->uid));
     } else {
-      journal_.warn(Topic::camera_refused, now_ns,
-                    fmt::format("a camera process (pid {}) was refused: {} are connected already; "
-                                "end one of them",
-                                peer->pid, CameraDoor::max_connections));
+      journal_.warn(
+          Topic::camera_refused, now_ns,
+          fmt::format(
+              "a camera process (pid {}) was refused: {} are already connected; stop one of them",
+              peer->pid, CameraDoor::max_connections));
     }
   }
 }
@@ -125,36 +127,36 @@ void Housekeeping::serve_status(std::int64_t now_ns) {
   for (int i = 0; i < accepts_per_turn; ++i) {
     const auto connection = status_->accept();
     if (!connection) return;
-    // It fits into the socket's buffer many times: nobody waits for whoever does not read.
+    // The document is much smaller than the socket's buffer, so a client that does not read blocks
+    // nobody.
     static_cast<void>(::send(connection.get(), document.data(), document.size(), MSG_NOSIGNAL));
   }
 }
 
-void Housekeeping::tell_events() {
-  while (const auto event = running_.events.next()) tell(*event);
+void Housekeeping::report_events() {
+  while (const auto event = running_.events.next()) report(*event);
 }
 
-void Housekeeping::tell(const Event& event) {
+void Housekeeping::report(const Event& event) {
   const std::int64_t at = event.time_ns;
   switch (event.kind) {
     case EventKind::overrun:
       journal_.warn(Topic::overrun, at,
-                    fmt::format("a tick overran: it worked for {:.3f} ms and had woken {:.3f} ms "
-                                "late",
+                    fmt::format("tick overrun: execution time {:.3f} ms, wake-up latency {:.3f} ms",
                                 milliseconds(event.a), milliseconds(event.b)));
       break;
     case EventKind::missed:
       journal_.warn(Topic::missed, at,
-                    fmt::format("ticks missed: {}; the beat woke {:.3f} ms late", event.a,
+                    fmt::format("ticks missed: {}; wake-up latency {:.3f} ms", event.a,
                                 milliseconds(event.b)));
       break;
     case EventKind::pose_reset:
       journal_.info(Topic::pose_reset, at,
-                    fmt::format("the map pose was set anew (reset {})", event.a));
+                    fmt::format("the map pose was reset (reset {})", event.a));
       break;
     case EventKind::clock_stepped:
       journal_.warn(Topic::clock, at,
-                    fmt::format("the wall clock was set by {:+.6f} s", seconds(event.a)));
+                    fmt::format("the wall clock was stepped by {:+.6f} s", seconds(event.a)));
       break;
     case EventKind::suspended:
       journal_.warn(Topic::clock, at,
@@ -162,28 +164,28 @@ void Housekeeping::tell(const Event& event) {
                                 seconds(event.a)));
       break;
     case EventKind::camera_gone:
-      journal_.info(Topic::camera_connection, at, "a camera process went away");
+      journal_.info(Topic::camera_connection, at, "a camera process disconnected");
       break;
     case EventKind::camera_malformed:
       journal_.warn(Topic::camera_malformed, at,
-                    fmt::format("a camera message was not understood: {}",
+                    fmt::format("a camera message was invalid: {}",
                                 malformed_texts[static_cast<std::size_t>(event.a)]));
       break;
   }
 }
 
-void Housekeeping::tell_mode(const odom_pose& pose, std::int64_t now_ns) {
-  if (pose.mode == told_mode_ || now_ns - mode_told_ns_ < mode_every_ns) return;
+void Housekeeping::report_mode(const odom_pose& pose, std::int64_t now_ns) {
+  if (pose.mode == logged_mode_ || now_ns - mode_logged_ns_ < mode_every_ns) return;
   const auto conditions = condition_names(pose.conditions);
   const auto because =
       conditions.empty() ? std::string() : fmt::format(" ({})", fmt::join(conditions, ", "));
-  const std::string text =
-      fmt::format("mode: {}{}, was {}", name_of_mode(pose.mode), because, name_of_mode(told_mode_));
+  const std::string text = fmt::format("mode: {}{}, was {}", name_of_mode(pose.mode), because,
+                                       name_of_mode(logged_mode_));
   const bool matters = pose.mode == ODOM_FAULT || pose.mode == ODOM_DEGRADED ||
-                       (pose.mode == ODOM_DEAD_RECKONING && told_mode_ == ODOM_TRACKING);
+                       (pose.mode == ODOM_DEAD_RECKONING && logged_mode_ == ODOM_TRACKING);
   matters ? journal_.warn(text) : journal_.info(text);
-  told_mode_ = pose.mode;
-  mode_told_ns_ = now_ns;
+  logged_mode_ = pose.mode;
+  mode_logged_ns_ = now_ns;
 }
 
 void Housekeeping::look_at_segment(std::int64_t now_ns) {
@@ -197,13 +199,14 @@ void Housekeeping::look_at_segment(std::int64_t now_ns) {
         break;
       case shm::Upkeep::lock_renewed:
         journal_.warn(fmt::format(
-            "{}.lock was removed while odomd runs; it is there again: leave it in place", name));
+            "{}.lock was removed while odomd was running; it has been recreated: leave it in place",
+            name));
         break;
       case shm::Upkeep::made_again:
-        journal_.warn(fmt::format(
-            "{}: the segment was removed or replaced while odomd runs; it is made again, and "
-            "readers go over to the new one: leave it in place",
-            name));
+        journal_.warn(
+            fmt::format("{}: the segment was removed or replaced while odomd was running; it has "
+                        "been recreated, and readers switch to the new one: leave it in place",
+                        name));
     }
   } catch (const shm::Displaced&) {
     throw;
@@ -211,7 +214,7 @@ void Housekeeping::look_at_segment(std::int64_t now_ns) {
     trouble = error.what();
     if (trouble != segment_trouble_)
       journal_.warn(fmt::format(
-          "the segment was removed while odomd runs, and cannot be made again: {}", trouble));
+          "the segment was removed while odomd was running and cannot be recreated: {}", trouble));
   }
   segment_trouble_ = std::move(trouble);
 }
@@ -224,18 +227,18 @@ void Housekeeping::look_at_end(std::int64_t now_ns) {
   } else if (ended_ns_ == 0) {
     ended_ns_ = now_ns;
   } else if (at_end_ == AtEnd::exit && now_ns - ended_ns_ > linger_ns) {
-    journal_.info("ending: all inputs have ended");
+    journal_.info("stopping: all inputs have ended");
     stop_ = true;
   }
 }
 
-void Housekeeping::tell_service_manager(std::int64_t now_ns) {
+void Housekeeping::notify_service_manager(std::int64_t now_ns) {
   const std::uint64_t ticks = running_.beat.counters().ticks.get();
   if (!ready_ && ticks > 0) {
     notify_ready();
     ready_ = true;
   }
-  watchdog_.feed(ticks, now_ns);
+  watchdog_.notify(ticks, now_ns);
   if (now_ns - last_status_ns_ < status_every_ns) return;
   last_status_ns_ = now_ns;
   const auto seen = published();

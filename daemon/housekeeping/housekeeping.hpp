@@ -1,5 +1,5 @@
-// Housekeeping: everything that may take its time. It owns the log, the service manager, the
-// listening sockets and the signals; the beat owes it nothing but events.
+// Housekeeping: everything without real-time requirements. It owns the log, the service manager,
+// the listening sockets and the signals; the beat only sends it events.
 #pragma once
 
 #include <cstdint>
@@ -20,30 +20,30 @@
 
 namespace odomd::daemon {
 
-/// What to do when every log and pipe has ended.
+/// What to do when all logs and pipes have ended.
 enum class AtEnd : std::uint8_t { go_on, exit };
 
 class Housekeeping {
  public:
   /// `signals` is a signalfd of TERM, INT and HUP.
-  Housekeeping(const Running& running, Journal& journal, can::FileDescriptor signals,
+  Housekeeping(const Running& running, Journal& journal, FileDescriptor signals,
                std::optional<LocalSocket> camera, std::optional<LocalSocket> status,
                std::optional<RecorderDoor> recorders, AtEnd at_end);
 
-  /// Returns when the daemon is to end. Throws where it must not go on: another one publishes under
-  /// its name.
+  /// Returns when the daemon is to stop. Throws when it must not continue because another daemon
+  /// publishes under its name.
   void run();
 
  private:
   void read_signals();
   void accept_cameras(std::int64_t now_ns);
   void serve_status(std::int64_t now_ns);
-  void tell_events();
-  void tell(const Event& event);
-  void tell_mode(const odom_pose& pose, std::int64_t now_ns);
+  void report_events();
+  void report(const Event& event);
+  void report_mode(const odom_pose& pose, std::int64_t now_ns);
   void look_at_segment(std::int64_t now_ns);
   void look_at_end(std::int64_t now_ns);
-  void tell_service_manager(std::int64_t now_ns);
+  void notify_service_manager(std::int64_t now_ns);
   [[nodiscard]] PublishedPose published();
 
   struct CloseClient {
@@ -54,7 +54,7 @@ class Housekeeping {
   Journal& journal_;
   Watchdog watchdog_;
   SourceReporter sources_;
-  can::FileDescriptor signals_;
+  FileDescriptor signals_;
   std::optional<LocalSocket> camera_;
   std::optional<LocalSocket> status_;
   std::optional<RecorderDoor> recorders_;
@@ -62,11 +62,11 @@ class Housekeeping {
   AtEnd at_end_;
   std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes
   std::int64_t segment_seen_ns_ = 0;
-  std::string segment_trouble_;  // as the log says
+  std::string segment_trouble_;  // as logged last
   std::int64_t ended_ns_ = 0;    // since when all inputs have ended
   std::int64_t last_status_ns_ = 0;
-  std::uint32_t told_mode_ = ODOM_INITIALISING;  // as the log says; follows once a second
-  std::int64_t mode_told_ns_ = 0;
+  std::uint32_t logged_mode_ = ODOM_INITIALISING;  // as logged last; at most once a second
+  std::int64_t mode_logged_ns_ = 0;
   bool ready_ = false;
   bool stop_ = false;
 };

@@ -1,4 +1,4 @@
-// Everything that runs, for housekeeping and the status to look at.
+// References to all running parts, for housekeeping and the status.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace odomd::daemon {
 
-/// What the machine granted, for the status.
+/// The real-time privileges that the machine granted, for the status.
 struct RealtimeFacts {
   bool memory_locked = false;
   bool dma_latency_held = false;

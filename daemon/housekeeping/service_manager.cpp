@@ -18,14 +18,16 @@ void notify_status(const std::string& text) {
 
 Watchdog::Watchdog() {
   std::uint64_t limit_us = 0;
-  // A third of the limit: one feeding may be late.
+  // A third of the limit: one notification may be late.
   if (::sd_watchdog_enabled(0, &limit_us) > 0)
-    feed_every_ns_ = static_cast<std::int64_t>(limit_us) * 1000 / 3;
+    notify_every_ns_ = static_cast<std::int64_t>(limit_us) * 1000 / 3;
 }
 
-void Watchdog::feed(std::uint64_t ticks, std::int64_t now_ns) {
-  if (feed_every_ns_ == 0 || now_ns - last_fed_ns_ < feed_every_ns_ || ticks == last_ticks_) return;
-  last_fed_ns_ = now_ns;
+void Watchdog::notify(std::uint64_t ticks, std::int64_t now_ns) {
+  if (notify_every_ns_ == 0 || now_ns - last_notified_ns_ < notify_every_ns_ ||
+      ticks == last_ticks_)
+    return;
+  last_notified_ns_ = now_ns;
   last_ticks_ = ticks;
   ::sd_notify(0, "WATCHDOG=1");
 }

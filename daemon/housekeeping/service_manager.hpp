@@ -1,5 +1,5 @@
-// What systemd is told: ready, how it goes, stopping, and that the beat still beats. Without a
-// service manager every call does nothing.
+// Notifies systemd: ready, status, stopping, and that the beat is alive. Without a service manager
+// every call does nothing.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,13 @@ class Watchdog {
  public:
   Watchdog();
 
-  /// Feeds it when it is time, but only when the ticks have moved since the last time: a beat that
-  /// hangs is to be restarted.
-  void feed(std::uint64_t ticks, std::int64_t now_ns);
+  /// Notifies it when it is due, but only when the tick count has increased since the last time, so
+  /// that a daemon whose beat hangs is restarted.
+  void notify(std::uint64_t ticks, std::int64_t now_ns);
 
  private:
-  std::int64_t feed_every_ns_ = 0;  // 0: there is none
-  std::int64_t last_fed_ns_ = 0;
+  std::int64_t notify_every_ns_ = 0;  // 0: no watchdog
+  std::int64_t last_notified_ns_ = 0;
   std::uint64_t last_ticks_ = 0;
 };
 

@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::array handled{SIGTERM, SIGINT, SIGHUP};
 
-/// A fault says where it happened; to ignore one would be to run on without sense.
+/// The signals of faults: ignoring one would let the program run on in an invalid state.
 constexpr std::array faults{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT, SIGSYS};
 
-/// What stops and continues a process, or does nothing anyhow.
+/// Signals that stop and continue a process, or do nothing by default.
 constexpr std::array harmless{SIGSTOP, SIGTSTP, SIGTTIN, SIGTTOU,
                               SIGCONT, SIGCHLD, SIGURG,  SIGWINCH};
 
@@ -31,14 +31,15 @@ bool is_one_of(const auto& signals, int signal) {
 
 }  // namespace
 
-can::FileDescriptor take_signals() {
+FileDescriptor take_signals() {
   for (int signal = 1; signal <= SIGRTMAX; ++signal) {
     if (is_one_of(handled, signal) || is_one_of(faults, signal) || is_one_of(harmless, signal))
       continue;
     static_cast<void>(::signal(signal, SIG_IGN));  // fails for KILL and libc's own
   }
-  // libc keeps two for pthread_cancel and setuid, that nothing here calls, and lets nobody ignore
-  // them: the kernel does. Its struct begins with the handler, and zeros will do for the rest.
+  // libc reserves two signals for pthread_cancel and setuid, which odomd does not call, and does
+  // not let a program ignore them; the system call does. Its struct begins with the handler; the
+  // rest may be zero.
   const std::array<std::uintptr_t, 8> ignored{reinterpret_cast<std::uintptr_t>(SIG_IGN)};
   for (int signal = 32; signal < SIGRTMIN; ++signal)
     ::syscall(SYS_rt_sigaction, signal, ignored.data(), nullptr, sizeof(std::uint64_t));
@@ -48,7 +49,7 @@ can::FileDescriptor take_signals() {
   sigemptyset(&set);
   for (const int signal : handled) sigaddset(&set, signal);
   ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  can::FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
+  FileDescriptor descriptor(::signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC));
   if (!descriptor) throw std::system_error(errno, std::generic_category(), "signalfd");
   return descriptor;
 }

@@ -11,7 +11,7 @@ namespace {
 
 using can::LinkState;
 
-/// What feeds a source; every configured one has a binding.
+/// The binding of a source; every configured source has one.
 can::SignalBinding binding_of(const Config& config, std::size_t source) {
   for (const auto& binding : config.can.bindings)
     if (binding.channel == source) return binding;
@@ -40,13 +40,13 @@ void SourceReporter::look_at_camera_times(Journal& journal) {
   const std::uint64_t in_time = count(estimator::Verdict::fused) + count(estimator::Verdict::gated);
   if (future + in_time < camera_.future + camera_.in_time + enough_poses) return;
   const bool all_future = in_time == camera_.in_time;
-  if (all_future && !camera_.told) {
+  if (all_future && !camera_.reported) {
     const auto latency_ns = static_cast<std::int64_t>(camera.last_latency_ns.get());
-    journal.warn(fmt::format(
-        "the camera's last {} poses are all stamped in the future, the newest by {:.3f} s, and are "
-        "not used: its clock is ahead of this machine's, or the log whose clock it names comes "
-        "late",
-        future - camera_.future, static_cast<double>(-latency_ns) * 1e-9));
+    journal.warn(
+        fmt::format("the last {} camera poses are all stamped in the future, the newest by {:.3f} "
+                    "s, and are not used: the camera's clock is ahead of this machine's, or the "
+                    "log whose clock it uses is late",
+                    future - camera_.future, static_cast<double>(-latency_ns) * 1e-9));
   }
   camera_ = {future, in_time, all_future};
 }
@@ -58,13 +58,13 @@ void SourceReporter::look_at_wiring(Journal& journal) {
     const auto wiring = static_cast<WiringFault>(source.wiring.get());
     if (wiring != wiring_[i])
       wiring == WiringFault::none
-          ? journal.info(fmt::format("{} agrees with the others again", name))
+          ? journal.info(fmt::format("{} agrees with the other sensors again", name))
           : journal.warn(fmt::format("{}{}", name, complaint(wiring, name)));
     wiring_[i] = wiring;
     const bool inconsistent = source.inconsistent.get() != 0;
     if (inconsistent != inconsistent_[i])
       inconsistent ? journal.warn(fmt::format("{}{}", name, inconsistent_complaint))
-                   : journal.info(fmt::format("{} fits what the filter expects again", name));
+                   : journal.info(fmt::format("{} fits the filter's prediction again", name));
     inconsistent_[i] = inconsistent;
   }
 }
@@ -91,10 +91,10 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
               fmt::format("{}: the bus is down; bring it up: ip link set {} up", name, name));
           break;
         case LinkState::gone:
-          journal.warn(fmt::format("{}: there is no such interface; it is waited for", name));
+          journal.warn(fmt::format("{}: interface not found; waiting for it", name));
           break;
         case LinkState::ended:
-          journal.info(fmt::format("{}: has ended after {} frames; the pose goes on without it",
+          journal.info(fmt::format("{}: has ended after {} frames; the pose continues without it",
                                    name == "-" ? "standard input" : name,
                                    source.counters().received.get()));
           break;
@@ -107,9 +107,9 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
                                source.name(), lost - bus.lost));
       bus.lost = lost;
     }
-    const std::vector<std::string> complaints = source.complaints();
-    for (; bus.complaints_told < complaints.size(); ++bus.complaints_told)
-      journal.warn(complaints[bus.complaints_told]);
+    const std::vector<std::string> warnings = source.warnings();
+    for (; bus.warnings_logged < warnings.size(); ++bus.warnings_logged)
+      journal.warn(warnings[bus.warnings_logged]);
     look_at_controller(i, now_ns, journal);
   }
 }
@@ -117,18 +117,18 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
 void SourceReporter::look_at_controller(std::size_t bus, std::int64_t now_ns, Journal& journal) {
   const can::FrameSource& source = *running_.sources[bus];
   const auto controller = running_.controllers.latest(bus);
-  if (const auto news = buses_[bus].controller.look(source.name(), controller, now_ns))
-    news->weight == Weight::warning ? journal.warn(news->text) : journal.info(news->text);
+  if (const auto report = buses_[bus].controller.look(source.name(), controller, now_ns))
+    report->severity == Severity::warning ? journal.warn(report->text) : journal.info(report->text);
 
-  // Of controllers that cannot be asked, as those in a log, error frames tell.
-  std::uint64_t& told = buses_[bus].bus_offs;
+  // For controllers that cannot be queried, such as those in a log, use the error frames.
+  std::uint64_t& reported = buses_[bus].bus_offs;
   const std::uint64_t bus_offs = source.counters().bus_offs.get();
-  if (bus_offs != told && !controller)
+  if (bus_offs != reported && !controller)
     journal.warn(Topic::bus_off, now_ns,
-                 fmt::format("{}: bus-off: a controller on this bus has left it, as an error frame "
-                             "says; frames may be missing",
+                 fmt::format("{}: bus-off: an error frame reports that a controller has left this "
+                             "bus; frames may be missing",
                              source.name()));
-  told = bus_offs;
+  reported = bus_offs;
 }
 
 void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_t now_ns,
@@ -138,11 +138,11 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
     Signal& signal = signals_[i];
     const auto flag =
         static_cast<estimator::SourceFlag>(running_.pipeline.statistics().sources[i].flag.get());
-    // While its wiring is named, which is told above, it neither drifts nor is fine.
+    // While a wiring fault is reported for the source, do not report drift or recovery.
     if (wiring_[i] != WiringFault::none &&
         (flag == estimator::SourceFlag::ok || flag == estimator::SourceFlag::drifting))
       continue;
-    // Wheels slip and grip again all the time; the status says so.
+    // Wheel slip is common and is only shown in the status.
     const bool healthy =
         (published.pose.health >> i & 1U) != 0 || flag == estimator::SourceFlag::slipping;
     const auto label = [&] {
@@ -153,16 +153,19 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
       if (signal == Signal::unhealthy) journal.info(label() + " is fine again");
       signal = Signal::healthy;
     } else if (signal == Signal::healthy) {
-      // Since it was heard: the age of the value counts the latency of its sensor as well.
+      // The time since it was received: the age of the value includes the latency of its sensor.
       const std::int64_t unheard_ns =
           published.details.source_age_ns[i] - binding_of(running_.config, i).latency_ns;
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
-      journal.warn(overdue ? fmt::format("{} is overdue: the last one is {:.3f} s old", label(),
+      journal.warn(overdue ? fmt::format("{} is overdue: the last sample is {:.3f} s old", label(),
                                          static_cast<double>(unheard_ns) * 1e-9)
                            : label() + std::string{complaint(flag)});
       signal = Signal::unhealthy;
-    } else if (signal == Signal::waited_for && now_ns - running_.started_ns > patience_ns) {
-      journal.warn(label() + " was never received: is it on the bus, and is the database right?");
+    } else if (signal == Signal::awaited &&
+               now_ns - running_.started_ns > first_sample_timeout_ns) {
+      journal.warn(
+          label() +
+          " was never received; check that it is on the bus and that the database is right");
       signal = Signal::unhealthy;
     }
   }

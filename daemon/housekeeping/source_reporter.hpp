@@ -1,6 +1,6 @@
-// Says in words what changes about the inputs: buses that go down and come back, controllers that
-// meet errors, signals that fail to appear, frames that the kernel dropped. Compares what it sees
-// with what it saw the last time.
+// Logs changes of the inputs: buses that go down and come back, controllers with errors, signals
+// that do not arrive, frames that the kernel dropped. Compares the current state with that of the
+// last call.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/housekeeping/controller_news.hpp"
+#include "daemon/housekeeping/controller_reporter.hpp"
 #include "daemon/housekeeping/running.hpp"
 #include "daemon/housekeeping/status.hpp"
 #include "daemon/journal/journal.hpp"
@@ -28,8 +28,8 @@ class SourceReporter {
   void look_at_camera_times(Journal& journal);
   void look_at_wiring(Journal& journal);
 
-  /// A signal that never came is spoken of after so long.
-  static constexpr std::int64_t patience_ns = 2'000'000'000;
+  /// A signal that was never received is reported after this time.
+  static constexpr std::int64_t first_sample_timeout_ns = 2'000'000'000;
 
   struct Bus {
     can::LinkState link = can::LinkState::up;
@@ -37,18 +37,18 @@ class SourceReporter {
     std::uint64_t link_downs = 0;
     std::uint64_t error_frames = 0;
     std::uint64_t bus_offs = 0;
-    ControllerNews controller;
-    std::size_t complaints_told = 0;
+    ControllerReporter controller;
+    std::size_t warnings_logged = 0;
   };
-  /// Of the camera's poses so many are looked at together.
+  /// The number of camera poses in one check.
   static constexpr std::uint64_t enough_poses = 10;
-  /// What was counted when they were looked at last.
+  /// The counts at the last check.
   struct CameraTimes {
     std::uint64_t future = 0;
     std::uint64_t in_time = 0;
-    bool told = false;
+    bool reported = false;
   };
-  enum class Signal : std::uint8_t { waited_for, healthy, unhealthy };
+  enum class Signal : std::uint8_t { awaited, healthy, unhealthy };
 
   const Running& running_;
   std::vector<Bus> buses_;

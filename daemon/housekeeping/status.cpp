@@ -35,7 +35,7 @@ std::int64_t signed_of(const Counter& counter) {
   return static_cast<std::int64_t>(counter.get());
 }
 
-/// Seconds since a time that a counter carries; null where it never was set.
+/// Seconds since the time in a counter; null when it was never set.
 void age_member(JsonWriter& json, std::string_view key, const Counter& last_ns,
                 std::int64_t now_ns) {
   json.member(key, last_ns.get() == 0 ? NAN : seconds(now_ns - signed_of(last_ns)));
@@ -85,7 +85,7 @@ void write_calibrations(JsonWriter& json, const odom_details& details) {
     json.begin_object();
     json.member("name", calibrations[i].name);
     json.member("value", details.*calibrations[i].value);
-    // 0: of a model that does not estimate it
+    // 0: the model does not estimate it
     json.member("sigma", details.calibration_sigma[i] > 0.0 ? details.calibration_sigma[i] : NAN);
     json.member("valid", (details.calibration_valid >> i & 1U) != 0);
     json.end_object();
@@ -128,7 +128,7 @@ void write_bit_timing(JsonWriter& json, const std::optional<can::BitTiming>& tim
   }
   json.begin_object("bit_timing");
   json.member("bitrate", timing->bitrate);
-  // Drivers of adapters with a firmware of their own may know the bit rate and nothing else.
+  // Drivers of adapters with their own firmware may only know the bit rate.
   const bool divided = timing->time_quantum_ns != 0;
   const auto part = [&](std::string_view key, std::uint32_t value) {
     json.member(key, divided ? std::optional(value) : std::nullopt);
@@ -143,7 +143,7 @@ void write_bit_timing(JsonWriter& json, const std::optional<can::BitTiming>& tim
   json.end_object();
 }
 
-/// null on vcan and logs, and where the driver does not tell.
+/// null on vcan and logs, and when the driver does not report it.
 void write_controller(JsonWriter& json, const std::optional<can::Controller>& controller) {
   if (!controller) {
     json.member("controller", NAN);
@@ -231,28 +231,29 @@ void write_messages(JsonWriter& json, const Running& running, std::int64_t now_n
   json.end_object();
 }
 
-/// `anchored`: a pose that a model without a state of its own was anchored to: tested, but nothing
-/// beyond the ratio is known.
+/// `anchored`: a pose to which a model without a state of its own was anchored: it was tested, but
+/// only the ratio is known.
 void write_innovations(JsonWriter& json, const SourceStatistics& source, bool anchored) {
-  const InnovationStatistics& told = source.innovations;
-  const bool tested = told.count() > 0;
-  json.member("test_ratio", tested     ? told.last_test_ratio()
+  const InnovationStatistics& statistics = source.innovations;
+  const bool tested = statistics.count() > 0;
+  json.member("test_ratio", tested     ? statistics.last_test_ratio()
                             : anchored ? std::bit_cast<double>(source.last_test_ratio.get())
                                        : NAN);
   json.begin_array("innovation");
-  const std::array<double, 3> innovation = told.last_innovation();
-  for (int i = 0; i < told.dimension(); ++i) json.element(innovation[static_cast<std::size_t>(i)]);
+  const std::array<double, 3> innovation = statistics.last_innovation();
+  for (int i = 0; i < statistics.dimension(); ++i)
+    json.element(innovation[static_cast<std::size_t>(i)]);
   json.end_array();
   json.begin_object("innovations");
-  json.member("count", told.count());
-  json.member("gated", told.gated());
-  json.member("dimension", told.dimension());
-  json.member("mean_nis", tested ? told.mean_nis() : NAN);
-  json.member("inside_95", tested ? told.inside_95() : NAN);
+  json.member("count", statistics.count());
+  json.member("gated", statistics.gated());
+  json.member("dimension", statistics.dimension());
+  json.member("mean_nis", tested ? statistics.mean_nis() : NAN);
+  json.member("inside_95", tested ? statistics.inside_95() : NAN);
   json.end_object();
 }
 
-/// null: not estimated, or not yet.
+/// null: not estimated (yet).
 void write_noise(JsonWriter& json, const estimator::SourceNoise& noise) {
   const auto estimated = [&](std::string_view key, double value) {
     json.member(key, value > 0.0 ? value : NAN);

@@ -1,5 +1,5 @@
-// The status document: everything that the daemon counts, as one JSON object. Built from counters
-// and the published pose, without the beat noticing. Its fields are described in docs/realtime.md.
+// The status document: all counters of the daemon as one JSON object. Built from counters and the
+// published pose, without affecting the beat. docs/realtime.md describes its fields.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,8 @@ struct PublishedPose {
 /// The names of the ODOM_COND_ bits that are set, in their order.
 [[nodiscard]] std::vector<std::string_view> condition_names(std::uint32_t conditions);
 
-/// The time [us] that a share of the samples stayed below: the upper edge of the bucket that it
-/// falls into, at most `max_ns`. 0 where there are no samples.
+/// The quantile [us] of a histogram: the upper edge of its bucket, at most `max_ns`. 0 without
+/// samples.
 [[nodiscard]] double percentile_us(std::span<const std::uint64_t, ODOM_HISTOGRAM_BUCKETS> histogram,
                                    double share, std::int64_t max_ns);
 

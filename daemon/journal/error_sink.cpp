@@ -11,14 +11,14 @@
 namespace odomd::daemon {
 
 void ErrorSink::sink_it_(const spdlog::details::log_msg& message) {
-  // What is ready takes PIPE_BUF bytes without waiting.
+  // A descriptor that is ready takes PIPE_BUF bytes without blocking.
   pollfd room{descriptor_, POLLOUT, 0};
   if (::poll(&room, 1, 0) == 0) {
     ++lost_;
     return;
   }
   std::string text;
-  if (lost_ > 0) text = fmt::format("({} lines lost: nobody read them)\n", lost_);
+  if (lost_ > 0) text = fmt::format("({} lines lost: standard error was not read)\n", lost_);
   spdlog::memory_buf_t line;
   formatter_->format(message, line);
   text.append(line.data(), line.size());
@@ -28,7 +28,7 @@ void ErrorSink::sink_it_(const spdlog::details::log_msg& message) {
   }
   while (::write(descriptor_, text.data(), text.size()) < 0 && errno == EINTR) {
   }
-  lost_ = 0;  // nor is there anybody to tell where writing fails
+  lost_ = 0;  // writing failed, so it cannot be reported either
 }
 
 }  // namespace odomd::daemon

@@ -1,5 +1,5 @@
-// Standard error as a sink of the log that never waits: nobody who stops reading (a pager, a
-// terminal that was stopped, a pipe to a hung program) holds up housekeeping, and with it TERM.
+// A log sink for standard error that never blocks: a reader that stops reading (a pager, a stopped
+// terminal, a pipe to a hung program) must not block housekeeping, which also handles TERM.
 #pragma once
 
 #include <unistd.h>
@@ -11,7 +11,7 @@
 
 namespace odomd::daemon {
 
-/// One thread. Lines that there is no room for are lost, and told once there is.
+/// One thread. Lines that do not fit are lost; their number is reported as soon as there is room.
 class ErrorSink final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
  public:
   explicit ErrorSink(int descriptor = STDERR_FILENO) : descriptor_(descriptor) {}

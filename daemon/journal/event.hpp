@@ -1,5 +1,5 @@
-// What the beat has to say to housekeeping: small events of a fixed size through a ring with one
-// producer and one consumer. Telling costs a few stores; a full ring drops the event and counts it.
+// Events from the beat to housekeeping: of a small fixed size, through a ring with one producer and
+// one consumer. push() costs a few stores; a full ring drops the event and counts it.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,11 @@
 namespace odomd::daemon {
 
 enum class EventKind : std::uint8_t {
-  overrun,          ///< a: how long the tick worked [ns], b: how late it woke [ns]
-  missed,           ///< a: cycles skipped, b: how late the tick woke [ns]
+  overrun,          ///< a: execution time of the tick [ns], b: its wake-up latency [ns]
+  missed,           ///< a: cycles skipped, b: wake-up latency of the tick [ns]
   pose_reset,       ///< a: the reset count
-  clock_stepped,    ///< a: by how much CLOCK_REALTIME was set [ns]
-  suspended,        ///< a: for how long the machine slept [ns]
+  clock_stepped,    ///< a: step of CLOCK_REALTIME [ns]
+  suspended,        ///< a: how long the machine was suspended [ns]
   camera_gone,      ///< index: the connection's slot
   camera_malformed  ///< index: the connection's slot, a: a MalformedCause
 };
@@ -31,7 +31,7 @@ struct Event {
 class EventRing {
  public:
   /// The beat's call.
-  void tell(const Event& event) noexcept {
+  void push(const Event& event) noexcept {
     if (!ring_.push(event)) dropped_.add();
   }
 

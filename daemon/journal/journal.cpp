@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::int64_t quiet_ns = 1'000'000'000;
 
-/// The level as syslog numbers it, which the journal takes from the head of a line.
+/// The level as a syslog priority, which the journal reads from the head of a line.
 class SyslogLevel final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm& /*time*/,
@@ -46,7 +46,8 @@ class SyslogLevel final : public spdlog::custom_flag_formatter {
   }
 };
 
-/// Whether standard error goes to systemd's journal: the variable alone may be a parent's.
+/// Whether standard error goes to systemd's journal. The variable alone may be inherited from a
+/// parent.
 bool writes_to_journal() {
   const char* stream = std::getenv("JOURNAL_STREAM");
   struct stat error {};
@@ -57,7 +58,7 @@ bool writes_to_journal() {
 std::shared_ptr<spdlog::sinks::sink> open_sink(const LogConfig& config) {
   if (config.file.empty()) {
     auto sink = std::make_shared<ErrorSink>();
-    if (writes_to_journal()) {  // it knows the time and our name already
+    if (writes_to_journal()) {  // it adds the time and our name itself
       auto formatter = std::make_unique<spdlog::pattern_formatter>();
       formatter->add_flag<SyslogLevel>('*').set_pattern("%*%l: %v");
       sink->set_formatter(std::move(formatter));
@@ -88,9 +89,9 @@ void Journal::reopen() {
   if (config_.file.empty()) return;
   try {
     logger_->sinks().front() = open_sink(config_);
-    info("the log was opened anew");
+    info("the log was reopened");
   } catch (const spdlog::spdlog_ex& problem) {
-    error(fmt::format("the log cannot be opened anew, the old one is kept: {}", problem.what()));
+    error(fmt::format("the log cannot be reopened, keeping the old one: {}", problem.what()));
   }
 }
 
@@ -110,7 +111,7 @@ void Journal::limited(spdlog::level::level_enum level, Topic topic, std::int64_t
     return;
   }
   if (limit.kept_back > 0) {
-    logger_->log(level, "{} ({} more of this kind since the last)", one_line(text),
+    logger_->log(level, "{} ({} more like this since the last one)", one_line(text),
                  limit.kept_back);
   } else {
     logger_->log(level, "{}", one_line(text));

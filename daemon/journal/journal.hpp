@@ -1,4 +1,4 @@
-// The daemon's log. Housekeeping's alone: the beat tells events instead.
+// The daemon's log. Used by housekeeping only; the beat pushes events instead.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace odomd::daemon {
 
-/// Messages that may come in floods are limited to one a second for each topic.
+/// Frequent messages are limited to one per second and topic.
 enum class Topic : std::uint8_t {
   overrun,
   missed,
@@ -39,11 +39,12 @@ class Journal {
   void warn(const std::string& text) { logger_->warn("{}", one_line(text)); }
   void error(const std::string& text) { logger_->error("{}", one_line(text)); }
 
-  /// As above, but says at most one sentence a second on a topic, and how many it kept back.
+  /// As above, but logs at most one message per second and topic, with the number of suppressed
+  /// ones.
   void info(Topic topic, std::int64_t now_ns, const std::string& text);
   void warn(Topic topic, std::int64_t now_ns, const std::string& text);
 
-  /// Opens the file anew, after it was moved away. Where that fails the old one is kept.
+  /// Reopens the file after it was moved away. Keeps the old one when that fails.
   void reopen();
 
  private:

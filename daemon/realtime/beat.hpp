@@ -1,5 +1,5 @@
-// The beat: one thread that every period drains the buses and the cameras, steps the filter and
-// publishes the pose.
+// The beat: one thread that drains the buses and the cameras, steps the filter and publishes the
+// pose, once per period.
 //
 // In a tick there is no heap, lock, exception, formatting or page fault, and every drain has a
 // maximum. The system calls are recvmmsg on the buses, recvmsg on the camera connections, one futex
@@ -27,7 +27,7 @@
 
 namespace odomd::daemon {
 
-/// What the beat drives. All of it outlives the beat.
+/// The parts that the beat uses. All of them outlive it.
 struct BeatParts {
   std::span<const std::unique_ptr<can::FrameSource>> sources;
   const can::LogClock& log_clock;
@@ -39,9 +39,9 @@ struct BeatParts {
   RecordingTap& tap;
 };
 
-/// What the beat has met besides frames. Any thread may read.
+/// Counters of the beat. Any thread may read them.
 struct BeatCounters {
-  Counter ticks;            ///< the watchdog's food
+  Counter ticks;            ///< liveness counter for the watchdog
   Counter camera_messages;  ///< malformed ones included
   Counter camera_malformed;
   Counter clock_steps;
@@ -53,7 +53,7 @@ class Beat {
  public:
   Beat(const BeatParts& parts, std::int64_t period_ns);
 
-  /// The loop, in the thread that calls it. Returns at the tick after stop().
+  /// The loop; runs in the calling thread. Returns at the tick after stop().
   void run(const Surroundings& surroundings) noexcept;
   void stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
@@ -71,9 +71,9 @@ class Beat {
   TickGrid grid_;
   Surroundings surroundings_{0};
   Sighting seen_;
-  can::WallClock wall_clock_;
-  std::int64_t execution_ns_ = 0;  // of the tick before
-  std::uint64_t skipped_ = 0;      // cycles behind the tick before, not counted yet
+  WallClock wall_clock_;
+  std::int64_t execution_ns_ = 0;  // of the previous tick
+  std::uint64_t skipped_ = 0;      // cycles after the previous tick, not counted yet
   std::uint32_t reset_count_ = 0;
   std::atomic<bool> stop_{false};
   BeatCounters counters_;

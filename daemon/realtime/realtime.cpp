@@ -29,7 +29,7 @@ bool has_capability(std::uint32_t capability) {
   return (data[capability / 32].effective >> (capability % 32) & 1U) != 0;
 }
 
-/// A finite limit would not fail here but at some later allocation: then rather do not lock.
+/// With a finite limit a later allocation would fail, so do not lock at all.
 bool may_lock_everything() {
   if (has_capability(CAP_IPC_LOCK)) return true;
   const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
@@ -41,11 +41,11 @@ bool may_lock_everything() {
 void lock_memory(MachineGrant& grant) {
   if (!may_lock_everything()) {
     grant.refusals.emplace_back(
-        "memory is not locked: the memlock limit is finite; give LimitMEMLOCK=infinity or "
+        "memory is not locked: the memlock limit is finite; set LimitMEMLOCK=infinity or grant "
         "CAP_IPC_LOCK");
   } else if (::mlockall(MCL_CURRENT | MCL_FUTURE) != 0) {
     grant.refusals.push_back(
-        fmt::format("memory is not locked: {}; give LimitMEMLOCK=infinity or CAP_IPC_LOCK",
+        fmt::format("memory is not locked: {}; set LimitMEMLOCK=infinity or grant CAP_IPC_LOCK",
                     std::strerror(errno)));
   } else {
     grant.memory_locked = true;
@@ -54,12 +54,13 @@ void lock_memory(MachineGrant& grant) {
 
 void hold_dma_latency(MachineGrant& grant) {
   constexpr auto device = "/dev/cpu_dma_latency";
-  grant.dma_latency = can::FileDescriptor(::open(device, O_RDWR | O_CLOEXEC));
+  grant.dma_latency = FileDescriptor(::open(device, O_RDWR | O_CLOEXEC));
   constexpr std::int32_t microseconds = 0;
   if (!grant.dma_latency ||
       ::write(grant.dma_latency.get(), &microseconds, sizeof microseconds) != sizeof microseconds) {
-    grant.refusals.push_back(fmt::format("CPUs may sleep deeply: {}: {}; give access to the device",
-                                         device, std::strerror(errno)));
+    grant.refusals.push_back(
+        fmt::format("CPUs may enter deep sleep: {}: {}; grant access to the device", device,
+                    std::strerror(errno)));
     grant.dma_latency = {};
   }
 }
@@ -97,8 +98,8 @@ ThreadGrant become_realtime(int priority, int cpu, const char* name) {
       grant.cpu = cpu;
     } else {
       grant.refusals.push_back(
-          fmt::format("thread {} is not pinned to CPU {}: {}; set [realtime] cpu to one that is "
-                      "there and allowed",
+          fmt::format("thread {} is not pinned to CPU {}: {}; set [realtime] cpu to one that "
+                      "exists and is allowed",
                       name, cpu, std::strerror(error)));
     }
   }
@@ -107,8 +108,8 @@ ThreadGrant become_realtime(int priority, int cpu, const char* name) {
     grant.priority = priority;
   } else {
     grant.refusals.push_back(
-        fmt::format("thread {} is not scheduled in real time (SCHED_FIFO {}): {}; give "
-                    "LimitRTPRIO={} or CAP_SYS_NICE",
+        fmt::format("thread {} has no real-time scheduling (SCHED_FIFO {}): {}; set LimitRTPRIO={} "
+                    "or grant CAP_SYS_NICE",
                     name, priority, std::strerror(error), priority));
   }
   touch_stack();

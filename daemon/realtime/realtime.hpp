@@ -1,5 +1,6 @@
-// What is asked of the machine for the beat's sake, and what it granted. Nothing here is fatal: a
-// refusal is remembered in words, and the daemon goes on and publishes that it is not real time.
+// Requests real-time privileges from the machine and records what it granted. Nothing here is
+// fatal: refusals are kept as text, and the daemon continues and publishes that it is not real
+// time.
 #pragma once
 
 #include <string>
@@ -10,26 +11,26 @@
 
 namespace odomd::daemon {
 
-/// What the process holds. Kept alive as long as the beat runs.
+/// The privileges of the process. Must live as long as the beat runs.
 struct MachineGrant {
   bool memory_locked = false;
-  can::FileDescriptor dma_latency;    ///< /dev/cpu_dma_latency, held: no deep sleep of the CPUs
-  std::vector<std::string> refusals;  ///< one line each, with the mend
+  FileDescriptor dma_latency;  ///< /dev/cpu_dma_latency, kept open: prevents deep sleep of the CPUs
+  std::vector<std::string> refusals;  ///< one line each, with the fix
 };
 
-/// Locks the memory, present and future, and keeps the CPUs out of deep sleep. Call before the
-/// threads are made: it also sets their stacks to a size that is worth locking.
+/// Locks present and future memory, and keeps the CPUs out of deep sleep. Call before threads are
+/// created: it also limits their stack size, since stacks are locked too.
 [[nodiscard]] MachineGrant prepare_machine();
 
-/// What a thread got.
+/// The privileges of a thread.
 struct ThreadGrant {
   int priority = 0;  ///< of SCHED_FIFO; 0: ordinary scheduling
-  int cpu = -1;      ///< pinned to it; -1: to none
+  int cpu = -1;      ///< pinned to this CPU; -1: not pinned
   std::vector<std::string> refusals;
 };
 
 /// Schedules the calling thread by SCHED_FIFO, pins it (cpu >= 0), and touches its stack, so that
-/// no tick meets a page for the first time.
+/// no tick causes a page fault.
 [[nodiscard]] ThreadGrant become_realtime(int priority, int cpu, const char* name);
 
 }  // namespace odomd::daemon

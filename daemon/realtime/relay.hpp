@@ -1,5 +1,5 @@
-// The thread that wakes the readers. The beat wakes this one thread, by one futex, and this one
-// wakes them all: no number of readers can stretch the beat.
+// The thread that wakes the readers. The beat wakes only this thread, with one futex call, so the
+// number of readers does not affect the beat.
 #pragma once
 
 #include <atomic>
@@ -13,8 +13,8 @@ namespace odomd::daemon {
 
 class Relay {
  public:
-  /// `wake_all` runs in the relay's thread, once for any number of rings since the last time.
-  /// `priority` is the beat's: the relay takes the one below.
+  /// `wake_all` runs in the relay's thread, once for all rings since the last call. `priority` is
+  /// that of the beat; the relay runs one below.
   Relay(int priority, int cpu, std::function<void()> wake_all);
   ~Relay();
   Relay(const Relay&) = delete;
@@ -23,7 +23,7 @@ class Relay {
   /// The beat's call, once a tick: one store and one FUTEX_WAKE of one thread.
   void ring() noexcept;
 
-  /// What the thread got; known once the constructor has returned.
+  /// The privileges of the thread; known when the constructor has returned.
   [[nodiscard]] const ThreadGrant& grant() const noexcept { return grant_; }
 
  private:

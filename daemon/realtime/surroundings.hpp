@@ -1,5 +1,5 @@
-// The conditions that the pipeline cannot know: the machine, the links, the clocks. Pure logic on
-// what the beat saw in a tick.
+// The conditions that the pipeline cannot know: machine, links and clocks. Pure logic on the
+// observations of the beat in a tick.
 #pragma once
 
 #include <cstdint>
@@ -8,21 +8,21 @@
 
 namespace odomd::daemon {
 
-/// What one tick saw around it.
+/// The observations of one tick.
 struct Sighting {
   std::int64_t now_ns = 0;
   bool link_down = false;         ///< a bus is down or gone
   bool input_ended = false;       ///< a log or a pipe has ended
-  bool carried_over = false;      ///< a drain left frames behind
-  bool clock_stepped = false;     ///< since the tick before
-  bool suspended = false;         ///< since the tick before
+  bool carried_over = false;      ///< a drain left frames for the next tick
+  bool clock_stepped = false;     ///< since the previous tick
+  bool suspended = false;         ///< since the previous tick
   std::uint64_t frames_lost = 0;  ///< dropped by the kernel since start, all buses
 };
 
 class Surroundings {
  public:
-  static constexpr std::int64_t memory_ns = 1'000'000'000;    ///< how long an incident is told
-  static constexpr std::int64_t restart_ns = 10'000'000'000;  ///< how long a restart is told
+  static constexpr std::int64_t memory_ns = 1'000'000'000;    ///< how long an incident is reported
+  static constexpr std::int64_t restart_ns = 10'000'000'000;  ///< how long a restart is reported
 
   /// `standing` are conditions that hold from start to end.
   explicit Surroundings(std::uint32_t standing) : standing_(standing) {}

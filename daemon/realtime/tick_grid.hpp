@@ -1,5 +1,5 @@
-// The grid of instants that poses are valid at, and which of them comes next. Pure arithmetic on
-// given times, so that it can be tested with made-up ones.
+// The grid of instants at which poses are valid, and the choice of the next one. Pure arithmetic on
+// given times, so that tests can make up times.
 #pragma once
 
 #include <cstdint>
@@ -21,28 +21,28 @@ struct TickGrid {
   }
 };
 
-/// A grid whose tick 1 is the first multiple of the period after `now_ns`; the numbering begins at
-/// 1 because clients take 0 for "none yet".
+/// A grid whose tick 1 is the first multiple of the period after `now_ns`. The numbers begin at 1
+/// because 0 means "none yet" to clients.
 [[nodiscard]] constexpr TickGrid grid_from(std::int64_t now_ns, std::int64_t period_ns) {
   return {now_ns - now_ns % period_ns, period_ns};
 }
 
 struct NextTick {
   std::uint64_t tick = 0;
-  std::uint64_t missed = 0;  ///< cycles of the grid that are skipped whole
+  std::uint64_t missed = 0;  ///< cycles of the grid that were skipped
 };
 
-/// Woken for `tick` at `now_ns`: whoever wakes a period or more late does the newest tick that is
-/// due.
+/// Woken for `tick` at `now_ns`: when that is a period or more late, the newest tick that is due
+/// comes next.
 [[nodiscard]] constexpr NextTick due_tick(const TickGrid& grid, std::uint64_t tick,
                                           std::int64_t now_ns) {
   const std::uint64_t due = grid.due_at(now_ns);
   return due > tick ? NextTick{due, due - tick} : NextTick{tick, 0};
 }
 
-/// Done with `tick` at `now_ns`: the next one lies ahead, on the grid. A tick that overran skips
-/// what came due meanwhile: the phase is kept, and a beat that cannot keep up still sleeps, so that
-/// a real-time thread never starves the machine.
+/// Finished `tick` at `now_ns`: the next one is in the future, on the grid. After an overrun the
+/// cycles that became due are skipped: the phase is kept, and a beat that cannot keep up still
+/// sleeps, so the real-time thread never starves the machine.
 [[nodiscard]] constexpr NextTick next_tick(const TickGrid& grid, std::uint64_t tick,
                                            std::int64_t now_ns) {
   const std::uint64_t due = grid.due_at(now_ns);

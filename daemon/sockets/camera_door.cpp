@@ -20,7 +20,7 @@ CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
   Drained drained;
   for (std::uint8_t index = 0; index < max_connections; ++index) {
     Slot& slot = slots_[index];
-    // Acquire: the counters were set back before the descriptor was handed over.
+    // Acquire: the counters were reset before the descriptor was handed over.
     const int descriptor = slot.state.load(std::memory_order_acquire);
     if (descriptor < 0) continue;
     for (std::size_t message = 0; message < max_messages_per_drain; ++message) {
@@ -30,7 +30,7 @@ CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
       if (received == Received::ended) {
         // Release: housekeeping closes it, and the beat does not touch it again.
         slot.state.store(Slot::ended(descriptor), std::memory_order_release);
-        events.tell({EventKind::camera_gone, index, now_ns, 0, 0});
+        events.push({EventKind::camera_gone, index, now_ns, 0, 0});
         break;
       }
       slot.messages.add();
@@ -59,7 +59,7 @@ CameraDoor::Received CameraDoor::receive(std::uint8_t index, int descriptor,
   if (size == 0) return Received::ended;
   const auto message = read_camera_message(bytes, static_cast<std::size_t>(size), clocks, now_ns);
   if (message.cause != MalformedCause::none) {
-    events.tell(
+    events.push(
         {EventKind::camera_malformed, index, now_ns, static_cast<std::int64_t>(message.cause), 0});
     return Received::malformed;
   }
@@ -67,7 +67,7 @@ CameraDoor::Received CameraDoor::receive(std::uint8_t index, int descriptor,
   return Received::pose;
 }
 
-bool CameraDoor::admit(can::FileDescriptor connection, Peer peer) {
+bool CameraDoor::admit(FileDescriptor connection, Peer peer) {
   for (auto& slot : slots_) {
     if (slot.state.load(std::memory_order_relaxed) != Slot::free) continue;
     slot.peer = peer;

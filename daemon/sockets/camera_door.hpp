@@ -1,5 +1,5 @@
-// The connections of the camera processes. Housekeeping lets them in and shows them out; in between
-// the beat reads them. They share four slots, each one atomic word, and no lock.
+// The connections of the camera processes. Housekeeping admits and closes them; in between the beat
+// reads them. The two share four slots of one atomic word each, without a lock.
 #pragma once
 
 #include <array>
@@ -34,17 +34,18 @@ class CameraDoor {
     std::size_t poses = 0;
     std::size_t malformed = 0;
   };
-  /// Reads what has arrived, at most max_messages_per_drain of each connection; the rest waits for
-  /// the next tick. `poses` must hold max_poses. Real-time safe; the only system call is recvmsg.
+  /// Reads the messages that have arrived, at most max_messages_per_drain per connection; the rest
+  /// waits for the next tick. `poses` must hold max_poses. Real-time safe; the only system call is
+  /// recvmsg.
   Drained drain(std::span<estimator::CameraPose> poses, const MessageClocks& clocks,
                 std::int64_t now_ns, EventRing& events) noexcept;
 
   // Housekeeping's ------------------------------------------------------------------------------
 
-  /// Hands a connection to the beat; false where all slots are taken.
-  bool admit(can::FileDescriptor connection, Peer peer);
+  /// Hands a connection to the beat; false when all slots are taken.
+  bool admit(FileDescriptor connection, Peer peer);
 
-  /// Closes connections whose other end has gone.
+  /// Closes connections that the peer has closed.
   void close_ended() noexcept;
 
   struct Connection {
@@ -57,14 +58,14 @@ class CameraDoor {
 
  private:
   /// `state` is the descriptor while the beat may read it (>= 0), `free`, or `ended(descriptor)`
-  /// once the beat has seen its end and housekeeping is to close it.
+  /// when the beat has seen the end and housekeeping is to close it.
   struct Slot {
     static constexpr int free = -1;
     static constexpr int ended(int descriptor) { return -2 - descriptor; }
 
     std::atomic<int> state{free};
     Peer peer;          // housekeeping's
-    Counter messages;   // the beat's, set back while the slot is free
+    Counter messages;   // the beat's, reset while the slot is free
     Counter malformed;  // the beat's
   };
 

@@ -12,9 +12,10 @@ static_assert(std::endian::native == std::endian::little, "the wire is little-en
 /// Beyond this (73 years) differences of times could overflow.
 constexpr std::int64_t latest_ns = std::int64_t{1} << 61;
 
-/// The capture time on CLOCK_MONOTONIC, or why there is none. A picture may have been taken before
-/// the wall clock was set: such a stamp counts by the offset of its own time. One that no offset
-/// makes a time of the last seconds counts by today's, for the filter to say what is wrong with it.
+/// The capture time on CLOCK_MONOTONIC, or the reason why there is none. A picture may be older
+/// than a step of the wall clock: its stamp is converted with the offset of that time. A stamp that
+/// no offset makes recent is converted with the current offset, and the filter then gives its
+/// verdict.
 MalformedCause convert(const odom_camera_message& message, const MessageClocks& clocks,
                        std::int64_t arrival_ns, std::int64_t& capture_ns) noexcept {
   std::int64_t offset_ns = 0;

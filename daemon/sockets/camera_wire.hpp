@@ -1,4 +1,4 @@
-// One camera message, from the bytes of the wire to a pose on the daemon's clock. Pure.
+// Converts one camera message from bytes to a pose on the daemon's clock. Pure.
 #pragma once
 
 #include <array>
@@ -15,15 +15,15 @@
 
 namespace odomd::daemon {
 
-/// Why a message was not understood.
+/// Why a message is invalid.
 enum class MalformedCause : std::uint8_t {
   none,
   size,      ///< not sizeof(odom_camera_message) bytes
   magic,     ///< not ODOM_CAMERA_MAGIC
   version,   ///< not ODOM_CAMERA_VERSION
   clock,     ///< not an odom_clock
-  no_log,    ///< stamped by the clock of a log, of which no frame has come
-  time,      ///< so far off that it cannot be converted
+  no_log,    ///< stamped with the log clock, but no frame of a log has arrived
+  time,      ///< so far away that it cannot be converted
   reserved,  ///< the reserved word is not 0
   count
 };
@@ -31,26 +31,25 @@ inline constexpr std::array<std::string_view, static_cast<std::size_t>(Malformed
     malformed_texts{"",
                     "it is not 80 bytes long",
                     "it does not begin with the magic number",
-                    "it is of a version that this odomd does not know",
-                    "it names a clock that does not exist",
-                    "it is stamped by the clock of a log, of which no frame has come: no log is "
-                    "played, or not yet",
-                    "its time is out of all range",
+                    "this odomd does not know its version",
+                    "it names an unknown clock",
+                    "it is stamped with the log clock, but no log is being played yet",
+                    "its time is out of range",
                     "its reserved word is not 0"};
 
-/// What is known of the clocks that a message may name.
+/// The state of the clocks that a message may use.
 struct MessageClocks {
-  const can::WallClock& wall;          ///< has been read at least once
+  const WallClock& wall;               ///< has been read at least once
   std::optional<std::int64_t> log_ns;  ///< log clock - CLOCK_MONOTONIC, while a log is played
 };
 
 struct CameraMessage {
   MalformedCause cause = MalformedCause::none;
-  estimator::CameraPose pose;  ///< of the reference point; meaningful where cause is none
+  estimator::CameraPose pose;  ///< of the reference point; valid when cause is none
 };
 
-/// `bytes` is the message as it was received; `size` how long it truly was (it may have been cut).
-/// Values that are not finite pass: the filter has a verdict for them. Real-time safe.
+/// `bytes` is the received message, `size` its original size (it may have been truncated).
+/// Non-finite values are accepted: the filter has a verdict for them. Real-time safe.
 [[nodiscard]] CameraMessage read_camera_message(std::span<const std::byte> bytes, std::size_t size,
                                                 const MessageClocks& clocks,
                                                 std::int64_t arrival_ns) noexcept;

@@ -1,4 +1,4 @@
-// A JSON document, written piece by piece into a string. Only as much as the status needs.
+// Writes a JSON document piece by piece into a string. Supports only what the status needs.
 #pragma once
 
 #include <cmath>
@@ -41,7 +41,7 @@ class JsonWriter {
     separate();
     fmt::format_to(std::back_inserter(text_), "{}", value);
   }
-  /// Shortest form that reads back to the same value; null where JSON has no number for it.
+  /// Shortest form that reads back to the same value; null when JSON has no such number.
   void element(std::floating_point auto value) {
     separate();
     if (std::isfinite(value)) {
@@ -51,7 +51,7 @@ class JsonWriter {
     }
   }
 
-  /// null where there is none.
+  /// null when it is empty.
   template <typename T>
   void element(const std::optional<T>& value) {
     if (value) return element(*value);
@@ -81,8 +81,8 @@ class JsonWriter {
     text_ += ':';
     first_ = true;  // no comma between a key and its value
   }
-  /// Bytes that are not ASCII are taken as Latin-1: names of the bus may be anything, and the
-  /// document is valid whatever they are.
+  /// Non-ASCII bytes are treated as Latin-1, so that the document is valid whatever the names of
+  /// buses contain.
   void quote(std::string_view text) {
     text_ += '"';
     for (const char c : text) {

@@ -34,7 +34,7 @@ sockaddr_un address_of(const std::filesystem::path& path) {
   address.sun_family = AF_UNIX;
   if (path.native().size() >= sizeof address.sun_path)
     throw std::invalid_argument(
-        fmt::format("{}: is too long for a socket; {} characters are the most", path.string(),
+        fmt::format("{}: is too long for a socket; the limit is {} characters", path.string(),
                     sizeof address.sun_path - 1));
   path.native().copy(address.sun_path, path.native().size());
   return address;
@@ -48,27 +48,28 @@ int type_of(SocketType type) {
   return type == SocketType::stream ? SOCK_STREAM : SOCK_SEQPACKET;
 }
 
-/// The directory of a socket that lies in /run is gone after a boot.
+/// A directory in /run is gone after a boot.
 void make_directory(const LocalSocketSettings& settings) {
   const std::filesystem::path& path = settings.path;
   const auto directory = path.parent_path();
   std::error_code error;
   if (std::filesystem::is_directory(directory, error)) return;
   if (::mkdir(directory.c_str(), 0755) != 0)
-    refuse(path, fmt::format("the directory {} is missing and cannot be made: {}; make it, or {}",
-                             directory.string(), std::strerror(errno), settings.mend));
+    refuse(path,
+           fmt::format("the directory {} is missing and cannot be created: {}; create it, or {}",
+                       directory.string(), std::strerror(errno), settings.fix));
 }
 
-/// Takes a socket away that nobody listens on any more.
+/// Removes a socket on which nobody listens any more.
 void remove_stale(const LocalSocketSettings& settings, const sockaddr_un& address) {
   struct stat status {};
   if (::lstat(settings.path.c_str(), &status) != 0) return;
   if (!S_ISSOCK(status.st_mode))
-    refuse(settings.path, "is there already and is not a socket; remove it or choose another name");
-  const can::FileDescriptor probe(
+    refuse(settings.path, "exists and is not a socket; remove it or choose another name");
+  const FileDescriptor probe(
       ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (::connect(probe.get(), generic(address), sizeof address) == 0 || errno != ECONNREFUSED)
-    refuse(settings.path, "another program listens there; is an odomd running?");
+    refuse(settings.path, "another program is listening there; is odomd already running?");
   if (::unlink(settings.path.c_str()) != 0) fail(settings.path, "cannot remove the old socket");
 }
 
@@ -81,17 +82,17 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.p
   make_directory(settings);
   remove_stale(settings, address);
 
-  can::FileDescriptor descriptor(
+  FileDescriptor descriptor(
       ::socket(AF_UNIX, type_of(settings.type) | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  if (!descriptor) fail(path_, "cannot make a socket");
+  if (!descriptor) fail(path_, "cannot create a socket");
   if (::bind(descriptor.get(), generic(address), sizeof address) != 0)
-    refuse(path_, fmt::format("cannot be made: {}; {}", std::strerror(errno), settings.mend));
+    refuse(path_, fmt::format("cannot be created: {}; {}", std::strerror(errno), settings.fix));
   struct stat status {};
   if (::lstat(path_.c_str(), &status) != 0) fail(path_, "cannot be found again");
   device_ = status.st_dev;
   inode_ = status.st_ino;
   descriptor_ = std::move(descriptor);
-  // Nobody connects before listen(): mode and group are in place by then.
+  // Nobody can connect before listen(), so mode and group are set in time.
   if (::chown(path_.c_str(), static_cast<uid_t>(-1), group) != 0)
     fail(path_, fmt::format("cannot give it to the group {}", settings.group));
   if (::chmod(path_.c_str(), settings.mode) != 0) fail(path_, "cannot set its mode");
@@ -100,14 +101,14 @@ LocalSocket::LocalSocket(const LocalSocketSettings& settings) : path_(settings.p
 
 LocalSocket::~LocalSocket() {
   if (!descriptor_) return;
-  // Somebody may have taken our file away, and another daemon may listen under its name by now.
+  // Our file may have been removed, and another daemon may be listening under its name.
   struct stat status {};
   if (::lstat(path_.c_str(), &status) != 0) return;
   if (status.st_dev == device_ && status.st_ino == inode_) ::unlink(path_.c_str());
 }
 
-can::FileDescriptor LocalSocket::accept() const noexcept {
-  return can::FileDescriptor(
+FileDescriptor LocalSocket::accept() const noexcept {
+  return FileDescriptor(
       ::accept4(descriptor_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
 }
 
@@ -118,7 +119,7 @@ gid_t group_named(const std::string& name) {
   ::getgrnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found);
   if (found == nullptr)
     throw std::invalid_argument(
-        fmt::format("there is no group \"{}\" on this machine; make it with groupadd", name));
+        fmt::format("there is no group \"{}\" on this machine; create it with groupadd", name));
   return entry.gr_gid;
 }
 

@@ -1,5 +1,5 @@
-// A Unix socket in the file system that listens: made with its mode and group before anyone can
-// connect, a dead predecessor's file replaced, a living one's left alone.
+// A listening Unix socket in the file system: has its mode and group before anyone can connect, and
+// replaces the file of a dead process, but not that of a running one.
 #pragma once
 
 #include <sys/types.h>
@@ -19,16 +19,16 @@ struct LocalSocketSettings {
   std::filesystem::path path;
   SocketType type = SocketType::stream;
   std::uint32_t mode = 0660;
-  std::string group;                       ///< of the file; empty: the process's
-  std::string mend = "name another path";  ///< said where the socket cannot be made there
+  std::string group;                      ///< of the file; empty: the group of the process
+  std::string fix = "name another path";  ///< advice when the socket cannot be created there
 };
 
-/// Listens while it lives; takes its file away when it goes, and no other of that name.
+/// Listens while it lives; the destructor removes its file, but no other file of that name.
 class LocalSocket {
  public:
-  /// Makes the directory where only the last part of it is missing. Throws std::invalid_argument
-  /// for a path or group that cannot be, std::runtime_error where something is in the way, someone
-  /// else listens there, or the machine refuses.
+  /// Creates the directory when only its last part is missing. Throws std::invalid_argument for an
+  /// impossible path or group, std::runtime_error when a file is in the way, another process
+  /// listens there, or the machine refuses.
   explicit LocalSocket(const LocalSocketSettings& settings);
   ~LocalSocket();
   LocalSocket(LocalSocket&& other) noexcept = default;
@@ -39,17 +39,17 @@ class LocalSocket {
   [[nodiscard]] int get() const noexcept { return descriptor_.get(); }
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
 
-  /// A connection, non-blocking and close-on-exec; empty where none waits.
-  [[nodiscard]] can::FileDescriptor accept() const noexcept;
+  /// A connection, non-blocking and close-on-exec; empty when none is waiting.
+  [[nodiscard]] FileDescriptor accept() const noexcept;
 
  private:
   std::filesystem::path path_;
-  dev_t device_ = 0;  // with the inode: which file is ours
+  dev_t device_ = 0;  // with the inode: identifies our file
   ino_t inode_ = 0;
-  can::FileDescriptor descriptor_;
+  FileDescriptor descriptor_;
 };
 
-/// The group's number. Throws std::invalid_argument where there is none of this name.
+/// The id of a group. Throws std::invalid_argument when the group does not exist.
 [[nodiscard]] gid_t group_named(const std::string& name);
 
 struct Peer {
@@ -57,11 +57,11 @@ struct Peer {
   uid_t uid = 0;
 };
 
-/// Who is at the other end, as the kernel vouches for it (SO_PEERCRED).
+/// The process at the other end, as reported by the kernel (SO_PEERCRED).
 [[nodiscard]] std::optional<Peer> peer_of(int connection) noexcept;
 
-/// Root, our own user, members of `group` (primary, or supplementary when they connected:
-/// SO_PEERGROUPS), and anyone where the mode lets everyone write.
+/// Whether the peer may connect: root, our own user, members of `group` (primary, or supplementary
+/// at the time of connecting: SO_PEERGROUPS), or anyone if the mode lets everyone write.
 [[nodiscard]] bool peer_is_welcome(int connection, gid_t group, std::uint32_t mode);
 
 }  // namespace odomd::daemon

@@ -14,13 +14,13 @@
 namespace odomd::daemon {
 namespace {
 
-/// No more than this is taken out of the rings ahead of what the socket takes.
+/// The most that is taken out of the rings before the socket accepts it.
 constexpr std::size_t enough_bytes = 1U << 18U;
 constexpr int accepts_per_turn = 16;
-/// A recorder that waits for its disk gets the end of the drive all the same.
-constexpr std::chrono::milliseconds patience_at_end{500};
-/// One that takes nothing for so long keeps the next one out no longer.
-constexpr std::int64_t patience_ns = 10'000'000'000;
+/// How long to wait at the end for a recorder that waits for its disk.
+constexpr std::chrono::milliseconds timeout_at_end{500};
+/// A recorder that reads nothing for this long is dropped.
+constexpr std::int64_t timeout_ns = 10'000'000'000;
 
 std::string refusal(const std::string& why) {
   const RecordingHeader header{RecordingMessage::refused, static_cast<std::uint32_t>(why.size())};
@@ -39,7 +39,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
     if (!connection) return;
     if (recorder_) {
       const std::string text = refusal(fmt::format(
-          "odomd is being recorded already (by pid {}); end that recording", peer_.pid));
+          "odomd is already being recorded (by pid {}); stop that recording", peer_.pid));
       static_cast<void>(::send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL));
       continue;
     }
@@ -53,7 +53,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
     out_at_ = 0;
     moved_ns_ = now_ns;
     journal.info(Topic::recording, now_ns,
-                 fmt::format("a recording begins (pid {}, uid {})", peer_.pid, peer_.uid));
+                 fmt::format("recording started (pid {}, uid {})", peer_.pid, peer_.uid));
   }
 }
 
@@ -62,7 +62,7 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
   char nothing = 0;
   const ssize_t got = ::recv(recorder_.get(), &nothing, 1, MSG_DONTWAIT);
   if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR))
-    return drop("the recorder went away", now_ns, journal);
+    return drop("the recorder disconnected", now_ns, journal);
 
   const RecordingTap::State tap = recorded_.tap.state();
   if (!begun_ && tap == RecordingTap::State::idle) {
@@ -71,34 +71,34 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
   } else if (begun_ && stage_ == Stage::waiting && tap != RecordingTap::State::wanted) {
     begin_stream();
   }
-  // The tap was looked at before the rings: once it is full, nothing is added to them.
+  // The state of the tap was read before the rings: when it is full, nothing more is added.
   if (stage_ == Stage::streaming) {
     append_ticks();
     if (tap == RecordingTap::State::full && recorded_.tap.mark() == nullptr)
       end("the recorder did not keep up");
   }
   const std::size_t waiting = out_.size() - out_at_;
-  if (!flush()) return drop("the recorder went away", now_ns, journal);
+  if (!flush()) return drop("the recorder disconnected", now_ns, journal);
   const std::size_t left = out_.size() - out_at_;
   if (stage_ == Stage::ended && left == 0)
     return drop("the recorder did not keep up", now_ns, journal);
-  // Once the rings were full it has one patience for all that is left: not one more for each byte.
+  // After the rings were full, one timeout applies to all the rest: progress does not extend it.
   const bool fell_behind = tap == RecordingTap::State::full;
   if (!fell_behind && (left == 0 || left < waiting)) moved_ns_ = now_ns;
-  if (now_ns - moved_ns_ < patience_ns) return;
-  drop(fell_behind ? "the recorder did not keep up" : "the recorder took nothing for 10 s", now_ns,
+  if (now_ns - moved_ns_ < timeout_ns) return;
+  drop(fell_behind ? "the recorder did not keep up" : "the recorder read nothing for 10 s", now_ns,
        journal);
 }
 
 void RecorderDoor::close(std::int64_t now_ns, Journal& journal) {
   if (!recorder_) return;
   if (stage_ == Stage::streaming) {
-    // No more than the rings hold: the beat goes on until housekeeping has ended.
+    // No more than the rings hold, since the beat still runs at this point.
     for (std::size_t i = 0; i < RecordingTap::max_ticks && recorded_.tap.mark() != nullptr; ++i)
       append_tick();
     end("odomd has ended");
   }
-  flush_patiently();
+  flush_until_timeout();
   drop("odomd ends", now_ns, journal);
 }
 
@@ -146,7 +146,7 @@ void RecorderDoor::append_ticks() {
 }
 
 void RecorderDoor::append_tick() {
-  send_buses();  // before the frames of a bus that was unknown
+  send_buses();  // before the frames of a new bus
   RecordingTap& tap = recorded_.tap;
   const TickMark mark = *tap.mark();
   const std::size_t size =
@@ -171,7 +171,7 @@ bool RecorderDoor::flush() {
     if (sent < 0 && errno == EINTR) continue;
     if (sent < 0) {
       const bool later = errno == EAGAIN;
-      // What a slow recorder has taken does not pile up before what it has not.
+      // Drop the bytes that a slow recorder has read already.
       out_.erase(0, out_at_);
       out_at_ = 0;
       return later;
@@ -183,9 +183,9 @@ bool RecorderDoor::flush() {
   return true;
 }
 
-void RecorderDoor::flush_patiently() {
+void RecorderDoor::flush_until_timeout() {
   using std::chrono::steady_clock;
-  const auto deadline = steady_clock::now() + patience_at_end;
+  const auto deadline = steady_clock::now() + timeout_at_end;
   while (flush() && !out_.empty()) {
     const auto rest = std::chrono::ceil<std::chrono::milliseconds>(deadline - steady_clock::now());
     if (rest.count() <= 0) return;
@@ -200,9 +200,8 @@ void RecorderDoor::end(std::string_view why) {
 }
 
 void RecorderDoor::drop(std::string_view why, std::int64_t now_ns, Journal& journal) {
-  journal.info(
-      Topic::recording_end, now_ns,
-      fmt::format("the recording (pid {}) ends after {} ticks: {}", peer_.pid, ticks_, why));
+  journal.info(Topic::recording_end, now_ns,
+               fmt::format("recording (pid {}) ended after {} ticks: {}", peer_.pid, ticks_, why));
   recorder_ = {};
   recorded_.tap.end();
 }

@@ -1,6 +1,6 @@
-// Where `odom record` connects. Housekeeping takes what the tap holds and sends it, as fast as the
-// recorder takes it; the rings are the buffer in between. One recorder at a time, so one that takes
-// nothing any more loses its place.
+// The socket for `odom record`. Housekeeping sends the contents of the tap as fast as the recorder
+// reads; the rings are the buffer in between. There is one recorder at a time, so one that stops
+// reading is dropped.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@
 
 namespace odomd::daemon {
 
-/// What is recorded: of the daemon, and outlives the door.
+/// The parts of the daemon that are recorded; they outlive this object.
 struct Recorded {
   const Config& config;
   const can::BusNames& buses;
@@ -35,22 +35,22 @@ class RecorderDoor {
   /// The listening socket, to poll.
   [[nodiscard]] int get() const noexcept { return socket_.get(); }
 
-  /// Lets a recorder in, or says why not.
+  /// Accepts a recorder, or sends it the reason for refusing it.
   void accept(std::int64_t now_ns, Journal& journal);
 
-  /// Every turn: sends what there is. A recorder that takes nothing for ten seconds is dropped, and
-  /// so is one that fell behind until the rings were full and does not take the rest in that time.
+  /// Call every turn: sends what is available. Drops a recorder that reads nothing for ten seconds,
+  /// or that fell behind until the rings were full and does not read the rest within that time.
   void serve(std::int64_t now_ns, Journal& journal);
 
-  /// The daemon ends: says so to the recorder, with the ticks that are there. Waits half a second
-  /// for one that is slow.
+  /// Call when the daemon stops: sends the remaining ticks and the end to the recorder. Waits half
+  /// a second for a slow one.
   void close(std::int64_t now_ns, Journal& journal);
 
  private:
   enum class Stage : std::uint8_t {
     waiting,    ///< for the beat to begin
     streaming,  ///< ticks
-    ended       ///< the last bytes are on their way
+    ended       ///< the last bytes are being sent
   };
 
   void begin_stream();
@@ -58,9 +58,9 @@ class RecorderDoor {
   void append_ticks();
   void append_tick();
   void append(RecordingMessage kind, std::string_view bytes);
-  /// Sends what there is room for; false where nobody listens any more.
+  /// Sends as much as fits; false when the recorder has disconnected.
   [[nodiscard]] bool flush();
-  void flush_patiently();
+  void flush_until_timeout();
   void end(std::string_view why);
   void drop(std::string_view why, std::int64_t now_ns, Journal& journal);
   [[nodiscard]] std::string hello() const;
@@ -69,15 +69,15 @@ class RecorderDoor {
   LocalSocket socket_;
   std::vector<RecordingFile> files_;
 
-  can::FileDescriptor recorder_;
+  FileDescriptor recorder_;
   Peer peer_;
   Stage stage_ = Stage::waiting;
   bool begun_ = false;       // the tap was asked to begin
-  std::size_t buses_ = 0;    // whose names the recorder knows
+  std::size_t buses_ = 0;    // number of buses that the recorder knows
   std::uint64_t ticks_ = 0;  // sent
   std::string out_;          // not sent yet
   std::size_t out_at_ = 0;
-  std::int64_t moved_ns_ = 0;  // when it last took something, or had nothing to take
+  std::int64_t moved_ns_ = 0;  // when it last read something, or had nothing to read
 };
 
 }  // namespace odomd::daemon

@@ -8,8 +8,8 @@
  *   word  512  the ring of slots: tick k lies in slot k modulo their number
  *
  * A slot is its sequence (2 * tick + 1 while it is written, 2 * tick + 2 after), odom_pose,
- * odom_details, padding to a cache line, and in its last word a checksum. What one read needs of
- * the header (head, heartbeat) lies in one cache line.
+ * odom_details, padding to a cache line, and in its last word a checksum. The words of the header
+ * that a read needs (head, heartbeat) are in one cache line.
  *
  * The layout is append-only: ABI minor rises when a block grows at its end, ABI major when anything
  * moves. Readers go by the sizes in words 1 to 7, so either side may be the older one.
@@ -88,14 +88,14 @@ enum {
   ODOM_STALE_PERIODS = 4 /* without a heartbeat, until clients call the writer dead */
 };
 
-/* 100 us to 1 s: what a beat can be, and what four of cannot overflow. */
+/* 100 us to 1 s: the range of the beat; four periods cannot overflow. */
 #define ODOM_PERIOD_MIN_NS INT64_C(100000)
 #define ODOM_PERIOD_MAX_NS INT64_C(1000000000)
 
-/* Its sequence still fits a word. */
+/* The largest tick whose sequence fits into a word. */
 #define ODOM_TICK_MAX (UINT64_MAX / 2 - 1)
 
-/* The structs are what the words say. */
+/* The structs match the words. */
 static_assert(sizeof(odom_pose) == ODOM_WORD_BYTES * ODOM_POSE_WORDS, "odom_pose is fixed");
 static_assert(sizeof(odom_details) == ODOM_WORD_BYTES * ODOM_DETAILS_WORDS, "raise ABI minor");
 static_assert(sizeof(odom_info) == ODOM_WORD_BYTES * ODOM_INFO_WORDS, "raise ABI minor");
@@ -118,7 +118,7 @@ ODOM_LIES_AT(odom_beat, max_execution_ns, ODOM_HEADER_MAX_EXECUTION - ODOM_HEADE
 ODOM_LIES_AT(odom_beat, execution, ODOM_HEADER_EXECUTION - ODOM_HEADER_BEAT);
 #undef ODOM_LIES_AT
 
-/* The blocks lie apart, and on cache lines where it matters. */
+/* The blocks do not overlap, and are aligned to cache lines where it matters. */
 static_assert(ODOM_SLOT_DETAILS == ODOM_WORD_DETAILS - ODOM_WORD_TICK + ODOM_SLOT_POSE,
               "details follow the pose");
 static_assert(ODOM_HEADER_INFO + ODOM_INFO_WORDS <= ODOM_HEADER_HEAD, "info fits");

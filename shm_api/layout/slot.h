@@ -1,9 +1,9 @@
 /* How a slot is written and read: a sequence lock on relaxed 64-bit words. C11 and C++.
  *
  * There is one writer. Readers never write, so the writer never waits for them. Every access to
- * shared words is an atomic one: a torn word cannot be, and to race is defined behaviour. What has
- * to be prevented is a mixture of words of two ticks that a reader takes for one pose. Three
- * orderings do it; x86 needs no instruction for any of them, ARM does for each.
+ * shared words is atomic, so words are never torn, and races are defined behaviour. A reader must
+ * never accept a mixture of words of two ticks as one pose. Three orderings prevent it; x86 needs
+ * no instruction for any of them, ARM does for each.
  *
  * Writer, tick k:                          Reader:
  *   W1  sequence = 2k + 1   relaxed          R1  h = head           acquire
@@ -13,16 +13,16 @@
  *   W5  head = 2k + 2       release
  *
  * (a) The words of tick k, or newer: W5 releases W1 to W4, R1 acquires them. Nothing older than
- *     tick k (nor than any tick before it, in the other slots) can be read after R1.
- * (b) Nothing newer: should R2 read a word of a later tick k' (W3'), then fence W2' synchronizes
- *     with fence R3 through that word, so R4 sees W1' (odd) or something later still: never h.
- *     Without W2' the store W1' might become visible after the words; without R3 the load R4 might
- *     be done before them.
- * (c) W4 is a release store, so that whoever starts from the sequence of a slot rather than from
- *     the head (acquiring it) gets the words as well. Readers in this library start from the head.
+ *     tick k (nor older than earlier ticks, in the other slots) can be read after R1.
+ * (b) Nothing newer: if R2 reads a word of a later tick k' (W3'), then fence W2' synchronizes with
+ *     fence R3 through that word, so R4 sees W1' (odd) or a later value, never h. Without W2' the
+ *     store W1' might become visible after the words; without R3 the load R4 might be done before
+ *     them.
+ * (c) W4 is a release store, so that a reader that starts from the sequence of a slot instead of
+ *     the head (acquiring it) also gets the words. Readers in this library start from the head.
  *
- * The slot of the head is the one that is written next only after the whole ring has been: a reader
- * has (slots - 1) periods, seconds, for its read.
+ * The slot of the head is overwritten only after all other slots: a reader has (slots - 1)
+ * periods, which is seconds, for its read.
  */
 #ifndef ODOMD_SHM_API_SLOT_H
 #define ODOMD_SHM_API_SLOT_H
@@ -35,7 +35,7 @@ static inline uint64_t odomi_load(const uint64_t* word) {
   return __atomic_load_n(word, __ATOMIC_RELAXED);
 }
 
-/* The stores are invisible to the linter. NOLINTBEGIN(readability-non-const-parameter) */
+/* The linter does not see the stores. NOLINTBEGIN(readability-non-const-parameter) */
 static inline void odomi_store(uint64_t* word, uint64_t value) {
   __atomic_store_n(word, value, __ATOMIC_RELAXED);
 }
@@ -56,7 +56,7 @@ static inline char* odomi_writable_bytes(void* to) {
 }
 #endif
 
-/* Struct to words and back, whole words only. */
+/* Converts structs to words and back, in whole words. */
 static inline void odomi_copy_in(uint64_t* words, const void* from, size_t count) {
   const char* bytes = odomi_bytes(from);
 #pragma GCC unroll 4
@@ -76,7 +76,7 @@ static inline void odomi_copy_out(void* to, const uint64_t* words, size_t count)
   }
 }
 
-/* The sequence, and the head, of a tick that is published. */
+/* The sequence and the head of a published tick. */
 static inline uint64_t odomi_sequence(uint64_t tick) {
   return 2 * tick + 2;
 }
@@ -84,8 +84,8 @@ static inline uint64_t odomi_tick(uint64_t sequence) {
   return sequence / 2 - 1;
 }
 
-/* Of `count` words. Each step is one-to-one in the sum and in the word, so that no change of a
- * single word goes unseen; four sums at a time, which do not wait for each other. */
+/* The checksum of `count` words. Each step is a bijection of the sum and of the word, so that any
+ * change of a single word is detected; four independent sums run in parallel. */
 static inline uint64_t odomi_checksum(const uint64_t* words, size_t count) {
   uint64_t sums[4] = {1, 2, 3, 4};
   for (size_t i = 0; i < count; ++i) {
@@ -118,7 +118,7 @@ static inline uint64_t odomi_read_head(const uint64_t* words) {
   return __atomic_load_n(words + ODOM_HEADER_HEAD, __ATOMIC_ACQUIRE); /* R1 */
 }
 
-/* Whether all that was read of a slot since R1 belongs to the tick of `sequence`. */
+/* Whether everything read from a slot since R1 belongs to the tick of `sequence`. */
 static inline int odomi_still(const uint64_t* slot, uint64_t sequence) {
   __atomic_thread_fence(__ATOMIC_ACQUIRE);                          /* R3 */
   return odomi_load(slot + ODOM_SLOT_SEQUENCE) == sequence ? 1 : 0; /* R4 */

@@ -1,9 +1,9 @@
 /* Finds a segment, decides whether it is to be trusted, and maps it read-only.
  *
- * Anyone may create names in /dev/shm, so what lies under a name is a stranger's until its owner is
- * known. All checks are made on the opened file, never on the name, which may change in between. A
- * file that its owner alone may write cannot be cut short under the mapping by anyone else, and the
- * writer never does: with the size checked here, no access can raise SIGBUS.
+ * Anyone may create names in /dev/shm, so a file is not trusted until its owner is known. All
+ * checks are made on the opened file, never on the name, which may change in between. Nobody but
+ * its owner can truncate a file that only the owner may write, and the writer never does: with the
+ * size checked here, no access can raise SIGBUS.
  */
 #include "shm_api/libodom/attach.h"
 
@@ -115,7 +115,7 @@ static odom_status map_file(int file, const odomi_owners* owners, const odomi_se
     return ODOM_OK;
   if (status.st_size < (off_t)header_minimum) return ODOM_ABI;
 
-  /* Populated: a control loop must not fault on the first touch of each slot. */
+  /* Populated, so that a control loop has no page fault on the first access to each slot. */
   const size_t bytes = (size_t)status.st_size;
   void* memory = mmap(NULL, bytes, PROT_READ, MAP_SHARED | MAP_POPULATE, file, 0);
   if (memory == MAP_FAILED) return ODOM_SYSTEM;

@@ -14,13 +14,13 @@
 extern "C" {
 #endif
 
-/* Whose segments are believed. */
+/* The owners whose segments are trusted. */
 typedef struct odomi_owners {
   uid_t uid[3];
   size_t count;
 } odomi_owners;
 
-/* A mapped segment whose header was found consistent. */
+/* A mapped segment with a consistent header. */
 typedef struct odomi_segment {
   void* memory; /* what words points to, to be given back */
   const uint64_t* words;
@@ -40,17 +40,17 @@ typedef struct odomi_segment {
 } odomi_segment;
 
 /* The path of a segment: "/name" is a POSIX shm name (a file in /dev/shm), anything else with a
- * slash in it is a path already. ODOM_INVALID for what is neither. The path is malloc'ed. */
+ * slash in it is a path. ODOM_INVALID for a name that is neither. The path is malloc'ed. */
 odom_status odomi_path(const char* name, char** path);
 
-/* Opens, checks and maps. A file that is the one of `known` (may be NULL) already is not mapped
- * again: ODOM_OK with segment->words == NULL. */
+/* Opens, checks and maps. Does not map the file of `known` (may be NULL) again: ODOM_OK with
+ * segment->words == NULL. */
 odom_status odomi_attach(const char* path, const odomi_owners* owners, const odomi_segment* known,
                          odomi_segment* segment);
 void odomi_detach(odomi_segment* segment);
 
-/* Copies the newest pose, and its details where asked for, from a segment. ODOM_OK; ODOM_NO_POSE:
- * they are untouched; ODOM_BUSY: they are zero, with mode ODOM_FAULT. */
+/* Copies the newest pose, and its details if requested, from a segment. ODOM_OK; ODOM_NO_POSE: they
+ * are unchanged; ODOM_BUSY: they are zero, with mode ODOM_FAULT. */
 odom_status odomi_newest(odomi_segment* segment, odom_pose* pose, odom_details* details);
 
 void odomi_read_info(const odomi_segment* segment, odom_info* info);

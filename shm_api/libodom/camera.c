@@ -1,4 +1,4 @@
-/* The camera's side: one pose, one SOCK_SEQPACKET message, never blocking. */
+/* Sends camera poses: one SOCK_SEQPACKET message per pose, never blocking. */
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -86,7 +86,7 @@ int odom_camera_send(odom_camera* camera, const odom_camera_message* message) {
   filled.sequence = ++camera->sequence; /* counts dropped poses too: the daemon sees the loss */
   filled.reserved = 0;
 
-  /* Twice: a connection that was good for the last pose may have lost its daemon since. */
+  /* Two attempts: the daemon may have ended since the last pose. */
   int error = -ENOTCONN;
   for (int attempt = 0; attempt < 2; ++attempt) {
     if (camera->socket < 0) {

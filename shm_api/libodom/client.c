@@ -1,4 +1,4 @@
-/* Opens and closes a client, tells whether the writer lives, and goes over to its successor. */
+/* Opens and closes a client, checks whether the writer is alive, and switches to its successor. */
 #include "shm_api/libodom/client.h"
 
 #include <errno.h>
@@ -14,7 +14,7 @@
 
 static const char service_user[] = "odomd";
 
-/* Root, ourselves, and the user that the service runs as where there is one. */
+/* Root, the caller, and the user of the service if it exists. */
 static odomi_owners trusted_owners(void) {
   odomi_owners owners = {{0, geteuid()}, 2};
   char buffer[4096];
@@ -39,7 +39,7 @@ static void look_for_successor(odom_client* client) {
     if (odomi_attach(client->paths[i], &client->owners, &client->segment, &found) != ODOM_OK ||
         found.words == NULL)
       continue;
-    /* Until the successor has published, the last pose of its predecessor is the better answer. */
+    /* Until the successor has published, keep the last pose of its predecessor. */
     if (found.instance_id != client->segment.instance_id && odomi_read_head(found.words) != 0 &&
         odomi_is_fresh(&found, odomi_now(CLOCK_MONOTONIC), ODOM_STALE_PERIODS * found.period_ns)) {
       odomi_detach(&client->segment);
@@ -63,8 +63,8 @@ odom_status odomi_look_again(odom_client* client) {
   return odomi_is_fresh(&client->segment, now_ns, client->stale_after_ns) ? ODOM_OK : ODOM_STALE;
 }
 
-/* Where to look: what the caller names, else what the environment does, else the two places in
- * which odomd puts its segment: on a desk, and as a service. */
+/* The candidates: the name from the caller, else from the environment, else the two places in which
+ * odomd puts its segment: started by hand, and as a service. */
 static odom_status candidate_paths(const char* name, char* paths[2]) {
   if (name == NULL) {
     name = secure_getenv("ODOM_SHM");
@@ -76,7 +76,7 @@ static odom_status candidate_paths(const char* name, char* paths[2]) {
                            : status;
 }
 
-/* Attaches to the first segment whose writer lives, else to the first one that there is. */
+/* Attaches to the first segment with a living writer, else to the first one that exists. */
 static odom_status attach_first(odom_client* client) {
   odom_status failure = ODOM_NO_SEGMENT;
   for (size_t i = 0; i < 2 && client->paths[i] != NULL; ++i) {
@@ -130,17 +130,17 @@ const char* odom_strstatus(odom_status status) {
       [ODOM_OK] = "ok",
       [ODOM_STALE] = "stale: odomd has not ticked for four periods",
       [ODOM_NO_SEGMENT] = "no such segment: is odomd running?",
-      [ODOM_REFUSED] = "segment refused: a stranger's, open to others' writing, or closed to us",
-      [ODOM_ABI] = "not a segment, or of another ABI: do libodom and odomd fit each other?",
+      [ODOM_REFUSED] = "segment refused: untrusted owner, writable by others, or not readable",
+      [ODOM_ABI] = "not a segment, or another ABI version: do libodom and odomd match?",
       [ODOM_NO_POSE] = "no pose yet",
-      [ODOM_TOO_OLD] = "the time lies before the history",
-      [ODOM_TOO_NEW] = "the time lies too far ahead",
-      [ODOM_RESET] = "the pose jumped around that time",
+      [ODOM_TOO_OLD] = "the time is before the history",
+      [ODOM_TOO_NEW] = "the time is too far ahead",
+      [ODOM_RESET] = "the pose was reset around that time",
       [ODOM_TIMEOUT] = "timed out",
       [ODOM_BUSY] = "overtaken by the writer: the reader was stopped for seconds",
-      [ODOM_INVALID] = "an argument is not usable",
+      [ODOM_INVALID] = "an argument is invalid",
       [ODOM_GAP] = "odomd missed its ticks around that time",
-      [ODOM_SYSTEM] = "the system refused",
+      [ODOM_SYSTEM] = "a system call failed",
   };
   const size_t index = (size_t)status;
   return index < sizeof texts / sizeof *texts ? texts[index] : "unknown status";

@@ -1,4 +1,4 @@
-/* What an odom_client is, and what the files of libodom share about it. */
+/* Defines odom_client, and the functions for it that the files of libodom share. */
 #ifndef ODOMD_LIBODOM_CLIENT_H
 #define ODOMD_LIBODOM_CLIENT_H
 
@@ -26,21 +26,21 @@ static inline int64_t odomi_now(clockid_t clock) {
 }
 
 static inline int odomi_is_fresh(const odomi_segment* segment, int64_t now_ns, int64_t limit_ns) {
-  /* A heartbeat from far ahead comes from another clock (a time namespace): not to be used. */
+  /* A heartbeat far in the future comes from another clock (a time namespace) and is not usable. */
   const int64_t heartbeat_ns = (int64_t)odomi_load(segment->words + ODOM_HEADER_HEARTBEAT);
   int64_t age_ns = 0;
   if (__builtin_sub_overflow(now_ns, heartbeat_ns, &age_ns)) return 0;
   return age_ns <= limit_ns && age_ns >= -(ODOM_STALE_PERIODS * segment->period_ns);
 }
 
-/* What odomi_freshen() does when the coarse clock does not suffice. */
+/* The part of odomi_freshen() for when the coarse clock is not sufficient. */
 odom_status odomi_look_again(odom_client* client);
 
-/* ODOM_OK when the writer has ticked lately. Else looks for a successor, at most once in four
- * periods, and goes over to it; ODOM_STALE when there is none. */
+/* ODOM_OK when the writer has ticked recently. Otherwise looks for a successor, at most once in
+ * four periods, and switches to it; ODOM_STALE when there is none. */
 static inline odom_status odomi_freshen(odom_client* client) {
-  /* The coarse clock costs a quarter of the fine one and lags behind it by a kernel tick at most:
-   * what it calls fresh by more than that is. */
+  /* The coarse clock costs a quarter of the fine one and lags behind it by at most a kernel tick: a
+   * heartbeat that is fresh by more than that on the coarse clock is fresh. */
   const int64_t now_ns = odomi_now(CLOCK_MONOTONIC_COARSE);
   return odomi_is_fresh(&client->segment, now_ns, client->clearly_fresh_ns)
              ? ODOM_OK
@@ -51,10 +51,10 @@ static inline const uint64_t* odomi_slot(const odomi_segment* segment, uint64_t 
   return segment->slots + (tick & segment->slot_mask) * segment->slot_words;
 }
 
-/* The slot that a head, which was read, points to. For one who comes once a tick it is mostly the
- * slot behind the last. That is a branch and no arithmetic, so that a processor that predicts it
- * fetches the slot while the head is still on its way from the writer's core: two cache misses
- * at a time, not one after the other. Its words count no sooner than the head is there (R1). */
+/* The slot of a head. For a caller that reads once per tick it is usually the slot after the last
+ * one. This is a branch instead of arithmetic, so that the processor can predict it and fetch the
+ * slot while the head is still being loaded from the writer's core: the two cache misses overlap.
+ * The words are used only after the head has arrived (R1). */
 static inline const uint64_t* odomi_head_slot(odomi_segment* segment, uint64_t head) {
   const uint64_t* slot = segment->expected_slot;
   if (head != segment->expected_head) {
@@ -66,12 +66,12 @@ static inline const uint64_t* odomi_head_slot(odomi_segment* segment, uint64_t h
   return slot;
 }
 
-/* Callers pass their structs with the size that they were compiled with: whole words. */
+/* Callers pass the size of their structs at compile time: whole words. */
 static inline int odomi_is_size(size_t size) {
   return size >= 8 && size % 8 == 0;
 }
 
-/* Fills `size` bytes of a caller's struct from a whole one of ours, with zeros beyond it. */
+/* Fills `size` bytes of a caller's struct from one of ours, with zeros after it. */
 static inline void odomi_give(void* to, size_t size, const void* from, size_t known) {
   memcpy(to, from, size < known ? size : known);
   if (size > known) memset((char*)to + known, 0, size - known);

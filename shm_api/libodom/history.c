@@ -1,15 +1,15 @@
 /* The pose at a past time, from the ring of slots.
  *
  * Tick k lies in slot k modulo their number, and is valid at T_0 + k * period: the neighbours of a
- * time are found by division. A missed tick leaves its slot as it was, with an older sequence, so
- * the search steps on to the next one; it looks at no slot twice.
+ * time are found by division. A missed tick leaves its slot unchanged, with an older sequence, so
+ * the search continues with the next one; it reads each slot at most once.
  *
  * Between its neighbours, dt apart, the position is the cubic with their positions and velocities
  * (Hermite's). On a path with v, w constant it is off by at most v w^3 dt^4 / 384: 10 nm for 2 m/s
- * and 3 rad/s at 5 ms, 15 um across a gap of 100 ms. The rest is linear.
+ * and 3 rad/s at 5 ms, 15 um across a gap of 100 ms. All other fields are linear.
  *
- * Where the map pose was set anew between the neighbours, there is no path from one to the other:
- * up to the later one the earlier one counts, predicted.
+ * When the map pose was reset between the neighbours, there is no path between them: the earlier
+ * one is predicted up to the later one.
  */
 #include <math.h>
 
@@ -20,7 +20,7 @@
 
 static const int64_t longest_gap_ns = 100000000;
 
-/* Whether tick k is (still) there. The head was acquired before, and k is not ahead of it. */
+/* Whether tick k is (still) in its slot. The head was acquired before, and k is not newer. */
 static int read_tick(const odomi_segment* segment, uint64_t k, odom_pose* pose) {
   const uint64_t* slot = odomi_slot(segment, k);
   odomi_copy_out(pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
@@ -110,7 +110,7 @@ static odom_pose interpolate(const odom_pose* a, const odom_pose* b, int64_t tim
   p.accel_x = mix(a->accel_x, b->accel_x, s);
   p.accel_y = mix(a->accel_y, b->accel_y, s);
   p.steering = mix(a->steering, b->steering, s);
-  /* A mean of two positive semi-definite matrices is one. */
+  /* A mean of two positive semi-definite matrices is positive semi-definite. */
   for (int i = 0; i < 6; ++i) p.covariance[i] = mix(a->covariance[i], b->covariance[i], s);
   return p;
 }

@@ -1,4 +1,4 @@
-/* The pose a little ahead, from the velocities and derivatives that a pose carries.
+/* Predicts a pose a little ahead, from its velocities and their derivatives.
  *
  * Over the horizon h the body-frame accelerations and the yaw acceleration are constant:
  *   v_x(t) = v_x + v_x' t,  v_y(t) = v_y + v_y' t,  d(t) = yaw_rate t + yaw_accel t^2 / 2,
@@ -14,8 +14,8 @@
 
 static const int64_t longest_horizon_ns = 100000000;
 
-/* What the carried motion does not know, as standard deviations. A pose carries no covariance of
- * its velocities, so these stand for a filter that tracks, on a car that is driven hard. */
+/* The uncertainty of the motion, as standard deviations. A pose has no covariance of its
+ * velocities, so these are values of a tracking filter on a car that is driven hard. */
 static const double speed_sigma = 0.01;          /* m/s */
 static const double speed_sigma_relative = 0.02; /* of the speed */
 static const double accel_sigma = 1.0;           /* m/s2, change of v_x', v_y' over the horizon */
@@ -46,7 +46,7 @@ static vector displacement(const odom_pose* from, double h) {
   return sum;
 }
 
-/* P = F P F' + Q. The displacement D (map axes) turns with the yaw of the start, so
+/* P = F P F' + Q. The displacement D (map axes) rotates with the initial yaw, so
  * F = [1 0 -D_y; 0 1 D_x; 0 0 1]; Q is diagonal. */
 static void grow(double P[6], vector D, double speed, double h) {
   const double xx = P[0], xy = P[1], xw = P[2], yy = P[3], yw = P[4], ww = P[5];

@@ -10,8 +10,9 @@ static size_t smaller(size_t a, size_t b) {
   return a < b ? a : b;
 }
 
-/* Straight into the caller's memory: a copy in between would cost more than the read. What is there
- * when the writer has overtaken all attempts is a mixture, and must not be taken for a pose. */
+/* Reads directly into the caller's memory: an extra copy would cost more than the read. When the
+ * writer has overtaken all attempts, the memory has a mixture of poses, which must not be used as a
+ * pose. */
 odom_status odomi_newest(odomi_segment* segment, odom_pose* pose, odom_details* details) {
   const size_t details_words = smaller(segment->details_words, ODOM_DETAILS_WORDS);
   for (int attempt = 0; attempt < ODOMI_ATTEMPTS; ++attempt) {
@@ -21,7 +22,7 @@ odom_status odomi_newest(odomi_segment* segment, odom_pose* pose, odom_details* 
     odomi_copy_out(pose, slot + ODOM_SLOT_POSE, ODOM_POSE_WORDS);
     if (details != NULL) odomi_copy_out(details, slot + ODOM_SLOT_DETAILS, details_words);
     if (!odomi_still(slot, head)) continue;
-    /* A daemon of an older ABI minor knows fewer details: zeros for the others. */
+    /* A daemon of an older ABI minor has fewer details: zeros for the others. */
     if (details != NULL && details_words < ODOM_DETAILS_WORDS)
       memset((char*)details + 8 * details_words, 0, 8 * (ODOM_DETAILS_WORDS - details_words));
     return ODOM_OK;

@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* What is there may be closed to us: that is told when it is opened. */
+/* It may not be accessible; opening it reports that. */
 static int has(DIR* directory, const char* instance, const char* leaf) {
   char path[NAME_MAX + 64];
   const int length = snprintf(path, sizeof path, "%s/%s", instance, leaf);

@@ -1,4 +1,4 @@
-/* Where the service keeps what clients look for when they are told no name. */
+/* The places of the service where clients look when no name is given. */
 #ifndef ODOMD_LIBODOM_SERVICE_H
 #define ODOMD_LIBODOM_SERVICE_H
 

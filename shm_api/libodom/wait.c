@@ -9,19 +9,19 @@
 #include "shm_api/layout/slot.h"
 #include "shm_api/libodom/client.h"
 
-/* Sleeps while the futex word is `seen`, `timeout_ns` at the most. A shared futex works on a
+/* Sleeps while the futex word is `seen`, at most `timeout_ns`. A shared futex works on a
  * read-only mapping: the kernel finds the waiters by the page of the file. */
 static void sleep_while(const odomi_segment* segment, uint32_t seen, int64_t timeout_ns) {
   const struct timespec timeout = {timeout_ns / 1000000000, timeout_ns % 1000000000};
   const uint64_t* futex = segment->words + ODOM_HEADER_FUTEX;
   if (syscall(SYS_futex, futex, FUTEX_WAIT, seen, &timeout, NULL, 0) == 0) return;
   if (errno == EAGAIN || errno == EINTR || errno == ETIMEDOUT) return;
-  /* No futex here (a sandbox): look again in a millisecond. */
+  /* No futex (in a sandbox): check again in a millisecond. */
   const struct timespec pause = {0, timeout_ns < 1000000 ? timeout_ns : 1000000};
   nanosleep(&pause, NULL);
 }
 
-/* Acquire: the pose of a wake-up that is counted in this word is visible after this load. */
+/* Acquire: after this load, the poses of all wake-ups counted in this word are visible. */
 static uint32_t wakeups(const odomi_segment* segment) {
   return (uint32_t)__atomic_load_n(segment->words + ODOM_HEADER_FUTEX, __ATOMIC_ACQUIRE);
 }
@@ -33,7 +33,7 @@ odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t
   const int error = errno;
   const int64_t start_ns = odomi_now(CLOCK_MONOTONIC);
 
-  /* Newer by time, not by tick: a restarted daemon counts its ticks anew, but time goes on. */
+  /* Newer by time, not by tick: a restarted daemon restarts its tick count. */
   odom_pose newest;
   int64_t last_ns = INT64_MIN;
   if (pose->tick != 0)
@@ -50,7 +50,7 @@ odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t
     if (status == ODOM_OK && newest.time_ns > last_ns)
       result = freshness;
     else if (left_ns > 0) {
-      /* Nobody wakes the clients of a dead writer: look up once in four periods. */
+      /* Nobody wakes the clients of a dead writer: check once in four periods. */
       sleep_while(&client->segment, seen,
                   left_ns < client->stale_after_ns ? left_ns : client->stale_after_ns);
       continue;

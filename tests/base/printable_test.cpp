@@ -1,4 +1,4 @@
-// What comes from outside, as messages show it.
+// External text in messages.
 #include "base/printable.hpp"
 
 #include <gtest/gtest.h>

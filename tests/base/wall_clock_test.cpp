@@ -1,9 +1,9 @@
-// Stamps through a wall clock that is set, set back, and asleep, in made-up time.
+// Conversion of stamps with a wall clock that is stepped, set back or suspended, in simulated time.
 #include "base/wall_clock.hpp"
 
 #include <gtest/gtest.h>
 
-namespace odomd::can::wall_clock_test {
+namespace odomd::wall_clock_test {
 namespace {
 
 constexpr std::int64_t ms = 1'000'000;
@@ -64,8 +64,8 @@ TEST_P(SteppedWallClock, ConvertsEachStampByTheOffsetOfItsTime) {
               static_cast<double>(last + 1 * ms), 1000.0);
   EXPECT_NEAR(static_cast<double>(*clock.to_monotonic(stamp_after, now)),
               static_cast<double>(last + 3 * ms), 1000.0);
-  // A frame that waited in the socket longer is still known, but for steps back that are shorter
-  // than its wait: its stamp has come up again since.
+  // A frame that waited longer in the socket is still converted, except after a step back that is
+  // shorter than its wait, because its stamp has then occurred twice.
   const std::int64_t later = now + 50 * ms;
   EXPECT_EQ(clock.update(machine.read(later)), ClockEvent::none);
   if (step < 0 && step > last - later) return;
@@ -101,7 +101,7 @@ TEST(WallClock, KeepsUpWithAClockThatIsSetAgainAndAgain) {
   }
 }
 
-TEST(WallClock, TellsASuspendFromAStep) {
+TEST(WallClock, DistinguishesASuspendFromAStep) {
   Machine machine;
   WallClock clock;
   clock.update(machine.read(100 * s));
@@ -153,4 +153,4 @@ TEST(WallClock, AgreesWithThisMachine) {
 }
 
 }  // namespace
-}  // namespace odomd::can::wall_clock_test
+}  // namespace odomd::wall_clock_test

@@ -99,7 +99,7 @@ does "it hears the car on the bus" await 30 status '.can[0].received > 200 and .
 does "and knows where it is" await 30 status '.mode == "dead_reckoning" and .pose.x * .pose.x > 0.01'
 
 echo "-- look at it, who may do what"
-says "who is not in the group is told so" 'refused: a stranger|not allowed' as_newcomer "odom pose"
+says "who is not in the group is told so" 'refused: untrusted owner|not allowed' as_newcomer "odom pose"
 does "a user joins the group" usermod -aG odom newcomer
 does "and sees the pose" as_newcomer "odom pose"
 does "and the status" as_newcomer "odom status"
@@ -173,7 +173,7 @@ does "what ran, runs" goes_on
 before=$(main_pid)
 does "a younger package" dpkg -i "$packages"/younger/odomd_*.deb
 does "what ran goes on" goes_on
-says "from the last pose" "going on from the predecessor's pose" journal -n 200
+says "from the last pose" "resuming from the last pose" journal -n 200
 [ "$(main_pid)" != "$before" ] && ok "as another process again" || not_ok "as another process again" "pid $before"
 says "my configuration is kept again" '^# mine$' tail -n 1 /etc/odomd/can0.toml
 

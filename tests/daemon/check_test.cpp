@@ -1,4 +1,4 @@
-// What `odomd --check` shows of a configuration.
+// The output of `odomd --check`.
 #include "daemon/check.hpp"
 
 #include <gmock/gmock.h>
@@ -27,7 +27,8 @@ Config with_signal(std::int64_t timeout_ns, std::int64_t latency_ns) {
 
 TEST(CheckSummary, ShowsTimesAsTheyWereWritten) {
   const auto text = summary(with_signal(15'000'000, 7'000'000), {}, {});
-  EXPECT_THAT(text, HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, 0.007 s old\n"));
+  EXPECT_THAT(text,
+              HasSubstr("WHEEL.REAR in m/s, sigma 0.05, time-out 0.015 s, latency 0.007 s\n"));
   EXPECT_THAT(text, HasSubstr("every 0.005 s\n"));
 }
 
@@ -37,9 +38,9 @@ TEST(CheckSummary, RoundsTimesToSixDigits) {
   EXPECT_THAT(text, Not(HasSubstr("old")));
 }
 
-TEST(CheckSummary, TellsSourcesApart) {
+TEST(CheckSummary, ShowsTheKindOfEachSource) {
   Config config = with_signal(30'000'000, 0);
-  EXPECT_THAT(summary(config, {}, {}), HasSubstr("none yet: give --can or [can] source"));
+  EXPECT_THAT(summary(config, {}, {}), HasSubstr("none: give --can or [can] source"));
   config.can.sources = {"can0", "-"};
   EXPECT_THAT(summary(config, {}, {}),
               testing::AllOf(HasSubstr("can0 (interface)\n"), HasSubstr("standard input\n")));

@@ -16,7 +16,7 @@
 
 namespace odomd::testing {
 
-/// Tries `condition` until it holds; false after ten seconds of trying.
+/// Tries `condition` until it is true; false after ten seconds.
 [[nodiscard]] bool eventually(const std::function<bool()>& condition);
 
 /// A directory of one test, with `car.toml` and `car.dbc` of a car whose bus carries a speed
@@ -35,7 +35,7 @@ class Desk {
   [[nodiscard]] std::string read(const std::string& name) const;
   [[nodiscard]] const std::string& segment() const { return segment_; }
 
-  /// Poses, modes and the like, asked of the status socket; null where there is none.
+  /// Poses, modes and the like from the status socket; null when there is none.
   [[nodiscard]] nlohmann::json status() const;
 
  private:
@@ -43,23 +43,23 @@ class Desk {
   std::string segment_;
 };
 
-/// A drive straight ahead at `speed`, every 10 ms for so long, as candump -L writes it. Up to five
-/// seconds fit into a pipe at once.
+/// A straight drive at `speed`, every 10 ms for this time, as candump -L writes it. Up to five
+/// seconds fit into a pipe.
 [[nodiscard]] std::string straight_drive(double seconds, double speed);
 
-/// odomd with a desk's configuration. Its standard input is a pipe; its standard error goes to the
-/// desk's file "stderr".
+/// odomd with the configuration of a desk. Its standard input is a pipe; its standard error goes to
+/// the desk's file "stderr".
 class DaemonProcess {
  public:
   DaemonProcess(const Desk& desk, const std::vector<std::string>& arguments);
-  ~DaemonProcess();  ///< kills it where it still runs
+  ~DaemonProcess();  ///< kills it if it is still running
   DaemonProcess(const DaemonProcess&) = delete;
   DaemonProcess& operator=(const DaemonProcess&) = delete;
 
   void feed(const std::string& text) const;
   void close_input();
   void signal(int number) const;
-  /// Its exit status; -1 where a signal ended it, -2 where it does not end.
+  /// Its exit status; -1 if a signal ended it, -2 if it does not end.
   [[nodiscard]] int wait();
   [[nodiscard]] pid_t pid() const { return pid_; }
 

@@ -2,9 +2,9 @@
 //
 // Forks and executes the daemon with the log's beginning ready in its standard input, waits in
 // shared memory for the first pose of this instance, kills it with SIGKILL and starts the next,
-// which goes on from its predecessor's pose. Prints median and maximum, in ms, of the time from
-// before the fork to the first pose that is published, and to the first that is worth something
-// (not initialising).
+// which resumes from the last pose. Prints median and maximum, in ms, of the time from
+// before the fork to the first pose that is published, and to the first valid one (not
+// initialising).
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -27,7 +27,7 @@
 
 namespace {
 
-constexpr std::int64_t patience_ns = 10'000'000'000;
+constexpr std::int64_t timeout_ns = 10'000'000'000;
 
 std::int64_t now_ns() {
   timespec now{};
@@ -63,7 +63,7 @@ struct Times {
 // Both since `began_ns`, as a client sees them.
 Times await_poses(const std::string& shm, std::int64_t began_ns) {
   Times times;
-  while (now_ns() - began_ns < patience_ns) {
+  while (now_ns() - began_ns < timeout_ns) {
     odom_client* client = nullptr;
     odom_pose pose{};
     odom_info info{};

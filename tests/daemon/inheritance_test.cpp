@@ -1,4 +1,4 @@
-// Which last pose of a predecessor a restarted daemon goes on from.
+// The last poses from which a restarted daemon resumes.
 #include "daemon/inheritance.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// What is wrong with a start is said in one line, with exit status 2, or 1 where the machine is in
-// the way.
+// Errors at start are reported in one line, with exit status 2, or 1 for errors of the machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -54,7 +53,7 @@ TEST_F(OdomdMistake, ASourceNamedTwice) {
 TEST_F(OdomdMistake, AnUnknownModel) {
   EXPECT_THAT(
       error_of({"--model", "particle"}),
-      HasSubstr("--model: \"particle\" is not a model of this version; there are: kinematic"));
+      HasSubstr("--model: \"particle\" is not a model of this version; the models are: kinematic"));
 }
 
 TEST_F(OdomdMistake, APoseThatIsNone) {
@@ -71,7 +70,7 @@ TEST_F(OdomdMistake, ASegmentNameWithoutASlash) {
 
 TEST_F(OdomdMistake, ACameraSocketThatIsAFile) {
   desk_.write("camera.sock", "precious");
-  EXPECT_THAT(error_of({}, 1), HasSubstr("camera.sock: is there already and is not a socket"));
+  EXPECT_THAT(error_of({}, 1), HasSubstr("camera.sock: exists and is not a socket"));
   EXPECT_EQ(desk_.read("camera.sock"), "precious");
 }
 

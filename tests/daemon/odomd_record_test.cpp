@@ -35,7 +35,7 @@ pid_t start(const std::string& command) {
   ::_exit(127);
 }
 
-/// `odom record` beside the test.
+/// `odom record` in parallel with the test.
 class RecorderProcess {
  public:
   RecorderProcess(const Desk& desk, const std::string& arguments)
@@ -130,9 +130,9 @@ TEST_F(OdomdRecord, BeginsInMidDriveAndEndsOnInt) {
   EXPECT_THAT(desk_.read("drive/info.json"), HasSubstr("\"model\": \"kinematic\""));
   expect_bit_identical("drive");
   EXPECT_TRUE(eventually([&] {
-    return desk_.read("stderr").find("ticks: the recorder went away") != std::string::npos;
+    return desk_.read("stderr").find("ticks: the recorder disconnected") != std::string::npos;
   })) << desk_.read("stderr");
-  // And more, from the same daemon, one right behind the other.
+  // And more, from the same daemon, one right after the other.
   for (const char* folder : {"drive2", "drive3"}) {
     EXPECT_EQ(
         odom(desk_,
@@ -181,7 +181,7 @@ TEST_F(OdomdRecord, ARecorderThatDoesNotKeepUpLosesTheRestAndKnowsIt) {
     return status.is_null() ? 0 : status["can"][0]["received"].get<int>();
   };
   const int at_stop = received();
-  // What lies in the rings and in the sockets is what comes after it wakes.
+  // It gets the contents of the rings and the sockets after it wakes.
   ASSERT_TRUE(eventually([&] { return received() > at_stop + 50'000; })) << desk_.read("stderr");
   recorder.signal(SIGCONT);
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive-2", 20); }))
@@ -215,7 +215,7 @@ TEST_F(OdomdRecord, OneAtATime) {
   RecorderProcess recorder(desk_, "--out drive");
   ASSERT_TRUE(eventually([&] { return recorder.holds("drive", 1); })) << desk_.read("record.txt");
   EXPECT_EQ(odom(desk_, "record --socket record.sock --out other", "r.txt"), 1);
-  EXPECT_THAT(desk_.read("r.txt"), HasSubstr("odomd is being recorded already (by pid "));
+  EXPECT_THAT(desk_.read("r.txt"), HasSubstr("odomd is already being recorded (by pid "));
   EXPECT_FALSE(std::filesystem::exists(desk_.file("other")));
   EXPECT_EQ(odom(desk_, "record --socket record.sock --out drive", "r.txt"), 2);
   EXPECT_THAT(desk_.read("r.txt"), HasSubstr("drive: exists already; name another folder"));

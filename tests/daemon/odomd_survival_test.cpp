@@ -1,4 +1,4 @@
-// What a running odomd outlives, and what ends it, with which line and exit status.
+// Events that a running odomd survives, and those that end it, with the line and exit status.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -82,7 +82,7 @@ TEST_F(OdomdSurvival, EndsWithOneWhereItCouldNotRun) {
               HasSubstr("process " + std::to_string(first.pid()) + " publishes there already"));
   const std::string elsewhere = desk_.file("elsewhere");
   EXPECT_EQ(status_of({"--shm", elsewhere}), 1) << "its sockets are the first one's";
-  EXPECT_THAT(desk_.read("stderr"), HasSubstr("another program listens there"));
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("another program is listening there"));
   desk_.write("precious", "years of work");
   EXPECT_EQ(status_of({"--shm", desk_.file("precious")}), 1);
   EXPECT_EQ(status_of({"--shm", desk_.file("nowhere/pose")}), 1);
@@ -147,7 +147,8 @@ TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   const odom_pose before = pose;
 
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
-  ASSERT_TRUE(is_logged("the segment was removed or replaced while odomd runs; it is made again"));
+  ASSERT_TRUE(is_logged(
+      "the segment was removed or replaced while odomd was running; it has been recreated"));
   const Client late = open_client();
   EXPECT_TRUE(next_pose(late, pose));
   EXPECT_GT(pose.tick, before.tick);
@@ -161,7 +162,7 @@ TEST_F(OdomdSurvival, MakesARemovedSegmentAgainAndReadersGoOverToIt) {
   ASSERT_EQ(odom_get_info(late.get(), &info, sizeof info), ODOM_OK);
   EXPECT_EQ(pose.time_ns, info.first_tick_ns + static_cast<std::int64_t>(pose.tick) * 5'000'000);
 
-  // And once more: the old ones are let go.
+  // Once more: the old ones are released.
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   ASSERT_TRUE(eventually([&] { return next_pose(client, pose) && instance_of(client) != second; }));
 
@@ -190,8 +191,8 @@ TEST_F(OdomdSurvival, IsTheOnlyWriterWhateverIsRemoved) {
       return std::filesystem::exists(desk_.segment()) &&
              std::filesystem::exists(desk_.segment() + ".lock");
     }));
-    EXPECT_TRUE(is_logged("pose.lock was removed while odomd runs; it is there again") ||
-                is_logged("it is made again"));
+    EXPECT_TRUE(is_logged("pose.lock was removed while odomd was running; it has been recreated") ||
+                is_logged("it has been recreated"));
     ASSERT_TRUE(next_pose(open_client(), pose));
   }
   first.signal(SIGTERM);
@@ -203,13 +204,13 @@ TEST_F(OdomdSurvival, SaysWhyItCannotMakeItsSegmentAgainAndGoesOn) {
   const Client client = open_client();
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
   desk_.write("pose", "years of work, and no segment");
-  ASSERT_TRUE(is_logged("cannot be made again: " + desk_.segment() +
-                        ": is a file, no segment of odomd, and stays"));
+  ASSERT_TRUE(
+      is_logged("cannot be recreated: " + desk_.segment() + ": is a file, not a segment of odomd"));
   EXPECT_EQ(desk_.read("pose"), "years of work, and no segment");
   odom_pose pose{};
   EXPECT_TRUE(next_pose(client, pose)) << "who has the old one goes on";
   ASSERT_EQ(::unlink(desk_.segment().c_str()), 0);
-  ASSERT_TRUE(is_logged("it is made again"));
+  ASSERT_TRUE(is_logged("it has been recreated"));
   EXPECT_TRUE(next_pose(open_client(), pose));
 }
 
@@ -225,7 +226,7 @@ TEST_F(OdomdSurvival, ATruncatedSegmentEndsItWithOneLineAndASuccessorStarts) {
     ASSERT_EQ(::truncate(desk_.segment().c_str(), size), 0);
     EXPECT_EQ(odomd.wait(), 1) << size;
     EXPECT_THAT(desk_.read("stderr"),
-                HasSubstr("odomd: the segment was cut short while it was in use (SIGBUS)"));
+                HasSubstr("odomd: the segment was truncated while it was in use (SIGBUS)"));
   }
   const DaemonProcess successor(desk_, {});
   odom_pose pose{};
@@ -243,12 +244,12 @@ TEST_F(OdomdSurvival, AReaderOfATruncatedSegmentEndsWithOneLine) {
   FILE* const shell = ::popen(command.c_str(), "w");
   ASSERT_NE(shell, nullptr);
   ASSERT_TRUE(eventually([&] { return !desk_.read("poses").empty(); })) << desk_.read("reader");
-  odomd.signal(SIGSTOP);  // the reader is the one that touches it
+  odomd.signal(SIGSTOP);  // so that only the reader accesses it
   ASSERT_EQ(::truncate(desk_.segment().c_str(), 0), 0);
   EXPECT_TRUE(eventually([&] { return desk_.read("ended") == "1\n"; })) << desk_.read("ended");
   ::pclose(shell);
   EXPECT_THAT(desk_.read("reader"),
-              HasSubstr("odom: the segment was cut short while it was in use (SIGBUS)"));
+              HasSubstr("odom: the segment was truncated while it was in use (SIGBUS)"));
 }
 
 // A predecessor's segment
@@ -264,7 +265,7 @@ TEST_F(OdomdSurvival, DoesNotGoOnFromADamagedPredecessor) {
     first.signal(SIGKILL);
     EXPECT_EQ(first.wait(), -1);
     const std::uint64_t slot = pose.tick % 1024;
-    // Its words and those of some ticks after it, that came between the look and the kill.
+    // Its words and those of some later ticks, published between the read and the kill.
     std::fstream file(desk_.segment(), std::ios::in | std::ios::out | std::ios::binary);
     for (std::uint64_t i = slot; i < slot + 60; ++i) {
       file.seekp(static_cast<std::streamoff>(
@@ -276,11 +277,11 @@ TEST_F(OdomdSurvival, DoesNotGoOnFromADamagedPredecessor) {
   }
   desk_.write("stderr", "");
   const DaemonProcess second(desk_, {});
-  EXPECT_TRUE(is_logged("the last pose of a predecessor is not gone on from: it is damaged"));
+  EXPECT_TRUE(is_logged("cannot resume from the last pose: it is damaged"));
   odom_pose pose{};
   ASSERT_TRUE(next_pose(open_client(), pose));
   EXPECT_EQ(pose.x, 1.0) << "as the configuration says";
-  EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("going on")));
+  EXPECT_THAT(desk_.read("stderr"), Not(HasSubstr("resuming")));
 }
 
 }  // namespace

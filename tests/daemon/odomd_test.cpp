@@ -1,4 +1,5 @@
-// The daemon as its users meet it: the program is started, fed and read from outside.
+// The daemon as its users meet it: the program is started, gets its inputs and is read from
+// outside.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -44,7 +45,7 @@ bool next_pose(const Client& client, odom_pose& pose) {
   return odom_wait(client.get(), &pose, sizeof pose, -1) == ODOM_OK;
 }
 
-/// Reads poses until one fits.
+/// Reads poses until one matches.
 bool wait_for_pose(const Client& client, odom_pose& pose,
                    const std::function<bool(const odom_pose&)>& fits) {
   return eventually([&] { return next_pose(client, pose) && fits(pose); });
@@ -153,7 +154,7 @@ struct Comparison {
   std::vector<std::string> different;
 };
 
-/// Plays the drive and holds each pose against the replay's of the same time.
+/// Plays the drive and compares each pose with the replay's pose of the same time.
 Comparison play_beside(const Desk& desk, const std::map<std::string, std::string>& replayed) {
   DaemonProcess odomd(desk, {"--can", desk.file("drive.log"), "--exit-at-end"});
   const Client client = open_client(desk);
@@ -179,8 +180,8 @@ Comparison play_beside(const Desk& desk, const std::map<std::string, std::string
   return comparison;
 }
 
-// A machine under load makes the beat miss ticks, or frames come after theirs: then the poses
-// differ by right. One time of several it will keep up.
+// A machine under load makes the beat miss ticks, or frames come after theirs: then the poses may
+// differ. It will keep up in one of several attempts.
 TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
   Comparison comparison;
   for (int attempt = 0; attempt < 10; ++attempt) {
@@ -211,7 +212,7 @@ TEST_F(OdomdTest, GoesOnAfterTheEndOfItsInput) {
   EXPECT_EQ(odomd.wait(), 0);
 }
 
-TEST_F(OdomdTest, TellsItsStatus) {
+TEST_F(OdomdTest, ReportsItsStatus) {
   DaemonProcess odomd(desk_, {});
   odomd.feed("rubbish\n" + straight_drive(1.0, 1.0));
   nlohmann::json status;
@@ -305,12 +306,12 @@ TEST_F(OdomdTest, TakesCameraPosesAndCountsMalformedMessages) {
   odom_camera_close(camera);
   EXPECT_TRUE(eventually([&] { return desk_.status()["camera"]["connections"].empty(); }));
   EXPECT_TRUE(eventually([&] {
-    return desk_.read("stderr").find("a camera message was not understood: it is not 80 bytes") !=
+    return desk_.read("stderr").find("a camera message was invalid: it is not 80 bytes") !=
            std::string::npos;
   })) << desk_.read("stderr");
 }
 
-/// Feeds a drive as it happens, on a clock of its own, but its first line late by `late`; sends
+/// Writes a drive in real time, on a clock of its own, with its first line late by `late`; sends
 /// camera poses on that clock, `ahead` of it, until `fits`.
 bool drive_live(const Desk& desk, const DaemonProcess& odomd, std::chrono::milliseconds late,
                 std::int64_t ahead_ns, const std::function<bool()>& fits) {
@@ -350,10 +351,10 @@ TEST_F(OdomdTest, FollowsAPipeWhoseFirstLineCameLateSoThatCameraPosesAreInTime) 
     return !status.is_null() &&
            status["sources"][ODOM_SOURCE_CAMERA]["verdicts"]["fused"].get<int>() > 20;
   })) << desk_.status().dump(1);
-  EXPECT_THAT(desk_.read("stderr"), HasSubstr("standard input: its first line came late"));
+  EXPECT_THAT(desk_.read("stderr"), HasSubstr("standard input: the first line arrived late"));
 }
 
-TEST_F(OdomdTest, TellsACameraWhosePosesAreAllInTheFuture) {
+TEST_F(OdomdTest, WarnsOfACameraWhosePosesAreAllInTheFuture) {
   const DaemonProcess odomd(desk_, {});
   EXPECT_TRUE(drive_live(desk_, odomd, std::chrono::milliseconds(0), 3'000'000'000, [&] {
     return desk_.read("stderr").find("poses are all stamped in the future, the newest by ") !=
@@ -361,13 +362,11 @@ TEST_F(OdomdTest, TellsACameraWhosePosesAreAllInTheFuture) {
   })) << desk_.read("stderr");
 }
 
-TEST_F(OdomdTest, TellsACameraThatIsAheadOfTheFirstFrameOfItsLog) {
+TEST_F(OdomdTest, WarnsOfACameraThatIsAheadOfTheFirstFrameOfItsLog) {
   const DaemonProcess odomd(desk_, {});
   EXPECT_TRUE(drive_live(desk_, odomd, std::chrono::hours(0), 0, [] { return true; }));
   EXPECT_TRUE(eventually([&] {
-    return desk_.read("stderr").find(
-               "the clock of a log, of which no frame has come: no log is "
-               "played, or not yet") != std::string::npos;
+    return desk_.read("stderr").find("no log is being played yet") != std::string::npos;
   })) << desk_.read("stderr");
 }
 
@@ -476,16 +475,15 @@ TEST_F(OdomdTest, OpensItsLogAnewOnHup) {
   ASSERT_TRUE(eventually([&] { return !desk_.read("odomd.log").empty(); }));
   std::filesystem::rename(desk_.file("odomd.log"), desk_.file("odomd.log.1"));
   odomd.signal(SIGHUP);
-  EXPECT_TRUE(eventually([&] {
-    return desk_.read("odomd.log").find("the log was opened anew") != std::string::npos;
-  }));
+  EXPECT_TRUE(eventually(
+      [&] { return desk_.read("odomd.log").find("the log was reopened") != std::string::npos; }));
   odomd.signal(SIGTERM);
   EXPECT_EQ(odomd.wait(), 0);
-  EXPECT_THAT(desk_.read("odomd.log"), HasSubstr("ending: signal TERM"));
-  EXPECT_THAT(desk_.read("odomd.log.1"), Not(HasSubstr("ending")));
+  EXPECT_THAT(desk_.read("odomd.log"), HasSubstr("stopping: signal TERM"));
+  EXPECT_THAT(desk_.read("odomd.log.1"), Not(HasSubstr("stopping")));
 }
 
-TEST_F(OdomdTest, TellsTheJournalHowSeriousALineIs) {
+TEST_F(OdomdTest, ReportsTheSeverityOfALineToTheJournal) {
   desk_.write("stderr", "");
   struct stat error {};
   ASSERT_EQ(::stat(desk_.file("stderr").c_str(), &error), 0);

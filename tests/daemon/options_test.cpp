@@ -1,4 +1,4 @@
-// What the command line makes of a configuration, where a service says what holds.
+// The effect of the command line on a configuration, with the options of a service.
 #include "daemon/options.hpp"
 
 #include <gmock/gmock.h>

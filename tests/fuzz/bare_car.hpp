@@ -1,5 +1,5 @@
-// What the fuzzers of the pipeline share: a car whose every signal is a bare 64-bit float, so that
-// any number at all can be sent, and what every pose of it has to be.
+// Shared by the fuzzers of the pipeline: a car whose signals are all 64-bit floats, so that any
+// number can be sent, and checks of every pose.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Any line: it is refused with a column inside it, or its frame is sound and survives being written
+// Any line: it is refused with a column inside it, or its frame is valid and survives being written
 // and read again.
 #include "can_protocol/sources/candump.hpp"
 

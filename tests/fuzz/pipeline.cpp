@@ -1,5 +1,5 @@
-// Any sequence of frames, camera messages and ticks through the pipeline: no tick publishes a
-// number that is none, a variance below zero, or an older time.
+// Any sequence of frames, camera messages and ticks through the pipeline: no tick publishes NaN or
+// infinity, a variance below zero, or an older time.
 //
 // The input is a model (one byte) and then commands: a frame (0-5: which signal; its stamp's lead
 // over the clock in units of 0.1 ms, signed; eight bytes of payload), a camera message (6: as the
@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                                                           odomd::estimator::model_names.size());
   const auto pipeline =
       std::make_unique<Pipeline>(odomd::fuzz::config(model), databases, buses, true);
-  odomd::can::WallClock wall;
+  odomd::WallClock wall;
   wall.update({start_ns, 1'760'000'000'000'000'000 + start_ns, start_ns, start_ns});
   const odomd::daemon::MessageClocks clocks{wall, start_ns / 2};
 

@@ -1,8 +1,8 @@
-// Any segment of a predecessor: refused in one line, or nothing of it is taken, or its last pose is
-// one that each model goes on from without publishing a number that is none.
+// Any segment of a predecessor: refused in one line, or ignored, or its last pose is one from which
+// each model resumes without publishing NaN or infinity.
 //
 // The input is a model (one byte), whether the newest slot gets the checksum that belongs to it
-// (one byte: odd), how much is cut off the file (two bytes, in words) and then changes of a sound
+// (one byte: odd), how much is cut off the file (two bytes, in words) and then changes of a valid
 // segment: a word's index (two bytes) and its new value (eight bytes).
 #include <sys/stat.h>
 
@@ -47,7 +47,7 @@ void drive(daemon::Pipeline& pipeline, std::int64_t now_ns) {
   }
 }
 
-/// A segment on disk, and the words that a sound predecessor left in it.
+/// A segment on disk, and the words that a correct predecessor left in it.
 class Predecessor {
  public:
   Predecessor() {
@@ -94,7 +94,7 @@ class Predecessor {
   std::vector<std::uint64_t> words_;
 };
 
-/// As its writer would have sealed the newest slot, whatever lies in it.
+/// Gives the newest slot the checksum of its contents.
 void seal(std::vector<std::uint64_t>& words) {
   const std::uint64_t newest = odomi_tick(words[ODOM_HEADER_HEAD]) & (slots - 1);
   std::uint64_t* slot = words.data() + ODOM_SEGMENT_HEADER_WORDS + newest * ODOM_SLOT_WORDS;

@@ -1,6 +1,6 @@
 // Anything that cameras and a recorder may do to their sockets, in any order: no more poses and
-// complaints than messages were sent, none that was not asked for, and what the recorder gets is
-// whole messages. A status is sent to whoever connects; of its readers nothing is read.
+// warnings than messages were sent, none without a message, and the recorder gets complete
+// messages. A status is sent to whoever connects; of its readers nothing is read.
 //
 // The input is commands of one byte: a camera connects (0), ends (1), sends so many bytes as they
 // are (2: one byte and these), sends a message whose magic and version are right (3: the rest of
@@ -25,7 +25,6 @@
 namespace odomd::fuzz {
 namespace {
 
-using can::FileDescriptor;
 using daemon::CameraDoor;
 
 class Directory {
@@ -90,7 +89,7 @@ class Cameras {
       require(event->index < CameraDoor::max_connections, "an event is of a connection");
       if (event->kind == daemon::EventKind::camera_malformed)
         require(event->a > 0 && event->a < static_cast<std::int64_t>(daemon::MalformedCause::count),
-                "a complaint has a text");
+                "a warning has a text");
     }
     require(events_->dropped() == 0, "a tick's events find room");
     for (const auto& connection : door_.connections())
@@ -100,7 +99,7 @@ class Cameras {
 
  private:
   CameraDoor door_;
-  can::WallClock wall_;
+  WallClock wall_;
   std::array<FileDescriptor, 2 * CameraDoor::max_connections> ends_;
   std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
   std::unique_ptr<daemon::EventRing> events_ = std::make_unique<daemon::EventRing>();
@@ -128,7 +127,7 @@ class Recording {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     directory().file("socket").native().copy(address.sun_path, sizeof address.sun_path - 1);
-    // Where too many wait already it is refused, and its bytes go nowhere.
+    // When too many are waiting it is refused, and its bytes are lost.
     static_cast<void>(
         ::connect(recorder_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address));
   }
@@ -163,7 +162,7 @@ class Recording {
     return all;
   }
 
-  /// Takes whole messages from the front of what was got.
+  /// Takes complete messages from the front of the received bytes.
   void check_messages() {
     daemon::RecordingHeader header;
     std::size_t at = 0;

@@ -1,4 +1,4 @@
-# Holds the poses of a drive that was played on a bus against the replay of its log.
+# Compares the poses of a drive that was played on a bus with the replay of its log.
 #
 #   awk -v wakeup=SECONDS -v gyro=ID -f compare_drive.awk drive.log received.log replay.csv poses.csv
 #
@@ -6,10 +6,11 @@
 # (both candump -L); replay.csv: `odom replay` of drive.log; poses.csv: what odomd published.
 #
 # The stamps of a bus differ from those of the log by an offset (the drive is played later) and a
-# jitter (the player and the machine are late, never early). Both are measured, frame by frame:
+# jitter (the player and the machine delay frames, never advance them). Both are measured, frame by
+# frame:
 # offset = the smallest difference, jitter = the largest less the smallest.
 #
-# What a frame says takes effect at the first tick that is not before its stamp, and the ticks of the
+# A frame takes effect at the first tick that is not before its stamp, and the ticks of the
 # log and of the bus lie differently in a period. So a frame's effect is later, or earlier, than in
 # the replay by what its own stamp's jitter makes of that: this shift is measured too, of every frame
 # on the two grids. One that comes while the beat still wakes up (`wakeup`: how late it does, but for
@@ -17,9 +18,9 @@
 # step that makes up for them is longer than a period: what its tick takes in acts on all of it.
 #
 # Two things follow. Along the way a pose may be off by what the car drives at its highest speed in the
-# largest shift. Across it the heading errs, by the change of the yaw rate that each frame of the gyro
-# (whose id is `gyro`) brings, times the shift of that frame; what this sum makes of the way is
-# integrated. The bound is the sum of both, and a millimetre.
+# largest shift. Across it the heading is wrong by the change of the yaw rate that each frame of the gyro
+# (whose id is `gyro`) brings, times the shift of that frame; the resulting distance is integrated.
+# The bound is the sum of both, and a millimetre.
 #
 # Prints one line: frames compared, offset, jitter, shift, highest speed, what the heading explains,
 # poses compared, largest and root mean square distance, and the bound.

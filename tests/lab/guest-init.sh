@@ -1,9 +1,9 @@
 #!/bin/busybox sh
-# The first process of the lab's machine: mounts the host's files, brings up the buses, runs the job.
+# The init process of the lab's machine: mounts the host's files, brings up the buses, runs the job.
 #
 # The host's root (9p, read-only) lies below a tmpfs: the guest sees the host's files under the same
 # paths and may write anywhere, and nothing of that reaches the host. Only /run/lab is shared: `job`
-# is what to run, `output` and `status` are what came of it.
+# is the command, `output` and `status` are its results.
 #
 # On the kernel's command line: lab.probe (boot, say so, and power off), lab.systemd (hand over to
 # systemd, which runs the job as a unit).
@@ -70,7 +70,7 @@ end
 
 # Emulated processors must not meet code that the kernel is patching: QEMU before 8.1 may go on with
 # what it translated meanwhile, and the kernel dies of it. Whether packets are stamped is such a switch,
-# thrown by the first and the last who asks for stamps. So somebody always does, for an id of nobody's.
+# thrown by the first and the last who asks for stamps. So a process always does, for an unused id.
 chroot /root /usr/bin/candump any,1F334455:DFFFFFFF >/dev/null 2>&1 </dev/null &
 
 case " $command_line " in

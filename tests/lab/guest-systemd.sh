@@ -1,8 +1,8 @@
 # The machine with systemd as init. Sourced by guest-init.sh, with the host's files in /root: lays out
 # what systemd starts, and hands over to it.
 #
-# Of the host's services none runs, whatever is installed and enabled there: systemd's own below are
-# what a small car computer has, and the job is one unit more.
+# No service of the host runs, whatever is installed and enabled there: only the services of systemd
+# below, like on a small car computer, and the unit of the job.
 
 kept='systemd-journald.service systemd-journald.socket systemd-journald-dev-log.socket
   systemd-udevd.service systemd-udevd-control.socket systemd-udevd-kernel.socket
@@ -26,10 +26,10 @@ for generator in /root/lib/systemd/system-generators/*; do
 done
 printf '[Journal]\nStorage=volatile\nRateLimitBurst=0\n' >/root/run/systemd/journald.conf.d/lab.conf
 
-# Known to systemd, or it would take this for the first boot and enable everything.
+# A known machine id, or systemd would treat this as the first boot and enable everything.
 echo 0123456789abcdef0123456789abcdef >/root/etc/machine-id
 
-# A host that is a container says so in its root; the machine is none.
+# A host that is a container has a mark in its root; the machine is not a container.
 rm -f /root/.dockerenv
 
 # What only the host's root may read, the machine's may not either where the host's user is not root.
@@ -37,7 +37,7 @@ for file in /root/etc/shadow /root/etc/gshadow; do
   cat $file >/dev/null 2>&1 || { rm -f $file; touch $file; chmod 640 $file; }
 done
 
-# Of the devices only the buses matter.
+# Only the bus devices are needed.
 mkdir $units/systemd-udev-trigger.service.d
 cat >$units/systemd-udev-trigger.service.d/lab.conf <<end
 [Service]

@@ -1,4 +1,4 @@
-# What the lab's tests share. Sourced by each of tests/*.sh, in the machine.
+# Functions of the lab's tests. Sourced by each of tests/*.sh, in the machine.
 
 set -u
 PATH=$ODOMD_BIN_DIR:$PATH

@@ -10,7 +10,7 @@ mkdir -p "$1"
 directory=$(cd "$1" && pwd)
 export PATH="$PATH:/usr/sbin:/sbin"
 
-# What the guest loads; what these need in turn, modprobe knows.
+# The modules that the guest loads; modprobe resolves their dependencies.
 modules='9pnet_virtio 9p overlay
   can can-raw can-bcm can-gw can-dev vcan vxcan slcan sja1000 kvaser_pci'
 
@@ -37,7 +37,7 @@ fetch_kernel() {
   [ "$(dpkg --print-architecture)" = amd64 ] ||
     fail "the lab's machine is an amd64 one, and runs the programs of an amd64 host only"
   cd "$directory"
-  # Lists that are missing or old name no package, or one that the mirror has replaced.
+  # Missing or old package lists name no package, or one that the mirror has replaced.
   if ! package_file=$(download); then
     as_root=; [ "$(id -u)" = 0 ] || as_root=sudo
     $as_root apt-get -q update >&2 || true

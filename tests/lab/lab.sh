@@ -32,7 +32,7 @@ usage() {
   exit 2
 }
 
-# Whether this machine's KVM boots the kernel: asked once a boot of the host. Some clouds show a
+# Whether this machine's KVM boots the kernel: asked once a boot of the host. Some clouds have a
 # /dev/kvm in which no guest ever starts.
 accelerator() {
   local boot answer
@@ -72,7 +72,7 @@ not_run() {
   return $lab_failed
 }
 
-# share SCRIPT [ARGUMENT...]: lays out what the machine and the host share.
+# share SCRIPT [ARGUMENT...]: prepares the directory that the machine and the host share.
 share() {
   clean_up
   if [ -n "$keep" ]; then
@@ -94,10 +94,10 @@ share() {
   } >"$shared/job"
 }
 
-# boot FLAVOUR: runs the machine to its end; what qemu ended with.
+# boot FLAVOUR: runs the machine to its end; returns the exit status of qemu.
 boot() {
-  # Other work on the host must not look like missed ticks in the machine. Root may see to that; the
-  # machine's two processors are idle most of the time, so the host keeps what it needs.
+  # Other work on the host must not cause missed ticks in the machine, so root raises its priority;
+  # the machine's two processors are idle most of the time, which leaves enough for the host.
   local ahead=()
   chrt -r 1 true 2>/dev/null && ahead=(chrt -r 1)
   timeout -k 2 "$time_limit" "${ahead[@]}" qemu-system-x86_64 -accel $(accelerator) -smp 2 -m 1024 -nographic \
@@ -132,7 +132,7 @@ run_in_machine() {
   "$here/kernel.sh" "$cache" || return $lab_failed
 
   boot "$flavour" || status=$?
-  # A fault of QEMU before 8.1 (see guest-init.sh), not of what runs in it: once more, from the start.
+  # A fault of QEMU before 8.1 (see guest-init.sh), not of the tests: run it once more.
   for _ in 1 2 3; do
     grep -aq 'Oops: int3' "$shared/console" || break
     echo "-- the machine ran into code that its kernel was patching; once more"

@@ -1,7 +1,7 @@
-# Plays a log on buses into odomd and holds what comes out against the log's replay. Sourced, with
+# Plays a log on buses into odomd and compares the output with the log's replay. Sourced, with
 # guest.sh, by the tests that do so.
 
-# What jitter explains is known of a filter that holds the newest value of each signal: the paper's.
+# The effect of jitter is known for a filter that holds the newest value of each signal: the paper's.
 model=paper
 
 # play_drive NAME LOG CONFIG BUS...: the log names the buses on which it is played.

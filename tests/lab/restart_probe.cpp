@@ -1,13 +1,13 @@
-// What the lab's tests of the service measure restarts with: restart_probe COMMAND...
+// Measures restarts of the service for the lab's tests: restart_probe COMMAND...
 //
-//   pose KILL|STOP PID SHM   send odomd this signal, and wait for the first pose of its successor,
-//   as
-//                            a client does
-//   notify FILE              an empty notify service: tells systemd that it is ready, and FILE when
-//   ready PID FILE           kill that service, and wait for its successor
+//   pose KILL|STOP PID SHM   send odomd this signal, and wait for the first pose after the restart,
+//                            as a client does
+//   notify FILE              an empty notify service: reports to systemd that it is ready, and
+//                            writes the time to FILE
+//   ready PID FILE           kill that service, and wait for its restart
 //
 // `pose` and `ready` print one JSON object: `elapsed_ms` from the signal to the first pose or to
-// the readiness; of poses also the last one before and the first one after.
+// the readiness; `pose` also prints the last pose before and the first one after.
 #include <sys/types.h>
 #include <systemd/sd-daemon.h>
 #include <unistd.h>
@@ -35,7 +35,7 @@
 
 namespace {
 
-constexpr std::chrono::seconds patience{60};
+constexpr std::chrono::seconds timeout{60};
 
 std::int64_t monotonic_ns() {
   timespec now{};
@@ -48,11 +48,11 @@ double ms_since(std::int64_t begin_ns, std::int64_t end_ns) {
 }
 
 /// systemd runs a timer, such as RestartSec=, up to 250 ms late, unless something else wakes it.
-/// Here something does: whoever is measured must not win or lose that lot.
+/// This does, so that the measurement does not depend on chance.
 void await(const std::function<bool()>& done, const char* what) {
   const auto begin = std::chrono::steady_clock::now();
   for (unsigned turn = 0; !done(); ++turn) {
-    if (std::chrono::steady_clock::now() > begin + patience)
+    if (std::chrono::steady_clock::now() > begin + timeout)
       throw std::runtime_error(std::string("no ") + what);
     if (turn % 10 == 0) sd_notify(0, "STATUS=waits for a service");
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -105,7 +105,7 @@ nlohmann::json pose_after(int signal, const std::string& pid, const std::string&
           {"after", as_json(*after)}};
 }
 
-// The file is replaced whole, so that whoever reads it finds a time.
+// The file is replaced atomically, so that a reader always finds a time.
 [[noreturn]] void serve(const std::string& file) {
   sd_notify(0, "READY=1");
   const std::int64_t ready_ns = monotonic_ns();

@@ -1,6 +1,6 @@
 #!/bin/bash
 # Runs test scripts one after the other and counts their lines `ok NAME` and `not ok NAME: why`.
-# A script that ends badly, or without a single result, is a failed test of its own name.
+# A script that fails, or has no result, counts as a failed test with its own name.
 # The sums go to $LAB_SHARED/counts.
 set -u
 
@@ -20,7 +20,7 @@ for script in "$@"; do
   if [ "$status" != 0 ] || [ $((ok + not_ok)) = 0 ]; then
     why="ended with status $status"
     [ "$status" != 124 ] || why="no end after ${LAB_TEST_TIMEOUT:-300} s"
-    # A script says "not ok" and goes on, or ends early with a status: then that is one failure more.
+    # A script prints "not ok" and continues, or ends early with a status, which is one more failure.
     if [ "$not_ok" = 0 ] || [ "$status" != 1 ]; then
       echo "not ok $name: $why, after $ok results"
       not_ok=$((not_ok + 1))

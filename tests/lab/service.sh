@@ -1,11 +1,11 @@
 # The installed service. Sourced after guest.sh by the tests below systemd/, which share one boot: the
-# first of them installs, as an administrator does.
+# first of them installs it, like an administrator.
 
 bus=vcan0
 unit=odomd@$bus.service
 run=/run/odomd/$bus
 
-# What the service's sandbox is to keep out must not come in by the tree's own programs.
+# The programs of the tree must not bring in what the service's sandbox excludes.
 PATH=/usr/local/sbin:/usr/local/bin:$PATH
 export LD_LIBRARY_PATH=/usr/local/lib
 
@@ -21,7 +21,7 @@ is_active() { systemctl is-active --quiet "${1:-$unit}"; }
 publishes() { status '.beat.ticks > 0' -e; }
 settled() { status '.mode != "initialising" and .beat.ticks > 50' -e; }
 
-# What to know where something went wrong.
+# Information for failures.
 journal() { journalctl --no-pager -o cat -n "${1:-10}" -u "$unit" | tr '\n' ';'; }
 
 install_product() {
@@ -32,7 +32,7 @@ install_product() {
   /lib/systemd/systemd-sysctl 50-odomd.conf
   udevadm control --reload
   udevadm trigger --settle --name-match=/dev/cpu_dma_latency
-  # Wanted by a unit that is there, it is remembered after its end, with its result.
+  # A unit that is wanted by another is kept with its result after its end.
   systemctl add-wants --quiet lab.service "$unit"
   touch /run/odomd.installed
 }
@@ -45,7 +45,7 @@ configure() {
   cp car/car.toml "/etc/odomd/$1.toml"
 }
 
-# drive BUS [OPTION...]: the car drives round and round, live; $driver is its process.
+# drive BUS [OPTION...]: the car drives laps, live; $driver is its process.
 drive() {
   local to=$1
   shift
@@ -54,12 +54,12 @@ drive() {
   driver=$!
 }
 
-# watchdog installed|patient: a machine that is paused for a second must not look like a daemon that
-# hangs, but where that is the question.
+# watchdog installed|relaxed: a machine that is paused for a second must not look like a hanging
+# daemon, except in tests of the watchdog.
 watchdog() {
   local settings=/run/systemd/system/$unit.d
   rm -rf "$settings"
-  if [ "$1" = patient ]; then
+  if [ "$1" = relaxed ]; then
     mkdir -p "$settings"
     printf '[Service]\nWatchdogSec=30s\n' >"$settings/lab.conf"
   fi
@@ -72,7 +72,7 @@ begin() {
     not_ok "installs" "see above"
     exit
   fi
-  watchdog patient
+  watchdog relaxed
   configure $bus
   add_vcan $bus
   drive $bus "$@"
@@ -80,7 +80,7 @@ begin() {
     not_ok "starts" "$(journal)"
 }
 
-# end: nothing of it is left for the next test.
+# end: removes everything for the next test.
 end() {
   systemctl stop $unit
   kill "$driver" 2>/dev/null

@@ -31,7 +31,7 @@ namespace odomd::can {
 namespace {
 
 const std::string bus_name = "odomtest0";
-constexpr auto patience = std::chrono::seconds(20);
+constexpr auto timeout = std::chrono::seconds(20);
 
 std::int64_t read_clock(clockid_t clock) {
   timespec time{};
@@ -62,7 +62,7 @@ class Peer {
   }
 
   void send(const canfd_frame& raw, std::size_t bytes) const {
-    const auto deadline = std::chrono::steady_clock::now() + patience;
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
     while (::write(socket_.get(), &raw, bytes) != static_cast<ssize_t>(bytes)) {
       ASSERT_EQ(errno, ENOBUFS);
       ASSERT_LT(std::chrono::steady_clock::now(), deadline);
@@ -112,10 +112,10 @@ class SocketCan : public testing::Test {
     frames.resize(source.drain(frames, time, time));
     return frames;
   }
-  /// Drains until so many frames came, or patience ends.
+  /// Drains until this many frames have arrived, or the time is up.
   static std::vector<Frame> drain_until(SocketCanSource& source, std::size_t count) {
     std::vector<Frame> all;
-    const auto deadline = std::chrono::steady_clock::now() + patience;
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
     while (all.size() < count && std::chrono::steady_clock::now() < deadline) {
       const auto some = drain(source);
       all.insert(all.end(), some.begin(), some.end());
@@ -124,16 +124,16 @@ class SocketCan : public testing::Test {
     return all;
   }
   static bool drain_until_state(SocketCanSource& source, LinkState state) {
-    const auto deadline = std::chrono::steady_clock::now() + patience;
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
     while (source.link() != state && std::chrono::steady_clock::now() < deadline) {
       drain(source);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return source.link() == state;
   }
-  /// The kernel begins to stamp a moment after the first socket has asked for it.
+  /// The kernel begins to stamp a moment after the first request.
   static void await_stamps(SocketCanSource& source, const Peer& peer) {
-    const auto deadline = std::chrono::steady_clock::now() + patience;
+    const auto deadline = std::chrono::steady_clock::now() + timeout;
     for (std::uint64_t before = 1, after = 0; before != after;) {
       ASSERT_LT(std::chrono::steady_clock::now(), deadline);
       before = source.counters().stamp_fallbacks.get();
@@ -259,7 +259,7 @@ TEST_F(SocketCan, FallsBackWhereTheControllerGivesNoHardwareStamps) {
 }
 
 TEST_F(SocketCan, ConvertsStampsAcrossASteppedWallClock) {
-  if (std::getenv("LAB_SHARED") == nullptr) {  // never the clock of a machine that somebody uses
+  if (std::getenv("LAB_SHARED") == nullptr) {  // never change the clock of a machine in use
     std::puts("not run: 1");
     return;
   }
@@ -294,7 +294,7 @@ TEST_F(SocketCan, CarriesOverWhatADrainHasNoRoomFor) {
   SocketCanSource source(bus_name, settings());
   const Peer peer;
   for (canid_t id = 0; id < 600; ++id) peer.send(id);
-  const auto last = std::chrono::steady_clock::now() + patience;
+  const auto last = std::chrono::steady_clock::now() + timeout;
   std::vector<std::size_t> drains;
   canid_t next = 0;
   while (next < 600 && std::chrono::steady_clock::now() < last) {
@@ -319,7 +319,7 @@ TEST_F(SocketCan, CountsEveryFrameThatItsBufferCannotHold) {
     peer.send(0x120);
     if (i % 100 == 99) received += drain(source).size();
   }
-  // The count travels with the next frame that finds room.
+  // The count is reported with the next frame that is not dropped.
   received += drain(source).size();
   peer.send(0x121);
   received += drain_until(source, 1).size();
@@ -332,7 +332,7 @@ TEST_F(SocketCan, GetsTheReceiveBufferItAsksFor) {
   SocketCanSettings large = settings();
   large.receive_buffer = 8 << 20;
   SocketCanSource source(bus_name, large);
-  EXPECT_TRUE(source.complaints().empty());
+  EXPECT_TRUE(source.warnings().empty());
   const Peer peer;
   for (int i = 0; i < 5000; ++i) peer.send(0x120);
   EXPECT_EQ(drain_until(source, 5000).size(), 5000U);

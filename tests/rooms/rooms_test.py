@@ -195,7 +195,7 @@ class Rooms(unittest.TestCase):
         self.assertGreater(len(self.tree), 700)
         self.assertGreater(len(includes(self.tree)), 900)
 
-    # That it can fail.
+    # Checks that the test can fail.
 
     def test_an_arrow_that_is_not_allowed_is_found(self):
         self.assertEqual(

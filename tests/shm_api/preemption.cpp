@@ -1,12 +1,12 @@
 // A reader of higher real-time priority on the writer's own CPU: shm_preemption [PREEMPTIONS]
 //
-// The writer publishes without pause; the reader wakes at random instants, so often in the middle
-// of a slot that the writer then cannot finish before the reader sleeps again. Every read must come
-// back at its first attempt, with a whole pose. So that it is seen what that is worth, the first
-// time the reader also waits for the half-written slot, as a reader of a single-slot sequence lock
-// would have to: in vain. A third thread, of still higher priority, ends the program with status 1
-// where a read hangs. Needs SCHED_FIFO; with real-time throttling off (kernel.sched_rt_runtime_us =
-// -1) nothing else would set the writer free.
+// The writer publishes without pause; the reader wakes at random instants, often in the middle of a
+// slot that the writer then cannot finish before the reader sleeps again. Every read must return at
+// its first attempt, with a complete pose. For comparison, the first time the reader also waits for
+// the half-written slot, as a reader of a single-slot sequence lock would have to, which never
+// ends. A third thread, of still higher priority, ends the program with status 1 when a read hangs.
+// Needs SCHED_FIFO; with real-time throttling off (kernel.sched_rt_runtime_us = -1) nothing else
+// would set the writer free.
 #include <pthread.h>
 #include <sched.h>
 #include <unistd.h>
@@ -50,7 +50,7 @@ void sleep_for_us(std::uint64_t microseconds) {
   nanosleep(&pause, nullptr);
 }
 
-// The slot behind the head: odd while the writer is at work in it.
+// The slot after the head: its sequence is odd while the writer writes it.
 const std::uint64_t* slot_at_work(const odomi_segment& segment) {
   const std::uint64_t tick = odomi_tick(odomi_read_head(segment.words)) + 1;
   return segment.slots + (tick & segment.slot_mask) * segment.slot_words;

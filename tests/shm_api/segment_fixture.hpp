@@ -1,5 +1,5 @@
-// What the tests of the segment share: a directory of their own, and poses whose every word tells
-// its tick.
+// Shared by the tests of the segment: a directory, and poses in which every word depends on the
+// tick.
 #pragma once
 
 #include <array>

@@ -62,7 +62,7 @@ class InPlace {
     std::size_t i = 0;
     for (; i < words.size() / 2; ++i) words[i] = odom_view_word(&view, i + 1);
     odom_view newest = view;
-    for (int patience = 0; patience < 1000; ++patience) {
+    for (int attempt = 0; attempt < 1000; ++attempt) {
       if (newest.sequence >= view.sequence + 2 * (slots_ - 1)) break;
       if (odom_begin(client_, &newest) > ODOM_STALE) return count(counts_.unexpected);
     }
@@ -83,7 +83,7 @@ class InPlace {
   std::uint64_t last_ = 0;
 };
 
-// Whatever the writer does, dies or is followed by another.
+// Checks that hold whatever the writer does, and when it dies or is followed by another.
 class EveryWay {
  public:
   EveryWay(odom_client* client, ReaderCounts& counts) : client_(client), counts_(counts) {}

@@ -26,7 +26,7 @@ struct alignas(64) ReaderCounts {
   std::atomic<std::uint64_t> backwards{0};   ///< an older tick than before, of the same writer
   std::atomic<std::uint64_t> overtaken{0};   ///< attempts that the writer came into
   std::atomic<std::uint64_t> starved{0};     ///< reads that failed: overtaken three times
-  std::atomic<std::uint64_t> unexpected{0};  ///< answers that have no place here
+  std::atomic<std::uint64_t> unexpected{0};  ///< unexpected results
   std::atomic<std::uint64_t> instances{0};   ///< writers met
 };
 

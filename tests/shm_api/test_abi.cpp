@@ -1,5 +1,5 @@
 // The layout is a contract with programs that were built years ago: every size, offset and number
-// that they were compiled with is pinned here. What fails here breaks them: append instead, and
+// that they were compiled with is pinned here. A failure here breaks them: append instead, and
 // raise the ABI minor.
 #include <gtest/gtest.h>
 #include <cstddef>

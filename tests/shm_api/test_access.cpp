@@ -1,4 +1,4 @@
-// Whose segments are believed, what is refused, and that there is one writer.
+// Whose segments are trusted, what is refused, and that there is only one writer.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <grp.h>
@@ -21,12 +21,12 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr uid_t stranger = 54321;
+constexpr uid_t other_user = 54321;
 
 // Only root can give a file away.
-bool can_make_strangers() {
+bool can_change_owner() {
   if (geteuid() == 0) return true;
-  std::cout << "not run: 1 (needs root to give a file to a stranger)\n";
+  std::cout << "not run: 1 (needs root to give a file to another user)\n";
   return false;
 }
 
@@ -81,16 +81,16 @@ TEST_F(Access, TheEnvironmentNamesTheSegmentWhereTheCallerDoesNot) {
   unsetenv("ODOM_SHM");
 }
 
-TEST_F(Access, AStrangersSegmentIsRefused) {
-  if (!can_make_strangers()) return;
+TEST_F(Access, ASegmentOfAnotherUserIsRefused) {
+  if (!can_change_owner()) return;
   const Writer writer({.name = path, .slots = 8}, test_info());
   ASSERT_EQ(try_open(path), ODOM_OK);
-  ASSERT_EQ(chown(path.c_str(), stranger, static_cast<gid_t>(-1)), 0);
+  ASSERT_EQ(chown(path.c_str(), other_user, static_cast<gid_t>(-1)), 0);
   EXPECT_EQ(try_open(path), ODOM_REFUSED);
 }
 
-TEST_F(Access, ASuccessorByAStrangerIsNotFollowed) {
-  if (!can_make_strangers()) return;
+TEST_F(Access, ASuccessorOfAnotherUserIsNotFollowed) {
+  if (!can_change_owner()) return;
   ClientPointer client;
   {
     Writer writer({.name = path, .slots = 8}, test_info(1'000'000));
@@ -100,7 +100,7 @@ TEST_F(Access, ASuccessorByAStrangerIsNotFollowed) {
   }
   Writer successor({.name = path, .slots = 8}, test_info(1'000'000'000));
   publish_patterned(successor, 9, now_ns());
-  ASSERT_EQ(chown(path.c_str(), stranger, static_cast<gid_t>(-1)), 0);
+  ASSERT_EQ(chown(path.c_str(), other_user, static_cast<gid_t>(-1)), 0);
   odom_pose pose{};
   EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
   EXPECT_EQ(pose.tick, 1U);
@@ -186,14 +186,14 @@ TEST_F(Access, ASecondWriterIsRefusedAndTheFirstNamed) {
   EXPECT_EQ(refusal(settings), "accepted");
 }
 
-TEST_F(Access, AStrangersLockIsRefused) {
-  if (!can_make_strangers()) return;
+TEST_F(Access, ALockOfAnotherUserIsRefused) {
+  if (!can_change_owner()) return;
   std::ofstream(path + ".lock") << "1\n";
-  ASSERT_EQ(chown((path + ".lock").c_str(), stranger, static_cast<gid_t>(-1)), 0);
+  ASSERT_EQ(chown((path + ".lock").c_str(), other_user, static_cast<gid_t>(-1)), 0);
   EXPECT_THAT(refusal({.name = path}), HasSubstr("belongs to user 54321"));
 }
 
-TEST_F(Access, WhatADeadWriterLeftBesideIsSweptAway) {
+TEST_F(Access, TheTemporaryFileOfADeadWriterIsRemoved) {
   std::ofstream(path + ".tmp", std::ios::binary) << std::string(1000, '\0');
   const Writer writer({.name = path, .slots = 8}, test_info());
   EXPECT_EQ(try_open(path), ODOM_OK);
@@ -219,7 +219,7 @@ TEST_F(Access, NothingButASegmentIsReplaced) {
     struct stat before {};
     struct stat after {};
     ASSERT_EQ(lstat(other.c_str(), &before), 0);
-    EXPECT_THAT(refusal({.name = other}), HasSubstr("no segment of odomd, and stays")) << other;
+    EXPECT_THAT(refusal({.name = other}), HasSubstr("not a segment of odomd")) << other;
     ASSERT_EQ(lstat(other.c_str(), &after), 0) << other;
     EXPECT_EQ(after.st_ino, before.st_ino) << other;
     EXPECT_EQ(after.st_mode, before.st_mode) << other;
@@ -228,22 +228,22 @@ TEST_F(Access, NothingButASegmentIsReplaced) {
   EXPECT_EQ(std::filesystem::file_size(text), content.size());
 }
 
-TEST_F(Access, NorWhatStandsAtTheNamesBesideIt) {
+TEST_F(Access, OtherFilesUnderTheNamesOfLockAndTemporaryFileAreKept) {
   for (const char* const suffix : {".tmp", ".lock"}) {
-    const std::string beside = path + suffix;
+    const std::string neighbour = path + suffix;
     const std::string content = "years of work, and neither a lock nor half a segment";
-    std::ofstream(beside) << content;
-    EXPECT_THAT(refusal({.name = path}), HasSubstr(beside + ": is a file, no ")) << suffix;
-    EXPECT_EQ(std::filesystem::file_size(beside), content.size()) << suffix;
+    std::ofstream(neighbour) << content;
+    EXPECT_THAT(refusal({.name = path}), HasSubstr(neighbour + ": is a file, not ")) << suffix;
+    EXPECT_EQ(std::filesystem::file_size(neighbour), content.size()) << suffix;
     EXPECT_FALSE(std::filesystem::exists(path)) << suffix;
-    std::filesystem::remove(beside);
+    std::filesystem::remove(neighbour);
   }
   // As short as a lock, and none: words, a pid file that all may read, more than one line.
   const std::string lock = path + ".lock";
   for (const char* const content : {"sesame\n", "1234\n", "12\n34\n"}) {
     std::ofstream(lock) << content;
     ASSERT_EQ(chmod(lock.c_str(), content == std::string("1234\n") ? 0644 : 0600), 0);
-    EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a file, no lock of odomd"));
+    EXPECT_THAT(refusal({.name = path}), HasSubstr(lock + ": is a file, not a lock of odomd"));
     EXPECT_EQ(std::filesystem::file_size(lock), std::string(content).size());
     std::filesystem::remove(lock);
   }

@@ -1,4 +1,4 @@
-// The camera's side of the socket: what goes over the wire, and what happens when nobody listens.
+// The camera side of the socket: the bytes on the wire, and the behaviour without a daemon.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>

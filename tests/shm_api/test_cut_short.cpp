@@ -1,4 +1,4 @@
-// What a program of ours says where a segment is cut short under it.
+// The message of our programs when their segment is truncated.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/mman.h>
@@ -16,7 +16,7 @@
 namespace odomd::shm::testing::test_cut_short {
 namespace {
 
-/// Two threads that read at once where the memory is gone. Does not return.
+/// Two threads that read missing memory at the same time. Does not return.
 [[noreturn]] void read_what_is_gone(const std::string& path, int errors) {
   dup2(errors, STDERR_FILENO);
   end_where_a_segment_is_cut_short("reader");
@@ -33,7 +33,7 @@ namespace {
   _exit(0);
 }
 
-/// A pipe that is full: whoever writes waits.
+/// A full pipe: a writer blocks.
 std::array<int, 2> full_pipe() {
   std::array<int, 2> ends{};
   EXPECT_EQ(pipe2(ends.data(), O_CLOEXEC | O_NONBLOCK), 0);
@@ -60,8 +60,8 @@ TEST(CutShort, IsSaidOnceHoweverManyThreadsSeeIt) {
   close(errors[1]);
   std::this_thread::sleep_for(std::chrono::milliseconds(300));  // for both to come by
   EXPECT_EQ(all_of(errors[0]),
-            "reader: the segment was cut short while it was in use (SIGBUS): nobody but odomd "
-            "may write its file; start again\n");
+            "reader: the segment was truncated while it was in use (SIGBUS): only odomd may write "
+            "to its file; start again\n");
   close(errors[0]);
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);

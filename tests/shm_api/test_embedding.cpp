@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::int64_t second = 1'000'000'000;
 
-// A pose was given. Whether it is fresh is a matter of how busy the machine is.
+// A pose was returned. Whether it is fresh depends on the load of the machine.
 bool is_given(odom_status status) {
   return status == ODOM_OK || status == ODOM_STALE;
 }
@@ -66,7 +66,7 @@ TEST_F(Embedding, EachThreadHasAClientOfItsOwn) {
   publish_patterned(writer, 1, 100);
   for (odom_status& status : seen)
     threads.emplace_back([&] {
-      // Opened and closed again and again: none is in the way of another.
+      // Opened and closed repeatedly: they do not affect each other.
       for (int round = 0; round < 20; ++round) {
         const ClientPointer client = open_client(path);
         odom_pose pose{};
@@ -124,7 +124,7 @@ TEST_F(Embedding, AfterAForkParentAndChildHaveAClientEach) {
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
-  // The child has let go of its own mapping.
+  // The child has unmapped its own mapping.
   EXPECT_TRUE(is_given(odom_latest(client.get(), &pose, sizeof pose)));
   EXPECT_EQ(pose.tick, 2U);
 }

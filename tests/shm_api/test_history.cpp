@@ -18,7 +18,7 @@ class History : public ::testing::Test {
   odom_pose pose{};
 
   void publish(const odom_pose& p) { writer.publish(p, odom_details{}); }
-  // Whether the writer beats is not the matter here: no test is in time for 20 ms.
+  // Whether the writer is fresh does not matter here: no test is faster than 20 ms.
   odom_status at(std::int64_t time_ns) {
     const odom_status status = odom_at(client.get(), time_ns, &pose, sizeof pose);
     return status == ODOM_STALE ? ODOM_OK : status;
@@ -62,7 +62,7 @@ TEST_F(History, EveryTickOfTheHistoryIsFoundExactly) {
   }
 }
 
-TEST_F(History, BothEndsAreTold) {
+TEST_F(History, BothEndsAreReported) {
   for (std::uint64_t tick = 1; tick <= 200; ++tick) publish(moving_pose(tick));
   EXPECT_EQ(at(200 * period_ns), ODOM_OK);
   EXPECT_EQ(at(200 * period_ns + 1), ODOM_TOO_NEW);
@@ -185,7 +185,7 @@ TEST_F(History, YawTakesTheShorterWay) {
   odom_pose a = moving_pose(1);
   odom_pose b = moving_pose(2);
   a.yaw = 3.1;
-  b.yaw = -3.1;  // a restarted daemon may count its turns anew
+  b.yaw = -3.1;  // a restarted daemon may count its turns from zero
   publish(a);
   publish(b);
   ASSERT_EQ(at(period_ns * 3 / 2), ODOM_OK);

@@ -1,6 +1,6 @@
 // A writer that publishes without pause is killed at random instants, over and over, and followed
-// by another: no reader, in a thread or in a process, hangs, sees words of two ticks or is lost to
-// the successor. ODOMD_STRESS_KILLS=N for more kills.
+// by another: no reader, in a thread or in a process, hangs, sees words of two ticks or misses the
+// successor. ODOMD_STRESS_KILLS=N for more kills.
 #include <gtest/gtest.h>
 #include <array>
 #include <fstream>
@@ -20,7 +20,7 @@ constexpr std::int64_t fast_ns = 1'000'000;  // the period: stale after 4 ms
 constexpr std::int64_t patience_ns = 20'000'000'000;
 constexpr std::size_t slots = 64;  // the publisher's
 
-// Slots that a dead writer has left half-written.
+// Half-written slots of a dead writer.
 int half_written(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::array<std::uint64_t, ODOM_SEGMENT_HEADER_WORDS + slots * ODOM_SLOT_WORDS> words{};
@@ -59,7 +59,7 @@ class Kills : public ::testing::Test {
     std::this_thread::sleep_for(std::chrono::microseconds(random_() % up_to_us));
   }
 
-  // Whether it comes to hold while there is patience.
+  // Whether the condition becomes true within the time limit.
   template <typename Condition>
   bool await(const Condition& condition) {
     const std::int64_t deadline = now_ns() + patience_ns;
@@ -70,7 +70,7 @@ class Kills : public ::testing::Test {
     return true;
   }
 
-  // Each reader has come back from all its calls, twice, since now.
+  // Each reader has returned from all its calls twice since now.
   bool all_go_on() {
     std::array<std::uint64_t, readers> turns{};
     for (std::size_t i = 0; i < readers; ++i) turns.at(i) = counts_->readers.at(i).turns;

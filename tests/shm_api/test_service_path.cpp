@@ -1,4 +1,4 @@
-// Where clients look that are told no name.
+// The places where clients look when no name is given.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

@@ -69,7 +69,7 @@ TEST_F(Succession, AClientGoesOverToTheSuccessorOnceItPublishes) {
     ASSERT_EQ(pose.tick, 100U);
   }
   publish_patterned(successor, 3, now_ns());
-  // The wait takes it for the newer one although its tick is lower.
+  // The wait treats it as newer although its tick is lower.
   EXPECT_EQ(odom_wait(client.get(), &pose, sizeof pose, 5 * slow_ns), ODOM_OK);
   EXPECT_EQ(pose.tick, 3U);
   odom_info info{};
@@ -89,7 +89,7 @@ TEST_F(Succession, ARemovedNameLeavesTheLastPose) {
   odom_pose pose{};
   EXPECT_EQ(odom_latest(client.get(), &pose, sizeof pose), ODOM_STALE);
   EXPECT_TRUE(is_whole(pose));
-  // Silence, not a time-out, is what a wait reports, and it gives the last pose.
+  // A wait reports a silent daemon, not a time-out, and returns the last pose.
   odom_pose waited{};
   EXPECT_EQ(odom_wait(client.get(), &waited, sizeof waited, 1'000'000), ODOM_STALE);
   EXPECT_EQ(waited.tick, 1U);
@@ -215,9 +215,9 @@ TEST_F(Succession, AClaimAloneTouchesNothing) {
   EXPECT_THROW(Claim{settings}, Displaced) << "the writer holds on to it";
 }
 
-TEST_F(Succession, AStrangerLeavesNothingToInherit) {
+TEST_F(Succession, ASegmentOfAnotherUserIsNotInherited) {
   if (geteuid() != 0) {
-    std::cout << "not run: 1 (needs root to give a file to a stranger)\n";
+    std::cout << "not run: 1 (needs root to give a file to another user)\n";
     return;
   }
   {

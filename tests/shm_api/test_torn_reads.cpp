@@ -20,8 +20,8 @@ class TornReads : public ::testing::Test {
   }
   enum class Overlap : std::uint8_t { as_it_comes, wanted };
 
-  // Publishes until all together have read so often, each has read many ticks, and, where that is
-  // wanted, each that reads in place has seen the writer come into its slot.
+  // Publishes until all readers together have read this often, each has read many ticks, and, if
+  // requested, each in-place reader has seen the writer overwrite its slot.
   void stress(std::uint64_t slots, Overlap overlap) {
     const std::uint64_t reads = wanted("ODOMD_STRESS_READS", 1'000'000);
     const std::string path = directory_.file("pose");
@@ -76,7 +76,7 @@ class TornReads : public ::testing::Test {
   SharedCounts counts_{directory_.file("counts")};
 };
 
-// In a ring of four the writer is round again while a reader looks: every read meets it.
+// In a ring of four the writer overtakes the readers, so every read meets it.
 TEST_F(TornReads, AReaderThatIsOvertakenKnowsIt) {
   stress(4, Overlap::wanted);
   EXPECT_EQ(sum(&ReaderCounts::torn), 0U);

@@ -59,7 +59,7 @@ TEST_F(Wait, EveryWaiterIsWoken) {
   publish_patterned(writer, 2, 200);
   writer.wake_clients();
   for (std::thread& thread : threads) thread.join();
-  // By itself a waiter looks up only every four periods, four seconds here.
+  // Without a wake-up a waiter checks only every four periods, four seconds here.
   EXPECT_LT(now_ns() - published, 3 * second);
   for (const Waiter& waiter : waiters) {
     EXPECT_EQ(waiter.status, ODOM_OK);
@@ -68,8 +68,9 @@ TEST_F(Wait, EveryWaiterIsWoken) {
   }
 }
 
-// Whoever may read the segment may move those who sleep at its futex to a word of his own: Linux
-// asks for no right to write. They miss a wake-up, and look by themselves after four periods.
+// Any process that may read the segment can requeue the sleepers of its futex to a word of its own,
+// because Linux requires no write permission. They miss a wake-up, and check by themselves after
+// four periods.
 TEST_F(Wait, AReaderWhoTakesTheSleepersAwayDelaysThemByFourPeriods) {
   constexpr std::int64_t period = second / 20;
   const std::string other = directory.file("other");

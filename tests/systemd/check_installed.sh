@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs the service into a directory of its own and looks at what came of it: units that systemd
-# understands and finds well closed, a configuration that odomd takes, nothing of the user's lost.
+# Installs the service into a directory and checks the result: units that systemd accepts, with a low
+# exposure, a configuration that odomd accepts, and no loss of user files.
 #   check_installed.sh BUILD_DIR
 set -eu
 build=$1
@@ -26,7 +26,7 @@ done
 grep -q '^ExecStart=/usr/bin/odomd --config /etc/odomd/%i.toml ' "$unit" || fail "unit: other paths"
 if grep -E '@[A-Za-z_]+@' "$unit" "$root/etc/odomd/can0.toml"; then fail "a path was not filled in"; fi
 
-# The user's file stays.
+# The user's file is kept.
 echo '# mine' >>"$root/etc/odomd/can0.toml"
 installed
 grep -qx '# mine' "$root/etc/odomd/can0.toml" || fail "an installation overwrote can0.toml"
@@ -41,14 +41,14 @@ grep -q "^ExecStart=$work/opt/bin/odomd --config $work/opt/etc/odomd/%i.toml " "
   fail "odomd does not take its example"
 if grep -q '^warnings' "$work/check"; then fail "$(cat "$work/check")"; fi
 
-# What systemd makes of it. Exposure in tenths: 2.0 at most.
+# The verdict of systemd. Exposure in tenths: at most 2.0.
 systemd-analyze verify --man=no "$own" >"$work/verify" 2>&1 && [ ! -s "$work/verify" ] ||
   fail "systemd-analyze verify: $(cat "$work/verify")"
 systemd-analyze security --offline=true --threshold=20 --no-pager "$unit" >"$work/security" 2>&1 ||
   fail "$(cat "$work/security")"
 tail -n 1 "$work/security"
 
-# The bridge, where it was built.
+# The bridge, if it was built.
 if [ -x "$build/bin/odom-bridge" ]; then
   cmake --install "$build" --prefix "$work/opt" --component bridge >"$work/log"
   bridge=$work/opt/lib/systemd/system/odomd-bridge@.service
@@ -61,7 +61,7 @@ if [ -x "$build/bin/odom-bridge" ]; then
   tail -n 1 "$work/security"
 fi
 
-# The user and the groups, made in the directory.
+# The user and the groups, created in the directory.
 mkdir -p "$root/etc"
 systemd-sysusers --root="$root" "$root/usr/lib/sysusers.d/odomd.conf" >"$work/log" 2>&1 ||
   fail "systemd-sysusers: $(cat "$work/log")"

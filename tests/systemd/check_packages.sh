@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes the Debian packages and looks into them: names, contents, dependencies, what is kept.
+# Builds the Debian packages and checks names, contents, dependencies and configuration files.
 #   check_packages.sh BUILD_DIR
 set -eu
 build=$1
@@ -59,7 +59,7 @@ depends python3-odom libodom0
 depends libodom0 libc6
 [ "$(dpkg-deb -f "$(package libodom0)" Depends | tr ',' '\n' | wc -l)" = 1 ] || fail "libodom0 needs more than libc"
 
-# The unit starts what the package has, and the user's file is the user's.
+# The unit starts the program of the package, and the user's file is kept.
 dpkg-deb --fsys-tarfile "$(package odomd)" | tar -xO ./usr/lib/systemd/system/odomd@.service |
   grep -q '^ExecStart=/usr/bin/odomd ' || fail "the unit starts another program"
 dpkg-deb -I "$(package odomd)" conffiles | grep -qx /etc/odomd/can0.toml || fail "can0.toml is no conffile"
@@ -67,7 +67,7 @@ for script in postinst prerm postrm; do
   dpkg-deb -I "$(package odomd)" "$script" | sh -n || fail "$script: no shell script"
 done
 
-# Everything that is installed is in a package, and in one alone.
+# Every installed file is in exactly one package.
 DESTDIR=$work/all cmake --install "$build" --prefix /usr >"$work/log"
 (cd "$work/all" && find . ! -type d | sort) >"$work/installed"
 for file in "$work"/packages/*.deb; do dpkg-deb -c "$file" | awk '!/^d/ {print $6}'; done | sort >"$work/packaged"

@@ -46,7 +46,7 @@ struct FreeAddresses {
   void operator()(addrinfo* list) const { ::freeaddrinfo(list); }
 };
 
-can::FileDescriptor connect_udp(const std::string& text) {
+FileDescriptor connect_udp(const std::string& text) {
   const Address address = parse_address(text);
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_DGRAM;
@@ -56,7 +56,7 @@ can::FileDescriptor connect_udp(const std::string& text) {
   if (error != 0) throw std::runtime_error("--udp " + text + ": " + ::gai_strerror(error));
   const std::unique_ptr<addrinfo, FreeAddresses> list(found);
   for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
-    can::FileDescriptor socket(::socket(one->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    FileDescriptor socket(::socket(one->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     if (socket.get() >= 0 && ::connect(socket.get(), one->ai_addr, one->ai_addrlen) == 0)
       return socket;
   }
@@ -83,7 +83,7 @@ class UdpSink : public Sink {
   }
 
  private:
-  can::FileDescriptor socket_;
+  FileDescriptor socket_;
 };
 
 }  // namespace

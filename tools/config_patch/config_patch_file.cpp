@@ -24,7 +24,7 @@ class Beside {
  public:
   explicit Beside(const fs::path& place)
       : name_((place.parent_path() / ("." + place.filename().string() + ".XXXXXX")).string()) {
-    file_ = can::FileDescriptor(::mkostemp(name_.data(), O_CLOEXEC));
+    file_ = FileDescriptor(::mkostemp(name_.data(), O_CLOEXEC));
     if (file_.get() < 0) fail(place, errno);
   }
   ~Beside() {
@@ -65,7 +65,7 @@ class Beside {
   }
 
   std::string name_;
-  can::FileDescriptor file_;
+  FileDescriptor file_;
 };
 
 /// The reason why a text does not load, as if it stood in `file`.

@@ -48,7 +48,7 @@ class GrowingFile {
 
  private:
   std::filesystem::path path_;
-  can::FileDescriptor file_;
+  FileDescriptor file_;
   std::string text_;
   std::uint64_t bytes_ = 0;
 };

@@ -76,7 +76,7 @@ CameraRelay::CameraRelay(const std::filesystem::path& from, const std::string& t
                          std::span<const Fault> faults, std::int64_t start_ns)
     : socket_({.path = from,
                .type = daemon::SocketType::packets,
-               .mend = "name another path by --camera-from"}),
+               .fix = "name another path by --camera-from"}),
       feed_(to, wait_s),
       injector_(faults, start_ns) {}
 
@@ -111,11 +111,10 @@ bool CameraRelay::read(int connection, std::int64_t now_ns) {
 }
 
 void CameraRelay::pass_on(std::int64_t now_ns) {
-  while (can::FileDescriptor connection = socket_.accept())
+  while (FileDescriptor connection = socket_.accept())
     connections_.push_back(std::move(connection));
   leaving_.clear();
-  std::erase_if(connections_,
-                [&](const can::FileDescriptor& one) { return !read(one.get(), now_ns); });
+  std::erase_if(connections_, [&](const FileDescriptor& one) { return !read(one.get(), now_ns); });
   injector_.release(now_ns, leaving_);
   for (const estimator::CameraPose& pose : leaving_)
     ++(feed_.send(pose, clock_) ? sent_ : refused_);

@@ -77,7 +77,7 @@ class CameraRelay {
   daemon::LocalSocket socket_;
   tools::CameraFeed feed_;
   CameraInjector injector_;
-  std::vector<can::FileDescriptor> connections_;
+  std::vector<FileDescriptor> connections_;
   std::vector<estimator::CameraPose> leaving_;
   odom_clock clock_ = ODOM_CLOCK_MONOTONIC;  ///< of the captures, as the newest message names it
   std::uint64_t received_ = 0;

@@ -31,14 +31,14 @@ namespace {
   }
 }
 
-can::FileDescriptor connect_to(const std::string& path) {
+FileDescriptor connect_to(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.empty() || path.size() >= sizeof address.sun_path) {
     throw std::invalid_argument(path + ": the path of a socket has 1 to 107 characters");
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  can::FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
   if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=
       0) {
     fail(path, errno);

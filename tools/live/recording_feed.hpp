@@ -39,7 +39,7 @@ class RecordingFeed {
   [[nodiscard]] std::optional<Message> buffered();
 
   std::string name_;
-  can::FileDescriptor connection_;
+  FileDescriptor connection_;
   std::string buffer_;
   std::size_t at_ = 0;
   bool ended_ = false;

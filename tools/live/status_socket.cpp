@@ -47,7 +47,7 @@ std::string fetch_status(const std::filesystem::path& socket, std::chrono::milli
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
 
-  const can::FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  const FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
   const auto whole = std::chrono::floor<std::chrono::seconds>(patience);
   const timeval time_out{whole.count(), std::chrono::microseconds{patience - whole}.count()};
   ::setsockopt(connection.get(), SOL_SOCKET, SO_RCVTIMEO, &time_out, sizeof time_out);

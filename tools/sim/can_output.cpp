@@ -21,13 +21,13 @@ namespace {
 constexpr int most_tries = 200;
 constexpr std::chrono::milliseconds between_tries{1};
 
-can::FileDescriptor open_interface(const std::string& name) {
+FileDescriptor open_interface(const std::string& name) {
   const unsigned index = ::if_nametoindex(name.c_str());
   if (index == 0)
     throw std::invalid_argument(name +
                                 ": no such CAN interface; ip link shows them, - is standard "
                                 "output");
-  can::FileDescriptor descriptor(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
+  FileDescriptor descriptor(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (!descriptor)
     throw std::runtime_error(name + ": CAN is not available here: " + std::strerror(errno));
   // Nothing is received: no filter at all.

@@ -26,7 +26,7 @@ class CanOutput {
 
   std::string name_;
   can::StampDecimals decimals_;
-  can::FileDescriptor socket_;  // none for standard output
+  FileDescriptor socket_;  // none for standard output
   std::string text_;
 };
 

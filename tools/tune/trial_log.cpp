@@ -57,9 +57,9 @@ bool same_bits(const Score& one, const Score& other) {
 }
 
 // Two runs that write into one file would each go on from a part of it.
-can::FileDescriptor locked(const std::filesystem::path& file) {
+FileDescriptor locked(const std::filesystem::path& file) {
   constexpr mode_t permissions = S_IRUSR | S_IWUSR | S_IRGRP | S_IWGRP | S_IROTH | S_IWOTH;
-  can::FileDescriptor lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, permissions));
+  FileDescriptor lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, permissions));
   if (!lock)
     throw std::invalid_argument(
         fmt::format("{}: cannot be read and written: {}; name another --state", file.string(),

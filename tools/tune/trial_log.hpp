@@ -37,7 +37,7 @@ class TrialLog {
   void take_line(const std::string& line, std::size_t number);
 
   std::filesystem::path file_;
-  can::FileDescriptor lock_;  ///< of the file, while this lives
+  FileDescriptor lock_;  ///< of the file, while this lives
   std::string header_;
   std::map<Values, TrialOutcome> outcomes_;
   std::size_t read_ = 0;

@@ -9,19 +9,19 @@
  *   odom_close(client);
  *
  * A client maps the segment read-only, never writes, never spins without bound, and survives the
- * death and the restart of the daemon at any instant: a call then answers ODOM_STALE, and as soon
- * as a successor publishes, the same client re-attaches by itself and answers ODOM_OK again
- * (odom_info.instance_id has changed by then).
+ * end and the restart of the daemon at any time: a call then returns ODOM_STALE. As soon as a new
+ * daemon publishes, the same client re-attaches by itself and returns ODOM_OK again (with another
+ * odom_info.instance_id).
  *
  * Thread-safety: one odom_client belongs to one thread at a time; open one for each thread. After a
- * fork parent and child have a client each, to be used and closed independently; an odom_camera's
- * connection they would share: open it after the fork. The library keeps no state of its own. Every
- * call but odom_open, odom_wait and re-attachment (at most once in four periods, only when stale)
- * is lock-free and makes no system call (the clock is read by the vDSO).
+ * fork, parent and child each have a client, to be used and closed independently; the connection of
+ * an odom_camera would be shared, so open it after the fork. The library has no global state. Every
+ * call except odom_open, odom_wait and re-attachment (at most once in four periods, only when
+ * stale) is lock-free and makes no system call (the vDSO reads the clock).
  *
- * ODOM_STALE always comes with a result: what the daemon has said last. All other answers but
- * ODOM_OK leave the caller's memory untouched; after ODOM_BUSY the pose and the details may be
- * zero, with mode ODOM_FAULT.
+ * ODOM_STALE always comes with a result: the last one of the daemon. All other codes except ODOM_OK
+ * leave the caller's memory unchanged; after ODOM_BUSY the pose and the details may be zero, with
+ * mode ODOM_FAULT.
  *
  * Structs are passed with their size, so that a program built against an older libodom keeps
  * working with a newer one.
@@ -44,15 +44,15 @@ typedef enum odom_status {
   ODOM_OK = 0,
   ODOM_STALE = 1, /**< the daemon has not ticked for four periods; the last pose is still given */
   ODOM_NO_SEGMENT = 2, /**< no such segment: is the daemon running? */
-  ODOM_REFUSED = 3,    /**< the segment is owned by a stranger, or not readable for us */
+  ODOM_REFUSED = 3,    /**< the segment has an untrusted owner, or is not readable */
   ODOM_ABI = 4,        /**< written by a daemon of another ABI major, or not a segment at all */
   ODOM_NO_POSE = 5,    /**< attached, but nothing has been published yet */
-  ODOM_TOO_OLD = 6,    /**< the time lies before the history */
+  ODOM_TOO_OLD = 6,    /**< the time is before the history */
   ODOM_TOO_NEW = 7,    /**< the time lies ahead of the newest pose, or of what may be predicted */
   ODOM_RESET = 8,      /**< the time falls between an initialising pose and a reset */
   ODOM_TIMEOUT = 9,
   ODOM_BUSY = 10,    /**< overtaken by the writer three times: the caller was stopped for seconds */
-  ODOM_INVALID = 11, /**< an argument is not usable */
+  ODOM_INVALID = 11, /**< an argument is invalid */
   ODOM_GAP = 12,     /**< the daemon missed more than 100 ms of ticks around the time */
   ODOM_SYSTEM = 13   /**< the system refused memory, a file or a mapping: see errno */
 } odom_status;
@@ -62,16 +62,16 @@ typedef struct odom_client odom_client;
 /** The name of a status, for messages: "no such segment: is odomd running?". Never NULL. */
 const char* odom_strstatus(odom_status status);
 
-/** Attaches to a segment: a POSIX shm name ("/odomd") or a path. NULL: $ODOM_SHM, else the first of
- *  "/odomd" and the service's whose daemon lives; the service's is "/run/odomd/INTERFACE/pose" of
- *  the first interface, by name, that it serves ("can0"), else "/run/odomd/pose". Refused are
- * owners other than root, the service's user "odomd" and ourselves, and files that others may
- * write. `*client` is NULL unless the answer is ODOM_OK. A dead daemon's segment can be opened: its
- * poses are stale. */
+/** Attaches to a segment: a POSIX shm name ("/odomd") or a path. NULL: $ODOM_SHM, else "/odomd" or
+ * the segment of the service, the first of the two whose daemon is running; the service's is
+ * "/run/odomd/INTERFACE/pose" of the first interface, by name, that it serves ("can0"), else
+ * "/run/odomd/pose". Refuses segments of owners other than root, the service's user "odomd" and the
+ * caller, and files that others may write. `*client` is NULL unless the result is ODOM_OK. The
+ * segment of a daemon that has ended can be opened: its poses are stale. */
 odom_status odom_open(const char* name, odom_client** client);
 void odom_close(odom_client* client);
 
-/** Copies the newest pose. ODOM_OK or ODOM_STALE: `pose` is whole. */
+/** Copies the newest pose. ODOM_OK or ODOM_STALE: `pose` is complete. */
 odom_status odom_latest(odom_client* client, odom_pose* pose, size_t size);
 
 /** Copies the newest pose and the details of the same tick. */
@@ -80,27 +80,27 @@ odom_status odom_latest_details(odom_client* client, odom_pose* pose, size_t pos
 
 /** The pose at a past time within the history, interpolated between its neighbours (yaw by the
  *  shorter way), but never across a gap of more than 100 ms (ODOM_GAP) nor across a reset: where
- *  reset_count differs between the neighbours, the earlier one is predicted to the time, as by
- *  odom_predict(); out of an initialising pose nothing is (ODOM_RESET). Mode, reset_count and the
- *  like are those of the earlier neighbour. The error of the interpolation is below a micrometre
- *  between ticks, and tens of micrometres across a gap (see docs/shm.md). Looks at no slot of the
- *  history twice. */
+ * reset_count differs between the neighbours, the earlier one is predicted to the time, as by
+ * odom_predict(), except from an initialising pose (ODOM_RESET). Mode, reset_count and the like are
+ * those of the earlier neighbour. The error of the interpolation is below a micrometre between
+ * ticks, and tens of micrometres across a gap (see docs/shm.md). Reads each slot of the history at
+ * most once. */
 odom_status odom_at(odom_client* client, int64_t time_ns, odom_pose* pose, size_t size);
 
 /** Predicts `from` to `time_ns`, at most 100 ms ahead (ODOM_TOO_NEW; before `from`: ODOM_TOO_OLD),
- *  from the velocities and their derivatives that it carries, these held constant: position, yaw
- * and velocities exact to a micrometre for that motion, the covariance grown. All else stays as it
- * is in `from`. An initialising pose predicts nothing (ODOM_NO_POSE). Pure: needs no client. `to`
- * may be `from`. */
+ *  with constant derivatives of its velocities: position, yaw and velocities are exact to a
+ * micrometre for that motion, and the covariance grows. All other fields are those of `from`. An
+ * initialising pose cannot be predicted (ODOM_NO_POSE). Pure: needs no client. `to` may be `from`.
+ */
 odom_status odom_predict(const odom_pose* from, int64_t time_ns, odom_pose* to);
 
-/** Sleeps until a pose newer than `pose` (one that an earlier call gave) is published, by this
- *  daemon or by its successor, and copies it; with pose->tick == 0 it takes the next one.
- *  `timeout_ns` < 0: a second. ODOM_OK: a newer pose. ODOM_STALE: the time is up, the daemon is
- *  silent, and `pose` is its last word. ODOM_TIMEOUT: the time is up, `pose` is untouched. */
+/** Sleeps until a pose newer than `pose` (from an earlier call) is published, by this daemon or by
+ * its successor, and copies it; with pose->tick == 0 it waits for the next one. `timeout_ns` < 0: a
+ * second. ODOM_OK: a newer pose. ODOM_STALE: timed out, the daemon is silent, and `pose` is its
+ * last pose. ODOM_TIMEOUT: timed out, `pose` is unchanged. */
 odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t timeout_ns);
 
-/** The header. Each field is whole, but no two are promised to be of the same instant. */
+/** The header. Each field is consistent, but two fields may be of different instants. */
 odom_status odom_get_info(odom_client* client, odom_info* info, size_t size);
 odom_status odom_get_beat(odom_client* client, odom_beat* beat, size_t size);
 
@@ -112,8 +112,8 @@ odom_status odom_get_beat(odom_client* client, odom_beat* beat, size_t size);
  *     x = odom_view_double(&view, ODOM_WORD_X);
  *   } while (!odom_validate(&view));
  *
- * The words are read where they lie. What was read counts only once odom_validate() has said yes. A
- * view is good until the next call with the same client.
+ * The words are read in place. They are valid only after odom_validate() has returned true. A view
+ * is valid until the next call with the same client.
  */
 typedef struct odom_view {
   const uint64_t* words; /**< of the slot; words[0] is its sequence. Read by the accessors only. */
@@ -182,7 +182,7 @@ typedef enum odom_clock {
 odom_status odom_to_clock(odom_client* client, odom_clock clock, int64_t monotonic_ns,
                           int64_t* time_ns);
 
-/* The camera's side
+/* Sending camera poses
  * -------------------------------------------------------------------------------*/
 
 /** One camera pose on the wire: 80 bytes, little-endian, one SOCK_SEQPACKET message each. */
@@ -209,8 +209,8 @@ int odom_camera_open(const char* path, odom_camera** camera);
 
 /** Sends one pose (magic, version, sequence and reserved are filled in). Never blocks; reconnects
  * by itself when the daemon was restarted. 0, or a negative errno (-EAGAIN: the daemon does not
- * keep up; -ECONNREFUSED, -ENOENT: it is not there now; -EINVAL: not finite, a sigma that is not
- * positive, or an unknown clock); then the pose is dropped. */
+ * keep up; -ECONNREFUSED, -ENOENT: it is not running; -EINVAL: not finite, a sigma that is not
+ * positive, or an unknown clock); on an error the pose is dropped. */
 int odom_camera_send(odom_camera* camera, const odom_camera_message* message);
 void odom_camera_close(odom_camera* camera);
 

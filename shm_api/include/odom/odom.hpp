@@ -4,13 +4,14 @@
 //   odom::Pose last{};
 //   while (client) {
 //     const auto pose = client->wait(last, std::chrono::milliseconds(100));
-//     if (!pose) break;  // silent, or gone: pose.status says which
+//     if (!pose) break;  // silent, or ended: see pose.status
 //     last = *pose;
 //   }
 //
-// Nothing here throws, allocates (but open) or locks: every answer is a Result, which is true only
-// when it is fresh. What is stale has to be asked for by has_value(). Thread-safety is libodom's: a
-// Client belongs to one thread at a time. Errors, units and ranges are documented in <odom/odom.h>.
+// Nothing here throws, allocates (except open) or locks: every call returns a Result, which is true
+// only when it is fresh. Use has_value() to accept stale values. Thread-safety is that of libodom:
+// a Client belongs to one thread at a time. Errors, units and ranges are documented in
+// <odom/odom.h>.
 #ifndef ODOM_ODOM_HPP
 #define ODOM_ODOM_HPP
 
@@ -31,15 +32,15 @@ using Info = odom_info;
 using Beat = odom_beat;
 using CameraMessage = odom_camera_message;
 
-/// A value with the status that it came with.
+/// A value with its status.
 template <class Value>
 struct Result {
   Status status = ODOM_INVALID;
   Value value{};
 
-  /// The value is there and fresh.
+  /// The value exists and is fresh.
   explicit operator bool() const noexcept { return status == ODOM_OK; }
-  /// The value is there, though its daemon may have fallen silent.
+  /// The value exists, but its daemon may be silent.
   [[nodiscard]] bool has_value() const noexcept {
     return status == ODOM_OK || status == ODOM_STALE;
   }
@@ -57,7 +58,7 @@ struct DetailedPose {
   Details details{};
 };
 
-/// A pose where it lies in the segment. Good only inside Client::read_in_place().
+/// A pose in the segment. Valid only inside Client::read_in_place().
 class View {
  public:
   explicit View(const odom_view& view) noexcept : view_(&view) {}
@@ -108,7 +109,7 @@ class View {
   return result;
 }
 
-/// Attached to a segment, or to none (then every answer is ODOM_INVALID).
+/// Attached to a segment, or to none (then every call returns ODOM_INVALID).
 class Client {
  public:
   Client() noexcept = default;
@@ -135,8 +136,8 @@ class Client {
     return result;
   }
 
-  /// The newest pose, predicted to a time up to 100 ms ahead of it. A time that is not ahead of it
-  /// is looked up in the history.
+  /// The newest pose, predicted to a time up to 100 ms ahead of it. An earlier time is looked up in
+  /// the history.
   [[nodiscard]] Result<Pose> predict(std::int64_t time_ns) noexcept {
     Result<Pose> result = latest();
     if (!result.has_value()) return result;
@@ -152,8 +153,8 @@ class Client {
     return result;
   }
 
-  /// Sleeps until a pose newer than `last` is there; see odom_wait(). A value-initialised `last`
-  /// takes the next one.
+  /// Sleeps until a pose newer than `last` is published; see odom_wait(). With a value-initialised
+  /// `last` waits for the next one.
   [[nodiscard]] Result<Pose> wait(const Pose& last, std::chrono::nanoseconds timeout) noexcept {
     Result<Pose> result;
     result.value = last;
@@ -162,8 +163,8 @@ class Client {
     return result;
   }
 
-  /// Calls `read(View)` on the newest pose where it lies, again should the writer have overtaken
-  /// it, three times at most. What `read` has taken counts only when this answers ODOM_OK or
+  /// Calls `read(View)` on the newest pose in place, again if the writer has overtaken it, at most
+  /// three times. The values that `read` has read are valid only when this returns ODOM_OK or
   /// ODOM_STALE.
   template <class Read>
   [[nodiscard]] Status read_in_place(Read&& read) {
@@ -205,7 +206,7 @@ class Client {
 /// Sends camera poses to the daemon. Errors are negative errnos, 0 is success.
 class CameraSender {
  public:
-  /// See odom_camera_open(). Closes what was open before.
+  /// See odom_camera_open(). Closes an earlier connection.
   [[nodiscard]] int open(const char* path = nullptr) noexcept {
     odom_camera* camera = nullptr;
     const int error = odom_camera_open(path, &camera);

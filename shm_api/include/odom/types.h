@@ -3,9 +3,9 @@
  * Frames and units: ISO 8855 (x forward, y left, yaw counter-clockwise), centre of gravity, SI
  * units, times in nanoseconds of CLOCK_MONOTONIC. Yaw is continuous (unwrapped).
  *
- * Every struct here is an array of 64-bit words (two 32-bit halves at the most) without padding, in
- * the order in which the words lie in a slot of the segment. The layout is append-only: fields are
- * added at the end of odom_details, never moved.
+ * Every struct here is an array of 64-bit words (or pairs of 32-bit halves) without padding, in the
+ * order of the words in a slot of the segment. The layout is append-only: fields are added at the
+ * end of odom_details, never moved.
  */
 #ifndef ODOM_TYPES_H
 #define ODOM_TYPES_H
@@ -18,7 +18,7 @@
 extern "C" {
 #endif
 
-/** How much the pose is worth, the most serious first where several hold:
+/** The quality of the pose. When several modes apply, the first of this order:
  *  fault, initialising, degraded, standstill, dead_reckoning, tracking. */
 typedef enum odom_mode {
   ODOM_INITIALISING = 0,   /**< no initial pose or no wheel speed yet: pose fields are not valid */
@@ -91,7 +91,7 @@ typedef struct odom_pose {
   double jump_x, jump_y, jump_yaw; /**< the last jump of the map pose, map axes */
 } odom_pose;
 
-/** Everything else that a tick publishes: for diagnosis, recording and full-state users. */
+/** All other results of a tick: for diagnosis, recording and users of the full state. */
 typedef struct odom_details {
   double velocity_covariance[15]; /**< the rest of the upper triangle, by rows, of the 6x6
                                      covariance of (x, y, yaw, vx, vy, yaw_rate): x-vx, x-vy,
@@ -145,7 +145,7 @@ typedef struct odom_info {
  *  [2^((i-1)/4), 2^(i/4)) us, the last one everything above (about 46 ms). */
 #define ODOM_HISTOGRAM_BUCKETS 64
 
-/** How well the beat has kept its promise since start. */
+/** Timing statistics of the beat since start. */
 typedef struct odom_beat {
   uint64_t ticks;                    /**< published */
   uint64_t missed;                   /**< cycles of the grid that were skipped whole */

@@ -1,4 +1,4 @@
-// The DBC reader: what it takes, what it takes with a warning, what it passes over.
+// The DBC reader: what it accepts, accepts with a warning, and ignores.
 #include "can_protocol/dbc/dbc.hpp"
 
 #include <gmock/gmock.h>
@@ -14,7 +14,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// A message of signals each of which is the multiplexor of the next.
+/// A message whose signals are each the multiplexor of the next.
 std::string nested(int count) {
   std::string text = "BO_ 1 A: 64 X\n";
   for (int i = 0; i < count; ++i)
@@ -155,7 +155,7 @@ TEST(Dbc, TakesSimpleMultiplexingWithoutExtendedStatements) {
   EXPECT_EQ(two.selected_by[0].last, 2U);
 }
 
-TEST(Dbc, TakesOdditiesWithAWarning) {
+TEST(Dbc, AcceptsIrregularitiesWithAWarning) {
   const Database database = parse(R"(CM_ "comment before the version";
 VERSION ""
 BO_ 2048 4WD: 2 X
@@ -336,7 +336,7 @@ TEST_P(DbcErrors, NameFileLineAndWhatWasExpected) {
     FAIL() << "was taken";
   } catch (const DbcError& error) {
     EXPECT_THAT(error.what(), testing::StartsWith(GetParam().error));
-    EXPECT_THAT(error.what(), HasSubstr("; "));  // the mend
+    EXPECT_THAT(error.what(), HasSubstr("; "));  // the fix
     EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
   }
 }
@@ -424,7 +424,7 @@ INSTANTIATE_TEST_SUITE_P(
                "BO_ 1 A: 8 X\n SG_ S m0M : 0|4@1+ (1,0) [0|0] \"\" X\n"
                " SG_ T m0M : 4|4@1+ (1,0) [0|0] \"\" X\n"
                "SG_MUL_VAL_ 1 S T 1-1;\nSG_MUL_VAL_ 1 T S 1-1;\n",
-               "car.dbc:2: expected a multiplexor above signal 'S', found a circle"},
+               "car.dbc:2: expected a multiplexor above signal 'S', found a cycle"},
         BadDbc{"MultiplexingTooDeep", nested(18),
                "car.dbc:19: expected at most 16 multiplexors one above the other, found more "
                "above signal 'S17'"},
@@ -440,7 +440,7 @@ INSTANTIATE_TEST_SUITE_P(
                "car.dbc:2: expected the comment in quotes, found 'text'"}),
     [](const auto& test) { return test.param.name; });
 
-// Hostile databases: what is said of one, and what is done for it, grows with its size alone.
+// Hostile databases: the number of warnings and the effort are bounded by the size of the file.
 
 TEST(Dbc, TakesSixteenMultiplexorsOneAboveTheOther) {
   EXPECT_EQ(parse(nested(17)).messages[0].signals.size(), 17U);
@@ -505,7 +505,7 @@ TEST(DbcErrors, NeverCrashOnACutFile) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, 140);  // the rest was cut between statements
+  EXPECT_GT(refused, 140);  // the others were cut between statements
 }
 
 }  // namespace

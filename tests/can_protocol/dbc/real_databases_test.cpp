@@ -45,7 +45,7 @@ const Message* find(const Database& database, const json& message) {
   return nullptr;
 }
 
-// The other reader took all files as Windows-1252, also those in UTF-8: compare ASCII only.
+// The other reader read all files as Windows-1252, also those in UTF-8: compare ASCII only.
 bool is_ascii(const std::string& text) {
   return std::all_of(text.begin(), text.end(),
                      [](char c) { return static_cast<unsigned char>(c) < 0x80; });
@@ -122,7 +122,7 @@ TEST(RealDatabases, DecodeAllPayloadsExactly) {
       for (const json& vector : expected_message["vectors"]) {
         const auto payload = bytes_of(vector["data"].get<std::string>());
         ASSERT_EQ(payload.size(), message->length);
-        if (!vector.contains("raw")) continue;  // the other decoder gave up
+        if (!vector.contains("raw")) continue;  // the other decoder failed
         ++payloads;
         std::size_t present = 0;
         for (const Signal& signal : message->signals) {

@@ -1,4 +1,4 @@
-// Bits in and out of payloads, against a reference that goes bit by bit.
+// Bits in and out of payloads, against a reference that works bit by bit.
 #include "can_protocol/dbc/signal_layout.hpp"
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST(SignalLayout, AgreesWithABitByBitReferenceAtEveryPositionAndLength) {
         if (last_byte >= max_payload) continue;
         const SignalLayout signal = layout(start, length, order);
         const Payload payload = random_payload(random);
-        // Nothing behind bytes_needed is touched: a span of that size is enough.
+        // Nothing after bytes_needed is accessed: a span of that size is enough.
         const std::vector<std::uint8_t> exact(payload.begin(),
                                               payload.begin() + signal.bytes_needed);
         ASSERT_EQ(extract_bits(signal, exact), slow_extract(bits, payload))

@@ -1,4 +1,4 @@
-// The decoder: compiling bindings, verdicts and values of frames, and that decoding never
+// The decoder: compiles bindings, checks verdicts and values of frames, and that decoding never
 // allocates.
 #include "can_protocol/decode/decoder.hpp"
 
@@ -59,7 +59,7 @@ SignalBinding bind(std::uint16_t channel, std::string message, std::string signa
 
 using Values = std::vector<std::pair<int, double>>;
 
-/// A decoder over `car` and what a frame gives.
+/// A decoder for `car`, and the result of a frame.
 class Rig {
  public:
   explicit Rig(std::vector<SignalBinding> bindings, std::vector<E2eBinding> protections = {},
@@ -194,11 +194,11 @@ TEST(Decoder, TakesNothingOfAPayloadThatEndsBeforeABoundSignal) {
   Frame longer = whole;
   longer.length = 64;
   EXPECT_EQ(rig.decode(longer), FrameVerdict::decoded);
-  longer.length = 255;  // no frame is: must not be read beyond
+  longer.length = 255;  // longer than any frame: must not be read beyond the end
   EXPECT_EQ(rig.decode(longer), FrameVerdict::decoded);
 }
 
-TEST(Decoder, TellsIdentifiersOfBothFormatsApart) {
+TEST(Decoder, DistinguishesIdentifiersOfBothFormats) {
   Rig rig({bind(1, "IMU", "Yaw"), bind(2, "WHEELS", "Left")});
   const std::vector<std::uint8_t> zeros(8);
   EXPECT_EQ(rig.decode(raw_frame(416, IdFormat::standard, zeros)), FrameVerdict::decoded);
@@ -297,7 +297,7 @@ TEST(Decoder, GivesEveryProtectedFrameItsVerdictAndCountsIt) {
   broken.data[4] ^= 1U;
   EXPECT_EQ(rig.decode(broken), FrameVerdict::failed_crc);
   EXPECT_TRUE(rig.samples().empty());
-  EXPECT_EQ(rig.decode(imu.frame(250)), FrameVerdict::distrusted);  // right behind an error
+  EXPECT_EQ(rig.decode(imu.frame(250)), FrameVerdict::distrusted);  // right after an error
   EXPECT_TRUE(rig.samples().empty());
   (void)imu.frame(0);
   EXPECT_EQ(rig.decode(imu.frame(300)), FrameVerdict::decoded);  // one was lost: OKSOMELOST
@@ -333,7 +333,8 @@ TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
   };
   for (int i = 0; i < 20; ++i) EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::decoded);
 
-  // A few failures leave the message believed from the second good frame on, many do not.
+  // After a few failures the message is trusted from the second good frame on; after many it is
+  // not.
   for (int i = 0; i < E2eTrust::max_failed / 2; ++i)
     EXPECT_EQ(rig.decode(broken()), FrameVerdict::failed_crc);
   EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
@@ -345,7 +346,7 @@ TEST(Decoder, BelievesNothingOfAMessageWhoseChecksKeepFailing) {
   EXPECT_EQ(rig.decode(imu.frame(1)), FrameVerdict::distrusted);
   EXPECT_TRUE(rig.samples().empty());
 
-  // The disturbance has ended: believed again once the window has slid past it.
+  // The disturbance has ended: trusted again when the window has moved past it.
   int refused = 0;
   while (rig.decode(imu.frame(1)) == FrameVerdict::distrusted) ++refused;
   EXPECT_LE(refused, E2eTrust::window - E2eTrust::max_failed);
@@ -430,12 +431,12 @@ TEST(DecoderErrors, NameTheRoleAndTheNearestName) {
 TEST(DecoderErrors, TellUnitsThatContradictTheDatabase) {
   EXPECT_EQ(refusal([](auto& b, auto&) { b.unit = Unit::rad_per_s; }),
             "signal 'role_1': unit 'rad/s' contradicts 'deg/s' of signal 'IMU.Yaw' in car.dbc:4; "
-            "mend one of them");
+            "fix one of them");
   EXPECT_EQ(refusal([](auto& b, auto&) {
               b.signals = {"Counter"};
               b.unit = Unit::rad;
             }),
-            "taken");  // an empty unit contradicts nothing
+            "taken");  // an empty unit is no contradiction
 }
 
 TEST(DecoderErrors, TellUnitsAndFactorsThatNoValueComesOutOf) {
@@ -451,10 +452,10 @@ TEST(DecoderErrors, TellUnitsAndFactorsThatNoValueComesOutOf) {
   };
   EXPECT_EQ(refusal_of("(0.01,0) [0|0] \"mph\""),
             "signal 'role_1': unit 'm/s' contradicts 'mph' of signal 'W.V' in car.dbc:2; "
-            "mend one of them, or take it as unit = \"1\" with a scale");
+            "fix one of them, or use unit = \"1\" with a scale");
   EXPECT_EQ(refusal_of("(0,0) [0|0] \"m/s\""),
             "signal 'role_1': signal 'V' has the factor 0 in car.dbc:2 and never changes; "
-            "mend the database");
+            "fix the database");
   EXPECT_EQ(refusal_of("(0.01,0) [0|0] \"SED\""), "taken");
 }
 

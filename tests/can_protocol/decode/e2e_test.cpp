@@ -40,7 +40,7 @@ E2eBinding binding(E2eProfile profile) {
   return result;
 }
 
-/// Bytes 0 and 1 of zeros that are protected `frames` times.
+/// Bytes 0 and 1 of a zero payload that is protected `frames` times.
 std::pair<int, int> head(const E2eBinding& from, int frames, Payload payload = {}) {
   const E2eProtection protection(message(), from);
   E2eState state;
@@ -184,7 +184,7 @@ TEST_F(E2eSequence, IsOkRoundAndRound) {
   for (int i = 0; i < 50; ++i) EXPECT_EQ(next(), E2eStatus::ok);
 }
 
-TEST_F(E2eSequence, TellsSmallLossesFromLargeOnes) {
+TEST_F(E2eSequence, DistinguishesSmallFromLargeLosses) {
   (void)next();
   EXPECT_EQ(next(1), E2eStatus::ok_some_lost);
   EXPECT_EQ(next(2), E2eStatus::ok_some_lost);  // step 3, the default limit
@@ -221,7 +221,7 @@ TEST_F(E2eSequence, IsNotMovedByAFrameInError) {
   EXPECT_EQ(next(), E2eStatus::ok);
 }
 
-TEST_F(E2eSequence, TellsShortAndEmptyPayloads) {
+TEST_F(E2eSequence, ReportsShortAndEmptyPayloads) {
   (void)next();
   EXPECT_EQ(protection_.check(std::span(payload_).first(7), receiver_), E2eStatus::error);
   EXPECT_EQ(protection_.check({}, receiver_), E2eStatus::no_new_data);
@@ -278,7 +278,7 @@ TEST(E2ePlain, ChecksumAloneNeedsNoCounter) {
   EXPECT_EQ(protection.check(payload, state), E2eStatus::error);
 }
 
-TEST(E2eBindingErrors, NameMessageSignalAndMend) {
+TEST(E2eBindingErrors, NameMessageSignalAndFix) {
   const auto error = [](const E2eBinding& from) -> std::string {
     try {
       const E2eProtection protection(message(), from);
@@ -293,8 +293,9 @@ TEST(E2eBindingErrors, NameMessageSignalAndMend) {
     return changed;
   };
   using testing::HasSubstr;
-  EXPECT_THAT(error(with([](auto& b) { b.crc_signal = "CRCC"; })),
-              HasSubstr("message 'A': crc signal 'CRCC' is no signal of it; the nearest is 'CRC'"));
+  EXPECT_THAT(
+      error(with([](auto& b) { b.crc_signal = "CRCC"; })),
+      HasSubstr("message 'A': crc signal 'CRCC' is not one of its signals; the nearest is 'CRC'"));
   EXPECT_THAT(error(with([](auto& b) { b.crc_signal.clear(); })),
               HasSubstr("no crc signal is named"));
   EXPECT_THAT(error(with([](auto& b) { b.counter_signal.clear(); })),

@@ -57,7 +57,7 @@ TEST(Units, HaveNamesThatMeanThem) {
     EXPECT_EQ(unit_of_text(unit_name(static_cast<Unit>(i))), static_cast<Unit>(i));
 }
 
-TEST(NearestName, TellsASlipFromAnotherWord) {
+TEST(NearestName, DistinguishesATypoFromAnotherWord) {
   EXPECT_TRUE(resembles("profil", "profile"));
   EXPECT_TRUE(resembles("cam", "can"));
   EXPECT_TRUE(resembles("data_idlsit", "data_id_list"));

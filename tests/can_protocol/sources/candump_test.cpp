@@ -1,4 +1,4 @@
-// The candump grammar: every form of a frame, both ways, and what is said of a line that is none.
+// The candump grammar: every form of a frame, both ways, and the errors of invalid lines.
 #include "can_protocol/sources/candump.hpp"
 
 #include <gmock/gmock.h>
@@ -39,7 +39,7 @@ TEST(Candump, ReadsNanoseconds) {
   EXPECT_EQ(good("(0000000000.000000001) can0 120#").frame.time_ns, 1);
 }
 
-TEST(Candump, TellsExtendedFromStandardByTheNumberOfDigits) {
+TEST(Candump, DistinguishesExtendedFromStandardByTheNumberOfDigits) {
   const Frame extended = good("(1.000000) can0 00000123#01").frame;
   EXPECT_EQ(extended.format, IdFormat::extended);
   EXPECT_EQ(extended.id, 0x123U);

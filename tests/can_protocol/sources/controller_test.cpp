@@ -1,4 +1,4 @@
-// What has no CAN controller below it. Real ones are read in the lab.
+// Interfaces without a CAN controller. Real controllers are tested in the lab.
 #include "can_protocol/sources/controller.hpp"
 
 #include <gtest/gtest.h>

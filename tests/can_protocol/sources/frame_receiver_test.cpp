@@ -1,5 +1,5 @@
-// Frames of the kernel to frames of ours, and the receive path on a socket that every machine has:
-// a datagram socket on the loopback stamps, counts drops and batches as a CAN socket does.
+// Converts frames of the kernel, and tests the receive path on a socket that every machine has: a
+// datagram socket on the loopback stamps, counts drops and batches like a CAN socket.
 #include "can_protocol/sources/frame_receiver.hpp"
 
 #include <arpa/inet.h>
@@ -137,7 +137,7 @@ class FrameReceiverTest : public testing::Test {
     frames.resize(received.count);
     return frames;
   }
-  /// The kernel begins to stamp a moment after the first socket has asked for it.
+  /// The kernel begins to stamp a moment after the first request.
   void await_stamps() {
     ASSERT_TRUE(request_stamps(receiving_.get(), StampSource::software));
     FrameReceiver receiver(0, StampSource::software);
@@ -234,7 +234,7 @@ TEST_F(FrameReceiverTest, CountsWhatTheKernelDropped) {
   for (canid_t id = 0; id < sent; ++id) send(raw_frame(id, 8));
   std::size_t received = receive(receiver).size();
   EXPECT_LT(received, sent);
-  // The count travels with the next frame that finds room.
+  // The count is reported with the next frame that is not dropped.
   send(raw_frame(0x7FF, 0));
   received += receive(receiver).size();
   EXPECT_EQ(received + counters_.lost.get(), sent + 1);

@@ -47,7 +47,7 @@ TEST_F(LiveStampsTest, FramesThatWereKeptBackAreNoStep) {
 }
 
 TEST_F(LiveStampsTest, ALogThatIsPipedInKeepsItsPauses) {
-  stamps_.read(Input::waited_for);  // until it was opened
+  stamps_.read(Input::waited_for);  // before it was opened
   run(Input::ready);
   EXPECT_FALSE(stamps_.step(stamp_ += 3600 * s, now_));
   EXPECT_FALSE(stamps_.step(stamp_ -= 3600 * s, now_));

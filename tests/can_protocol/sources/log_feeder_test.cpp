@@ -1,4 +1,4 @@
-// A log as a live bus: the mapping of its clock onto the tick grid, the hand-over, the odd inputs,
+// A log as a live bus: the mapping of its clock onto the tick grid, the hand-over, unusual inputs,
 // and an end at any moment.
 #include "can_protocol/sources/log_feeder.hpp"
 
@@ -28,7 +28,7 @@ using testing::HasSubstr;
 
 constexpr std::int64_t period = 5'000'000;
 constexpr std::int64_t never_held_back = INT64_MAX;
-constexpr auto patience = std::chrono::seconds(20);
+constexpr auto timeout = std::chrono::seconds(20);
 
 std::int64_t monotonic_now() {
   timespec now{};
@@ -36,12 +36,12 @@ std::int64_t monotonic_now() {
   return now.tv_sec * 1'000'000'000 + now.tv_nsec;
 }
 
-/// Drains until `count` frames came, the source ended, or patience did.
+/// Drains until `count` frames have arrived, the source has ended, or the time is up.
 std::vector<Frame> drain(FrameSource& source, std::size_t count,
                          std::int64_t tick_ns = never_held_back) {
   std::vector<Frame> all;
   std::array<Frame, max_frames_per_drain> frames;
-  const auto deadline = std::chrono::steady_clock::now() + patience;
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (all.size() < count && std::chrono::steady_clock::now() < deadline) {
     const bool ended = source.link() == LinkState::ended;
     const std::size_t got = source.drain(frames, tick_ns, monotonic_now());
@@ -54,7 +54,7 @@ std::vector<Frame> drain(FrameSource& source, std::size_t count,
 
 void await_end(FrameSource& source) {
   std::array<Frame, max_frames_per_drain> frames;
-  const auto deadline = std::chrono::steady_clock::now() + patience;
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (source.link() != LinkState::ended && std::chrono::steady_clock::now() < deadline) {
     source.drain(frames, never_held_back, monotonic_now());
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -122,19 +122,19 @@ TEST(LogClock, IsPutForwardWhereItsFirstLineCameLate) {
   EXPECT_EQ(clock.offset_ns(), stamp - 500'000'000) << "whatever was advanced before";
 }
 
-TEST(SmallestDelay, IsToldOnceTwoWindowsAgree) {
+TEST(SmallestDelay, IsReportedWhenTwoWindowsAgree) {
   SmallestDelay delay;
   const std::int64_t ms = 1'000'000;
   const std::int64_t offset = 77'000 * ms;
-  std::optional<std::int64_t> told;
-  // The first line came 100 ms late; every third of the others comes without delay.
+  std::optional<std::int64_t> smallest;
+  // The first line is 100 ms late; every third of the others has no delay.
   EXPECT_FALSE(delay.take(0, offset + 100 * ms));
-  for (std::int64_t t = 100 * ms; t < 700 * ms && !told; t += 10 * ms)
-    told = delay.take(t, t + offset + t / (10 * ms) % 3 * 2 * ms);
-  EXPECT_EQ(told, offset);
+  for (std::int64_t t = 100 * ms; t < 700 * ms && !smallest; t += 10 * ms)
+    smallest = delay.take(t, t + offset + t / (10 * ms) % 3 * 2 * ms);
+  EXPECT_EQ(smallest, offset);
 }
 
-TEST(SmallestDelay, IsNotToldOfAProducerThatIsFasterThanTime) {
+TEST(SmallestDelay, IsNotReportedForAProducerFasterThanRealTime) {
   for (const std::int64_t speed : {2, 10, 100}) {
     SmallestDelay delay;
     for (std::int64_t t = 0; t < 5'000'000'000; t += 1'000'000)
@@ -180,7 +180,7 @@ TEST(LogFeeder, HoldsAFrameBackUntilItsTick) {
   BusNames buses;
   LogClock clock(0, period);
   LogFeeder feeder(file.path(), buses, clock);
-  const auto deadline = std::chrono::steady_clock::now() + patience;
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (!feeder.log_offset_ns() && std::chrono::steady_clock::now() < deadline)
     std::this_thread::yield();
   ASSERT_TRUE(feeder.log_offset_ns());
@@ -255,8 +255,8 @@ TEST(LogFeeder, CountsWhatIsNoFrameAndGoesOn) {
   LogFeeder feeder(file.path(), buses, clock);
   EXPECT_EQ(drain(feeder, 100).size(), 9U);
   EXPECT_EQ(feeder.link(), LinkState::ended);
-  EXPECT_EQ(feeder.counters().malformed.get(), 4U);  // two lines, one bus, the cut-off end
-  EXPECT_THAT(feeder.complaints(),
+  EXPECT_EQ(feeder.counters().malformed.get(), 4U);  // two lines, one bus, the truncated end
+  EXPECT_THAT(feeder.warnings(),
               ElementsAre(HasSubstr("drive.log:2: expected '('"), HasSubstr("can8")));
 }
 
@@ -269,9 +269,9 @@ TEST(LogFeeder, SaysThatNoTimePassesInALog) {
     LogClock clock(0, period);
     LogFeeder feeder(file.path(), buses, clock);
     await_end(feeder);
-    EXPECT_THAT(
-        feeder.complaints(),
-        ElementsAre(HasSubstr("drive.log:150: all 150 frames up to here bear the stamp " + stamp)));
+    EXPECT_THAT(feeder.warnings(),
+                ElementsAre(HasSubstr("drive.log:150: all 150 frames so far have the time stamp " +
+                                      stamp)));
   }
 }
 
@@ -285,7 +285,7 @@ TEST(LogFeeder, SaysEachKindOfComplaintOnce) {
   LogClock clock(0, period);
   LogFeeder feeder(file.path(), buses, clock);
   await_end(feeder);
-  EXPECT_THAT(feeder.complaints(),
+  EXPECT_THAT(feeder.warnings(),
               ElementsAre(HasSubstr("drive.log:1: expected '('"),
                           HasSubstr("drive.log:502: all 500"), HasSubstr("can8")));
 }
@@ -340,8 +340,8 @@ TEST(LogFeeder, FollowsALivePipeWhoseClockIsSet) {
   stamp_ms -= 7'200'000;
   live_frames();
   EXPECT_EQ(feeder.counters().clock_steps.get(), 2U);
-  EXPECT_THAT(feeder.complaints(),
-              Contains(HasSubstr("the clock behind the stamps was set by 35")));
+  EXPECT_THAT(feeder.warnings(),
+              Contains(HasSubstr("the clock of the time stamps was stepped by 35")));
 }
 
 std::string line_at(std::int64_t stamp_ns) {
@@ -352,8 +352,8 @@ std::string line_at(std::int64_t stamp_ns) {
   return text;
 }
 
-/// How much later than it comes a line of a live pipe is released in the end, whose clock is ahead
-/// of CLOCK_MONOTONIC by `offset_ns` and whose first line comes `late`.
+/// The final delay between arrival and release of a line in a live pipe, whose clock is ahead of
+/// CLOCK_MONOTONIC by `offset_ns` and whose first line is `late`.
 std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::milliseconds late,
                                    std::int64_t good_ns) {
   Fifo fifo;
@@ -366,7 +366,7 @@ std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::millisec
   std::int64_t sent = begin;
   std::int64_t lag = INT64_MAX;
   std::array<Frame, max_frames_per_drain> frames;
-  const auto deadline = std::chrono::steady_clock::now() + patience;
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
   while (lag > good_ns && std::chrono::steady_clock::now() < deadline) {
     std::string lines;
     for (const std::int64_t now = monotonic_now(); sent < now; sent += period)
@@ -380,7 +380,7 @@ std::int64_t lag_after_a_late_line(std::int64_t offset_ns, std::chrono::millisec
 }
 
 TEST(LogFeeder, FollowsALivePipeWhoseFirstLineCameLate) {
-  // Two periods of head start, one to the grid, and two that are let be.
+  // Two periods of head start, one to the grid, and two that are tolerated.
   EXPECT_LE(
       lag_after_a_late_line(1'000'000'000'000'000, std::chrono::milliseconds(300), 30'000'000),
       30'000'000);
@@ -429,11 +429,11 @@ TEST(LogFeeder, EndsInsideAGapOfYears) {
   std::array<Frame, 4> frames;
   EXPECT_EQ(feeder.drain(frames, never_held_back, monotonic_now()), 0U);
   EXPECT_EQ(feeder.link(), LinkState::up);
-  const auto deadline = std::chrono::steady_clock::now() + patience;
-  while (feeder.complaints().empty() && std::chrono::steady_clock::now() < deadline)
+  const auto deadline = std::chrono::steady_clock::now() + timeout;
+  while (feeder.warnings().empty() && std::chrono::steady_clock::now() < deadline)
     std::this_thread::yield();
-  EXPECT_THAT(feeder.complaints(),
-              ElementsAre(HasSubstr("drive.log:2: the stamps jump ahead by 8999999998 s")));
+  EXPECT_THAT(feeder.warnings(),
+              ElementsAre(HasSubstr("drive.log:2: the time stamps jump ahead by 8999999998 s")));
 }
 
 TEST(LogFeeder, EndsWhileItsRingIsFull) {

@@ -1,4 +1,4 @@
-// Logs as they come: whole, cut off, damaged, missing, several at once, and the real drives.
+// Logs: complete, truncated, damaged, missing, several at once, and the real drives.
 #include "can_protocol/sources/log_reader.hpp"
 
 #include <gmock/gmock.h>
@@ -92,15 +92,15 @@ TEST(LogReader, KeepsTheDriveWhenAPowerCutLeftZeros) {
   EXPECT_FALSE(reader.warning().empty());
 }
 
-TEST(LogReader, NamesTheLineTheColumnAndTheMend) {
+TEST(LogReader, NamesTheLineTheColumnAndTheFix) {
   EXPECT_THAT(
       error_of_content("(1.000000) can0 100#01\n(1.000000) can0 1000#01\n"),
       AllOf(StartsWith(":2: expected"), HasSubstr("column 21"), HasSubstr("a line looks like")));
 }
 
 TEST(LogReader, RefusesALogWithoutAFrame) {
-  EXPECT_THAT(error_of_content(""), HasSubstr("holds no frame"));
-  EXPECT_THAT(error_of_content("\n\n"), HasSubstr("holds no frame"));
+  EXPECT_THAT(error_of_content(""), HasSubstr("contains no frame"));
+  EXPECT_THAT(error_of_content("\n\n"), HasSubstr("contains no frame"));
   EXPECT_THAT(error_of_content("(1.0000"), StartsWith(":1: expected 6 or 9 decimals"));
   EXPECT_THAT(error_of_content("\ngarbage"), StartsWith(":2: expected '('"));
 }

@@ -1,4 +1,4 @@
-// What a name means, and what is said where it can mean nothing.
+// The kind of source of a name, and the errors of invalid names.
 #include "can_protocol/sources/open_source.hpp"
 
 #include <gmock/gmock.h>
@@ -77,7 +77,7 @@ TEST(OpenSource, WaitsForAnInterfaceOrSaysThatTheKernelHasNoCan) {
     (void)open_source("can0", buses, clock, {});
     FAIL() << "no error";
   } catch (const std::system_error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("can0: this kernel offers no CAN sockets"));
+    EXPECT_THAT(error.what(), HasSubstr("can0: this kernel has no CAN sockets"));
   }
 }
 

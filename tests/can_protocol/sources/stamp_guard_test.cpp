@@ -70,10 +70,10 @@ TEST_F(StampGuardTest, StartsOverWhenTheClockWasSetBack) {
 TEST_F(StampGuardTest, GoesOnWhenItsTableIsFull) {
   for (std::uint32_t id = 0; id < 20'000; ++id)
     EXPECT_EQ(check(now - 5 * ms, id, 0, IdFormat::extended), StampVerdict::trusted);
-  // What found no room is still checked for zero and future.
+  // Identifiers beyond the capacity are still checked for zero and future.
   EXPECT_EQ(check(0, 19'999, 0, IdFormat::extended), StampVerdict::zero);
   EXPECT_EQ(check(now + 100 * ms, 19'999, 0, IdFormat::extended), StampVerdict::future);
-  // What came early is kept.
+  // The early ones are kept.
   EXPECT_EQ(check(now - 6 * ms, 0, 0, IdFormat::extended), StampVerdict::backwards);
 }
 

@@ -21,7 +21,7 @@ TEST(Comparison, KnowsNothingAtFirst) {
   EXPECT_EQ(comparison.gain(plain), 0.0);
 }
 
-TEST(Comparison, TellsSignAndFactor) {
+TEST(Comparison, ReportsSignAndFactor) {
   Comparison comparison;
   for (int k = 0; k < 40; ++k) comparison.add(-3.6 * wave(k), wave(k), plain, memory);
   EXPECT_TRUE(comparison.shows(plain, 10.0));

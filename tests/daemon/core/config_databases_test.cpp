@@ -1,4 +1,4 @@
-// The configuration held against its databases.
+// Checks of the configuration against its databases.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -87,7 +87,7 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
   static_cast<void>(load_databases(config, warnings));
   EXPECT_THAT(warnings, Contains(HasSubstr("steering is not mapped")));
   EXPECT_THAT(warnings,
-              Contains(HasSubstr("yaw_rate is not mapped: the filter takes it to measure 0")));
+              Contains(HasSubstr("yaw_rate is not mapped: the filter assumes that it measures 0")));
 
   config.model = estimator::Model::kinematic;
   warnings.clear();
@@ -97,8 +97,10 @@ TEST_F(DatabasesTest, WarnsOfRolesThatTheModelWouldLike) {
   config.model = estimator::Model::full;
   warnings.clear();
   static_cast<void>(load_databases(config, warnings));
-  EXPECT_THAT(warnings, Contains(HasSubstr("yaw_rate is not mapped: the car's turning is left to "
-                                           "steering and wheels")));
+  EXPECT_THAT(
+      warnings,
+      Contains(HasSubstr(
+          "yaw_rate is not mapped: only the steering and the wheels measure how the car turns")));
 }
 
 TEST_F(DatabasesTest, WarnsOfAServoWithoutACommand) {
@@ -120,33 +122,34 @@ TEST_F(DatabasesTest, RefusesTheModelInertialWithoutAGyro) {
   const auto file = [](const std::string& signals) {
     return signals + "[filter]\nmodel = \"inertial\"\n";
   };
-  EXPECT_THAT(error_of(file(wheel)),
-              testing::EndsWith("car.toml: [can.signals]: yaw_rate is not mapped, and the model "
-                                "inertial has its heading from the gyro alone; map yaw_rate, or "
-                                "choose another model, such as full"));
+  EXPECT_THAT(
+      error_of(file(wheel)),
+      testing::EndsWith(
+          "car.toml: [can.signals]: yaw_rate is not mapped, but the model inertial takes its "
+          "heading from the gyro only; map yaw_rate, or choose another model, such as full"));
   Config config = load(file(std::string(wheel) + gyro));
   std::vector<std::string> warnings;
   static_cast<void>(load_databases(config, warnings));
-  EXPECT_THAT(warnings, IsEmpty());  // it does without steering
+  EXPECT_THAT(warnings, IsEmpty());  // the model does not need steering
 }
 
 TEST_F(DatabasesTest, RefusesALatencyThatTheWindowOfTheFullModelDoesNotReach) {
   const std::string late =
       "wheel_rear = { message = \"WHEEL\", signal = \"RL\", unit = \"m/s\", latency = 0.3 }\n";
-  EXPECT_THAT(
-      error_of(late),
-      testing::EndsWith("car.toml: [can.signals] wheel_rear latency: 0.3 s is beyond "
-                        "[filter] window, 0.25 s: samples so old would never be fused; make "
-                        "window at least 0.3, or mend the latency"));
+  EXPECT_THAT(error_of(late),
+              testing::EndsWith("car.toml: [can.signals] wheel_rear latency: 0.3 s is longer than "
+                                "[filter] window, 0.25 s: samples that old would never be fused; "
+                                "set window to at least 0.3, or correct the latency"));
   EXPECT_EQ(error_of(late + "[filter]\nwindow = 0.3\n"), "");
   EXPECT_EQ(error_of(late + "[filter]\nmodel = \"kinematic\"\n"), "");
 }
 
 TEST_F(DatabasesTest, RefusesACameraThatTheWindowOfTheFullModelDoesNotReach) {
-  EXPECT_THAT(error_of(std::string(wheel) + "[camera]\nmax_latency = 0.4\n"),
-              testing::EndsWith("car.toml: [camera] max_latency: 0.4 s is beyond [filter] window, "
-                                "0.25 s: poses so old would never be fused; make window at least "
-                                "0.4, or lower max_latency"));
+  EXPECT_THAT(
+      error_of(std::string(wheel) + "[camera]\nmax_latency = 0.4\n"),
+      testing::EndsWith("car.toml: [camera] max_latency: 0.4 s is longer than [filter] window, "
+                        "0.25 s: poses that old would never be fused; set window to at least "
+                        "0.4, or lower max_latency"));
   EXPECT_THAT(error_of(std::string(wheel) + "[camera]\nmax_latency = 2\n"),
               testing::EndsWith("would never be fused; lower max_latency"));
   EXPECT_EQ(error_of(std::string(wheel) + "[camera]\nmax_latency = 0.25\n"), "");
@@ -162,7 +165,7 @@ TEST_F(DatabasesTest, WarnsWhereMoreSamplesComeThanTheWindowHolds) {
   std::vector<std::string> warnings;
   Config config = load(both + "1.0\n");
   static_cast<void>(load_databases(config, warnings));
-  EXPECT_THAT(warnings, Contains(HasSubstr("2010 samples come in 1 s and a tick")));
+  EXPECT_THAT(warnings, Contains(HasSubstr("2010 samples come in 1 s and one tick")));
   warnings.clear();
   config = load(both + "0.5\n");
   static_cast<void>(load_databases(config, warnings));
@@ -183,8 +186,8 @@ TEST_F(DatabasesTest, TurnsBothAxesOfAnAccelerometerOrNone) {
   const std::string turned = "[imu]\nyaw = 1.57\n";
   EXPECT_EQ(error_of(along + axis("accel_y", "IMU", "AY") + turned), "");
   EXPECT_EQ(error_of(wheel + turned), "");
-  EXPECT_THAT(error_of(along + turned), HasSubstr("[imu] yaw: accel_x and accel_y are turned "
-                                                  "together: map accel_y too"));
+  EXPECT_THAT(error_of(along + turned),
+              HasSubstr("[imu] yaw: accel_x and accel_y are rotated together: map accel_y too"));
   EXPECT_THAT(error_of(along + axis("accel_y", "OTHER", "AY") + turned),
               HasSubstr("take both from one message"));
   EXPECT_THAT(error_of(along + axis("accel_y", "IMU", "AY", ", latency = 0.01") + turned),
@@ -230,15 +233,16 @@ TEST_F(DatabasesTest, RefusesABusThatNobodyListensTo) {
   std::vector<std::string> warnings;
   config.can.sources = {"can0", "can1"};
   EXPECT_NO_THROW(static_cast<void>(load_databases(config, warnings)));
-  config.can.sources = {"can0", "drive.log"};  // the log may have it
+  config.can.sources = {"can0", "drive.log"};  // the log may have this bus
   EXPECT_NO_THROW(static_cast<void>(load_databases(config, warnings)));
   config.can.sources = {"can0", "can2"};
   try {
     static_cast<void>(load_databases(config, warnings));
     FAIL() << "was taken";
   } catch (const ConfigError& error) {
-    EXPECT_THAT(error.what(),
-                HasSubstr("signal 'wheel_rear': bus 'can1' is no source; the nearest is 'can0'"));
+    EXPECT_THAT(
+        error.what(),
+        HasSubstr("signal 'wheel_rear': bus 'can1' is not a source; the nearest is 'can0'"));
   }
 }
 

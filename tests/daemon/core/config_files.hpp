@@ -1,4 +1,4 @@
-// A configuration file to write, load, and be told the errors of.
+// A configuration file to write and load, with its errors.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ class ConfigTest : public testing::Test {
     return load_config(file_);
   }
 
-  /// The error, without the directory; empty where there was none.
+  /// The error without the directory; empty when there was none.
   [[nodiscard]] std::string error_of(const std::string& text) const {
     write(text);
     return error();

@@ -1,5 +1,5 @@
-// What is said of a configuration that means nothing. Every error is checked by its whole text: it
-// is what the user has to go by.
+// The errors of invalid configurations. Every error is compared as a whole, because it is all that
+// the user gets.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace odomd::daemon::config_mistakes_test {
 namespace {
 
-// Files that are no configuration
+// Files that are not a configuration
 // ------------------------------------------------------------------
 
 TEST_F(ConfigTest, RefusesAFileThatIsNotThere) {
@@ -66,7 +66,7 @@ TEST_F(ConfigTest, RefusesNulBytes) {
 
 TEST_F(ConfigTest, RefusesAnEmptyFile) {
   EXPECT_EQ(error_of(""),
-            "car.toml:1: can: is missing; say in [can] which database and signals to use");
+            "car.toml:1: can: is missing; name the database and the signals in [can]");
 }
 
 TEST_F(ConfigTest, RefusesAHugeFile) {
@@ -85,7 +85,7 @@ struct Mistake {
 
 class ConfigMistake : public ConfigTest, public testing::WithParamInterface<Mistake> {};
 
-TEST_P(ConfigMistake, IsNamedWithItsLineAndMend) {
+TEST_P(ConfigMistake, IsNamedWithItsLineAndFix) {
   EXPECT_EQ(error_of(GetParam().text), GetParam().error);
 }
 
@@ -126,7 +126,8 @@ const Mistake mistakes[] = {
     {"BooleanForANumber", vehicle("mass = true"),
      "car.toml:2: [vehicle] mass: is true or false; it must be a number"},
     {"HalfACar", vehicle("mass = 3"),
-     "car.toml:1: [vehicle] front_axle: is missing; a car is described whole or not at all"},
+     "car.toml:1: [vehicle] front_axle: is missing; give all keys of [vehicle], or leave the table "
+     "out"},
 
     {"NoDatabase", "[can]\nsource = \"can0\"\n",
      "car.toml:1: [can] dbc: is missing; name the car's database"},
@@ -136,7 +137,7 @@ const Mistake mistakes[] = {
      R"(car.toml:3: [can] signalz: unknown key; did you mean "signals"?)"},
     {"MisspeltCan", "[cam]\n", R"(car.toml:1: cam: unknown key; did you mean "can"?)"},
     {"NoSignals", can(""),
-     "car.toml:1: [can] signals: is missing; say in [can.signals] where each role comes from"},
+     "car.toml:1: [can] signals: is missing; name the signal of each role in [can.signals]"},
     {"EmptySignals", can("[can.signals]\n"),
      "car.toml:3: [can.signals]: is empty; map at least a wheel speed"},
     {"EmptySource", can("source = \"\"\n"), "car.toml:3: [can] source: holds an empty name"},
@@ -145,7 +146,7 @@ const Mistake mistakes[] = {
      "car.toml:3: [can] source: is a number; it must be a text in quotes"},
     {"TooManySources",
      can("source = [\"1\", \"2\", \"3\", \"4\", \"5\", \"6\", \"7\", \"8\", \"9\"]\n"),
-     "car.toml:3: [can] source: names 9 buses; 8 is the most"},
+     "car.toml:3: [can] source: names 9 buses; at most 8 are allowed"},
     {"UnknownTimestamps", can("timestamps = \"hardwear\"\n"),
      R"(car.toml:3: [can] timestamps: "hardwear" is not known; did you mean "hardware"?)"},
     {"TinyReceiveBuffer", can("receive_buffer = 10\n"),
@@ -168,8 +169,8 @@ const Mistake mistakes[] = {
     {"UnknownRole", signal("yaw_rat", R"(, signal = "S", unit = "rad/s")"),
      R"(car.toml:4: [can.signals] yaw_rat: unknown role; did you mean "yaw_rate"?)"},
     {"CameraIsNoSignal", signal("camera", R"(, signal = "S", unit = "rad/s")"),
-     "car.toml:4: [can.signals] camera: a camera does not speak on the bus; it has its own table, "
-     "[camera]"},
+     "car.toml:4: [can.signals] camera: the camera is not on the bus; configure it in its own "
+     "table, [camera]"},
     {"NoMessage", can("[can.signals]\nyaw_rate = { signal = \"S\" }\n"),
      "car.toml:4: [can.signals] yaw_rate message: is missing"},
     {"NoSignal", signal("yaw_rate", R"(, unit = "rad/s")"),
@@ -190,13 +191,13 @@ const Mistake mistakes[] = {
     {"NegativeRadius", signal("motor", R"(, signal = "S", unit = "rpm", radius = -1)"),
      "car.toml:4: [can.signals] motor radius: -1 is not possible; it must be between 0 and 10 (m)"},
     {"RadiusWithoutRpm", signal("motor", R"(, signal = "S", unit = "m/s", radius = 1)"),
-     R"(car.toml:4: [can.signals] motor radius: goes with unit = "rpm" alone)"},
+     R"(car.toml:4: [can.signals] motor radius: applies only with unit = "rpm")"},
     {"PureNumberWithoutScale", signal("steering", R"(, signal = "S", unit = "1")"),
      R"(car.toml:4: [can.signals] steering unit: "1" needs `scale`, which turns the number into )"
      "the "
      "role's SI quantity"},
     {"ScaleOfZero", signal("motor", R"(, signal = "S", unit = "m/s", scale = 0)"),
-     "car.toml:4: [can.signals] motor scale: 0 is not possible: the value would vanish"},
+     "car.toml:4: [can.signals] motor scale: must not be 0"},
     {"SigmaOfZero", signal("motor", R"(, signal = "S", unit = "m/s", sigma = 0)"),
      "car.toml:4: [can.signals] motor sigma: 0 is not possible; it must be greater than 0"},
     {"NegativeLatency", signal("motor", R"(, signal = "S", unit = "m/s", latency = -0.1)"),
@@ -222,7 +223,7 @@ const Mistake mistakes[] = {
      signal("direction", R"(, signal = "S", forward = 1, reverse = 2, unit = "m/s")"),
      "car.toml:4: [can.signals] direction unit: does not apply to a direction"},
     {"DirectionAsSum", signal("direction", R"(, sum = ["A", "B"], forward = 1, reverse = 2)"),
-     "car.toml:4: [can.signals] direction sum: a direction is one signal"},
+     "car.toml:4: [can.signals] direction sum: a direction is taken from one signal"},
     {"SignalIsNoTable", can("[can.signals]\nmotor = \"N\"\n"),
      "car.toml:4: [can.signals] motor: is a text; it must be a table"},
 
@@ -248,21 +249,21 @@ const Mistake mistakes[] = {
      R"(car.toml:4: [can.e2e] M data_id_mode: "BOT" is not known; did you mean "BOTH"?)"},
     {"DataIdOfAnotherProfile", e2e(R"(profile = "COUNTER", counter = "B", data_id = 1)"),
      "car.toml:4: [can.e2e] M data_id: belongs to P01 and P11, not to COUNTER; leave it out, or "
-     "mend the profile"},
+     "fix the profile"},
     {"CrcOfAnotherProfile", e2e(R"(profile = "COUNTER", counter = "B", crc = "C")"),
      "car.toml:4: [can.e2e] M crc: belongs to the profiles with a CRC, not to COUNTER; leave it "
-     "out, or mend the profile"},
+     "out, or fix the profile"},
     {"DataIdListOfAnotherProfile",
      e2e(R"(profile = "P01", data_id = 1, crc = "C", counter = "B", data_id_list = [1])"),
      "car.toml:4: [can.e2e] M data_id_list: belongs to P02 and P22, not to P01; leave it out, or "
-     "mend the profile"},
+     "fix the profile"},
     {"StepOfACounterThatIsNotThere",
      e2e(R"(profile = "SAE_J1850", crc = "C", max_delta_counter = 2)"),
      "car.toml:4: [can.e2e] M max_delta_counter: belongs to messages with a `counter`, not to "
-     "SAE_J1850; leave it out, or mend the profile"},
+     "SAE_J1850; leave it out, or fix the profile"},
 
     {"UnknownModel", also("[filter]\nmodel = \"particle\"\n"),
-     R"(car.toml:3: [filter] model: "particle" is not a model of this version; there are: kinematic, )"
+     R"(car.toml:3: [filter] model: "particle" is not a model of this version; the models are: kinematic, )"
      "kinematic_printed, paper, full, inertial"},
     {"ShortNoise", also("[filter]\npaper_q = [1, 2]\n"),
      "car.toml:3: [filter] paper_q: must be a list of 3 numbers"},
@@ -277,11 +278,13 @@ const Mistake mistakes[] = {
     {"WalkThatStandsStill", also("[filter]\ngyro_bias_walk = 0\n"),
      "car.toml:3: [filter] gyro_bias_walk: 0 is not possible; it must be above 0, at most 1"},
     {"TyreForceErrorOfOld", also("[filter]\ntyre_force_error = 1\n"),
-     "car.toml:3: [filter] tyre_force_error: is gone; side_slip_error, the error of v_y per side "
-     "acceleration, replaces it"},
+     "car.toml:3: [filter] tyre_force_error: was removed; use side_slip_error instead, the error "
+     "of "
+     "v_y per lateral acceleration"},
     {"YawMomentErrorOfOld", also("[filter]\nyaw_moment_error = 7\n"),
-     "car.toml:3: [filter] yaw_moment_error: is gone; front_angle_error, an angle at the front "
-     "wheels in rad, replaces it"},
+     "car.toml:3: [filter] yaw_moment_error: was removed; use front_angle_error instead, an angle "
+     "at "
+     "the front wheels in rad"},
     {"NoSuggestionOfOld", also("[filter]\nyaw_momnt_error = 7\n"),
      R"(car.toml:3: [filter] yaw_momnt_error: unknown key; did you mean "side_slip_error"?)"},
     {"FrontAngleInDegrees", also("[filter]\nfront_angle_error = 10\n"),
@@ -314,7 +317,7 @@ const Mistake mistakes[] = {
     {"ShortPose", also("[initial]\npose = [0, 0]\n"),
      "car.toml:3: [initial] pose: must be a list of 3 numbers"},
     {"PoseFarAway", also("[initial]\npose = [0, 0, 1e17]\n"),
-     "car.toml:3: [initial] pose: is too far off; x and y are at most 1e8 m, yaw is at most 1e6 "
+     "car.toml:3: [initial] pose: is too far away; x and y must be within 1e8 m, yaw within 1e6 "
      "rad"},
     {"TextInPose", also("[initial]\npose = [0, 0, \"north\"]\n"),
      "car.toml:3: [initial] pose: is a text; it must be a number"},

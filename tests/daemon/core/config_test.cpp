@@ -1,4 +1,4 @@
-// What a configuration means, and the words of the command line that mean the same.
+// The values of a configuration, and of the command line options with the same meaning.
 #include "daemon/core/config.hpp"
 
 #include <gmock/gmock.h>
@@ -239,7 +239,7 @@ TEST_F(ConfigTest, PutsTheServoIntoTheReferenceCarToo) {
   EXPECT_EQ(filter_settings(config).vehicle.steering.lag_s, 0.1);
 }
 
-// Zero is a number too: a car that does not lean, not one of which nothing is known.
+// Zero is a value: a car that does not lean, not an unknown gradient.
 TEST_F(ConfigTest, GivesTheFilterTheGradientsThatAreConfigured) {
   const Config config = load(std::string("[imu]\nroll_gradient = 0\n") + small_bus);
   EXPECT_EQ(filter_settings(config).roll_gradient, 0.0);
@@ -248,10 +248,10 @@ TEST_F(ConfigTest, GivesTheFilterTheGradientsThatAreConfigured) {
 
 TEST_F(ConfigTest, WarnsWhereTheCarIsNotDescribed) {
   const Config config = load(small_bus);
-  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("no [vehicle]: the reference car")));
+  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("no [vehicle]: using the reference car")));
 }
 
-TEST_F(ConfigTest, TakesLogsBesideTheFileAndLeavesInterfacesAlone) {
+TEST_F(ConfigTest, ResolvesLogsNextToTheFileButNotInterfaces) {
   std::ofstream(directory_ / "drive.log") << "";
   const Config config = load(R"(
 [can]

@@ -1,5 +1,5 @@
-// docs/configuration.md says what the code does: its examples load, its errors are the real ones,
-// and its tables list the keys that there are. Comments in the page mark what is looked at.
+// docs/configuration.md matches the code: its examples load, its errors are the real ones, and its
+// tables list the existing keys. Comments in the page mark the checked parts.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -74,7 +74,7 @@ std::vector<Row> rows(const std::string& text) {
   return all;
 }
 
-/// What stands between backticks.
+/// The text between backticks.
 std::vector<std::string> quoted(const std::string& cell) {
   static const std::regex pattern("`([^`]*)`");
   std::vector<std::string> all;
@@ -109,7 +109,7 @@ class ConfigurationPage : public testing::Test {
     return load_config(directory_ / "car.toml");
   }
 
-  /// As `odomd --check` would do it: the error, or nothing.
+  /// The error of `odomd --check`, or nothing.
   [[nodiscard]] std::string error_of(const std::string& text) const {
     try {
       Config config = load(text);
@@ -249,7 +249,7 @@ TEST_F(ConfigurationPage, ItsErrorsAreTheRealOnes) {
   }
 }
 
-/// A configuration whose only fault can be `key`: it holds a date, which no key takes.
+/// A configuration whose only error can be `key`: it is a date, which no key accepts.
 std::string with_a_date(const std::string& table, const std::string& key) {
   using Keys = std::map<std::string, std::string>;
   static const Keys signal = {{"message", "'M'"}, {"signal", "'S'"}, {"unit", "'m/s'"}};
@@ -309,13 +309,13 @@ TEST_F(ConfigurationPage, ListsEveryKeyThatTheCodeReads) {
   for (const auto& key : read) EXPECT_THAT(listed, Contains(key));
 }
 
-// A cell of a table as the manual page says it: without marks and links.
+// A cell of a table as in the manual page: without marks and links.
 std::string plain(std::string cell) {
   cell = std::regex_replace(cell, std::regex(R"(\[([^\]]*)\]\([^)]*\))"), "$1");
   return std::regex_replace(cell, std::regex("`|\\*\\*"), "");
 }
 
-/// The items of the manual page: by table and key, the text in one line.
+/// The items of the manual page by table and key, with the text in one line.
 std::map<std::string, std::map<std::string, std::string>> manual_items() {
   std::map<std::string, std::map<std::string, std::string>> all;
   std::istringstream lines(text_of(ODOMD_SOURCE_DIR "/man/odomd.toml.5"));

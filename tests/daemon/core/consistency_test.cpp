@@ -9,7 +9,7 @@ namespace {
 
 class ConsistencyTest : public ::testing::Test {
  protected:
-  // Samples of one νᵀS⁻¹ν for so many seconds, 100 in one.
+  // Samples with one νᵀS⁻¹ν for some seconds, 100 per second.
   void take(double squared_ratio, double seconds, int degrees = 1) {
     for (int k = 0; k < static_cast<int>(100.0 * seconds); ++k) {
       t_ns_ += 10'000'000;

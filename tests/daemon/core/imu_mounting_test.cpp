@@ -18,7 +18,8 @@ can::Sample sample(Source source, double value) {
 }
 
 TEST(ImuMounting, TurnsBothAxesIntoTheCars) {
-  // The sensor's x axis points to the car's left: what it feels along x pushes the car to the left.
+  // The sensor's x axis points to the car's left: an acceleration along x pushes the car to the
+  // left.
   std::array samples{sample(Source::yaw_rate, 0.7), sample(Source::accel_y, 2.0),
                      sample(Source::accel_x, 1.0)};
   turn_accelerations(samples, 0.5 * std::numbers::pi);

@@ -119,12 +119,12 @@ TEST(Pipeline, AFrameThatFailsItsProtectionUpdatesNothing) {
   const auto p = pipeline(config());
   p->take(frame(257, start, 1000), start);
   p->take(frame(256, start, 100, 1), start);
-  p->take(frame(256, start + 1 * ms, 200, 1), start + 1 * ms);  // the counter stands still
+  p->take(frame(256, start + 1 * ms, 200, 1), start + 1 * ms);  // the counter does not change
   const TickRecord& record = p->tick(0, start + 5 * ms);
   EXPECT_EQ(verdicts(*p, gyro, Verdict::failed_protection), 1U);
   EXPECT_TRUE(record.pose.conditions & ODOM_COND_PROTECTION);
   EXPECT_FALSE(record.pose.health & (1U << gyro));
-  EXPECT_EQ(record.details.source_age_ns[gyro], 5 * ms);  // of the good one
+  EXPECT_EQ(record.details.source_age_ns[gyro], 5 * ms);  // of the good frame
 
   p->take(frame(256, start + 6 * ms, 300, 2), start + 6 * ms);
   EXPECT_FALSE(p->tick(1, start + 10 * ms).pose.conditions & ODOM_COND_PROTECTION);
@@ -301,7 +301,7 @@ TEST(Pipeline, TakesASigmaThatIsNotPositiveForUnusableWhateverTheLeverArm) {
   far.sigma_x = 0.0;
   p->take(far);
   EXPECT_EQ(verdicts(*p, camera, Verdict::non_finite), 2U);
-  // What is no pose says nothing about the last one that was.
+  // A message that is not a pose does not affect the last pose.
   EXPECT_NE(p->tick(1, start + 5 * ms).pose.conditions & ODOM_COND_CAMERA_REJECTED, 0U);
 }
 
@@ -340,7 +340,7 @@ TEST(Pipeline, FlagsASourceThatContradictsTheOthers) {
   EXPECT_EQ(record->pose.conditions & ODOM_COND_SENSOR_FAULT, 0U);
   EXPECT_NE(record->pose.health >> wheel & 1U, 0U);
 
-  // No signal of 16 bits is beyond physics here; a camera that stands still is beyond belief.
+  // No signal of 16 bits is beyond physics here; but a frozen camera is.
   for (std::int64_t k = 200; k < 400; ++k) {
     const std::int64_t now = start + k * 5 * ms;
     p->take(frame(257, now, static_cast<std::int16_t>(1500 + k % 3)), now);

@@ -1,5 +1,5 @@
-// The tap between the beat and a recorder: what belongs to which tick, when it begins and ends, and
-// that it ends where it has no room left.
+// The tap between the beat and a recorder: which inputs belong to which tick, when a recording
+// begins and ends, and that it ends when a ring is full.
 #include "daemon/core/recording_tap.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ class RecordingTapTest : public testing::Test {
     tap_ = std::make_unique<RecordingTap>(*pipeline_);
   }
 
-  /// A tick of the beat that takes in so much.
+  /// A tick of the beat with these inputs.
   void tick(int frames, int cameras = 0) {
     ++tick_;
     for (int i = 0; i < frames; ++i) {
@@ -36,7 +36,7 @@ class RecordingTapTest : public testing::Test {
     const auto& record = pipeline_->tick(tick_, static_cast<std::int64_t>(tick_) * 5'000'000);
     tap_->tick_done(record, {static_cast<std::int64_t>(tick_), 7, 3}, *pipeline_);
   }
-  /// Takes a tick out; its number.
+  /// Pops a tick; returns its number.
   std::uint64_t take_out() {
     const TickMark mark = *tap_->mark();
     for (std::uint32_t i = 0; i < mark.frames; ++i) last_taken_ = tap_->take_frame().time_ns;
@@ -63,7 +63,7 @@ TEST_F(RecordingTapTest, BeginsBehindATickWithItsState) {
   tick(2);
   tap_->begin();
   EXPECT_EQ(tap_->state(), State::wanted);
-  tick(3, 1);  // what this one took in is in the state
+  tick(3, 1);  // the inputs of this one are in the state
   ASSERT_EQ(tap_->state(), State::running);
   ASSERT_NE(tap_->mark(), nullptr);
   EXPECT_EQ(tap_->mark()->frames, 0U);
@@ -99,7 +99,7 @@ TEST_F(RecordingTapTest, EndsWithTheLastWholeTickWhereFramesFindNoRoom) {
   EXPECT_EQ(last, fit + 1);
   EXPECT_EQ(last_taken_, static_cast<std::int64_t>(fit) * per_tick);
 
-  tick(1);  // room there is, but the recording has ended
+  tick(1);  // there is room, but the recording has ended
   EXPECT_EQ(tap_->mark(), nullptr);
   EXPECT_EQ(tap_->state(), State::full);
 }
@@ -144,7 +144,7 @@ TEST_F(RecordingTapTest, AWishThatIsTakenBackLeavesItIdle) {
 TEST_F(RecordingTapTest, TheBeatDoesNotAllocate) {
   tap_->begin();  // housekeeping's: the rings come with it
   const auto before = allocation_count();
-  for (int i = 0; i < 300; ++i) tick(200, 20);  // until it is full, and beyond
+  for (int i = 0; i < 300; ++i) tick(200, 20);  // until it is full, and longer
   tap_->end();
   tick(1);
   EXPECT_EQ(allocation_count(), before);

@@ -1,4 +1,4 @@
-// A small car that weaves, sensor by sensor wrong.
+// A small car that weaves, with each kind of sensor fault.
 #include "daemon/core/wiring.hpp"
 
 #include <gmock/gmock.h>
@@ -51,8 +51,8 @@ Motion straight_on(double) {
   return {1.5, 0.0, 0.0};
 }
 
-// What sound sensors say. Wheels go the way of their place: left and right, and the front ones
-// along the wheel.
+// The values of correct sensors. Each wheel has the speed of its position, and front wheels the
+// speed along the wheel.
 Samples sensed(const Motion& motion) {
   const auto [v, a, turn] = motion;
   const double front = std::copysign(std::hypot(v, car.wheelbase() * turn), v);
@@ -212,7 +212,7 @@ INSTANTIATE_TEST_SUITE_P(
                     50.0}),
     [](const auto& test) { return test.param.name; });
 
-TEST_F(WiringTest, NamesBothWhereNoneCanBeToldFromTheOther) {
+TEST_F(WiringTest, NamesBothWhenTheyCannotBeDistinguished) {
   const Mistake few =
       without({accel_x, accel_y, wheel_front_left, wheel_front_right, wheel_rear_left});
   drive(40.0, both(few, factor({yaw_rate}, -1.0)));
@@ -227,7 +227,7 @@ TEST_F(WiringTest, LeavesAFaultOfAFewSecondsAlone) {
   EXPECT_THAT(found(), IsEmpty());
 }
 
-// Backwards they look as a car does whose gyro has the wrong sign.
+// In reverse they look like a car whose gyro has the wrong sign.
 TEST_F(WiringTest, DoesNotMistakeReversingForAWrongSignWhereWheelsKnowNone) {
   const Mistake unsigned_wheels = [](Samples& samples) {
     for (auto& [source, value] : samples)
@@ -235,12 +235,12 @@ TEST_F(WiringTest, DoesNotMistakeReversingForAWrongSignWhereWheelsKnowNone) {
   };
   drive(40.0, unsigned_wheels, backwards);
   EXPECT_THAT(found(), IsEmpty());
-  const Mistake told = [&](Samples& samples) {
+  const Mistake reversed = [&](Samples& samples) {
     unsigned_wheels(samples);
     samples[direction] = -1.0;
     samples[yaw_rate] *= -1.0;
   };
-  drive(60.0, told, backwards);
+  drive(60.0, reversed, backwards);
   EXPECT_THAT(found(), ElementsAre(Pair("yaw_rate", "sign"))) << "with the gear it shows";
 }
 
@@ -275,7 +275,7 @@ TEST_F(WiringTest, DoesNotWaitForAFirstSampleFromTheFuture) {
   EXPECT_THAT(found(), ElementsAre(Pair("yaw_rate", "sign")));
 }
 
-// What a car does that is driven as none should be, with every sensor sound.
+// A car that is driven violently, with correct sensors.
 struct Conduct {
   const char* name;
   Motion (*motion)(double t);
@@ -299,7 +299,7 @@ TEST_P(WildDriving, IsNoMistakeInTheWiring) {
   }
 }
 
-// Swings about a speed, and about no turn.
+// Oscillates about a speed, without a mean turn.
 template <int tenths_of_hz>
 Motion weaving_at(double t) {
   return {1.5, 0.0, 1.2 * std::sin(0.2 * std::numbers::pi * tenths_of_hz * t)};
@@ -331,7 +331,7 @@ Motion wide_curves(double t) {
 Motion gentle_curves(double t) {
   return {0.8, 0.0, 1.2 * std::sin(0.8 * t)};
 }
-// As the curve takes the load off it.
+// As the load is lower in the curve.
 void inner_rear_spins(Samples& samples, const Motion& motion) {
   samples[motion.turn > 0.0 ? wheel_rear_left : wheel_rear_right] +=
       0.4 * std::clamp(std::abs(motion.turn) - 0.3, 0.0, 0.8);
@@ -357,7 +357,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Conduct{"rear_axle_spinning", gentle_curves, rear_axle_spins}),
     [](const auto& test) { return test.param.name; });
 
-// They go forwards and back between standstills, and only the motor knows it.
+// They go forwards and backwards between standstills, and only the motor speed shows it.
 TEST_F(WiringTest, TakesTheWayOfUnsignedWheelsFromASignedMotor) {
   const Mistake unsigned_wheels = [](Samples& samples) {
     samples[motor] = 0.5 * (samples[wheel_rear_left] + samples[wheel_rear_right]);
@@ -371,7 +371,7 @@ TEST_F(WiringTest, TakesTheWayOfUnsignedWheelsFromASignedMotor) {
   }
 }
 
-TEST_F(WiringTest, FindsWhatElseIsWrongBesideAMotorWithoutItsGearRatio) {
+TEST_F(WiringTest, FindsOtherFaultsNextToAMotorWithoutItsGearRatio) {
   const Mistake geared = [](Samples& samples) {
     samples[motor] = 7.5 * 0.5 * (samples[wheel_rear_left] + samples[wheel_rear_right]);
   };
@@ -379,7 +379,7 @@ TEST_F(WiringTest, FindsWhatElseIsWrongBesideAMotorWithoutItsGearRatio) {
   EXPECT_THAT(found(), UnorderedElementsAre(Pair("motor", "unit"), Pair("yaw_rate", "sign")));
 }
 
-TEST_F(WiringTest, NamesAnInvertedDirectionBesideTheWheels) {
+TEST_F(WiringTest, NamesAnInvertedDirectionInAdditionToTheWheels) {
   const Mistake inverted = [](Samples& samples) { samples[direction] = -1.0; };
   drive(40.0, inverted);
   EXPECT_THAT(found(), ::testing::Contains(Pair("direction", "sign")));

@@ -1,11 +1,11 @@
-# Holds the system calls of one thread, as strace wrote them down, against what the beat may do: in
+# Compares the system calls of one thread, as recorded by strace, with those allowed to the beat: in
 # each tick at most one receive of many frames a bus, eight receives a camera connection, one wake of
-# one thread, and the sleep until an absolute time. Nothing of it may block.
+# one thread, and the sleep until an absolute time. None of them may block.
 #
 #   awk -v buses=N -v cameras=N [-v clock_is_a_call=1] -f census.awk TRACE
 #
-# Says what was seen; exit status 1 when there was anything else. What comes before the first sleep
-# and after the last belongs to the thread's start and end. `clock_is_a_call`: on this machine reading
+# Prints the counts; exit status 1 when there was any other call. Calls before the first sleep and
+# after the last belong to the thread's start and end. `clock_is_a_call`: on this machine reading
 # the clock takes one (no vDSO for its clock source).
 function wrong(why) {
   if (problems++ < 5) print "line " NR ": " why ": " $0
@@ -16,7 +16,7 @@ function allow(name, most) {
   delete in_tick[name]
 }
 
-# A tick ends where the thread goes to sleep.
+# A tick ends when the thread goes to sleep.
 function end_tick(name) {
   allow("recvmmsg", buses)
   allow("recvmsg", 8 * cameras)

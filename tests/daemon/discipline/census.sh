@@ -1,9 +1,9 @@
 #!/bin/bash
-# The system calls of the beat of the real odomd under full traffic, all of them, as strace sees
-# them: none but those of the design, each no more often than the design says.
+# All system calls of the beat of the real odomd under full traffic, as seen by strace: only those of
+# the design, each at most as often as the design allows.
 #
-# Reads of a log are the feeder's: here the beat has no bus to receive from. The lab holds the same
-# against real buses.
+# The feeder reads the log: here the beat has no bus to receive from. The lab runs the same check with
+# real buses.
 set -uo pipefail
 name=census
 . "$(dirname "$0")/full_traffic.sh"
@@ -33,7 +33,7 @@ stop_daemon "$pid" || fail "odomd ended with status $?"
 
 check() { awk -v buses=0 -v cameras=1 -v clock_is_a_call=$clock_is_a_call -f "$discipline/census.awk" "$1"; }
 check "$beat" || fail "the beat makes system calls that it must not make"
-# The check is able to fail: no other thread passes it.
+# The check can fail: no other thread passes it.
 for other in "$relay" "$work/trace.$pid"; do
   ! check "$other" >/dev/null || fail "the check passes what is not the beat: $other"
 done

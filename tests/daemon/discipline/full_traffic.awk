@@ -1,5 +1,5 @@
-# Makes full traffic of a car's log (candump -L): in between its frames come those of a busy car's
-# other messages, evenly spaced, until all together are `rate` a second, on four buses, with
+# Makes full traffic from a car's log (candump -L): adds frames of other messages, evenly spaced, up
+# to a total of `rate` per second, on four buses, with
 # identifiers that are not mapped; one in sixteen with an extended identifier, one with CAN FD.
 #
 #   awk -v rate=8000 -v own=500 -f full_traffic.awk drive.log

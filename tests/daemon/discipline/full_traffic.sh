@@ -1,8 +1,8 @@
-# Sourced by what puts the real odomd under full traffic: 8,000 frames/s on four buses, of which the
+# Sourced by tests with full traffic for the real odomd: 8,000 frames/s on four buses, of which the
 # 500 of the simulated car are mapped and protected, the camera's 28 poses/s, clients that wait for
-# every pose, one that polls, and somebody who asks for the status.
+# every pose, one that polls, and one that reads the status.
 #
-# Expects ODOMD_BIN_DIR, and $name, what to call the test. Leaves its files in $work.
+# Expects ODOMD_BIN_DIR, and $name, the name of the test. Leaves its files in $work.
 PATH=$ODOMD_BIN_DIR:$PATH
 discipline=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 work=$(mktemp -d)
@@ -46,9 +46,9 @@ status() {
   odom status --json --socket "$work/status.sock" | jq -r "$@" "$filter"
 }
 
-# start_full_traffic SECONDS [COMMAND...]: the traffic for so long, into an odomd that COMMAND starts
-# (nothing: itself). $more_config is added to its configuration. The number of the frames is in
-# $work/frames once all were fed.
+# start_full_traffic SECONDS [COMMAND...]: the traffic for this time, into an odomd that is started by
+# COMMAND (if given). $more_config is added to its configuration. The number of the frames is in
+# $work/frames when all were sent.
 start_full_traffic() {
   local seconds=$1
   shift
@@ -77,7 +77,7 @@ start_full_traffic() {
   children+=($!)
 }
 
-# stop_daemon PID: ends it, and says whether it ended well.
+# stop_daemon PID: stops it; succeeds if it ended cleanly.
 stop_daemon() {
   kill "$1"
   wait "$daemon"

@@ -1,8 +1,8 @@
-// Counts what the beat must not do, in the real program: preloaded into odomd (LD_PRELOAD), it
-// stands before the functions of libc that allocate, lock and throw, and counts the calls of the
-// thread `odomd-beat` from its first wake-up on, for a given number of ticks; the calls of all
-// other threads are counted apart, so that it is seen that the program comes by here at all. The
-// page faults of the thread are those of getrusage(2) over the same span, the sleeps included.
+// Counts forbidden operations of the beat in the real program: preloaded into odomd (LD_PRELOAD),
+// it interposes the functions of libc that allocate, lock and throw, and counts the calls of the
+// thread `odomd-beat` from its first wake-up on, for a given number of ticks. The calls of all
+// other threads are counted separately, which shows that the interposition works. The page faults
+// of the thread are those of getrusage(2) over the same span, the sleeps included.
 //
 //   TICK_COUNTERS_OUT=FILE     where the counts go once that many ticks were done
 //   TICK_COUNTERS_TICKS=N      how many (default 10000)
@@ -40,7 +40,7 @@ Counts of_others;
 
 enum class Thread : std::uint8_t { unknown, other, beat };
 
-// Not by a call (which may allocate): the loader sets the space aside at start.
+// Without a call (which may allocate): the loader reserves the space at start.
 __attribute__((tls_model("initial-exec"))) thread_local Thread thread = Thread::unknown;
 __attribute__((tls_model("initial-exec"))) thread_local bool counting = false;
 

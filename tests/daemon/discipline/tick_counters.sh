@@ -1,9 +1,10 @@
 #!/bin/bash
 # No allocation, lock, exception or page fault in the beat of the real odomd, from its first tick on,
-# under full traffic, with a recording that begins among them: tick_counters.sh LIBRARY [TICKS [INJECT]]
+# under full traffic, with a recording that begins meanwhile: tick_counters.sh LIBRARY [TICKS [INJECT]]
 #
-# LIBRARY is what tick_counters.cpp became. With INJECT (allocation, lock, exception, fault) the
-# library does one of these itself in the beat's thread, and the test holds that it is counted, once.
+# LIBRARY is the library built from tick_counters.cpp. With INJECT (allocation, lock, exception,
+# fault) the
+# library does one of these itself in the beat's thread, and the test checks that it is counted once.
 set -uo pipefail
 library=$1 ticks=${2:-10000} injected=${3-}
 name=tick-counters${injected:+-$injected}
@@ -26,7 +27,7 @@ echo "$name: $published ticks in all, $received frames, $camera camera poses, me
 [ "$(counted other_allocations)" -gt 100 ] && [ "$(counted other_locks)" -gt 0 ] ||
   fail "the program does not pass by the counters"
 
-# expect WHAT COUNTER...: zero, or what was injected.
+# expect WHAT COUNTER...: zero, or the number that was injected.
 expect() {
   local what=$1 sum=0 counter
   shift

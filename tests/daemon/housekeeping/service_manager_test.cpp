@@ -1,4 +1,4 @@
-// What a service manager hears, over a socket as systemd makes it.
+// Notifications to a service manager, over a socket like that of systemd.
 #include "daemon/housekeeping/service_manager.hpp"
 
 #include <gtest/gtest.h>
@@ -53,24 +53,24 @@ TEST_F(ServiceManagerTest, HearsTheStateOfTheDaemon) {
 }
 
 TEST_F(ServiceManagerTest, IsFedWhileTheTicksMove) {
-  ::setenv("WATCHDOG_USEC", "300000", 1);  // to be fed every 0.1 s
+  ::setenv("WATCHDOG_USEC", "300000", 1);  // to be notified every 0.1 s
   Watchdog watchdog;
-  watchdog.feed(20, 1'000'000'000);
+  watchdog.notify(20, 1'000'000'000);
   EXPECT_EQ(heard(), "WATCHDOG=1");
-  watchdog.feed(30, 1'050'000'000);
+  watchdog.notify(30, 1'050'000'000);
   EXPECT_EQ(heard(), "") << "not yet due";
-  watchdog.feed(40, 1'100'000'000);
+  watchdog.notify(40, 1'100'000'000);
   EXPECT_EQ(heard(), "WATCHDOG=1");
-  watchdog.feed(40, 1'200'000'000);
-  watchdog.feed(40, 9'000'000'000);
+  watchdog.notify(40, 1'200'000'000);
+  watchdog.notify(40, 9'000'000'000);
   EXPECT_EQ(heard(), "") << "a beat that hangs starves it";
-  watchdog.feed(41, 9'000'000'001);
+  watchdog.notify(41, 9'000'000'001);
   EXPECT_EQ(heard(), "WATCHDOG=1");
 }
 
 TEST_F(ServiceManagerTest, IsLeftAloneWhereItWantsNoWatchdog) {
   Watchdog watchdog;
-  watchdog.feed(1, 1'000'000'000);
+  watchdog.notify(1, 1'000'000'000);
   EXPECT_EQ(heard(), "");
 }
 

@@ -21,8 +21,8 @@ class ErrorSinkTest : public testing::Test {
   void SetUp() override {
     std::array<int, 2> ends{};
     ASSERT_EQ(pipe2(ends.data(), O_CLOEXEC), 0);
-    out_ = can::FileDescriptor(ends[0]);
-    in_ = can::FileDescriptor(ends[1]);
+    out_ = FileDescriptor(ends[0]);
+    in_ = FileDescriptor(ends[1]);
     ASSERT_EQ(fcntl(out_.get(), F_SETFL, O_NONBLOCK), 0);
     auto sink = std::make_shared<ErrorSink>(in_.get());
     sink->set_pattern("%v");
@@ -45,8 +45,8 @@ class ErrorSinkTest : public testing::Test {
     return text;
   }
 
-  can::FileDescriptor out_;
-  can::FileDescriptor in_;
+  FileDescriptor out_;
+  FileDescriptor in_;
   std::unique_ptr<spdlog::logger> logger_;
 };
 
@@ -56,14 +56,14 @@ TEST_F(ErrorSinkTest, WritesLines) {
   EXPECT_EQ(read_all(), "one\ntwo\n");
 }
 
-TEST_F(ErrorSinkTest, DoesNotWaitForWhoeverDoesNotReadAndTellsWhatWasLost) {
+TEST_F(ErrorSinkTest, DoesNotWaitForASlowReaderAndReportsLostLines) {
   fill_pipe();
   logger_->info("one");
   logger_->info("two");
   EXPECT_THAT(read_all(), testing::Not(testing::HasSubstr("one")));
   logger_->info("three");
   logger_->info("four");
-  EXPECT_EQ(read_all(), "(2 lines lost: nobody read them)\nthree\nfour\n");
+  EXPECT_EQ(read_all(), "(2 lines lost: standard error was not read)\nthree\nfour\n");
 }
 
 TEST_F(ErrorSinkTest, CutsALineThatMightNotFit) {

@@ -11,8 +11,8 @@ namespace {
 TEST(EventRing, HandsEventsOverInTheirOrder) {
   const auto ring = std::make_unique<EventRing>();
   EXPECT_FALSE(ring->next().has_value());
-  ring->tell({EventKind::overrun, 1, 10, 20, 30});
-  ring->tell({EventKind::missed, 2, 11, 21, 31});
+  ring->push({EventKind::overrun, 1, 10, 20, 30});
+  ring->push({EventKind::missed, 2, 11, 21, 31});
   const auto first = ring->next();
   ASSERT_TRUE(first.has_value());
   EXPECT_EQ(first->kind, EventKind::overrun);
@@ -26,20 +26,20 @@ TEST(EventRing, HandsEventsOverInTheirOrder) {
 
 TEST(EventRing, DropsAndCountsWhatFindsItFull) {
   const auto ring = std::make_unique<EventRing>();
-  constexpr std::int64_t told = 1000;
-  for (std::int64_t i = 0; i < told; ++i) ring->tell({EventKind::missed, 0, i, 0, 0});
+  constexpr std::int64_t pushed = 1000;
+  for (std::int64_t i = 0; i < pushed; ++i) ring->push({EventKind::missed, 0, i, 0, 0});
   std::int64_t read = 0;
   while (const auto event = ring->next()) EXPECT_EQ(event->time_ns, read++);
-  EXPECT_EQ(read + static_cast<std::int64_t>(ring->dropped()), told);
+  EXPECT_EQ(read + static_cast<std::int64_t>(ring->dropped()), pushed);
   EXPECT_GT(ring->dropped(), 0U);
 }
 
 TEST(EventRing, LosesNothingBetweenTwoThreads) {
   const auto ring = std::make_unique<EventRing>();
-  constexpr std::int64_t told = 100'000;
+  constexpr std::int64_t pushed = 100'000;
   std::thread beat([&] {
-    for (std::int64_t i = 0; i < told; ++i) ring->tell({EventKind::missed, 0, i, i, i});
-    ring->tell({EventKind::suspended, 0, told, 0, 0});
+    for (std::int64_t i = 0; i < pushed; ++i) ring->push({EventKind::missed, 0, i, i, i});
+    ring->push({EventKind::suspended, 0, pushed, 0, 0});
   });
   std::int64_t read = 0;
   std::int64_t last = -1;
@@ -48,7 +48,7 @@ TEST(EventRing, LosesNothingBetweenTwoThreads) {
     const auto event = ring->next();
     if (!event) {
       // The last event itself may have found the ring full.
-      if (read + static_cast<std::int64_t>(ring->dropped()) == told + 1) break;
+      if (read + static_cast<std::int64_t>(ring->dropped()) == pushed + 1) break;
       std::this_thread::yield();
       continue;
     }
@@ -62,7 +62,7 @@ TEST(EventRing, LosesNothingBetweenTwoThreads) {
     ended = event->kind == EventKind::suspended;
   }
   beat.join();
-  EXPECT_EQ(read + static_cast<std::int64_t>(ring->dropped()), told + 1);
+  EXPECT_EQ(read + static_cast<std::int64_t>(ring->dropped()), pushed + 1);
 }
 
 }  // namespace

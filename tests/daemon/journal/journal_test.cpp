@@ -52,7 +52,7 @@ TEST_F(JournalTest, SaysOneSentenceASecondOnATopic) {
   const auto text = content(file_);
   EXPECT_EQ(text.find("first flood"), text.rfind("first flood"));
   EXPECT_THAT(text, HasSubstr("another topic"));
-  EXPECT_THAT(text, HasSubstr("second flood (9 more of this kind since the last)"));
+  EXPECT_THAT(text, HasSubstr("second flood (9 more like this since the last one)"));
 }
 
 TEST_F(JournalTest, OpensItsFileAnew) {
@@ -76,7 +76,7 @@ TEST_F(JournalTest, KeepsTheOldFileWhereTheNewOneCannotBeMade) {
   std::filesystem::rename(inner, moved);
   std::ofstream(inner) << "in the way";
   journal.reopen();
-  EXPECT_THAT(content(moved / "odomd.log"), HasSubstr("the old one is kept"));
+  EXPECT_THAT(content(moved / "odomd.log"), HasSubstr("keeping the old one"));
 }
 
 TEST_F(JournalTest, RefusesAFileThatCannotBeOpened) {

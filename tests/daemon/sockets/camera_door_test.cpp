@@ -1,4 +1,4 @@
-// The camera connections over real socket pairs: what the beat reads of them, and when they end.
+// The camera connections over real socket pairs: what the beat reads from them, and when they end.
 #include "daemon/sockets/camera_door.hpp"
 
 #include <fcntl.h>
@@ -15,15 +15,15 @@ namespace {
 class CameraDoorTest : public testing::Test {
  protected:
   /// Connects a camera; its end.
-  can::FileDescriptor connect(Peer peer = {1, 2}) {
+  FileDescriptor connect(Peer peer = {1, 2}) {
     std::array<int, 2> ends{};
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
-    can::FileDescriptor mine(ends[0]);
-    admitted_ = door_.admit(can::FileDescriptor(ends[1]), peer);
+    FileDescriptor mine(ends[0]);
+    admitted_ = door_.admit(FileDescriptor(ends[1]), peer);
     return mine;
   }
 
-  static void send(const can::FileDescriptor& camera, std::int64_t capture_ns) {
+  static void send(const FileDescriptor& camera, std::int64_t capture_ns) {
     odom_camera_message message{};
     message.magic = ODOM_CAMERA_MAGIC;
     message.version = ODOM_CAMERA_VERSION;
@@ -36,7 +36,7 @@ class CameraDoorTest : public testing::Test {
 
   CameraDoor door_;
   std::unique_ptr<EventRing> events_ = std::make_unique<EventRing>();
-  can::WallClock wall_;
+  WallClock wall_;
   std::array<estimator::CameraPose, CameraDoor::max_poses> poses_{};
   bool admitted_ = false;
 };
@@ -99,7 +99,7 @@ TEST_F(CameraDoorTest, ReadsTheLastMessagesOfACameraThatHasGone) {
 }
 
 TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
-  std::vector<can::FileDescriptor> cameras;
+  std::vector<FileDescriptor> cameras;
   for (std::size_t i = 0; i < CameraDoor::max_connections; ++i) {
     cameras.push_back(connect());
     EXPECT_TRUE(admitted_);
@@ -128,7 +128,7 @@ TEST_F(CameraDoorTest, HasRoomForFourAndForTheNextOnceOneHasGone) {
 TEST_F(CameraDoorTest, ClosesTheConnectionsThatHaveEnded) {
   std::array<int, 2> ends{};
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()), 0);
-  ASSERT_TRUE(door_.admit(can::FileDescriptor(ends[1]), {}));
+  ASSERT_TRUE(door_.admit(FileDescriptor(ends[1]), {}));
   ::close(ends[0]);
   drain();
   EXPECT_NE(::fcntl(ends[1], F_GETFD), -1) << "not the beat's to close";

@@ -11,12 +11,12 @@ namespace {
 constexpr std::int64_t arrival = 9'000'000;
 constexpr std::int64_t offset = 1'000'000;  // CLOCK_REALTIME - CLOCK_MONOTONIC
 
-void read_at(can::WallClock& wall, std::int64_t monotonic_ns, std::int64_t offset_ns) {
+void read_at(WallClock& wall, std::int64_t monotonic_ns, std::int64_t offset_ns) {
   wall.update({monotonic_ns, monotonic_ns + offset_ns, monotonic_ns, monotonic_ns});
 }
 
-const can::WallClock steady = [] {
-  can::WallClock wall;
+const WallClock steady = [] {
+  WallClock wall;
   read_at(wall, 1'000'000, offset);
   return wall;
 }();
@@ -65,7 +65,7 @@ TEST(CameraWire, ConvertsTheOtherClocks) {
 TEST(CameraWire, APictureFromBeforeTheWallClockWasSetKeepsItsTime) {
   constexpr std::int64_t hour = 3'600'000'000'000;
   for (const std::int64_t step : {-hour, hour}) {
-    can::WallClock wall;
+    WallClock wall;
     read_at(wall, 7'000'000, offset);
     read_at(wall, 8'500'000, offset + step);
     auto given = message();

@@ -72,7 +72,7 @@ TEST_F(LocalSocketTest, ListensWithItsModeAndGoesAwayWithItsFile) {
     struct stat status {};
     ASSERT_EQ(::stat(path_.c_str(), &status), 0);
     EXPECT_EQ(status.st_mode & 0777U, 0640U);
-    const can::FileDescriptor camera(connect_to(path_));
+    const FileDescriptor camera(connect_to(path_));
     EXPECT_TRUE(camera);
     EXPECT_TRUE(socket.accept());
     EXPECT_FALSE(socket.accept());
@@ -96,19 +96,19 @@ TEST_F(LocalSocketTest, ReplacesTheSocketOfADeadPredecessor) {
   ::close(dead);
   ASSERT_TRUE(std::filesystem::exists(path_));
   const LocalSocket socket(settings());
-  EXPECT_TRUE(can::FileDescriptor(connect_to(path_)));
+  EXPECT_TRUE(FileDescriptor(connect_to(path_)));
 }
 
 TEST_F(LocalSocketTest, LeavesALivingPredecessorAlone) {
   const LocalSocket first(settings());
   EXPECT_EQ(refusal(settings()),
-            path_.string() + ": another program listens there; is an odomd running?");
-  EXPECT_TRUE(can::FileDescriptor(connect_to(path_)));
+            path_.string() + ": another program is listening there; is odomd already running?");
+  EXPECT_TRUE(FileDescriptor(connect_to(path_)));
 }
 
 TEST_F(LocalSocketTest, LeavesAFileThatIsNoSocketAlone) {
   std::ofstream(path_) << "precious";
-  EXPECT_THAT(refusal(settings()), HasSubstr("is there already and is not a socket"));
+  EXPECT_THAT(refusal(settings()), HasSubstr("exists and is not a socket"));
   EXPECT_TRUE(std::filesystem::is_regular_file(path_));
 }
 
@@ -117,11 +117,11 @@ TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
   wanted.path = directory_ / std::string(200, 'x');
   EXPECT_THAT(refusal(wanted), HasSubstr("is too long for a socket"));
   wanted.path = directory_ / "a" / "b" / "camera.sock";
-  wanted.mend = "try --socket";
-  EXPECT_THAT(refusal(wanted), HasSubstr("is missing and cannot be made"));
-  EXPECT_THAT(refusal(wanted), HasSubstr("; make it, or try --socket"));
-  wanted.path = "/proc/camera.sock";  // where even root makes no file
-  EXPECT_THAT(refusal(wanted), ::testing::StartsWith("/proc/camera.sock: cannot be made: "));
+  wanted.fix = "try --socket";
+  EXPECT_THAT(refusal(wanted), HasSubstr("is missing and cannot be created"));
+  EXPECT_THAT(refusal(wanted), HasSubstr("; create it, or try --socket"));
+  wanted.path = "/proc/camera.sock";  // where even root cannot create a file
+  EXPECT_THAT(refusal(wanted), ::testing::StartsWith("/proc/camera.sock: cannot be created: "));
   EXPECT_THAT(refusal(wanted), ::testing::EndsWith("; try --socket"));
   wanted = settings();
   wanted.group = "no-such-group-here";
@@ -130,7 +130,7 @@ TEST_F(LocalSocketTest, NamesWhatItCannotUse) {
 
 TEST_F(LocalSocketTest, LetsInOurselves) {
   const LocalSocket socket(settings());
-  const can::FileDescriptor camera(connect_to(path_));
+  const FileDescriptor camera(connect_to(path_));
   const auto connection = socket.accept();
   ASSERT_TRUE(connection);
   EXPECT_TRUE(peer_is_welcome(connection.get(), 12345, 0600));
@@ -141,7 +141,7 @@ TEST_F(LocalSocketTest, LetsInOurselves) {
 }
 
 // Only root can become someone else to try this.
-TEST_F(LocalSocketTest, LetsInStrangersByGroupOrByModeAlone) {
+TEST_F(LocalSocketTest, AdmitsOtherUsersOnlyByGroupOrMode) {
   if (::geteuid() != 0) {
     std::puts("not run: 1 (needs root)");
     return;

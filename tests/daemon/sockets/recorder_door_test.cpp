@@ -1,5 +1,5 @@
-// The record door with recorders that read, that refuse to, and that do so slowly. The test turns
-// the clock and makes the ticks.
+// The recorder socket with recorders that read, that do not read, and that read slowly. The test
+// sets the clock and makes the ticks.
 #include "daemon/sockets/recorder_door.hpp"
 
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ constexpr std::int64_t period_ns = 5'000'000;
 constexpr std::int64_t turn_ns = 20'000'000;
 constexpr std::int64_t second = 1'000'000'000;
 
-/// A recorder's end of the connection. Reads when it is told to, and as much as it is told to.
+/// A recorder's end of the connection. The test decides when it reads, and how much.
 class Recorder {
  public:
   explicit Recorder(const std::filesystem::path& path)
@@ -47,7 +47,7 @@ class Recorder {
         0);
   }
 
-  /// What has come by now, up to `most` bytes.
+  /// The bytes that have arrived, up to `most`.
   void read(std::size_t most = SIZE_MAX) {
     std::array<char, 65536> piece{};
     for (std::size_t total = 0; total < most;) {
@@ -65,7 +65,7 @@ class Recorder {
     RecordingMessage kind{};
     std::string bytes;
   };
-  /// The next whole message of what was read.
+  /// The next complete message of the read bytes.
   std::optional<Message> next() {
     RecordingHeader header;
     if (bytes_.size() - at_ < sizeof header) return std::nullopt;
@@ -82,7 +82,7 @@ class Recorder {
   }
 
  private:
-  can::FileDescriptor connection_;
+  FileDescriptor connection_;
   std::string bytes_;
   std::size_t at_ = 0;
   bool ended_ = false;
@@ -188,7 +188,7 @@ TEST_F(RecorderDoorTest, LetsTheNextOneInWhereOneWentAway) {
     run(second);
   }
   run(turn_ns);
-  EXPECT_THAT(log(), HasSubstr("the recorder went away"));
+  EXPECT_THAT(log(), HasSubstr("the recorder disconnected"));
   auto next = connect();
   run_reading(next, second);
   EXPECT_EQ(next.last().kind, RecordingMessage::tick);
@@ -197,11 +197,11 @@ TEST_F(RecorderDoorTest, LetsTheNextOneInWhereOneWentAway) {
 TEST_F(RecorderDoorTest, DropsOneThatNeverReads) {
   auto silent = connect();
   run(9 * second);
-  EXPECT_THAT(log(), Not(HasSubstr("ends")));
+  EXPECT_THAT(log(), Not(HasSubstr("ended")));
   run(5 * second);  // some went into the socket before it was full
   const std::string said = log();
-  EXPECT_THAT(said, HasSubstr("ticks: the recorder took nothing for 10 s"));
-  EXPECT_EQ(said.find("ends after"), said.rfind("ends after")) << said;
+  EXPECT_THAT(said, HasSubstr("ticks: the recorder read nothing for 10 s"));
+  EXPECT_EQ(said.find("ended after"), said.rfind("ended after")) << said;
   EXPECT_EQ(tap_->state(), RecordingTap::State::idle);
 
   auto next = connect();
@@ -218,10 +218,10 @@ TEST_F(RecorderDoorTest, KeepsOneThatReadsSeldomButAll) {
     run_reading(slow, second);  // what the rings hold goes out as there is room
     EXPECT_EQ(slow.last().kind, RecordingMessage::tick);
   }
-  EXPECT_THAT(log(), Not(HasSubstr("ends")));
+  EXPECT_THAT(log(), Not(HasSubstr("ended")));
 }
 
-// One that reads a little now and then falls behind until the rings are full. From there on it has
+// A recorder that only reads a little falls behind until the rings are full. From then on it has
 // ten seconds for the rest, however often it reads some of it.
 TEST_F(RecorderDoorTest, DropsOneThatReadsTooLittleForEver) {
   auto dripping = connect();
@@ -233,7 +233,7 @@ TEST_F(RecorderDoorTest, DropsOneThatReadsTooLittleForEver) {
   EXPECT_EQ(tap_->state(), RecordingTap::State::idle);
 }
 
-TEST_F(RecorderDoorTest, TellsOneThatFellBehindWhyItEnds) {
+TEST_F(RecorderDoorTest, ReportsTheReasonToARecorderThatFellBehind) {
   auto slow = connect();
   run_reading(slow, second);
   while (tap_->state() == RecordingTap::State::running) {
@@ -247,7 +247,7 @@ TEST_F(RecorderDoorTest, TellsOneThatFellBehindWhyItEnds) {
   EXPECT_TRUE(slow.ended());
 }
 
-TEST_F(RecorderDoorTest, TellsTheRecorderThatTheDaemonEnds) {
+TEST_F(RecorderDoorTest, ReportsTheEndOfTheDaemonToTheRecorder) {
   auto recorder = connect();
   run_reading(recorder, second);
   door_->close(now_ns_, *journal_);

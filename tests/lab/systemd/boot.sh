@@ -1,5 +1,5 @@
-# The machine itself, with systemd as init: it has come up without a failed unit, keeps a journal, and
-# knows a bus as a device. Where this fails, no other result here means anything.
+# The machine itself, with systemd as init: it has booted without a failed unit, keeps a journal, and
+# has a device unit for a bus. If this fails, no other result here is meaningful.
 . "$(dirname "$0")/../guest.sh"
 
 check "systemd is the first process" "$(cat /proc/1/comm)" grep -qx systemd /proc/1/comm

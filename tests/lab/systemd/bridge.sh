@@ -1,5 +1,6 @@
-# The bridge's service beside that of the daemon: it reads the pose as nobody's user, goes on over a
-# restart of the daemon, and sends topics by DDS and JSON by UDP. There is no network but the loopback.
+# The bridge's service together with the daemon's: it reads the pose as a dynamic user, survives a
+# restart of the daemon, and sends topics by DDS and JSON by UDP. There is no network but the
+# loopback.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 bridge=odomd-bridge@$bus.service

@@ -1,4 +1,4 @@
-# The service and its device: the interface may vanish and come back, the service stays.
+# The service and its device: the interface may disappear and come back, the service keeps running.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 

@@ -1,11 +1,11 @@
-# The service is killed, and stopped, while the car drives: systemd starts it anew, it goes on from its
-# predecessor's pose. How long that takes is held against an empty notify service without any settings
+# The service is killed, and stopped, while the car drives: systemd restarts it, and it resumes from
+# the last pose. The time is compared with that of an empty notify service without any settings
 # but those of the restart, killed in turns with it: the median of the poses at most 500 ms later, and
 # at most 2 s.
 #
-# Both bars are meant for a machine that has its time to itself. The empty service tells how far from
-# that the run is: where it takes longer than its $quiet_ms on a quiet host (without RestartSec=, during
-# which nothing works), both bars grow by that ratio, and the result says so.
+# Both limits are meant for an otherwise idle machine. The empty service shows how far from that the
+# run is: when it takes longer than its $quiet_ms on a quiet host (without RestartSec=, during which
+# nothing works), both limits grow by that ratio, and the result shows it.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 rounds=5
@@ -13,8 +13,8 @@ quiet_ms=140
 
 begin --camera-socket $run/camera.sock
 
-# The empty service, and for comparison an instance of our unit that runs the same program: what it
-# takes longer is our sandbox, and what odomd takes longer than that is its own.
+# The empty service, and for comparison an instance of our unit that runs the same program: the extra
+# time is that of our sandbox, and the rest is that of odomd.
 cp "$ODOMD_BIN_DIR/restart_probe" /usr/local/bin/
 add_vcan empty
 mkdir -p /run/systemd/system/odomd@empty.service.d
@@ -60,19 +60,19 @@ echo "   $measured"
 check "kill -9: a pose at most 500 ms after an empty service would be ready (here $(slow 500) ms)" "$measured" \
   test $later -le "$(slow 500)"
 check "kill -9: a pose within 2 s (here $(slow 2000) ms)" "$measured" test "$(median poses)" -le "$(slow 2000)"
-check "systemd is told to restart it after $restart_ms ms" "$(systemctl show -P RestartUSec $unit)" \
+check "systemd restarts it after $restart_ms ms" "$(systemctl show -P RestartUSec $unit)" \
   test "$(systemctl show -P RestartUSec $unit)" = ${restart_ms}ms
 
-# Where a slow machine took longer than the 2 s for which a pose is good, there is nothing to go on from.
+# When a slow machine took longer than 2 s, the maximum age of a pose, there is nothing to resume from.
 jq -c 'select(.gap_ms < 2000)' poses.json >continued.json
 check "kill -9: mostly, the successor had a pose to go on from" "gaps $(jq -c .gap_ms poses.json | tr '\n' ' ')" \
   test $(($(wc -l <continued.json) * 2)) -gt $rounds
 every() { jq -s -e "length > 0 and all($1)" continued.json; }
-check "kill -9: the pose is one that was gone on from" "see above" every '.after.restarted'
+check "kill -9: the pose was resumed" "see above" every '.after.restarted'
 check "kill -9: it counts as a jump" "see above" every '.after.reset_count > .before.reset_count'
 check "kill -9: the pose is where the car can have come to" "see above" \
   every '(.after.x - .before.x | fabs) + (.after.y - .before.y | fabs) < 0.5 + 3 * .gap_ms / 1000'
-# They have gone on learning since, the first of them quickly, but not from where a fresh filter begins.
+# They have changed since, the first of them quickly, but not from the initial values.
 check "kill -9: mostly, the calibrations are the predecessor's" "see above" \
   jq -s -e 'map([.after.calibrations, .before.calibrations] | transpose | all(.[0] - .[1] | fabs < 0.05)) |
     (map(select(.)) | length) * 2 > length' continued.json

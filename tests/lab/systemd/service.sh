@@ -1,5 +1,5 @@
-# The installed unit, under its whole sandbox: it becomes ready, reads its bus, publishes in real time,
-# and ends cleanly.
+# The installed unit, under its whole sandbox: it becomes ready, reads its bus, publishes in real
+# time, and ends cleanly.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 
@@ -7,7 +7,7 @@ begin
 check "becomes ready" "$(systemctl show -p ActiveState,SubState,Result $unit)" is_active
 check "reads its bus, and loses nothing" "$(status .can -c)" status '.can[0] | .received > 0 and .lost == 0' -e
 check "publishes a pose" "$(odom pose --shm $run/pose 2>&1)" odom pose --shm $run/pose --json
-check "is found by a client that is told nothing" "$(odom pose 2>&1)" odom pose --json
+check "is found by a client without arguments" "$(odom pose 2>&1)" odom pose --json
 check "is granted real time, and refused nothing" "$(status .realtime -c)" \
   status '.realtime | .priority == 45 and .memory_locked and .dma_latency_held and .refusals == []' -e
 
@@ -41,8 +41,8 @@ check "the journal says what it does" "$(head -n 5 journal.log)" grep -q "model 
 check "in plain lines" "$(grep -nP '[^\x20-\x7E\t]' journal.log | head -n 3)" \
   test -z "$(grep -P '[^[:print:]]' journal.log)"
 
-# A log file, as docs/operations.md tells how to have one: moved away, as logrotate does, and opened
-# anew by a reload.
+# A log file, set up as described in docs/operations.md: moved away, as by logrotate, and reopened by
+# a reload.
 mkdir -p /run/systemd/system/$unit.d
 printf '[Service]\nLogsDirectory=odomd\n' >/run/systemd/system/$unit.d/log.conf
 systemctl daemon-reload
@@ -55,11 +55,11 @@ check "logs into a file of its own" "$(ls -l /var/log/odomd 2>&1; journal)" awai
 mv $log $log.1
 systemctl reload $unit
 check "a reload opens the file anew after it was moved away" "$(ls -l /var/log/odomd; journal)" \
-  await 20 grep -q "the log was opened anew" $log
+  await 20 grep -q "the log was reopened" $log
 ip link set $bus down
 check "goes on in that one" "$(cat $log)" await 20 grep -q "$bus: the bus is down" $log
 ip link set $bus up
-check "and no longer in the old one" "$(cat $log.1)" test -z "$(grep -E 'opened anew|bus is down' $log.1)"
+check "and no longer in the old one" "$(cat $log.1)" test -z "$(grep -E 'log was reopened|bus is down' $log.1)"
 check "which are its own, and nobody else's" "$(stat -c '%U %G %a' $log)" test "$(stat -c '%U %G %a' $log)" = "odomd odomd 600"
 check "without being started anew" "$pid, $(main_pid)" test "$pid" = "$(main_pid)"
 rm /run/systemd/system/$unit.d/log.conf

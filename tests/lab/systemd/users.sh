@@ -1,15 +1,15 @@
-# Who may do what with the installed service: readers read, camera senders send, and whoever is neither
-# can do nothing of it, nor disturb it.
+# Permissions of the installed service: readers read, camera senders send, and other users can do
+# neither, nor disturb it.
 . "$(dirname "$0")/../guest.sh"
 . "$(dirname "$0")/../service.sh"
 
 begin
 pid=$(main_pid)
 
-for user in reader sender stranger; do systemd-sysusers --inline "u lab-$user - - -" 2>/dev/null; done
+for user in reader sender outsider; do systemd-sysusers --inline "u lab-$user - - -" 2>/dev/null; done
 systemd-sysusers --inline "m lab-reader odom" "m lab-sender odomd-camera"
 
-# as USER COMMAND...: with that user's groups, and with nothing of root's.
+# as USER COMMAND...: with that user's groups, and without root privileges.
 as() {
   local user=lab-$1
   shift
@@ -28,12 +28,12 @@ cannot() { # USER WHAT COMMAND...
 
 send="odom camera send --socket $run/camera.sock --sigma 2,2,1 --pose"
 can reader "read the pose" odom pose --shm $run/pose
-can reader "find it without being told where" odom pose
+can reader "find it without being given its path" odom pose
 can reader "ask for the status" odom status --json --socket $run/status.sock
 cannot reader "send a camera pose" $send 5,5,1
 
-# Seen a metre from where it thinks to be, by a camera that is not sure of it. What a slow machine holds
-# back for too long is not fused: then another one is.
+# A camera pose a metre away, with a large sigma. A pose that a slow machine delays for too long is
+# not fused, so more are sent.
 can sender "send a camera pose" $send 0,0,0
 fused() {
   as sender $send "$(status '.pose | "\(.x + 1),\(.y),\(.yaw)"')"
@@ -43,12 +43,12 @@ check "what it sends is fused" "$(status '.pose, .camera' -c)" await 20 fused
 cannot sender "read the pose" odom pose --shm $run/pose
 cannot sender "write the pose" dd if=/dev/zero of=$run/pose bs=8 count=1 conv=notrunc
 
-cannot stranger "read the pose" odom pose --shm $run/pose
-cannot stranger "open the segment" cat $run/pose
-cannot stranger "ask for the status" odom status --json --socket $run/status.sock
-cannot stranger "send a camera pose" $send 5,5,1
+cannot outsider "read the pose" odom pose --shm $run/pose
+cannot outsider "open the segment" cat $run/pose
+cannot outsider "ask for the status" odom status --json --socket $run/status.sock
+cannot outsider "send a camera pose" $send 5,5,1
 
-# Nobody disturbs it: not by its files, not by its directory, not by its lock, not by a signal.
+# No other user can disturb it: not with its files, its directory, its lock or a signal.
 cat >/tmp/attacks <<end
 rm -f $run/pose
 rm -f $run/camera.sock
@@ -70,7 +70,7 @@ taskset -p 1 $pid
 cat /proc/$pid/environ
 touch /etc/odomd/$bus.toml
 end
-for user in reader sender stranger; do
+for user in reader sender outsider; do
   as $user sh -c 'while read -r attack; do $attack >/dev/null 2>&1 && echo "HOLE $attack"; done </tmp/attacks; echo "all tried"' >attacked
   check "a $user cannot disturb it" "$(cat attacked)" test "$(cat attacked)" = "all tried"
 done
@@ -80,7 +80,7 @@ check "it was not disturbed" "$(journal)" \
   await 20 status ".beat.ticks > $ticks + 50 and .pid == $pid and .can[0].link == \"up\"" -e
 check "nor restarted" "$(systemctl show -p NRestarts $unit)" test "$(main_pid)" = "$pid"
 
-# A stranger who waits for the abstract name of the writer's lock has it before the successor.
+# Another user who waits for the abstract name of the writer's lock gets it before the successor.
 cat >/tmp/squat.py <<end
 import os, socket, time
 directory = os.stat("$run")
@@ -95,11 +95,11 @@ while True:
 print("taken", flush=True)
 time.sleep(30)
 end
-as stranger python3 /tmp/squat.py >squat &
+as outsider python3 /tmp/squat.py >squat &
 squatter=$!
 sleep 3
 kill -9 "$pid"
-check "a stranger takes the name of the writer's lock" "$(cat squat)" await 20 grep -q taken squat
+check "another user takes the name of the writer's lock" "$(cat squat)" await 20 grep -q taken squat
 check "but keeps no successor out" "$(journal)" await 20 status ".pid != $pid and .beat.ticks > 50" -e
 wait $squatter
 end

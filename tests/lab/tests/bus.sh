@@ -1,5 +1,5 @@
 # The machine itself: the kernel is a real-time one, and can-utils carry a log over a virtual bus
-# without loss. Where this fails, no other result of the lab means anything.
+# without loss. If this fails, no other result of the lab is meaningful.
 . "$(dirname "$0")/../guest.sh"
 
 check "kernel is PREEMPT_RT" "$(uname -v)" grep -qw PREEMPT_RT /proc/version
@@ -28,7 +28,7 @@ frames() { cut -d' ' -f3 "$1"; }
 check "canplayer to candump" "$(wc -l <played.log) of 1000 frames, or others" \
   cmp -s <(frames made.log) <(frames played.log)
 
-# CAN FD passes as well.
+# CAN FD as well.
 candump -L -n 1 vcan0 >fd.log &
 logger=$!
 await 5 grep -q vcan0 /proc/net/can/rcvlist_all

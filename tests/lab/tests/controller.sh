@@ -1,6 +1,6 @@
 # The controllers below: bit timing, state, error counters and restart-ms as they were configured, on
-# two emulated SJA1000 on one wire; a link that goes down and up while the beat goes on; and the error
-# states, which the emulation does not have, on a serial adapter (slcan) whose other end is us.
+# two emulated SJA1000 on one wire; a link that goes down and up while the beat continues; and the error
+# states, which the emulation does not have, on a serial adapter (slcan) that the test emulates.
 . "$(dirname "$0")/../guest.sh"
 
 odom sim --scenario lap --standstill 1 --duration 3 --ideal --out drive >/dev/null 2>&1
@@ -12,9 +12,9 @@ link_is() { status ".can[0].link == \"$1\"" -e; }
 journal_has() { grep -q -- "$1" odomd.log; }
 
 # The beat through link down and up, as a client sees every tick of it. The machine itself misses
-# ticks; so each of five spans with a down and up in it has one beside it, equally long, in which nothing
-# is done. What blocks the beat because of the link does so every time: then even the best of the five
-# has a hole larger than the usual one by 25 ms or more, or misses ten ticks more than is usual.
+# ticks; so each of five spans with a down and up is followed by one of equal length in which nothing
+# is done. If the link blocks the beat, it does so every time: then even the best of the five has a
+# gap larger than the usual one by 25 ms or more, or misses ten ticks more than usual.
 uptime_s() { cut -d' ' -f1 /proc/uptime; }
 follow() {
   odom pose --shm /lab --follow --csv --until-stale --out poses.csv 2>follow.log &
@@ -73,18 +73,18 @@ ip link set can1 type can bitrate 500000 restart-ms 100
 ip link set can1 txqueuelen 1000  # canplayer does not wait for room
 ip link set can0 up
 ip link set can1 up
-# Beside it a bus without a controller, and one that is not there. Hardware stamps are asked for, which
-# the driver does not have.
+# Also a bus without a controller, and one that does not exist. Requests hardware stamps, which the
+# driver does not have.
 add_vcan vcan0
 awk '/^timestamps/ {next} {print} /^\[can\]/ {print "timestamps = \"hardware\""}' drive/car.toml >drive/hardware.toml
 start_daemon drive/hardware.toml --can can0 --can vcan0 --can can7 || not_ok "start" "$(cat odomd.log)"
 await 20 state_is error_active
 status '.can[0].controller' -c >controller.json
 echo "   $(cat controller.json)"
-check "bit timing is told as it was configured" "$(cat controller.json)" jq -e '.bit_timing ==
+check "bit timing is reported as configured" "$(cat controller.json)" jq -e '.bit_timing ==
   {bitrate: 500000, sample_point: 0.875, tq_ns: 125, prop_seg: 6, phase_seg1: 7, phase_seg2: 2, sjw: 1, brp: 1} and
   .clock_hz == 8000000' controller.json
-check "state, error counters and restart-ms are told" "$(cat controller.json)" jq -e '
+check "state, error counters and restart-ms are reported" "$(cat controller.json)" jq -e '
   .state == "error_active" and .tx_errors == 0 and .rx_errors == 0 and .restart_ms == 100 and
   .modes == ["bus_error_reporting"] and .bus_offs == 0 and .bus_errors == 0 and .restarts == 0' controller.json
 check "as people read it" "$(odom status --socket "$PWD/status.sock")" \
@@ -93,7 +93,7 @@ check "as people read it" "$(odom status --socket "$PWD/status.sock")" \
 canplayer -I drive/drive.log can1="$bus"
 sleep 0.5
 # The emulation knows no bus time: frames that are sent in one go run over the receiver's 64 bytes where
-# the host stalls the machine. What the controller took in is what the kernel hands to odomd.
+# the host stalls the machine. The kernel gives odomd exactly what the controller received.
 arrived=$(cat /sys/class/net/can0/statistics/rx_packets)
 await 20 status ".can[0].received == $arrived" -e
 echo "   $arrived of $frames frames arrived, overruns: $(cat /sys/class/net/can0/statistics/rx_over_errors)"
@@ -111,7 +111,7 @@ check "the link goes down" "$(status '.can[0]' -c)" await 20 link_is down
 check "the controller is stopped" "$(status '.can[0]' -c)" await 20 state_is stopped
 check "the journal says how to bring it up" "$(cat odomd.log)" await 20 journal_has 'can0: the bus is down; bring it up: ip link set can0 up'
 # The other end sends all the while, and candump says when the first frame came in after the link was
-# up. odomd receives every frame that candump does: none passes before its socket listens again.
+# up. odomd receives every frame that candump does: none arrives before its socket listens again.
 candump -L any,1A0:7FF >any.log &
 logger=$!
 await 20 grep -q any /proc/net/can/rcvlist_*
@@ -135,7 +135,7 @@ received=$(($(status '.can[0].received') - before))
 echo "   first frame $again s after ip had set the link up, then $received"
 check "frames are heard again within a second" "$again s" awk -v s="$again" 'BEGIN {exit !(s < 1)}'
 check "and none of them is missed" "$received of $(wc -l <heard.log)" test "$received" = "$(wc -l <heard.log)"
-check "the controller is told to be well again" "$(status '.can[0]' -c)" await 20 state_is error_active
+check "the controller is reported as healthy again" "$(status '.can[0]' -c)" await 20 state_is error_active
 check "the journal says that the bus is up" "$(cat odomd.log)" await 20 journal_has 'can0: the bus is up again'
 
 down_and_up() {
@@ -157,7 +157,7 @@ wait $sender 2>/dev/null
 ip link set can0 down
 ip link set can0 type can bitrate 250000 restart-ms 0
 ip link set can0 up
-check "a changed configuration is told" "$(status '.can[0]' -c)" \
+check "a changed configuration is reported" "$(status '.can[0]' -c)" \
   await 20 status '.can[0].controller | .state == "error_active" and .bit_timing.bitrate == 250000 and .restart_ms == 0' -e
 check "vcan has no controller, nor has what is not there" "$(status .can -c)" \
   status '[.can[1, 2].controller] == [null, null]' -e
@@ -198,7 +198,7 @@ say sb255000
 check "bus-off" "$(status '.can[0]' -c)" await 20 state_is bus_off
 check "bus-off is counted, by error frame and by the driver" "$(status '.can[0]' -c)" \
   await 20 status '.can[0] | .bus_offs == 1 and .error_frames == 3 and .controller.bus_offs == 1 and .controller.error_passives == 1' -e
-check "the journal says bus-off, and how to mend it" "$(cat odomd.log)" \
+check "the journal reports bus-off, and how to fix it" "$(cat odomd.log)" \
   await 20 journal_has "$serial: bus-off: .*ip link set $serial type can restart-ms 100"
 ip link set "$serial" down
 ip link set "$serial" up
@@ -212,5 +212,5 @@ check "the adapter is pulled" "$(status '.can[0]' -c)" await 20 link_is gone
 check "a controller that is gone has no state" "$(status '.can[0]' -c)" await 20 status '.can[0].controller == null' -e
 stop_daemon
 check "ends cleanly after bus-off" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemon_status = 0
-sed -n 's/^/   /; /warning\|again\|restarted/p' odomd.log | grep -v "never received\|ticks missed\|overran"
+sed -n 's/^/   /; /warning\|again\|restarted/p' odomd.log | grep -v "never received\|ticks missed\|overrun"
 remove_link vcan0

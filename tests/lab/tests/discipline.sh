@@ -1,18 +1,19 @@
-# The beat's promises on real buses under a real-time kernel: 8,000 frames/s of our own identifiers are
-# received whole; its system calls, all of them, are those of the design; and a reader that preempts
+# The real-time rules of the beat on real buses under a real-time kernel: 8,000 frames/s of our own
+# identifiers are received without loss; all its system calls are those of the design; and a reader
+# that preempts
 # the writer of a segment on its own CPU does not wait for it.
 . "$(dirname "$0")/../guest.sh"
 
 odom sim --scenario lap --duration 6 --out car >/dev/null
 add_vcan vcan0 vcan1
-# Each of the car's 500 frames/s sixteen times, over two buses.
+# Each of the car's 500 frames/s is sent sixteen times, on two buses.
 awk '{bus = $3 ~ /^1A[01]/ ? "vcan0" : "vcan1"; for (i = 0; i < 16; i++) print $1, bus, $3}' \
   car/drive.log >full.log
 frames=$(wc -l <full.log)
 start_daemon car/car.toml --can vcan0 --can vcan1 || not_ok "start" "$(cat odomd.log)"
 check "real time is granted" "$(status .realtime -c)" status '.realtime | .priority == 45 and .memory_locked' -e
 
-# play: the log with its camera, and two clients that wait; says how long it took.
+# play: the log with its camera, and two clients that wait; prints the duration.
 play() {
   local begin=$SECONDS camera
   odom camera send --log car/camera.csv --from-now --socket "$PWD/camera.sock" >/dev/null 2>&1 &
@@ -58,7 +59,7 @@ check "ends cleanly" "status $daemon_status: $(tail -n 3 odomd.log)" test $daemo
 remove_link vcan0
 remove_link vcan1
 
-# Without the kernel's throttling nothing would set a writer free that a real-time reader waits for.
+# Without the kernel's throttling, a writer on which a real-time reader waits would never run.
 throttling=$(cat /proc/sys/kernel/sched_rt_runtime_us)
 echo -1 >/proc/sys/kernel/sched_rt_runtime_us
 preemption=$(timeout 60 "$ODOMD_BIN_DIR/shm_preemption" 2000 2>&1)

@@ -1,4 +1,4 @@
-# The main job on a real bus under a real-time kernel: canplayer plays a simulated lap into odomd.
+# The main task on a real bus under a real-time kernel: canplayer plays a simulated lap into odomd.
 # Every tick is published or counted as missed, no frame is lost, and the poses are those of the
 # log's replay, but for what the jitter of the stamps explains.
 . "$(dirname "$0")/../guest.sh"

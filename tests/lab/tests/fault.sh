@@ -1,5 +1,5 @@
-# odom fault between two buses and between a camera and the daemon, live: the frames that are meant
-# fail as they do in a log, all others pass untouched, and the daemon behind reports the fault.
+# odom fault between two buses and between a camera and the daemon, live: the selected frames fail as
+# they do in a log, all others pass unchanged, and the daemon reports the fault.
 . "$(dirname "$0")/../guest.sh"
 
 payloads() { cut -d' ' -f3 "$1"; }
@@ -22,7 +22,7 @@ frames=$(wc -l <drive.log)
 odom fault --config drive/car.toml --kind gyro.zero drive.log -o faulty.log 2>/dev/null
 add_vcan vcan0 vcan1
 
-# What is no frame of the car passes too: extended identifiers, remote frames, CAN FD.
+# Other frames pass too: extended identifiers, remote frames, CAN FD.
 candump -L vcan1 >received.log &
 logger=$!
 await 5 grep -q vcan1 /proc/net/can/rcvlist_all
@@ -46,7 +46,7 @@ check "a CAN FD frame passes" "$(tail -n 3 received.log)" \
   grep -qE ' 123##[0-9A-F]000102030405060708090A0B$' received.log
 echo "   $(tail -n 2 fault.txt | tr '\n' ' ')"
 
-# A daemon behind it, with the camera through it, too.
+# A daemon behind it, with the camera routed through it too.
 start_daemon drive/car.toml --can vcan1 || not_ok "start" "$(cat odomd.log)"
 start_fault --kind gyro.zero --camera-from "$PWD/fault.sock" --camera-to "$PWD/camera.sock" \
   --fault camera.moved || not_ok "start" "$(cat fault.txt)"
@@ -54,7 +54,7 @@ canplayer -I drive.log &
 player=$!
 odom camera send --socket "$PWD/fault.sock" --from-now --log drive/camera.csv >camera.txt 2>&1 &
 camera=$!
-# By its log: on a slow machine a flag comes and goes between two looks at the status.
+# By its log: on a slow machine a flag comes and goes between two reads of the status.
 check "the daemon reports the gyro" "$(cat odomd.log)" await 30 grep -q 'yaw_rate.* is frozen' odomd.log
 wait $player
 wait $camera
@@ -66,7 +66,7 @@ stop_daemon
 check "the camera's poses failed on the way" "$(cat fault.txt)" \
   grep -qE 'camera.moved: [0-9]{2,} camera poses' fault.txt
 
-# An interface that is not there is named.
+# An interface that does not exist is named.
 odom fault --config drive/car.toml --kind gyro.zero --from vcan7 --to vcan1 2>missing.txt
 check "a missing interface is named" "$(cat missing.txt)" grep -q '^odom fault: vcan7: no such CAN interface' missing.txt
 remove_link vcan0

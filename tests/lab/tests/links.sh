@@ -1,5 +1,5 @@
-# A bus that goes down, comes up, vanishes and comes back: the daemon says so, survives it and listens
-# again. And it never transmits.
+# A bus that goes down, comes up, disappears and comes back: the daemon reports it, survives it and
+# listens again. It never transmits.
 . "$(dirname "$0")/../guest.sh"
 
 odom sim --scenario lap --standstill 1 --duration 1 --ideal --out stand >/dev/null 2>&1
@@ -19,7 +19,7 @@ wait $logger 2>/dev/null
 link_is() { status ".can[0].link == \"$1\"" -e; }
 bus_down() { status ".conditions | contains([\"bus_down\"]) == $1" -e; }
 
-# hears EXPECTED: plays the frames, and waits until as many more were received.
+# hears EXPECTED: plays the frames, and waits until all were received.
 hears() {
   local before
   before=$(status '.can[0].received')
@@ -37,7 +37,7 @@ check "hears the bus after down and up" "$(status .can -c)" hears
 index=$(cat /sys/class/net/vcan0/ifindex)
 ip link del vcan0
 check "sees the interface vanish" "$(status .can -c)" await 5 link_is gone
-# Another one is there first: the interface comes back under another index.
+# Another interface is created first, so that the interface comes back with another index.
 add_vcan vcan9 vcan0
 check "the index is another one" "$index" test "$(cat /sys/class/net/vcan0/ifindex)" -gt "$index"
 check "sees it come back" "$(status .can -c)" await 5 link_is up

@@ -1,10 +1,10 @@
-# A full bus: 8,000 frames a second for ten seconds on vcan, counted at both ends. None is lost, every
-# one is decoded.
+# A full bus: 8,000 frames a second for ten seconds on vcan, counted at both ends. None is lost, all
+# are decoded.
 . "$(dirname "$0")/../guest.sh"
 
 rate=8000
 # A drive of four protected messages, four times over, its stamps drawn together. The counters count to
-# 14 or 15: after a multiple of 240 frames of each message they go on where they began.
+# 14 or 15: after a multiple of 240 frames of each message they continue where they began.
 odom sim --scenario lap --duration 45 --standstill 3 --out drive >/dev/null 2>&1
 awk '{id = substr($3, 1, 3)} n[id]++ < (id == "1A2" ? 8160 : 4080) {print $3}' drive/drive.log >once
 cat once once once once | awk -v rate=$rate '{printf "(%.6f) vcan0 %s\n", 1e9 + NR / rate, $1}' >full.log
@@ -23,7 +23,7 @@ sent=$(link_packets vcan0)
 status . >status.json
 echo "   $sent frames in $took ms: $((sent * 1000 / took)) a second; $(jq -c '.can[0], .beat.ticks, .beat.missed' status.json | tr '\n' ' ')"
 check "every frame was sent" "$sent of $frames" test "$sent" = "$frames"
-# A busy host makes the machine slow: then the rate is lower, and the count still holds.
+# A busy host makes the machine slow: then the rate is lower, but the count is the same.
 check "it was the rate that was meant, or a quarter of it on a busy host" "$took ms" test $took -lt 40800
 check "every frame was received, none lost" "$(jq -c '.can[0]' status.json) of $frames" \
   jq -e --argjson n "$frames" '.can[0] | .received == $n and .lost == 0' status.json

@@ -44,7 +44,7 @@ class Receiver {
   }
 
  private:
-  can::FileDescriptor socket_;
+  FileDescriptor socket_;
   std::string address_;
 };
 

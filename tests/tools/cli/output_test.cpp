@@ -37,8 +37,8 @@ class StuckPipe {
   StuckPipe() {
     std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe2");
-    reader_ = can::FileDescriptor{ends[0]};
-    writer_ = can::FileDescriptor{ends[1]};
+    reader_ = FileDescriptor{ends[0]};
+    writer_ = FileDescriptor{ends[1]};
     const std::string page(4096, '\n');
     ::fcntl(ends[1], F_SETFL, O_NONBLOCK);
     while (::write(ends[1], page.data(), page.size()) > 0) {
@@ -48,8 +48,8 @@ class StuckPipe {
   [[nodiscard]] int writer() const { return writer_.get(); }
 
  private:
-  can::FileDescriptor reader_;
-  can::FileDescriptor writer_;
+  FileDescriptor reader_;
+  FileDescriptor writer_;
 };
 
 /// odom with one of its outputs stuck; the other goes to a file.
@@ -57,7 +57,7 @@ class StuckOdom {
  public:
   StuckOdom(const std::string& arguments, int stuck, const std::filesystem::path& other) {
     const std::string line = "exec " ODOMD_BIN_DIR "/odom " + arguments;
-    const can::FileDescriptor file{
+    const FileDescriptor file{
         ::open(other.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600)};
     pid_ = ::fork();
     if (pid_ == 0) {
@@ -164,7 +164,7 @@ TEST_F(StuckOutput, IsNotWaitedForWhereItIsStandardError) {
 
 TEST(OutputBuffer, WritesWholeLinesAndWhatIsFlushed) {
   const Scratch scratch;
-  const can::FileDescriptor file{
+  const FileDescriptor file{
       ::open(scratch.path("out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600)};
   OutputBuffer buffer(file.get());
   std::ostream out(&buffer);
@@ -180,7 +180,7 @@ TEST(OutputBuffer, WritesWholeLinesAndWhatIsFlushed) {
 }
 
 TEST(OutputBuffer, FailsForGood) {
-  const can::FileDescriptor full{::open("/dev/full", O_WRONLY | O_CLOEXEC)};
+  const FileDescriptor full{::open("/dev/full", O_WRONLY | O_CLOEXEC)};
   OutputBuffer buffer(full.get());
   std::ostream out(&buffer);
   out << "text" << std::flush;

@@ -25,7 +25,7 @@ std::string on_a_terminal() {
     }
     ::_exit(0);
   }
-  const can::FileDescriptor terminal{master};
+  const FileDescriptor terminal{master};
   std::string seen;
   char byte = 0;
   while (::read(terminal.get(), &byte, 1) == 1) seen += byte;

@@ -59,7 +59,7 @@ TEST(Misspelt, AnOptionBeforeItsCommandIsSentThere) {
             "odom: unknown option \"--config\" (did you mean \"odom replay --config\"?); see odom "
             "--help");
   EXPECT_EQ(refused("odom --config car.toml"),
-            "odom: unknown option \"--config\": options stand behind the command that has them; "
+            "odom: unknown option \"--config\": options go after the command that has them; "
             "see odom --help");
   EXPECT_EQ(refused("odom camera --foo send"),
             "odom camera: unknown option \"--foo\"; see odom camera --help");

@@ -39,7 +39,7 @@ class Daemon {
 
  private:
   daemon::LocalSocket socket_;
-  can::FileDescriptor connection_;
+  FileDescriptor connection_;
 };
 
 TEST(CameraRelay, HandsPosesOnWithTheirFault) {

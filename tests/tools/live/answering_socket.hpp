@@ -30,7 +30,7 @@ class AnsweringSocket {
       while (true) {
         const int accepted = ::accept(socket_.get(), nullptr, nullptr);
         if (accepted < 0) return;  // shut down
-        const can::FileDescriptor connection{accepted};
+        const FileDescriptor connection{accepted};
         (void)::send(connection.get(), text.data(), text.size(), MSG_NOSIGNAL);
       }
     }};
@@ -43,7 +43,7 @@ class AnsweringSocket {
   AnsweringSocket& operator=(const AnsweringSocket&) = delete;
 
  private:
-  can::FileDescriptor socket_;
+  FileDescriptor socket_;
   std::thread thread_;
 };
 

@@ -30,7 +30,7 @@ std::int64_t now_ns() {
 class CameraSend : public ::testing::Test {
  protected:
   void listen() {
-    socket_ = can::FileDescriptor{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0)};
+    socket_ = FileDescriptor{::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK, 0)};
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, path_.c_str(), sizeof address.sun_path - 1);
@@ -40,7 +40,7 @@ class CameraSend : public ::testing::Test {
   // What the program that has ended by now left in its connection.
   std::vector<odom_camera_message> received() const {
     std::vector<odom_camera_message> messages;
-    const can::FileDescriptor connection{::accept(socket_.get(), nullptr, nullptr)};
+    const FileDescriptor connection{::accept(socket_.get(), nullptr, nullptr)};
     odom_camera_message message{};
     while (::recv(connection.get(), &message, sizeof message, 0) == sizeof message) {
       messages.push_back(message);
@@ -55,7 +55,7 @@ class CameraSend : public ::testing::Test {
   const std::string header_ = "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
   Scratch scratch_;
   std::string path_ = scratch_.path("camera.sock").string();
-  can::FileDescriptor socket_;
+  FileDescriptor socket_;
 };
 
 TEST_F(CameraSend, SendsOnePoseWithItsAge) {

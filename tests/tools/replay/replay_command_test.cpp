@@ -76,7 +76,7 @@ TEST_F(OdomReplay, RefusesALogInWhichNoTimePasses) {
     const Outcome outcome = replay(log);
     EXPECT_EQ(outcome.status, 2);
     EXPECT_THAT(outcome.err,
-                HasSubstr("drive.log:151: all 150 frames up to here bear the stamp " + stamp));
+                HasSubstr("drive.log:151: all 150 frames so far have the time stamp " + stamp));
     EXPECT_FALSE(std::filesystem::exists(scratch_.path("pose.csv")));
   }
 }
@@ -278,10 +278,11 @@ TEST(ReplayCommand, SaysWhichSensorWasNotBelieved) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return outcome.err;
   };
-  EXPECT_THAT(replayed("yaw_rate", "-1", ""),
-              ContainsRegex("odom replay: warning: yaw_rate \\(IMU\\) has the wrong sign, by all "
-                            "the others: look at the sign of can.signals.yaw_rate.scale "
-                            "\\(for [0-9.]* of [0-9.]* s\\)"));
+  EXPECT_THAT(
+      replayed("yaw_rate", "-1", ""),
+      ContainsRegex("odom replay: warning: yaw_rate \\(IMU\\) has the wrong sign compared with the "
+                    "other sensors; check the sign of can.signals.yaw_rate.scale "
+                    "\\(for [0-9.]* of [0-9.]* s\\)"));
   const auto wheels = nlohmann::json::parse(replayed("wheel_rear_[a-z]*", "3.6", " --json"));
   EXPECT_THAT(wheels["warnings"].dump(),
               ContainsRegex("wheel_rear_left \\(WHEELS_REAR\\): [0-9]* of its [0-9]* samples"));

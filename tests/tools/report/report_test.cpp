@@ -215,7 +215,7 @@ TEST_F(Report, SaysWhichSensorWasNotBelieved) {
       run(arguments + " --json --config " + wrong.string() + " --html " + html.string());
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   // Whom the monitor blames on a circle is not the matter here: the accelerometer or the gyro.
-  const std::string flagged = " \\(IMU\\) contradicts the other sensors: look at its scale";
+  const std::string flagged = " \\(IMU\\) contradicts the other sensors; check its scale";
   // Nor whom the gates refuse: who turns the wrong way has wheels that run too fast or too slow.
   const std::string gated =
       "full: [a-z_]* \\([A-Z_]*\\): [0-9]* of its [0-9]* samples \\([0-9]* %\\) were gated";

@@ -195,7 +195,7 @@ TEST(SimCommand, ASecondSignalDoesNotCutTheEndShort) {
 TEST(SimCommand, SendsCameraPosesToTheSocket) {
   const Scratch scratch;
   const std::string path = scratch.path("camera.sock").string();
-  const can::FileDescriptor door(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
+  const FileDescriptor door(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
@@ -208,7 +208,7 @@ TEST(SimCommand, SendsCameraPosesToTheSocket) {
   ASSERT_EQ(played.status, 0) << played.err;
   EXPECT_THAT(contents(scratch.path("drive/car.toml")), HasSubstr(path));
 
-  const can::FileDescriptor connection(::accept(door.get(), nullptr, nullptr));
+  const FileDescriptor connection(::accept(door.get(), nullptr, nullptr));
   ASSERT_TRUE(connection);
   std::size_t messages = 0;
   odom_camera_message message{};

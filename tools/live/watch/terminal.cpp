@@ -63,7 +63,7 @@ Terminal::Terminal(Colour colour) : colour_(colour), keyboard_(::isatty(STDIN_FI
   sigemptyset(&held);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGWINCH, SIGTSTP}) sigaddset(&held, signal);
   ::sigprocmask(SIG_BLOCK, &held, &signals_before_);
-  signals_ = can::FileDescriptor{::signalfd(-1, &held, SFD_NONBLOCK | SFD_CLOEXEC)};
+  signals_ = FileDescriptor{::signalfd(-1, &held, SFD_NONBLOCK | SFD_CLOEXEC)};
   struct sigaction action {};
   action.sa_sigaction = give_terminal_back;
   action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_SIGINFO;

@@ -51,7 +51,7 @@ class Terminal {
   bool keyboard_ = false;  // standard input is a terminal too
   termios before_{};
   sigset_t signals_before_{};
-  can::FileDescriptor signals_;
+  FileDescriptor signals_;
   std::vector<std::string> shown_;  // what is on the screen, line by line
 };
 

@@ -77,7 +77,7 @@ class OnATerminal {
       ::execl("/bin/sh", "sh", "-c", line.c_str(), nullptr);
       ::_exit(127);
     }
-    master_ = can::FileDescriptor{master};
+    master_ = FileDescriptor{master};
   }
   ~OnATerminal() {
     if (pid_ > 0) {
@@ -131,7 +131,7 @@ class OnATerminal {
   }
 
   pid_t pid_ = -1;
-  can::FileDescriptor master_;
+  FileDescriptor master_;
   std::string seen_;
   std::size_t from_ = 0;
 };

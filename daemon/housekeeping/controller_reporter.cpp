@@ -1,4 +1,4 @@
-#include "daemon/housekeeping/controller_news.hpp"
+#include "daemon/housekeeping/controller_reporter.hpp"
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ std::string_view in_words(ControllerHealth health) {
   return "error-active";
 }
 
-/// A statistic's growth; where it went back the driver was loaded anew and counts from 0.
+/// The growth of a counter; when it went back, the driver was reloaded and counts from 0.
 std::uint32_t growth(std::uint32_t before, std::uint32_t now) {
   return now >= before ? now - before : now;
 }
@@ -46,62 +46,66 @@ std::string way_back(const std::string& interface, const can::Controller& contro
 
 }  // namespace
 
-std::optional<News> ControllerNews::look(const std::string& interface,
-                                         const std::optional<can::Controller>& controller,
-                                         std::int64_t now_ns) {
-  if (!controller) {  // gone, and with it what it counted
-    told_statistics_.reset();
+std::optional<ControllerReport> ControllerReporter::look(
+    const std::string& interface, const std::optional<can::Controller>& controller,
+    std::int64_t now_ns) {
+  if (!controller) {  // gone, and its counters with it
+    reported_statistics_.reset();
     return std::nullopt;
   }
   const bool taking_part = controller->health != ControllerHealth::stopped &&
                            controller->health != ControllerHealth::sleeping;
-  if (!taking_part || (told_ns_ && now_ns - *told_ns_ < quiet_ns)) return std::nullopt;
+  if (!taking_part || (reported_ns_ && now_ns - *reported_ns_ < quiet_ns)) return std::nullopt;
 
   std::uint32_t bus_offs = 0;
-  if (told_statistics_ && controller->statistics)
-    bus_offs = growth(told_statistics_->bus_offs, controller->statistics->bus_offs);
-  auto news = say(interface, *controller, bus_offs);
-  told_statistics_ = controller->statistics;
-  if (news) told_ns_ = now_ns;
-  return news;
+  if (reported_statistics_ && controller->statistics)
+    bus_offs = growth(reported_statistics_->bus_offs, controller->statistics->bus_offs);
+  auto report = compose(interface, *controller, bus_offs);
+  reported_statistics_ = controller->statistics;
+  if (report) reported_ns_ = now_ns;
+  return report;
 }
 
-std::optional<News> ControllerNews::say(const std::string& interface,
-                                        const can::Controller& controller, std::uint32_t bus_offs) {
-  const ControllerHealth before = told_;
+std::optional<ControllerReport> ControllerReporter::compose(const std::string& interface,
+                                                            const can::Controller& controller,
+                                                            std::uint32_t bus_offs) {
+  const ControllerHealth before = reported_;
   const ControllerHealth now = controller.health;
   if (now == ControllerHealth::bus_off) {
-    told_ = now;
+    reported_ = now;
     if (before == ControllerHealth::bus_off && bus_offs == 0) return std::nullopt;
-    return News{Weight::warning,
-                fmt::format("{}: bus-off: the controller has left the bus and hears nothing; {}",
-                            interface, way_back(interface, controller))};
+    return ControllerReport{
+        Severity::warning,
+        fmt::format("{}: bus-off: the controller has left the bus and receives nothing; {}",
+                    interface, way_back(interface, controller))};
   }
-  // The first bus-off of those that ended was spoken of if it was still going on then.
+  // The first of the bus-offs that ended has been reported if it was still active then.
   const bool was_off = before == ControllerHealth::bus_off;
   if (was_off || bus_offs > 0) {
-    told_ = now;
+    reported_ = now;
     if (bus_offs == 0)
-      return News{Weight::info,
-                  fmt::format("{}: the controller was restarted after bus-off and is {}", interface,
-                              in_words(now))};
-    return News{
-        Weight::warning,
-        fmt::format("{}: the controller went bus-off {}{} and was restarted, it is {}; check "
+      return ControllerReport{
+          Severity::info, fmt::format("{}: the controller was restarted after bus-off and is {}",
+                                      interface, in_words(now))};
+    return ControllerReport{
+        Severity::warning,
+        fmt::format("{}: the controller went bus-off {}{} and was restarted; it is now {}; check "
                     "bit rate, wiring and termination",
                     interface, bus_offs == 1 ? "once" : fmt::format("{} times", bus_offs),
                     was_off ? " more" : "", in_words(now))};
   }
   if (now == ControllerHealth::error_passive && before != now) {
-    told_ = now;
-    return News{Weight::warning,
-                fmt::format("{}: error-passive: the controller meets too many errors{}; check bit "
-                            "rate, wiring and termination, and that another node is on the bus",
-                            interface, errors_of(controller))};
+    reported_ = now;
+    return ControllerReport{
+        Severity::warning,
+        fmt::format("{}: error-passive: the controller sees too many errors{}; check bit "
+                    "rate, wiring and termination, and that another node is on the bus",
+                    interface, errors_of(controller))};
   }
   if (now == ControllerHealth::error_active && before == ControllerHealth::error_passive) {
-    told_ = now;
-    return News{Weight::info, fmt::format("{}: the controller is error-active again", interface)};
+    reported_ = now;
+    return ControllerReport{Severity::info,
+                            fmt::format("{}: the controller is error-active again", interface)};
   }
   return std::nullopt;
 }

@@ -1,5 +1,5 @@
-// What a source tells the user of its input: of each kind the first, so that a broken line does not
-// hide what is said later of the clock.
+// Warnings of a source about its input: the first of each kind, so that a malformed line does not
+// hide a later warning about the clock.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace odomd::can {
 
-enum class Complaint : std::uint8_t {
+enum class SourceWarning : std::uint8_t {
   malformed_line,
   too_many_buses,
   one_stamp,
@@ -25,9 +25,9 @@ enum class Complaint : std::uint8_t {
 };
 
 /// One thread adds, another may list meanwhile.
-class Complaints {
+class SourceWarnings {
  public:
-  void add(Complaint kind, std::string text) {
+  void add(SourceWarning kind, std::string text) {
     const auto index = static_cast<std::size_t>(kind);
     if (said_.test(index)) return;
     said_.set(index);
@@ -36,16 +36,16 @@ class Complaints {
     count_.store(count + 1, std::memory_order_release);
   }
 
-  /// In the order in which they came; it only grows.
+  /// In the order of their occurrence; the list only grows.
   [[nodiscard]] std::vector<std::string> list() const {
     const std::size_t count = count_.load(std::memory_order_acquire);
     return {texts_.begin(), texts_.begin() + static_cast<std::ptrdiff_t>(count)};
   }
 
  private:
-  static constexpr std::size_t kinds = static_cast<std::size_t>(Complaint::failure) + 1;
+  static constexpr std::size_t kinds = static_cast<std::size_t>(SourceWarning::failure) + 1;
 
-  std::bitset<kinds> said_;               // who adds, alone
+  std::bitset<kinds> said_;               // used by the adding thread only
   std::array<std::string, kinds> texts_;  // each written once, before the count
   std::atomic<std::size_t> count_{0};
 };

@@ -1,7 +1,6 @@
-# Traffic that is not meant for us, or only looks so: cangen at full rate. With other ids the kernel's
-# filters keep it away and nothing moves. On our own ids, with random payloads, every frame gets a
-# verdict, and where the messages are protected the pose of a car that stands stays within its three
-# sigmas.
+# Foreign traffic: cangen at full rate. The kernel's filters drop unmapped ids, so they have no
+# effect. On our own ids, with random payloads, every frame gets a verdict, and if the messages are
+# protected the pose of a stationary car stays within its three sigmas.
 . "$(dirname "$0")/../guest.sh"
 
 odom sim --scenario lap --standstill 4 --duration 4 --ideal --out stand >/dev/null 2>&1
@@ -29,9 +28,10 @@ check "a flood was sent" "$sent frames" test "$sent" -gt 10000
 check "other ids have no effect" "$(pose_of before.json) became $(pose_of after.json)" \
   test "$(pose_of before.json)" = "$(pose_of after.json)"
 
-# flood_mapped NAME CONFIG LOG: random payloads on all of our ids, while the car stands and says so.
+# flood_mapped NAME CONFIG LOG: random payloads on all of our ids, while the car is stationary and
+# sends it.
 flood_mapped() {
-  # A given pose: none is inherited from the daemon before, whose gap would widen the sigmas.
+  # A given pose, so that none is inherited from the previous daemon, whose gap would widen the sigmas.
   start_daemon "$2" --can vcan0 --initial 3.485,0,0 || not_ok "$1: start" "$(cat odomd.log)"
   local sent id
   sent=$(link_packets vcan0)
@@ -42,7 +42,7 @@ flood_mapped() {
   local floods=()
   for id in 1A0 1A1 1A2 1A3; do flood -I $id & floods+=($!); done
   wait $player "${floods[@]}"
-  # The kernel tells of dropped frames with the next one that it does not drop.
+  # The kernel reports dropped frames with the next one that it does not drop.
   sleep 0.5
   cansend vcan0 1A0#
   sleep 0.5
@@ -58,8 +58,8 @@ flood_mapped() {
     jq -e '.can[0].received == ([.frames[]] | add)' after.json
 }
 
-# The car stands: its pose stays where it is, within three sigmas that still say something: of x no
-# more than what a car that sets off so hard covers meanwhile, however long the machine takes.
+# The car is stationary: its pose stays within three sigmas, and the sigmas are bounded: that of x by
+# the distance of a car that accelerates this hard meanwhile, however long the machine takes.
 check_stands() { # NAME ACCELERATION-IN-M/S2
   check "$1: the pose stays within its three sigmas" "$(jq -c .pose after.json), before $(jq -c .pose before.json)" \
     jq -e --slurpfile before before.json --argjson acceleration "$2" '.pose as $p | $before[0].pose as $b |
@@ -71,16 +71,18 @@ check_stands() { # NAME ACCELERATION-IN-M/S2
 }
 
 flood_mapped "protected" stand/car.toml stand/drive.log
-# Most true frames are lost in it: without its wheels the car is not known to stand, and the pose says so.
+# Most genuine frames are lost: without its wheels it is unknown whether the car is stationary, and
+# the sigmas show it.
 check_stands "protected" 1
 
-# The same flood with hardly a true frame before it.
+# The same flood with hardly a genuine frame before it.
 head -n 12 stand/drive.log >few.log
 flood_mapped "alone" stand/car.toml few.log
-# Nothing tells how fast it goes: it may have set off, and the pose says so.
+# The speed is unknown: the car may have started to move, and the sigmas show it.
 check_stands "alone" 2
 
-# Without protection nothing tells a random speed from a true one: then the verdicts are all there is.
+# Without protection a random speed cannot be distinguished from a genuine one, so only the verdicts
+# are checked.
 sed '/^\[can\.e2e\]/,/^$/d' stand/car.toml >stand/unprotected.toml
 flood_mapped "unprotected" stand/unprotected.toml stand/drive.log
 
