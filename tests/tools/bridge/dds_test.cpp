@@ -133,7 +133,7 @@ class DdsBridge : public ::testing::Test {
     return cdr.value_or(Cdr(std::vector<unsigned char>(4096)));
   }
 
-  // The place that an Odometry tells.
+  // The position in an Odometry message.
   static double x_of(Cdr odometry) {
     static_cast<void>(odometry.int32());
     static_cast<void>(odometry.uint32());
