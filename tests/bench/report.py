@@ -31,7 +31,7 @@ class Report:
         self.rows.append(row)
 
     def markdown(self):
-        yield "| what | measured | beside it | ratio | bar | met |"
+        yield "| what | measured | reference | ratio | bar | met |"
         yield "|---|--:|--:|--:|--:|---|"
         for row in self.rows:
             peer = f"{row['peer']}: {number(row['peer_value'])}" if row["peer"] else ""
@@ -51,7 +51,7 @@ BARS = {
 
 
 def number(value):
-    """Three digits, as people read them."""
+    """Three significant digits."""
     if value >= 100 or value == round(value):
         return f"{value:,.0f}"
     return f"{value:.1f}" if value >= 10 else f"{value:.2f}"

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether odomd ever publishes a wrong pose in silence: every kind of fault on simulated drives.
+"""Checks whether odomd ever publishes a wrong pose in silence: every kind of fault on simulated drives.
 
 Each drive is replayed as it is, and once for every kind of fault, with its camera and without. Silent is a
 pose that is off by more than five of its own standard deviations with no condition set, in a mode of a
@@ -44,12 +44,12 @@ DOCUMENT = ROOT / "docs/reliability.md"
 MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -->\n")
 
 # Kinds that no other sensor of the set contradicts, and the parity that is missing: at most eight, by the
-# camera being off or on. They are reported, and held to no bar.
+# camera being off or on. They are reported without a bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
     False: {
-        "gyro.scaled": "a turn that is told within 30 % of it; steering and side push are not, on a full-size car",
-        "gyro.ramped": "a turn that is told as well as the bias of a gyro",
-        "wheels.frozen": "a speed beside the wheels': at walking pace the accelerometer's is no better than the pace",
+        "gyro.scaled": "a turn rate known within 30 %; steering and side push are not, on a full-size car",
+        "gyro.ramped": "a turn rate known as well as the bias of a gyro",
+        "wheels.frozen": "a speed in addition to the wheels': at walking pace the accelerometer's is no better than the pace",
         "wheels.zero": "the same",
         "wheels.locked": "the same",
         "wheels.halved": "the same",
@@ -60,8 +60,8 @@ NOT_DETECTABLE: dict[bool, dict[str, str]] = {
         "bus.shifted": "a second clock: all frames are late alike, and at 15 m/s 50 ms are 0.75 m",
         "imu.delayed": "a second clock of the sensor",
         "wheels.delayed": "a second clock of the sensor",
-        "camera.drifting": "a speed that is told within 0.1 m/s, of a car that goes at 15 m/s",
-        "wheels.scaled": "a speed beside the wheels' and a camera's, of two that differ",
+        "camera.drifting": "a speed known within 0.1 m/s, of a car that goes at 15 m/s",
+        "wheels.scaled": "a speed in addition to the wheels' and the camera's, of two that differ",
     },
 }
 MOST_NOT_DETECTABLE = 8
@@ -71,7 +71,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of a scenario; default: 20")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives at a time; default: one a processor")
+                        help="drives in parallel; default: one per processor")
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
     parser.add_argument("--kind", action="append", metavar="NAME",
                         help="this kind of fault, or all of a part (gyro), or the drives as they are (none); "
@@ -79,12 +79,12 @@ def arguments():
     parser.add_argument("--camera", choices=("on", "off", "both"), default="both",
                         help="replay with the camera, without, or both; default: both")
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", metavar="DIR",
-                        help="where odom and fault_runs are; default: those of the release build")
+                        help="folder of odom and fault_runs; default: the release build")
     parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
                         help="keep the simulated drives here, and take those that are there already: empty it "
                              "when the simulator has changed")
-    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="every run, for programs")
-    parser.add_argument("--write", action="store_true", help="put the results into docs/reliability.md")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write every run as JSON")
+    parser.add_argument("--write", action="store_true", help="write the results to docs/reliability.md")
     parser.add_argument("--verbose", action="store_true", help="name every run that is silent too long")
     given = parser.parse_args()
     if given.write and (given.scenario or given.kind or given.camera != "both"):
@@ -108,20 +108,20 @@ def run(*command):
 
 
 def kinds(given):
-    """What fault_runs is to try: all that it knows, or those that were asked for."""
+    """The kinds for fault_runs: all that it knows, or the requested ones."""
     every = run(given.bin / "fault_runs", "--list").split()
     if not given.kind:
         return every
     chosen = []
     for one in given.kind:
         found = [kind for kind in every if kind == one or kind.startswith(one + ".")]
-        # A kind that is not tried by itself may be asked for; fault_runs knows whether it is one.
+        # A kind outside the default set may be requested; fault_runs checks whether it exists.
         chosen += found or ([] if one == "none" else [one])
     return list(dict.fromkeys(chosen))
 
 
 def measure(given, scenario, seed, wanted):
-    """The lines of fault_runs of a drive."""
+    """The output lines of fault_runs for a drive."""
     with tempfile.TemporaryDirectory(prefix="integrity-") as scratch:
         folder = (given.work or pathlib.Path(scratch)) / f"{scenario}-{seed}"
         if not (folder / "truth.csv").exists():
@@ -133,7 +133,7 @@ def measure(given, scenario, seed, wanted):
 
 
 def silence(one):
-    """What the bar is about [s]: without a camera every silence, with one the gross ones."""
+    """The quantity of the bar [s]: without a camera every silence, with one the gross ones."""
     return one["silent_gross_s"] if one["camera"] and one["kind"] != "none" else one["silent_s"]
 
 
@@ -184,7 +184,7 @@ def documented(rows, begun, given):
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera and row.kind != "none"]
         yield f"\n### With{'' if camera else 'out'} a camera\n"
-        yield "| fault | told [%] | after [s] | silent [%] | longest [s] | off by [m] | in σ, 95 % | end |"
+        yield "| fault | detected [%] | after [s] | silent [%] | longest [s] | off by [m] | in σ, 95 % | end |"
         yield "|---|--:|--:|--:|--:|--:|--:|--:|"
         for row in these:
             sigmas = sorted(one["worst_sigmas"] for one in row.runs)[int(0.95 * (len(row.runs) - 1))]
