@@ -49,8 +49,9 @@ TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {
     return found.values[0].remark;
   };
   EXPECT_THAT(remark(response(0.0, 0.03, 0.002)), testing::HasSubstr("together 30 +- 2 ms"));
-  EXPECT_THAT(remark(response(0.02, 0.05, 0.02)), testing::HasSubstr("70 +- 20 ms in all; drive"));
-  EXPECT_THAT(remark(response(0.45, 0.05, 0.04)), testing::HasSubstr("500 +- 40 ms in all"));
+  EXPECT_THAT(remark(response(0.02, 0.05, 0.02)),
+              testing::HasSubstr("70 +- 20 ms in total; drive"));
+  EXPECT_THAT(remark(response(0.45, 0.05, 0.04)), testing::HasSubstr("500 +- 40 ms in total"));
   EXPECT_THAT(remark(response(0.6, 0.1, 0.01)), testing::HasSubstr("more than [steering] allows"));
   SteeringResponse failed = response(0.06, 0.1, 0.004);
   failed.failure = "the car does not turn";

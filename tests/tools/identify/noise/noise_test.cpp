@@ -320,7 +320,7 @@ TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
             0);
   const Outcome seen = run_shell("odom identify noise --drive " + folder);
   EXPECT_EQ(seen.status, 2);
-  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate turns the other way than the camera; look at"));
+  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate turns the other way than the camera; check"));
   const Outcome blind = run_shell("odom identify noise --no-camera --drive " + folder);
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr("drive: yaw_rate turns the other way than wheels and steering"));

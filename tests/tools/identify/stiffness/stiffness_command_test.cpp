@@ -92,9 +92,10 @@ TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
     EXPECT_THAT(outcome.err, HasSubstr("nothing written to kept.toml")) << options;
   };
   // Measured from the rear marker, the front one, the middle of the wheelbase.
-  expect("--front 0.30,0 --rear 0,0 ", "centre of gravity 0.120 m ahead of where --front and");
-  expect("--front 0,0 --rear -0.30,0 ", "centre of gravity 0.180 m behind where");
-  expect("--front 0.225,0 --rear -0.075,0 ", "centre of gravity 0.045 m ahead of");
+  expect("--front 0.30,0 --rear 0,0 ",
+         "centre of gravity lies 0.120 m ahead of the place in --front and");
+  expect("--front 0,0 --rear -0.30,0 ", "centre of gravity lies 0.180 m behind the place");
+  expect("--front 0.225,0 --rear -0.075,0 ", "centre of gravity lies 0.045 m ahead of");
   // A minus forgotten.
   expect("--front 0.18,0 --rear 0.12,0 ", "of the film's lateral acceleration, and one of the two");
   expect("--front 0.18,0 --rear 0.12,0 ", "no marker lies behind the centre of gravity");
