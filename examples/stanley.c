@@ -31,8 +31,8 @@ static const double min_spacing = 0.02;  /* m from point to point */
 static const double closing_gap = 0.5;   /* m from end to begin: the path is a loop */
 static const double degraded_part = 0.5; /* of the speed, when the pose is degraded */
 /* Where the pose is known no better than this, the car may have left its lane: it stops. */
-static const double lane_sigma = 0.3;     /* m, --max-sigma: three of them beside the car */
-static const double lane_sigma_yaw = 0.2; /* rad, --max-sigma-yaw */
+static const double lane_sigma = 0.3; /* m, --max-sigma: three of them on each side of the car */
+static const double lane_sigma_yaw = 0.2;                            /* rad, --max-sigma-yaw */
 enum { POINTS_BEHIND = 10, POINTS_AHEAD = 50, MAX_POINTS = 100000 }; /* of the path */
 
 typedef struct {

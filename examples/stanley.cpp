@@ -39,7 +39,7 @@ constexpr double min_spacing = 0.02;   // m from point to point
 constexpr double closing_gap = 0.5;    // m from end to begin: the path is a loop
 constexpr double degraded_part = 0.5;  // of the speed, when the pose is degraded
 // Where the pose is known no better than this, the car may have left its lane: it stops.
-constexpr double lane_sigma = 0.3;      // m, --max-sigma: three of them beside the car
+constexpr double lane_sigma = 0.3;      // m, --max-sigma: three of them on each side of the car
 constexpr double lane_sigma_yaw = 0.2;  // rad, --max-sigma-yaw
 constexpr int points_behind = 10;       // of the path, looked at in every cycle
 constexpr int points_ahead = 50;

@@ -32,7 +32,7 @@ MIN_SPACING = 0.02  # m from point to point
 CLOSING_GAP = 0.5  # m from end to begin: the path is a loop
 DEGRADED_PART = 0.5  # of the speed, when the pose is degraded
 # Where the pose is known no better than this, the car may have left its lane: it stops.
-LANE_SIGMA = 0.3  # m, --max-sigma: three of them beside the car
+LANE_SIGMA = 0.3  # m, --max-sigma: three of them on each side of the car
 LANE_SIGMA_YAW = 0.2  # rad, --max-sigma-yaw
 POINTS_BEHIND = 10  # of the path, looked at in every cycle
 POINTS_AHEAD = 50

@@ -5,8 +5,7 @@
 #   bash tools/demo.sh
 #
 # The simulator plays the car's CAN bus into odomd's standard input and the camera's poses into its
-# socket; a client reads the pose from shared memory all the while. What comes of it (poses, report,
-# picture) lies in build/demo. ODOMD_DEMO_ARGUMENTS are handed to `odom sim`: --laps 3, --scenario ...
+# socket; a client reads the pose from shared memory all the while. The results (poses, report, picture) are in build/demo. ODOMD_DEMO_ARGUMENTS are handed to `odom sim`: --laps 3, --scenario ...
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -52,10 +51,10 @@ read -r -a arguments <<<"${ODOMD_DEMO_ARGUMENTS-}"
 [[ " ${arguments[*]} " == *" --laps"[\ =]* ]] || arguments+=(--laps 1)
 simulator=(odom sim "${arguments[@]}" --live --can - --camera-socket "$run/camera.sock")
 "${simulator[@]}" --config-only --out "$run/car" >/dev/null && [ -f "$run/car/car.toml" ] || {
-  echo "demo: mend ODOMD_DEMO_ARGUMENTS='${ODOMD_DEMO_ARGUMENTS-}'; $out is as it was" >&2
+  echo "demo: fix ODOMD_DEMO_ARGUMENTS='${ODOMD_DEMO_ARGUMENTS-}'; $out is unchanged" >&2
   exit 2
 }
-# What an earlier run left goes when nothing is wrong with this one.
+# The results of an earlier run are removed only once this one can start.
 rm -rf "$out"
 mkdir -p "$out"
 
@@ -74,15 +73,15 @@ odom pose --shm "$shm" --wait 10 --follow --rate 1 --until-stale 2>/dev/null &
 watcher=$!
 children=("$daemon" "$driving" "$client" "$watcher")
 
-# The daemon takes its counts with it when it ends: the last answer is kept.
-told=
+# The daemon's counts are gone when it ends: keep its last answer.
+noted=
 while kill -0 "$daemon" 2>/dev/null; do
   ! odom status --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.txt"
   ! odom status --json --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.json"
-  if [ -z "$told" ] && grep -qs not_realtime "$out/status.json"; then
-    echo "note: without real-time rights the mode is degraded (condition not_realtime): the pose is as good, but it may" \
+  if [ -z "$noted" ] && grep -qs not_realtime "$out/status.json"; then
+    echo "note: without real-time privileges the mode stays degraded (not_realtime); harmless here, but poses may" \
       "come late; docs/realtime.md, \"What is asked of the machine\""
-    told=yes
+    noted=yes
   fi
   sleep 0.5
 done
@@ -98,7 +97,7 @@ odom replay --config "$run/car/car.toml" --can "$out/drive.log" --out "$out/odom
 odom evaluate --reference "$out/truth.csv" --pose "$out/pose.csv" --pose "$out/odometry.csv" --align none \
   --camera "$out/camera.csv" --picture "$out/track.png" --title "odomd, live" >"$out/evaluation.txt"
 
-# Of the report and the status, what a glance is worth; all of it lies beside the picture.
+# The main figures of report and status; the complete files are next to the picture.
 echo "=== report (pose: with the camera; odometry: without)"
 sed -n '/^ .*pose .*odometry/p; /path length/p; /end error \[/p; /position rms \[/p; /heading error at/p' "$out/evaluation.txt"
 echo
@@ -106,8 +105,7 @@ sed -n '/^beat/,/^real time/p' "$out/status.txt"
 sed -n '/^camera  /s/^camera .*: /camera      /p' "$out/status.txt"
 echo
 sed -n '/^calibration /,/^$/p' "$out/status.txt"
-# Cycles that the beat missed stand in its own count above, taken up to half a second before the end;
-# the client's would be another number for the same thing.
+# Missed cycles are in the beat's own count above, taken up to half a second before the end; the client's count of the same would differ.
 echo "client      $(tail -n 1 "$run/client.log" | sed 's/^odom pose: //; s/[0-9]* missed by the daemon, //')"
 echo
 echo "poses, logs, evaluation and status: $out"

@@ -59,7 +59,7 @@ class CameraSender:
         sigma_yaw: float,
         clock: Clock = Clock.MONOTONIC,
     ) -> None:
-        """Sends the pose of the reference point at the time when the picture was taken.
+        """Sends the pose of the reference point at the time the picture was taken.
 
         Map frame and axes, metres and radians. Never blocks. Raises OSError when the pose was
         dropped: BlockingIOError (the daemon does not keep up), ConnectionRefusedError,

@@ -1,4 +1,4 @@
-"""The client: poses of a daemon and of its successors."""
+"""The client: poses of a daemon, also after its restarts."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def predict(pose: Pose, time_ns: int) -> Pose:
 
 
 class _OneThread:
-    """Held during a call. The library does not lock, and would crash where two threads meet."""
+    """Held during a call. The library does not lock, and would crash if two threads called it."""
 
     __slots__ = ("_lock",)
 
@@ -62,7 +62,7 @@ class _OneThread:
 
 
 class Client:
-    """Attached to a segment; to the segment of its daemon's successor when there is one.
+    """Attached to a segment, and to that of the next daemon after a restart.
 
         with odom.Client() as client:
             pose = client.wait()
@@ -70,11 +70,11 @@ class Client:
     `name` is a POSIX shm name ("/odomd") or a path; None: $ODOM_SHM, else the first of "/odomd" and
     "/run/odomd/pose" whose daemon lives.
 
-    Answers are fresh, or the call raises: StaleError, which carries the last pose, when the daemon
+    Results are fresh, or the call raises: StaleError with the last pose if the daemon
     is silent, and OdomError for all else. A client survives the daemon: go on calling, and it goes
     over to the next one (`info().instance_id` has changed then).
 
-    A client belongs to one thread at a time: open one for each thread. Two at once are told so by a
+    A client belongs to one thread at a time: open one for each thread. Two threads at once raise a
     RuntimeError. While a call waits, other Python threads run.
 
     Raises OdomError: NO_SEGMENT, REFUSED, ABI, INVALID, SYSTEM.
@@ -108,7 +108,7 @@ class Client:
             lib.odom_close(self._client)
 
     def close(self) -> None:
-        """Lets the segment go. Every later call answers INVALID."""
+        """Detaches from the segment. Every later call answers INVALID."""
         with self._in_use:
             lib.odom_close(self._client)
             self._client = c_void_p()
@@ -119,7 +119,7 @@ class Client:
         return _answer(self.read_into(raw), raw)
 
     def read_into(self, raw: PoseStruct) -> Status:
-        """The newest pose into memory of the caller's, for tight loops: nothing raises.
+        """The newest pose into memory of the caller, for tight loops: nothing raises.
 
         With OK and STALE `raw` is whole. This is what Python has of in-place access: of the copy,
         some 20 ns, there is nothing to be saved where the call itself takes twenty times as long.
@@ -173,8 +173,8 @@ class Client:
     def wait_into(self, raw: PoseStruct, timeout: float = 1.0) -> Status:
         """Sleeps until a pose newer than the one in `raw` is there, and puts it there.
 
-        With `raw.tick == 0`: newer than what is there now. With OK and STALE `raw` is whole, with
-        all else it is untouched. Raises ValueError for a timeout that is none.
+        With `raw.tick == 0`: newer than what is there now. With OK and STALE `raw` is complete,
+        else it is unchanged. Raises ValueError for an invalid timeout.
         """
         if not math.isfinite(timeout) or timeout < 0.0:
             raise ValueError(f"timeout: {timeout}: give seconds, 0 or more")
@@ -202,7 +202,7 @@ class Client:
         return self.read_into(PoseStruct()) == Status.STALE
 
     def info(self) -> Info:
-        """What does not change while a daemon runs. Of the last one when it is silent."""
+        """Data that do not change while a daemon runs. Of the last daemon if it is silent."""
         raw = InfoStruct()
         with self._in_use:
             status = lib.odom_get_info(self._client, byref(raw), sizeof(raw))
@@ -211,7 +211,7 @@ class Client:
         return info_of(raw)
 
     def beat(self) -> Beat:
-        """How well the daemon has kept time. Of the last one when it is silent."""
+        """The daemon's timing. Of the last daemon if it is silent."""
         raw = BeatStruct()
         with self._in_use:
             status = lib.odom_get_beat(self._client, byref(raw), sizeof(raw))

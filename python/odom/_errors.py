@@ -1,4 +1,4 @@
-"""What goes wrong, as exceptions."""
+"""Errors as exceptions."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class OdomError(Exception):
 
 
 class StaleError(OdomError):
-    """The daemon has been silent for four periods: `pose` is what it said last.
+    """The daemon has been silent for four periods: `pose` is its last pose.
 
-    The client re-attaches by itself when a successor publishes: call again.
+    The client re-attaches by itself when the next daemon publishes: call again.
     """
 
     def __init__(self, pose: Pose, details: Details | None = None) -> None:

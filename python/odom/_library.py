@@ -164,19 +164,19 @@ class CameraMessageStruct(ctypes.Structure):
 
 
 def _candidates() -> list[str]:
-    """$ODOM_LIBRARY alone where it is set; else beside this module's installation, else by name."""
+    """$ODOM_LIBRARY only, if it is set; else next to this module's installation, else by name."""
     chosen = os.environ.get("ODOM_LIBRARY")
     if chosen:
         return [chosen]
     name = "libodom.so.0"
     # PREFIX/lib/python3*/dist-packages/odom: the library that was installed with it.
-    beside: list[str] = []
+    near: list[str] = []
     for directory in Path(__file__).resolve().parents:
         if directory.name in ("lib", "lib64"):
-            beside = [str(path) for path in (directory / name, *directory.glob(f"*-linux-gnu/{name}"))
+            near = [str(path) for path in (directory / name, *directory.glob(f"*-linux-gnu/{name}"))
                       if path.exists()]
             break
-    return [*beside, name]
+    return [*near, name]
 
 
 def _load() -> ctypes.CDLL:

@@ -35,26 +35,26 @@ class Status(enum.IntEnum):
 
 
 class Mode(enum.IntEnum):
-    """How much a pose is worth."""
+    """The quality of a pose."""
 
     INITIALISING = 0  #: no initial pose or no wheel speed yet: pose fields are not valid
     TRACKING = 1  #: camera poses are coming in
     DEAD_RECKONING = 2  #: odometry alone
     DEGRADED = 3  #: works, but a condition says what is missing
     STANDSTILL = 4  #: the car stands
-    FAULT = 5  #: the pose is frozen or meaningless: do not drive by it
+    FAULT = 5  #: the pose is frozen or invalid: do not use it
 
     @classmethod
     def _missing_(cls, value: object) -> Mode:
-        # A mode of a younger daemon: nothing to drive by for those who do not know it.
+        # A mode of a newer daemon: not usable for clients that do not know it.
         return cls.FAULT
 
 
 class Conditions(enum.IntFlag):
-    """What is the matter, whatever the mode."""
+    """Conditions, independent of the mode."""
 
     NOT_REALTIME = 1 << 0  #: the machine refused real-time scheduling or locking
-    RESTARTED = 1 << 1  #: went on from the pose of a predecessor
+    RESTARTED = 1 << 1  #: resumed from the last pose
     BUS_DOWN = 1 << 2  #: a bus is down or gone
     SIGNAL_TIMEOUT = 1 << 3  #: a mapped signal is overdue (see health)
     PROTECTION = 1 << 4  #: a message fails its end-to-end protection
@@ -67,9 +67,9 @@ class Conditions(enum.IntFlag):
     NON_FINITE = 1 << 11  #: a non-finite state was reset, never published
     INPUT_ENDED = 1 << 12  #: the log or the pipe has ended
     SENSOR_FAULT = 1 << 13  #: a sensor's values cannot be true; see `Pose.health`
-    WHEEL_SLIP = 1 << 14  #: a wheel turns otherwise than the car moves
+    WHEEL_SLIP = 1 << 14  #: a wheel's speed disagrees with the car's motion
     MISWIRED = 1 << 15  #: a sensor is wired or described wrongly; see `Pose.health`
-    INCONSISTENT = 1 << 16  #: a source does not fit what the filter expects, for seconds
+    INCONSISTENT = 1 << 16  #: a source has been inconsistent with the filter for seconds
 
 
 class Source(enum.IntEnum):
@@ -98,7 +98,7 @@ class Clock(enum.IntEnum):
 
 
 class Pose(NamedTuple):
-    """What a controller needs of a tick."""
+    """The data of a tick for a controller."""
 
     tick: int  #: number of the tick; strictly increasing while one daemon runs
     time_ns: int  #: when the pose is valid
@@ -148,7 +148,7 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Details:
-    """Everything else that a tick publishes: for diagnosis, recording and full-state users."""
+    """All other data of a tick: for diagnosis, recording and users of the full state."""
 
     #: The rest of the upper triangle, by rows, of the 6x6 covariance of
     #: (x, y, yaw, vx, vy, yaw_rate): x-vx, x-vy, x-yaw_rate, y-vx, ..., vx-vx, ...
@@ -200,7 +200,7 @@ class Info:
 
 @dataclass(frozen=True, slots=True)
 class Beat:
-    """How well the beat has kept its promise since start.
+    """The timing of the beat since the start.
 
     Histograms: bucket 0 counts [0, 1) us, bucket i >= 1 counts [2**((i-1)/4), 2**(i/4)) us, the
     last one everything above.

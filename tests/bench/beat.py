@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The beat beside cyclictest: wake-up latency, execution time of a tick, time to the first pose.
+"""The beat compared with cyclictest: wake-up latency, execution time of a tick, time to the first pose.
 
     beat.py --bin DIRECTORY --drive DIRECTORY [--runs N] [--seconds S]
 
@@ -138,7 +138,7 @@ def skipped(ticks):
     return ticks[-1]["tick"] - ticks[0]["tick"] + 1 - len(ticks)
 
 
-def beside_cyclictest(args, cpus, work):
+def with_cyclictest(args, cpus, work):
     """Half a run: odomd on cpus[0], cyclictest on cpus[1]."""
     daemon = Daemon(args, args.drive / "drive.log", cpus[0], work, args.seconds + 2)
     time.sleep(0.5)
@@ -152,19 +152,19 @@ def beside_cyclictest(args, cpus, work):
     )
     end_ns = time.monotonic_ns()
     ticks = daemon.ticks()
-    beside = [tick for tick in ticks if begin_ns <= tick["time_ns"] < end_ns]
+    during = [tick for tick in ticks if begin_ns <= tick["time_ns"] < end_ns]
     thread = json.loads(report.read_text())["thread"]["0"]
     return {
-        "odomd": histogram(tick["wakeup_latency_ns"] // 1000 for tick in beside),
+        "odomd": histogram(tick["wakeup_latency_ns"] // 1000 for tick in during),
         "cyclictest": {int(value): count for value, count in thread["histogram"].items()},
-        "execution": executions(beside),
-        "skipped": skipped(beside),
+        "execution": executions(during),
+        "skipped": skipped(during),
         "first_pose_ms": first_pose_ms(ticks, daemon.exec_ns),
     }
 
 
-def run_beside_cyclictest(args, cpus, work):
-    halves = [beside_cyclictest(args, order, work) for order in (cpus, cpus[::-1])]
+def run_with_cyclictest(args, cpus, work):
+    halves = [with_cyclictest(args, order, work) for order in (cpus, cpus[::-1])]
     both = {key: merged(*(half[key] for half in halves)) for key in ("odomd", "cyclictest", "execution")}
     run = {key: summary(counts) for key, counts in both.items()}
     run["ratio"] = {key: run["odomd"][key] / run["cyclictest"][key] for key in run["odomd"]}
@@ -201,7 +201,7 @@ def main():
         full = work / "full.log"
         compress(args.drive / "drive.log", FULL_TRAFFIC, full)
         result = {"cpus": cpus, "priority": PRIORITY, "seconds_per_half": args.seconds}
-        result["nominal"] = [run_beside_cyclictest(args, cpus, work) for _ in range(args.runs)]
+        result["nominal"] = [run_with_cyclictest(args, cpus, work) for _ in range(args.runs)]
         result["full"] = [run_full_traffic(args, full, cpus[0], work) for _ in range(args.runs)]
     json.dump(result, sys.stdout, indent=1)
     print()

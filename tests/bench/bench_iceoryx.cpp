@@ -1,9 +1,9 @@
 // The same pose through iceoryx, for comparison: publisher and subscriber in one process, the
-// broker (iox-roudi) beside it, as its own examples set them up.
+// broker (iox-roudi) running, as its own examples set them up.
 //
 // The sample is what odomd publishes in a tick: odom_pose and odom_details. A take gives a pointer
 // into shared memory; the reader looks at three doubles there and gives the chunk back, which is
-// the least that it can do: odom_latest, beside it in the table, copies the whole pose. What
+// the least that it can do: odom_latest, next to it in the table, copies the whole pose. What
 // iceoryx does for its price, and a slot of odomd does not: it queues samples, each subscriber has
 // its own, and a sample that is held is never overwritten.
 #include <benchmark/benchmark.h>

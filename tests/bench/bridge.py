@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""What a running bridge costs: the beat with and without it, and the bridge's own CPU time.
+"""The cost of a running bridge: the beat with and without it, and the bridge's own CPU time.
 
     bridge.py --bin DIRECTORY [--runs N] [--seconds S]
 
-A run is two halves of S seconds: odomd plays a simulated lap in real time, alone, and beside an odom
+A run is two halves of S seconds: odomd plays a simulated lap in real time, alone, and together with an odom
 bridge that sends every tick by DDS (over the loopback) and by UDP, where nobody listens. Which comes
 first alternates. The beat's percentiles are those of odomd's own status. Needs root, or the limits
 for SCHED_FIFO; wants a quiet machine. Prints Markdown.
@@ -35,7 +35,7 @@ def wait_for(path):
 
 
 def half(args, work, with_bridge):
-    """The beat's figures, and of the bridge its share of a CPU and its summary."""
+    """The beat's figures, and the bridge's share of a CPU and summary."""
     segment, status = work / "pose", work / "status.sock"
     command = [args.bin / "odomd", "--config", work / "drive/car.toml", "--can", work / "drive/drive.log"]
     command += ["--initial", "0,0,0", "--shm", segment, "--status-socket", status]
@@ -86,25 +86,25 @@ def main():
             check=True,
             stdout=subprocess.DEVNULL,
         )
-        alone, beside = [], []
+        alone, bridged = [], []
         for run in range(args.runs):
             for with_bridge in (False, True) if run % 2 == 0 else (True, False):
-                (beside if with_bridge else alone).append(half(args, work, with_bridge))
+                (bridged if with_bridge else alone).append(half(args, work, with_bridge))
 
     def median(halves, key):
         return statistics.median(one[key] for one in halves)
 
     load = os.getloadavg()[0]
     print(f"Medians of {args.runs} runs of {args.seconds:.0f} s; load average {load:.1f} on {os.cpu_count()} CPUs\n")
-    print("| | alone | beside a bridge |\n|---|---|---|")
+    print("| | alone | with a bridge |\n|---|---|---|")
     for part, name in FIGURES:
-        row = (median(alone, (part, name)), median(beside, (part, name)))
+        row = (median(alone, (part, name)), median(bridged, (part, name)))
         print(f"| {part.removesuffix('_us')}, {name} | {row[0]:.0f} µs | {row[1]:.0f} µs |")
-    print(f"| ticks missed, all runs | {sum(o['missed'] for o in alone)} | {sum(o['missed'] for o in beside)} |")
-    ticks = sum(one["said"]["ticks"] for one in beside)
-    lost = sum(one["said"]["lost"] for one in beside)
-    dds = sum(one["said"]["sinks"][0]["sent"] for one in beside)
-    print(f"| the bridge's share of a CPU | | {100 * median(beside, 'share'):.1f} % |")
+    print(f"| ticks missed, all runs | {sum(o['missed'] for o in alone)} | {sum(o['missed'] for o in bridged)} |")
+    ticks = sum(one["said"]["ticks"] for one in bridged)
+    lost = sum(one["said"]["lost"] for one in bridged)
+    dds = sum(one["said"]["sinks"][0]["sent"] for one in bridged)
+    print(f"| the bridge's share of a CPU | | {100 * median(bridged, 'share'):.1f} % |")
     print(f"| ticks followed, lost, sent by DDS | | {ticks}, {lost}, {dds} |")
 
 

@@ -1,5 +1,5 @@
-// Times the read of what another core has just written: the price of the cache lines that have to
-// come over, beside that of the instructions.
+// Times the read of what another core has just written: the cost of transferring the cache lines,
+// in addition to that of the instructions.
 //
 // For every read a second thread is asked for one write, and only then the read is timed, between
 // two readings of the clock. What is reported is the median of the reads ("p50_ns"), with the clock

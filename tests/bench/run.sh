@@ -1,11 +1,11 @@
 #!/bin/bash
 # All benchmarks, one table: bash tests/bench/run.sh [--quick] [--json FILE]
 #
-#   --quick      one short run, to see that it works; its figures are worth nothing
+#   --quick      one short run, to see that it works; its figures are not valid
 #   --json FILE  the table and the runs behind it
 #
 # Installs what it needs (Debian), builds, measures for about five minutes and prints Markdown. Wants
-# a quiet machine and, for SCHED_FIFO, root or its limits. What is measured, and how, is said at the
+# a quiet machine and, for SCHED_FIFO, root or its limits. What is measured, and how, is at the
 # head of beat.py and of each bench_*.cpp; what the figures are, in docs/realtime.md.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -34,7 +34,7 @@ clean_up() {
 trap clean_up EXIT
 trap 'exit 130' INT TERM
 
-# step COMMAND...: what is not the table goes to a log, and to people only when it fails.
+# step COMMAND...: other output goes to a log, and to standard error only on failure.
 step() { "$@" >>"$work/log" 2>&1 || { tail -n 20 "$work/log"; echo "run.sh: failed: $*"; exit 1; } >&2; }
 
 cat /proc/loadavg | cut -d ' ' -f 1-3 >"$work/load"

@@ -37,7 +37,7 @@ if ! printf '%s\n' "${libraries[@]}" | cmp -s - "$sysroot/packages"; then
   make_sysroot >build/logs/aarch64-sysroot.log 2>&1 || { tail -n 5 build/logs/aarch64-sysroot.log; exit 1; }
 fi
 
-# What tests start, they start through a script that starts the emulator: the kernel here cannot.
+# Tests start programs through a script that runs the emulator, as this kernel cannot run them.
 wrap_programs() {
   local program
   mkdir -p "$root/programs"
@@ -47,7 +47,7 @@ wrap_programs() {
   done
 }
 
-# What an emulator of user mode cannot do, and no fault of ours: these may fail.
+# Not possible in a user-mode emulator: these may fail.
 not_emulated=(
   # qemu knows no SO_TIMESTAMPING: the kernel's receive stamps
   FrameReceiverTest.StampsFramesOnTheMonotonicClock

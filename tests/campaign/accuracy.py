@@ -25,23 +25,23 @@ def arguments():
     parser.add_argument("--seeds", type=int, default=20, metavar="N",
                         help="drives of each course; default: 20")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives at a time; default: one a processor")
+                        help="drives in parallel; default: one per processor")
     parser.add_argument("--only", action="append", choices=bars.BARS, metavar="BAR",
                         help=f"this bar; several times: these. One of {', '.join(bars.BARS)}")
     parser.add_argument("--speed", action="append", type=float, choices=courses.SPEEDS, metavar="V",
-                        help="laps at this speed alone; several times: at these. One of "
+                        help="laps at this speed only; may be given several times. One of "
                              f"{', '.join(f'{speed:g}' for speed in courses.SPEEDS)} m/s")
     parser.add_argument("--slack", type=float, default=1.0, metavar="X",
-                        help="take limits to be so many times as wide: medians of a few seeds spread")
-    parser.add_argument("--model", default="full", help="which model is judged; default: full")
+                        help="widen the limits by this factor: medians of a few seeds scatter")
+    parser.add_argument("--model", default="full", help="the model to evaluate; default: full")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "build/accuracy", metavar="DIR",
                         help="folder for the table, charts and figures; default: build/accuracy")
-    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="all figures, for programs")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write all figures as JSON")
     parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
-                        help="keep the simulated drives here, and take those that are there already: "
+                        help="keep the simulated drives here, and reuse existing ones: "
                              "empty it when the simulator has changed")
     parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
-                        help="the program; default: that of the release build")
+                        help="the program; default: the one of the release build")
     given = parser.parse_args()
     if given.seeds < 1 or given.jobs < 1 or not given.slack >= 1:
         parser.error("--seeds, --jobs and --slack: 1 or more")
@@ -67,7 +67,7 @@ def measure_all(given, wanted, models):
 
 
 def recorded_drives(odom, models):
-    """The tables of the training drives; nothing where there are none."""
+    """The tables of the training drives; nothing if there are none."""
     if not os.environ.get("ODOMD_DRIVES"):
         return ""
     done = drives.run(ROOT / "tests/campaign/drives.py", "--training", "--odom", odom.resolve(),
@@ -79,8 +79,8 @@ def main():
     given = arguments()
     wanted = given.only or list(bars.BARS)
     speeds = given.speed or courses.SPEEDS
-    beside = ["kinematic", "paper"]
-    models = [*(model for model in beside if model != given.model), given.model]
+    compared = ["kinematic", "paper"]
+    models = [*(model for model in compared if model != given.model), given.model]
     given.out.mkdir(parents=True, exist_ok=True)
     begun = datetime.datetime.now(datetime.timezone.utc)
     try:
@@ -88,7 +88,7 @@ def main():
         recorded = "" if given.only else recorded_drives(given.odom, models)
     except drives.Failed as error:
         sys.exit(f"accuracy: {error}")
-    results = bars.Results(found, given.model, beside, speeds, given.slack)
+    results = bars.Results(found, given.model, compared, speeds, given.slack)
     rows = [(name, row) for name in bars.BARS if name in wanted for row in bars.BARS[name][0](results)]
 
     missed = sum(not row.met for _, row in rows)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether Fast DDS, the middleware of most ROS 2 installations, receives what odom bridge publishes.
+"""Checks that Fast DDS, the middleware of most ROS 2 installations, receives what odom bridge publishes.
 
     python3 tests/campaign/bridge_fastdds.py [--bin build/release/bin] [--seconds 10]
 
@@ -22,7 +22,7 @@ import time
 
 here = pathlib.Path(__file__).resolve().parent
 domain = "97"
-Sample = dict[str, dict[str, float]]  # what the JSON has of a tick, as far as it is looked at
+Sample = dict[str, dict[str, float]]  # the part of a tick's JSON that is checked
 
 
 class Cdr:
@@ -66,16 +66,16 @@ def same_turn(a: float, b: float) -> bool:
     return abs(math.remainder(a - b, 2 * math.pi)) < 1e-9
 
 
-def check_odometry(payload: bytes, told: dict[int, Sample]) -> None:
+def check_odometry(payload: bytes, expected: dict[int, Sample]) -> None:
     cdr = Cdr(payload)
     stamp, frame = cdr.header()
     assert (frame, cdr.text()) == ("odom", "base_link")
-    pose, velocity = told[stamp]["odom"], told[stamp]["velocity"]
+    pose, velocity = expected[stamp]["odom"], expected[stamp]["velocity"]
     assert cdr.numbers(3) == [pose["x"], pose["y"], 0]
     assert same_turn(yaw_of(cdr.numbers(4)), pose["yaw"])
     covariance = cdr.numbers(36)
-    sigma, off = told[stamp]["sigma"], told[stamp]["covariance"]
-    turn = pose["yaw"] - told[stamp]["map"]["yaw"]
+    sigma, off = expected[stamp]["sigma"], expected[stamp]["covariance"]
+    turn = pose["yaw"] - expected[stamp]["map"]["yaw"]
     c, s = math.cos(turn), math.sin(turn)
     xx, xy, yy = sigma["x"] ** 2, off["xy"], sigma["y"] ** 2
     wanted = {(0, 0): c * c * xx - 2 * c * s * xy + s * s * yy, (0, 1): c * s * (xx - yy) + (c * c - s * s) * xy,
@@ -88,11 +88,11 @@ def check_odometry(payload: bytes, told: dict[int, Sample]) -> None:
     assert cdr.numbers(6) == [velocity["x"], velocity["y"], 0, 0, 0, velocity["yaw"]]
     twist = cdr.numbers(36)
     for i, name in ((0, "x"), (1, "y"), (5, "yaw")):
-        assert math.isclose(twist[7 * i], told[stamp]["velocity_sigma"][name] ** 2, rel_tol=1e-6, abs_tol=1e-15)
+        assert math.isclose(twist[7 * i], expected[stamp]["velocity_sigma"][name] ** 2, rel_tol=1e-6, abs_tol=1e-15)
     cdr.end()
 
 
-def check_transforms(payload: bytes, told: dict[int, Sample]) -> None:
+def check_transforms(payload: bytes, expected: dict[int, Sample]) -> None:
     cdr = Cdr(payload)
     assert cdr.number("I") == 2
     found = {}
@@ -103,7 +103,7 @@ def check_transforms(payload: bytes, told: dict[int, Sample]) -> None:
         found[parent, child] = (x, y, yaw_of(cdr.numbers(4)))
         assert z == 0
     cdr.end()
-    odom, pose = told[stamp]["odom"], told[stamp]["map"]
+    odom, pose = expected[stamp]["odom"], expected[stamp]["map"]
     x, y, yaw = found["odom", "base_link"]
     assert (x, y) == (odom["x"], odom["y"]) and same_turn(yaw, odom["yaw"])
     at_x, at_y, turn = found["map", "odom"]  # composed they are the pose in the map
@@ -112,14 +112,14 @@ def check_transforms(payload: bytes, told: dict[int, Sample]) -> None:
     assert same_turn(turn + yaw, pose["yaw"])
 
 
-def listen(receiver: socket.socket, told: dict[int, Sample], end: threading.Event) -> None:
+def listen(receiver: socket.socket, expected: dict[int, Sample], end: threading.Event) -> None:
     while not end.is_set():
         try:
             datagram = receiver.recv(65536)
         except TimeoutError:
             continue
-        stamp = datagram.split(b":", 2)[1].split(b",")[0].decode()  # as it stands: no double has its digits
-        told[int(stamp.replace(".", ""))] = json.loads(datagram)["odomd"]
+        stamp = datagram.split(b":", 2)[1].split(b",")[0].decode()  # as text: a double does not have enough digits
+        expected[int(stamp.replace(".", ""))] = json.loads(datagram)["odomd"]
 
 
 def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
@@ -132,9 +132,9 @@ def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
     receiver.bind(("127.0.0.1", 0))
     receiver.settimeout(0.2)
-    told: dict[int, Sample] = {}
+    expected: dict[int, Sample] = {}
     end = threading.Event()
-    listener = threading.Thread(target=listen, args=(receiver, told, end))
+    listener = threading.Thread(target=listen, args=(receiver, expected, end))
     listener.start()
     environment = dict(os.environ)
     environment.pop("CYCLONEDDS_URI", None)
@@ -144,7 +144,7 @@ def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
                               env=environment)
     with open(folder / "samples", "w", encoding="ascii") as samples:
         read = subprocess.Popen([reader, domain, str(seconds + 6)], stdout=samples)
-    time.sleep(3)  # to find each other: what is sent before nobody gets
+    time.sleep(3)  # for discovery: messages sent before are lost
     daemon = subprocess.Popen([str(programs / "odomd"), "--config", str(folder / "lap/car.toml"), "--can",
                                str(folder / "lap/drive.log"), "--runtime-directory", str(folder), "--log-level", "error"])
     try:
@@ -159,7 +159,7 @@ def run(folder: pathlib.Path, programs: pathlib.Path, seconds: int) -> str:
     received = {"rt/odom": 0, "rt/tf": 0}
     for line in (folder / "samples").read_text(encoding="ascii").splitlines():
         topic, payload = line.split()
-        (check_odometry if topic == "rt/odom" else check_transforms)(bytes.fromhex(payload), told)
+        (check_odometry if topic == "rt/odom" else check_transforms)(bytes.fromhex(payload), expected)
         received[topic] += 1
     result = f"{by_dds} sent, {received['rt/odom']} of /odom and {received['rt/tf']} of /tf received and right"
     if by_dds == 0 or set(received.values()) != {by_dds}:

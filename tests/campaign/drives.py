@@ -32,24 +32,24 @@ def arguments() -> argparse.Namespace:
     every = sorted({part.drive for _, parts, _ in GROUPS for part in parts})
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     mode = parser.add_mutually_exclusive_group(required=True)
-    mode.add_argument("--training", action="store_true", help="the training drives alone")
+    mode.add_argument("--training", action="store_true", help="the training drives only")
     mode.add_argument("--judge", action="store_true", help="all drives, and append the figures to the log")
     then = parser.add_mutually_exclusive_group()
-    then.add_argument("--check", action="store_true", help="with --training: hold against training.csv")
+    then.add_argument("--check", action="store_true", help="with --training: compare with training.csv")
     then.add_argument("--update", action="store_true", help="with --training: write training.csv")
     parser.add_argument("--tolerance", type=float, default=training.TOLERANCE, metavar="X",
-                        help=f"what --check lets full be worse by; default: {training.TOLERANCE:g}")
+                        help=f"how much worse full may be with --check; default: {training.TOLERANCE:g}")
     parser.add_argument("--model", action="append", choices=measure.MODELS, metavar="MODEL",
                         help=f"this model; several times: these. Default: {', '.join(DEFAULT_MODELS)}")
     parser.add_argument("--only", action="append", choices=every, metavar="DRIVE",
                         help="this drive; several times: these")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="replays at a time; default: one a processor")
+                        help="replays in parallel; default: one per processor")
     parser.add_argument("--odom", type=pathlib.Path, metavar="FILE",
                         default=pathlib.Path(os.environ.get("ODOM", measure.ROOT / "build/release/bin/odom")),
-                        help="the program; default: $ODOM, else that of the release build")
+                        help="the program; default: $ODOM, else the one of the release build")
     parser.add_argument("--log", type=pathlib.Path, default=measure.ROOT / "docs/judged.md", metavar="FILE",
-                        help="what --judge appends to; default: docs/judged.md")
+                        help="the file that --judge appends to; default: docs/judged.md")
     given = parser.parse_args()
     if (given.check or given.update) and not given.training:
         parser.error("--check and --update go with --training")

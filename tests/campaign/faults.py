@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether the source flags tell what fails, and nothing else: every scenario of odom sim, many seeds.
+"""Checks that the source flags show what fails, and nothing else: every scenario of odom sim, many seeds.
 
 Each drive is taken once as it is (no flag may be raised, but for slipping wheels on ice), and once for
 every sensor and way to fail, from a random time on: the flag of that source must be raised within 0.5 s of
@@ -27,14 +27,14 @@ IMMEDIATE = ("non_finite", "out_of_range")
 PERIOD = {"camera": 0.035}  # s, of the slower sources
 DEFAULT_PERIOD = 0.01
 LIMIT = 0.5  # s
-STEP = 0.005  # s, of the ticks: what is shown within one is told at its end
+STEP = 0.005  # s, of the ticks: a flag within one is seen at its end
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of a scenario; default: 20")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives at a time; default: one a processor")
+                        help="drives in parallel; default: one per processor")
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release", metavar="DIR",
                         help="the build; default: build/release")
@@ -53,8 +53,8 @@ def run(*command):
 
 
 def measure(build, scenario, seed):
-    """What source_faults says of a drive: the lines, the first of the drive as it is. With a camera in
-    every second drive."""
+    """The output of source_faults for a drive: lines, the first for the drive without fault. With a camera in every
+    second drive."""
     with tempfile.TemporaryDirectory(prefix="faults-") as scratch:
         folder = pathlib.Path(scratch) / "drive"
         run(build / "bin/odom", "sim", "--scenario", scenario, "--seed", seed, "--out", folder)
@@ -112,9 +112,9 @@ def main():
             delay, others = judge(fault, lines[0]["flags"])
             row = rows[fault["source"], fault["kind"]]
             row["others"] += bool(others)
-            told = f"{scenario}, seed {seed}: {fault['source']} {fault['kind']} at {fault['begin']:.2f} s"
+            label = f"{scenario}, seed {seed}: {fault['source']} {fault['kind']} at {fault['begin']:.2f} s"
             if others and given.verbose:
-                print(f"{told}: {others[0][1]} {others[0][2]} at {others[0][0]:.2f} s", file=sys.stderr)
+                print(f"{label}: {others[0][1]} {others[0][2]} at {others[0][0]:.2f} s", file=sys.stderr)
             if fault["shown"] is None:
                 row["hidden"] += 1
                 continue
@@ -126,9 +126,9 @@ def main():
                 row["delays"].append(delay)
                 row["late"] += delay > limit + STEP
             if given.verbose and (delay is None or delay > limit + STEP):
-                print(f"{told}, shown at {fault['shown']:.2f} s: "
+                print(f"{label}, shown at {fault['shown']:.2f} s: "
                       f"{'missed' if delay is None else f'after {delay:.2f} s'}", file=sys.stderr)
-    print("\n| source | fails by | faults that show | median [s] | latest [s] | late | missed | others blamed |")
+    print("\n| source | fails by | faults that show | median [s] | latest [s] | late | missed | others flagged |")
     print("|---|---|--:|--:|--:|--:|--:|--:|")
     for (source, kind), row in rows.items():
         delays = row["delays"] or [float("nan")]

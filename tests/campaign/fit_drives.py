@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What `odom identify fit` is worth on recorded drives: fitted on one, judged on others.
+"""The gain of `odom identify fit` on recorded drives: fitted on one, evaluated on others.
 
   ODOMD_DRIVES=DIRECTORY tests/campaign/fit_drives.py [dart] [genesis]
 

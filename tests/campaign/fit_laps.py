@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What `odom identify fit` on one lap with a camera is worth on other laps, beside measuring by hand.
+"""The gain of `odom identify fit` on one lap with a camera for other laps, compared with measuring by hand.
 
   tests/campaign/fit_laps.py [SEEDS]
 
 For each of the simulated cars (8) a configuration as scale, cords and film measure it: mass to 5 g, axles to
 0.5 mm, stiffnesses to 1.5 %, yaw inertia to 0.5 %, standard uncertainties, the sensors as their
-data sheets have them. The fit begins with it, is told these uncertainties, and is given one lap at 1.5 m/s with
+data sheets have them. The fit starts from it, knows these uncertainties, and is given one lap at 1.5 m/s with
 its camera. Other laps of the same car, at other speeds and with the biases of another start, are replayed by
 dead reckoning with both. The table is Markdown, as it stands in docs/evaluation.md. Exit status 1 where the
 fit does not lower the errors of each lap, as a geometric mean over the cars.

@@ -27,23 +27,23 @@ def arguments():
     parser.add_argument("--seeds", type=int, default=10, metavar="N",
                         help="drives of each course; default: 10")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives at a time; default: one a processor")
+                        help="drives in parallel; default: one per processor")
     parser.add_argument("--only", action="append", choices=fullsize.BARS, metavar="BAR",
                         help=f"this bar; several times: these. One of {', '.join(fullsize.BARS)}")
     parser.add_argument("--course", action="append", metavar="NAME",
-                        help="courses whose name begins or ends so alone, such as bmw or lap-15; several "
-                             "times: these")
+                        help="only courses whose name begins or ends like this, such as bmw or lap-15; may be "
+                             "given several times")
     parser.add_argument("--slack", type=float, default=1.0, metavar="X",
-                        help="take limits to be so many times as wide: means of a few seeds spread")
-    parser.add_argument("--model", default="full", help="which model is judged; default: full")
+                        help="widen the limits by this factor: means of a few seeds scatter")
+    parser.add_argument("--model", default="full", help="the model to evaluate; default: full")
     parser.add_argument("--reference", default="inertial", metavar="MODEL",
-                        help="the model that it is to be better than; default: inertial")
-    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="all figures, for programs")
+                        help="the reference model that it must beat; default: inertial")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write all figures as JSON")
     parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
-                        help="keep the simulated drives here, and take those that are there already: "
+                        help="keep the simulated drives here, and reuse existing ones: "
                              "empty it when the simulator has changed")
     parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
-                        help="the program; default: that of the release build")
+                        help="the program; default: the one of the release build")
     given = parser.parse_args()
     if given.seeds < 1 or given.jobs < 1 or not given.slack >= 1:
         parser.error("--seeds, --jobs and --slack: 1 or more")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether odom identify tells the truth, and how exactly, on simulated cars that are not its model.
+"""How accurate odom identify and its stated uncertainties are, on simulated cars that differ from its model.
 
 Each method measures a car a seed, whose true values are known. The true value must lie within the stated
 2 sigma for 35 to 40 of 40 seeds (and in that proportion of others), and 2 sigma must be small enough where
@@ -37,7 +37,7 @@ def arguments():
     parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
                         help="keep the experiments here; default: they are removed")
     parser.add_argument("--odom", type=pathlib.Path, default=ROOT / "build/release/bin/odom", metavar="FILE",
-                        help="the program; default: that of the release build")
+                        help="the program; default: the one of the release build")
     given = parser.parse_args()
     if given.seeds < 1 or given.first < 0:
         parser.error("--seeds: 1 or more; --first: 0 or more")

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Whether odomd ever publishes a wrong pose in silence: every kind of fault on simulated drives.
+"""Checks whether odomd ever publishes a wrong pose in silence: every kind of fault on simulated drives.
 
 Each drive is replayed as it is, and once for every kind of fault, with its camera and without. Silent is a
 pose that is off by more than five of its own standard deviations with no condition set, in a mode of a
@@ -44,7 +44,7 @@ DOCUMENT = ROOT / "docs/reliability.md"
 MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -->\n")
 
 # Kinds that no other sensor of the set contradicts, and the parity that is missing: at most eight, by the
-# camera being off or on. They are reported, and held to no bar.
+# camera being off or on. They are reported without a bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
     False: {
         "gyro.scaled": "a yaw rate within 30 % of the gyro's; on a full-size car, steering and lateral acceleration "
@@ -73,7 +73,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20, metavar="N", help="drives of a scenario; default: 20")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
-                        help="drives at a time; default: one a processor")
+                        help="drives in parallel; default: one per processor")
     parser.add_argument("--scenario", action="append", choices=SCENARIOS, help="this one; several times: these")
     parser.add_argument("--kind", action="append", metavar="NAME",
                         help="this kind of fault, or all of a part (gyro), or the drives as they are (none); "
@@ -81,12 +81,12 @@ def arguments():
     parser.add_argument("--camera", choices=("on", "off", "both"), default="both",
                         help="replay with the camera, without, or both; default: both")
     parser.add_argument("--bin", type=pathlib.Path, default=ROOT / "build/release/bin", metavar="DIR",
-                        help="where odom and fault_runs are; default: those of the release build")
+                        help="folder of odom and fault_runs; default: the release build")
     parser.add_argument("--work", type=pathlib.Path, metavar="DIR",
                         help="keep the simulated drives here, and take those that are there already: empty it "
                              "when the simulator has changed")
-    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="every run, for programs")
-    parser.add_argument("--write", action="store_true", help="put the results into docs/reliability.md")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="write every run as JSON")
+    parser.add_argument("--write", action="store_true", help="write the results to docs/reliability.md")
     parser.add_argument("--verbose", action="store_true", help="name every run that is silent too long")
     given = parser.parse_args()
     if given.write and (given.scenario or given.kind or given.camera != "both"):
@@ -110,20 +110,20 @@ def run(*command):
 
 
 def kinds(given):
-    """What fault_runs is to try: all that it knows, or those that were asked for."""
+    """The kinds for fault_runs: all that it knows, or the requested ones."""
     every = run(given.bin / "fault_runs", "--list").split()
     if not given.kind:
         return every
     chosen = []
     for one in given.kind:
         found = [kind for kind in every if kind == one or kind.startswith(one + ".")]
-        # A kind that is not tried by itself may be asked for; fault_runs knows whether it is one.
+        # A kind outside the default set may be requested; fault_runs checks whether it exists.
         chosen += found or ([] if one == "none" else [one])
     return list(dict.fromkeys(chosen))
 
 
 def measure(given, scenario, seed, wanted):
-    """The lines of fault_runs of a drive."""
+    """The output lines of fault_runs for a drive."""
     with tempfile.TemporaryDirectory(prefix="integrity-") as scratch:
         folder = (given.work or pathlib.Path(scratch)) / f"{scenario}-{seed}"
         if not (folder / "truth.csv").exists():
@@ -135,7 +135,7 @@ def measure(given, scenario, seed, wanted):
 
 
 def silence(one):
-    """What the bar is about [s]: without a camera every silence, with one the gross ones."""
+    """The quantity of the bar [s]: without a camera every silence, with one the gross ones."""
     return one["silent_gross_s"] if one["camera"] and one["kind"] != "none" else one["silent_s"]
 
 

@@ -2,7 +2,7 @@
 # Kills of the daemon at any moment: kill.sh [KILLS], default 10000. odomd is killed with SIGKILL after
 # 20 to 70 ms of a drive, again and again, while three readers follow the pose. Asserts that readers
 # see only whole poses (on the grid of their instance, ticks that rise, finite, variances that are
-# none below zero), that each goes over to every successor or a later one, and that every successor
+# not negative), that each attaches to every successor or a later one, and that every successor
 # resumes from its predecessor, if that is younger than 2 s. Ends with a dated summary line.
 set -uo pipefail
 cd "$(dirname "$0")/../.."

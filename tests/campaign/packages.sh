@@ -47,7 +47,7 @@ cd "$(mktemp -d)" || exit 1
 unit=odomd@can0
 names='odomd odom-tools libodom0 libodom-dev python3-odom odom-bridge odom-track odom-fit'
 
-# does NAME COMMAND...: the command, which is to succeed; what it said otherwise.
+# does NAME COMMAND...: the command must succeed; else prints its output.
 does() {
   local name=$1 said
   shift
@@ -73,7 +73,7 @@ says "there is a user odomd, who cannot log in" ':/usr/sbin/nologin$' getent pas
 says "its unit is there" '^odomd@.service +disabled' systemctl list-unit-files 'odomd@*'
 says "the receive buffers may be large" '= 1048576' sysctl net.core.rmem_max
 says "odomd may hold the CPUs awake" 'odomd 660' stat -c '%G %a' /dev/cpu_dma_latency
-says "a stranger is told what is missing" 'no such segment: is odomd running' as_newcomer "odom pose"
+says "a new user sees what is missing" 'no such segment: is odomd running' as_newcomer "odom pose"
 
 echo "-- bring the bus up"
 cp /usr/lib/systemd/network/80-can0.network.example /etc/systemd/network/80-can0.network
@@ -99,7 +99,7 @@ does "it hears the car on the bus" await 30 status '.can[0].received > 200 and .
 does "and knows where it is" await 30 status '.mode == "dead_reckoning" and .pose.x * .pose.x > 0.01'
 
 echo "-- look at it, who may do what"
-says "who is not in the group is told so" 'refused: untrusted owner|not allowed' as_newcomer "odom pose"
+says "a user outside the group gets that message" 'refused: untrusted owner|not allowed' as_newcomer "odom pose"
 does "a user joins the group" usermod -aG odom newcomer
 does "and sees the pose" as_newcomer "odom pose"
 does "and the status" as_newcomer "odom status"
@@ -119,7 +119,7 @@ done < <(grep -E '^[ds-][rwx-]{9} .* /run/odomd' "$page")
 echo "-- a camera"
 printf '\n[camera]\n' >>/etc/odomd/can0.toml
 does "the service is restarted with a [camera] table" systemctl restart $unit
-says "whoever may not send is told so" 'camera.sock: not allowed; join the group' \
+says "a user who may not send gets that message" 'camera.sock: not allowed; join the group' \
   as_newcomer "odom camera send --pose 1.20,0.35,1.57"
 does "a user joins the senders" usermod -aG odomd-camera newcomer
 does "and sends" as_newcomer "odom camera send --pose 1.20,0.35,1.57"

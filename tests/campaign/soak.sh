@@ -1,7 +1,7 @@
 #!/bin/bash
 # Drives the simulated car into odomd for a long time, natively and in real time, from standard input,
-# with the camera on its socket: nothing may be lost, leak or fall behind. Beside it runs cyclictest,
-# for what a beat is worth on this machine at this hour. Ends with a dated summary line.
+# with the camera on its socket: nothing may be lost, leak or fall behind. At the same time runs cyclictest,
+# for the latencies of this machine at the time. Ends with a dated summary line.
 #
 #   soak.sh [SECONDS]   (default 3600)
 set -uo pipefail

@@ -1,5 +1,5 @@
-// Makes the sensors of one drive fail, one at a time, and says when the source monitor tells: a
-// line of JSON a fault, and one for the drive as it is. For tests/campaign/faults.py.
+// Makes the sensors of one drive fail, one at a time, and prints when the source monitor reports
+// it: a line of JSON a fault, and one for the drive as it is. For tests/campaign/faults.py.
 //
 //   source_faults CONFIG LOG CAMERA|- SEED
 #include <cstdio>
@@ -19,11 +19,11 @@ double seconds(std::int64_t ns) {
   return static_cast<double>(ns) * 1e-9;
 }
 
-void tell(const std::string& head, const MonitoredDrive& drive,
-          const std::vector<FlagChange>& told) {
+void print(const std::string& head, const MonitoredDrive& drive,
+           const std::vector<FlagChange>& changes) {
   const std::int64_t start_ns = drive.events.front().tick_ns;
   std::string flags;
-  for (const FlagChange& change : told)
+  for (const FlagChange& change : changes)
     flags += fmt::format(R"({}[{:.3f}, "{}", "{}"])", flags.empty() ? "" : ", ",
                          seconds(change.tick_ns - start_ns),
                          estimator::source_names[static_cast<std::size_t>(change.source)],
@@ -39,7 +39,7 @@ int run(int argc, char** argv) {
   const MonitoredDrive drive =
       load_drive(daemon::load_config(argv[1]), argv[2], std::string(argv[3]) == "-" ? "" : argv[3]);
   std::mt19937 random(static_cast<unsigned>(std::stoul(argv[4])));
-  tell("", drive, monitored(drive));
+  print("", drive, monitored(drive));
 
   const std::int64_t start_ns = drive.events.front().tick_ns;
   const std::int64_t end_ns = drive.events.back().tick_ns;
@@ -52,10 +52,10 @@ int run(int argc, char** argv) {
     const std::optional<std::int64_t> shown_ns = shown_at(drive, failed, one);
     const std::string shown =
         shown_ns ? fmt::format("{:.3f}", seconds(*shown_ns - start_ns)) : "null";
-    tell(fmt::format(R"("source": "{}", "kind": "{}", "begin": {:.3f}, "shown": {}, )",
-                     estimator::source_names[static_cast<std::size_t>(fault.source)],
-                     name_of(fault.kind), seconds(fault.begin_ns - start_ns), shown),
-         failed, monitored(failed));
+    print(fmt::format(R"("source": "{}", "kind": "{}", "begin": {:.3f}, "shown": {}, )",
+                      estimator::source_names[static_cast<std::size_t>(fault.source)],
+                      name_of(fault.kind), seconds(fault.begin_ns - start_ns), shown),
+          failed, monitored(failed));
   }
   return 0;
 }

@@ -2,7 +2,7 @@
 # How long from exec to the first pose, natively: start.sh [STARTS], default 20. Starts odomd with
 # frames ready on its standard input, kills it with its first pose, and starts it again; then once more
 # with all threads ahead of the machine's other work, for what the start itself takes. Ends with a
-# dated summary line; fails where the median takes longer than 150 ms.
+# dated summary line; fails if the median is longer than 150 ms.
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 starts=${1:-20}
@@ -17,7 +17,7 @@ trap 'rm -rf "$work" "/dev/shm$shm" "/dev/shm$shm.lock"' EXIT
 # The drive begins on the move: the first frames carry a speed.
 "$bin/odom" sim --duration 5 --standstill 0 --out "$work/car" >/dev/null || exit 1
 
-# measure COMMAND...: both times of so many starts, started by COMMAND.
+# measure COMMAND...: both times of all starts, started by COMMAND.
 measure() {
   "$@" "$bin/first_pose" "$bin/odomd" "$work/car/car.toml" "$work/car/drive.log" "$shm" "$starts" | tr '\n' ' '
 }

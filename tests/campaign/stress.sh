@@ -21,7 +21,7 @@ ODOMD_STRESS_READS=$reads ODOMD_STRESS_KILLS=$kills \
 status=$?
 [ $status = 0 ] || grep -E 'Failure|FAILED' "$log"
 
-# Only for the moment: a real-time loop elsewhere would hold its CPU for good.
+# Only for a moment: a real-time loop elsewhere would block its CPU for good.
 throttle=/proc/sys/kernel/sched_rt_runtime_us
 before=$(cat $throttle)
 restore() { [ "$(cat $throttle)" = "$before" ] || echo "$before" >$throttle; }

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Ten minutes of full traffic, natively, beside cyclictest: traffic.sh [SECONDS [CPU]]
+# Ten minutes of full traffic, natively, next to cyclictest: traffic.sh [SECONDS [CPU]]
 #
 # odomd takes 8,000 frames/s from a paced log and the camera's poses, is read by four clients, and runs
 # on one CPU together with a cyclictest of the same interval and phase (both wake at the multiples of the

@@ -66,7 +66,7 @@ class Controller:
         return self._process.poll() is None
 
     def wait(self) -> int:
-        return self._process.wait(support.PATIENCE)
+        return self._process.wait(support.TIMEOUT)
 
     def kill(self) -> None:
         self._process.kill()

@@ -1,4 +1,4 @@
-"""The controllers survive the daemon: kill -9, and they stop; a successor, and they go on."""
+"""The controllers survive the daemon: they stop after kill -9, and continue with the next daemon."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Restart(unittest.TestCase):
         arguments = [
             *("--path", str(self.drive / "truth.csv")),
             *("--shm", str(self.directory.path / "pose")),
-            # Without a camera, and grown for the gap: how sure the pose is, is not the matter here.
+            # Without a camera, and grown during the gap: the pose's uncertainty does not matter here.
             *("--max-sigma", "100", "--max-sigma-yaw", "100"),
         ]
         self.controllers = [Controller(n, self.directory.path, arguments) for n in programs()]

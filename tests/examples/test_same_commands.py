@@ -69,7 +69,7 @@ class SameCommands(unittest.TestCase):
         }
 
     def agreed(self) -> dict[int, Row]:
-        """What all have said, by tick, but for where one of them was kept waiting too long."""
+        """The commands of all, by tick, except where one of them was delayed too long."""
         spoken = [
             {r.tick - self.first: line for r, line in zip(c.rows(), c.lines()) if r.tick > self.first}
             for c in self.controllers
@@ -188,7 +188,7 @@ class SameCommands(unittest.TestCase):
                     [*program, "--path", str(self.path)],
                     capture_output=True,
                     text=True,
-                    timeout=support.PATIENCE,
+                    timeout=support.TIMEOUT,
                 )
                 self.assertEqual(result.returncode, 2, (name, text, result))
                 self.assertEqual(len(result.stderr.splitlines()), 1, (name, text, result))

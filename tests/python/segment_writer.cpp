@@ -1,4 +1,4 @@
-// A writer that does as it is told, for tests of clients in other languages.
+// A segment writer driven by commands, for tests of clients in other languages.
 //   segment_writer PATH PERIOD_NS
 // Commands come on standard input, one a line, and each is answered by a line "ok" on standard
 // output; in between the heartbeat goes on, until "silence". It ends with its input.

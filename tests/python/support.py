@@ -1,5 +1,5 @@
-"""What the tests of clients share: a segment that does as it is told, odomd on a simulated drive, and
-patience. Everything is awaited with generous limits; machines may be slow and busy."""
+"""What the tests of clients share: a segment driven by commands, odomd on a simulated drive, and
+timeouts. Timeouts are generous: machines may be slow and busy."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-PATIENCE = 60.0  # s
+TIMEOUT = 60.0  # s
 BIN = Path(os.environ["ODOMD_BIN"])
 
 
 def await_(condition: Callable[[], object], what: Callable[[], str] = lambda: "") -> None:
     """Tries until the condition holds."""
-    until = time.monotonic() + PATIENCE
+    until = time.monotonic() + TIMEOUT
     while not condition():
         if time.monotonic() > until:
-            raise AssertionError(f"waited {PATIENCE:.0f} s in vain: {what()}")
+            raise AssertionError(f"waited {TIMEOUT:.0f} s in vain: {what()}")
         time.sleep(0.01)
 
 
 class Directory:
-    """A directory that goes with the test."""
+    """A directory that is removed with the test."""
 
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="odomd-clients-"))
@@ -35,7 +35,7 @@ class Directory:
 
 
 class Segment:
-    """tests/python/segment_writer: poses one by one, at the test's word."""
+    """tests/python/segment_writer: poses one by one, on the test's command."""
 
     def __init__(self, path: Path, period: float) -> None:
         self._process = subprocess.Popen(
@@ -53,17 +53,17 @@ class Segment:
         if answer != "ok\n":
             raise AssertionError(f"segment_writer: {answer!r}")
 
-    def tell(self, command: str) -> None:
+    def send(self, command: str) -> None:
         assert self._process.stdin is not None
         self._process.stdin.write(command + "\n")
         self._process.stdin.flush()
         self._await_ok()
 
     def publish(self, **fields: float) -> None:
-        self.tell("publish " + " ".join(f"{name}={value!r}" for name, value in fields.items()))
+        self.send("publish " + " ".join(f"{name}={value!r}" for name, value in fields.items()))
 
     def silence(self) -> None:
-        self.tell("silence")
+        self.send("silence")
 
     def kill(self) -> None:
         """kill -9."""

@@ -38,7 +38,7 @@ class Camera(unittest.TestCase):
         self.assertEqual((message.x, message.y, message.yaw), (1.0, 2.0, 3.0))
         self.assertEqual((message.sigma_x, message.sigma_y, message.sigma_yaw), (0.1, 0.2, 0.3))
 
-    def test_what_cannot_be_sent_is_told(self) -> None:
+    def test_reports_what_cannot_be_sent(self) -> None:
         with self.assertRaises(FileNotFoundError):
             odom.CameraSender(self.path)
         self.listen()

@@ -1,4 +1,4 @@
-"""The client, on a segment whose writer does as it is told."""
+"""The client, on a segment whose writer takes commands."""
 
 from __future__ import annotations
 
@@ -95,20 +95,20 @@ class ClientTest(unittest.TestCase):
         client = self.client()
         first = client.latest()
         arrived: list[odom.Pose] = []
-        waiter = threading.Thread(target=lambda: arrived.append(client.wait(first, support.PATIENCE)))
+        waiter = threading.Thread(target=lambda: arrived.append(client.wait(first, support.TIMEOUT)))
         waiter.start()
         support.await_(client._in_use._lock.locked)
         with self.assertRaisesRegex(RuntimeError, "one thread at a time"):
             client.info()
         segment.publish(x=2.0)
-        waiter.join(support.PATIENCE)
+        waiter.join(support.TIMEOUT)
         self.assertEqual([pose.x for pose in arrived], [2.0])
 
     def test_a_long_wait_takes_the_first_pose_that_there_is(self) -> None:
         segment = self.segment()
         client = self.client()
         arrived: list[odom.Pose] = []
-        waiter = threading.Thread(target=lambda: arrived.append(client.wait(None, support.PATIENCE)))
+        waiter = threading.Thread(target=lambda: arrived.append(client.wait(None, support.TIMEOUT)))
         waiter.start()
         waiter.join(0.5)  # it has looked, found nothing, and looked again
         while waiter.is_alive():  # on a busy machine it may not even have begun
@@ -136,7 +136,7 @@ class ClientTest(unittest.TestCase):
         self.assertIs(client.read_into(raw), odom.Status.OK)
         self.assertEqual((raw.tick, raw.x), (1, 1.0))
         segment.publish(x=2.0)
-        self.assertIs(client.wait_into(raw, support.PATIENCE), odom.Status.OK)
+        self.assertIs(client.wait_into(raw, support.TIMEOUT), odom.Status.OK)
         self.assertEqual((raw.tick, raw.x), (2, 2.0))
         self.assertIs(client.wait_into(raw, 0.0), odom.Status.TIMEOUT)
         self.assertEqual((raw.tick, raw.x), (2, 2.0))
@@ -180,14 +180,14 @@ class ClientTest(unittest.TestCase):
         second = self.segment()
         self.assertTrue(client.stale)  # it has not published yet
         second.publish(x=2.0, reset_count=1)
-        pose = client.wait(last, support.PATIENCE)
+        pose = client.wait(last, support.TIMEOUT)
         self.assertEqual((pose.tick, pose.x, pose.reset_count), (1, 2.0, 1))
         self.assertNotEqual(client.info().instance_id, before.instance_id)
 
-    def test_info_and_beat_are_told(self) -> None:
+    def test_reports_info_and_beat(self) -> None:
         segment = self.segment(0.5)
         segment.publish()
-        segment.tell("missed 7")
+        segment.send("missed 7")
         client = self.client()
         info = client.info()
         self.assertEqual((info.period_ns, info.model, info.version), (500_000_000, "paper", "0.1.0"))
@@ -198,7 +198,7 @@ class ClientTest(unittest.TestCase):
         self.assertEqual(client.to_clock(odom.Clock.REALTIME, now), now + info.realtime_offset_ns)
         self.assert_status(odom.Status.INVALID, client.to_clock, odom.Clock.LOG, now)
 
-    def test_what_cannot_be_opened_is_told(self) -> None:
+    def test_reports_what_cannot_be_opened(self) -> None:
         self.assert_status(odom.Status.NO_SEGMENT, odom.Client, self.path)
         self.assert_status(odom.Status.INVALID, odom.Client, "no-slash")
         self.assert_status(odom.Status.INVALID, odom.Client, "/with\0nul")

@@ -46,14 +46,14 @@ TEST_F(Demo, KeepsAnEarlierOutputWhereAnOptionIsWrong) {
     const Outcome outcome = run(wrong);
     EXPECT_EQ(outcome.status, 2) << wrong;
     EXPECT_THAT(outcome.err, HasSubstr("odom sim: ")) << wrong;
-    EXPECT_THAT(outcome.err, HasSubstr(std::string("demo: mend ODOMD_DEMO_ARGUMENTS='") + wrong))
+    EXPECT_THAT(outcome.err, HasSubstr(std::string("demo: fix ODOMD_DEMO_ARGUMENTS='") + wrong))
         << wrong;
     EXPECT_EQ(earlier(), "an earlier one") << wrong;
   }
   for (const char* no_drive : {"--help", "--list"}) {
     const Outcome outcome = run(no_drive);
     EXPECT_EQ(outcome.status, 2) << no_drive;
-    EXPECT_THAT(outcome.err, HasSubstr("demo: mend ODOMD_DEMO_ARGUMENTS='")) << no_drive;
+    EXPECT_THAT(outcome.err, HasSubstr("demo: fix ODOMD_DEMO_ARGUMENTS='")) << no_drive;
     EXPECT_EQ(earlier(), "an earlier one") << no_drive;
   }
 }

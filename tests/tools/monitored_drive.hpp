@@ -196,7 +196,7 @@ inline std::vector<FlagChange> monitored(const MonitoredDrive& drive) {
   return changes;
 }
 
-/// A way to fail, and by how much the values must be off before others can tell [its unit].
+/// A way to fail, and the smallest error that other sources can detect [its unit].
 struct FaultCase {
   Fault fault;
   double visible = 0.0;

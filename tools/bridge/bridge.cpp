@@ -42,15 +42,15 @@ class Bridge {
     return options_.duration_s > 0.0 && elapsed() >= options_.duration_s;
   }
 
-  // Nothing: told to end before one came.
+  // Returns nothing if the bridge was stopped before a daemon came.
   std::optional<odom::Client> wait_for_daemon() {
     const char* const name = options_.shm.empty() ? nullptr : options_.shm.c_str();
-    for (bool told = false; !interrupt_.requested(); told = true) {
+    for (bool reported = false; !interrupt_.requested(); reported = true) {
       auto opened = odom::Client::open(name);
       if (opened.has_value()) return std::move(opened.value);
-      // What is not a matter of time, or took too long: in the words of everybody who attaches.
+      // For any other error, or after the time limit, attach() throws the usual message.
       if (opened.status != ODOM_NO_SEGMENT || time_is_up()) return attach(options_.shm, 0.0);
-      if (!told)
+      if (!reported)
         say("odom bridge: waiting for the daemon: " + segment_asked_for(options_.shm) + ": " +
             opened.message());
       std::this_thread::sleep_for(std::chrono::milliseconds{50});
@@ -59,17 +59,18 @@ class Bridge {
   }
 
   void follow(odom::Client client) {
-    constexpr std::chrono::milliseconds patience{100};
+    constexpr std::chrono::milliseconds timeout{100};
     TickFollower follower{std::move(client)};
     bool silent = false;
     while (!interrupt_.requested() && !time_is_up()) {
       const auto status =
-          follower.follow(patience, [&](const odom_pose& pose) { take(follower.client(), pose); });
+          follower.follow(timeout, [&](const odom_pose& pose) { take(follower.client(), pose); });
       counts_ = follower.counts();
       if (status == ODOM_OK) {
         silent = false;
       } else if (status == ODOM_STALE) {
-        if (!silent) std::cerr << "odom bridge: the daemon fell silent; waiting for it\n";
+        if (!silent)
+          std::cerr << "odom bridge: the daemon has stopped publishing; waiting for it\n";
         silent = true;
       } else if (status != ODOM_TIMEOUT && status != ODOM_NO_POSE && status != ODOM_BUSY) {
         throw std::runtime_error(odom_strstatus(status));

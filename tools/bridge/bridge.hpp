@@ -9,10 +9,10 @@
 
 namespace odomd::tools {
 
-/// Sends until INT, TERM, or the end of the duration, and says what was sent. It waits for a daemon
-/// that is not there, and goes on with its successor. A reader of the segment like any other: it
-/// cannot hold the daemon up. Throws std::invalid_argument for a name that is no segment's,
-/// std::runtime_error where the segment is refused, or the duration passed without a daemon.
+/// Sends until INT, TERM or the end of the duration, then prints a summary. Waits if there is no
+/// daemon, and reconnects when it restarts. It only reads the segment, so it cannot delay the
+/// daemon. Throws std::invalid_argument for an invalid segment name, std::runtime_error if the
+/// segment is refused or the duration passed without a daemon.
 void run_bridge(const BridgeOptions& options, const std::vector<std::unique_ptr<Sink>>& sinks);
 
 }  // namespace odomd::tools

@@ -22,12 +22,12 @@ using TransformMessage = tf2_msgs_msg_dds__TFMessage_;
 
 dds_entity_t made(dds_entity_t entity, const std::string& what) {
   if (entity < 0)
-    throw std::runtime_error(fmt::format("{}: {}; CYCLONEDDS_URI says which network it uses", what,
+    throw std::runtime_error(fmt::format("{}: {}; CYCLONEDDS_URI sets the network it uses", what,
                                          dds_strretcode(-entity)));
   return entity;
 }
 
-// What ROS 2 sends by default. A reader that does not keep up may hold us for so long, not more.
+// The default of ROS 2. A reader that does not keep up blocks us for this time at most.
 struct WriterQos {
   explicit WriterQos(std::int32_t depth) : qos(dds_create_qos()) {
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(5));

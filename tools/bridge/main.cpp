@@ -1,5 +1,5 @@
-// odom-bridge: odom bridge where ROS 2 topics are wanted. A program of its own, so that odom itself
-// needs no DDS, and a car that has no use for it does not install it.
+// odom-bridge: odom bridge with ROS 2 topics. A separate program, so that odom itself does not
+// depend on DDS.
 #include <memory>
 #include <vector>
 
@@ -14,7 +14,7 @@ namespace odomd::tools {
 namespace {
 
 void bridge(const BridgeOptions& options) {
-  // Before DDS starts threads of its own: the signals are for ours.
+  // Before DDS starts its own threads: the signals must reach ours.
   const Interrupt held_back;
   std::vector<std::unique_ptr<Sink>> sinks;
   if (options.wants_ros()) sinks.push_back(open_dds(options));

@@ -54,7 +54,7 @@ estimator::Pose2 correction_of(const odom_pose& pose) {
 }
 
 PlanarQuaternion quaternion_of(double yaw) {
-  // Unwrapped yaw: half of it may be any turn, the quaternion's sign is to be one and the same.
+  // The yaw is unwrapped, so half of it may have any size; keep the quaternion's sign consistent.
   const double half = 0.5 * std::remainder(yaw, 2.0 * 3.14159265358979323846);
   return {std::sin(half), std::cos(half)};
 }

@@ -10,13 +10,13 @@
 
 namespace odomd::tools {
 
-/// Of axes that a planar pose does not observe (z, roll, pitch): "do not use".
+/// Variance of axes that a planar pose does not observe (z, roll, pitch): "do not use".
 inline constexpr double unobserved_variance = 1e6;
 
 /// 6x6 by rows, over x, y, z and the rotations about x, y and z.
 using Covariance6 = std::array<double, 36>;
 
-/// In which frame the message gives the pose.
+/// The frame of the pose in the message.
 enum class PoseFrame : std::uint8_t { odom, map };
 
 struct Odometry {
@@ -30,8 +30,8 @@ struct Odometry {
 
 [[nodiscard]] Odometry odometry_of(const BridgeSample& sample, PoseFrame frame);
 
-/// The odometry frame's place in the map: what a jump of the map pose changes. Composed with the
-/// pose in the odometry frame it is the pose in the map.
+/// The odometry frame's pose in the map; a jump of the map pose changes it. Composed with the pose
+/// in the odometry frame it gives the pose in the map.
 [[nodiscard]] estimator::Pose2 correction_of(const odom_pose& pose);
 [[nodiscard]] estimator::Pose2 correction_between(const estimator::Pose2& map,
                                                   const estimator::Pose2& odom);

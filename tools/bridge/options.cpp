@@ -38,7 +38,7 @@ std::string problem_of_name(const std::string& text) {
   const bool has_blanks = text.find_first_of(" \t\n") != std::string::npos;
   if (!text.empty() && text.size() <= longest && !has_blanks) return "";
   return tools::quoted(text) +
-         " is no name of a frame; it has letters and no blanks, at most 255 bytes: base_link";
+         " is not a frame name: letters without blanks, at most 255 bytes, such as base_link";
 }
 
 }  // namespace
@@ -46,22 +46,22 @@ std::string problem_of_name(const std::string& text) {
 void describe_bridge(Command command, BridgeOptions& options) {
   command.description("Publish the pose for other programs: ROS 2 topics, JSON over UDP");
   command.add_flag("--ros", options.ros,
-                   "ROS 2 topics /odom and /tf by DDS; default where nothing else is named");
+                   "ROS 2 topics /odom and /tf by DDS; default if no other output is given");
   command
       .add_option("--udp", options.udp,
-                  "JSON to this address, for PlotJuggler; without one: 127.0.0.1:9870")
+                  "JSON to this address, for PlotJuggler; default address: 127.0.0.1:9870")
       .value_if_none(plotjuggler_address)
       .type_name("HOST:PORT");
   add_segment_option(command, options.shm);
   command
       .add_option("--rate", options.rate_hz,
-                  "So many poses a second, every tick at the most [Hz]; default: 50")
+                  "Poses per second, at most every tick [Hz]; default: 50")
       .check(problem_of_rate)
       .type_name("HZ");
   command.add_option("--domain", options.domain, "DDS domain, 0 to 232; else $ROS_DOMAIN_ID, or 0")
       .type_name("N");
   add_choice(command, "--frame", options.frame, frames(),
-             "In which frame /odom gives the pose; default: odom");
+             "Frame of the pose in /odom; default: odom");
   add_choice(command, "--tf", options.transforms, transforms(),
              "Transforms on /tf: map to odom to base, odom to base alone, none; default: all");
   command.add_option("--frame-map", options.names.map, "Name of the map's frame; default: map")
@@ -76,19 +76,19 @@ void describe_bridge(Command command, BridgeOptions& options) {
                   "Name of the car's frame, at its centre of gravity; default: base_link")
       .check(problem_of_name)
       .type_name("NAME");
-  command.add_option("--duration", options.duration_s, "End after so long [s]")
+  command.add_option("--duration", options.duration_s, "End after this time [s]")
       .positive()
       .type_name("S");
-  command.add_flag("--json", options.json, "What was sent as JSON, on standard output");
+  command.add_flag("--json", options.json, "Print the summary as JSON on standard output");
   command.footer(
       "Examples:\n"
       "  odom bridge\n"
       "  odom bridge --domain 7 --rate 100 --frame-base cog\n"
       "  odom bridge --udp\n"
       "  odom bridge --ros --udp 192.168.1.20:9870\n"
-      "It waits for the daemon, and goes on with its successor. INT and TERM end it, with a "
+      "It waits for the daemon and reconnects when that restarts. INT and TERM end it, with a "
       "summary\n"
-      "on standard error. docs/bridge.md tells what is in the topics.");
+      "on standard error. docs/bridge.md describes the topics.");
 }
 
 std::vector<std::string> arguments_of(const BridgeOptions& options) {

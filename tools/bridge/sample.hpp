@@ -1,4 +1,4 @@
-// What the bridge hands to those who send it on.
+// What the bridge passes to its sinks.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace odomd::tools {
 
-/// A published pose. The details are of the same tick, or of the newest where the bridge fell
-/// behind and had the pose from the history, which keeps no details for it.
+/// A published pose. The details are of the same tick, or of the newest one if the bridge fell
+/// behind and fetched the pose from the history, which keeps no details.
 struct BridgeSample {
   odom_pose pose{};
   odom_details details{};
   std::int64_t realtime_ns = 0;  ///< when the pose is valid, CLOCK_REALTIME
 };
 
-/// Somebody to send samples to. One thread.
+/// Sends samples. One thread.
 class Sink {
  public:
   Sink() = default;
@@ -29,8 +29,9 @@ class Sink {
 
   struct Counts {
     std::uint64_t sent = 0;
-    std::uint64_t dropped = 0;   ///< could not be sent
-    std::uint64_t withheld = 0;  ///< not sent: a pose in the mode fault, to those who know no modes
+    std::uint64_t dropped = 0;  ///< could not be sent
+    std::uint64_t withheld =
+        0;  ///< poses in the mode fault that were not sent, as the format has no modes
   };
   [[nodiscard]] const Counts& counts() const { return counts_; }
   [[nodiscard]] const std::string& name() const { return name_; }

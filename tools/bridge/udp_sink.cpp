@@ -75,7 +75,7 @@ class UdpSink : public Sink {
     for (int attempt = 0; attempt < 2 && sent < 0; ++attempt) {
       sent = ::send(socket_.get(), text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
       if (sent >= 0 || errno != ECONNREFUSED) break;
-      // Nobody listened to the last one, and this one was not sent yet.
+      // An error for the previous datagram (nobody listens): this one has not been sent yet.
       if (counts_.sent > 0) --counts_.sent;
       ++counts_.dropped;
     }

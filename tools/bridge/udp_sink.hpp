@@ -1,4 +1,4 @@
-// Poses as JSON over UDP, an object a datagram: PlotJuggler's UDP server reads it.
+// Poses as JSON over UDP, one object per datagram, for PlotJuggler's UDP server.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace odomd::tools {
 
-/// Where PlotJuggler listens unless it is told otherwise.
+/// The address that PlotJuggler listens on by default.
 inline constexpr const char* plotjuggler_address = "127.0.0.1:9870";
 
 /// {"timestamp": seconds, "odomd": {"tick": ..., "map": {"x": ...}, ..., "mode_name": "tracking"}},
@@ -16,7 +16,7 @@ inline constexpr const char* plotjuggler_address = "127.0.0.1:9870";
 [[nodiscard]] std::string sample_json(const BridgeSample& sample);
 
 /// Sends to HOST:PORT ([::1]:9870 for IPv6). Nobody needs to listen. Throws std::invalid_argument
-/// for an address that is none, std::runtime_error for a host that nobody knows.
+/// for an invalid address, std::runtime_error for an unknown host.
 [[nodiscard]] std::unique_ptr<Sink> open_udp(const std::string& address);
 
 }  // namespace odomd::tools

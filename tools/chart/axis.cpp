@@ -26,7 +26,7 @@ std::vector<Tick> multiples(const Range& range, double step) {
   return result;
 }
 
-// Of a logarithmic axis: as fine as leaves no more than `count` of them.
+// Ticks of a logarithmic axis: as fine as possible with at most `count` of them.
 std::vector<Tick> decades(const Range& range, double count) {
   static constexpr std::array fine{1.0, 2.0, 5.0};
   const int first = static_cast<int>(std::floor(std::log10(range.low)));
@@ -45,9 +45,9 @@ std::vector<Tick> decades(const Range& range, double count) {
     return static_cast<double>(result.size()) <= count;
   };
   if (take(fine, 1)) {
-    constexpr std::size_t least = 3;  // fewer do not tell how large anything is
+    constexpr std::size_t least = 3;  // with fewer the scale cannot be read
     if (result.size() >= least) return result;
-    // Within a decade even steps do, by which those at the upper end, the closest, have their room.
+    // Within a decade, even steps leave room for the closest labels at the upper end.
     const double closest = range.high * (1.0 - std::pow(range.low / range.high, 1.0 / count));
     auto even = multiples(range, round_step(closest, 1.0));
     return even.size() > result.size() ? even : result;

@@ -1,4 +1,4 @@
-// An axis: which numbers stand along it, and where a value lies.
+// An axis: its numbers, and where a value lies.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Scale {
   double from = 0.0;
   double to = 1.0;
 
-  /// Values that a logarithm does not take, and such as lie far outside, come to lie near the ends.
+  /// Values without a logarithm, and values far outside, are placed near the ends.
   [[nodiscard]] double operator()(double value) const;
 };
 
@@ -32,17 +32,17 @@ struct Tick {
   std::string label;  ///< with a true minus
 };
 
-/// Round numbers within the range, about `count` of them; of a logarithmic axis 1, 2 and 5 times
+/// Round numbers within the range, about `count` of them; on a logarithmic axis 1, 2 and 5 times
 /// the powers of ten, or fewer.
 [[nodiscard]] std::vector<Tick> ticks(const Range& range, Scaling scaling, double count);
 
 /// 1, 2 or 5 times a power of ten, for about `count` steps over `length`.
 [[nodiscard]] double round_step(double length, double count);
 
-/// A range with some room, wide enough to be drawn: one of no width is given some.
+/// The range with some margin; a range of zero width is widened.
 [[nodiscard]] Range with_room(Range range, Scaling scaling);
 
-/// As many decimals as steps of this size need.
+/// The number of decimals for steps of this size.
 [[nodiscard]] int decimals_for(double step);
 
 /// A number with a true minus.

@@ -19,7 +19,7 @@ using svg::px;
 
 constexpr std::size_t columns = 480;  // of a thinned-out curve
 
-// The smallest and the largest of what is finite (and, of a logarithmic axis, positive).
+// The smallest and the largest finite value (and, for a logarithmic axis, positive value).
 class Extent {
  public:
   explicit Extent(Scaling scaling) : scaling_(scaling) {}
@@ -55,7 +55,7 @@ Range x_range(const Chart& chart) {
   return range.width() > 0.0 ? range : with_room(range, chart.x.scaling);
 }
 
-// The value that a share of all lies below.
+// The value below which a share of all lies.
 double quantile(std::vector<double> values, double share) {
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -108,7 +108,7 @@ std::string path_of(const std::vector<Point>& points, const Scale& x, const Scal
   return data;
 }
 
-// Round line ends of lines that go nowhere: many dots as one path.
+// Many dots as one path: round ends of lines of zero length.
 std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scale& y,
                     const std::string& colour, double size) {
   std::string data;
@@ -120,7 +120,7 @@ std::string dots_of(const std::vector<Point>& points, const Scale& x, const Scal
 }
 
 std::string draw_series(const Series& series, const Scale& x, const Scale& y) {
-  // Dots are wider than a line is fine.
+  // Dots are wider than a line needs to be.
   constexpr std::size_t columns_of_dots = 160;
   constexpr std::size_t dots_each = 12;
   const std::vector<Point> points = series.mark == Mark::dots
@@ -254,7 +254,7 @@ Drawing draw(const Chart& chart) {
   const Scale x{x_range(chart), chart.x.scaling, left, canvas - border - 12.0};
   const Scale y{ys, chart.y.scaling, bottom, top};
   auto x_ticks = ticks(x.range, chart.x.scaling, 8.0);
-  // Long numbers need more room than so many of them leave.
+  // Fewer of them if the numbers are long.
   const double needed = letter_width * tick_size * static_cast<double>(widest(x_ticks)) + 24.0;
   x_ticks = ticks(x.range, chart.x.scaling, std::clamp((x.to - x.from) / needed, 2.0, 10.0));
 

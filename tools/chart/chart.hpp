@@ -15,7 +15,7 @@ namespace odomd::tools::chart {
 struct Axis {
   std::string label;  ///< with its unit: "time [s]"
   Scaling scaling = Scaling::linear;
-  std::optional<Range> range;  ///< else what the data take, with some room
+  std::optional<Range> range;  ///< else the range of the data, with a margin
 };
 
 enum class Mark : std::uint8_t {
@@ -27,9 +27,9 @@ enum class Mark : std::uint8_t {
 
 struct Series {
   std::string label;  ///< in the legend; empty: not there
-  std::string note;   ///< beside it, lighter
+  std::string note;   ///< after the label, lighter
   std::string colour;
-  std::vector<Point> points;  ///< x must not decrease; what is not finite is a gap
+  std::vector<Point> points;  ///< x must not decrease; a value that is not finite is a gap
   Mark mark = Mark::line;
   double stroke = 3.0;
 };
@@ -37,7 +37,7 @@ struct Series {
 struct Band {
   std::string label;
   std::string colour;
-  std::vector<BandPoint> points;  ///< x must not decrease; what is not finite is a gap
+  std::vector<BandPoint> points;  ///< x must not decrease; a value that is not finite is a gap
 };
 
 /// Of a histogram: from the axis up.

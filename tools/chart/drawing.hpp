@@ -1,5 +1,4 @@
-// A drawn picture, and what becomes of it: one SVG document of one or several below each other, in
-// a page or in a file.
+// Drawn pictures, put one below the other into an SVG document, for a page or a file.
 #pragma once
 
 #include <filesystem>
@@ -17,14 +16,14 @@ struct Drawing {
 /// A title, to stand above others.
 [[nodiscard]] Drawing heading(const std::string& text);
 
-/// One `<svg>` element, a drawing below the other, on white.
+/// One `<svg>` element with the drawings one below the other, on white.
 [[nodiscard]] std::string as_svg(std::span<const Drawing> drawings);
 
 /// Writes .svg, or .png by the program rsvg-convert. Throws std::invalid_argument for another
 /// ending or a file that cannot be written, std::runtime_error when the conversion fails.
 void write_picture(const std::filesystem::path& file, std::span<const Drawing> drawings);
 
-/// Before long work: throws std::invalid_argument where write_picture() would.
+/// For use before long work: throws std::invalid_argument if write_picture() would.
 void check_picture(const std::filesystem::path& file);
 
 }  // namespace odomd::tools::chart

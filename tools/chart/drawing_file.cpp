@@ -52,17 +52,17 @@ void convert(const std::filesystem::path& svg, const std::filesystem::path& png)
   const int error =
       ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ);
   const std::string not_installed =
-      png.string() + ": rsvg-convert is not installed; install librsvg2-bin, or name a .svg file";
+      png.string() + ": rsvg-convert is not installed; install librsvg2-bin, or give a .svg file";
   if (error == ENOENT) throw std::runtime_error(not_installed);
   if (error != 0) throw std::system_error(error, std::generic_category(), "rsvg-convert");
   int status = 0;
   while (::waitpid(child, &status, 0) < 0) {
     if (errno != EINTR) throw std::system_error(errno, std::generic_category(), "rsvg-convert");
   }
-  // Where fork and exec are apart, a program that is not there ends the child with 127 (POSIX).
+  // If fork and exec are separate, a missing program ends the child with 127 (POSIX).
   if (WIFEXITED(status) && WEXITSTATUS(status) == 127) throw std::runtime_error(not_installed);
   if (status != 0) {
-    throw std::runtime_error(png.string() + ": rsvg-convert failed; name a .svg file instead");
+    throw std::runtime_error(png.string() + ": rsvg-convert failed; give a .svg file instead");
   }
 }
 
@@ -81,7 +81,7 @@ void write_picture(const std::filesystem::path& file, std::span<const Drawing> d
     write_svg(file, as_svg(drawings));
     return;
   }
-  auto probe = open_output(file);  // say what is wrong with the name before a child does
+  auto probe = open_output(file);  // report a wrong name before a child process does
   close_output(probe, file);
   const TemporaryFile svg;
   write_svg(svg.path, as_svg(drawings));

@@ -1,4 +1,4 @@
-// What the lines of a picture stand for, in rows above it.
+// The legend: rows above the picture.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@ namespace odomd::tools::chart {
 struct LegendEntry {
   std::string mark;   ///< SVG, drawn left of the words, from (0, 0) to the right
   std::string label;  ///< plain text
-  std::string note;   ///< beside it, lighter
+  std::string note;   ///< after the label, lighter
 };
 
 // Marks of a line, a dot, and an area.
@@ -19,7 +19,7 @@ struct LegendEntry {
 
 struct Legend {
   std::string svg;
-  double bottom = 0.0;  ///< `top` where there is no entry
+  double bottom = 0.0;  ///< `top` if there is no entry
 };
 
 /// Rows of entries from the left, as wide as the canvas.

@@ -19,7 +19,7 @@ namespace {
 
 using svg::px;
 
-// Many laps over each other need finer lines to be told apart.
+// Overlapping laps need finer lines to stay distinguishable.
 double fineness(std::span<const Point> points, double scale) {
   constexpr double many_laps = 9000.0;  // user units
   double length = 0.0;
@@ -29,7 +29,7 @@ double fineness(std::span<const Point> points, double scale) {
   return length > many_laps ? 0.6 : 1.0;
 }
 
-// A polyline without the points that nobody could tell from a straight line (Reumann and Witkam
+// A polyline without the points that do not differ visibly from a straight line (Reumann and Witkam
 // 1974: whatever lies in a narrow strip along the way that was begun).
 std::string path_data(std::span<const Point> points, const Layout& layout) {
   constexpr double finest = 1.0;  // user units: of a way, and half of it of the strip
@@ -53,10 +53,10 @@ std::string path_data(std::span<const Point> points, const Layout& layout) {
       if (length < finest) continue;
       along = {way.x / length, way.y / length};
     } else {
-      const double aside = std::abs(along.x * way.y - along.y * way.x);
+      const double sideways = std::abs(along.x * way.y - along.y * way.x);
       const double ahead =
           along.x * (p.x - before.x) + along.y * (p.y - before.y);  // turning back ends a way
-      if (aside > 0.5 * finest || ahead < -0.5 * finest) {
+      if (sideways > 0.5 * finest || ahead < -0.5 * finest) {
         go_to(before);
         from = before;
         along = {};
@@ -114,7 +114,7 @@ std::string ellipse(const Ellipse& region, const Layout& layout, const std::stri
 }
 
 std::string dots(std::span<const Point> points, const Layout& layout) {
-  // Thinned out, so that they stay dots and what lies below stays visible.
+  // Thinned out, so that they remain separate dots and do not hide what lies below.
   constexpr double least_apart = 11.0;
   std::string out;
   Point before{-canvas, -canvas};
@@ -154,7 +154,7 @@ std::vector<LegendEntry> legend_entries(const Map& map, const Box& view) {
   return entries;
 }
 
-// Lines first, the marks of all over them: ends filled, the start hollow.
+// Lines first, then all marks over them: ends filled, the start hollow.
 std::string traces(const Map& map, const Layout& layout) {
   const double fine = fineness(main_points(map), layout.scale);
   const auto mark = [&layout](const Point& at, double radius, const std::string& fill,

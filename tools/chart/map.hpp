@@ -1,4 +1,4 @@
-// Trajectories over each other, in metres on equal axes.
+// A map of trajectories, in metres on equal axes.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ struct Ellipse {
 
 struct Trace {
   std::string label;  ///< in the legend
-  std::string note;   ///< beside it, lighter: "1.23 cm/m"
+  std::string note;   ///< after the label, lighter: "1.23 cm/m"
   std::vector<Point> points;
   std::optional<Ellipse> end_ellipse = {};  ///< 3σ at the end
   std::string colour = {};                  ///< empty: by its place; the reference has its own
@@ -33,8 +33,9 @@ struct Map {
   std::string dots_label;
 };
 
-/// The view covers the reference, and of the estimates what lies near it: one that runs away is cut
-/// at the border and its note says so. Needs at least one point in the reference or an estimate.
+/// The view covers the reference and the parts of the estimates near it. An estimate that runs away
+/// is cut at the border, with a note in the legend. Needs at least one point in the reference or an
+/// estimate.
 [[nodiscard]] Drawing draw(const Map& map);
 
 }  // namespace odomd::tools::chart

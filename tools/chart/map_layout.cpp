@@ -23,7 +23,7 @@ Box view_of(const Map& map) {
   for (const auto& p : points) view.take(p);
   if (!Box{-farthest, farthest, -farthest, farthest}.holds({view.left, view.bottom}) ||
       !Box{-farthest, farthest, -farthest, farthest}.holds({view.right, view.top})) {
-    throw std::invalid_argument("a trajectory that leaves a million kilometres cannot be drawn");
+    throw std::invalid_argument("a trajectory beyond a million kilometres cannot be drawn");
   }
   const double size = std::max({view.wide(), view.high(), smallest});
   const Box reach = view.grown(0.5 * size);

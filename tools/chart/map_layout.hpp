@@ -1,4 +1,4 @@
-// What a picture shows and at which scale: metres on one side, user units of the SVG on the other.
+// The region and the scale of a map: metres on one side, user units of the SVG on the other.
 #pragma once
 
 #include <algorithm>
@@ -42,11 +42,11 @@ struct Layout {
   [[nodiscard]] Scale y() const { return {{view.bottom, view.top}, Scaling::linear, bottom, top}; }
 };
 
-/// The trajectory that the picture is about: the reference, else the first estimate.
+/// The main trajectory: the reference, else the first estimate.
 [[nodiscard]] std::span<const Point> main_points(const Map& map);
 
-/// What is to be shown: the main trajectory with room around it, and the others as far as they stay
-/// within half its size of it. Throws std::invalid_argument beyond a million kilometres.
+/// The region to show: the main trajectory with a margin, and the others as far as they stay within
+/// half its size of it. Throws std::invalid_argument beyond a million kilometres.
 [[nodiscard]] Box view_of(const Map& map);
 
 /// Fits a view into the width of the canvas, below `top`.

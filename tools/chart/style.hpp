@@ -1,6 +1,6 @@
-// How every picture looks: sizes in user units of a canvas that is 1000 wide, so that text is
-// legible from the width of a phone to print; colours that colour-blind eyes and grey print tell
-// apart (Okabe and Ito's).
+// The style of every picture: sizes in user units of a canvas that is 1000 wide, so that text is
+// legible from the width of a phone to print; colours that remain distinct to colour-blind readers
+// and in grey print (Okabe and Ito's).
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ inline constexpr double tick_size = 27.0;
 /// Mean width of a letter over its size; generous, fonts differ.
 inline constexpr double letter_width = 0.57;
 
-/// Behind the first six the same hues darker: eyes that do not tell hues tell these apart.
+/// The first six, then the same hues darker: these differ in brightness for colour-blind readers.
 inline constexpr std::array<const char*, 12> colours{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                                      "#56B4E9", "#8A6D00", "#003A5C", "#7A3500",
                                                      "#00513B", "#7D3F63", "#1B6A8F", "#403200"};
@@ -30,7 +30,7 @@ inline constexpr const char* faint_ink = "#5F6B7A";
 inline constexpr const char* grid_colour = "#E6E9ED";
 inline constexpr const char* frame_colour = "#CBD2D9";
 
-/// Of the i-th of the things that are compared.
+/// The colour of the i-th compared item.
 [[nodiscard]] inline std::string colour_of(std::size_t i) {
   return colours[i % colours.size()];
 }

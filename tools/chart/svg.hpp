@@ -1,4 +1,4 @@
-// The few elements of SVG that the pictures are made of, as text.
+// The SVG elements used by the pictures, as text.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@ namespace odomd::tools::svg {
 /// A coordinate: one decimal.
 [[nodiscard]] std::string px(double value);
 
-/// Text as it may stand between tags and in an attribute.
+/// Text escaped for use between tags and in attributes.
 [[nodiscard]] std::string escaped(const std::string& text);
 
 /// A stroked path; `data` is what SVG calls "d".

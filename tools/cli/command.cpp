@@ -83,7 +83,7 @@ Option Option::within(T least, T most, Bounds bounds) const {
                    : fmt::format("{} is not a number from {} to {}", tools::quoted(text), least,
                                  most);
       },
-      bounds == Bounds::told
+      bounds == Bounds::in_text
           ? ""
           : fmt::format("{} in [{} - {}]", CLI::detail::type_name<T>(), least, most));
   return *this;
@@ -215,7 +215,7 @@ std::string Command::name() const {
 }
 
 std::string Command::help(const std::string& name) const {
-  // Not app_->help(), which would tell of the command that was called: this one.
+  // Not app_->help(): that describes the command that was called, not this one.
   return app_->get_formatter()->make_help(app_, name, CLI::AppFormatMode::Normal);
 }
 

@@ -1,9 +1,9 @@
-// A command of the command line and its options. All that the commands know of CLI11, whose header
-// costs every file that includes it five seconds of compiling: it is included where the command
-// line is run and told of (command.cpp, command_line.cpp, ../completion/), and nowhere else.
+// A command of the command line and its options. Hides CLI11, whose header costs five seconds of
+// compiling per file: only the files that run and describe the command line include it
+// (command.cpp, command_line.cpp, ../completion/).
 //
-// Commands and options are handles: they are copied, and last as long as the CommandLine. What is
-// set on an option returns the option, for the next thing to be set.
+// Commands and options are handles: they can be copied, and last as long as the CommandLine.
+// Setters of an option return the option, so that calls can be chained.
 #pragma once
 
 #include <concepts>
@@ -21,22 +21,22 @@ class Option;
 
 namespace odomd::tools {
 
-/// What an option's value can be.
+/// The types of an option's value.
 template <typename T>
 concept OptionValue = std::same_as<T, std::string> || std::same_as<T, std::filesystem::path> ||
     std::same_as<T, int> || std::same_as<T, std::uint64_t> || std::same_as<T, double> ||
     std::same_as<T, std::optional<int>> || std::same_as<T, std::optional<double>> ||
     std::same_as<T, std::vector<std::string>> || std::same_as<T, std::vector<double>>;
 
-enum class Bounds { shown, told };
+enum class Bounds { shown, in_text };
 
 class Option {
  public:
   explicit Option(CLI::Option& option) : option_(&option) {}
 
-  /// What help shows in place of a value: FILE, S, a|b|c. The shells' completions go by it.
+  /// The name of the value in the help: FILE, S, a|b|c. It also selects the shell completion.
   Option type_name(const std::string& name) const;
-  /// Under which heading help tells of it.
+  /// The heading in the help under which it is listed.
   Option group(const std::string& heading) const;
 
   Option required() const;
@@ -44,24 +44,25 @@ class Option {
   Option excludes(Option other) const;
   Option excludes(const std::string& other) const;
 
-  /// Numbers out of bounds are wrong usage; where its sentence has no word of them, help shows
+  /// Numbers out of bounds are wrong usage. The help shows the bounds unless its text contains
   /// them.
   Option positive() const;
   Option not_negative() const;
   template <typename T>
   Option within(T least, T most, Bounds bounds = Bounds::shown) const;
-  /// `problem` returns what is wrong with a value; nothing: it is taken.
+  /// `problem` returns what is wrong with a value, or nothing if it is valid.
   Option check(const std::function<std::string(const std::string&)>& problem) const;
 
-  /// So many values, one argument each.
+  /// This number of values, one argument each.
   Option values(int count) const;
-  /// Its values stand in one argument, with this between them.
+  /// The values are in one argument, separated by this character.
   Option delimiter(char between) const;
-  /// The value may be left out, and is then `value`.
+  /// The value may be omitted and is then `value`.
   Option value_if_none(const std::string& value) const;
-  /// May stand several times with a value each; without it a list takes all arguments that follow.
+  /// May be given several times with one value each; without this a list takes all following
+  /// arguments.
   Option one_each() const;
-  /// As one_each(); help shows a single value.
+  /// As one_each(), but the help shows a single value.
   Option repeatable() const;
 
   [[nodiscard]] bool is_given() const;
@@ -77,16 +78,16 @@ class Command {
 
   Command rename(const std::string& name) const;
   Command description(const std::string& sentence) const;
-  /// What help ends with.
+  /// The text at the end of the help.
   Command footer(const std::string& text) const;
   Command help_flag() const;
   Command version_flag(const std::string& version) const;
 
   [[nodiscard]] Command add_subcommand(const std::string& name,
                                        const std::string& sentence = "") const;
-  /// It is nothing without one of its subcommands.
+  /// One of its subcommands is required.
   Command require_subcommand() const;
-  /// Whether one of them was called.
+  /// Whether one of its subcommands was called.
   [[nodiscard]] bool has_called_subcommand() const;
   [[nodiscard]] std::vector<Command> subcommands() const;
 
@@ -99,16 +100,16 @@ class Command {
   Option add_choice(const std::string& name, const std::vector<std::string>& choices,
                     const std::function<void(std::size_t)>& chosen, const std::string& help) const;
 
-  /// All options so far but for the help flag.
+  /// All options so far except the help flag.
   [[nodiscard]] std::vector<Option> options() const;
 
   [[nodiscard]] std::string name() const;
   /// The help that `name --help` prints.
   [[nodiscard]] std::string help(const std::string& name) const;
-  /// What was given, as arguments of another program with the same options.
+  /// The given options as arguments for another program with the same options.
   [[nodiscard]] std::vector<std::string> given() const;
 
-  /// What the command does, called once its command line has been parsed.
+  /// Called once the command line has been parsed.
   void callback(const std::function<void()>& action) const;
 
   /// CLI11's own.
@@ -118,7 +119,7 @@ class Command {
   CLI::App* app_;
 };
 
-/// For an action that finds that something should have been given: wrong usage.
+/// For an action that finds a required option missing: reports wrong usage.
 [[noreturn]] void require(const std::string& what);
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-// Runs a command line: what went wrong becomes one line on standard error and an exit status.
+// Runs a command line: an error becomes one line on standard error and an exit status.
 #pragma once
 
 #include <functional>
@@ -33,8 +33,8 @@ class CommandLine {
   std::unique_ptr<CLI::App> app_;
 };
 
-/// The whole of a program: `describe` tells its command what it is and does. A reader that has seen
-/// enough (odom ... | head) ends it without a word, even where a parent left SIGPIPE ignored.
+/// The whole of a program: `describe` sets up its command. A reader that closes the pipe (odom ...
+/// | head) ends it silently, even if a parent process left SIGPIPE ignored.
 [[nodiscard]] int run_program(const std::function<void(Command)>& describe, int argc,
                               const char* const* argv);
 

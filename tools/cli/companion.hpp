@@ -1,5 +1,5 @@
-// Programs in odom's folder that are linked with what they alone need: odom-bridge, odom-fit,
-// odom-track. What odom is asked for is theirs to do.
+// Programs in odom's folder with large dependencies of their own: odom-bridge, odom-fit,
+// odom-track. odom hands some commands over to them.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace odomd::tools {
 
-/// Becomes that program. Throws std::runtime_error where it cannot be run: with `where_missing`,
-/// which says how it is had, where it is not there.
+/// Replaces this process by that program. Throws std::runtime_error if it cannot be run; if it is
+/// missing, with `where_missing`, which says how to install it.
 [[noreturn]] void become(const std::string& program, std::vector<std::string> arguments,
                          const std::string& where_missing);
 

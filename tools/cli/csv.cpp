@@ -15,10 +15,10 @@
 namespace odomd::tools {
 namespace {
 
-// So that the difference of two times is one, too: the year 2115.
+// The year 2115; limited so that the difference of two times fits too.
 constexpr std::int64_t latest_ns = 4'600'000'000LL * 1'000'000'000;
 
-// No row of ours comes near; a file that is not text is told from one that is.
+// Far longer than any row of ours; a longer line means that the file is not text.
 constexpr std::size_t max_line = 65'536;
 
 std::string_view trimmed(std::string_view text) {
@@ -65,7 +65,7 @@ CsvReader::CsvReader(std::istream& input, std::string name, std::vector<std::str
     }
     if (std::find(found + 1, fields_.end(), columns_[column]) != fields_.end()) {
       throw std::invalid_argument(place() + ": column \"" + columns_[column] +
-                                  "\" stands there twice; remove one");
+                                  "\" occurs twice; remove one");
     }
     positions_.emplace_back(static_cast<std::size_t>(found - fields_.begin()));
   }
@@ -77,17 +77,18 @@ bool CsvReader::next() {
     split();
     if (line_end_ == LineEnd::end_of_input) {
       if (last_line_ == LastLine::drop_unended || fields_.size() < header_fields_) {
-        warnings_.push_back(place() + ": the last line is cut off (no newline ends it); left out");
+        warnings_.push_back(place() +
+                            ": the last line is cut off (no newline at its end); ignored");
         return false;
       }
       warnings_.push_back(place() +
-                          ": no newline ends the last line; taken as it is, but if it "
-                          "was cut off its last number is wrong");
+                          ": the last line has no newline at its end; used, but its last number is "
+                          "wrong if it was cut off");
     }
     if (fields_.size() != header_fields_) {
       throw std::invalid_argument(place() + ": " + std::to_string(fields_.size()) +
                                   " fields where the header has " + std::to_string(header_fields_) +
-                                  "; mend or remove the line");
+                                  "; correct or remove the line");
     }
     return true;
   }
@@ -99,7 +100,7 @@ double CsvReader::number(std::size_t column) const {
   double value = 0.0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc{} || end != field.data() + field.size() || !std::isfinite(value)) {
-    fail(column, quoted(field) + " is not a finite number; mend or remove the line");
+    fail(column, quoted(field) + " is not a finite number; correct or remove the line");
   }
   return value;
 }
@@ -108,7 +109,7 @@ std::int64_t CsvReader::time_ns(std::size_t column) const {
   const std::string_view field = text(column);
   const auto value = parse_seconds(field);
   if (!value || *value > latest_ns || *value < -latest_ns) {
-    fail(column, quoted(field) + " is not a time in seconds; mend or remove the line");
+    fail(column, quoted(field) + " is not a time in seconds; correct or remove the line");
   }
   return *value;
 }
@@ -226,7 +227,7 @@ void append_number(std::string& out, double value) {
 
 void append_seconds(std::string& out, std::int64_t time_ns) {
   constexpr std::uint64_t second = 1'000'000'000;
-  // The magnitude of the most negative number fits the unsigned one alone.
+  // The magnitude of the most negative number only fits the unsigned type.
   const auto magnitude = time_ns < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(time_ns)
                                      : static_cast<std::uint64_t>(time_ns);
   std::array<char, 32> text;

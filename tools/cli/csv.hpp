@@ -1,5 +1,5 @@
-// Strict CSV: columns by the names in the header, numbers to the last bit, times as integers, and
-// errors that name the file, the line and the column. Quoting is not part of it.
+// Strict CSV: columns by the names in the header, numbers exact to the last bit, times as integers,
+// and errors that name the file, the line and the column. Quoting is not supported.
 #pragma once
 
 #include <cstddef>
@@ -12,29 +12,29 @@
 
 namespace odomd::tools {
 
-/// What to make of a last line that no newline ends. A recorder that lost its power leaves one.
+/// How to treat a last line without a newline, as left by a recorder that lost power.
 enum class LastLine : std::uint8_t {
   drop_unended,  ///< it may have lost digits: leave it out, with a warning
-  keep_whole,    ///< take it when all its fields are there, with a warning; else leave it out
+  keep_whole,    ///< use it if all its fields are there, with a warning; else leave it out
 };
 
-/// Reads row by row, so that a pipe can be followed. Throws std::invalid_argument for whatever
-/// cannot be used, std::runtime_error when reading fails. Blank lines are passed over, CRLF and
-/// spaces around a field are taken.
+/// Reads row by row, so that a pipe can be followed. Throws std::invalid_argument for unusable
+/// input, std::runtime_error when reading fails. Blank lines are skipped; CRLF and spaces around a
+/// field are accepted.
 class CsvReader {
  public:
-  /// Reads the header. `name` is what messages call the input. Columns beyond `required` and
-  /// `optional` are passed over.
+  /// Reads the header. `name` is the name of the input in messages. Columns other than `required`
+  /// and `optional` are ignored.
   CsvReader(std::istream& input, std::string name, std::vector<std::string> required,
             std::vector<std::string> optional = {}, LastLine last_line = LastLine::keep_whole);
 
-  /// Goes on to the next row; false at the end.
+  /// Moves to the next row; false at the end.
   [[nodiscard]] bool next();
 
   /// Whether the header has the column, by its index in required, then optional.
   [[nodiscard]] bool has(std::size_t column) const { return positions_[column].has_value(); }
 
-  // Of the row at hand. A finite number; a time in nanoseconds, rounded to the nearest one.
+  // Fields of the current row: a finite number; a time in nanoseconds, rounded to the nearest one.
   [[nodiscard]] double number(std::size_t column) const;
   [[nodiscard]] std::int64_t time_ns(std::size_t column) const;
   [[nodiscard]] std::string_view text(std::size_t column) const;
@@ -42,7 +42,7 @@ class CsvReader {
   /// Throws the error "file:line: column "x": what".
   [[noreturn]] void fail(std::size_t column, const std::string& what) const;
 
-  /// "file:line" of the row at hand.
+  /// "file:line" of the current row.
   [[nodiscard]] std::string place() const;
 
   [[nodiscard]] const std::vector<std::string>& warnings() const { return warnings_; }
@@ -66,7 +66,7 @@ class CsvReader {
 };
 
 /// Decimal seconds to nanoseconds by integer arithmetic, never through a double; digits beyond the
-/// ninth decimal are rounded. Nothing where the text is not a number or does not fit.
+/// ninth decimal are rounded. Nothing if the text is not a number or does not fit.
 [[nodiscard]] std::optional<std::int64_t> parse_seconds(std::string_view text);
 
 /// The shortest decimal form that reads back to the same bits.
@@ -75,8 +75,8 @@ void append_number(std::string& out, double value);
 /// Seconds with nine decimals.
 void append_seconds(std::string& out, std::int64_t time_ns);
 
-/// Text from a file as it may stand in a message: in quotes, control characters spelled out, cut
-/// where it is long (base/printable.hpp).
+/// Text from a file, safe for a message: in quotes, with control characters escaped, shortened if
+/// long (base/printable.hpp).
 [[nodiscard]] std::string quoted(std::string_view text);
 
 }  // namespace odomd::tools

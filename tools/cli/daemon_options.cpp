@@ -8,12 +8,12 @@ namespace odomd::tools {
 
 Option add_segment_option(Command command, std::string& name, SegmentElse otherwise) {
   return command
-      .add_option("--shm", name,
-                  fmt::format("Segment: a name (/odomd) or a path; else {}$ODOM_SHM, /odomd, or "
-                              "the service's, /run/odomd/can0/pose",
-                              otherwise == SegmentElse::of_socket
-                                  ? "that of the daemon behind --socket; else "
-                                  : ""))
+      .add_option(
+          "--shm", name,
+          fmt::format(
+              "Segment: a name (/odomd) or a path; else {}$ODOM_SHM, /odomd, or "
+              "the service's, /run/odomd/can0/pose",
+              otherwise == SegmentElse::of_socket ? "the one of the daemon at --socket, " : ""))
       .type_name("NAME");
 }
 
@@ -30,7 +30,7 @@ Option add_socket_option(Command command, std::string& path, const std::string& 
 
 Option add_wait_option(Command command, double& seconds) {
   return command
-      .add_option("--wait", seconds, "Wait so long for a daemon to appear [s]; default: 0")
+      .add_option("--wait", seconds, "Wait this long for a daemon to appear [s]; default: 0")
       .not_negative()
       .type_name("S");
 }

@@ -1,4 +1,4 @@
-// The options by which a command finds the daemon, in the same words everywhere.
+// The options by which a command finds the daemon, the same for all commands.
 #pragma once
 
 #include <string>
@@ -7,15 +7,15 @@
 
 namespace odomd::tools {
 
-/// What stands for a segment that is not named: the library's defaults; or, for commands that have
-/// --socket too and where that is given, the segment of the daemon behind it.
+/// The default segment: the library's defaults; or, for commands with --socket, the segment of the
+/// daemon at that socket if it is given.
 enum class SegmentElse { default_names, of_socket };
 
 /// --shm: the segment that the daemon publishes in.
 Option add_segment_option(Command command, std::string& name,
                           SegmentElse otherwise = SegmentElse::default_names);
 
-/// --socket. `door` is what the daemon listens for there: "status", "record", "camera".
+/// --socket. `door` is the purpose of the socket: "status", "record", "camera".
 Option add_socket_option(Command command, std::string& path, const std::string& door);
 
 /// --wait [s].

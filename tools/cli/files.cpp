@@ -15,18 +15,18 @@ std::string reason() {
   return why_not_written(errno);
 }
 
-// Of a file that cannot be written; errno says why.
+// The reason why a file cannot be written, from errno.
 std::string reason_at(const std::filesystem::path& file) {
   const int error = errno;
   const std::filesystem::path folder = file.parent_path();
   std::error_code ignored;
   if (error == ENOENT && !folder.empty() && !std::filesystem::exists(folder, ignored))
-    return "there is no folder " + folder.string() + "; make it, or check the path";
+    return "there is no folder " + folder.string() + "; create it, or check the path";
   errno = error;
   return reason();
 }
 
-// `written` is what stands there for `file` until it is whole.
+// `written` is the temporary file until `file` is complete.
 std::ofstream open_output_for(const std::filesystem::path& file,
                               const std::filesystem::path& written) {
   errno = 0;
@@ -57,7 +57,7 @@ std::string why_unwritten(std::ostream& failed) {
   failed.clear();
   errno = 0;
   failed.put('\n').flush();
-  std::string why = errno != 0 ? reason() : "some of it did not arrive; is the disk full?";
+  std::string why = errno != 0 ? reason() : "not everything was written; is the disk full?";
   failed.setstate(std::ios::badbit);
   return why;
 }
@@ -73,7 +73,7 @@ void close_output(std::ofstream& output, const std::filesystem::path& file) {
 
 namespace {
 
-// Where a symbolic link leads, so that it stays one.
+// The target of a symbolic link, so that the link is kept.
 std::filesystem::path resolved(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_symlink(file, error)) return file;

@@ -1,4 +1,4 @@
-// Opens files for reading and writing, or says in one line why that cannot be.
+// Opens files for reading and writing, or reports in one line why that fails.
 #pragma once
 
 #include <filesystem>
@@ -12,11 +12,11 @@ namespace odomd::tools {
 /// Throws std::invalid_argument: "x.csv: no such file", "x.csv: is a directory, not a file", ...
 [[nodiscard]] std::ifstream open_input(const std::filesystem::path& file);
 
-/// Opens a file for writing. Throws std::invalid_argument where that cannot be.
+/// Opens a file for writing. Throws std::invalid_argument if that fails.
 [[nodiscard]] std::ofstream open_output(const std::filesystem::path& file);
 
-/// Before long work whose result goes there: throws std::invalid_argument where it could not be
-/// written. The file stays as it is.
+/// For use before long work: throws std::invalid_argument if the file could not be written. The
+/// file is not changed.
 void check_writable(const std::filesystem::path& file);
 
 /// A file that an option names to be written; an empty name: none.
@@ -25,21 +25,21 @@ struct Output {
   std::filesystem::path file;
 };
 
-/// What is read must outlive what is written, and what is written needs a file each: throws
-/// std::invalid_argument that names the option. Pipes and devices may be both.
+/// Inputs must not be overwritten, and each output needs its own file: throws std::invalid_argument
+/// that names the option. Pipes and devices may be both.
 void check_outputs(std::span<const Output> outputs, std::span<const std::filesystem::path> inputs);
 
-/// Why a stream has failed, however long ago: it is tried once more. "No space left on device".
+/// Why a stream has failed, even long ago: the write is tried once more. "No space left on device".
 [[nodiscard]] std::string why_unwritten(std::ostream& failed);
 
 /// Flushes and closes; throws std::runtime_error when something could not be written.
 void close_output(std::ofstream& output, const std::filesystem::path& file);
 
-/// A file that is there whole or not at all: it is written beside its place, as FILE.partial, and
-/// moved there by finish(). What is no regular file (a pipe, a device) is written as it comes.
+/// A file that exists completely or not at all: it is written as FILE.partial in the same folder
+/// and renamed by finish(). Anything but a regular file (a pipe, a device) is written directly.
 class WholeFile {
  public:
-  /// Throws std::invalid_argument where it cannot be written.
+  /// Throws std::invalid_argument if it cannot be written.
   explicit WholeFile(const std::filesystem::path& file);
   ~WholeFile();  ///< without finish(): nothing has happened to the file
   WholeFile(const WholeFile&) = delete;
@@ -51,7 +51,7 @@ class WholeFile {
 
  private:
   std::filesystem::path place_;
-  std::filesystem::path written_;  // the same where it is written as it comes
+  std::filesystem::path written_;  // the same if it is written directly
   std::ofstream output_;
   bool finished_ = false;
 };

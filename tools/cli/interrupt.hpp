@@ -1,13 +1,14 @@
-// INT and TERM as a question instead of an end, so that files are closed and summaries written.
+// Makes INT and TERM something to poll for, so that files are closed and summaries written.
 #pragma once
 
 #include <csignal>
 
 namespace odomd::tools {
 
-/// Holds INT and TERM back while it lives, and from the first one on: timeout(1) sends two, and the
-/// second must not cut the end short. Threads that start meanwhile inherit this. The signal stays
-/// pending, so that a write that waits for its reader finds it too (output.hpp). One thread.
+/// Blocks INT and TERM while it lives, and for good after the first one: timeout(1) sends two, and
+/// the second must not interrupt the shutdown. Threads that start meanwhile inherit this. The
+/// signal stays pending, so that a write that waits for its reader finds it too (output.hpp). One
+/// thread.
 class Interrupt {
  public:
   Interrupt();

@@ -1,4 +1,4 @@
-// JSON as text, and numbers for people as short as JSON has them.
+// JSON as text, and numbers as short as in JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -7,11 +7,11 @@
 
 namespace odomd::tools {
 
-/// JSON text; bytes that are no UTF-8 are replaced. `indent` -1: on one line.
+/// JSON text; bytes that are not UTF-8 are replaced. `indent` -1: on one line.
 [[nodiscard]] std::string json_text(const nlohmann::ordered_json& value, int indent = -1);
 
-/// Whether JSON text is nested deeper than any of ours: the library reads it, but copies and writes
-/// values by recursion. One pass; what is no JSON may be either.
+/// Whether JSON text is nested deeper than any of ours. The library would read it, but copies and
+/// writes values recursively. One pass; for invalid JSON the result is arbitrary.
 [[nodiscard]] bool is_nested_too_deep(std::string_view text);
 
 /// Shortest decimal form that reads back the same, for people: 5, not 5.0.

@@ -21,7 +21,7 @@ namespace {
 constexpr int look_every_ms = 50;
 constexpr int looks_after_stop = 20;  // a reader that still reads gets the rest
 
-// A pipe that is ready takes so much without waiting; a file never waits.
+// A pipe that is ready accepts this much without blocking; a file never blocks.
 std::size_t piece_for(int descriptor) {
   struct stat status {};
   return ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) ? SSIZE_MAX : PIPE_BUF;
@@ -58,7 +58,7 @@ int write_all(int descriptor, std::string_view text) {
 }
 
 std::string why_not_written(int error) {
-  if (error == ECANCELED) return "nobody read it when INT or TERM came; the rest is lost";
+  if (error == ECANCELED) return "nobody was reading when INT or TERM came; the rest is lost";
   return std::generic_category().message(error);
 }
 
@@ -75,7 +75,7 @@ std::streamsize OutputBuffer::xsputn(const char* text, std::streamsize size) {
   constexpr std::size_t enough = 65'536;
   const std::string_view added(text, static_cast<std::size_t>(size));
   if (error_ == 0) waiting_ += added;
-  // Whole lines, so that no character is taken apart.
+  // Whole lines, so that no character is split.
   if ((terminal_ || waiting_.size() >= enough) && added.find('\n') != std::string_view::npos) {
     std::string rest = waiting_.substr(waiting_.rfind('\n') + 1);
     waiting_.resize(waiting_.size() - rest.size());

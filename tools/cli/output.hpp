@@ -1,8 +1,8 @@
-// Standard output and standard error of the programs: what somebody has to read, and may not.
+// Standard output and standard error of the programs, safe against readers that stop reading.
 //
-// Commands that end in their own way hold INT and TERM back (interrupt.hpp). A write to a pipe that
-// nobody empties would hold them back for good: here it ends a second after the signal has come.
-// And what goes through the streams is made harmless to terminals (base/printable.hpp).
+// Commands with their own shutdown block INT and TERM (interrupt.hpp). A write to a pipe that
+// nobody empties would then block for ever: here it ends one second after the signal. Output is
+// also made harmless to terminals (base/printable.hpp).
 #pragma once
 
 #include <streambuf>
@@ -11,17 +11,17 @@
 
 namespace odomd::tools {
 
-/// Whether INT, TERM or HUP waits to be taken, and stays so: whoever asks leaves it pending.
+/// Whether INT, TERM or HUP is pending. It stays pending.
 [[nodiscard]] bool stop_is_asked();
 
-/// Writes all of it, waiting for the reader. Returns 0, or what errno said; ECANCELED: a signal to
-/// stop is pending and nothing could be written for a second.
+/// Writes everything, waiting for the reader. Returns 0, or errno; ECANCELED: a signal to stop is
+/// pending and nothing could be written for a second.
 [[nodiscard]] int write_all(int descriptor, std::string_view text);
 
-/// In the words of a message, for ECANCELED too.
+/// The message for such an error, also for ECANCELED.
 [[nodiscard]] std::string why_not_written(int error);
 
-/// The buffer behind std::cout or std::cerr. Once it has failed it stays so; errno says why.
+/// The buffer behind std::cout or std::cerr. A failure is permanent; errno has the reason.
 class OutputBuffer final : public std::streambuf {
  public:
   explicit OutputBuffer(int descriptor);
@@ -53,7 +53,7 @@ class StandardStreams {
   std::streambuf* error_before_;
 };
 
-/// One line on standard error, whatever the text holds: file names and the like may be part of it.
+/// One line on standard error, whatever the text contains: it may include file names and the like.
 void say(std::string_view text);
 
 /// Standard error as it is, with the characters that rewrite a line of a terminal.

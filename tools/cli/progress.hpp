@@ -1,4 +1,4 @@
-// How far long work is, on standard error: one line that is kept up to date on a terminal, a line
+// The progress of long work on standard error: one line that is updated on a terminal, one line
 // every ten seconds elsewhere.
 #pragma once
 
@@ -8,19 +8,19 @@
 
 namespace odomd::tools {
 
-/// Told how far it is, as often as one likes.
-using TellProgress = std::function<void(const std::string&)>;
+/// Called with the progress, as often as one likes.
+using ReportProgress = std::function<void(const std::string&)>;
 
 class ProgressLine {
  public:
-  /// `who` begins the lines that are no terminal's: "odom tune".
+  /// `who` is the start of each line without a terminal: "odom tune".
   explicit ProgressLine(std::string who);
   /// Ends the line.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// On a terminal ten times a second at most.
+  /// On a terminal at most ten times a second.
   void show(const std::string& text);
   /// Before something else is written.
   void end();

@@ -1,5 +1,5 @@
-// odom bridge: the pose for other programs. JSON over UDP goes from here; for ROS 2 topics the
-// program odom-bridge takes over, which alone is linked with DDS.
+// odom bridge: the pose for other programs. JSON over UDP is sent from here; for ROS 2 topics the
+// program odom-bridge takes over, the only one linked with DDS.
 #include <memory>
 #include <vector>
 
@@ -15,7 +15,7 @@ namespace {
 
 [[noreturn]] void become_odom_bridge(const BridgeOptions& options) {
   check_names(options.names);
-  static_cast<void>(domain_of(options));  // what is wrong with it is said here, too
+  static_cast<void>(domain_of(options));  // errors in the options are reported here, too
   become("odom-bridge", arguments_of(options),
          "ROS 2 topics need odom-bridge: install the package odom-bridge, or cyclonedds-dev and "
          "cyclonedds-tools, and configure and build again; --udp works without");

@@ -44,7 +44,8 @@ void send_one(const Options& options) {
   constexpr double longest_age_ms = 1e9;
   for (const auto& values : {options.pose, options.sigma, {options.age_ms}}) {
     for (const double value : values) {
-      if (!std::isfinite(value)) throw std::invalid_argument("only finite numbers make a pose");
+      if (!std::isfinite(value))
+        throw std::invalid_argument("a pose must consist of finite numbers");
     }
   }
   for (const double sigma : options.sigma) {
@@ -72,7 +73,7 @@ void send_one(const Options& options) {
 void send_log(const Options& options) {
   if (options.clock_named && options.clock != ODOM_CLOCK_LOG) {
     throw std::invalid_argument(
-        "--clock: a --log is on the log's clock; name that, or use --from-now");
+        "--clock: a --log is on the log's clock; use --clock log, or --from-now");
   }
   const CameraLog log = read_camera_log(options.log);
   for (const auto& text : log.warnings) warn(text);
@@ -89,14 +90,14 @@ void send_log(const Options& options) {
   }
   if (played.daemon_ended) warn("the daemon ended before the log did");
   if (played.late > 0) {
-    warn(std::to_string(played.late) + " poses were due before we came; left out");
+    warn(std::to_string(played.late) + " poses were due before the start; left out");
   }
   if (played.refused > 0) warn(std::to_string(played.refused) + " poses found no daemon");
   std::cerr << "odom camera send: " << played.sent << " of " << log.poses.size() << " poses sent\n";
   if (played.sent == 0 && !log.poses.empty()) throw std::runtime_error("no pose was sent");
 }
 
-// Rows as they come: somebody else's camera, through a pipe.
+// Rows as they come: another camera program, through a pipe.
 void send_rows(const Options& options) {
   CsvReader reader = camera_reader(std::cin, "standard input");
   CameraFeed feed{options.socket, options.wait_s};
@@ -158,7 +159,7 @@ void add_camera(Command odom) {
                                      "Camera log, sent in step with the log that the daemon plays")
                          .type_name("CSV")
                          .excludes(pose);
-  command.add_flag("--from-now", options->from_now, "Play the log by itself, beginning now")
+  command.add_flag("--from-now", options->from_now, "Play the log on its own, beginning now")
       .needs(log);
   add_segment_option(command, options->shm, SegmentElse::of_socket).needs(log);
   const Option clock =
@@ -167,7 +168,7 @@ void add_camera(Command odom) {
           {{"monotonic", ODOM_CLOCK_MONOTONIC},
            {"realtime", ODOM_CLOCK_REALTIME},
            {"log", ODOM_CLOCK_LOG}},
-          "Clock of t_capture in rows from standard input (a --log is on the log's)")
+          "Clock of t_capture in rows from standard input (a --log is on the log's clock)")
           .excludes(pose);
   command.footer(
       "Examples:\n"
@@ -176,7 +177,7 @@ void add_camera(Command odom) {
       "  my_camera | odom camera send --clock realtime\n"
       "Without --pose and --log rows of t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw,\n"
       "with this header, are read from standard input and sent as they come. A --log is paced by\n"
-      "the daemon's log clock, which its segment (--shm) tells; --from-now needs none.");
+      "the daemon's log clock, which is read from its segment (--shm); --from-now needs none.");
   command.callback([options, clock] {
     options->socket_named = !options->socket.empty();
     options->socket = service_path(options->socket, "camera.sock");

@@ -4,16 +4,16 @@ namespace odomd::tools {
 
 void describe(Command odom) {
   odom.rename("odom");
-  odom.description("Odometry by hand: watch, record, replay, simulate, evaluate and identify.");
+  odom.description("Tools for odomd: watch, record, replay, simulate, evaluate and identify.");
   odom.version_flag("odom " ODOMD_VERSION);
   odom.help_flag();
   odom.require_subcommand();
   odom.footer(
       "Examples:\n"
       "  odom watch                       the running daemon, live\n"
-      "  odom record                      a drive, with all that the daemon took in\n"
+      "  odom record                      a drive, with everything that the daemon received\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
-      "  odom help camera send            what a command takes, with examples\n"
+      "  odom help camera send            a command's options, with examples\n"
       "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
   add_bridge(odom);
   add_camera(odom);

@@ -1,7 +1,7 @@
 // The subcommands of odom. Each file adds its own to the command line; parsing runs it.
 //
-// A command reports unusable input by throwing std::invalid_argument (exit status 2) and work that
-// failed by any other std::exception (exit status 1); the text is the one line that the user reads.
+// A command reports unusable input by throwing std::invalid_argument (exit status 2) and failed
+// work by any other std::exception (exit status 1); its text is the line that the user reads.
 #pragma once
 
 #include "tools/cli/command.hpp"

@@ -1,4 +1,4 @@
-// odom dbc: looks into CAN databases and decodes logs by them.
+// odom dbc: shows CAN databases and decodes logs with them.
 #include <fmt/format.h>
 
 #include <memory>
@@ -25,7 +25,7 @@ void add_dbc(Command odom) {
   const auto options = std::make_shared<Options>();
   const auto form = [options] { return options->json ? OutputForm::json : OutputForm::readable; };
 
-  Command dbc = odom.add_subcommand("dbc", "Look into CAN databases and decode logs by them");
+  Command dbc = odom.add_subcommand("dbc", "Show CAN databases and decode logs with them");
   dbc.require_subcommand();
   dbc.footer(
       "Examples:\n"
@@ -42,17 +42,17 @@ void add_dbc(Command odom) {
       "  odom dbc show --json car.dbc | jq '.messages[].name'");
   show_command.callback([options, form] { show_dbc(options->file, form()); });
 
-  Command decode_command = dbc.add_subcommand("decode", "Decode a candump log, one line a frame");
+  Command decode_command = dbc.add_subcommand("decode", "Decode a candump log, one line per frame");
   decode_command
       .add_option("--dbc", options->databases,
-                  "Database; of several the first that has an identifier decodes it")
+                  "Database; several times: the first with an identifier decodes it")
       .type_name("DBC")
       .required()
       .one_each();
   decode_command.add_option("LOG", options->log, "Log of candump -L, or - for standard input")
       .required()
       .type_name("");
-  decode_command.add_flag("--json", options->json, "One JSON object a line");
+  decode_command.add_flag("--json", options->json, "One JSON object per line");
   decode_command.add_flag("--all", options->all, "Also frames that no database knows");
   decode_command.footer(
       "Examples:\n"

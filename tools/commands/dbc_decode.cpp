@@ -24,7 +24,7 @@ using can::Message;
 using can::Signal;
 using nlohmann::ordered_json;
 
-/// Messages by identifier; of several databases the first that has it.
+/// Messages by identifier, from the first database that has it.
 class MessageIndex {
  public:
   explicit MessageIndex(const std::vector<Database>& databases) {
@@ -47,7 +47,7 @@ struct DecodedSignal {
   double value = 0.0;
 };
 
-/// The signals that the payload holds: whose multiplexors select them, and which it does not cut.
+/// The signals in the payload: selected by their multiplexors, and not cut off.
 std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& frame) {
   std::vector<DecodedSignal> decoded;
   for (const Signal& signal : message.signals) {
@@ -59,7 +59,7 @@ std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& 
   return decoded;
 }
 
-/// Seconds with 6 decimals, or 9 where the stamp has them: integers all the way.
+/// Seconds with 6 decimals, or 9 if the stamp has them; integer arithmetic only.
 std::string stamp_text(std::int64_t time_ns) {
   const std::int64_t seconds = time_ns / 1'000'000'000;
   const std::int64_t rest = time_ns % 1'000'000'000;
@@ -101,7 +101,7 @@ std::string json_line(const Frame& frame, const std::string& bus, const Message*
   return line + "}\n";
 }
 
-/// The name that VAL_ gives to a value, if it does.
+/// The name of a value from VAL_, if there is one.
 std::string value_name(const Signal& signal, double physical) {
   for (const auto& value : signal.values)
     if (static_cast<double>(value.raw) * signal.scale + signal.offset == physical)
@@ -146,11 +146,11 @@ void decode_log(const std::vector<std::string>& databases, const std::string& lo
                                            : readable_line(*frame, bus, message));
     if (log == "-") std::cout.flush();  // a live source: lines as they come
   }
-  // Last, so that a file that cannot be used is told of in one line.
+  // Last, so that a file that cannot be used is reported in one line.
   for (const Database& database : read)
-    if (const std::size_t oddities = database.warnings.size(); oddities > 0)
-      say(fmt::format("{0}: {1} {2} taken; odom dbc show {0} lists them", database.file, oddities,
-                      oddities == 1 ? "oddity" : "oddities"));
+    if (const std::size_t warnings = database.warnings.size(); warnings > 0)
+      say(fmt::format("{0}: {1} {2}; odom dbc show {0} lists them", database.file, warnings,
+                      warnings == 1 ? "warning" : "warnings"));
   if (!reader.warning().empty()) say(reader.warning());
 }
 

@@ -94,14 +94,14 @@ std::string multiplexing_text(const Message& message, const Signal& signal) {
   return text;
 }
 
-/// Characters on a terminal: UTF-8 bytes that begin one.
+/// Number of characters on a terminal: the UTF-8 bytes that begin one.
 std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
   }));
 }
 
-/// Rows in columns as wide as their widest cell, the last one as it is.
+/// Rows in columns as wide as their widest cell; the last column is not padded.
 void print_columns(const std::vector<std::vector<std::string>>& rows) {
   std::vector<std::size_t> widths;
   for (const auto& row : rows) {

@@ -1,4 +1,4 @@
-// odom evaluate: how good estimates are, of pose files or of whole drives.
+// odom evaluate: errors of estimates, from pose files or whole drives.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -96,14 +96,14 @@ std::vector<EvaluatedDrive> evaluated(const Options& options) {
   return drives;
 }
 
-// What is shown of one drive alone; of the samples those of the last model, which is the best.
+// The report on a single drive, with the samples of its last model, the best one.
 std::string details_of(const EvaluatedDrive& drive) {
   return as_text(drive.report) + "\nsamples of " + drive.estimates.back().name +
          (drive.is_part ? ", over the whole drive" : "") + "\n\n" +
          source_table(drive.replays.back().summary).text();
 }
 
-// As it was called, for the report to say.
+// The command line, for the report.
 std::string command_line() {
   std::ifstream file{"/proc/self/cmdline", std::ios::binary};
   std::string text;
@@ -115,7 +115,7 @@ std::string command_line() {
   return text;
 }
 
-// "DRIVE, MODEL: what there is to say"; pose files name themselves.
+// "DRIVE, MODEL: warning"; warnings about pose files contain the file's name.
 void warn_of(const EvaluatedDrive& drive) {
   const std::vector<std::string> texts = worded(drive.warnings);
   for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -151,9 +151,8 @@ void run_evaluate(const Options& options) {
       std::ranges::any_of(drives, [](const EvaluatedDrive& drive) {
         return !drive.replays.empty() && !drive.cameras.empty();
       }))
-    std::cerr
-        << "odom evaluate: warning: --closed-loop with a camera in: the end is only as good as "
-           "the camera; --dead-reckoning judges the odometry\n";
+    std::cerr << "odom evaluate: warning: --closed-loop with camera poses: the error at the end is "
+                 "only as good as the camera; use --dead-reckoning to evaluate the odometry\n";
   for (const EvaluatedDrive& drive : drives) {
     warn_of(drive);
   }
@@ -178,7 +177,7 @@ void run_evaluate(const Options& options) {
   }
 }
 
-// What the options demand of each other, as CLI11 would say it.
+// Dependencies between options, reported as by CLI11.
 void check(const Options& options) {
   if (options.poses.empty() && options.drives.empty()) {
     require("--pose or --drive");
@@ -187,13 +186,14 @@ void check(const Options& options) {
     require("--reference (or --closed-loop)");
   }
   if (options.drives.size() > 1 && !options.reference.empty()) {
-    throw std::invalid_argument("--reference: is of one drive; put truth.csv into each folder");
+    throw std::invalid_argument(
+        "--reference: is for one drive only; put truth.csv into each folder");
   }
   if (options.drives.size() > 1 && !options.picture.empty()) {
-    throw std::invalid_argument("--picture: is of one drive; --html has the pictures of all");
+    throw std::invalid_argument("--picture: is for one drive only; --html shows all drives");
   }
   if (options.drives.size() > 1 && !options.beat.empty()) {
-    throw std::invalid_argument("--beat: is of one drive; put beat.csv into each folder");
+    throw std::invalid_argument("--beat: is for one drive only; put beat.csv into each folder");
   }
 }
 
@@ -201,28 +201,27 @@ void add_inputs(Command command, Options& options) {
   const Option reference =
       command
           .add_option("--reference", options.reference,
-                      "The truth, with the columns t,x,y,yaw; of a drive instead of "
+                      "Reference with the columns t,x,y,yaw; for a drive instead of "
                       "its truth.csv")
           .type_name("CSV");
   const Option pose =
       command
           .add_option("--pose", options.poses,
-                      "Poses, as odom replay writes them; several times: side by side")
+                      "Poses in the format of odom replay; several times: compared side by side")
           .repeatable()
           .type_name("CSV");
   const Option drive =
       command
-          .add_option(
-              "--drive", options.drives,
-              "Folder with drive.log (or can.log), car.toml, truth.csv and camera.csv, to be "
-              "replayed; several times: one after the other")
+          .add_option("--drive", options.drives,
+                      "Folder with drive.log (or can.log), car.toml, truth.csv and camera.csv, to "
+                      "replay; several times: one after the other")
           .repeatable()
           .type_name("DIR")
           .excludes(pose);
   command
       .add_option("--model", options.models,
-                  "Model to replay it through; several times; default: kinematic, paper, "
-                  "inertial (where there is a gyro), full")
+                  "Model for the replay; several times; default: kinematic, paper, inertial (if "
+                  "there is a gyro), full")
       .repeatable()
       .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
       .needs(drive);
@@ -233,12 +232,12 @@ void add_inputs(Command command, Options& options) {
       .needs(drive);
   command
       .add_flag("--dead-reckoning", options.dead_reckoning,
-                "Leave the folder's camera.csv out: odometry alone")
+                "Ignore the folder's camera.csv: odometry only")
       .needs(drive);
   command
       .add_flag("--closed-loop", options.closed_loop,
-                "Without a reference: the drive ends where it began; with a camera in, the end is "
-                "only as good as the camera")
+                "Without a reference: the drive ends where it began; with camera poses the error "
+                "at the end is only as good as the camera")
       .excludes(reference);
 }
 
@@ -246,27 +245,27 @@ void add_judging(Command command, Options& options) {
   add_choice<std::optional<Align>>(
       command, "--align", options.align,
       {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
-      "Alignment at the first common time, by least squares, or none; default: none "
-      "of the map's pose of a drive with camera poses, else first");
-  add_choice<Frame>(command, "--frame", options.judging.frame,
-                    {{"map", Frame::map}, {"odom", Frame::odom}},
-                    "Which pose: the map's or the jump-free odometry frame's; default: map");
+      "Alignment at the first common time, by least squares, or none; default: none for the map's "
+      "pose of a drive with camera poses, else first");
+  add_choice<Frame>(
+      command, "--frame", options.judging.frame, {{"map", Frame::map}, {"odom", Frame::odom}},
+      "Frame of the pose: the map, or the odometry frame without jumps; default: map");
   command
       .add_option("--from", options.judging.from,
-                  "Judge only what is not before this time [s]; +T: after the reference's first "
+                  "Evaluate from this time on [s]; +T: after the reference's first "
                   "row")
       .type_name("T|+T");
-  command.add_option("--to", options.judging.to, "... and not after this one").type_name("T|+T");
+  command.add_option("--to", options.judging.to, "Evaluate up to this time [s]").type_name("T|+T");
   const Option lever_arm =
       command
           .add_option("--lever-arm", options.lever_arm,
-                      "Where the reference's point sits in the body frame [m, m, rad]")
+                      "Position of the reference's point in the body frame [m, m, rad]")
           .delimiter(',')
           .values(3)
           .type_name("X,Y,YAW");
   command
       .add_flag("--fit-lever-arm", options.judging.fit_lever_arm,
-                "Fit one such lever arm to all estimates of a drive")
+                "Fit one lever arm to all estimates of a drive")
       .excludes(lever_arm);
   command
       .add_option("--baseline", options.judging.baseline,
@@ -282,7 +281,7 @@ void add_outputs(Command command, Options& options) {
                           .type_name("FILE");
   command
       .add_option("--beat", options.beat,
-                  "Beat of a recording, beat.csv, for the report; of a drive instead of its own")
+                  "Beat of a recording, beat.csv, for the report; for a drive instead of its own")
       .type_name("CSV")
       .needs(html);
   command
@@ -298,7 +297,7 @@ void add_outputs(Command command, Options& options) {
 
 void add_evaluate(Command odom) {
   Command command = odom.add_subcommand(
-      "evaluate", "Hold poses against a reference, or whole drives through several models");
+      "evaluate", "Compare poses with a reference, or several models on whole drives");
   auto options = std::make_shared<Options>();
   add_inputs(command, *options);
   add_judging(command, *options);
@@ -313,8 +312,8 @@ void add_evaluate(Command odom) {
       "  odom evaluate --drive lap --dead-reckoning --html lap.html\n"
       "  odom evaluate --drive monday --drive tuesday --model kinematic --model full\n"
       "  odom evaluate --drive drive-20261121-140300 --closed-loop --dead-reckoning\n"
-      "Only times that both cover count; the reference is interpolated, never extrapolated.\n"
-      "A drive is replayed as odom replay does it, and its models are judged as pose files are.");
+      "Only times that both cover are used; the reference is interpolated, never extrapolated.\n"
+      "A drive is replayed as by odom replay, and its models are evaluated like pose files.");
   command.callback([options] {
     check(*options);
     options->judging.align = options->align;

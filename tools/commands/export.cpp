@@ -1,4 +1,4 @@
-// odom export: a drive for the tools that people look at drives with.
+// odom export: writes a drive for viewers.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -48,7 +48,7 @@ void export_drive(const Options& options) {
                 inputs_of(options, sources));
   if (std::filesystem::path(options.mcap).extension() == ".csv")
     throw std::invalid_argument("--mcap: " + options.mcap +
-                                " is a table by its name; --csv writes one");
+                                " looks like a table by its name; use --csv for a table");
   const DriveData data = read_drive(sources);
   for (const std::string& warning : data.warnings) say("odom export: " + warning);
   const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;
@@ -84,11 +84,11 @@ void add_export(Command odom) {
   command.add_option("--csv", options->csv, "CSV file to write, the poses for PlotJuggler")
       .type_name("FILE");
   command.add_flag("--relative-time", options->relative,
-                   "Times from the beginning of the drive instead of the files' own");
+                   "Write times since the beginning of the drive instead of the files' times");
   add_choice(
       command, "--compression", options->compression,
       Choices<McapCompression>{{"zstd", McapCompression::zstd}, {"none", McapCompression::none}},
-      "Of the MCAP file; default: zstd");
+      "Compression of the MCAP file; default: zstd");
   command.add_option("--pose", options->files.pose, "Pose file, instead of the source's")
       .type_name("CSV");
   command
@@ -101,7 +101,7 @@ void add_export(Command odom) {
       .type_name("LOG");
   command
       .add_option("--dbc", options->files.databases,
-                  "Database; several times for several; instead of [can] dbc")
+                  "Database; may be given several times; instead of [can] dbc")
       .type_name("DBC");
   command.add_option("--camera", options->files.camera, "Camera log, instead of the source's")
       .type_name("CSV");
@@ -115,7 +115,7 @@ void add_export(Command odom) {
       "  odom export pose.csv --csv plot.csv --relative-time\n"
       "  odom export lap --pose pose.csv --mcap lap.mcap\n"
       "  odom export --config car.toml --can drive.log --truth truth.csv --mcap drive.mcap\n"
-      "A drive with frames and a configuration, but without poses, is replayed for them.\n"
+      "A drive with frames and a configuration but no poses is replayed to get them.\n"
       "docs/bridge.md lists the topics.");
   command.callback([options] {
     if (options->mcap.empty() && options->csv.empty()) require("--mcap or --csv");

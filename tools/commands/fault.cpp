@@ -1,4 +1,4 @@
-// odom fault: sensors, buses and cameras that fail on purpose, in logs and live.
+// odom fault: injects faults of sensors, buses and cameras, into logs and live.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -68,7 +68,7 @@ bool is_live(const Options& options) {
   return !options.from.empty() || !options.camera_from.empty();
 }
 
-// Each of two options wants the other.
+// Each of two options requires the other.
 void check_pair(const std::string& one, const char* name, const std::string& other,
                 const char* other_name) {
   if (!one.empty() && other.empty()) require(fmt::format("{} (for {})", other_name, name));
@@ -84,7 +84,7 @@ void check_streams(const Options& options, const std::vector<Fault>& faults) {
   if (!logs && !is_live(options)) require("LOG (or --camera, --from, --camera-from)");
   if (logs && is_live(options))
     throw std::invalid_argument(
-        "either logs (LOG, --camera) or what is live (--from, --camera-from), not both");
+        "give either logs (LOG, --camera) or live inputs (--from, --camera-from), not both");
   const bool frames = !options.log.empty() || !options.from.empty();
   const bool poses = !options.camera.empty() || !options.camera_from.empty();
   for (const Fault& one : faults) {
@@ -93,9 +93,8 @@ void check_streams(const Options& options, const std::vector<Fault>& faults) {
       require(fmt::format("--camera and --camera-out (or --camera-from and --camera-to), for {}",
                           name_of(one.kind)));
     if (one.kind.act == fault::Act::shifted && is_live(options))
-      throw std::invalid_argument(
-          fmt::format("{}: frames are stamped where they arrive; live there is {}.delayed",
-                      name_of(one.kind), info(one.kind.part).name));
+      throw std::invalid_argument(fmt::format("{}: the receiver stamps live frames; use {}.delayed",
+                                              name_of(one.kind), info(one.kind.part).name));
     if (!of_camera && !frames)
       require(fmt::format("LOG and --out (or --from and --to), for {}", name_of(one.kind)));
   }
@@ -105,11 +104,11 @@ void warn(const std::string& text) {
   std::cerr << "odom fault: warning: " << text << '\n';
 }
 
-// What never came about is rarely what was meant.
+// Warns of a fault that had no effect, which is rarely intended.
 void report(const Fault& one, std::uint64_t count, const char* what) {
   const std::string name = name_of(one.kind);
   if (count == 0) {
-    warn(fmt::format("{}: acted on nothing; it begins {:g} s after the first frame", name,
+    warn(fmt::format("{}: had no effect; it begins {:g} s after the first frame", name,
                      one.begin_s));
   } else {
     std::cerr << fmt::format("odom fault: {}: {} {}\n", name, count, what);
@@ -124,7 +123,7 @@ void report(const fault::CameraInjector& injector) {
   for (const auto& [one, poses] : injector.acted()) report(one, poses, "camera poses");
 }
 
-// A file that is whole or not there, or standard output.
+// A file that is complete or absent, or standard output.
 class Sink {
  public:
   explicit Sink(const std::string& file) {
@@ -163,7 +162,7 @@ void check_files(const Options& options, const Car& car) {
                 inputs);
 }
 
-// Returns from when the faults count: the log's first stamp.
+// Returns the time that the faults count from: the log's first stamp.
 std::int64_t fail_in_log(const Options& options, const Car& car, const std::vector<Fault>& faults) {
   can::BusNames buses;
   for (const std::string& bus : daemon::expected_buses(car.config)) buses.index_of(bus);
@@ -187,7 +186,7 @@ CameraLog camera_of(const Options& options) {
   if (options.camera.empty()) return {};
   CameraLog camera = read_camera_log(options.camera);
   for (const std::string& text : camera.warnings) warn(text);
-  if (camera.poses.empty()) warn(no_pose_doubt(options.camera));
+  if (camera.poses.empty()) warn(no_pose_warning(options.camera));
   return camera;
 }
 
@@ -206,7 +205,7 @@ void fail_in_camera_log(const Options& options, const CameraLog& camera,
 void fail_in_logs(const Options& options, const std::vector<Fault>& faults) {
   const Car car = options.log.empty() ? Car{} : car_of(options);
   check_files(options, car);
-  // Read first: nothing is written where one of the two cannot be used.
+  // Read first: nothing is written if one of the two cannot be used.
   const CameraLog camera = camera_of(options);
   std::optional<std::int64_t> start_ns;
   if (!options.log.empty()) start_ns = fail_in_log(options, car, faults);
@@ -247,7 +246,7 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
                              camera->sent());
     if (camera->refused() > 0) warn(fmt::format("{} poses found no daemon", camera->refused()));
     if (camera->malformed() > 0)
-      warn(fmt::format("{} messages were no camera poses; left out", camera->malformed()));
+      warn(fmt::format("{} messages were not camera poses; left out", camera->malformed()));
     for (const auto& [one, poses] : camera->acted()) report(one, poses, "camera poses");
   }
 }
@@ -271,58 +270,59 @@ void run(const Options& options) {
 void add_fault(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand(
-      "fault", "Let sensors, the bus or the camera fail on purpose, in logs or live");
+      "fault", "Inject faults of sensors, the bus or the camera, into logs or live");
   command.add_option("LOG", options->log, "Log of candump -L, or - for standard input")
       .type_name("");
   const Option list =
-      command.add_flag("--list", options->list, "List the kinds of faults and their sizes");
+      command.add_flag("--list", options->list, "List the kinds of faults and their default sizes");
   command.add_option("--config", options->config, "Configuration of the car (TOML)")
       .type_name("FILE");
   const Option kind =
-      command.add_option("--kind", options->kind, "What fails and how, such as gyro.frozen")
+      command.add_option("--kind", options->kind, "Kind of the fault, such as gyro.frozen")
           .type_name("KIND");
-  command.add_option("--begin", options->begin_s, "When, after the first frame [s]; default: 0")
+  command
+      .add_option("--begin", options->begin_s,
+                  "Begin of the fault after the first frame [s]; default: 0")
       .not_negative()
       .type_name("S")
       .needs(kind);
-  command.add_option("--for", options->duration_s, "For how long [s]; default: to the end")
+  command.add_option("--for", options->duration_s, "Duration of the fault [s]; default: to the end")
       .positive()
       .type_name("S")
       .needs(kind);
   command
       .add_option("--size", options->size,
-                  "By how much, in the unit that --list shows; default: what it shows")
+                  "Size of the fault, in the unit that --list shows; default: see --list")
       .type_name("X")
       .needs(kind);
   command
       .add_option("--fault", options->faults,
-                  "The same in one word; what is left out or empty is as above; several times for "
-                  "several at once")
+                  "The same as one argument; omitted or empty fields have the defaults above; "
+                  "several times for several faults")
       .one_each()
       .type_name("KIND:BEGIN:LENGTH:SIZE");
-  command.add_option("--seed", options->seed, "Draws what is random in them; default: 1")
-      .type_name("N");
+  command.add_option("--seed", options->seed, "Seed of random faults; default: 1").type_name("N");
   command.add_option("-o,--out", options->out, "Log to write, or - for standard output")
       .type_name("LOG");
   command.add_option("--camera", options->camera, "Camera log").type_name("CSV");
   command.add_option("--camera-out", options->camera_out, "Camera log to write").type_name("CSV");
   const std::string live = "Live";
-  command.add_option("--from", options->from, "CAN interface that the frames come from")
+  command.add_option("--from", options->from, "CAN interface to read frames from")
       .type_name("IFACE")
       .group(live);
-  command.add_option("--to", options->to, "CAN interface that they go to")
+  command.add_option("--to", options->to, "CAN interface to send them to")
       .type_name("IFACE")
       .group(live);
   command
       .add_option("--camera-from", options->camera_from,
-                  "Socket to make, for the camera to send its poses to")
+                  "Socket to create, to which the camera sends its poses")
       .type_name("PATH")
       .group(live);
   command.add_option("--camera-to", options->camera_to, "Camera socket of the daemon")
       .type_name("PATH")
       .group(live);
   add_wait_option(command, options->wait_s).group(live);
-  command.add_flag("--json", options->json, "The list as JSON").needs(list);
+  command.add_flag("--json", options->json, "Print the list as JSON").needs(list);
   command.footer(
       "Examples:\n"
       "  odom fault --list\n"

@@ -7,12 +7,12 @@ namespace odomd::tools {
 void add_identify(Command odom) {
   Command identify = odom.add_subcommand(
       "identify",
-      "Measure the car's parameters, each with its uncertainty, into the configuration");
+      "Measure the car's parameters with their uncertainties and write them to the configuration");
   identify.require_subcommand();
   identify.footer(
-      "Each method explains its experiment: what to do, what to measure and how exactly. With\n"
-      "--write the numbers go into the configuration where they stand, each with a note where it\n"
-      "came from; comments stay.\n"
+      "Each method explains its experiment: what to do, what to measure and how precisely. With\n"
+      "--write the numbers replace those in the configuration, each with a note on its origin;\n"
+      "other comments stay.\n"
       "\n"
       "Examples:\n"
       "  odom help identify mass\n"

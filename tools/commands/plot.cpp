@@ -20,7 +20,7 @@
 namespace odomd::tools {
 namespace {
 
-// What a picture shows: a quantity of poses, or what other files tell.
+// What a picture shows: a quantity of the poses, or the contents of other files.
 struct Subject {
   enum class Kind : std::uint8_t { poses, innovations, beat };
   Kind kind = Kind::poses;
@@ -79,7 +79,7 @@ void append(Drawings& to, const Drawings& from) {
 
 const std::string& only_file(const Options& options, const std::string& what) {
   if (options.files.size() != 1) {
-    throw std::invalid_argument("--what " + what + ": is of one file");
+    throw std::invalid_argument("--what " + what + ": takes one file only");
   }
   return options.files.front();
 }
@@ -87,8 +87,8 @@ const std::string& only_file(const Options& options, const std::string& what) {
 Drawings innovations_of(const Options& options) {
   if (options.seconds > 0.0) {
     throw std::invalid_argument(
-        "--what innovation: a daemon does not keep them; record the drive, and take the file that "
-        "odom replay --innovations writes");
+        "--what innovation: the daemon does not keep innovations; record the drive, and plot the "
+        "file of odom replay --innovations");
   }
   const auto judgements = read_innovations(only_file(options, "innovation"));
   Drawings drawings;
@@ -107,7 +107,7 @@ Drawings beat_of(const BeatHistogram& beat) {
   return drawings;
 }
 
-// Where the poses come from, read when they are first asked for.
+// The source of the poses, read on first use.
 class Source {
  public:
   explicit Source(const Options& options) : options_(options) {}
@@ -179,9 +179,9 @@ void run_plot(const Options& options) {
 void add_plot(Command odom) {
   auto options = std::make_shared<Options>();
   Command command =
-      odom.add_subcommand("plot", "Draw pose files, or what the running daemon publishes");
+      odom.add_subcommand("plot", "Draw pose files, or the poses of the running daemon");
   const Option files =
-      command.add_option("CSV", options->files, "Pose files, as odom replay writes them");
+      command.add_option("CSV", options->files, "Pose files in the format of odom replay");
   command
       .add_option("--out", options->out,
                   "Picture to write, .svg or .png; -: SVG to standard "
@@ -192,27 +192,28 @@ void add_plot(Command odom) {
   for (const auto& subject : subjects()) names += (names.empty() ? "" : "|") + subject.first;
   command
       .add_option("--what", options->what,
-                  "What to draw; several times: below each other; default: trajectory")
+                  "Quantity to draw; several times: one below the other; default: trajectory")
       .repeatable()
       .type_name(names)
       .check([names](const std::string& name) {
         for (const auto& subject : subjects()) {
           if (subject.first == name) return std::string{};
         }
-        return "\"" + name + "\" is nothing that can be drawn; there are: " + names;
+        return "\"" + name + "\" cannot be drawn; available: " + names;
       });
-  command.add_option("--reference", options->reference, "The truth, drawn in grey")
+  command.add_option("--reference", options->reference, "Reference trajectory, drawn in grey")
       .type_name("CSV");
-  add_choice<Frame>(command, "--frame", options->frame,
-                    {{"map", Frame::map}, {"odom", Frame::odom}},
-                    "Which pose: the map's or the jump-free odometry frame's; default: map");
+  add_choice<Frame>(
+      command, "--frame", options->frame, {{"map", Frame::map}, {"odom", Frame::odom}},
+      "Frame of the pose: the map, or the odometry frame without jumps; default: map");
   command.add_option("--title", options->title, "Title of the picture").type_name("TEXT");
-  const Option seconds = command
-                             .add_option("--for", options->seconds,
-                                         "Follow the running daemon so long [s], instead of files")
-                             .positive()
-                             .type_name("S")
-                             .excludes(files);
+  const Option seconds =
+      command
+          .add_option("--for", options->seconds,
+                      "Follow the running daemon for this time [s], instead of files")
+          .positive()
+          .type_name("S")
+          .excludes(files);
   add_segment_option(command, options->shm).needs(seconds);
   command.footer(
       "Examples:\n"
@@ -222,7 +223,8 @@ void add_plot(Command odom) {
       "  odom plot --for 10 --what speed --what beat --out now.png\n"
       "  odom plot innovations.csv --what innovation --out innovations.svg\n"
       "Poses are drawn as they are; odom evaluate --picture aligns them with the reference first.\n"
-      "innovation takes a file of odom replay --innovations, beat the beat.csv of a recording.");
+      "For innovation give the file of odom replay --innovations, for beat the beat.csv of a "
+      "recording.");
   command.callback([options] {
     if (options->files.empty() && options->seconds == 0.0) {
       require("A pose file or --for");

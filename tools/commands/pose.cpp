@@ -1,4 +1,4 @@
-// odom pose: the pose from the shared memory, once or as it comes.
+// odom pose: the pose from shared memory, once or at every tick.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -36,7 +36,7 @@ struct Options {
   odom_clock clock = ODOM_CLOCK_MONOTONIC;
   double wait_s = 0.0;
   double duration_s = 0.0;  // 0: without end
-  double rate_hz = 0.0;     // 0: every tick, or some a second where people read
+  double rate_hz = 0.0;     // 0: every tick, or a few per second for people
   bool until_stale = false;
 };
 
@@ -54,7 +54,7 @@ std::string name_of(odom_clock clock) {
   return "clock";
 }
 
-constexpr const char* no_log = "the daemon plays no log; use --clock monotonic or realtime";
+constexpr const char* no_log = "the daemon is not playing a log; use --clock monotonic or realtime";
 
 void print_once(const Options& options, odom::Client& client) {
   const auto pose = client.latest();
@@ -67,12 +67,12 @@ void print_once(const Options& options, odom::Client& client) {
   std::cout << (options.json ? pose_as_json(*pose, age_ns, name_of(options.clock), *t, fresh)
                              : pose_as_text(*pose, age_ns));
   if (!fresh) {
-    throw std::runtime_error("the daemon is silent: this was its last pose, " +
+    throw std::runtime_error("the daemon has stopped publishing: this was its last pose, " +
                              fixed(static_cast<double>(age_ns) * 1e-9, 1) + " s ago");
   }
 }
 
-// Writes the poses that are asked for, in the form that is asked for.
+// Writes the requested poses in the requested form.
 class PoseWriter {
  public:
   PoseWriter(const Options& options, odom::Client& client) : options_(options), client_(client) {
@@ -102,7 +102,7 @@ class PoseWriter {
     }
   }
 
-  // Whoever reads us live gets whole batches at once.
+  // Flush whole batches for a reader that follows.
   void flush() {
     stream() << buffer_;
     buffer_.clear();
@@ -133,8 +133,8 @@ class PoseWriter {
 };
 
 void follow(const Options& options, odom::Client client) {
-  // A daemon that the machine holds up for a moment has not ended.
-  const std::chrono::milliseconds patience{options.until_stale ? 500 : 100};
+  // A daemon that is delayed for a moment has not ended.
+  const std::chrono::milliseconds timeout{options.until_stale ? 500 : 100};
   TickFollower follower{std::move(client)};
   PoseWriter writer{options, follower.client()};
   Interrupt interrupt;
@@ -145,13 +145,13 @@ void follow(const Options& options, odom::Client client) {
   bool silent = false;
   while (!interrupt.requested() && (options.duration_s <= 0.0 || elapsed() < options.duration_s)) {
     const auto status =
-        follower.follow(patience, [&writer](const odom_pose& pose) { writer.take(pose); });
+        follower.follow(timeout, [&writer](const odom_pose& pose) { writer.take(pose); });
     writer.flush();
     if (status == ODOM_OK) {
       silent = false;
     } else if (status == ODOM_STALE) {
       if (options.until_stale) break;
-      if (!silent) std::cerr << "odom pose: the daemon fell silent; waiting for it\n";
+      if (!silent) std::cerr << "odom pose: the daemon has stopped publishing; waiting for it\n";
       silent = true;
     } else if (status != ODOM_TIMEOUT && status != ODOM_NO_POSE && status != ODOM_BUSY) {
       throw std::runtime_error(odom_strstatus(status));
@@ -181,23 +181,24 @@ void add_pose(Command odom) {
   Command command = odom.add_subcommand("pose", "Read the pose that the daemon publishes");
   add_segment_option(command, options->shm);
   add_choice(command, "--clock", options->clock, clocks(),
-             "Clock of the times that are shown; default: monotonic");
+             "Clock of the times shown; default: monotonic");
   add_wait_option(command, options->wait_s);
   const Option follow_flag =
-      command.add_flag("--follow", options->follow, "Every tick as it comes");
+      command.add_flag("--follow", options->follow, "Print every tick as it comes");
   const Option json = command.add_flag("--json", options->json, "One JSON object, SI units");
   json.excludes(follow_flag);
   command
-      .add_flag("--csv", options->csv, "Rows as odom replay writes them, but for the calibrations")
+      .add_flag("--csv", options->csv,
+                "Print rows in the format of odom replay, without the calibrations")
       .needs(follow_flag);
-  command.add_option("--out", options->out, "Write them to a file instead of standard output")
+  command.add_option("--out", options->out, "Write the rows to a file instead of standard output")
       .type_name("FILE")
       .needs(follow_flag);
-  command.add_option("--duration", options->duration_s, "End after so long [s]")
+  command.add_option("--duration", options->duration_s, "End after this time [s]")
       .positive()
       .type_name("S")
       .needs(follow_flag);
-  command.add_option("--rate", options->rate_hz, "So many rows a second instead of every tick [Hz]")
+  command.add_option("--rate", options->rate_hz, "Rows per second instead of every tick [Hz]")
       .positive()
       .type_name("HZ")
       .needs(follow_flag);
@@ -208,7 +209,8 @@ void add_pose(Command odom) {
       "  odom pose\n"
       "  odom pose --follow\n"
       "  odom pose --follow --csv --out live.csv --clock log --until-stale --wait 10\n"
-      "Without --csv five lines a second are shown. Following survives restarts of the daemon;\n"
+      "Without --csv five lines per second are shown. --follow continues across restarts of the "
+      "daemon;\n"
       "INT and TERM end it, with a summary on standard error.");
   command.callback([options] { run_pose(*options); });
 }

@@ -1,4 +1,4 @@
-// odom record: what the daemon takes in and publishes, as logs that replay to the same bits.
+// odom record: the daemon's inputs and outputs, as logs that replay to the same bits.
 #include <unistd.h>
 
 #include <array>
@@ -50,14 +50,15 @@ std::string name_of_now() {
   return {text.data(), std::strftime(text.data(), text.size(), "drive-%Y%m%d-%H%M%S", &parts)};
 }
 
-// Records one drive after another until told to end.
+// Records one drive after another until it is stopped.
 class Recorder {
  public:
   explicit Recorder(const Options& options) : options_(options) {}
 
   void run() {
     if (!options_.out.empty() && std::filesystem::exists(options_.out)) {
-      throw std::invalid_argument(options_.out + ": exists already; name another folder by --out");
+      throw std::invalid_argument(options_.out +
+                                  ": exists already; name another folder with --out");
     }
     while (!over()) {
       auto feed = connect();
@@ -74,7 +75,7 @@ class Recorder {
            (options_.duration_s > 0.0 && begun_ && seconds_since(*begun_) >= options_.duration_s);
   }
 
-  // Waits for a daemon as long as is wished; between two of them without end.
+  // Waits for the first daemon for the given time; for the next ones without limit.
   std::optional<RecordingFeed> connect() {
     while (true) {
       socket_ = service_path(options_.socket, "record.sock");
@@ -89,14 +90,14 @@ class Recorder {
   }
 
   void record(RecordingFeed& feed) {
-    constexpr auto patience = std::chrono::milliseconds{100};
+    constexpr auto timeout = std::chrono::milliseconds{100};
     RecordingStart start;
     std::optional<RecordingFolder> folder;
-    std::string why = told_to_end;
+    std::string why = stopped;
     auto flushed = steady_clock::now();
     auto shown = flushed;
     while (!over()) {
-      const auto message = feed.next(patience);
+      const auto message = feed.next(timeout);
       if (message && message->kind == RecordingMessage::end) {
         why = message->bytes;
         break;
@@ -145,7 +146,7 @@ class Recorder {
     }
   }
 
-  // Structures come as they lie in memory: both ends must be of one build.
+  // Structures are sent as they lie in memory: both ends must be of the same build.
   [[nodiscard]] nlohmann::ordered_json understood(std::string_view bytes) const {
     auto hello = is_nested_too_deep(bytes) ? nlohmann::ordered_json()
                                            : nlohmann::ordered_json::parse(bytes, nullptr, false);
@@ -192,7 +193,7 @@ class Recorder {
     folder.take(mark, frames_, cameras_);
   }
 
-  // --out, or the date; a second recording of one call has a number behind it.
+  // --out, or the date; further recordings of one call get a number.
   std::filesystem::path next_folder() {
     std::string base = options_.out.empty() ? name_of_now() : options_.out;
     while (base.size() > 1 && base.back() == '/') base.pop_back();  // as a shell completes it
@@ -218,8 +219,8 @@ class Recorder {
   void finish(RecordingFolder& folder, const std::string& why) {
     folder.close(why);
     say(fmt::format("{}: {}; {}", folder.path().string(), sum_of(folder), why));
-    if (why != told_to_end && !options_.once && !over())
-      say("waiting to go on in another folder; INT ends it");
+    if (why != stopped && !options_.once && !over())
+      say("waiting for the next daemon, to continue in another folder; INT ends it");
   }
 
   void say(const std::string& text) {
@@ -230,7 +231,7 @@ class Recorder {
   }
 
   static constexpr double flush_s = 0.5;
-  static constexpr const char* told_to_end = "the recorder was told to end";
+  static constexpr const char* stopped = "the recorder was stopped";
 
   const Options& options_;
   std::string socket_;
@@ -249,16 +250,16 @@ class Recorder {
 void add_record(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand(
-      "record", "Record a drive: what the running daemon takes in, and what it publishes");
-  command.add_option("--out", options->out, "Folder to make; default: drive-DATE-TIME")
+      "record", "Record a drive: everything that the running daemon receives and publishes");
+  command.add_option("--out", options->out, "Folder to create; default: drive-DATE-TIME")
       .type_name("DIR");
   add_socket_option(command, options->socket, "record");
-  command.add_option("--duration", options->duration_s, "End after so long [s]")
+  command.add_option("--duration", options->duration_s, "End after this time [s]")
       .positive()
       .type_name("S");
   add_wait_option(command, options->wait_s);
   command.add_flag("--once", options->once, "End with the daemon instead of waiting for the next");
-  command.add_flag("--quiet", options->quiet, "Say nothing but errors");
+  command.add_flag("--quiet", options->quiet, "Print errors only");
   command.footer(
       "Examples:\n"
       "  odom record\n"
@@ -268,8 +269,8 @@ void add_record(Command odom) {
       "  odom replay --config lap3/car.toml --can lap3/can.log --camera lap3/camera.csv \\\n"
       "      --model kinematic --out other.csv\n"
       "A recording may begin at any time; it holds the state of the filter at its first tick. INT\n"
-      "and TERM end it. When the daemon is started anew the recording goes on in a folder of its\n"
-      "own: DIR-2, DIR-3, ... Who may read the pose ([shm] mode and group) may record.");
+      "and TERM end it. When the daemon restarts the recording continues in a new folder:\n"
+      "DIR-2, DIR-3, ... Whoever may read the pose ([shm] mode and group) may record.");
   command.callback([options] { Recorder(*options).run(); });
 }
 

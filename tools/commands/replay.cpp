@@ -19,12 +19,12 @@
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/replay_recording.hpp"
-#include "tools/diagnostics/initial_pose_doubt.hpp"
+#include "tools/diagnostics/initial_pose_check.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/drive_files/pose_file.hpp"
-#include "tools/replay/replay_doubts.hpp"
+#include "tools/replay/replay_checks.hpp"
 #include "tools/replay/replay_json.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
@@ -111,7 +111,7 @@ ReplaySummary play(daemon::Pipeline& pipeline, std::int64_t period_ns, can::Merg
   throw PauseError(log.position() + error.what());
 }
 
-// The file of the innovations, where one is asked for.
+// The file of the innovations, if requested.
 class InnovationFile {
  public:
   explicit InnovationFile(const std::string& file) {
@@ -151,11 +151,11 @@ void run(const Options& options) {
   CameraLog camera;
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
-    if (camera.poses.empty()) warnings.push_back(no_pose_doubt(options.camera));
+    if (camera.poses.empty()) warnings.push_back(no_pose_warning(options.camera));
   } else if (config.camera.configured)
-    warnings.push_back(
-        fmt::format("{} has a [camera], but no --camera gives its poses: this is odometry alone",
-                    options.config));
+    warnings.push_back(fmt::format(
+        "{} has a [camera], but there is no --camera with its poses: this is odometry only",
+        options.config));
 
   const auto pipeline =
       std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !camera.poses.empty());
@@ -176,13 +176,13 @@ void run(const Options& options) {
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   for (const auto& some :
-       {camera.warnings, log.warnings(), replay_doubts(pipeline->decoder(), summary)})
+       {camera.warnings, log.warnings(), replay_warnings(pipeline->decoder(), summary)})
     warnings.insert(warnings.end(), some.begin(), some.end());
-  if (auto doubt = initial_pose_doubt(config, camera.poses, summary.first_tick_ns);
-      doubt && summary.camera_units.empty())
-    warnings.push_back(*std::move(doubt));
+  if (auto warning = initial_pose_warning(config, camera.poses, summary.first_tick_ns);
+      warning && summary.camera_units.empty())
+    warnings.push_back(*std::move(warning));
   report(options, summary, seconds.count(), warnings);
-  if (summary.poses == 0) throw std::runtime_error("no pose came about: no pose file is written");
+  if (summary.poses == 0) throw std::runtime_error("there is no pose: no pose file is written");
 }
 
 }  // namespace
@@ -190,7 +190,7 @@ void run(const Options& options) {
 void add_replay(Command odom) {
   auto options = std::make_shared<Options>();
   Command replay = odom.add_subcommand(
-      "replay", "Replay a drive through the daemon's pipeline, as fast as the machine goes");
+      "replay", "Replay a drive through the daemon's pipeline, as fast as the machine allows");
   const Option config =
       replay.add_option("--config", options->config, "Configuration of the car (TOML)")
           .type_name("FILE");
@@ -201,7 +201,7 @@ void add_replay(Command odom) {
       .type_name("LOG");
   replay
       .add_option("--dbc", options->databases,
-                  "Database; several times for several; instead of [can] dbc")
+                  "Database; may be given several times; instead of [can] dbc")
       .type_name("DBC");
   replay.add_option("--camera", options->camera, "Camera log").type_name("CSV");
   replay.add_option("--model", options->model, "Model of the filter; instead of [filter] model")
@@ -212,21 +212,21 @@ void add_replay(Command odom) {
       .type_name("X,Y,YAW");
   replay
       .add_option("--innovations", options->innovations,
-                  "Write how every sample lay to what the full filter expected")
+                  "Write the innovation of every sample in the full filter")
       .type_name("CSV");
   const std::vector<Option> others = replay.options();
   const Option recording = replay
                                .add_option("--recording", options->recording,
-                                           "Folder that odom record made, instead of all the above")
+                                           "Folder of odom record, instead of all options above")
                                .type_name("DIR");
   for (const Option other : others) recording.excludes(other);
   replay.add_option("--out", options->out, "Pose file to write, or - for standard output")
       .type_name("CSV");
   replay
       .add_flag("--verify", options->verify,
-                "Hold every tick of the recording against what was published, to the bit")
+                "Compare every tick of the recording with the published one, bit by bit")
       .needs(recording);
-  replay.add_flag("--json", options->json, "Summary and warnings as JSON, on standard error");
+  replay.add_flag("--json", options->json, "Print summary and warnings as JSON on standard error");
   replay.footer(
       "Examples:\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
@@ -236,7 +236,7 @@ void add_replay(Command odom) {
       "\n"
       "The pose starts at --initial, else the configuration's, else the first camera pose, else "
       "0.\n"
-      "Times in the output are the log's; one row a tick from initialisation on.");
+      "Times in the output are the log's; there is one row per tick, from initialisation on.");
   replay.callback([options, config] {
     if (options->out.empty() && !options->verify) require("--out");
     if (!options->recording.empty()) {

@@ -81,13 +81,13 @@ void replay_recording(const RecordingOptions& options) {
   std::vector<std::string> warnings = recording.warnings;
   warnings.insert(warnings.end(), replayed.warnings.begin(), replayed.warnings.end());
   if (!replayed.inexact.empty())
-    warnings.push_back("the replay begins at the recorded pose, not in the filter's state: " +
+    warnings.push_back("the replay begins with the recorded pose, not with the filter's state: " +
                        replayed.inexact);
   report(options, replayed, seconds.count(), verifier, warnings);
   if (verifier && !replayed.inexact.empty())
     throw std::runtime_error("cannot be verified without the filter's state: " + replayed.inexact);
   if (verifier && verifier->difference())
-    throw std::runtime_error("not what was published: " + *verifier->difference());
+    throw std::runtime_error("differs from the published poses: " + *verifier->difference());
   if (lacks_poses) throw std::runtime_error("the recording holds no pose: no pose file is written");
 }
 

@@ -12,7 +12,7 @@ struct RecordingOptions {
   bool json = false;
 };
 
-/// Throws std::runtime_error where verifying finds a difference.
+/// Throws std::runtime_error if verifying finds a difference.
 void replay_recording(const RecordingOptions& options);
 
 }  // namespace odomd::tools

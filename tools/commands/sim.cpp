@@ -83,7 +83,7 @@ void list_scenarios() {
   }
 }
 
-// What came of a drive, for people or as JSON.
+// The summary of a drive, as text or JSON.
 struct Counts {
   std::uint64_t frames = 0;
   std::uint64_t camera = 0;
@@ -108,7 +108,7 @@ void report(const Arguments& arguments, const sim::RunPlan& plan, const sim::Sim
       "{}: {:.1f} s, {:.1f} m, ends {:.3f} m from the start, {} frames, {} camera poses\n",
       arguments.run.scenario, duration, drive.driver().progress(), apart, counts.frames,
       counts.camera);
-  // Standard output may be the bus.
+  // Standard output may be used as the bus.
   if (arguments.live)
     std::cerr << "odom sim: " << text;
   else
@@ -119,16 +119,17 @@ void simulate(const Arguments& arguments) {
   if (arguments.list) return list_scenarios();
   const std::string can = arguments.can.empty() && arguments.live ? "-" : arguments.can;
   if (!arguments.live && !arguments.config_only && !can.empty())
-    throw std::invalid_argument("--can is for --live; without it the frames go to DIR/drive.log");
+    throw std::invalid_argument(
+        "--can needs --live; without --live the frames go to DIR/drive.log");
   if (!arguments.live && !arguments.config_only && !arguments.camera_socket.empty())
-    throw std::invalid_argument("--camera-socket is for --live and --config-only");
+    throw std::invalid_argument("--camera-socket needs --live or --config-only");
   if (arguments.markers && arguments.out.empty())
     throw std::invalid_argument("--markers: the film goes to a folder; add --out DIR");
   if (!arguments.live && arguments.out.empty())
-    throw std::invalid_argument("nowhere to go: give --out DIR, or --live; see odom sim --help");
+    throw std::invalid_argument("no output: give --out DIR, or --live; see odom sim --help");
   if (arguments.live && can == "-" && arguments.json)
     throw std::invalid_argument(
-        "--json and the frames both want standard output; --out DIR "
+        "--json and the frames would both go to standard output; --out DIR "
         "writes the same to plant.json");
 
   const sim::RunPlan plan = sim::make_plan(run_options(arguments));
@@ -223,8 +224,8 @@ void add_sim(Command odom) {
   Command command =
       odom.add_subcommand("sim", "Drive a simulated car, into a folder or live in real time");
   command.footer(
-      "The car is not the model of any filter: its tyres saturate, load moves, wheels slip, the\n"
-      "steering lags. Its sensors err by what is drawn from the seed; the errors drawn are "
+      "The car differs from the model of every filter: its tyres saturate, load shifts, wheels\n"
+      "slip, the steering lags. The errors of its sensors are drawn from the seed and "
       "written\n"
       "to DIR/plant.json. The same options and seed give the same bits.\n"
       "\n"
@@ -240,26 +241,28 @@ void add_sim(Command odom) {
       "  odom sim --live --out drive --force | odomd --config drive/car.toml --can -");
 
   command.add_flag("--list", arguments->list, "List the scenarios");
-  command.add_option("--scenario", arguments->run.scenario, "What to drive; default: lap")
+  command.add_option("--scenario", arguments->run.scenario, "Scenario to drive; default: lap")
       .type_name(scenario_names());
   command
       .add_option("--speed", arguments->run.speed,
-                  "On the straights [m/s]; default: the scenario's")
+                  "Speed on the straights [m/s]; default: the scenario's")
       .type_name("V");
   command
       .add_option("--car", arguments->car,
-                  "Who drives: the 1:10 car, a saloon on rigid springs, or a car of published data "
+                  "Car: the 1:10 car, a saloon on rigid springs, or a car of published data "
                   "whose body rolls and pitches; default: the scenario's")
       .type_name(sim::car_names());
-  command.add_option("--laps", arguments->run.laps, "How often round; default: the scenario's")
+  command.add_option("--laps", arguments->run.laps, "Number of laps; default: the scenario's")
       .type_name("N");
-  command.add_option("--duration", arguments->run.duration, "End after this time [s], on the move")
+  command
+      .add_option("--duration", arguments->run.duration,
+                  "End after this time [s], while the car moves")
       .type_name("T");
   command
       .add_option("--standstill", arguments->run.standstill,
-                  "Stand before setting off [s]; default: 3")
+                  "Time to stand before the start [s]; default: 3")
       .type_name("T");
-  command.add_option("--seed", arguments->run.seed, "Draws the errors and the noise; default: 1")
+  command.add_option("--seed", arguments->run.seed, "Seed of the errors and the noise; default: 1")
       .type_name("N");
 
   const std::string output = "Output";
@@ -278,9 +281,11 @@ void add_sim(Command odom) {
       .group(output);
   command
       .add_flag("--config-only", arguments->config_only,
-                "Write car.toml, car.dbc and plant.json, and do not drive")
+                "Only write car.toml, car.dbc and plant.json")
       .group(output);
-  command.add_option("--decimals", arguments->decimals, "Of the stamps in drive.log; default: 6")
+  command
+      .add_option("--decimals", arguments->decimals,
+                  "Decimals of the stamps in drive.log; default: 6")
       .type_name("6|9")
       .group(output);
   command
@@ -290,8 +295,7 @@ void add_sim(Command odom) {
       .group(output);
   command.add_flag("--json", arguments->json, "Report as JSON, with the errors drawn")
       .group(output);
-  command
-      .add_flag("--progress", arguments->progress, "Show progress also where there is no terminal")
+  command.add_flag("--progress", arguments->progress, "Show progress even without a terminal")
       .group(output);
 
   const std::string live = "Live";
@@ -308,8 +312,7 @@ void add_sim(Command odom) {
       .group(live);
 
   const std::string errors = "Errors";
-  command.add_flag("--ideal", arguments->ideal, "Without any error, but for those given")
-      .group(errors);
+  command.add_flag("--ideal", arguments->ideal, "No errors except those given").group(errors);
   command
       .add_flag(
           "--servo", arguments->servo,
@@ -318,7 +321,7 @@ void add_sim(Command odom) {
       .group(errors);
   command
       .add_option("--fix", arguments->fixed,
-                  "Give a parameter this very value instead of drawing it; the names are those "
+                  "Set a parameter to this value instead of drawing it; the names are those "
                   "of the options below, with underscores")
       .type_name("NAME=VALUE")
       .group(errors);

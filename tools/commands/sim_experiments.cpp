@@ -1,4 +1,4 @@
-// odom sim swing, odom sim weighing: a simulated car in its owner's hands.
+// odom sim swing, odom sim weighing: experiments with a simulated car.
 #include "tools/commands/sim_experiments.hpp"
 
 #include <iostream>
@@ -21,15 +21,15 @@ struct Arguments {
 Command add_experiment(Command sim, const std::string& name, const std::string& sentence,
                        Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
   Command command = sim.add_subcommand(name, sentence);
-  command.add_option("--out", arguments->options.folder, "Directory for what is left of it")
+  command.add_option("--out", arguments->options.folder, "Directory for the results")
       .type_name("DIR")
       .required();
   command.add_flag("--force", arguments->force, "Replace what is in a directory that is not empty");
   command
       .add_option("--seed", arguments->options.seed,
-                  "Draws the car, the errors and the noise; default: 1")
+                  "Seed of the car, the errors and the noise; default: 1")
       .type_name("N");
-  command.add_flag("--json", arguments->json, "Print what was measured as JSON");
+  command.add_flag("--json", arguments->json, "Print the measurements as JSON");
   command.callback([arguments, experiment] {
     arguments->options.existing = arguments->force ? sim::Existing::replace : sim::Existing::keep;
     const nlohmann::ordered_json measured = experiment(arguments->options);
@@ -37,7 +37,7 @@ Command add_experiment(Command sim, const std::string& name, const std::string& 
       std::cout << json_text(measured) << '\n';
     else
       std::cout << arguments->options.folder.string()
-                << ": measured.json holds what was measured, plant.json the truth\n";
+                << ": measured.json holds the measurements, plant.json the truth\n";
   });
   return command;
 }
@@ -53,7 +53,7 @@ void add_sim_experiments(Command sim) {
       .add_option("--duration", swing->options.duration, "How long it swings [s]; default: 180")
       .type_name("T");
   swing_command.footer(
-      "The car is a rigid body in space on two cords that give a little; it sways, tilts and is\n"
+      "The car is a rigid body in space on two slightly elastic cords; it sways, tilts and is\n"
       "not hung exactly at its centre of gravity. Its gyro goes to drive.log as on a drive.\n"
       "measured.json has lengths, mass and timings by stop-watch, with the errors that people\n"
       "make; plant.json has the truth.\n"
@@ -67,7 +67,7 @@ void add_sim_experiments(Command sim) {
                  sim::simulate_weighing, weighing)
       .footer(
           "A kitchen scale under the whole car, an axle, a side, three times each, the car never\n"
-          "quite level. measured.json has what it showed and what the tape said; plant.json has\n"
+          "quite level. measured.json has the readings of scale and tape measure; plant.json has\n"
           "the truth.\n"
           "\n"
           "Example:\n"

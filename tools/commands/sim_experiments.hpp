@@ -1,4 +1,4 @@
-// The subcommands of odom sim that are no drives.
+// The subcommands of odom sim other than drives.
 #pragma once
 
 #include "tools/cli/command.hpp"

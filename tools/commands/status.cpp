@@ -1,4 +1,4 @@
-// odom status: what the daemon says of itself.
+// odom status: shows the daemon's status.
 #include <chrono>
 #include <iostream>
 #include <memory>
@@ -28,16 +28,17 @@ void run_status(const Options& options) {
     std::cout << document;
     return;
   }
-  // Rates are of now, not of the hours since start: ask twice.
+  // Fetch it twice, so that rates are the present ones, not averages since the start.
   constexpr auto between = std::chrono::milliseconds{500};
   std::this_thread::sleep_for(between);
   const nlohmann::json second = parse_status(fetch_status(options.socket), options.socket);
   try {
     std::cout << status_as_text(second, first);
   } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error(options.socket +
-                             ": the status is not understood; do odom and odomd fit each other? (" +
-                             error.what() + ")");
+    throw std::runtime_error(
+        options.socket +
+        ": the status cannot be parsed; are odom and odomd of the same version? (" + error.what() +
+        ")");
   }
 }
 
@@ -45,15 +46,15 @@ void run_status(const Options& options) {
 
 void add_status(Command odom) {
   auto options = std::make_shared<Options>();
-  Command command = odom.add_subcommand("status", "Ask the daemon how it is");
+  Command command = odom.add_subcommand("status", "Show the daemon's status");
   add_socket_option(command, options->socket, "status");
-  command.add_flag("--json", options->json, "The daemon's own document");
+  command.add_flag("--json", options->json, "Print the daemon's own document");
   command.footer(
       "Examples:\n"
       "  odom status\n"
       "  odom status --json | jq .beat\n"
       "  watch -n 1 odom status\n"
-      "For people the rates are those of half a second, so the answer takes as long.");
+      "Without --json rates are measured over half a second, so the answer takes that long.");
   command.callback([options] {
     options->socket = service_path(options->socket, "status.sock");
     run_status(*options);

@@ -23,7 +23,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/tune/config_difference.hpp"
-#include "tools/tune/drive_doubts.hpp"
+#include "tools/tune/drive_checks.hpp"
 #include "tools/tune/tune_report.hpp"
 #include "tools/tune/tuning.hpp"
 
@@ -94,14 +94,14 @@ TuneJob job_of(const Options& options) {
   }
   for (const std::string& name : options.goals) job.goals.push_back(goal_named(name));
   const auto is_same = [](const std::string& one, const std::string& other) {
-    std::error_code missing;  // which the reader tells
+    std::error_code missing;  // which the reader reports
     return std::filesystem::equivalent(one, other, missing);
   };
   for (const std::string& held_out : options.held_out)
     for (const std::string& drive : options.drives)
       if (is_same(held_out, drive))
         throw std::invalid_argument("--held-out " + held_out +
-                                    ": is tuned on as well; it is one or the other");
+                                    ": is also given with --drive; give it only once");
   if (!options.model.empty()) job.model = daemon::parse_model(options.model);
   job.measure.align = options.align;
   for (const double value : options.lever_arm)
@@ -134,8 +134,8 @@ std::string in_words(const TuneProgress& progress) {
 void warn_of_drives(const TuneJob& job) {
   const auto warn = [&](const std::vector<Drive>& drives) {
     for (const Drive& drive : drives)
-      for (const std::string& doubt : drive_doubts(drive, job.model, job.measure))
-        say("odom tune: warning: " + drive.folder.string() + ": " + doubt);
+      for (const std::string& warning : drive_warnings(drive, job.model, job.measure))
+        say("odom tune: warning: " + drive.folder.string() + ": " + warning);
   };
   warn(job.drives);
   warn(job.held_out);
@@ -146,7 +146,7 @@ void warn_of_other_config(const TuneJob& job, const Options& options) {
   const daemon::Config written = daemon::load_config(options.write);
   for (const Drive& drive : job.drives) {
     std::string difference = config_difference(drive.config, written, job.parameters);
-    // What --model says is its own choice.
+    // --model is a choice of its own.
     if (!job.model && drive.config.model != written.model)
       difference =
           fmt::format("filter.model ({}, {}){}{}", daemon::name_of(drive.config.model),
@@ -154,12 +154,12 @@ void warn_of_other_config(const TuneJob& job, const Options& options) {
     if (difference.empty()) continue;
     say("odom tune: warning: the search runs with " + drive.config.file.string() +
         ", which differs from " + options.write + ": " + difference +
-        "; what suits the one need not suit the other: search with --config " + options.write);
+        "; the result may not suit it: search with --config " + options.write);
     if (!options.config.empty()) return;  // of all drives
   }
 }
 
-/// "filter.wheel_slip 0.02 > 0.011", as the file had it and has it now.
+/// "filter.wheel_slip 0.02 > 0.011": the file's value before and after.
 std::string changes(const std::string& file, const std::vector<ConfigValue>& values) {
   std::string text;
   for (const ConfigValue& value : values) {
@@ -172,7 +172,7 @@ std::string changes(const std::string& file, const std::vector<ConfigValue>& val
 
 void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
   if (!result.is_better()) {
-    say("odom tune: " + options.write + " is left as it was");
+    say("odom tune: " + options.write + " is unchanged");
     return;
   }
   std::vector<ConfigValue> values;
@@ -186,7 +186,7 @@ void write_config(const Options& options, const TuneJob& job, const TuneResult& 
 
 void run_tune(const Options& options) {
   if (!options.out.empty()) check_writable(options.out);
-  // Whatever can be told of what is written is told before the work.
+  // Output that cannot be written is reported before the work starts.
   if (!options.write.empty()) check_patchable(options.write);
   check_outputs(
       std::vector<Output>{
@@ -210,8 +210,9 @@ void run_tune(const Options& options) {
   } catch (const Stopped&) {
     progress.end();
     throw std::runtime_error(
-        options.state.empty() ? "stopped; with --state FILE the next run would go on from here"
-                              : "stopped; the same command goes on from here by " + options.state);
+        options.state.empty()
+            ? "stopped; with --state FILE the next run would continue from here"
+            : "stopped; the same command continues from here with " + options.state);
   }
   progress.end();
   if (trials) {
@@ -226,24 +227,23 @@ void run_tune(const Options& options) {
 
 void add_tune(Command odom) {
   Command command = odom.add_subcommand(
-      "tune", "Search settings that lessen the errors of drives, and tell what was over-fitted");
+      "tune", "Search for settings that reduce the errors of drives, and report over-fitting");
   const auto options = std::make_shared<Options>();
   command
-      .add_option(
-          "--drive", options->drives,
-          "Drive to tune on: a folder with drive.log (or can.log), car.toml, truth.csv and perhaps "
-          "camera.csv; several times")
+      .add_option("--drive", options->drives,
+                  "Drive to tune on: a folder with drive.log (or can.log), car.toml, truth.csv and "
+                  "optionally camera.csv; several times")
       .required()
       .repeatable()
       .type_name("DIR");
   command
       .add_option("--held-out", options->held_out,
-                  "Drive to judge by: the search never sees it; several times")
+                  "Drive to validate on: the search does not use it; several times")
       .repeatable()
       .type_name("DIR");
   command
       .add_option("--set", options->set,
-                  "Number to turn: KEY=FROM:TO is searched, KEY=FROM:TO:N and KEY=A,B,C are "
+                  "Parameter to tune: KEY=FROM:TO is searched, KEY=FROM:TO:N and KEY=A,B,C are "
                   "swept in all combinations; several times")
       .required()
       .repeatable()
@@ -252,8 +252,8 @@ void add_tune(Command odom) {
       .type_name("TOML");
   command
       .add_option("--goal", options->goals,
-                  "What to lessen, of position, heading, prediction (35 ms), second (1 s), end "
-                  "(cm/m), nees; default: position,heading,prediction")
+                  "Objective, of position, heading, prediction (35 ms), second (1 s), end (cm/m), "
+                  "nees; default: position,heading,prediction")
       .delimiter(',')
       .type_name("NAMES");
   command.add_option("--model", options->model, "Model instead of the configuration's")
@@ -261,38 +261,39 @@ void add_tune(Command odom) {
   add_choice<std::optional<Align>>(
       command, "--align", options->align,
       {{"first", Align::first}, {"fit", Align::fit}, {"none", Align::none}},
-      "How poses are brought to the reference, as in odom evaluate; default: none of a drive with "
-      "camera poses, else first");
+      "Alignment with the reference, as in odom evaluate; default: none for a drive with camera "
+      "poses, else first");
   command
       .add_option("--lever-arm", options->lever_arm,
-                  "Pose of the reference's point in the body frame: x,y,yaw")
+                  "Position of the reference's point in the body frame: x,y,yaw")
       .delimiter(',')
       .values(3)
       .type_name("X,Y,YAW");
   command.add_flag("--no-camera", options->no_camera, "Leave camera.csv out: dead reckoning");
-  command.add_option("--trials", options->trials, "At most so many in a search; default: 400")
+  command
+      .add_option("--trials", options->trials, "Largest number of trials in a search; default: 400")
       .within(1, 1'000'000)
       .type_name("N");
-  command.add_option("--jobs", options->jobs, "Replays at once; default: one a core")
+  command.add_option("--jobs", options->jobs, "Parallel replays; default: one per core")
       .within(1, 1024)
       .type_name("N");
   command
       .add_option("--state", options->state,
-                  "Keeps what was tried; a run that was stopped goes on from it")
+                  "File with the trials; a stopped run continues from it")
       .type_name("FILE");
-  command.add_option("--out", options->out, "Every trial: keys and relative error")
+  command.add_option("--out", options->out, "Table of every trial: keys and relative error")
       .type_name("CSV");
   command
       .add_option("--write", options->write,
-                  "Configuration to put the tuned numbers into, where they are better, also on "
-                  "the drives held out")
+                  "Configuration to write the tuned numbers to, if they are better, also on the "
+                  "held-out drives")
       .type_name("TOML");
   command.add_flag("--json", options->json, "One JSON object instead of tables");
   command.footer(
       "The error is the geometric mean, over drives and goals, of each error to what it is with "
       "the\n"
-      "configuration as it is. Ranges above zero are searched in proportion. A key that helps the\n"
-      "drives tuned on and harms those held out is over-fitted, and put back.\n"
+      "present configuration. Ranges above zero are searched in proportion. A key that helps the\n"
+      "drives tuned on and harms those held out is over-fitted, and keeps its value.\n"
       "Examples:\n"
       "  odom tune --drive lap1 --drive lap2 --held-out lap3 --set "
       "filter.front_angle_error=0.01:0.2\n"

@@ -98,7 +98,7 @@ void print(const watch::State& state, watch::Glyphs glyphs) {
   std::cout.flush();
 }
 
-// While nothing is written nothing else tells that the reader of a pipe has gone.
+// Without writing, this is the only way to notice that the reader of a pipe has gone.
 bool has_reader() {
   pollfd output{STDOUT_FILENO, 0, 0};
   return ::poll(&output, 1, 0) <= 0 || (output.revents & (POLLERR | POLLHUP)) == 0;
@@ -111,12 +111,13 @@ std::string why_absent(const watch::State& state) {
 
 std::string why_waiting(const watch::State& state) {
   if (state.segment)
-    return "the daemon is silent: this was its last word; waiting for it or its successor";
+    return "the daemon has stopped publishing: this was its last state; waiting for it or the next "
+           "one";
   const std::string why = why_absent(state);
   return why + (why.ends_with('?') ? "" : ".") + " Waiting for it; --once does not";
 }
 
-// A snapshot each interval; while there is no daemon, one, and a line on standard error.
+// A snapshot each interval; without a daemon only one, and a line on standard error.
 void watch_on_paper(const Options& options, watch::Observer& observer, watch::Glyphs glyphs) {
   Interrupt interrupt;
   bool waiting = false;
@@ -130,10 +131,10 @@ void watch_on_paper(const Options& options, watch::Observer& observer, watch::Gl
       std::cout << '\n' << std::flush;
     }
     waiting = silent;
-    constexpr auto patience = std::chrono::milliseconds{50};
+    constexpr auto nap = std::chrono::milliseconds{50};
     while (steady_clock::now() < next + interval_of(options) && has_reader() &&
            !interrupt.requested()) {
-      std::this_thread::sleep_for(std::min<steady_clock::duration>(patience, interval_of(options)));
+      std::this_thread::sleep_for(std::min<steady_clock::duration>(nap, interval_of(options)));
     }
   }
 }
@@ -142,7 +143,7 @@ void print_once(watch::Observer& observer, watch::Glyphs glyphs) {
   constexpr auto between = std::chrono::milliseconds{500};
   observer.look();
   if (observer.state().segment || observer.state().status) {
-    std::this_thread::sleep_for(between);  // rates are of now, not of the hours since start
+    std::this_thread::sleep_for(between);  // for present rates, not averages since the start
     observer.look();
   }
   if (!observer.state().segment) {
@@ -150,7 +151,7 @@ void print_once(watch::Observer& observer, watch::Glyphs glyphs) {
   }
   print(observer.state(), glyphs);
   if (observer.state().segment->silent) {
-    throw std::runtime_error("the daemon is silent: this was its last word");
+    throw std::runtime_error("the daemon has stopped publishing: this was its last state");
   }
 }
 
@@ -175,22 +176,23 @@ void add_watch(Command odom) {
   add_socket_option(command, options->target.socket, "status");
   command
       .add_option("--interval", options->interval_s,
-                  "Time between two looks [s], 0.05 to 3600; default: 0.5")
-      .within(0.05, 3600.0, Bounds::told)
+                  "Interval between updates [s], 0.05 to 3600; default: 0.5")
+      .within(0.05, 3600.0, Bounds::in_text)
       .type_name("S");
-  command.add_flag("--once", options->once, "Print one snapshot and end");
-  command.add_flag("--ascii", options->ascii, "No other characters than those of ASCII");
+  command.add_flag("--once", options->once, "Print one snapshot and exit");
+  command.add_flag("--ascii", options->ascii, "Use ASCII characters only");
   command.footer(
       "Examples:\n"
       "  odom watch\n"
       "  odom watch --interval 0.1\n"
       "  odom watch --once --ascii\n"
       "  odom watch --interval 60 >> drive.txt\n"
-      "Keys: q ends, p pauses and goes on, arrows and page keys scroll. It waits for a daemon "
+      "Keys: q ends, p pauses and continues, arrows and page keys scroll. It waits for a daemon "
       "that\n"
-      "is not there, and goes on with its successor. Where standard output is no terminal a plain\n"
-      "snapshot is printed every interval; that it waits is told on standard error.\n"
-      "NO_COLOR=1 leaves the colours out.");
+      "is not there, and continues with the next one. If standard output is not a terminal a "
+      "plain\n"
+      "snapshot is printed every interval; while it waits, it says so on standard error.\n"
+      "NO_COLOR=1 turns colours off.");
   command.callback([options] { run(*options); });
 }
 

@@ -74,7 +74,7 @@ std::string bash_script(const CommandSpec& program) {
       below += (below.empty() ? "" : " | ") + ('"' + joined(command->path, " ") + '"');
 
   std::string text = "# bash completion for " + name +
-                     ", written from its own command line. Not to be edited.\n" + helpers(name);
+                     ", generated from its command line. Do not edit.\n" + helpers(name);
   text += "\n_" + name + "() {\n  local cur=${COMP_WORDS[COMP_CWORD]}" +
           " prev=${COMP_WORDS[COMP_CWORD - 1]}\n  local command=" + name + " i\n  COMPREPLY=()\n";
   if (!below.empty()) {
@@ -101,7 +101,7 @@ std::string bash_script(const CommandSpec& program) {
     for (const OptionSpec& option : command->options) words += joined(option.names, " ") + ' ';
     if (!words.empty()) words.pop_back();
     text += "    \"" + joined(command->path, " ") + "\")\n";
-    // Options stand behind what is asked for.
+    // Offer options only after the arguments.
     for (const ValueSpec& argument : command->arguments)
       text += "      [[ $cur == -?* ]] || { " + offer(name, argument) + "; }\n";
     text += fmt::format("      _{}_words \"{}\" ;;\n", name, words);

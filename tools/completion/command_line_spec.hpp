@@ -1,4 +1,4 @@
-// A command line as data: what CLI11 knows of a program, for those who write about it.
+// A command line as data: what CLI11 knows of a program, for writing completions.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@ class App;
 
 namespace odomd::completion {
 
-/// What can stand for a value.
+/// The kinds of values.
 enum class Values {
   none,    ///< a flag takes no value
-  free,    ///< a number, a title: nobody can guess it
+  free,    ///< a number, a title: not completed
   choice,  ///< one of some names
   file,    ///< also sockets
   directory,
@@ -38,15 +38,16 @@ struct CommandSpec {
   std::vector<std::string> path;  ///< "odom", "camera", "send"
   std::string help;
   std::vector<OptionSpec> options;
-  std::vector<ValueSpec> arguments;  ///< those without a name in front
+  std::vector<ValueSpec> arguments;  ///< positional arguments
   std::vector<CommandSpec> commands;
 };
 
-/// Of a program and all its subcommands. Values are told by the names of their types: FILE, CSV,
-/// DBC, LOG, PATH; DIR; IFACE; SRC; NAME (a segment); a|b|c. Others are free.
+/// The options of a program and all its subcommands. The name of a value's type selects its
+/// completion: FILE, CSV, DBC, LOG, PATH; DIR; IFACE; SRC; NAME (a segment); a|b|c. Other types are
+/// not completed.
 [[nodiscard]] CommandSpec spec_of(const CLI::App& program);
 
-/// The names of a path in one: "odom camera send".
+/// The names of a command path joined: "odom camera send".
 [[nodiscard]] std::string joined(const std::vector<std::string>& path, const std::string& between);
 
 /// A command and all below it, the outermost first.

@@ -48,7 +48,7 @@ std::string option_names(const OptionSpec& option) {
 std::string fish_script(const CommandSpec& program) {
   const std::string& name = program.path.front();
   std::string text = "# fish completion for " + name +
-                     ", written from its own command line. Not to be edited.\n\n"
+                     ", generated from its command line. Do not edit.\n\n"
                      "function __" +
                      name +
                      "_interfaces\n    echo -\n    for device in /sys/class/net/*\n"

@@ -87,8 +87,8 @@ std::string group(const std::string& program, const CommandSpec& command) {
 std::string zsh_script(const CommandSpec& program) {
   const std::string& name = program.path.front();
   std::string text =
-      "#compdef " + name + "\n# Written from " + name +
-      "'s own command line. Not to be edited.\n\n"
+      "#compdef " + name + "\n# Generated from " + name +
+      "'s command line. Do not edit.\n\n"
       "# Network devices of type 280 are those of the CAN bus.\n_" +
       name +
       "_interfaces() {\n  local device\n  local -a found=(-)\n"

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Shortest form that reads back to the same bits, and a fraction by its looks.
+/// The shortest form that reads back to the same bits, always with a decimal point or exponent.
 std::string number_text(double value) {
   std::string text;
   append_number(text, value);
@@ -26,7 +26,7 @@ std::string number_text(double value) {
   return text;
 }
 
-/// A list that is not there is written whole; how many numbers the configuration wants in it.
+/// A missing list is written completely: the number of elements that the configuration needs.
 std::optional<std::size_t> length_of_list(const std::string& name) {
   if (name == "lever_arm" || name == "pose") return 3;
   if (name == "position") return 2;
@@ -40,7 +40,7 @@ std::string list_text(std::size_t length, std::size_t element, const std::string
   return text + "]";
 }
 
-/// How a table came to be, which decides how something is added to it.
+/// How a table was defined, which decides how something is added to it.
 enum class Origin : std::uint8_t { root, header, inline_table, dotted_keys, implied };
 
 class Patch {
@@ -65,13 +65,13 @@ class Patch {
     verify();
   }
 
-  /// What stands there already.
+  /// Replaces an existing value.
   [[nodiscard]] std::optional<ConfigValue> there() {
     const toml::node* node = find();
     if (node != nullptr && path_.element) node = &element_of(*node);
     if (node == nullptr) return std::nullopt;
     const std::optional<double> number = node->value<double>();
-    if (!number) fail(*node, "is not a number; write one there, or name another key");
+    if (!number) fail(*node, "is not a number; correct it, or give another key");
     return ConfigValue{value_.key, *number,
                        toml_note(text_, offset(node->source().begin), label())};
   }
@@ -91,7 +91,7 @@ class Patch {
     const toml::node* node = &root_;
     for (const std::string& name : path_.names) {
       const toml::table* const table = node->as_table();
-      if (table == nullptr) fail(*node, "stands within what is no table");
+      if (table == nullptr) fail(*node, "is inside a value that is not a table");
       tables_.push_back(table);
       node = table->get(name);
       if (node == nullptr) return nullptr;
@@ -108,12 +108,12 @@ class Patch {
   }
 
   void replace(const toml::node& node) {
-    if (!node.is_number()) fail(node, "is not a number; write one there");
+    if (!node.is_number()) fail(node, "is not a number; correct it");
     const std::size_t begin = offset(node.source().begin);
     const std::size_t end = offset(node.source().end);
     const std::string number = number_text(value_.value);
     const TomlLine line = lines_[toml_line_of(lines_, begin)];
-    // The comments of neighbouring lines often stand in one column: keep it.
+    // Comments of neighbouring lines are often aligned: keep that.
     if (line.has_comment() && line.comment > end) {
       std::size_t blanks = line.comment;
       while (text_[blanks - 1] == ' ') --blanks;
@@ -126,7 +126,7 @@ class Patch {
     set_toml_note(text_, begin, label(), value_.note);
   }
 
-  /// Which of the numbers of a line a note is about: nothing where the line has but one.
+  /// The label that says which number of a line a note is about; empty if the line has only one.
   [[nodiscard]] std::string label() const {
     std::string text;
     for (std::size_t i = 0; i < path_.names.size(); ++i)
@@ -141,7 +141,7 @@ class Patch {
     if (table.is_inline()) return Origin::inline_table;
     const toml::source_position begin = table.source().begin;
     if (text_[offset(begin)] != '[') return Origin::dotted_keys;
-    // [a.b] makes a as well, which then seems to stand where b stands.
+    // [a.b] also creates a, whose position is then that of b.
     for (const auto& [key, child] : table)
       if (child.source().begin == begin) return Origin::implied;
     return Origin::header;
@@ -152,11 +152,11 @@ class Patch {
     if (path_.element) {
       const auto length = length_of_list(path_.names.back());
       if (!length || *path_.element >= *length)
-        throw std::invalid_argument(fmt::format("{}: {}: there is no such list; write it whole",
-                                                file_.string(), shown(path_)));
+        throw std::invalid_argument(fmt::format(
+            "{}: {}: there is no such list; give the whole list", file_.string(), shown(path_)));
       value = list_text(*length, *path_.element, value);
     }
-    // The table that text can be added to: dotted keys belong to the one in which they stand.
+    // The table that text can be added to: dotted keys belong to the table that contains them.
     std::size_t depth = tables_.size() - 1;
     const bool dotted = origin_of(*tables_[depth]) == Origin::dotted_keys;
     while (origin_of(*tables_[depth]) == Origin::dotted_keys) --depth;
@@ -192,7 +192,7 @@ class Patch {
     std::size_t end = 0;  ///< 0: there is none
   };
 
-  /// The last of the entries that stand below a table's own header.
+  /// The last of the entries below a table's own header.
   [[nodiscard]] Entry last_entry(const toml::table& table) const {
     Entry last;
     for (const auto& [key, node] : table) {
@@ -247,7 +247,7 @@ class Patch {
     set_toml_note(text_, at, path_.element ? fmt::format("[{}]", *path_.element) : "", value_.note);
   }
 
-  /// Whatever the text looked like: it must now say what it said before, but for the one number.
+  /// Checks the result: apart from the one number it must mean the same as before.
   void verify() {
     toml::table* table = &root_;
     for (std::size_t i = 0; i + 1 < path_.names.size(); ++i) {
@@ -272,7 +272,7 @@ class Patch {
     }
     if (!same)
       throw std::invalid_argument(
-          fmt::format("{}: {}: cannot be put into a text like this; write {} there by hand",
+          fmt::format("{}: {}: cannot be inserted into this text; write {} there by hand",
                       file_.string(), shown(path_), number_text(value_.value)));
   }
 
@@ -282,7 +282,7 @@ class Patch {
   TomlPath path_;
   toml::table root_;
   std::vector<TomlLine> lines_;
-  std::vector<const toml::table*> tables_;  // from the root down, those that are there
+  std::vector<const toml::table*> tables_;  // from the root down, the existing ones
 };
 
 }  // namespace

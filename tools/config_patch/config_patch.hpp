@@ -1,5 +1,5 @@
-// Puts numbers into a configuration where they stand, so that everything else, comments too, stays
-// as it was.
+// Writes numbers into a configuration in place, so that everything else, including comments, is
+// kept.
 #pragma once
 
 #include <filesystem>
@@ -14,21 +14,20 @@ struct ConfigValue {
   std::string key;
   double value = 0.0;
   /// The comment at the end of its line: "odom identify mass: +- 0.004 kg, scale". It begins with
-  /// "odom ", by which the next one is put in its place; everything else in comments stays. Where
-  /// the line has several numbers, the note says which it is about: "(sigma: odom ...)".
+  /// "odom ", so that the next note replaces it; everything else in comments is kept. If the line
+  /// has several numbers, the note says which one it is about: "(sigma: odom ...)".
   std::string note;
 };
 
-/// The text with the numbers in it: a value that is there is replaced where the parser says that
-/// it stands, one that is missing is added to its table (also to an inline one), a missing table
-/// at the end. Written in the shortest form that reads back to the same bits. Throws
-/// std::invalid_argument, naming file, line and key, where the text is no TOML or a key holds
-/// something else than a number.
+/// The text with the numbers: an existing value is replaced in place, a missing one is added to its
+/// table (also to an inline one), a missing table is added at the end. Numbers have the shortest
+/// form that reads back to the same bits. Throws std::invalid_argument, naming file, line and key,
+/// if the text is not TOML or a key is not a number.
 [[nodiscard]] std::string patched(const std::string& text, const std::filesystem::path& file,
                                   std::span<const ConfigValue> values);
 
-/// The number that stands there with odom's note about it; the note may be empty. Nothing where the
-/// key is not there. Throws like patched().
+/// The present number with odom's note about it; the note may be empty. Nothing if the key is
+/// missing. Throws like patched().
 [[nodiscard]] std::optional<ConfigValue> value_in(const std::string& text,
                                                   const std::filesystem::path& file,
                                                   const std::string& key);
@@ -40,12 +39,12 @@ struct ConfigValue {
 [[nodiscard]] std::optional<double> number_in(const std::filesystem::path& file,
                                               const std::string& key);
 
-/// Throws what patch_config would of the file itself: missing, no regular file, no TOML, or in a
-/// folder that cannot be written (std::runtime_error).
+/// Throws what patch_config would throw about the file itself: missing, not a regular file, not
+/// TOML, or in a folder that cannot be written (std::runtime_error).
 void check_patchable(const std::filesystem::path& file);
 
-/// Patches a file as a whole or not at all; the result must load as a configuration, or nothing is
-/// written and the reason is thrown. Mode and owner stay, and a link stays a link.
+/// Patches a file completely or not at all. The result must load as a configuration, else nothing
+/// is written and the reason is thrown. Mode, owner and symbolic links are kept.
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values);
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-// A configuration on the disk: patched as a whole or not at all.
+// A configuration file, patched completely or not at all.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -19,19 +19,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file beside another that is gone unless it took that one's place.
-class Beside {
+/// A temporary file in the folder of another. It is removed unless it replaced that file.
+class TemporaryFile {
  public:
-  explicit Beside(const fs::path& place)
+  explicit TemporaryFile(const fs::path& place)
       : name_((place.parent_path() / ("." + place.filename().string() + ".XXXXXX")).string()) {
     file_ = FileDescriptor(::mkostemp(name_.data(), O_CLOEXEC));
     if (file_.get() < 0) fail(place, errno);
   }
-  ~Beside() {
+  ~TemporaryFile() {
     if (!name_.empty()) ::unlink(name_.c_str());
   }
-  Beside(const Beside&) = delete;
-  Beside& operator=(const Beside&) = delete;
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   [[nodiscard]] const std::string& name() const { return name_; }
 
@@ -45,8 +45,8 @@ class Beside {
     }
     struct stat status {};
     if (::stat(place.c_str(), &status) != 0) fail(place, errno);
-    // Another's file may not become ours; where it cannot be given back it is at least readable
-    // to whom it was.
+    // The file must keep its owner; if that is not possible it must at least remain readable to the
+    // same users.
     if (::fchown(file_.get(), status.st_uid, status.st_gid) != 0 && errno != EPERM)
       fail(place, errno);
     if (::fchmod(file_.get(), status.st_mode & 07777U) != 0 || ::fsync(file_.get()) != 0)
@@ -68,7 +68,7 @@ class Beside {
   FileDescriptor file_;
 };
 
-/// The reason why a text does not load, as if it stood in `file`.
+/// The reason why a text does not load, worded as for `file`.
 void check_that_it_loads(const std::string& copy, const fs::path& file) {
   try {
     (void)daemon::load_config(copy);
@@ -81,17 +81,17 @@ void check_that_it_loads(const std::string& copy, const fs::path& file) {
 }
 
 std::string text_of(const fs::path& file) {
-  // Before it is read: a pipe would never end.
+  // Checked before reading: a pipe might never end.
   std::error_code error;
   if (fs::exists(file, error) && !fs::is_regular_file(file, error) &&
       !fs::is_directory(file, error))
     throw std::invalid_argument(file.string() + ": is not a regular file; it cannot be patched");
   if (!fs::exists(file, error))
     throw std::invalid_argument(file.string() +
-                                ": there is no such file; --write puts numbers into a "
-                                "configuration that exists: copy the car's there first");
+                                ": there is no such file; --write changes an existing "
+                                "configuration: copy the car's there first");
   std::string text = daemon::read_toml_file(file);
-  // It would be replaced, which its folder allows.
+  // It would be replaced, as its folder is writable.
   if (::access(file.c_str(), W_OK) != 0 && errno == EACCES) {
     struct stat status {};
     const bool own = ::stat(file.c_str(), &status) == 0 && status.st_uid == ::geteuid();
@@ -114,14 +114,14 @@ std::optional<double> number_in(const std::filesystem::path& file, const std::st
 
 void check_patchable(const std::filesystem::path& file) {
   (void)daemon::parse_toml(text_of(file), file);
-  (void)Beside(fs::canonical(file));
+  (void)TemporaryFile(fs::canonical(file));
 }
 
 void patch_config(const std::filesystem::path& file, std::span<const ConfigValue> values) {
   const std::string before = text_of(file);
   const std::string after = patched(before, file, values);
-  const fs::path place = fs::canonical(file);  // a link stays one
-  Beside copy(place);
+  const fs::path place = fs::canonical(file);  // keeps a symbolic link
+  TemporaryFile copy(place);
   copy.write(after, place);
   check_that_it_loads(copy.name(), file);
   if (after != before) copy.take_the_place_of(place);

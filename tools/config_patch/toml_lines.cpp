@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 
-/// Past the end of the text in quotes that opens at `at`: "...", '...', """...""" or '''...'''.
+/// The offset after the quoted text that starts at `at`: "...", '...', """...""" or '''...'''.
 std::size_t past_text(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const bool escapes = quote == '"';
@@ -23,7 +23,7 @@ std::size_t past_text(std::string_view text, std::size_t at) {
       at += 2;
     } else if (several_lines ? text.substr(at, 3) == three : text[at] == quote) {
       at += several_lines ? 3 : 1;
-      // Up to two quotes may stand before the closing three.
+      // Up to two quotes may precede the closing three.
       while (several_lines && at < text.size() && text[at] == quote) ++at;
       return at;
     } else {
@@ -33,7 +33,7 @@ std::size_t past_text(std::string_view text, std::size_t at) {
   return text.size();
 }
 
-/// The note may not hold what ends it, nor what a comment may not hold.
+/// The note must not contain its end mark, nor characters that are not allowed in a comment.
 std::string as_note(const std::string& label, const std::string& note) {
   std::string inner = label.empty() ? note : label + ": " + note;
   for (char& c : inner) {
@@ -49,7 +49,7 @@ std::string trimmed(std::string text) {
   return text;
 }
 
-/// The line at whose end the comment of an offset stands.
+/// The line with the comment for an offset.
 TomlLine line_with_comment_of(std::string_view text, std::size_t offset) {
   const std::vector<TomlLine> lines = toml_lines(text);
   std::size_t index = toml_line_of(lines, offset);
@@ -62,7 +62,7 @@ struct Span {
   std::size_t end = 0;
 };
 
-/// Where odom's note with that label stands in a comment, its brackets among it.
+/// The range of odom's note with that label in a comment, including its brackets.
 std::optional<Span> note_in(const std::string& comment, const std::string& label) {
   std::string opening = as_note(label, "odom ");
   opening.pop_back();

@@ -14,7 +14,7 @@
 namespace odomd::tools {
 
 TomlPath parse_toml_path(const std::string& key) {
-  const auto no_key = [&] { throw std::invalid_argument(tools::quoted(key) + " is no key"); };
+  const auto no_key = [&] { throw std::invalid_argument(tools::quoted(key) + " is not a key"); };
   TomlPath path;
   std::size_t at = 0;
   while (true) {

@@ -1,4 +1,4 @@
-// The place of a value in a TOML file, as people write it.
+// The path of a value in a TOML file.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ struct TomlPath {
   std::optional<std::size_t> element;
 };
 
-/// Throws std::invalid_argument for what is none.
+/// Throws std::invalid_argument for an invalid path.
 [[nodiscard]] TomlPath parse_toml_path(const std::string& key);
 
 /// "[vehicle] mass", as the configuration's own errors have it.

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::array<Condition, 17> all{{
     {ODOM_COND_NOT_REALTIME, "not_realtime", "the machine refused real-time scheduling or locking"},
-    {ODOM_COND_RESTARTED, "restarted", "went on from the pose of a predecessor"},
+    {ODOM_COND_RESTARTED, "restarted", "resumed from the last pose"},
     {ODOM_COND_BUS_DOWN, "bus_down", "a bus is down or gone"},
     {ODOM_COND_SIGNAL_TIMEOUT, "signal_timeout", "a mapped signal is overdue"},
     {ODOM_COND_PROTECTION, "protection", "a message fails its end-to-end protection"},
@@ -20,15 +20,15 @@ constexpr std::array<Condition, 17> all{{
     {ODOM_COND_CLOCK_STEPPED, "clock_stepped", "the wall clock stepped within the last second"},
     {ODOM_COND_SUSPENDED, "suspended", "the machine slept within the last second"},
     {ODOM_COND_CAMERA_REJECTED, "camera_rejected",
-     "the last camera pose was not plausible, too old or ahead of its time"},
-    {ODOM_COND_MODEL_FAULT, "model_fault", "the model left its domain and stopped"},
+     "the last camera pose was not plausible, too old or from the future"},
+    {ODOM_COND_MODEL_FAULT, "model_fault", "the model left its valid range and stopped"},
     {ODOM_COND_NON_FINITE, "non_finite", "a state that was not finite was reset"},
     {ODOM_COND_INPUT_ENDED, "input_ended", "the log or the pipe has ended"},
-    {ODOM_COND_SENSOR_FAULT, "sensor_fault", "a sensor's values cannot be true: see its flag"},
-    {ODOM_COND_WHEEL_SLIP, "wheel_slip", "a wheel turns otherwise than the car moves"},
+    {ODOM_COND_SENSOR_FAULT, "sensor_fault", "a sensor's values are impossible: see its flag"},
+    {ODOM_COND_WHEEL_SLIP, "wheel_slip", "a wheel's speed disagrees with the car's motion"},
     {ODOM_COND_MISWIRED, "miswired", "a sensor is wired or described wrongly: see its wiring"},
     {ODOM_COND_INCONSISTENT, "inconsistent",
-     "a source does not fit what the filter expects, for seconds"},
+     "a source has been inconsistent with the filter for seconds"},
 }};
 
 }  // namespace

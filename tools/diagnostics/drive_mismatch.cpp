@@ -11,7 +11,7 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t step_ns = second_ns / 10;
 constexpr std::size_t least_samples = 20;
 constexpr double least_turn = 0.1;  // rad a second, rms
-constexpr double otherwise = 0.7;   // of it; a filter that is merely bad is off by a tenth
+constexpr double otherwise = 0.7;   // of it; a bad filter is off by a tenth
 
 bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
   double difference = 0.0;
@@ -40,10 +40,10 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
 
 std::string drive_mismatch(const Trajectory& reference, const Trajectory& estimate) {
   if (turns_otherwise(reference, estimate))
-    return "it turns quite otherwise than the reference does: look whether the two are of one "
-           "drive and on one clock, and at the sign of the yaw";
+    return "its turns disagree with the reference's: check that the two are of one drive and on "
+           "one clock, and the sign of the yaw";
   if (reference.has_covariance && !estimate.has_covariance)
-    return "the reference has sigmas and this has none: look whether --reference and --pose are "
+    return "the reference has sigmas and this has none: check whether --reference and --pose are "
            "exchanged";
   return {};
 }

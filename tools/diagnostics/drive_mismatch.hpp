@@ -1,5 +1,5 @@
-// An estimate that is held against the reference of another drive: both start their clocks alike,
-// and every number made of the two looks like that of a bad filter.
+// Detects an estimate compared with the reference of another drive. Both clocks start alike, so
+// every figure would look like that of a bad filter.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace odomd::tools {
 
-/// What to say where, from second to second, the two turn so differently that they cannot be of one
-/// drive, or where they look exchanged (sigmas in the reference alone); empty where neither is so,
-/// and where the reference hardly turns.
+/// A warning if the two turn so differently from second to second that they cannot be of one drive,
+/// or if they look exchanged (sigmas in the reference alone). Empty otherwise, and if the reference
+/// hardly turns.
 [[nodiscard]] std::string drive_mismatch(const Trajectory& reference, const Trajectory& estimate);
 
 }  // namespace odomd::tools

@@ -43,7 +43,8 @@ BeatHistogram read_beat_log(const std::filesystem::path& file) {
   while (reader.next()) {
     const double number = reader.number(tick);
     if (histogram.ticks > 0) {
-      if (!(number > before)) reader.fail(tick, "the number does not rise; sort the rows by tick");
+      if (!(number > before))
+        reader.fail(tick, "the tick number does not increase; sort the rows by tick");
       histogram.missed += static_cast<std::uint64_t>(number - before) - 1;
     }
     before = number;
@@ -53,7 +54,7 @@ BeatHistogram read_beat_log(const std::filesystem::path& file) {
     ++histogram.ticks;
   }
   if (histogram.ticks == 0) {
-    throw std::invalid_argument(file.string() + ": has no rows; nothing can be said of the beat");
+    throw std::invalid_argument(file.string() + ": has no rows");
   }
   return histogram;
 }

@@ -15,7 +15,7 @@ enum Column : std::size_t { t_arrival, t_capture, x, y, yaw, sigma_x, sigma_y, s
 double sigma_at(const CsvReader& reader, Column column) {
   const double sigma = reader.number(column);
   if (!(sigma > 0.0)) {
-    reader.fail(column, "a standard deviation must be above 0; mend or remove the line");
+    reader.fail(column, "a standard deviation must be above 0; correct or remove the line");
   }
   return sigma;
 }
@@ -54,10 +54,10 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
   const auto before_seen = std::ranges::count_if(
       log.poses, [](const auto& pose) { return pose.arrival_ns < pose.capture_ns; });
   if (before_seen > 0)
-    log.warnings.push_back(fmt::format(
-        "{}: {} of {} poses arrive before they are captured, and are of no use: are the columns "
-        "t_arrival and t_capture exchanged?",
-        file.string(), before_seen, log.poses.size()));
+    log.warnings.push_back(
+        fmt::format("{}: {} of {} poses arrive before they are captured and cannot be used: are "
+                    "the columns t_arrival and t_capture exchanged?",
+                    file.string(), before_seen, log.poses.size()));
 
   const auto by_arrival = [](const estimator::CameraPose& a, const estimator::CameraPose& b) {
     return a.arrival_ns < b.arrival_ns;
@@ -69,9 +69,8 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
   return log;
 }
 
-std::string no_pose_doubt(const std::filesystem::path& file) {
-  return file.string() +
-         ": holds no camera pose, as if there were no camera; look whether its tracker saw the car";
+std::string no_pose_warning(const std::filesystem::path& file) {
+  return file.string() + ": contains no camera pose; check whether the tracker saw the car";
 }
 
 }  // namespace odomd::tools

@@ -12,19 +12,19 @@
 namespace odomd::tools {
 
 struct CameraLog {
-  /// In order of arrival; of the camera's reference point, not yet of the centre of gravity.
+  /// In order of arrival; poses of the camera's reference point, not of the centre of gravity.
   std::vector<estimator::CameraPose> poses;
   std::vector<std::string> warnings;
 };
 
-/// Reads a whole log. Throws std::invalid_argument with file, line and column where it is not
-/// usable: a missing column, a field that is no finite number, a sigma that is not positive. A
-/// last line that is cut off, rows out of the order of arrival, and poses that arrive before they
-/// are captured are warnings.
+/// Reads a whole log. Throws std::invalid_argument with file, line and column if it is not usable:
+/// a missing column, a field that is not a finite number, a sigma that is not positive. A last line
+/// that is cut off, rows out of the order of arrival, and poses that arrive before their capture
+/// give warnings.
 [[nodiscard]] CameraLog read_camera_log(const std::filesystem::path& file);
 
-/// What to say of a log without a single pose.
-[[nodiscard]] std::string no_pose_doubt(const std::filesystem::path& file);
+/// The warning about a log without a single pose.
+[[nodiscard]] std::string no_pose_warning(const std::filesystem::path& file);
 
 /// A reader for the camera's columns, and the pose of its next row; nothing at the end.
 [[nodiscard]] CsvReader camera_reader(std::istream& input, const std::string& name);

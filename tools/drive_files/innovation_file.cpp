@@ -18,14 +18,13 @@ enum Column : std::size_t { t, source, verdict, degrees, nu, sigma = nu + 3, nis
 const std::vector<std::string> columns{"t",    "source",  "verdict", "degrees", "nu_1", "nu_2",
                                        "nu_3", "sigma_1", "sigma_2", "sigma_3", "nis"};
 
-// The number that a word has among those that there are.
+// The index of a word in a list of words.
 template <typename Names>
 std::size_t number_of(const CsvReader& reader, std::size_t column, const Names& names) {
   const auto found = std::ranges::find(names, reader.text(column));
   if (found == names.end()) {
     reader.fail(column, quoted(reader.text(column)) +
-                            " is none that there is; take the file as "
-                            "odom replay --innovations wrote it");
+                            " is unknown; use a file of odom replay --innovations");
   }
   return static_cast<std::size_t>(found - names.begin());
 }
@@ -69,12 +68,13 @@ std::vector<Judgement> read_innovations(const std::filesystem::path& file) {
     one.verdict =
         static_cast<estimator::Verdict>(number_of(reader, verdict, estimator::verdict_names));
     const double freedom = reader.number(degrees);
-    if (freedom != 0.0 && freedom != 1.0 && freedom != 3.0) reader.fail(degrees, "is 0, 1 or 3");
+    if (freedom != 0.0 && freedom != 1.0 && freedom != 3.0)
+      reader.fail(degrees, "must be 0, 1 or 3");
     one.degrees = static_cast<int>(freedom);
     for (std::size_t i = 0; i < 3; ++i) {
       one.innovation[i] = reader.number(nu + i);
       const double root = reader.number(sigma + i);
-      if (root < 0.0) reader.fail(sigma + i, "a standard deviation is negative; mend the line");
+      if (root < 0.0) reader.fail(sigma + i, "a standard deviation is negative; correct the line");
       one.variance[i] = root * root;
     }
     one.squared_ratio = reader.number(nis);

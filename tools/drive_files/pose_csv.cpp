@@ -19,18 +19,18 @@ constexpr std::string_view pose_columns =
     "tick,odom_x,odom_y,odom_yaw,reset_count,conditions,cov_xy,cov_xyaw,cov_yyaw,"
     "steering,accel_x,accel_y";
 
-// More than that of 25 numbers of 24 characters, a mode and three counts.
+// Longer than 25 numbers of 24 characters, a mode and three counts.
 constexpr std::size_t longest_row = 1024;
 
 double sigma_of(double variance) {
   return std::sqrt(variance > 0.0 ? variance : 0.0);
 }
 
-/// `further` columns stand behind those of the pose.
+/// `further` columns follow those of the pose.
 void append_row(std::string& out, const odom_pose& pose, std::int64_t t_ns,
                 std::span<const double> further) {
   append_seconds(out, t_ns);
-  // Straight into place, one number behind the other.
+  // Written in place, one number after the other.
   const std::size_t begin = out.size();
   out.resize(begin + longest_row);
   char* end = out.data() + begin;

@@ -1,4 +1,4 @@
-// The pose file: one row a tick, as replay writes it and `odom pose --follow --csv` does.
+// The pose file: one row per tick, written by replay and `odom pose --follow --csv`.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,12 @@ void write_pose_header(std::ostream& out);
 /// Appends one row with its newline. `t_ns` is the time of validity on the clock of the file.
 void append_pose_row(std::string& out, const odom_pose& pose, std::int64_t t_ns);
 
-/// The same with the calibrations as further columns, for those who have the whole record of every
+/// The same with the calibrations as further columns, for callers with the complete record of every
 /// tick.
 void write_record_header(std::ostream& out);
 void append_record_row(std::string& out, const daemon::TickRecord& record, std::int64_t t_ns);
 
-/// "tracking", ...; "mode 9" of a daemon that knows more modes than we.
+/// "tracking", ...; "mode 9" for a mode that is not known here.
 [[nodiscard]] std::string mode_name(std::uint32_t mode);
 
 }  // namespace odomd::tools

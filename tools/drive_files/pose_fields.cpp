@@ -87,7 +87,7 @@ constexpr std::array fields{
               [](const Pose&, const Details& d) { return seconds(d.execution_ns); }},
 };
 
-// What may stand in a JSON text: names of ours and of roles need no more.
+// Characters that need no escaping in JSON: our names and roles use no others.
 void append_escaped(std::string& out, std::string_view text) {
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';

@@ -1,5 +1,5 @@
-// The numbers of a pose under the names by which plotting tools show them: one table for everything
-// that hands poses to such a tool, so that live and recorded ones carry the same names.
+// The numbers of a pose with their names in plotting tools: one table for all outputs to such
+// tools, so that live and recorded poses have the same names.
 #pragma once
 
 #include <odom/types.h>
@@ -13,7 +13,7 @@ namespace odomd::tools {
 /// One number. SI units.
 struct PoseField {
   std::string_view path;    ///< "map/x"; fields of one group stand together
-  std::string_view column;  ///< in a pose file (pose_csv.hpp); empty: it is not in there
+  std::string_view column;  ///< in a pose file (pose_csv.hpp); empty: not in the file
   double (*value)(const odom_pose& pose, const odom_details& details);
 };
 
@@ -24,7 +24,7 @@ struct PoseField {
 inline constexpr std::string_view mode_path = "mode";
 
 /// A JSON object of numbers and texts whose names may be paths of two parts; members of one group
-/// are to be added one after the other. A number that is not finite becomes null.
+/// must be added one after the other. A number that is not finite becomes null.
 class NestedJson {
  public:
   explicit NestedJson(std::string& out);  ///< appends to it

@@ -7,7 +7,7 @@
 namespace odomd::tools {
 namespace {
 
-constexpr std::size_t batch = 2048;  // rows: enough that starting a thread for them is nothing
+constexpr std::size_t batch = 2048;  // rows: enough that starting a thread for them is cheap
 
 }  // namespace
 

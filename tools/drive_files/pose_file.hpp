@@ -1,5 +1,5 @@
-// A pose file being written: the rows are put into words in a thread of their own, so that a replay
-// need not wait for its output.
+// Writes a pose file. A separate thread formats the rows, so that a replay does not wait for its
+// output.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace odomd::tools {
 /// Rows come out in the order in which they were added. One thread.
 class PoseFile {
  public:
-  /// Writes the header. `out` is left to this object until finish(), or until it is gone.
+  /// Writes the header. `out` belongs to this object until finish() or its destruction.
   explicit PoseFile(std::ostream& out);
   ~PoseFile();  ///< without finish(): the last rows may be missing
   PoseFile(const PoseFile&) = delete;
@@ -23,7 +23,7 @@ class PoseFile {
 
   /// `t_ns` is the time of validity on the clock of the file.
   void add(const daemon::TickRecord& record, std::int64_t t_ns);
-  /// Returns when `out` has them all.
+  /// Returns when all rows are in `out`.
   void finish();
 
  private:
@@ -35,9 +35,9 @@ class PoseFile {
 
   std::ostream& out_;
   std::vector<Row> added_;
-  std::vector<Row> written_;  // these two are the writing thread's
+  std::vector<Row> written_;  // these two belong to the writing thread
   std::string text_;
-  std::future<void> writing_;  // behind them: it waits for the thread
+  std::future<void> writing_;  // declared last: its destructor waits for the thread
 };
 
 }  // namespace odomd::tools

@@ -30,13 +30,13 @@ namespace {
                                            : std::generic_category().message(errno)));
 }
 
-/// Makes the folder, so that its files can be.
+/// Creates the folder.
 std::filesystem::path made(std::filesystem::path folder) {
   std::error_code error;
   if (!std::filesystem::create_directory(folder, error)) {
     throw std::invalid_argument(folder.string() + ": " +
-                                (error ? "cannot be made: " + error.message()
-                                       : "exists already; name another folder by --out"));
+                                (error ? "cannot be created: " + error.message()
+                                       : "exists already; name another folder with --out"));
   }
   return folder;
 }
@@ -82,7 +82,7 @@ void GrowingFile::write() {
 }
 
 void GrowingFile::sync() {
-  // Not every file system can (EINVAL): then it is as safe as it gets.
+  // Not every file system supports it (EINVAL).
   if (::fdatasync(file_.get()) != 0 && errno != EINVAL && errno != EROFS) fail(path_);
 }
 
@@ -104,8 +104,8 @@ RecordingFolder::RecordingFolder(std::filesystem::path folder, RecordingStart st
 }
 
 void RecordingFolder::begin(const daemon::TickMark& mark) {
-  // The recording's clock reads as the date, does not step, and has its ticks on multiples of the
-  // period, where a replay of can.log by itself has them, too.
+  // The recording's clock shows the date, does not step, and has its ticks on multiples of the
+  // period, like a replay of can.log alone.
   const auto period = start_.hello.at("period_ns").get<std::int64_t>();
   const std::int64_t offset = std::max<std::int64_t>(mark.realtime_offset_ns, 0);
   clock_offset_ns_ = offset - offset % period;
@@ -126,7 +126,7 @@ void RecordingFolder::take(const daemon::TickMark& mark, std::span<const can::Fr
   const bool first = counts_.first_tick == 0;
   if (first) begin(mark);
   for (can::Frame frame : frames) {
-    // Without a stamp it has the time of its drain: so the pipeline takes it, and so does a replay.
+    // Without a stamp it gets the time at which it was read, in the pipeline and in a replay alike.
     frame.time_ns = frame.time_ns > 0 ? frame.time_ns + clock_offset_ns_ : 0;
     can::append_candump_line(frames_.text(), frame, start_.buses.at(frame.bus),
                              can::StampDecimals::nine);
@@ -204,7 +204,7 @@ void RecordingFolder::write_info(const std::string& end) {
     info["camera_poses"] = counts_.cameras;
     info["end"] = end;
   }
-  // Whole or not at all.
+  // Completely or not at all.
   const auto path = folder_ / recorded_info;
   const auto fresh = folder_ / "info.json.part";
   write_whole(fresh, info.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');

@@ -1,5 +1,4 @@
-// A recording on its way to the disk: a folder of logs that `odom replay` takes. docs/recording.md
-// has the formats.
+// Writes a recording: a folder of logs for `odom replay`. docs/recording.md has the formats.
 #pragma once
 
 #include <array>
@@ -28,7 +27,7 @@ inline constexpr const char* recorded_config = "car.toml";
 /// The version of the folder's formats.
 inline constexpr int recording_format = 1;
 
-/// What odomd says before its ticks.
+/// What odomd sends before its ticks.
 struct RecordingStart {
   nlohmann::ordered_json hello;
   std::vector<daemon::RecordingFile> files;
@@ -36,14 +35,14 @@ struct RecordingStart {
   std::string state;
 };
 
-/// A file that only grows. Throws std::runtime_error that names it where it cannot be written.
+/// A file that only grows. Throws std::runtime_error that names it if it cannot be written.
 class GrowingFile {
  public:
   explicit GrowingFile(std::filesystem::path path);
 
   [[nodiscard]] std::string& text() { return text_; }  ///< to append to
-  void write();                                        ///< what was appended, to the system
-  void sync();                                         ///< what was written, to the disk
+  void write();                                        ///< passes what was appended to the system
+  void sync();                                         ///< writes it to the disk
   [[nodiscard]] std::uint64_t bytes() const { return bytes_ + text_.size(); }
 
  private:
@@ -54,15 +53,15 @@ class GrowingFile {
 };
 
 struct RecordingCounts {
-  std::uint64_t ticks = 0;  ///< recorded, without the first, from whose state a replay goes on
+  std::uint64_t ticks = 0;  ///< recorded, without the first, from whose state a replay starts
   std::uint64_t frames = 0;
   std::uint64_t cameras = 0;
-  std::uint64_t unusable_cameras = 0;  ///< messages that are no pose
+  std::uint64_t unusable_cameras = 0;  ///< messages that are not a pose
   std::uint64_t first_tick = 0;        ///< its number, and the newest's
   std::uint64_t last_tick = 0;
 };
 
-/// One recording. Throws std::invalid_argument where the folder exists, std::runtime_error where it
+/// One recording. Throws std::invalid_argument if the folder exists, std::runtime_error if it
 /// cannot be written.
 class RecordingFolder {
  public:
@@ -72,11 +71,11 @@ class RecordingFolder {
   void take(const daemon::TickMark& mark, std::span<const can::Frame> frames,
             std::span<const estimator::CameraPose> cameras);
 
-  /// Puts everything on the disk, the ticks after what they took in: whatever ends the machine
-  /// afterwards, the ticks that are there are whole.
+  /// Writes everything to the disk, the ticks after their inputs: if the machine fails afterwards,
+  /// the ticks on the disk are complete.
   void flush();
 
-  /// Ends the recording; `why` stands in info.json.
+  /// Ends the recording; `why` is written to info.json.
   void close(const std::string& why);
 
   [[nodiscard]] const RecordingCounts& counts() const { return counts_; }

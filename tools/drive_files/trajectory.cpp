@@ -32,7 +32,7 @@ enum Column : std::size_t {
 estimator::PoseCovariance covariance_at(const CsvReader& reader) {
   const auto sigma = [&reader](Column column) {
     const double value = reader.number(column);
-    if (value < 0.0) reader.fail(column, "a standard deviation is negative; mend the line");
+    if (value < 0.0) reader.fail(column, "a standard deviation is negative; correct the line");
     return value;
   };
   const auto covariance = [&reader](Column column) {
@@ -45,7 +45,7 @@ estimator::PoseCovariance covariance_at(const CsvReader& reader) {
           sy * sy, covariance(cov_yyaw), syaw * syaw};
 }
 
-// The turn that lies nearest to the one before.
+// The yaw nearest to the previous one.
 double unwrapped(double angle, double before) {
   return before + std::remainder(angle - before, 2.0 * std::numbers::pi);
 }
@@ -100,13 +100,13 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
     trajectory.points.push_back(point);
   }
   if (trajectory.points.empty()) {
-    throw std::invalid_argument(name + ": has no rows; nothing can be said about it");
+    throw std::invalid_argument(name + ": has no rows");
   }
   trajectory.warnings = reader.warnings();
   if (repeated > 0) {
     trajectory.warnings.push_back(first_repeated + ": column \"t\": a time is repeated (" +
                                   std::to_string(repeated) +
-                                  " rows in all); of equal times the first row counts");
+                                  " rows in all); of rows with equal times the first is used");
   }
   return trajectory;
 }

@@ -22,9 +22,9 @@ struct Motion {
 struct TrajectoryPoint {
   std::int64_t t_ns = 0;
   estimator::Pose2 pose;  ///< yaw unwrapped: no step between rows exceeds half a turn
-  Motion motion;          ///< where Trajectory::has_motion
-  estimator::PoseCovariance covariance{};  ///< where Trajectory::has_covariance
-  double reset_count = 0.0;  ///< how often the pose has jumped; 0 where the file does not say
+  Motion motion;          ///< if Trajectory::has_motion
+  estimator::PoseCovariance covariance{};  ///< if Trajectory::has_covariance
+  double reset_count = 0.0;  ///< number of jumps of the pose; 0 if the file does not contain it
 };
 
 struct Trajectory {
@@ -35,31 +35,31 @@ struct Trajectory {
   std::vector<std::string> warnings;
 };
 
-/// Which pose of a pose file.
+/// The pose of a pose file to read.
 enum class Frame : std::uint8_t {
   map,   ///< x, y, yaw: jumps where a filter takes in a camera pose or is reset
-  odom,  ///< odom_x, odom_y, odom_yaw: the jump-free one, which has no covariance
+  odom,  ///< odom_x, odom_y, odom_yaw: without jumps and without covariance
 };
 
-/// Throws std::invalid_argument with file, line and column where the file is not usable: a missing
-/// column, a field that is no finite number, times that run backwards, no row at all. A repeated
-/// time is a warning, and its first row counts.
+/// Throws std::invalid_argument with file, line and column if the file is not usable: a missing
+/// column, a field that is not a finite number, times that run backwards, no row at all. A repeated
+/// time gives a warning, and its first row is used.
 [[nodiscard]] Trajectory read_trajectory(const std::filesystem::path& file,
                                          Frame frame = Frame::map);
 
-/// The same of a stream; messages call it `name`.
+/// The same for a stream; messages call it `name`.
 [[nodiscard]] Trajectory read_trajectory(std::istream& input, const std::string& name,
                                          Frame frame = Frame::map);
 
 /// The point at a time: linear between neighbours (yaw is unwrapped, so this is the shorter way;
-/// velocities and covariance likewise). Nothing outside the span: there is no extrapolation.
+/// velocities and covariance likewise). Nothing outside the span: it does not extrapolate.
 [[nodiscard]] std::optional<TrajectoryPoint> at(const Trajectory& trajectory, std::int64_t t_ns);
 
 /// The point at a time between those of `a` and `b`.
 [[nodiscard]] TrajectoryPoint between(const TrajectoryPoint& a, const TrajectoryPoint& b,
                                       std::int64_t t_ns);
 
-/// The rows between two times, both included. Throws std::invalid_argument where there is none.
+/// The rows between two times, both included. Throws std::invalid_argument if there is none.
 [[nodiscard]] Trajectory cut_to(Trajectory trajectory, std::int64_t from_ns, std::int64_t to_ns);
 
 }  // namespace odomd::tools

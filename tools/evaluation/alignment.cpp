@@ -49,7 +49,7 @@ Pose2 least_squares(std::span<const Pair> pairs) {
     yaw_cos += std::cos(turn);
     yaw_sin += std::sin(turn);
   }
-  // Positions that do not spread (a car that stands) say nothing of the rotation; headings do.
+  // Positions without spread (a car that stands) do not determine the rotation; headings do.
   constexpr double least_spread = 1e-6;  // m²
   const bool spread = std::hypot(dot, cross) > least_spread * count;
   const double yaw = spread ? std::atan2(cross, dot) : std::atan2(yaw_sin, yaw_cos);
@@ -66,7 +66,7 @@ std::vector<Pair> common_times(const Trajectory& reference, const Trajectory& es
   }
   if (pairs.size() < 2) {
     throw std::invalid_argument(span_of(estimate) + ", " + span_of(reference) +
-                                ": less than two common times; put both on the log's clock");
+                                ": fewer than two common times; put both on the log's clock");
   }
   return pairs;
 }
@@ -135,14 +135,14 @@ LeverArmFit fit_lever_arm(const Trajectory& reference, std::span<const Trajector
       std::sqrt(turned / count) < least_turned) {
     throw std::invalid_argument(reference.name +
                                 ": the drive is too short or turns too little to fit a lever arm; "
-                                "give it by --lever-arm x,y,yaw");
+                                "give it with --lever-arm x,y,yaw");
   }
   const Eigen::Vector4d u = normal.ldlt().solve(right);
   const double k = std::hypot(u[0], u[1]);
   if (!(k > 0.1) || !u.allFinite()) {
     throw std::invalid_argument(reference.name +
                                 ": reference and estimate move too differently to fit a lever "
-                                "arm; give it by --lever-arm x,y,yaw");
+                                "arm; give it with --lever-arm x,y,yaw");
   }
   fit.lever_arm = {u[2] / k, u[3] / k, std::atan2(u[1], u[0])};
   return fit;

@@ -23,27 +23,27 @@ struct Pair {
   TrajectoryPoint reference;
 };
 
-/// Where the two have common times: the rows of the estimate within the span of the reference, the
-/// reference interpolated there. Throws std::invalid_argument when there are less than two.
+/// The pairs at common times: the rows of the estimate within the span of the reference, with the
+/// reference interpolated. Throws std::invalid_argument if there are fewer than two.
 [[nodiscard]] std::vector<Pair> common_times(const Trajectory& reference,
                                              const Trajectory& estimate);
 
 /// The rigid motion T that takes the estimate into the frame of the reference: T ∘ estimate.
 [[nodiscard]] estimator::Pose2 alignment(std::span<const Pair> pairs, Align align);
 
-/// The reference of a point that sits at `lever_arm` (its pose in the body frame) turned into that
-/// of the centre of gravity: pose ∘ lever_arm⁻¹, velocities likewise.
+/// Converts the reference of a point at `lever_arm` (its pose in the body frame) into that of the
+/// centre of gravity: pose ∘ lever_arm⁻¹, velocities likewise.
 [[nodiscard]] Trajectory at_centre_of_gravity(const Trajectory& reference,
                                               const estimator::Pose2& lever_arm);
 
 struct LeverArmFit {
   estimator::Pose2 lever_arm;
-  std::size_t windows = 0;  ///< pieces of a second that it was fitted to
+  std::size_t windows = 0;  ///< number of one-second pieces that it was fitted to
 };
 
 /// Fits one lever arm of the reference to all estimates, by the displacements over a second (drift
-/// and alignment have no part in them; a scale error of the estimate is fitted beside). Throws
-/// std::invalid_argument when the drive turns too little for it.
+/// and alignment have no part in them; a scale error of the estimate is fitted with it). Throws
+/// std::invalid_argument if the drive turns too little.
 [[nodiscard]] LeverArmFit fit_lever_arm(const Trajectory& reference,
                                         std::span<const Trajectory> estimates);
 

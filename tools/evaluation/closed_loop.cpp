@@ -15,14 +15,14 @@ constexpr double least_path = 1.0;        // m
 constexpr double refused_of_path = 0.10;  // end error
 constexpr double refused_of_size = 0.5;
 constexpr double refused_turn = 45.0;  // deg
-constexpr double doubted_of_path = 0.03;
-constexpr double doubted_turn = 20.0;  // deg
+constexpr double warn_share_of_path = 0.03;
+constexpr double warn_turn = 20.0;  // deg
 
 double degrees_off(const Evaluation& e) {
   return std::abs(e.heading_end) * 180.0 / std::numbers::pi;
 }
 
-// Above 1 something is beyond its limit.
+// Above 1 a limit is exceeded.
 double excess(const Evaluation& e) {
   return std::max({e.end_error / (refused_of_path * e.path_length),
                    e.end_error / (refused_of_size * std::max(e.farthest, 1e-9)),
@@ -31,8 +31,7 @@ double excess(const Evaluation& e) {
 
 std::string how_far(const Evaluation& e) {
   return fixed(e.end_error, 2) + " m (" + fixed(100.0 * e.end_error / e.path_length, 1) + " % of " +
-         fixed(e.path_length, 1) + " m) and " + fixed(degrees_off(e), 0) +
-         " deg from where it began";
+         fixed(e.path_length, 1) + " m) and " + fixed(degrees_off(e), 0) + " deg from its start";
 }
 
 }  // namespace
@@ -40,7 +39,7 @@ std::string how_far(const Evaluation& e) {
 Evaluation evaluate_closed_loop(const Trajectory& estimate) {
   const auto& points = estimate.points;
   if (points.size() < 2) {
-    throw std::invalid_argument(estimate.name + ": has one row; a lap has more");
+    throw std::invalid_argument(estimate.name + ": has one row only; a lap needs more");
   }
   Evaluation e;
   e.against = Against::closed_loop;
@@ -70,16 +69,16 @@ std::string check_that_it_closes(const std::string& drive,
       });
   if (best->path_length < least_path) {
     throw std::invalid_argument(drive + ": the car hardly moves (" + fixed(best->path_length, 2) +
-                                " m); a closed loop is a lap");
+                                " m); a closed loop needs a lap");
   }
   if (excess(*best) > 1.0) {
-    throw std::invalid_argument(drive + ": the lap does not close: by the best estimate it ends " +
-                                how_far(*best) +
-                                "; cut it to whole laps by --from and --to, or name a --reference");
+    throw std::invalid_argument(
+        drive + ": the lap does not close: by the best estimate it ends " + how_far(*best) +
+        "; cut it to whole laps with --from and --to, or give a --reference");
   }
-  if (best->end_error > doubted_of_path * best->path_length || degrees_off(*best) > doubted_turn) {
+  if (best->end_error > warn_share_of_path * best->path_length || degrees_off(*best) > warn_turn) {
     return "the lap closes badly: by the best estimate it ends " + how_far(*best) +
-           "; figures hold whatever the car itself was off its start";
+           "; the figures include the distance of the car itself from its start";
   }
   return {};
 }

@@ -7,7 +7,7 @@
 
 #include "daemon/core/pipeline.hpp"
 #include "tools/drive_files/pose_point.hpp"
-#include "tools/replay/replay_doubts.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Frame frame,
@@ -37,9 +37,9 @@ ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Fra
         result.last = record;
       },
       keep);
-  result.doubts = replay_doubts(pipeline->decoder(), result.summary);
+  result.warnings = replay_warnings(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    throw std::invalid_argument(result.doubts.back());  // which says what a pose needs
+    throw std::invalid_argument(result.warnings.back());  // which says what is missing for a pose
   }
   return result;
 } catch (const std::invalid_argument& error) {
@@ -54,7 +54,7 @@ std::optional<Trajectory> dead_reckoning(const Drive& drive) {
         replay_drive(drive, config, Frame::odom, Judgements::forget, CameraUse::leave_out);
     if (replayed.summary.fault_ns) return std::nullopt;
     return std::move(replayed.poses);
-  } catch (const std::invalid_argument&) {  // whoever needs the poses is told
+  } catch (const std::invalid_argument&) {  // the caller that needs the poses reports it
     return std::nullopt;
   }
 }
@@ -63,7 +63,7 @@ Evaluation evaluate_drive(const Drive& drive, const daemon::Config& config,
                           const Measure& measure) {
   if (!drive.reference) {
     throw std::invalid_argument(drive.folder.string() +
-                                ": has no truth.csv to be held against; put the true poses there "
+                                ": has no truth.csv to compare with; put the true poses there "
                                 "(t,x,y,yaw)");
   }
   const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);

@@ -11,10 +11,10 @@
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/drive_mismatch.hpp"
-#include "tools/diagnostics/initial_pose_doubt.hpp"
+#include "tools/diagnostics/initial_pose_check.hpp"
 #include "tools/evaluation/closed_loop.hpp"
-#include "tools/evaluation/evaluation_doubts.hpp"
-#include "tools/evaluation/time_doubt.hpp"
+#include "tools/evaluation/evaluation_checks.hpp"
+#include "tools/evaluation/time_check.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -23,7 +23,7 @@ void append(std::vector<EvaluationWarning>& to, const std::vector<std::string>& 
   for (const std::string& text : from) to.push_back({"", text});
 }
 
-// "1760000015.5" is a time of the files, "+15.5" one after their first row.
+// "1760000015.5" is a time in the files, "+15.5" counts from their first row.
 std::optional<std::int64_t> time_of(const std::string& option, const std::string& text,
                                     std::int64_t first_ns) {
   if (text.empty()) return std::nullopt;
@@ -38,10 +38,10 @@ std::optional<std::int64_t> time_of(const std::string& option, const std::string
   return time_ns;
 }
 
-// No drive is so long: a time that was meant to count from the reference's first row.
+// No drive is this long: the time was meant to count from the reference's first row.
 constexpr std::int64_t longest_before_ns = 86'400LL * 1'000'000'000;
 
-/// What is judged, in times of the files.
+/// The evaluated part, in times of the files.
 struct Part {
   std::int64_t from_ns = std::numeric_limits<std::int64_t>::min();
   std::int64_t to_ns = std::numeric_limits<std::int64_t>::max();
@@ -66,11 +66,11 @@ std::size_t baseline_of(const EvaluatedDrive& drive, const std::string& name) {
   std::string all;
   for (const std::string& each : names) all += (all.empty() ? "" : ", ") + each;
   throw std::invalid_argument("--baseline: no estimate " + tools::quoted(name) +
-                              "; there are: " + all);
+                              "; available: " + all);
 }
 
-// With the estimates and the reference (as its file has it) in place: everything else. `read` is
-// what was replayed; of pose files nothing.
+// Does the rest once the estimates and the reference (as in its file) are in place. `read` is the
+// replayed drive; null for pose files.
 void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   EvaluationReport& report = drive.report;
   drive.is_part = !judging.from.empty() || !judging.to.empty();
@@ -87,38 +87,38 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   report.baseline = baseline_of(drive, judging.baseline);
   if (judging.against == Against::closed_loop) {
     for (const Trajectory& estimate : drive.estimates) {
-      if (drive.replays.empty()) doubt_heading(drive, estimate);
+      if (drive.replays.empty()) check_heading(drive, estimate);
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
-    const std::string doubt = check_that_it_closes(drive.name, report.evaluations);
-    if (!doubt.empty()) drive.warnings.push_back({"", doubt});
+    const std::string warning = check_that_it_closes(drive.name, report.evaluations);
+    if (!warning.empty()) drive.warnings.push_back({"", warning});
     return;
   }
   report.reference = drive.reference->name;
   if (judging.lever_arm) {
     report.lever_arm = judging.lever_arm;
   } else if (judging.fit_lever_arm) {
-    const std::string doubt =
-        unit_doubt_beside(*drive.reference, drive.estimates.front(), "the estimate");
-    if (!doubt.empty()) throw std::invalid_argument(report.reference + ": " + doubt);
+    const std::string warning =
+        unit_warning_between(*drive.reference, drive.estimates.front(), "the estimate");
+    if (!warning.empty()) throw std::invalid_argument(report.reference + ": " + warning);
     const LeverArmFit fit = fit_lever_arm(*drive.reference, drive.estimates);
     report.lever_arm = fit.lever_arm;
     report.fitted_windows = fit.windows;
   }
   if (report.lever_arm) drive.reference = at_centre_of_gravity(*drive.reference, *report.lever_arm);
-  const std::vector<Units> units = doubt_units(drive);
+  const std::vector<Units> units = check_units(drive);
   bool is_of_the_drive = false;
   for (std::size_t i = 0; i < drive.estimates.size(); ++i) {
     const Trajectory& estimate = drive.estimates[i];
     report.evaluations.push_back(evaluate(*drive.reference, estimate, report.align));
-    // A model that has stopped turns no more, and is told already.
+    // A model that has stopped no longer turns, and has been reported already.
     if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
     if (units[i] == Units::unlike) continue;
     const std::string mismatch = drive_mismatch(*drive.reference, estimate);
     if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
     is_of_the_drive = is_of_the_drive || mismatch.empty();
   }
-  // What is not judged is not doubted.
+  // What is not evaluated is not checked.
   Trajectory judged = *drive.reference;
   const auto is_outside = [&part](const TrajectoryPoint& point) {
     return point.t_ns < part.from_ns || point.t_ns > part.to_ns;
@@ -126,11 +126,11 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   std::erase_if(judged.points, is_outside);
   if (judged.points.size() < 2) judged = *drive.reference;
   if (is_of_the_drive) {
-    std::string doubt = read != nullptr ? time_doubt(judged, *read, report.align)
-                                        : time_doubt(judged, drive.estimates, report.align);
-    if (!doubt.empty()) drive.warnings.push_back({"", std::move(doubt)});
+    std::string warning = read != nullptr ? time_warning(judged, *read, report.align)
+                                          : time_warning(judged, drive.estimates, report.align);
+    if (!warning.empty()) drive.warnings.push_back({"", std::move(warning)});
   }
-  doubt_coverage(drive, judged, units);
+  check_coverage(drive, judged, units);
 }
 
 }  // namespace
@@ -206,8 +206,8 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
   if (judging.against == Against::reference) {
     if (!read.reference) {
       throw std::invalid_argument(read.folder.string() +
-                                  ": has no truth.csv; name a --reference, or give --closed-loop "
-                                  "where the drive ends where it began");
+                                  ": has no truth.csv; give a --reference, or --closed-loop if the "
+                                  "drive ends where it began");
     }
     drive.reference = std::move(read.reference);
   }
@@ -222,13 +222,13 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     drive.estimates.back().name = daemon::name_of(model);
     drive.replays.push_back(std::move(replayed));
   }
-  if (auto doubt = initial_pose_doubt(read.config, read.cameras,
-                                      drive.replays.front().summary.first_tick_ns)) {
+  if (auto warning = initial_pose_warning(read.config, read.cameras,
+                                          drive.replays.front().summary.first_tick_ns)) {
     drive.begins_elsewhere = true;
     if (drive.replays.front().summary.camera_units.empty())
-      drive.warnings.push_back({"", *std::move(doubt)});
+      drive.warnings.push_back({"", *std::move(warning)});
   }
-  doubt_sensors(drive);
+  check_sensors(drive);
   judge(drive, judging, &read);
   return drive;
 }

@@ -1,4 +1,4 @@
-// Estimates of one drive, side by side, with all that a report says of them.
+// Estimates of one drive with everything for a report.
 #pragma once
 
 #include <cstdint>
@@ -23,49 +23,50 @@ struct EvaluationWarning {
 
 struct EvaluatedDrive {
   std::string name;
-  EvaluationReport report;              ///< an evaluation an estimate
-  std::optional<Trajectory> reference;  ///< of the centre of gravity; none of a closed loop
+  EvaluationReport report;              ///< one evaluation per estimate
+  std::optional<Trajectory> reference;  ///< of the centre of gravity; none for a closed loop
   std::vector<Trajectory> estimates;
   std::vector<ReplayedDrive> replays;  ///< of each estimate, its poses moved to `estimates`; of
                                        ///< pose files none
   std::vector<estimator::CameraPose> cameras;
-  bool is_part = false;  ///< judged by --from or --to; what the filter says of samples is not
+  bool is_part = false;           ///< limited by --from or --to; the statistics of samples are not
   bool begins_elsewhere = false;  ///< the configuration's initial pose is of another drive
   std::optional<BeatHistogram> beat;
   std::optional<daemon::Config> config;  ///< of replays
   std::vector<EvaluationWarning> warnings;
 };
 
-/// "ESTIMATE: what there is to say", one a warning.
+/// "ESTIMATE: warning", one line each.
 [[nodiscard]] std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings);
 
-/// Short names of the estimates, and their colours: a model has its own in every picture.
+/// Short names of the estimates, and their colours: each model has its own in every picture.
 [[nodiscard]] std::vector<std::string> names_of(const EvaluatedDrive& drive);
 [[nodiscard]] std::vector<std::string> colours_of(const EvaluatedDrive& drive);
 
-/// How to judge, be it pose files or folders.
+/// How to evaluate, for pose files and folders.
 struct Judging {
   Against against = Against::reference;
-  std::optional<Align> align;  ///< else the usual one; of pose files `first`
+  std::optional<Align> align;  ///< else the default; for pose files `first`
   Frame frame = Frame::map;
   std::string from;  ///< a time of the files [s], "+T": after the first row of the reference, or of
-  std::string to;    ///< the estimate where there is none; empty: all
+  std::string to;    ///< the estimate if there is none; empty: all
   std::optional<estimator::Pose2> lever_arm;
   bool fit_lever_arm = false;
   std::string baseline;  ///< by its short name; empty: kinematic, else the first
   Judgements judgements = Judgements::forget;
-  std::filesystem::path beat;  ///< a beat.csv; empty: the folder's, where there is one
+  std::filesystem::path beat;  ///< a beat.csv; empty: the folder's, if there is one
 };
 
-/// Pose files against a reference (empty: of a closed loop). Throws std::invalid_argument.
+/// Evaluates pose files against a reference (empty: as a closed loop). Throws
+/// std::invalid_argument.
 [[nodiscard]] EvaluatedDrive evaluate_files(const std::string& reference,
                                             const std::vector<std::string>& poses,
                                             const Judging& judging);
 
-/// What a drive is compared by unless models are named: inertial only where there is a gyro.
+/// The models by default: inertial only if there is a gyro.
 [[nodiscard]] std::vector<estimator::Model> usual_models(const daemon::Config& config);
 
-/// A drive's folder through each of the models, through usual_models() where none is named. Throws
+/// Evaluates a drive's folder with each of the models, by default usual_models(). Throws
 /// std::invalid_argument.
 [[nodiscard]] EvaluatedDrive evaluate_folder(const DriveFiles& files,
                                              const std::vector<estimator::Model>& models,

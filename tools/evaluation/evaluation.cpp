@@ -28,7 +28,7 @@ std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t fir
   return points;
 }
 
-// A tracker that has lost the car often goes on with the last place that it knew.
+// A tracker that has lost the car often repeats its last place.
 std::int64_t stuck_ns(std::span<const Pair> pairs) {
   constexpr double still = 0.005;  // m, of the reference
   constexpr double driven = 0.5;   // m away, of the estimate
@@ -36,7 +36,7 @@ std::int64_t stuck_ns(std::span<const Pair> pairs) {
   std::int64_t all_ns = 0;
   for (std::size_t first = 0; first < pairs.size();) {
     const Pair& begin = pairs[first];
-    TrajectoryPoint from = begin.estimate;  // a pose that jumps does not drive
+    TrajectoryPoint from = begin.estimate;  // a jump of the pose is not motion
     double away = 0.0;
     std::size_t end = first + 1;
     for (; end < pairs.size(); ++end) {

@@ -1,4 +1,4 @@
-// How good an estimate is against a reference. docs/evaluation.md has every definition.
+// Errors of an estimate against a reference. docs/evaluation.md has every definition.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,14 @@
 
 namespace odomd::tools {
 
-/// What an estimate is held against.
+/// What an estimate is compared with.
 enum class Against : std::uint8_t {
   reference,
   closed_loop,  ///< its own start: see closed_loop.hpp
 };
 
 struct Consistency {
-  double nees = 0.0;       ///< mean of eᵀP⁻¹e over (x, y, yaw); 3 where the sigmas are honest
+  double nees = 0.0;       ///< mean of eᵀP⁻¹e over (x, y, yaw); 3 if the sigmas are consistent
   double inside_95 = 0.0;  ///< share below χ²₉₅
   std::size_t samples = 0;
 };
@@ -33,28 +33,28 @@ struct Evaluation {
   std::int64_t first_ns = 0;
   std::int64_t last_ns = 0;
   std::size_t samples = 0;
-  double path_length = 0.0;             ///< of the reference between first and last [m]
-  double farthest = 0.0;                ///< from the start that it goes, or a closed loop [m]
-  std::size_t reference_jumps = 0;      ///< steps of it that no car makes: over 100 m/s
-  std::int64_t reference_gap_ns = 0;    ///< the longest that was interpolated across
-  std::int64_t reference_stuck_ns = 0;  ///< at one place while the estimate drives on, in all
+  double path_length = 0.0;           ///< of the reference between first and last [m]
+  double farthest = 0.0;              ///< of the reference, or of the estimate in a closed loop [m]
+  std::size_t reference_jumps = 0;    ///< steps faster than any car: over 100 m/s
+  std::int64_t reference_gap_ns = 0;  ///< the longest that was interpolated across
+  std::int64_t reference_stuck_ns = 0;  ///< total time at one place while the estimate moves on
   estimator::Pose2 alignment;           ///< of the estimate to the reference
 
-  // Of a closed loop, what is above and:
+  // For a closed loop, the above and:
   double end_error = 0.0;              ///< [m]
-  std::optional<double> end_cm_per_m;  ///< over the path; nothing of a car that stands
+  std::optional<double> end_cm_per_m;  ///< over the path; nothing for a car that stands
   double heading_end = 0.0;            ///< accumulated, estimate - reference [rad]
 
-  // Against a reference alone:
+  // Only with a reference:
   Spread position;                         ///< [m]
   Spread heading;                          ///< [rad]
   std::vector<HorizonError> horizons;      ///< as far as the span reaches
   std::optional<HorizonError> short_term;  ///< the one of 35 ms
-  std::optional<Consistency> consistency;  ///< where the estimate has sigmas, of its errors
-  std::optional<Motion> velocity_rms;      ///< where both have velocities: rms of each difference
+  std::optional<Consistency> consistency;  ///< if the estimate has sigmas
+  std::optional<Motion> velocity_rms;      ///< if both have velocities: rms of each difference
 };
 
-/// Throws std::invalid_argument where the two have less than two times in common.
+/// Throws std::invalid_argument if the two have fewer than two times in common.
 [[nodiscard]] Evaluation evaluate(const Trajectory& reference, const Trajectory& estimate,
                                   Align align);
 

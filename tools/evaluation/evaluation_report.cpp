@@ -21,8 +21,8 @@ double degrees(double radians) {
   return radians * 180.0 / std::numbers::pi;
 }
 
-// The number that reads as the stamp does: nanoseconds since 1970 are no double, and a quotient of
-// a rounded one is the neighbour of the right one.
+// The double nearest to the decimal stamp: nanoseconds since 1970 do not fit a double, and dividing
+// a rounded one may give a neighbour.
 double stamp(std::int64_t time_ns) {
   std::string text;
   append_seconds(text, time_ns);
@@ -121,7 +121,7 @@ std::string align_in_words(Align align) {
     case Align::none:
       break;
   }
-  return "none (as they are)";
+  return "none (unchanged)";
 }
 
 std::vector<std::string> short_names(const std::vector<std::string>& files) {
@@ -143,7 +143,7 @@ std::optional<double> improvement(double value, double baseline, double usual) {
 std::string improvement_text(double percent) {
   if (percent >= -100.0) return fixed(percent, 1);
   const double times = 1.0 - percent / 100.0;
-  return fixed(times, times < 10.0 ? 1 : 0) + " x worse";
+  return fixed(times, times < 10.0 ? 1 : 0) + " times worse";
 }
 
 std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report) {
@@ -250,11 +250,11 @@ std::string as_text(const EvaluationReport& report) {
   const bool closed_loop = report.evaluations.front().against == Against::closed_loop;
   std::string text;
   if (closed_loop) {
-    text = "reference  none: a closed loop, which ends where it began\n";
+    text = "reference  none: closed loop, the drive ends where it began\n";
   } else {
     text = "reference  " + report.reference + "\nalignment  " + align_in_words(report.align) + '\n';
   }
-  if (report.frame == Frame::odom) text += "frame      odom (the jump-free pose)\n";
+  if (report.frame == Frame::odom) text += "frame      odom (the pose without jumps)\n";
   if (report.lever_arm) {
     text += "lever arm  " + fixed(report.lever_arm->x, 4) + " m, " + fixed(report.lever_arm->y, 4) +
             " m, " + fixed(degrees(report.lever_arm->yaw), 2) + " deg of the reference point";

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-// One line of the table; what is not there is a dash.
+// One line of the table; a missing figure is a dash.
 struct Figures {
   std::string drive;
   std::string estimate;
@@ -78,8 +78,8 @@ std::optional<double> mean(const std::vector<std::vector<Figures>>& drives, std:
   return sum / static_cast<double>(drives.size());
 }
 
-// Of the same estimates in every drive: the means, of headings those of their size. Better by as
-// much as the mean of cm/m is.
+// The means over all drives, of headings the mean magnitude. The improvement is that of the mean
+// cm/m.
 std::vector<Figures> means_of(const std::vector<std::vector<Figures>>& drives,
                               std::size_t baseline) {
   const auto same = [&drives](const auto& rows) {
@@ -157,14 +157,14 @@ Table source_table(const ReplaySummary& summary) {
     };
     const auto other =
         all - count(Verdict::fused) - count(Verdict::gated) - count(Verdict::too_old);
-    const daemon::InnovationStatistics& told = summary.innovations[source];
-    const bool tested = told.count() > 0;
+    const daemon::InnovationStatistics& statistics = summary.innovations[source];
+    const bool tested = statistics.count() > 0;
     table.rows.push_back(
         {std::string{estimator::source_names[source]}, std::to_string(count(Verdict::fused)),
          std::to_string(count(Verdict::gated)), std::to_string(count(Verdict::too_old)),
-         std::to_string(other), std::to_string(told.count()),
-         tested ? fixed(told.mean_nis() / told.dimension(), 2) : "-",
-         tested ? fixed(100.0 * told.inside_95(), 1) : "-"});
+         std::to_string(other), std::to_string(statistics.count()),
+         tested ? fixed(statistics.mean_nis() / statistics.dimension(), 2) : "-",
+         tested ? fixed(100.0 * statistics.inside_95(), 1) : "-"});
   }
   return table;
 }

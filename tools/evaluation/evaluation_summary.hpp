@@ -1,4 +1,4 @@
-// The figures that matter of several estimates of several drives: the paper's table.
+// The main figures of several estimates on several drives: the paper's table.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,15 +9,15 @@
 
 namespace odomd::tools {
 
-/// A row a drive and estimate; with several drives, a row an estimate with the means over the
-/// drives behind them, of those estimates that all drives have. Columns that nobody has anything
-/// for are left out, and so is the drive's where there is one.
+/// One row per drive and estimate; with several drives, followed by one row with the means for each
+/// estimate that all drives have. Empty columns are left out, and so is the drive's if there is
+/// only one.
 [[nodiscard]] Table summary_table(std::span<const EvaluatedDrive> drives);
 
-/// By source, how the samples were judged: a row a source that the drive has.
+/// The judgements of the samples: one row per source of the drive.
 [[nodiscard]] Table source_table(const ReplaySummary& summary);
 
-/// Everything, for programs.
+/// Everything as JSON.
 [[nodiscard]] nlohmann::ordered_json summary_json(std::span<const EvaluatedDrive> drives);
 
 }  // namespace odomd::tools

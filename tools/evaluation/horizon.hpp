@@ -1,5 +1,5 @@
-// How well an estimate predicts over a short while: the error of its relative displacement in the
-// body frame, into which neither drift nor alignment enters.
+// Short-term errors of an estimate: the error of its relative displacement in the body frame,
+// without the influence of drift and alignment.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace odomd::tools {
 
-/// Over how long: from a tick of 5 ms to a second.
+/// The horizons: from a tick of 5 ms to a second.
 inline constexpr std::array<std::int64_t, 10> horizons_ns{
     5'000'000,   10'000'000,  20'000'000,  35'000'000,  50'000'000,
     100'000'000, 200'000'000, 350'000'000, 500'000'000, 1'000'000'000};

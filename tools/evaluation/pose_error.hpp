@@ -1,4 +1,4 @@
-// How far an estimate is off at every common time, in the axes that a driver thinks in.
+// The error of an estimate at every common time, also along and across the heading.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +17,17 @@ struct PoseError {
   estimator::Pose2 error;                  ///< in the axes of the map [m, m, rad], yaw accumulated
   double heading = 0.0;                    ///< of the reference [rad]
   estimator::PoseCovariance covariance{};  ///< of the estimate, in the axes of the map
-  std::optional<double> nees;  ///< eᵀP⁻¹e; nothing where P is not positive definite
+  std::optional<double> nees;              ///< eᵀP⁻¹e; nothing if P is not positive definite
 };
 
-/// Whether the covariances of an estimate are those of its errors once it is aligned. Aligned at
-/// the first time it owes nothing for where it began: they are only where that is a small part (1
-/// %) of what they are at the end. Fitted to the errors they never are.
+/// Whether the covariances of an estimate apply to its errors after the alignment. Aligned at the
+/// first time, the uncertainty of the start is removed: they apply only if that is a small part (1
+/// %) of the covariance at the end. After a fit to all positions they never apply.
 [[nodiscard]] bool covariance_is_of_error(std::span<const Pair> pairs, Align align);
 
-/// Both headings are unwrapped; whole turns between them are settled at the first time and where
-/// the estimate was reset: it does not know how often the car has turned, and owes nothing for it.
-/// Without a covariance the last two members stay empty.
+/// Both headings are unwrapped; whole turns between them are removed at the first time and at
+/// resets of the estimate, which cannot know the number of turns. Without a covariance the last two
+/// members stay empty.
 [[nodiscard]] std::vector<PoseError> pose_errors(std::span<const Pair> pairs,
                                                  const estimator::Pose2& alignment,
                                                  bool has_covariance);

@@ -20,18 +20,18 @@ constexpr std::int64_t stride_ns = 50'000'000;
 constexpr std::size_t most_samples = 2000;
 constexpr std::size_t fewest = 100;
 
-// What a latency that nobody stated, or the hold between two samples, makes by itself.
+// The effect of an unstated latency, or of holding a value between two samples.
 constexpr double least_offset = 0.02;  // s
-// How much of the error is left without the offset. Recorded and simulated drives whose times are
-// right have 0.75 and above, those that are 50 ms off 0.5 and below.
+// The share of the error that remains without the offset. Recorded and simulated drives with
+// correct times have 0.75 and above, those 50 ms off 0.5 and below.
 constexpr double left_of_position = 0.6;
 constexpr double left_of_heading = 0.95;
-// Over a second: a kinematic model, which turns with the steering, has 0.65 and above.
+// For errors over a second: a kinematic model, which turns with the steering, has 0.65 and above.
 constexpr double left_of_turn = 0.5;
 constexpr double left_of_way = 0.9;
 constexpr double least_turn = 0.005;  // rad in a second, rms of the error
 
-// Mean squares of an error, by the offset that was taken away.
+// Mean squares of an error, by the offset removed.
 class Scan {
  public:
   void add(double sum, double count) { squares_.push_back(count > 0.0 ? sum / count : 0.0); }
@@ -40,12 +40,12 @@ class Scan {
   [[nodiscard]] double least() const { return std::sqrt(squares_[best()]); }
   [[nodiscard]] double left() const { return as_it_is() > 0.0 ? least() / as_it_is() : 1.0; }
   [[nodiscard]] bool is_inside() const { return best() > 1 && best() + 2 < squares_.size(); }
-  /// Of the parabola through the best and its neighbours. Only where it is inside.
+  /// The vertex of the parabola through the best and its neighbours; only inside the range.
   [[nodiscard]] double offset() const {
     const std::size_t k = best();
     const double bend = squares_[k - 1] - 2.0 * squares_[k] + squares_[k + 1];
-    const double aside = bend > 0.0 ? 0.5 * (squares_[k - 1] - squares_[k + 1]) / bend : 0.0;
-    return step_s * (static_cast<double>(k) - static_cast<double>(steps) + aside);
+    const double fraction = bend > 0.0 ? 0.5 * (squares_[k - 1] - squares_[k + 1]) / bend : 0.0;
+    return step_s * (static_cast<double>(k) - static_cast<double>(steps) + fraction);
   }
 
  private:
@@ -61,7 +61,7 @@ struct Span {
   std::int64_t to = 0;
 };
 
-// Whatever the offset, the same times of the estimate are judged.
+// The same times of the estimate are evaluated for every offset.
 Span judged(const Trajectory& reference, const Trajectory& estimate) {
   constexpr std::int64_t margin_ns = steps * step_ns;
   return {std::max(reference.points.front().t_ns + margin_ns, estimate.points.front().t_ns),
@@ -78,7 +78,7 @@ std::vector<TrajectoryPoint> thinned(const Trajectory& estimate, const Span& spa
   return some;
 }
 
-// Where half of the way is driven: a car that stands tells nothing of times.
+// The row at half of the path: a car that stands gives no information on times.
 std::size_t half_of_the_way(const std::vector<TrajectoryPoint>& points) {
   std::vector<double> driven{0.0};
   for (std::size_t i = 1; i < points.size(); ++i)
@@ -123,9 +123,10 @@ std::optional<TimeOffset> offset_by_positions(const Trajectory& reference,
     return std::nullopt;
   const double late = position.offset();
   if (std::fabs(late) < least_offset) return std::nullopt;
-  // A lever arm that nobody stated moves positions like an offset, but not headings.
+  // An unstated lever arm shifts positions like an offset, but not headings.
   if (std::fabs(heading.offset() - late) > 0.03) return std::nullopt;
-  // What grows with the way (a wheel's scale, a gyro's bias) asks for more and more of it.
+  // An error that grows with the path (a wheel's scale, a gyro's bias) would need an increasing
+  // offset.
   if (std::fabs(first_half.offset() - second_half.offset()) >
       std::max(0.015, 0.3 * std::fabs(late)))
     return std::nullopt;

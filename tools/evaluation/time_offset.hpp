@@ -1,4 +1,4 @@
-// A reference whose times are off: by tens of milliseconds nothing looks wrong but the errors,
+// Detects a reference with wrong times. An offset of tens of milliseconds only shows in the errors,
 // which look like those of a bad filter with sigmas that are much too small.
 #pragma once
 
@@ -15,15 +15,15 @@ struct TimeOffset {
   double after = 0.0;   ///< and with this offset taken away
 };
 
-/// By position and heading over the whole drive, of an estimate that stays with the reference:
-/// nothing where the errors have other reasons. Nothing below 20 ms and beyond 0.23 s.
+/// From position and heading over the whole drive, for an estimate that does not drift from the
+/// reference. Nothing if the errors have other reasons, below 20 ms, and beyond 0.23 s.
 [[nodiscard]] std::optional<TimeOffset> offset_by_positions(const Trajectory& reference,
                                                             const Trajectory& estimate,
                                                             Align align);
 
-/// By way and turn over every second, of an estimate that may drift; the errors are those over a
-/// second. A model that turns by its steering turns before the car does, and is not taken for an
-/// offset.
+/// From distance and turn over every second, for an estimate that may drift; the errors are those
+/// over a second. A model that turns by its steering turns before the car does; this is not taken
+/// for an offset.
 [[nodiscard]] std::optional<TimeOffset> offset_by_motion(const Trajectory& reference,
                                                          const Trajectory& estimate);
 

@@ -61,12 +61,12 @@ PoseTable read_poses(const fs::path& file, std::vector<std::string>& warnings) {
       table.values.push_back(table.fields[i]->path == mode_path ? number_of_mode(reader, columns[i])
                                                                 : reader.number(columns[i]));
   }
-  if (table.times_ns.empty()) warnings.push_back(file.string() + ": holds no pose");
+  if (table.times_ns.empty()) warnings.push_back(file.string() + ": contains no pose");
   add(warnings, reader.warnings());
   return table;
 }
 
-/// The frames of a drive, and what is needed to understand them.
+/// The frames of a drive, and what is needed to decode them.
 struct FrameSource {
   daemon::Config config;
   std::vector<can::Database> databases;
@@ -83,15 +83,15 @@ std::optional<FrameSource> frame_source(const ExportSources& sources, DriveData&
     source.databases = std::move(recording.databases);
     source.bus_names = recording.buses;
     const fs::path frames = sources.recording / recorded_frames;
-    // A quiet bus leaves a file without a line.
+    // The file of a silent bus has no line.
     if (fs::exists(frames) && fs::file_size(frames) > 0) source.logs = {frames.string()};
     return source;
   }
   if (sources.logs.empty()) return std::nullopt;
   if (sources.config.empty()) {
-    data.warnings.push_back(sources.logs.front() +
-                            ": left out: without a configuration (--config) its frames mean "
-                            "nothing");
+    data.warnings.push_back(
+        sources.logs.front() +
+        ": left out: without a configuration (--config) its frames cannot be decoded");
     return std::nullopt;
   }
   source.config = daemon::load_config(sources.config);
@@ -103,7 +103,7 @@ std::optional<FrameSource> frame_source(const ExportSources& sources, DriveData&
   return source;
 }
 
-/// Reads the frames, keeps their signals, and makes poses of them where there are none.
+/// Reads the frames, keeps their signals, and replays them for poses if there are none.
 class FramePass {
  public:
   FramePass(const FrameSource& source, DriveData& data) : source_(source), data_(data) {
@@ -139,7 +139,7 @@ class FramePass {
   }
 
   void replay_by(const NextFrame& next, const can::MergedLog& log) try {
-    for (const PoseField& field : pose_fields())  // there is no beat in virtual time
+    for (const PoseField& field : pose_fields())  // a replay has no beat
       if (!field.path.starts_with("beat/")) data_.poses.fields.push_back(&field);
     const auto pipeline = std::make_unique<daemon::Pipeline>(source_.config, source_.databases,
                                                              buses_.all(), !data_.camera.empty());
@@ -180,9 +180,10 @@ ExportSources sources_in(const fs::path& source) {
   sources.truth = there("truth.csv");
   if (const auto log = log_in(source)) sources.logs = {log->string()};
   if (sources.pose.empty() && sources.logs.empty() && sources.truth.empty())
-    throw std::invalid_argument(source.string() +
-                                ": holds neither a recording nor a drive (pose.csv, drive.log or "
-                                "can.log with car.toml, truth.csv)");
+    throw std::invalid_argument(
+        source.string() +
+        ": contains neither a recording nor a drive (pose.csv, drive.log or "
+        "can.log with car.toml, truth.csv)");
   return sources;
 }
 

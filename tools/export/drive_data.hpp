@@ -1,5 +1,5 @@
-// All that can be exported of a drive: poses, camera, truth and signals, each as it was or is made
-// by a replay.
+// Everything that can be exported from a drive: poses, camera, truth and signals, from files or a
+// replay.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace odomd::tools {
 
-/// What to export, by file; what is empty is not there.
+/// The files to export; empty: absent.
 struct ExportSources {
   std::filesystem::path recording;  ///< a folder of odom record: configuration, frames
   std::filesystem::path pose;
@@ -26,9 +26,9 @@ struct ExportSources {
   std::filesystem::path truth;
 };
 
-/// What is known of `source`: a pose file, a folder that odom record made, or one with a drive
-/// (drive.log, car.toml, camera.csv, truth.csv, pose.csv: those of them that are there). Throws
-/// std::invalid_argument where it is none.
+/// The files of `source`: a pose file, a folder of odom record, or one with a drive (those that
+/// exist of drive.log, car.toml, camera.csv, truth.csv, pose.csv). Throws std::invalid_argument if
+/// it is none of these.
 [[nodiscard]] ExportSources sources_in(const std::filesystem::path& source);
 
 /// Rows of a pose file: times that never fall, and the fields that it has.
@@ -58,8 +58,8 @@ struct DriveData {
   std::vector<std::string> warnings;
 };
 
-/// Reads it all. Where there are frames and a configuration, but no poses, the drive is replayed.
-/// Throws std::invalid_argument for files that cannot be used.
+/// Reads everything. If there are frames and a configuration but no poses, the drive is replayed.
+/// Throws std::invalid_argument for unusable files.
 [[nodiscard]] DriveData read_drive(const ExportSources& sources);
 
 }  // namespace odomd::tools

@@ -9,15 +9,15 @@
 
 namespace odomd::tools {
 
-/// From which time on: as the files have it, or from the first thing that is exported.
+/// The origin of times: as in the files, or the first exported item.
 enum class ExportTime : std::uint8_t { absolute, relative };
 
 /// The topics that docs/bridge.md lists, in JSON, in the order of time. Throws
-/// std::invalid_argument for a drive of which there is nothing, and for times before 0.
+/// std::invalid_argument if there is nothing to export, and for times before 0.
 McapStatistics write_mcap(const DriveData& data, ExportTime time, McapCompression compression,
                           std::ostream& out);
 
-/// The poses: `time` in seconds, then the fields by their paths. Throws std::invalid_argument where
+/// The poses: `time` in seconds, then the fields by their paths. Throws std::invalid_argument if
 /// there is no pose.
 void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out);
 

@@ -1,4 +1,4 @@
-// What of a drive becomes which topic.
+// The topics of a drive.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ std::string transform_json(const std::string& time, std::string_view parent, std
       time, parent, child, position_json(pose), rotation_json(pose.yaw));
 }
 
-/// What stands in the file at a time.
+/// An event in the file.
 struct Event {
   enum class Kind : std::uint8_t { truth, signal, camera, pose };
   std::int64_t time_ns = 0;
@@ -75,7 +75,7 @@ std::vector<Event> events_of(const DriveData& data) {
   return events;
 }
 
-/// The earliest time that is told: samples are older than the frames and messages they came in.
+/// The earliest time in the file: samples are older than the frames and messages that carried them.
 std::int64_t earliest(const DriveData& data) {
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   for (const SignalSample& sample : data.signals) first = std::min(first, sample.time_ns);
@@ -134,7 +134,7 @@ class Topics {
         .first(data_.truth_has_motion ? truth_numbers.size() : truth_pose_numbers);
   }
 
-  // Where in a row the pose stands; the second is there or not.
+  // The columns of the pose in a row; the second is optional.
   void find_fields() {
     const auto index_of = [this](std::string_view path) -> std::optional<std::size_t> {
       const auto& fields = data_.poses.fields;
@@ -255,7 +255,7 @@ McapStatistics write_mcap(const DriveData& data, ExportTime time, McapCompressio
   const std::int64_t first_ns = earliest(data);
   if (time == ExportTime::absolute && first_ns < 0)
     throw std::invalid_argument(
-        "a time lies before 0, for which MCAP has no place; add --relative-time");
+        "a time lies before 0, which MCAP cannot store; add --relative-time");
   McapWriter writer(out, compression, "odom " ODOMD_VERSION);
   Topics topics(data, time == ExportTime::relative ? first_ns : 0, writer);
   for (const Event& event : events) topics.write(event);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view magic{"\x89MCAP0\r\n", 8};
 
-// Enough to compress well; little enough to be read for one glance.
+// Large enough to compress well, small enough to read quickly.
 constexpr std::size_t chunk_size = 1U << 20U;
 
 enum class Opcode : std::uint8_t {
@@ -90,7 +90,7 @@ McapWriter::McapWriter(std::ostream& out, McapCompression compression, std::stri
     : out_(out), compression_(compression) {
   put(magic);
   std::string header;
-  put_string(header, "");  // no profile: that of ROS would promise its serialisation
+  put_string(header, "");  // no profile: the one of ROS implies its serialisation
   put_string(header, library);
   put(record(Opcode::header, header));
 }
@@ -134,7 +134,7 @@ McapWriter::Id McapWriter::add_channel(std::string_view topic, Id schema,
   return id;
 }
 
-// Schema and channel stand before the first message that needs them.
+// Schema and channel precede the first message that needs them.
 void McapWriter::introduce(Channel& channel) {
   if (channel.written) return;
   Schema& schema = schemas_[channel.schema - 1U];

@@ -1,6 +1,5 @@
-// Writes MCAP files (https://mcap.dev/spec, version 0): messages in compressed chunks, each with
-// its index, and a summary behind them, so that readers find any time and topic without reading it
-// all.
+// Writes MCAP files (https://mcap.dev/spec, version 0): messages in compressed chunks, each with an
+// index, followed by a summary, so that readers find any time and topic without reading everything.
 #pragma once
 
 #include <cstdint>
@@ -20,13 +19,13 @@ struct McapStatistics {
   std::uint32_t topics = 0;
 };
 
-/// Schemas and messages are JSON. Messages are to come in the order of their times; a schema or
+/// Schemas and messages are JSON. Messages must come in the order of their times; a schema or
 /// channel without a message is left out of the file. One thread.
 class McapWriter {
  public:
   using Id = std::uint16_t;
 
-  /// `out` is left to this object until finish(). `library` names the program that writes.
+  /// `out` belongs to this object until finish(). `library` names the program that writes.
   McapWriter(std::ostream& out, McapCompression compression, std::string_view library);
 
   /// `text` is a JSON schema.
@@ -35,7 +34,7 @@ class McapWriter {
                                const std::map<std::string, std::string>& metadata = {});
   /// A message on the channel. `time_ns` is not negative.
   void write(Id id, std::int64_t time_ns, std::string_view json);
-  /// Ends the file. Whether all of it could be written, `out` knows.
+  /// Ends the file. Check `out` for write errors.
   McapStatistics finish();
 
  private:

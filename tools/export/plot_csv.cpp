@@ -10,7 +10,7 @@ namespace odomd::tools {
 
 void write_plot_csv(const PoseTable& poses, ExportTime time, std::ostream& out) {
   if (poses.times_ns.empty())
-    throw std::invalid_argument("there is no pose to export; name a pose file by --pose");
+    throw std::invalid_argument("there is no pose to export; give a pose file with --pose");
   std::string text = "time";
   for (const PoseField* field : poses.fields) text.append(",").append(field->path);
   text += '\n';

@@ -15,15 +15,15 @@ namespace odomd::fault {
 /// One stream, one thread.
 class CameraFault {
  public:
-  /// Of a kind of the camera's.
+  /// `fault` must be one of the camera's.
   CameraFault(const Fault& fault, Span span);
 
-  /// Takes a pose and appends those that leave by its arrival.
+  /// Takes a pose and appends those that are output by its arrival time.
   void take(const estimator::CameraPose& pose, std::vector<estimator::CameraPose>& out);
-  /// Appends what was held back until `now_ns`.
+  /// Appends the poses held back until `now_ns`.
   void release(std::int64_t now_ns, std::vector<estimator::CameraPose>& out);
 
-  /// Poses that it acted on so far.
+  /// The number of poses affected so far.
   [[nodiscard]] std::uint64_t acted_on() const noexcept { return poses_; }
 
  private:
@@ -35,11 +35,11 @@ class CameraFault {
   Span span_;
   sim::RandomStream random_;
   std::optional<estimator::CameraPose> latest_;  ///< before the fault
-  std::uint64_t poses_ = 0;                      ///< that came within the fault
+  std::uint64_t poses_ = 0;                      ///< received during the fault
   std::vector<estimator::CameraPose> held_;      ///< by arrival
 };
 
-/// Several faults at once in a stream of poses; those that are not the camera's are passed over.
+/// Several faults at once in a stream of poses; those of other parts are ignored.
 class CameraInjector {
  public:
   CameraInjector(std::span<const Fault> faults, std::int64_t start_ns);

@@ -57,8 +57,8 @@ std::span<const SignalLayout> terms_of(const Decoder::Tables& tables,
   return std::span(tables.terms).subspan(binding.terms.first, binding.terms.count);
 }
 
-// The coarsest terms, such as the two wheels of an axle, share the change equally; what is left of
-// it goes to the finer ones, such as the decimals of an angle.
+// The coarsest terms, such as the two wheels of an axle, share the change equally; the remainder
+// goes to the finer ones, such as the decimals of an angle.
 void write_sum(std::span<const SignalLayout> terms, double sum, std::span<std::uint8_t> payload) {
   double coarsest = 0.0;
   for (const SignalLayout& term : terms) coarsest = std::max(coarsest, std::abs(term.scale));
@@ -78,7 +78,7 @@ void write_sum(std::span<const SignalLayout> terms, double sum, std::span<std::u
       if (is_coarse(term) != now_coarse) continue;
       const double old = physical_of(term, payload);
       const double share = now_coarse ? change / left-- : change;
-      // Rounded down where finer terms follow: those may have no sign.
+      // Rounded down if finer terms follow: those may be unsigned.
       const double down = now_coarse && !all_coarse ? 0.5 * coarsest : 0.0;
       can::insert_bits(term, can::bits_for(term, old + share - down), payload);
       change -= physical_of(term, payload) - old;
@@ -167,7 +167,7 @@ void CarSignals::protect(std::size_t message, can::Frame& frame,
     protection->protect({frame.data.data(), frame.length}, counter);
 }
 
-// The counter before the first is none, and of any other the one below.
+// There is no counter before the first; for any other it is the one below.
 void CarSignals::repair(std::size_t message, can::Frame& frame,
                         const can::E2eState& own) const noexcept {
   can::E2eState before;

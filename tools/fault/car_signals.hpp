@@ -1,5 +1,5 @@
-// Frames to values and back, as a configuration maps them: what a fault is applied to. Both ways in
-// SI units; only the bits of the signal that is written change.
+// Converts frames to values and back, as mapped by a configuration, to apply faults to them. Both
+// ways in SI units; writing changes only the bits of the signal.
 #pragma once
 
 #include <cstddef>
@@ -26,11 +26,11 @@ struct Reading {
 
 class CarSignals {
  public:
-  /// Throws std::invalid_argument where the configuration does not fit the databases.
+  /// Throws std::invalid_argument if the configuration does not fit the databases.
   CarSignals(const daemon::CanConfig& config, std::span<const can::Database> databases,
              std::span<const std::string> bus_names);
 
-  /// Which bound message a frame is; nothing where no binding wants it.
+  /// The bound message of a frame; nothing if no binding uses it.
   [[nodiscard]] std::optional<std::size_t> message_of(const can::Frame& frame) const noexcept;
 
   /// Whether the message carries one of the sources.
@@ -40,20 +40,20 @@ class CarSignals {
   std::size_t read(std::size_t message, const can::Frame& frame,
                    std::span<Reading> readings) const noexcept;
 
-  /// Puts the nearest value that its bits can hold; counter and CRC are left as they are. NaN is
-  /// left out of signals that are integers.
+  /// Writes the nearest value that its bits can hold; counter and CRC are not changed. NaN is not
+  /// written to integer signals.
   void write(std::uint32_t binding_index, double value, can::Frame& frame) const noexcept;
 
-  /// Turns one of the signal's bits, the one that `draw` (of any size) falls on.
+  /// Flips one of the signal's bits, selected by `draw` (of any size).
   void flip_bit(std::uint32_t binding_index, std::uint64_t draw, can::Frame& frame) const noexcept;
 
-  /// Whether the frame's protection holds, and its counter into `counter`.
+  /// Whether the frame's protection is valid; writes its counter to `counter`.
   [[nodiscard]] bool is_protected_right(std::size_t message, const can::Frame& frame,
                                         can::E2eState& counter) const noexcept;
-  /// Makes the CRC right again under the counter that follows `counter`; nothing where the message
-  /// is not protected.
+  /// Recomputes the CRC with the counter that follows `counter`; does nothing if the message is not
+  /// protected.
   void protect(std::size_t message, can::Frame& frame, can::E2eState& counter) const noexcept;
-  /// The same under the frame's own counter, `own`.
+  /// The same with the frame's own counter, `own`.
   void repair(std::size_t message, can::Frame& frame, const can::E2eState& own) const noexcept;
 
   [[nodiscard]] std::size_t message_count() const noexcept { return tables_.messages.size(); }

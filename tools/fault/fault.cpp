@@ -20,7 +20,7 @@ std::vector<std::string_view> split(std::string_view text) {
   return parts;
 }
 
-// An empty part leaves the value as it is.
+// An empty part keeps the value.
 void read(std::string_view whole, std::string_view part, std::string_view what, double& value) {
   if (part.empty()) return;
   double number = 0.0;
@@ -44,16 +44,16 @@ void check(const Fault& fault) {
   if (!(fault.begin_s >= 0.0) || !std::isfinite(fault.begin_s))
     throw std::invalid_argument(name + ": begins before the first frame; give 0 s or more");
   if (!(fault.duration_s > 0.0))
-    throw std::invalid_argument(name + ": lasts no time; give more than 0 s");
+    throw std::invalid_argument(name + ": has no duration; give more than 0 s");
   if (usual.unit.empty() && fault.magnitude != usual.value)
     throw std::invalid_argument(name + ": has no size; leave it out");
   if (usual.unit == "share" && !(fault.magnitude >= 0.0 && fault.magnitude <= 1.0))
-    throw std::invalid_argument(name + ": is of a share of the frames; give 0 to 1");
+    throw std::invalid_argument(name + ": its size is a share of the frames; give 0 to 1");
   if (usual.unit == "sigma" && !(fault.magnitude >= 0.0))
-    throw std::invalid_argument(name + ": is so many sigmas; give 0 or more");
+    throw std::invalid_argument(name + ": its size is a number of sigmas; give 0 or more");
   const bool may_lead = fault.kind.act == Act::shifted;
   if (usual.unit == "s" && !may_lead && !(fault.magnitude >= 0.0))
-    throw std::invalid_argument(name + ": is a time; give 0 s or more");
+    throw std::invalid_argument(name + ": its size is a time; give 0 s or more");
 }
 
 Fault parse_fault(std::string_view text) {

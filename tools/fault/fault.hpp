@@ -15,14 +15,14 @@ struct Fault {
   double begin_s = 0.0;                                         ///< after the first frame
   double duration_s = std::numeric_limits<double>::infinity();  ///< infinite: to the end
   double magnitude = 0.0;                                       ///< see default_magnitude()
-  std::uint64_t seed = 1;                                       ///< of what is random in it
+  std::uint64_t seed = 1;                                       ///< seed of its random parts
 };
 
-/// Of the kind's own size, from the first frame to the end.
+/// A fault with the kind's default size, from the first frame to the end.
 [[nodiscard]] Fault fault_of(Kind kind);
 
-/// "KIND[:BEGIN[:LENGTH[:SIZE]]]", times in seconds; what is left out or empty is as fault_of() has
-/// it. Throws std::invalid_argument that says which part is wrong.
+/// "KIND[:BEGIN[:LENGTH[:SIZE]]]", times in seconds; omitted or empty parts are as in fault_of().
+/// Throws std::invalid_argument that names the wrong part.
 [[nodiscard]] Fault parse_fault(std::string_view text);
 
 /// Throws std::invalid_argument for a time or a size that the kind cannot have.

@@ -44,7 +44,7 @@ void append_row(std::string& text, const estimator::CameraPose& pose) {
 }  // namespace
 
 Streamed write_log(can::LogReader& log, const can::BusNames& buses, Injector& injector,
-                   std::ostream& out, Flush flush, const tools::TellProgress& progress) {
+                   std::ostream& out, Flush flush, const tools::ReportProgress& progress) {
   Streamed streamed;
   std::vector<can::Frame> leaving;
   std::vector<std::string> names;

@@ -208,8 +208,8 @@ bool FrameFault::keeps_order() const noexcept {
   return fault_.kind.act == Act::jittered || fault_.kind.act == Act::delayed;
 }
 
-// Frames of one message overtake each other in no queue, and no clock that is read late reverses
-// them: not within the fault, nor at its end.
+// Frames of one message never overtake each other, in queues or by late stamps: neither during the
+// fault nor at its end.
 void FrameFault::keep_order(std::optional<std::size_t> message, const can::Frame& frame,
                             std::vector<can::Frame>& out) {
   const std::int64_t last_ns = stamped_ns_[message.value_or(signals_.message_count())];
@@ -220,7 +220,7 @@ void FrameFault::keep_order(std::optional<std::size_t> message, const can::Frame
   }
 }
 
-// In whole microseconds, as most logs are.
+// In whole microseconds, as in most logs.
 void FrameFault::stamp_anew(std::optional<std::size_t> message, const can::Frame& frame,
                             std::vector<can::Frame>& out) {
   const double share = fault_.kind.act == Act::jittered ? random_.uniform(-1.0, 1.0) : 1.0;
@@ -228,7 +228,7 @@ void FrameFault::stamp_anew(std::optional<std::size_t> message, const can::Frame
   leave_at(frame.time_ns + shift_ns, message, frame, out);
 }
 
-// What is stamped later comes later; what is stamped earlier comes when it did.
+// A frame with a later stamp arrives later; one with an earlier stamp arrives when it did.
 void FrameFault::leave_at(std::int64_t time_ns, std::optional<std::size_t> message,
                           const can::Frame& frame, std::vector<can::Frame>& out) {
   can::Frame stamped = frame;
@@ -257,7 +257,7 @@ void FrameFault::reorder(std::size_t message, const can::Frame& frame,
   first.reset();
 }
 
-// As the sender of the frames that leave would count them.
+// Counters as the sender of the output frames would set them.
 void FrameFault::renumber(std::optional<std::size_t> message, can::Frame& frame) {
   if (!message || !touches(message)) return;
   can::E2eState& last = counters_[*message][frame.bus];

@@ -1,4 +1,4 @@
-// One fault in a stream of frames: takes frames in, gives out what a car with that fault sends.
+// One fault in a stream of frames: takes frames and outputs what a car with that fault would send.
 #pragma once
 
 #include <array>
@@ -15,23 +15,23 @@ namespace odomd::fault {
 
 class FrameFault {
  public:
-  /// Of any kind but the camera's. `sigma`: what each source states of its noise; `span`: when it
-  /// acts. `signals` must outlive this.
+  /// Of any kind except the camera's. `sigma`: the stated noise of each source; `span`: when the
+  /// fault acts. `signals` must outlive this.
   FrameFault(const CarSignals& signals, const std::array<double, estimator::source_count>& sigma,
              const Fault& fault, Span span);
 
-  /// Takes a frame and appends those that leave by then, in the order in which they do.
+  /// Takes a frame and appends those that are output by then, in order.
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
 
-  /// Appends what was held back until `now_ns`; with the largest time, all.
+  /// Appends the frames held back until `now_ns`; with the largest time, all.
   void release(std::int64_t now_ns, std::vector<can::Frame>& out);
 
-  /// Frames that it acted on so far.
+  /// The number of frames affected so far.
   [[nodiscard]] std::uint64_t acted_on() const noexcept { return acted_on_; }
 
  private:
   struct Seen {
-    std::optional<double> latest;  ///< as it came in
+    std::optional<double> latest;  ///< as received
     std::optional<double> held;    ///< when the fault began
   };
   using Counters = std::array<can::E2eState, can::max_buses>;
@@ -61,9 +61,9 @@ class FrameFault {
   std::array<double, estimator::source_count> sigma_{};
   std::array<Seen, estimator::source_count> seen_{};
   std::array<Reading, can::max_samples_per_frame> readings_{};
-  std::vector<can::Frame> held_;                          ///< by the time at which they leave
+  std::vector<can::Frame> held_;                          ///< by output time
   std::vector<std::optional<can::Frame>> first_of_pair_;  ///< by message
-  std::vector<Counters> counters_;        ///< by message: of the last frame that left
+  std::vector<Counters> counters_;                        ///< by message: of the last output frame
   std::vector<std::int64_t> stamped_ns_;  ///< by message, and of all others: the last stamp
   bool renumbers_ = false;
   std::uint64_t acted_on_ = 0;

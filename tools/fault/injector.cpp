@@ -33,7 +33,7 @@ void require_mapped(const daemon::Config& config, std::span<const Fault> faults)
       if (contains(sources, static_cast<estimator::Source>(i)))
         keys += (keys.empty() ? "" : ", ") + std::string(estimator::source_names[i]);
     throw std::invalid_argument(config.file.string() + ": [can.signals] maps no " + keys +
-                                ", which " + name_of(fault.kind) + " is about; map it there");
+                                ", which " + name_of(fault.kind) + " needs; map it there");
   }
 }
 
@@ -52,7 +52,7 @@ void Injector::start(std::int64_t start_ns) {
   started_ = true;
 }
 
-// What is in in_, through all stages from the given one on.
+// Passes the contents of in_ through all stages from the given one on.
 void Injector::pass(std::size_t stage, std::vector<can::Frame>& out) {
   for (; stage < stages_.size(); ++stage) {
     next_.clear();

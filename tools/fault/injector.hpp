@@ -20,24 +20,24 @@ namespace odomd::fault {
 
 inline constexpr std::int64_t end_of_time = std::numeric_limits<std::int64_t>::max();
 
-/// One stream, one thread. Faults act one after the other, in the order of naming; those of the
-/// camera are passed over.
+/// One stream, one thread. Faults act one after the other, in the order given; those of the camera
+/// are ignored.
 class Injector {
  public:
-  /// Throws std::invalid_argument where the configuration does not fit the databases, or a fault
-  /// is of a source that it does not map: the message names the key.
+  /// Throws std::invalid_argument if the configuration does not fit the databases, or does not map
+  /// the source of a fault: the message names the key.
   Injector(const daemon::Config& config, std::span<const can::Database> databases,
            std::span<const std::string> bus_names, std::span<const Fault> faults);
 
-  /// From when the faults' times count; without it, from the first frame's stamp.
+  /// The time from which the faults' times count; by default the first frame's stamp.
   void start(std::int64_t start_ns);
 
-  /// Takes a frame and appends those that leave by then.
+  /// Takes a frame and appends those that are output by then.
   void take(const can::Frame& frame, std::vector<can::Frame>& out);
-  /// Appends what was held back until `now_ns`.
+  /// Appends the frames held back until `now_ns`.
   void release(std::int64_t now_ns, std::vector<can::Frame>& out);
 
-  /// The frames' faults, and how many frames each has acted on.
+  /// The faults of frames, and the number of frames that each affected.
   struct Acted {
     Fault fault;
     std::uint64_t frames = 0;
@@ -55,7 +55,7 @@ class Injector {
   bool started_ = false;
 };
 
-/// Throws std::invalid_argument where a fault is of a source that the configuration does not map.
+/// Throws std::invalid_argument if the configuration does not map the source of a fault.
 void require_mapped(const daemon::Config& config, std::span<const Fault> faults);
 
 }  // namespace odomd::fault

@@ -24,7 +24,7 @@ std::string size_text(Magnitude size) {
   return fmt::format("{} {}", size.value, size.unit);
 }
 
-// "0.2 rad/s, 3 m/s2": those of all parts, each once.
+// "0.2 rad/s, 3 m/s2": the sizes for all parts, each once.
 std::string sizes_of(Act act) {
   std::vector<std::string> sizes;
   for (const Kind kind : all_kinds()) {
@@ -56,12 +56,12 @@ void append_ways(std::string& text, Part part) {
 
 std::string kinds_text() {
   std::string text =
-      "A kind of fault is PART.WAY, such as gyro.frozen.\n\nParts, and their ways:\n";
+      "A kind of fault is PART.WAY, such as gyro.frozen.\n\nParts and their ways to fail:\n";
   for (const PartInfo& part : parts()) {
     text += fmt::format("  {}: {}\n", part.name, part.what);
     append_ways(text, part.part);
   }
-  text += "\nWays, and their size unless it is given:\n";
+  text += "\nWays to fail, with the default size:\n";
   for (const ActInfo& act : acts()) {
     const std::string sizes = sizes_of(act.act);
     text +=

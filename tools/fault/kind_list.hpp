@@ -1,4 +1,4 @@
-// The kinds of faults as people and programs read them: odom fault --list.
+// The kinds of faults as text and JSON: odom fault --list.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace odomd::fault {
 
-/// What can fail, in which ways, and how large each fault is unless it is said.
+/// The parts that can fail, their ways to fail, and the default size of each fault.
 [[nodiscard]] std::string kinds_text();
 /// An array with an object for every kind: kind, part, what, size, unit, sources.
 [[nodiscard]] nlohmann::ordered_json kinds_json();

@@ -20,8 +20,8 @@ constexpr Sources wheels = front | rear | only(Source::motor);
 
 constexpr std::array part_table{
     PartInfo{Part::gyro, "gyro", gyro, "the yaw rate"},
-    PartInfo{Part::accel_x, "accel_x", accel_x, "the acceleration ahead"},
-    PartInfo{Part::accel_y, "accel_y", accel_y, "the acceleration to the left"},
+    PartInfo{Part::accel_x, "accel_x", accel_x, "the longitudinal acceleration"},
+    PartInfo{Part::accel_y, "accel_y", accel_y, "the lateral acceleration"},
     PartInfo{Part::accel, "accel", accel_x | accel_y, "both accelerations"},
     PartInfo{Part::imu, "imu", gyro | accel_x | accel_y, "yaw rate and accelerations"},
     PartInfo{Part::steering, "steering", only(Source::steering), "the steering angle"},
@@ -47,34 +47,35 @@ constexpr std::array act_table{
     ActInfo{Act::frozen, "frozen", "repeats its last value"},
     ActInfo{Act::zero, "zero", "reads 0"},
     ActInfo{Act::stuck, "stuck", "reads one value"},
-    ActInfo{Act::halved, "halved", "reads half of what it should"},
-    ActInfo{Act::doubled, "doubled", "reads twice what it should"},
-    ActInfo{Act::scaled, "scaled", "reads so many times what it should"},
-    ActInfo{Act::biased, "biased", "reads so much more, at once"},
-    ActInfo{Act::ramped, "ramped", "reads more and more: so much a second"},
+    ActInfo{Act::halved, "halved", "reads half the true value"},
+    ActInfo{Act::doubled, "doubled", "reads twice the true value"},
+    ActInfo{Act::scaled, "scaled", "reads a multiple of the true value"},
+    ActInfo{Act::biased, "biased", "has a constant bias"},
+    ActInfo{Act::ramped, "ramped", "has a bias that grows at this rate per second"},
     ActInfo{Act::inverted, "inverted", "has the wrong sign"},
-    ActInfo{Act::noisy, "noisy", "has noise of so many of its stated sigmas"},
-    ActInfo{Act::slipping, "slipping", "spins up to so many times its speed, within half a second"},
+    ActInfo{Act::noisy, "noisy", "has noise of this many of its stated sigmas"},
+    ActInfo{Act::slipping, "slipping", "spins up to a multiple of its speed within half a second"},
     ActInfo{Act::locked, "locked", "comes to a halt within half a second"},
     ActInfo{Act::left_right, "left_right", "left and right are exchanged"},
     ActInfo{Act::front_rear, "front_rear", "front and rear are exchanged"},
     ActInfo{Act::axes_swapped, "axes_swapped", "x and y are exchanged"},
-    ActInfo{Act::lost, "lost", "is not sent any more"},
-    ActInfo{Act::delayed, "delayed", "comes so much later, and is stamped so"},
+    ActInfo{Act::lost, "lost", "is no longer sent"},
+    ActInfo{Act::delayed, "delayed", "comes later by this time, with a late stamp"},
     ActInfo{Act::duplicated, "duplicated", "comes twice, with counters of its own"},
-    ActInfo{Act::reordered, "reordered", "comes in pairs, the later first"},
-    ActInfo{Act::jittered, "jittered", "is stamped up to so much too early or too late"},
-    ActInfo{Act::shifted, "shifted", "is stamped so much too late; below 0: too early"},
+    ActInfo{Act::reordered, "reordered", "comes in swapped pairs"},
+    ActInfo{Act::jittered, "jittered", "has stamps up to this time too early or too late"},
+    ActInfo{Act::shifted, "shifted", "has stamps too late by this time; below 0: too early"},
     ActInfo{Act::bit_flips, "bit_flips", "has one bit wrong in this share of its frames"},
-    ActInfo{Act::bit_flips_repaired, "bit_flips_repaired", "likewise, with a CRC that fits"},
+    ActInfo{Act::bit_flips_repaired, "bit_flips_repaired", "likewise, with a valid CRC"},
     ActInfo{Act::frozen_noisy, "frozen_noisy", "repeats its last pose with fresh noise"},
-    ActInfo{Act::moved, "moved", "is off by so much along the map's x"},
-    ActInfo{Act::turned, "turned", "is off by so much in yaw"},
-    ActInfo{Act::drifting, "drifting", "goes off along the map's x, so much a second"},
+    ActInfo{Act::moved, "moved", "is offset along the map's x"},
+    ActInfo{Act::turned, "turned", "is offset in yaw"},
+    ActInfo{Act::drifting, "drifting", "drifts along the map's x at this speed"},
     ActInfo{Act::mirrored, "mirrored", "has the wrong sign of y and yaw"},
-    ActInfo{Act::outliers, "outliers", "is so far off in every fifth pose, in any direction"},
-    ActInfo{Act::early, "early", "says that it was captured so much earlier than it was"},
-    ActInfo{Act::late, "late", "says that it was captured so much later than it was"},
+    ActInfo{Act::outliers, "outliers",
+            "is off by this distance in every fifth pose, in any direction"},
+    ActInfo{Act::early, "early", "has capture stamps too early by this time"},
+    ActInfo{Act::late, "late", "has capture stamps too late by this time"},
 };
 
 constexpr bool is_first_to_last(const auto& table, auto member) {
@@ -85,7 +86,7 @@ constexpr bool is_first_to_last(const auto& table, auto member) {
 static_assert(is_first_to_last(part_table, &PartInfo::part));
 static_assert(is_first_to_last(act_table, &ActInfo::act));
 
-// What a source measures, and how much its faults are by default.
+// The unit of a source, and the default size of its faults.
 struct Quantity {
   std::string_view unit;
   std::string_view rate_unit;
@@ -102,7 +103,7 @@ constexpr bool is_speed(Part part) {
   return part >= Part::wheel_front_left && part <= Part::wheels;
 }
 
-// Null of parts that measure several.
+// Null for parts with several quantities.
 constexpr const Quantity* quantity_of(Part part) {
   if (part == Part::gyro) return &turn_rate;
   if (part == Part::accel_x || part == Part::accel_y || part == Part::accel) return &acceleration;

@@ -1,5 +1,5 @@
-// Which faults there are: the parts of a car that fail, and the ways in which they do. The one
-// table; a kind is a part and a way, "gyro.frozen".
+// The table of faults: the parts of a car that fail, and their ways to fail. A kind is a part and a
+// way, "gyro.frozen".
 #pragma once
 
 #include <cstdint>
@@ -110,19 +110,19 @@ struct Kind {
 
 /// "gyro.frozen"
 [[nodiscard]] std::string name_of(Kind kind);
-/// Throws std::invalid_argument that names the nearest one.
+/// Throws std::invalid_argument that names the nearest kind.
 [[nodiscard]] Kind parse_kind(std::string_view name);
 
-/// How large a fault is unless it is said otherwise, and in which unit: "rad/s", "s", "x" (a
-/// factor), "sigma" (times the stated one), "share" (of the frames); empty where it has no size.
+/// The default size of a fault and its unit: "rad/s", "s", "x" (a factor), "sigma" (times the
+/// stated one), "share" (of the frames); empty if it has no size.
 struct Magnitude {
   double value = 0.0;
   std::string_view unit;
 };
 [[nodiscard]] Magnitude default_magnitude(Kind kind) noexcept;
 
-/// What the car has left to do without when the fault is known: its sources. None where the fault
-/// is of the stamps of the whole bus.
+/// The sources that the car must do without once the fault is known. None if the fault affects the
+/// stamps of the whole bus.
 [[nodiscard]] Sources sources_of(Kind kind) noexcept;
 
 }  // namespace odomd::fault

@@ -22,7 +22,8 @@ std::vector<std::string> buses_with(const std::string& interface, const daemon::
                                     can::BusNames& buses) {
   for (const std::string& bus : daemon::expected_buses(config)) buses.index_of(bus);
   if (!buses.index_of(interface))
-    throw std::invalid_argument(interface + ": one bus too many beside those of [can.signals]");
+    throw std::invalid_argument(interface +
+                                ": too many buses together with those of [can.signals]");
   return buses.all();
 }
 
@@ -43,9 +44,10 @@ std::int64_t monotonic_ns() {
 BusRelay::BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
                    std::span<const can::Database> databases, std::span<const Fault> faults,
                    std::int64_t start_ns)
-    : output_((from == to) ? throw std::invalid_argument(
-                                 "--to: is the interface of --from; frames would go round for ever")
-                           : to,
+    : output_((from == to)
+                  ? throw std::invalid_argument(
+                        "--to: is the interface of --from; frames would circulate endlessly")
+                  : to,
               can::StampDecimals::six),
       arrived_(can::max_frames_per_drain) {
   can::BusNames buses;

@@ -22,20 +22,20 @@
 
 namespace odomd::fault {
 
-/// CLOCK_MONOTONIC, the clock of all that is live.
+/// CLOCK_MONOTONIC, the clock of live operation.
 [[nodiscard]] std::int64_t monotonic_ns();
 
-/// Frames from an interface onto another one.
+/// Frames from one interface to another.
 class BusRelay {
  public:
-  /// Faults begin to count at `start_ns`. Throws as SocketCanSource, CanOutput and Injector do, and
-  /// std::invalid_argument where there is no interface `from`, or both are one.
+  /// Faults begin to count at `start_ns`. Throws like SocketCanSource, CanOutput and Injector, and
+  /// std::invalid_argument if there is no interface `from`, or both are the same.
   BusRelay(const std::string& from, const std::string& to, const daemon::Config& config,
            std::span<const can::Database> databases, std::span<const Fault> faults,
            std::int64_t start_ns);
 
-  /// Hands on what has come and what is due. Throws std::runtime_error when frames cannot be sent,
-  /// or the interface that they come from has gone.
+  /// Forwards received frames and those that are due. Throws std::runtime_error if frames cannot be
+  /// sent, or the interface they come from has gone.
   void pass_on(std::int64_t now_ns);
 
   [[nodiscard]] std::uint64_t received() const noexcept { return received_; }
@@ -54,10 +54,10 @@ class BusRelay {
   std::uint64_t sent_ = 0;
 };
 
-/// Camera poses from a socket that this makes to the daemon's.
+/// Camera poses from a socket that this creates to the daemon's.
 class CameraRelay {
  public:
-  /// Waits `wait_s` seconds for the daemon. Throws as LocalSocket and CameraFeed do.
+  /// Waits `wait_s` seconds for the daemon. Throws like LocalSocket and CameraFeed.
   CameraRelay(const std::filesystem::path& from, const std::string& to, double wait_s,
               std::span<const Fault> faults, std::int64_t start_ns);
 
@@ -79,7 +79,7 @@ class CameraRelay {
   CameraInjector injector_;
   std::vector<FileDescriptor> connections_;
   std::vector<estimator::CameraPose> leaving_;
-  odom_clock clock_ = ODOM_CLOCK_MONOTONIC;  ///< of the captures, as the newest message names it
+  odom_clock clock_ = ODOM_CLOCK_MONOTONIC;  ///< of the captures, by the newest message
   std::uint64_t received_ = 0;
   std::uint64_t sent_ = 0;
   std::uint64_t refused_ = 0;

@@ -15,7 +15,7 @@ void add_track(Command identify) {
     check(*options);
     become("odom-track", arguments_of(*options),
            "films need odom-track: install the package odom-track, or libopencv-dev, and configure "
-           "and build again; tracks of other programs do for odom identify stiffness too");
+           "and build again; odom identify stiffness also accepts tracks of other programs");
   });
 }
 

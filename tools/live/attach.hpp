@@ -1,4 +1,4 @@
-// Attaches to a daemon's segment, or says in one line why not.
+// Attaches to a daemon's segment, or reports in one line why that fails.
 #pragma once
 
 #include <odom/odom.hpp>
@@ -6,7 +6,7 @@
 
 namespace odomd::tools {
 
-/// What the library is asked for, in words: the name, or the defaults that stand for none.
+/// The requested segment in words: the name, or the defaults.
 [[nodiscard]] std::string segment_asked_for(const std::string& name);
 
 /// `name` empty: the library's defaults. Tries again for `wait_s` seconds while there is no

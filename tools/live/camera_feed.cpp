@@ -89,14 +89,13 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
     const std::chrono::duration<double> waited = steady_clock::now() - start;
     if (waited.count() >= wait_s) {
       throw std::runtime_error(
-          "the daemon plays no log, so its clock cannot pace one; give it --can LOG, wait longer "
-          "by --wait, or use --from-now");
+          "the daemon is not playing a log, so its clock cannot pace this one; give it --can LOG, "
+          "wait longer with --wait, or use --from-now");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds{2});
   }
 
-  // A busy machine may hold a daemon up for longer than the few periods after which it counts as
-  // stale; one that has ended stays so.
+  // On a busy machine a daemon may be stale for a moment; one that has ended stays so.
   const auto goes_on = [&offset] {
     for (int attempt = 0; attempt < 100; ++attempt) {
       const auto now = offset();
@@ -106,7 +105,7 @@ PlayedLog play_with_daemon(CameraFeed& feed, odom::Client& client,
     return false;
   };
 
-  // What is due since less than this is on time: the daemon judges ages itself.
+  // A pose due since less than this is on time: the daemon checks ages itself.
   constexpr std::int64_t grace_ns = 200'000'000;
   PlayedLog played;
   for (const estimator::CameraPose& pose : poses) {

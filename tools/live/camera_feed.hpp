@@ -1,4 +1,4 @@
-// Camera poses to the daemon: the connection with its patience, and the pacing of a log.
+// Sends camera poses to the daemon: the connection with its timeout, and the pacing of a log.
 #pragma once
 
 #include <odom/odom.hpp>
@@ -15,11 +15,11 @@ namespace odomd::tools {
 class CameraFeed {
  public:
   /// Tries again for `wait_s` seconds while nobody listens. Throws std::runtime_error with the
-  /// reason and the mend.
+  /// reason and the fix.
   CameraFeed(std::string socket, double wait_s);
 
   /// Sends one pose, its capture time on `clock`. Waits some milliseconds for a daemon that is
-  /// behind. False when the daemon is not there (it may come back); other failures throw.
+  /// behind. False if the daemon is not there (it may come back); other failures throw.
   bool send(const estimator::CameraPose& pose, odom_clock clock);
 
  private:

@@ -28,8 +28,9 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return !missing && full == fs::canonical(b, missing);
 }
 
-// Nothing where nobody answers, or another daemon than that of the camera socket.
-std::optional<std::string> segment_told(const fs::path& status_socket, const fs::path& camera) {
+// Nothing if nobody answers, or a daemon other than that of the camera socket.
+std::optional<std::string> segment_from_status(const fs::path& status_socket,
+                                               const fs::path& camera) {
   try {
     const Json status = parse_status(fetch_status(status_socket), status_socket.string());
     const std::string segment = segment_of(status);
@@ -51,15 +52,16 @@ std::string segment_behind_camera(const std::string& socket, double wait_s) {
   using std::chrono::steady_clock;
   const auto start = steady_clock::now();
   while (true) {
-    const fs::path beside = fs::path{socket}.parent_path() / "status.sock";
-    for (const fs::path& status : {beside, fs::path{service_path({}, "status.sock")}}) {
-      if (auto segment = segment_told(status, socket)) return *std::move(segment);
+    const fs::path neighbour = fs::path{socket}.parent_path() / "status.sock";
+    for (const fs::path& status : {neighbour, fs::path{service_path({}, "status.sock")}}) {
+      if (auto segment = segment_from_status(status, socket)) return *std::move(segment);
     }
     if (std::getenv("ODOM_SHM") != nullptr) return {};
     const std::chrono::duration<double> waited = steady_clock::now() - start;
     if (waited.count() >= wait_s) {
-      throw std::runtime_error(socket + ": no status socket beside it tells in which segment its " +
-                               "daemon publishes; name that by --shm");
+      throw std::runtime_error(
+          socket +
+          ": no status socket next to it names the segment of its daemon; give it with --shm");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds{20});
   }

@@ -57,7 +57,7 @@ std::optional<RecordingFeed::Message> RecordingFeed::buffered() {
   std::memcpy(&header, buffer_.data() + at_, sizeof header);
   if (header.size > daemon::longest_recording_message ||
       header.kind > daemon::RecordingMessage::refused) {
-    throw std::runtime_error(name_ + ": what comes in is no recording; is it odomd that listens?");
+    throw std::runtime_error(name_ + ": the data is not a recording; is odomd listening there?");
   }
   if (buffer_.size() - at_ - sizeof header < header.size) return std::nullopt;
   const Message message{header.kind,
@@ -66,7 +66,7 @@ std::optional<RecordingFeed::Message> RecordingFeed::buffered() {
   return message;
 }
 
-std::optional<RecordingFeed::Message> RecordingFeed::next(std::chrono::milliseconds patience) {
+std::optional<RecordingFeed::Message> RecordingFeed::next(std::chrono::milliseconds timeout) {
   while (true) {
     if (auto message = buffered()) return message;
     buffer_.erase(0, at_);
@@ -74,7 +74,7 @@ std::optional<RecordingFeed::Message> RecordingFeed::next(std::chrono::milliseco
     if (ended_) return std::nullopt;
 
     pollfd readable{connection_.get(), POLLIN, 0};
-    const int ready = ::poll(&readable, 1, static_cast<int>(patience.count()));
+    const int ready = ::poll(&readable, 1, static_cast<int>(timeout.count()));
     if (ready <= 0) return std::nullopt;
     std::array<char, 1U << 16U> piece;
     const ssize_t size = ::recv(connection_.get(), piece.data(), piece.size(), MSG_DONTWAIT);

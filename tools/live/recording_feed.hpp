@@ -28,9 +28,9 @@ class RecordingFeed {
     daemon::RecordingMessage kind = daemon::RecordingMessage::hello;
     std::string_view bytes;  ///< until the next call
   };
-  /// The next message; nothing when none came in so long, or none will (see ended). Throws
-  /// std::runtime_error for what is no message.
-  [[nodiscard]] std::optional<Message> next(std::chrono::milliseconds patience);
+  /// The next message; nothing if none came within the timeout, or none will (see ended). Throws
+  /// std::runtime_error for an invalid message.
+  [[nodiscard]] std::optional<Message> next(std::chrono::milliseconds timeout);
 
   /// The other end has gone.
   [[nodiscard]] bool ended() const { return ended_; }

@@ -1,4 +1,4 @@
-// Where the service's sockets lie, for those who are told no path.
+// The paths of the service's sockets, the default if no path is given.
 #pragma once
 
 #include <string>

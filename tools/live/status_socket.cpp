@@ -38,7 +38,7 @@ std::string why(int error) {
 
 }  // namespace
 
-std::string fetch_status(const std::filesystem::path& socket, std::chrono::milliseconds patience) {
+std::string fetch_status(const std::filesystem::path& socket, std::chrono::milliseconds timeout) {
   const std::string path = socket.string();
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -48,8 +48,8 @@ std::string fetch_status(const std::filesystem::path& socket, std::chrono::milli
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
 
   const FileDescriptor connection{::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  const auto whole = std::chrono::floor<std::chrono::seconds>(patience);
-  const timeval time_out{whole.count(), std::chrono::microseconds{patience - whole}.count()};
+  const auto whole = std::chrono::floor<std::chrono::seconds>(timeout);
+  const timeval time_out{whole.count(), std::chrono::microseconds{timeout - whole}.count()};
   ::setsockopt(connection.get(), SOL_SOCKET, SO_RCVTIMEO, &time_out, sizeof time_out);
   ::setsockopt(connection.get(), SOL_SOCKET, SO_SNDTIMEO, &time_out, sizeof time_out);
   if (::connect(connection.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=
@@ -69,7 +69,7 @@ std::string fetch_status(const std::filesystem::path& socket, std::chrono::milli
     if (size < 0) throw std::runtime_error(path + ": " + why(errno));
     document.append(piece.data(), static_cast<std::size_t>(size));
     if (document.size() > largest_document)
-      throw std::runtime_error(path + ": the answer has no end; is this odomd's socket?");
+      throw std::runtime_error(path + ": the answer is too long; is this odomd's socket?");
   }
 }
 
@@ -80,7 +80,7 @@ nlohmann::json parse_status(const std::string& document, const std::filesystem::
     if (json.is_object()) return json;
   }
   throw std::runtime_error(socket.string() +
-                           ": the answer is no status document; is this odomd's socket?");
+                           ": the answer is not a status document; is this odomd's socket?");
 }
 
 }  // namespace odomd::tools

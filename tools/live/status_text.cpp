@@ -111,15 +111,16 @@ std::string buses(const Json& now, const Rates& rates) {
   return table.rows.empty() ? std::string{} : '\n' + table.text();
 }
 
-// What befell frames below, where it is not nothing.
+// Counts of frame problems that are not 0.
 std::string bus_remarks(const Json& now) {
   std::string text;
   for (const auto& bus : member(now, "can")) {
     std::string remarks;
     for (const auto& [key, remark] :
-         {std::pair{"bus_offs", "error frames said bus-off"},
-          std::pair{"controller_overflows", "error frames said that the controller lost frames"},
-          std::pair{"stamp_fallbacks", "frames timed by their drain"},
+         {std::pair{"bus_offs", "error frames reported bus-off"},
+          std::pair{"controller_overflows",
+                    "error frames reported that the controller lost frames"},
+          std::pair{"stamp_fallbacks", "frames stamped when read"},
           std::pair{"hardware_fallbacks", "frames without a hardware stamp"}}) {
       const Json& value = member(bus, key);
       if (value.is_null() || value.get<std::uint64_t>() == 0) continue;
@@ -238,7 +239,7 @@ std::string noise(const Json& now) {
   return table.rows.empty() ? std::string{} : '\n' + table.text();
 }
 
-// What the filter has learnt, where its model learns.
+// The calibrations, if the model estimates them.
 std::string calibrations(const Json& now) {
   Table table{{"calibration", "value", "", "learnt"}, {}, {0, 2, 3}};
   for (const auto& [name, value, sigma, unit, valid] : calibrations_of(now)) {

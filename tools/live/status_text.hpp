@@ -1,4 +1,4 @@
-// The daemon's status document as a screenful for people.
+// The daemon's status document as text.
 #pragma once
 
 #include <nlohmann/json.hpp>

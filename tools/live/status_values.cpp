@@ -62,7 +62,7 @@ std::string duration(const Json& value) {
 std::string source_state(const Json& source) {
   if (is_true(member(source, "healthy")))
     return is_true(member(source, "inconsistent")) ? "inconsistent" : "fine";
-  // What it does not say at all, or never could be true, comes before what is held of it.
+  // Missing or impossible values come before other findings.
   constexpr std::array first{"timed_out", "failed_protection", "out_of_range", "non_finite",
                              "frozen"};
   std::string flag = word(member(source, "flag"));
@@ -111,14 +111,14 @@ std::vector<Calibration> calibrations_of(const Json& now) {
       Shown{"gyro_bias", " deg/s", degrees}, Shown{"accel_bias_x", " m/s2", 1.0},
       Shown{"accel_bias_y", " m/s2", 1.0}, Shown{"steering_offset", " deg", degrees}};
   std::vector<Calibration> all;
-  for (const auto& told : member(now, "calibrations")) {
-    if (member(told, "sigma").is_null()) continue;
-    const std::string name = word(member(told, "name"));
+  for (const auto& calibration : member(now, "calibrations")) {
+    if (member(calibration, "sigma").is_null()) continue;
+    const std::string name = word(member(calibration, "name"));
     const auto* const found = std::ranges::find(with_unit, name, &Shown::name);
     const Shown shown = found != with_unit.end() ? *found : Shown{name, "", 1.0};
-    all.push_back({name, number(member(told, "value"), 4, shown.factor),
-                   number(member(told, "sigma"), 4, shown.factor), std::string{shown.unit},
-                   is_true(member(told, "valid"))});
+    all.push_back({name, number(member(calibration, "value"), 4, shown.factor),
+                   number(member(calibration, "sigma"), 4, shown.factor), std::string{shown.unit},
+                   is_true(member(calibration, "valid"))});
   }
   return all;
 }

@@ -1,6 +1,5 @@
-// Values of the daemon's status document in words, and rates between two documents. What a daemon
-// does not say is "-". All throw a nlohmann::json::exception where a member is of another type than
-// it must be.
+// Values of the daemon's status document in words, and rates between two documents. A missing value
+// is "-". All throw a nlohmann::json::exception where a member is of another type than it must be.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +43,7 @@ inline constexpr double full_turn = 2.0 * std::numbers::pi;  ///< [rad]
 /// Of an object of counts, all together.
 [[nodiscard]] std::uint64_t sum(const Json& counts);
 
-/// Whether any of the sources tells of its innovations; else the model tests none.
+/// Whether any of the sources reports innovations; else the model tests none.
 [[nodiscard]] bool is_tested(const Json& sources);
 
 /// Of a source's `innovations`: the mean of νᵀS⁻¹ν over what it should be, "1.02"; and how many
@@ -52,7 +51,7 @@ inline constexpr double full_turn = 2.0 * std::numbers::pi;  ///< [rad]
 [[nodiscard]] std::string nis_by_expectation(const Json& innovations);
 [[nodiscard]] std::string percent_inside(const Json& innovations);
 
-/// What the filter has learnt of a sensor or the car, in the units that people think in.
+/// A calibration of a sensor or the car, in usual units.
 struct Calibration {
   std::string name;
   std::string value;

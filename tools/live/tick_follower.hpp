@@ -1,5 +1,5 @@
-// Every published tick, once and in order, by the client library: whoever falls behind fetches what
-// it missed from the history.
+// Every published tick, once and in order, through the client library; missed ticks are fetched
+// from the history.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ struct FollowCounts {
   std::uint64_t ticks = 0;        ///< handed out
   std::uint64_t fetched = 0;      ///< of these, from the history
   std::uint64_t unpublished = 0;  ///< numbers that the daemon skipped
-  std::uint64_t lost = 0;         ///< had left the history before we came
+  std::uint64_t lost = 0;         ///< were no longer in the history
   std::uint64_t restarts = 0;     ///< times another daemon took over
 };
 

@@ -19,7 +19,7 @@ std::vector<std::int64_t> read_times(const std::string& file) {
   while (reader.next()) {
     const std::int64_t time = reader.time_ns(0);
     if (!times.empty() && time <= times.back())
-      reader.fail(0, "does not lie after the row before; a film's frames come one after the other");
+      reader.fail(0, "is not later than the row before; the frames of a film must be in order");
     times.push_back(time);
   }
   return times;
@@ -37,7 +37,7 @@ FilmReader::FilmReader(const TrackOptions& options)
   // Not every backend that OpenCV has: some go on to look for cameras on USB.
   if (!capture_.open(name_, cv::CAP_FFMPEG) && !capture_.open(name_, cv::CAP_OPENCV_MJPEG))
     throw std::invalid_argument(name_ +
-                                ": is no film that can be read; make it an MP4 or AVI: "
+                                ": cannot be read as a film; convert it to MP4 or AVI: "
                                 "ffmpeg -i FILM film.mp4");
   size_ = {static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_WIDTH)),
            static_cast<int>(capture_.get(cv::CAP_PROP_FRAME_HEIGHT))};
@@ -51,8 +51,8 @@ bool FilmReader::next() {
   const std::int64_t time = time_of_frame();
   if (count_ > 0 && time <= t_ns_)
     throw std::invalid_argument(
-        fmt::format("{}: the times of its frames do not rise at frame {}; "
-                    "give them by --fps or --frame-times",
+        fmt::format("{}: the times of its frames do not increase at frame {}; give them with --fps "
+                    "or --frame-times",
                     name_, count_));
   t_ns_ = time;
   ++count_;

@@ -14,7 +14,7 @@ namespace odomd::tools {
 
 class FilmReader {
  public:
-  /// Throws std::invalid_argument for what is no film, or times that do not fit it.
+  /// Throws std::invalid_argument if it is not a film, or the times do not fit.
   explicit FilmReader(const TrackOptions& options);
 
   /// Goes on to the next frame; false at the end. Throws std::invalid_argument where the film's

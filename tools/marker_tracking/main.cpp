@@ -1,5 +1,5 @@
-// odom-track: odom identify track. A program of its own, so that odom itself needs no OpenCV, and
-// who has no film does not install it.
+// odom-track: odom identify track. A separate program, so that odom itself does not depend on
+// OpenCV.
 #include <algorithm>
 #include <iostream>
 #include <opencv2/core/utils/logger.hpp>

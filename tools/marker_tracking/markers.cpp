@@ -46,7 +46,7 @@ cv::Ptr<cv::aruco::Dictionary> dictionary_of(const std::string& name) {
     names += (names.empty() ? "" : ", ") + std::string(known.name);
   }
   throw std::invalid_argument("--aruco: no dictionary " + tools::quoted(name) +
-                              "; there are: " + names);
+                              "; available: " + names);
 }
 
 // Where the diagonals cross: a + t (c - a) = b + u (d - b).

@@ -32,8 +32,8 @@ class ArucoFinder {
   std::unique_ptr<Detector> detector_;
 };
 
-/// The largest spot of a colour, where no other is nearly as large; else the one nearest to where
-/// it was in the frame before.
+/// The largest spot of a colour, if no other is nearly as large; else the one nearest to its place
+/// in the frame before.
 class ColourFinder {
  public:
   explicit ColourFinder(const ColourRange& colour) : colour_(colour) {}

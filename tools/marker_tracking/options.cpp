@@ -85,14 +85,14 @@ void check(const TrackOptions& o) {
   check_outputs(std::vector<Output>{{"--out", o.out}}, inputs);
   if (!o.calibrate.empty()) {
     static_cast<void>(parse_board(o.calibrate));
-    if (!(o.square > 0.0)) refuse("--calibrate: tell the size of a square: --square 0.025");
-    if (o.out.empty()) refuse("--calibrate: tell where the lens goes: --out lens.yaml");
+    if (!(o.square > 0.0)) refuse("--calibrate: give the size of a square: --square 0.025");
+    if (o.out.empty()) refuse("--calibrate: give the output file for the lens: --out lens.yaml");
     return;
   }
   const bool colours = !o.colour_front.empty() || !o.colour_rear.empty();
   if (o.aruco.empty() == !colours)
     refuse(
-        "tell one kind of marker: --aruco 4x4_50 --front ID --rear ID, or --colour-front and "
+        "give one kind of marker: --aruco 4x4_50 --front ID --rear ID, or --colour-front and "
         "--colour-rear");
   if (colours) {
     if (o.colour_front.empty() || o.colour_rear.empty())
@@ -101,13 +101,13 @@ void check(const TrackOptions& o) {
     static_cast<void>(parse_colour("--colour-rear", o.colour_rear));
     if (!o.ground_markers.empty()) refuse("--ground-marker: needs --aruco; give points: --ground");
   } else if (!o.front || !o.rear || *o.front == *o.rear) {
-    refuse("--aruco: tell which marker is where: --front ID --rear ID, two different ones");
+    refuse("--aruco: give the ids of both markers: --front ID --rear ID, two different ones");
   }
   if (!o.ground.empty() && !o.ground_markers.empty())
-    refuse("--ground and --ground-marker: give one kind of them");
+    refuse("--ground and --ground-marker: give only one of them");
   const std::size_t points = o.ground.size() + o.ground_markers.size();
   if (points > 0 && points < 4)
-    refuse("--ground, --ground-marker: four places at least, no three of them in a line");
+    refuse("--ground, --ground-marker: give at least four places, no three of them in a line");
   for (const std::string& text : o.ground) static_cast<void>(parse_ground_point(text));
   for (const std::string& text : o.ground_markers) static_cast<void>(parse_ground_marker(text));
   if (!(o.height >= 0.0 && o.height < 100.0)) refuse("--height: must lie between 0 and 100 m");
@@ -119,13 +119,13 @@ void check(const TrackOptions& o) {
 }
 
 void describe_track(Command command, TrackOptions& options) {
-  command.description("Two markers on the car through a film, for odom identify stiffness");
+  command.description("Track two markers on the car through a film, for odom identify stiffness");
   command.add_option("FILM", options.film, "Film, in any format that FFmpeg reads")
       .type_name("")
       .required();
   command
       .add_option("--out", options.out,
-                  "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. Of "
+                  "Track: CSV of t,x_front,y_front,x_rear,y_rear; default: standard output. With "
                   "--calibrate: the lens")
       .type_name("FILE");
   const std::string markers = "Markers on the car";
@@ -137,7 +137,7 @@ void describe_track(Command command, TrackOptions& options) {
   command.add_option("--front", options.front, "Identifier of the front marker")
       .type_name("ID")
       .group(markers);
-  command.add_option("--rear", options.rear, "... and of the rear marker")
+  command.add_option("--rear", options.rear, "Identifier of the rear marker")
       .type_name("ID")
       .group(markers);
   command
@@ -146,7 +146,8 @@ void describe_track(Command command, TrackOptions& options) {
                   "tolerance of the hue, 15")
       .type_name("H,S,V[,T]")
       .group(markers);
-  command.add_option("--colour-rear", options.colour_rear, "... and rear marker, another colour")
+  command
+      .add_option("--colour-rear", options.colour_rear, "Coloured rear marker, of another colour")
       .type_name("H,S,V[,T]")
       .group(markers);
   const std::string view = "From pixels to metres";
@@ -157,44 +158,44 @@ void describe_track(Command command, TrackOptions& options) {
       .type_name("FILE")
       .group(view);
   command
-      .add_option(
-          "--ground", options.ground,
-          "A place in the picture [px] and on the ground [m]; four at least, and a fifth to "
-          "find one that is mistyped. x and y as seen from above: y to the left of x")
+      .add_option("--ground", options.ground,
+                  "A place in the picture [px] and on the ground [m]; at least four, and a fifth "
+                  "to detect a mistyped one. x and y as seen from above: y to the left of x")
       .type_name("U,V=X,Y")
       .group(view);
   command
-      .add_option("--ground-marker", options.ground_markers,
-                  "... or an ArUco marker on the ground and where its middle is [m]; as many")
+      .add_option(
+          "--ground-marker", options.ground_markers,
+          "An ArUco marker on the ground and the place of its middle [m]; as many as --ground")
       .type_name("ID=X,Y")
       .group(view);
   command
       .add_option("--height", options.height,
-                  "Of the car's markers above the ground [m]; needs --lens; default: 0")
+                  "Height of the car's markers above the ground [m]; needs --lens; default: 0")
       .type_name("H")
       .group(view);
   const std::string time = "Time of the frames";
   command
       .add_option("--fps", options.frames_per_second,
-                  "Frames a second as they were taken; default: the film's own times")
+                  "Frames per second as filmed; default: the film's own times")
       .type_name("N")
       .group(time);
   command
       .add_option("--frame-times", options.frame_times,
-                  "... or their times: CSV with the column t [s], a row a frame")
+                  "Times of the frames: CSV with the column t [s], one row per frame")
       .type_name("CSV")
       .group(time);
   const std::string lens = "Calibration of a lens";
   command
       .add_option("--calibrate", options.calibrate,
-                  "FILM shows a chessboard with so many inner corners, held at all angles and "
+                  "FILM shows a chessboard with this many inner corners, held at all angles and "
                   "everywhere in the picture; writes the lens to --out")
       .type_name("COLSxROWS")
       .group(lens);
   command.add_option("--square", options.square, "Edge of a square of the chessboard [m]")
       .type_name("L")
       .group(lens);
-  command.add_flag("--progress", options.progress, "Show progress also where there is no terminal");
+  command.add_flag("--progress", options.progress, "Show progress even without a terminal");
   command.footer(
       "Print two ArUco markers as large as the car's roof takes, 20 pixels of the film a side or\n"
       "more, or stick on two spots of colours that are nowhere else. Film with a short exposure,\n"

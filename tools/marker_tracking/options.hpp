@@ -1,5 +1,5 @@
-// The command line of odom identify track: one for `odom`, which tells and checks it, and one for
-// the program odom-track, which alone is linked with OpenCV.
+// The command line of odom identify track: one for `odom`, which describes and checks it, and one
+// for the program odom-track, which alone is linked with OpenCV.
 #pragma once
 
 #include <optional>
@@ -33,7 +33,7 @@ void describe_track(Command command, TrackOptions& options);
 /// The same options, as arguments.
 [[nodiscard]] std::vector<std::string> arguments_of(const TrackOptions& options);
 
-/// What hangs together. Throws std::invalid_argument.
+/// Checks the options together. Throws std::invalid_argument.
 void check(const TrackOptions& options);
 
 /// A marker's colour as "HUE,SATURATION,BRIGHTNESS[,TOLERANCE]": degrees, least per cents, degrees.

@@ -1,4 +1,4 @@
-// How far it is, on a terminal.
+// The progress on a terminal.
 #pragma once
 
 #include <cstdint>

@@ -71,7 +71,7 @@ std::vector<GroundPoint> find_ground(const TrackOptions& options) {
     if (seen[k].empty())
       throw std::invalid_argument(fmt::format(
           "{}: marker {} is not seen on the ground in its first {}; check its number, its size in "
-          "the picture and the light, or give places by --ground",
+          "the picture and the light, or give places with --ground",
           options.film, identifiers[k],
           counted(static_cast<std::uint64_t>(film.count()), "frame")));
     for (const cv::Point2d& place : seen[k]) {
@@ -152,7 +152,7 @@ TrackSummary track_film(const TrackOptions& options, std::ostream& track) {
   }
   summary.frames = film.count();
   if (summary.frames == 0)
-    throw std::invalid_argument(options.film + ": holds no frame that can be read");
+    throw std::invalid_argument(options.film + ": contains no frame that can be read");
   require_found(options, summary.front, "front", summary.frames);
   require_found(options, summary.rear, "rear", summary.frames);
   return summary;

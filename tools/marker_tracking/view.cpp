@@ -15,7 +15,7 @@ cv::Point2d mapped(const cv::Matx33d& h, const cv::Point2d& p) {
   return {q[0] / q[2], q[1] / q[2]};
 }
 
-// det of the map's Jacobian at a point: its sign tells whether it turns the plane over.
+// det of the map's Jacobian at a point: its sign shows whether it turns the plane over.
 double orientation(const cv::Matx33d& h, const cv::Point2d& p) {
   const double w = h(2, 0) * p.x + h(2, 1) * p.y + h(2, 2);
   return cv::determinant(h) / (w * w * w);
@@ -32,7 +32,7 @@ cv::Point2d Lens::straightened(const cv::Point2d& pixel) const {
 Lens read_lens(const std::filesystem::path& file) {
   const auto fail = [&file](const std::string& what) -> void {
     throw std::invalid_argument(file.string() + ": " + what +
-                                "; make a calibration by odom identify track --calibrate");
+                                "; calibrate with odom identify track --calibrate");
   };
   if (!std::filesystem::exists(file)) fail("no such file");
   Lens lens;
@@ -44,23 +44,23 @@ Lens read_lens(const std::filesystem::path& file) {
                                   ? storage["dist_coeffs"]
                                   : storage["distortion_coefficients"];
     node >> distortion;
-    if (matrix.rows != 3 || matrix.cols != 3) fail("holds no camera_matrix of 3 x 3");
+    if (matrix.rows != 3 || matrix.cols != 3) fail("has no 3 x 3 camera_matrix");
     matrix.convertTo(matrix, CV_64F);
     lens.matrix = cv::Matx33d(matrix.ptr<double>());
     distortion.convertTo(distortion, CV_64F);
     lens.distortion.assign(distortion.begin<double>(), distortion.end<double>());
     const std::size_t n = lens.distortion.size();
     if (n != 4 && n != 5 && n != 8 && n != 12 && n != 14)
-      fail("holds no distortion_coefficients, 4, 5, 8, 12 or 14 of them");
+      fail("has no distortion_coefficients (4, 5, 8, 12 or 14 numbers)");
     for (const double value : lens.distortion)
-      if (!std::isfinite(value)) fail("holds a coefficient that is not finite");
+      if (!std::isfinite(value)) fail("has a coefficient that is not finite");
     if (!(lens.matrix(0, 0) > 0.0 && lens.matrix(1, 1) > 0.0 && cv::checkRange(lens.matrix)))
-      fail("holds a camera_matrix without focal lengths");
+      fail("has a camera_matrix without focal lengths");
     if (!storage["image_width"].empty() && !storage["image_height"].empty())
       lens.picture = {static_cast<int>(storage["image_width"]),
                       static_cast<int>(storage["image_height"])};
   } catch (const cv::Exception&) {
-    fail("is no YAML, XML or JSON as OpenCV writes it");
+    fail("is not YAML, XML or JSON as written by OpenCV");
   }
   return lens;
 }
@@ -95,7 +95,7 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
   const cv::Mat found = cv::findHomography(pixels, places, 0);
   if (found.empty())
     throw std::invalid_argument(
-        "--ground: no view shows these places so; no three of them may lie "
+        "--ground: these places are impossible in one view; no three of them may lie "
         "in a line");
   to_plane_ = cv::Matx33d(found.ptr<double>());
   double squares = 0.0, size = 0.0;
@@ -111,7 +111,7 @@ GroundView::GroundView(std::span<const GroundPoint> points, const std::optional<
   misfit_ = std::sqrt(squares / static_cast<double>(pixels.size()));
   if (misfit_ > 0.1 * size)
     throw std::invalid_argument(fmt::format(
-        "--ground: the places lie {:.3g} m beside where the picture has them; is one exchanged?",
+        "--ground: the places lie {:.3g} m from where the picture shows them; are two exchanged?",
         misfit_));
   if (!lens || height <= 0.0) return;
 

@@ -40,7 +40,7 @@ daemon::Config config_of(const DriveFiles& files) {
   const auto own = file_in(files.folder, "car.toml");
   if (!own) {
     throw std::invalid_argument(files.folder.string() +
-                                ": has no car.toml; name the car's configuration by --config");
+                                ": has no car.toml; give the car's configuration with --config");
   }
   return daemon::load_config(*own);
 }
@@ -55,7 +55,7 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 void check_folder(const fs::path& folder) {
   std::error_code ignored;
   if (!fs::is_directory(folder, ignored))
-    throw std::invalid_argument(folder.string() + ": is no folder; check the path");
+    throw std::invalid_argument(folder.string() + ": is not a folder; check the path");
 }
 
 std::optional<fs::path> log_in(const fs::path& folder) {
@@ -67,9 +67,9 @@ std::optional<fs::path> log_in(const fs::path& folder) {
 
 fs::path need_log_in(const fs::path& folder) {
   if (auto file = log_in(folder)) return *std::move(file);
-  throw std::invalid_argument(folder.string() +
-                              ": has no drive.log and no can.log; a drive is a folder as odom sim "
-                              "and odom record make them");
+  throw std::invalid_argument(
+      folder.string() +
+      ": has no drive.log and no can.log; give a folder of odom sim or odom record");
 }
 
 std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders) {
@@ -118,7 +118,7 @@ Drive read_drive(const DriveFiles& files) {
       drive.cameras = std::move(camera.poses);
       append(drive.warnings, camera.warnings);
       if (drive.cameras.empty() && drive.config.camera.configured)
-        drive.warnings.push_back(no_pose_doubt(*file));
+        drive.warnings.push_back(no_pose_warning(*file));
     }
   }
   const auto reference =

@@ -1,5 +1,5 @@
-// A drive in memory: a folder that `odom sim` or `odom record` has left, or one that is laid out
-// likewise, read once to be replayed as often as one likes.
+// A drive in memory: a folder of `odom sim` or `odom record`, or one with the same files, read once
+// and replayed any number of times.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 namespace odomd::tools {
 
-/// What to do with a camera.csv that is there.
+/// What to do with an existing camera.csv.
 enum class CameraUse : std::uint8_t {
   take,       ///< its poses come in when they arrived
   leave_out,  ///< dead reckoning
@@ -29,7 +29,7 @@ struct DriveFiles {
   CameraUse camera = CameraUse::take;
 };
 
-/// Whatever a replay needs; nothing in it changes by one.
+/// Everything for a replay, which does not change it.
 struct Drive {
   std::string name;  ///< of the folder
   std::filesystem::path folder;
@@ -45,21 +45,20 @@ struct Drive {
 /// Throws std::invalid_argument where it is none.
 void check_folder(const std::filesystem::path& folder);
 
-/// The log of a drive's folder: its drive.log, as odom sim names it, else its can.log, as odom
-/// record does; nothing where neither is there. need_log_in() throws std::invalid_argument then.
+/// The log of a drive's folder: drive.log (odom sim), else can.log (odom record); nothing if
+/// neither exists. need_log_in() throws std::invalid_argument then.
 [[nodiscard]] std::optional<std::filesystem::path> log_in(const std::filesystem::path& folder);
 [[nodiscard]] std::filesystem::path need_log_in(const std::filesystem::path& folder);
 
-/// What several drives are called side by side: the last part of each folder; of those that have
-/// it in common, the folder as it is given.
+/// Names for several drives: the last part of each folder, or the whole path if that is not unique.
 [[nodiscard]] std::vector<std::string> names_side_by_side(const std::vector<std::string>& folders);
 
-/// The files that a drive is read from, there or not; for what must not be overwritten. Throws as
-/// read_drive does where there is no configuration.
+/// The files that a drive is read from, existing or not, which must not be overwritten. Throws like
+/// read_drive if there is no configuration.
 [[nodiscard]] std::vector<std::filesystem::path> files_of(const DriveFiles& files);
 
 /// Reads car.toml, the databases that it names, drive.log or can.log, camera.csv and truth.csv; the
-/// last two where they are there. Throws std::invalid_argument that names the file and the mend.
+/// last two if they exist. Throws std::invalid_argument that names the file and the fix.
 [[nodiscard]] Drive read_drive(const DriveFiles& files);
 
 }  // namespace odomd::tools

@@ -17,10 +17,10 @@
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/json_text.hpp"
-#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/diagnostics/unit_check.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/recording_folder.hpp"
-#include "tools/replay/source_doubts.hpp"
+#include "tools/replay/source_checks.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -142,7 +142,7 @@ class Drive {
   [[nodiscard]] BeatRow begin() {
     const auto first = beat_.next();
     if (!first)
-      throw std::invalid_argument(beat_.place() + ": holds no tick; the recording is empty");
+      throw std::invalid_argument(beat_.place() + ": contains no tick; the recording is empty");
     before_ = *first;
     return before_;
   }
@@ -151,7 +151,7 @@ class Drive {
   const daemon::TickRecord* next(ReplaySummary& summary) {
     const auto row = beat_.next();
     if (!row) return nullptr;
-    if (row->tick.number <= before_.tick.number) fail("the ticks do not rise");
+    if (row->tick.number <= before_.tick.number) fail("the tick numbers do not increase");
     const std::int64_t woke_ns = row->woke_ns - offset_ns_;
     take_frames(*row, woke_ns, summary);
     take_cameras(*row, summary);
@@ -166,7 +166,8 @@ class Drive {
 
  private:
   [[noreturn]] void fail(const std::string& what) const {
-    throw std::invalid_argument(beat_.place() + ": " + what + "; was a file of it changed?");
+    throw std::invalid_argument(beat_.place() + ": " + what +
+                                "; was a file of the recording changed?");
   }
 
   void take_frames(const BeatRow& row, std::int64_t woke_ns, ReplaySummary& summary) {
@@ -198,7 +199,7 @@ class Drive {
       pipeline_.take(cameras_[i]);
       ++summary.cameras;
     }
-    // The others said nothing that could be used; they count all the same.
+    // The others were not usable, but count too.
     const std::uint64_t poses = row.camera_poses - before_.camera_poses;
     for (std::uint64_t i = row.camera_messages - before_.camera_messages; i > poses; --i)
       pipeline_.take_malformed_camera_message();
@@ -220,7 +221,7 @@ Recording open_recording(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(file, ignored) &&
       std::filesystem::exists(folder / "drive.log", ignored))
     throw std::invalid_argument(
-        fmt::format("{0}: is a drive, and no recording of odom record: replay it by --config "
+        fmt::format("{0}: is a drive, not a recording of odom record: replay it with --config "
                     "{0}/car.toml --can "
                     "{0}/drive.log",
                     folder.string()));
@@ -229,7 +230,7 @@ Recording open_recording(const std::filesystem::path& folder) {
   try {
     const std::string text = contents(file);
     if (is_nested_too_deep(text))
-      throw std::invalid_argument("is not what odom record writes: it is nested too deep");
+      throw std::invalid_argument("is not in the format of odom record: it is nested too deep");
     const auto info = nlohmann::json::parse(text);
     if (const int format = info.at("format"); format != recording_format)
       throw std::invalid_argument(
@@ -241,12 +242,12 @@ Recording open_recording(const std::filesystem::path& folder) {
     recording.clock_offset_ns = info.at("clock_offset_ns");
     recording.buses = info.at("buses").get<std::vector<std::string>>();
     if (info.at("period_ns") != recording.config.realtime.period_ns)
-      throw std::invalid_argument("names another period than " + std::string(recorded_config));
+      throw std::invalid_argument("has another period than " + std::string(recorded_config));
     if (const auto& pose = info.at("initial_pose"); !pose.is_null())
       recording.config.initial_pose = estimator::Pose2{pose.at(0), pose.at(1), pose.at(2)};
   } catch (const nlohmann::json::exception& error) {
     throw std::invalid_argument(
-        fmt::format("{}: is not what odom record writes: {}", file.string(), error.what()));
+        fmt::format("{}: is not in the format of odom record: {}", file.string(), error.what()));
   } catch (const daemon::ConfigError&) {
     throw;
   } catch (const std::invalid_argument& error) {
@@ -290,9 +291,9 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
     sink(*record, drive.tick());
   }
   summary.take_statistics(*pipeline);
-  summary.camera_units = unit_doubt(drive.cameras(), {.trajectory = summary.odometry});
-  for (std::string& doubt : source_doubts(pipeline->decoder(), summary))
-    result.warnings.push_back(std::move(doubt));
+  summary.camera_units = unit_warning(drive.cameras(), {.trajectory = summary.odometry});
+  for (std::string& warning : source_warnings(pipeline->decoder(), summary))
+    result.warnings.push_back(std::move(warning));
   result.warnings.insert(result.warnings.end(), drive.warnings().begin(), drive.warnings().end());
   return result;
 }

@@ -1,5 +1,5 @@
-// A recording read back: its configuration, and the drive through the pipeline tick by tick as it
-// was live. docs/recording.md has the formats.
+// Reads a recording: its configuration, and the drive through the pipeline tick by tick as it was
+// live. docs/recording.md has the formats.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct Recording {
 /// Throws std::invalid_argument that names the file and what is wrong with it.
 [[nodiscard]] Recording open_recording(const std::filesystem::path& folder);
 
-/// What a replayed tick is held against.
+/// The recorded tick to compare a replayed one with.
 struct RecordedTick {
   std::uint64_t number = 0;
   std::int64_t time_ns = 0;  ///< on the recording's clock
@@ -38,7 +38,7 @@ struct RecordedTick {
 using RecordedTickSink =
     std::function<void(const daemon::TickRecord& record, const RecordedTick& live)>;
 
-/// Why the replayed poses need not be those that were published, bit by bit; empty: they are.
+/// Why the replayed poses may differ from the published ones; empty: they are identical.
 using Inexact = std::string;
 
 struct RecordingReplay {

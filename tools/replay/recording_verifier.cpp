@@ -29,7 +29,7 @@ RecordingVerifier::RecordingVerifier(const std::filesystem::path& folder)
   write_record_header(expected);
   if (!std::getline(poses_, header_) || header_ + '\n' != expected.str()) {
     throw std::invalid_argument(
-        file_.string() + ": begins with other columns than this odom writes; use the odom of then");
+        file_.string() + ": has other columns than this odom writes; use the odom of that time");
   }
 }
 
@@ -39,7 +39,7 @@ void RecordingVerifier::take(const daemon::TickRecord& record, const RecordedTic
   std::optional<std::string> column;
   if (record.initialised) column = differing_column(record, live);
   if (!column && daemon::fingerprint(record) != live.record)
-    column = "a part of the record that the pose file does not show differs";
+    column = "a part of the record that is not in the pose file differs";
   if (!column) return;
   std::string t;
   append_seconds(t, live.time_ns);
@@ -51,7 +51,7 @@ void RecordingVerifier::take(const daemon::TickRecord& record, const RecordedTic
 std::optional<std::string> RecordingVerifier::differing_column(const daemon::TickRecord& record,
                                                                const RecordedTick& live) {
   std::string recorded;
-  // Without its newline it was cut off, by the end of the machine: nothing to hold against it.
+  // A row without a newline was cut off when the machine failed: not compared.
   if (!std::getline(poses_, recorded) || poses_.eof()) return std::nullopt;
   ++rows_;
   std::string replayed;
@@ -60,7 +60,7 @@ std::optional<std::string> RecordingVerifier::differing_column(const daemon::Tic
   if (replayed == recorded) return std::nullopt;
   std::size_t column = 0;
   while (field(replayed, column) == field(recorded, column)) ++column;
-  return fmt::format("{} is {}, was {} live", field(header_, column), field(replayed, column),
+  return fmt::format("{} is {}, live it was {}", field(header_, column), field(replayed, column),
                      field(recorded, column));
 }
 

@@ -1,4 +1,4 @@
-// Holds a replayed drive against what was published when it was recorded: every bit of it.
+// Compares a replayed drive with the recorded poses, bit by bit.
 #pragma once
 
 #include <cstdint>

@@ -29,12 +29,12 @@ nlohmann::ordered_json wiring_json(const ReplaySummary& summary) {
 nlohmann::ordered_json innovations_json(const ReplaySummary& summary) {
   auto innovations = nlohmann::ordered_json::object();
   for (std::size_t source = 0; source < summary.innovations.size(); ++source) {
-    const daemon::InnovationStatistics& told = summary.innovations[source];
-    if (told.count() == 0) continue;
+    const daemon::InnovationStatistics& statistics = summary.innovations[source];
+    if (statistics.count() == 0) continue;
     innovations[std::string{estimator::source_names[source]}] = {
-        {"count", told.count()},         {"gated", told.gated()},
-        {"dimension", told.dimension()}, {"mean_nis", told.mean_nis()},
-        {"inside_95", told.inside_95()},
+        {"count", statistics.count()},         {"gated", statistics.gated()},
+        {"dimension", statistics.dimension()}, {"mean_nis", statistics.mean_nis()},
+        {"inside_95", statistics.inside_95()},
     };
   }
   return innovations;

@@ -1,4 +1,4 @@
-// What a replay has to say, for programs.
+// The result of a replay as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ namespace odomd::tools {
 [[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
                                                  const std::vector<std::string>& warnings);
 
-/// By source, how its samples lay to what the filter expected of them; those that were tested.
+/// The innovations by source, for sources with tested samples.
 [[nodiscard]] nlohmann::ordered_json innovations_json(const ReplaySummary& summary);
 
 /// By source, the stated sigma and the filter's estimates at the end (null: none); of those sources

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/diagnostics/unit_check.hpp"
 #include "tools/drive_files/pose_point.hpp"
 
 namespace odomd::tools {
@@ -17,20 +17,20 @@ void ReplaySummary::take_odometry(const odom_pose& pose) {
 
 void ReplaySummary::take_flags(const daemon::Pipeline& pipeline) {
   for (std::size_t source = 0; source < flagged.size(); ++source) {
-    const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
-    ++flagged[source].at(told.flag.get());
-    ++wired[source].at(told.wiring.get());
-    inconsistent[source] += told.inconsistent.get();
+    const daemon::SourceStatistics& statistics = pipeline.statistics().sources[source];
+    ++flagged[source].at(statistics.flag.get());
+    ++wired[source].at(statistics.wiring.get());
+    inconsistent[source] += statistics.inconsistent.get();
   }
 }
 
 void ReplaySummary::take_statistics(const daemon::Pipeline& pipeline) {
   for (std::size_t source = 0; source < innovations.size(); ++source) {
-    const daemon::SourceStatistics& told = pipeline.statistics().sources[source];
-    innovations[source] = told.innovations;
-    noise[source] = told.noise.get();
+    const daemon::SourceStatistics& statistics = pipeline.statistics().sources[source];
+    innovations[source] = statistics.innovations;
+    noise[source] = statistics.noise.get();
     for (std::size_t verdict = 0; verdict < verdicts[source].size(); ++verdict)
-      verdicts[source][verdict] = told.verdicts[verdict].get();
+      verdicts[source][verdict] = statistics.verdicts[verdict].get();
   }
 }
 
@@ -39,7 +39,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
                      const PoseSink& sink, const JudgementSink& judged) {
   const can::Frame* frame = next_frame();
   if (frame == nullptr)
-    throw std::invalid_argument("the log holds no frame: record one with candump -L");
+    throw std::invalid_argument("the log contains no frame: record one with candump -L");
 
   ReplaySummary summary;
   summary.first_tick_ns = first_tick_ns(frame->time_ns, period_ns);
@@ -50,7 +50,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
     if (frame->time_ns - tick_ns > longest_pause_ns)
       throw PauseError("the log pauses for more than an hour after " +
                        std::to_string((tick_ns - summary.first_tick_ns) / 1'000'000'000) +
-                       " s: cut it there and replay the parts, or mend the stamp");
+                       " s: cut it there and replay the parts, or correct the stamp");
 
     for (; frame != nullptr && frame->time_ns <= tick_ns; frame = next_frame()) {
       pipeline.take(*frame, tick_ns);
@@ -81,7 +81,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
   }
   summary.cameras_after = static_cast<std::uint64_t>(cameras.end() - camera);
   summary.take_statistics(pipeline);
-  summary.camera_units = unit_doubt(cameras, {.trajectory = summary.odometry});
+  summary.camera_units = unit_warning(cameras, {.trajectory = summary.odometry});
   return summary;
 }
 

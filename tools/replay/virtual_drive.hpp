@@ -1,5 +1,5 @@
 // A drive in virtual time: the daemon's own pipeline on the tick grid of the log's clock, as fast
-// as the machine goes. The same inputs give the same bits.
+// as the machine allows. The same inputs give the same bits.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct ReplaySummary {
   std::uint64_t frames = 0;
   std::uint64_t cameras = 0;
   std::uint64_t cameras_before = 0;  ///< of these, arrived before the first tick
-  std::uint64_t cameras_after = 0;   ///< left over: they arrive after the last
+  std::uint64_t cameras_after = 0;   ///< arrived after the last tick
   std::uint64_t ticks = 0;
   std::uint64_t late = 0;   ///< frames stamped late_ns or more before the tick they came into
   std::uint64_t poses = 0;  ///< ticks from initialisation on
@@ -53,8 +53,8 @@ struct ReplaySummary {
       wired{};  ///< ticks with each daemon::WiringFault
   std::array<std::uint64_t, estimator::source_count> inconsistent{};  ///< ticks
 
-  /// Wheels and gyro alone, a point every 0.1 s; and what to say of the units that the camera's
-  /// poses are in beside it, empty where nothing is.
+  /// Wheels and gyro alone, a point every 0.1 s; and a warning about the units of the camera's
+  /// poses compared with it, empty if there is none.
   Trajectory odometry;
   std::string camera_units;
 
@@ -66,7 +66,7 @@ struct ReplaySummary {
   void take_statistics(const daemon::Pipeline& pipeline);
 };
 
-/// The longest pause in a log that is played through; a longer one is a log of two drives.
+/// The longest pause in a log; a longer one means a log of two drives.
 inline constexpr std::int64_t longest_pause_ns = 3600LL * 1'000'000'000;
 
 /// A log of two drives, or a stamp that is wrong.

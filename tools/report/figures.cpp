@@ -62,8 +62,8 @@ Figure horizon(const EvaluatedDrive& drive) {
     chart.series.push_back(std::move(series));
   }
   return {draw(chart),
-          "Error against horizon: how far the displacement over the next 5 ms to 1 s, in the body "
-          "frame, is off. Both axes are logarithmic."};
+          "Error over horizon: error of the displacement over the next 5 ms to 1 s, in the body "
+          "frame. Both axes are logarithmic."};
 }
 
 using Errors = std::vector<std::vector<PoseError>>;  // by estimate
@@ -154,14 +154,14 @@ Figure nees(const EvaluatedDrive& drive, const std::vector<PoseError>& errors,
     series.points.push_back({seconds(drive, e.t_ns), std::max(*e.nees, 1e-3)});
     largest = std::max(largest, *e.nees);
   }
-  const Consistency& told = *drive.report.evaluations[estimate].consistency;
-  series.note =
-      "mean " + fixed(told.nees, 2) + " · " + fixed(100.0 * told.inside_95, 1) + " % below χ²₉₅";
+  const Consistency& consistency = *drive.report.evaluations[estimate].consistency;
+  series.note = "mean " + fixed(consistency.nees, 2) + " · " +
+                fixed(100.0 * consistency.inside_95, 1) + " % below χ²₉₅";
   chart.y.range = chart::Range{0.01, 1.5 * largest};
   chart.series = {std::move(series)};
   return {draw(chart),
           "Squared error over the filter's own covariance. The upper line is χ²₉₅ of three degrees "
-          "of freedom: an honest filter is below it for 95 % of the time."};
+          "of freedom: a consistent filter is below it for 95 % of the time."};
 }
 
 }  // namespace
@@ -177,8 +177,7 @@ std::size_t focus_of(const EvaluatedDrive& drive) {
 }
 
 Figure trajectories(const EvaluatedDrive& drive) {
-  std::string caption =
-      drive.reference ? "Reference and estimates over each other" : "The estimates over each other";
+  std::string caption = drive.reference ? "Reference and estimates" : "The estimates";
   caption += ": start hollow, ends filled, end error per metre and heading in the legend";
   const auto states_sigma = [](const Evaluation& one) { return one.consistency.has_value(); };
   caption += std::ranges::any_of(drive.report.evaluations, states_sigma)
@@ -213,8 +212,8 @@ std::vector<Figure> errors(const EvaluatedDrive& drive) {
     figures.push_back(nees(drive, all[focus], focus));
   } else if (drive.estimates[focus].has_covariance) {
     figures[5].caption =
-        "Without the filter's own standard deviations, in which is how uncertain it was where it "
-        "began; the alignment has taken that away.";
+        "Without the filter's standard deviations: they include the uncertainty of its start, "
+        "which the alignment removes.";
   }
   return figures;
 }

@@ -60,7 +60,7 @@ chart::Chart chart_of(std::span<const Judgement> samples, std::size_t dimension,
   chart::Series taken{"", "", chart::colour_of(0), {}, chart::Mark::dots};
   chart::Series gated{"gated", "", chart::refused_colour, {}, chart::Mark::dots};
   chart::Band band{"±3√S", chart::colour_of(0), {}};
-  // What is expected of samples says nothing of a stretch without them.
+  // No expected range is drawn over a stretch without samples.
   const double gap = longest_spacing(samples);
   constexpr double nowhere = std::numeric_limits<double>::quiet_NaN();
   for (const Judgement& sample : samples) {
@@ -84,7 +84,7 @@ std::vector<chart::Chart> innovation_charts(std::span<const Judgement> judgement
                                             std::int64_t zero_ns) {
   std::array<std::vector<Judgement>, estimator::source_count> by_source;
   for (const Judgement& judgement : judgements) {
-    // The pose that sets the filter's own is held against nothing.
+    // The pose that initialises the filter is not tested.
     if (judgement.degrees < 1 || !(judgement.variance[0] > 0.0)) continue;
     by_source.at(static_cast<std::size_t>(judgement.source)).push_back(judgement);
   }

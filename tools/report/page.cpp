@@ -19,8 +19,8 @@ namespace {
 
 using svg::escaped;
 
-// Two pictures beside each other where there is room, one on a phone; small ones three; tables
-// scroll by themselves where they must.
+// Two pictures side by side if there is room, one on a phone; three small ones; tables scroll by
+// themselves if they must.
 constexpr const char* style = R"css(
 :root { color-scheme: light; }
 * { box-sizing: border-box; }
@@ -128,20 +128,20 @@ std::string paragraph(const std::string& text, const char* kind) {
   return fmt::format("<p class=\"{}\">{}</p>\n", kind, escaped(text));
 }
 
-// What was driven, and how it is judged.
+// The drive and its evaluation.
 std::string facts(const EvaluatedDrive& drive) {
   const Evaluation& e = drive.report.evaluations.front();
   std::string text = fixed(static_cast<double>(e.last_ns - e.first_ns) * 1e-9, 1) + " s, " +
                      fixed(e.path_length, 1) + " m. ";
   if (e.against == Against::closed_loop) {
-    text += "Closed loop: held against its own start.";
+    text += "Closed loop: compared with its own start.";
     if (!drive.replays.empty() && !drive.cameras.empty() && drive.report.frame == Frame::map)
-      text += " With a camera in, the end is only as good as the camera.";
+      text += " With camera poses the error at the end is only as good as the camera.";
   } else {
     text += "Reference " + drive.report.reference + "; alignment " +
             align_in_words(drive.report.align) + ".";
   }
-  if (drive.report.frame == Frame::odom) text += " The jump-free pose.";
+  if (drive.report.frame == Frame::odom) text += " The pose without jumps.";
   if (!drive.replays.empty()) {
     const ReplaySummary& summary = drive.replays.front().summary;
     text += " " + std::to_string(summary.frames) + " CAN frames, " +
@@ -158,7 +158,7 @@ Table details_table(const EvaluatedDrive& drive) {
   return table;
 }
 
-// What the filter has learnt of sensors and car by the end.
+// The calibrations at the end.
 std::optional<Table> calibration_table(const EvaluatedDrive& drive) {
   const std::size_t focus = focus_of(drive);
   if (focus >= drive.replays.size()) return std::nullopt;
@@ -187,9 +187,9 @@ std::string samples(const EvaluatedDrive& drive) {
   const std::vector<Figure> figures = innovations(drive);
   if (!figures.empty()) {
     out += paragraph(
-        "Innovations: how far each sample lay from what the filter expected at the sample's own "
-        "time, and three standard deviations of that. Where dots are dense, some are drawn for "
-        "all, and the outermost of them. NIS is the mean of their squares over S; honest is 1.",
+        "Innovations: difference of each sample from what the filter expected at the sample's own "
+        "time, with three standard deviations. Dense dots are thinned; the outermost remain. NIS "
+        "is the mean of their squares over S; consistent is 1.",
         "faint");
     out += html_of(figures, " small");
   }
@@ -250,14 +250,14 @@ std::string legend_of(const Table& summary, std::span<const EvaluatedDrive> driv
                          : "End: distance of the last pose from the truth, over the path. Heading: "
                            "accumulated, at the end.";
   if (has("end better by"))
-    text += " End better by: the end's error beside that of " +
+    text += " End better by: the error at the end compared with " +
             names_of(drives.front())[report.baseline] + ".";
   if (has("35 ms"))
     text += " 35 ms: mean error of the displacement over seven ticks of 5 ms, in the body frame.";
   if (has("NEES"))
     text +=
-        " NEES: squared error over the filter's own covariance; honest is 3; none where the "
-        "alignment takes away what the filter did not know at the start.";
+        " NEES: squared error over the filter's own covariance; consistent is 3; none if the "
+        "alignment removes what the filter did not know at the start.";
   return text;
 }
 

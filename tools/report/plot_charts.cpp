@@ -73,7 +73,7 @@ Chart over_time(const std::string& title, const std::string& y_label) {
 
 [[noreturn]] void nothing_to_draw(const PlotInput& input, const std::string& what) {
   throw std::invalid_argument(input.tracks.front().trajectory.name + ": has no " + what +
-                              "; take a file that odom replay wrote");
+                              "; use a file of odom replay");
 }
 
 using Value = std::function<double(const TrajectoryPoint&)>;

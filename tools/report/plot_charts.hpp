@@ -30,7 +30,7 @@ struct PlotInput {
   std::string title;
 };
 
-/// What to read of the pose files beside their trajectories.
+/// The columns to read from pose files in addition to the trajectory.
 [[nodiscard]] std::vector<std::string> plot_columns();
 
 /// Times are seconds since the first row of all; of tracks that do not overlap, of each. Throws

@@ -65,7 +65,7 @@ LiveTrack follow_daemon(const std::string& shm, double seconds, Frame frame,
   }
   const std::string name = segment_asked_for(shm);
   if (text.size() == header.str().size()) {
-    throw std::runtime_error(name + ": no pose came; see what odom status says");
+    throw std::runtime_error(name + ": no pose was published; check odom status");
   }
   LiveTrack live;
   if (const auto beat = follower.client().beat(); beat.has_value()) {

@@ -1,5 +1,5 @@
-// What a plot is made of: the poses of a file or of a running daemon over time, with some further
-// columns of them.
+// The data of a plot: the poses of a file or of a running daemon over time, with some further
+// columns.
 #pragma once
 
 #include <filesystem>

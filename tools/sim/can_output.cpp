@@ -17,7 +17,7 @@
 namespace odomd::sim {
 namespace {
 
-// A bus that takes no frame for so long is not a bus.
+// A bus that accepts no frame for this time is considered dead.
 constexpr int most_tries = 200;
 constexpr std::chrono::milliseconds between_tries{1};
 
@@ -85,7 +85,7 @@ void CanOutput::transmit(const can::Frame& frame) {
       throw std::runtime_error(name_ + ": cannot send: " + std::strerror(errno));
     if (tries == most_tries)
       throw std::runtime_error(name_ +
-                               ": takes no more frames; is anybody on the bus to "
+                               ": accepts no more frames; is another node on the bus to "
                                "acknowledge them?");
     std::this_thread::sleep_for(between_tries);
   }

@@ -1,4 +1,4 @@
-// Where live frames go: onto a CAN interface, or as candump lines onto standard output.
+// The output of live frames: a CAN interface, or as candump lines onto standard output.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ class CanOutput {
   /// is no such interface, std::runtime_error where it cannot be opened.
   CanOutput(const std::string& name, can::StampDecimals decimals);
 
-  /// Sends the frames, all at once. Throws std::runtime_error when they cannot be got rid of:
-  /// nobody reads any more, nobody acknowledges, the interface is down.
+  /// Sends the frames, all at once. Throws std::runtime_error if they cannot be sent: nobody reads
+  /// or acknowledges, or the interface is down.
   void send(std::span<const can::Frame> frames);
 
  private:

@@ -41,12 +41,13 @@ void make_drive_folder(const std::filesystem::path& folder, Existing existing) {
   if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error))
     throw std::invalid_argument(folder.string() + ": is not a directory");
   std::filesystem::create_directories(folder, error);
-  if (error) throw std::invalid_argument(folder.string() + ": cannot be made: " + error.message());
+  if (error)
+    throw std::invalid_argument(folder.string() + ": cannot be created: " + error.message());
   const bool empty = std::filesystem::is_empty(folder, error);
   if (error) throw std::invalid_argument(folder.string() + ": " + error.message());
   if (!empty && existing == Existing::keep)
     throw std::invalid_argument(folder.string() +
-                                ": is not empty; name another directory, or replace the drive in "
+                                ": is not empty; give another directory, or replace the drive in "
                                 "it with --force");
 }
 

@@ -1,7 +1,6 @@
-// Experiments with a standing car, for its owner to identify it by: what is drawn, what is measured
-// and how exactly. Each leaves plant.json (the truth) and measured.json (what a person wrote down).
-// The car is the one that a drive of the 1:10 car with the same seed drives: one afternoon is one
-// seed.
+// Experiments with a standing car, for identification: what is drawn, what is measured and how
+// precisely. Each writes plant.json (the truth) and measured.json (what a person wrote down). The
+// car is the one that a drive of the 1:10 car with the same seed drives: one afternoon is one seed.
 #pragma once
 
 #include <cstdint>

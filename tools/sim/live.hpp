@@ -1,4 +1,4 @@
-// Plays a simulated drive in real time: frames onto a bus or standard output, camera poses onto the
+// Plays a simulated drive in real time: frames to a bus or standard output, camera poses to the
 // daemon's socket.
 #pragma once
 

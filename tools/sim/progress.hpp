@@ -1,4 +1,4 @@
-// How far a run is, on standard error: one line that is kept up to date on a terminal, a line a
+// The progress of a run on standard error: one line that is updated on a terminal, one line per
 // second elsewhere.
 #pragma once
 

@@ -130,7 +130,7 @@ RunState Simulation::advance(std::int64_t time_ns, Happenings& happenings) {
     }
     if (driver_.lost() || now_ns_ > deadline_ns_)
       throw std::runtime_error(std::string(driver_.lost() ? "the car has left its track after "
-                                                          : "the car does not get on after ") +
+                                                          : "the car is stuck after ") +
                                std::to_string(now_ns_ / 1'000'000'000) +
                                " s; drive slower, or give it more grip");
     if (now_ns_ % driver_period_ns == 0)

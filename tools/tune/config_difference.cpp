@@ -24,7 +24,7 @@ constexpr std::size_t most_named = 3;
 bool matters(std::string_view key) {
   // A recording names its buses as they were called when it was made.
   if (key.ends_with(".bus")) return false;
-  // What a search runs with is its own choice.
+  // Settings of the search itself do not count.
   if (key == "filter.model") return false;
   constexpr std::array<std::string_view, 9> parts{
       "vehicle.",           "steering.", "can.signals.", "can.e2e.",       "camera.lever_arm",

@@ -53,7 +53,7 @@ double four_digits(double value) {
 
 Parameter parse_parameter(const std::string& text) {
   const std::size_t equals = text.find('=');
-  if (equals == std::string::npos || equals == 0) refuse(text, "names no key and range");
+  if (equals == std::string::npos || equals == 0) refuse(text, "has no key and range");
   Parameter parameter;
   parameter.key = text.substr(0, equals);
   const std::string_view range = std::string_view{text}.substr(equals + 1);

@@ -1,4 +1,4 @@
-// A number of the configuration that odom tune may turn, and between what.
+// A number of the configuration that odom tune varies, and its range.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace odomd::tools {
 
-/// How a range is walked: a range above zero in proportion, any other evenly.
+/// The scale of a range: a range above zero is logarithmic, any other linear.
 enum class Scale : std::uint8_t { linear, logarithmic };
 
 struct Parameter {

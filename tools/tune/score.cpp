@@ -7,34 +7,34 @@
 namespace odomd::tools {
 namespace {
 
-constexpr double untold = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t second_ns = 1'000'000'000;
 
-/// Below this an error is none: a ratio of two of them says nothing.
+/// Smaller errors count as equal: their ratio has no meaning.
 constexpr double least_error = 1e-9;
 
-/// What is to be lessened of a score.
+/// The objective for a score.
 double error_of(const Score& score, Goal goal) {
-  const double told = score[static_cast<std::size_t>(goal)];
+  const double value = score[static_cast<std::size_t>(goal)];
   const double error =
-      goal == Goal::nees ? std::exp(std::fabs(std::log(told / honest_nees))) : told;
+      goal == Goal::nees ? std::exp(std::fabs(std::log(value / honest_nees))) : value;
   return std::isnan(error) ? error : std::max(error, least_error);
 }
 
 }  // namespace
 
-std::string why_untold(Goal goal) {
+std::string why_unknown(Goal goal) {
   switch (goal) {
     case Goal::prediction:
-      return "they are shorter than 35 ms; take longer ones";
+      return "they are shorter than 35 ms; use longer ones";
     case Goal::second:
-      return "they are shorter than a second; take longer ones";
+      return "they are shorter than a second; use longer ones";
     case Goal::end:
-      return "the car does not move; take drives on which it does";
+      return "the car does not move; use drives on which it does";
     case Goal::nees:
-      return "the covariance is that of the errors only in a map with camera poses that is not "
-             "aligned, or where what the filter did not know at the start is small beside what it "
-             "does not know at the end; take such drives, or other goals";
+      return "the covariance matches the errors only in a map with camera poses without alignment, "
+             "or if the uncertainty at the start is small compared with that at the end; use such "
+             "drives, or other goals";
     default:
       return {};
   }
@@ -42,7 +42,7 @@ std::string why_untold(Goal goal) {
 
 Score score_of(const Evaluation& evaluation) {
   Score score;
-  score.fill(untold);
+  score.fill(unknown);
   const auto set = [&](Goal goal, double value) { score[static_cast<std::size_t>(goal)] = value; };
   set(Goal::position, evaluation.position.rms);
   set(Goal::heading, evaluation.heading.rms);

@@ -1,4 +1,4 @@
-// How well settings did on a drive, and by what that makes them better than others.
+// The errors of settings on a drive, and how much better they are than others.
 #pragma once
 
 #include <array>
@@ -12,35 +12,36 @@
 
 namespace odomd::tools {
 
-/// Errors that tuning may lessen.
+/// Errors that tuning may reduce.
 enum class Goal : std::uint8_t {
   position,    ///< rms [m]
   heading,     ///< rms [rad]
   prediction,  ///< mean over 35 ms [m]
   second,      ///< mean over 1 s [m]
   end,         ///< error at the end, per metre [cm/m]
-  nees,        ///< how far the sigmas are from honest: the factor between the mean NEES and 3
+  nees,        ///< consistency of the sigmas: the factor between the mean NEES and 3
   count
 };
 inline constexpr std::size_t goal_count = static_cast<std::size_t>(Goal::count);
 inline constexpr std::array<std::string_view, goal_count> goal_names{
     "position", "heading", "prediction", "second", "end", "nees"};
 
-/// By Goal; NaN where the drive does not tell. Of Goal::nees it is the mean NEES itself, so that
-/// too confident and too modest are told apart.
+/// By Goal; NaN if the drive does not determine it. For Goal::nees it is the mean NEES itself,
+/// which distinguishes too confident from too cautious.
 using Score = std::array<double, goal_count>;
 
-/// The mean NEES of honest sigmas: of x, y and yaw.
+/// The mean NEES of consistent sigmas, for x, y and yaw.
 inline constexpr double honest_nees = 3.0;
 
-/// Why a drive may not tell it, and the mend; empty where all do.
-[[nodiscard]] std::string why_untold(Goal goal);
+/// Why a drive may not determine it, and the fix; empty for goals that every drive determines.
+[[nodiscard]] std::string why_unknown(Goal goal);
 
 [[nodiscard]] Score score_of(const Evaluation& evaluation);
 
 /// The error of `tried` over that of `before`: the geometric mean of the ratios over drives and
 /// goals, so that no drive weighs more for being long or hard. 1: as good; 0.9: a tenth better.
-/// What a drive did not tell before does not count; what it no longer tells is infinitely bad.
+/// What a drive did not determine before does not count; what it no longer determines is infinitely
+/// bad.
 [[nodiscard]] double relative_error(std::span<const Score> tried, std::span<const Score> before,
                                     std::span<const Goal> goals);
 

@@ -50,8 +50,8 @@ Score score_from(const ordered_json& json) {
 
 bool same_bits(const Score& one, const Score& other) {
   for (std::size_t i = 0; i < one.size(); ++i) {
-    const bool untold = std::isnan(one[i]) && std::isnan(other[i]);
-    if (!untold && one[i] != other[i]) return false;
+    const bool both_unknown = std::isnan(one[i]) && std::isnan(other[i]);
+    if (!both_unknown && one[i] != other[i]) return false;
   }
   return true;
 }
@@ -62,12 +62,12 @@ FileDescriptor locked(const std::filesystem::path& file) {
   FileDescriptor lock(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, permissions));
   if (!lock)
     throw std::invalid_argument(
-        fmt::format("{}: cannot be read and written: {}; name another --state", file.string(),
+        fmt::format("{}: cannot be read and written: {}; give another --state", file.string(),
                     std::generic_category().message(errno)));
   // A file system without locks does without.
   if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
     throw std::invalid_argument(file.string() +
-                                ": another odom tune is running with it; wait for its end, or name "
+                                ": another odom tune is using it; wait for its end, or give "
                                 "another --state");
   return lock;
 }
@@ -100,13 +100,13 @@ TrialLog::TrialLog(std::filesystem::path file, std::span<const Parameter> parame
 
 void TrialLog::take_line(const std::string& line, std::size_t number) {
   const auto refuse = [&](const std::string& why) {
-    throw std::invalid_argument(fmt::format("{}:{}: {}; name another --state, or remove the file",
+    throw std::invalid_argument(fmt::format("{}:{}: {}; give another --state, or remove the file",
                                             file_.string(), number, why));
   };
   if (number == 1) {
     if (line == header_) return;
-    refuse(line.starts_with("{\"odom_tune\":1,") ? "is of other keys or drives than this command"
-                                                 : "is no state of odom tune");
+    refuse(line.starts_with("{\"odom_tune\":1,") ? "has other keys or drives than this command"
+                                                 : "is not a state file of odom tune");
   }
   if (is_nested_too_deep(line)) refuse("is damaged");
   try {
@@ -143,9 +143,9 @@ void TrialLog::check_unchanged(const Values& as_configured, const TrialOutcome& 
     same = same_bits(then->scores[i], as_it_is.scores[i]);
   if (!same) {
     throw std::invalid_argument(file_.string() +
-                                ": the configuration as it is does not do as it did when this was "
+                                ": the present configuration gives other errors than when this was "
                                 "written: a drive, the configuration, an option or odom itself has "
-                                "changed; name another --state, or remove the file");
+                                "changed; give another --state, or remove the file");
   }
 }
 

@@ -1,4 +1,4 @@
-// What was tried, in a file: a search that is begun anew finds there what it need not try again.
+// The trials in a file, so that a restarted search does not repeat them.
 #pragma once
 
 #include <filesystem>
@@ -27,8 +27,8 @@ class TrialLog {
   /// Throws std::runtime_error when it cannot be written.
   void add(const Values& values, const TrialOutcome& outcome);
 
-  /// The configuration as it is must do as it did then: else the program, a drive or a setting has
-  /// changed. Throws std::invalid_argument that says so.
+  /// Checks that the present configuration gives the same errors as before: else the program, a
+  /// drive or a setting has changed, and it throws std::invalid_argument.
   void check_unchanged(const Values& as_configured, const TrialOutcome& as_it_is) const;
 
   [[nodiscard]] std::size_t read() const { return read_; }

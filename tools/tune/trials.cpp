@@ -84,7 +84,7 @@ void work_off(const TrialSettings& settings, std::span<const Values> trials, Wor
   work.changed.notify_one();
 }
 
-/// The configuration's errors name a line, of a text here that nobody wrote.
+/// The configuration's errors name a line of a generated text.
 std::string without_place(const std::string& message, const std::filesystem::path& file) {
   const std::string place = file.string() + ':';
   if (!message.starts_with(place)) return message;
@@ -92,7 +92,7 @@ std::string without_place(const std::string& message, const std::filesystem::pat
   return after == std::string::npos ? message : message.substr(after);
 }
 
-/// What is refused is the fault of an option: of one where that alone is refused.
+/// Finds the option that is refused: one that is refused on its own.
 daemon::Config parsed_with(const daemon::Config& own, std::span<const ConfigValue> patch) {
   try {
     return daemon::parse_config(patched(own.text, own.file, patch), own.file);
@@ -139,13 +139,13 @@ std::vector<TrialOutcome> run_trials(
   for (std::size_t i = 0, count = work.running; i < count; ++i)
     threads.emplace_back([&] { work_off(settings, trials, work); });
 
-  std::size_t told = 0;
+  std::size_t reported = 0;
   bool stopped = false;
   std::unique_lock lock(work.mutex);
-  while (work.running > 0 || told < work.done.size()) {
-    if (told == work.done.size()) work.changed.wait_for(lock, look_after);
-    for (; told < work.done.size(); ++told)
-      finished(work.done[told], work.outcomes[work.done[told]]);
+  while (work.running > 0 || reported < work.done.size()) {
+    if (reported == work.done.size()) work.changed.wait_for(lock, look_after);
+    for (; reported < work.done.size(); ++reported)
+      finished(work.done[reported], work.outcomes[work.done[reported]]);
     if (watch(work.replays, work.tasks) == GoOn::no) {
       stopped = true;
       work.stop = true;

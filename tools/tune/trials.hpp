@@ -39,13 +39,14 @@ struct TrialSettings {
   std::size_t threads = 1;
 };
 
-/// Told from the calling thread while trials run: replays done of all; returns whether to stop.
+/// Called in the calling thread while trials run, with the replays done and in all; returns whether
+/// to stop.
 enum class GoOn : std::uint8_t { yes, no };
 using Watch = std::function<GoOn(std::size_t done, std::size_t all)>;
 
 /// The outcome of each trial, whatever the number of threads. Settings that the configuration
-/// refuses are impossible; whatever else fails is thrown. `finished` is told of each trial as soon
-/// as its last drive is done. Throws Stopped.
+/// refuses are impossible; whatever else fails is thrown. `finished` is called for each trial as
+/// soon as its last drive is done. Throws Stopped.
 [[nodiscard]] std::vector<TrialOutcome> run_trials(
     const TrialSettings& settings, std::span<const Values> trials, const Watch& watch,
     const std::function<void(std::size_t trial, const TrialOutcome&)>& finished);

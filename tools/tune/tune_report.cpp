@@ -37,7 +37,7 @@ std::string in_words(double relative) {
   return fixed(std::fabs(per_cent), 1) + (per_cent >= 0.0 ? " % better" : " % worse");
 }
 
-/// What a key does: the others without it against with it.
+/// The effect of a key: the errors without it compared with those with it.
 std::string effect(double without) {
   if (!std::isfinite(without)) return "needed";
   const double per_cent = 100.0 * (without - 1.0);
@@ -50,8 +50,8 @@ std::string change(double before, double after, const Shown& how) {
 }
 
 std::string remark(const TunedKey& key) {
-  if (key.fate == Fate::over_fitted) return "over-fitted: put back";
-  if (key.fate == Fate::idle) return "helps nowhere: put back";
+  if (key.fate == Fate::over_fitted) return "over-fitted: value kept";
+  if (key.fate == Fate::idle) return "no effect: value kept";
   return key.at_end_of_range ? "at the end of its range: widen it" : "";
 }
 
@@ -71,7 +71,7 @@ std::string keys_table(const TuneResult& result) {
   return table.text();
 }
 
-/// The goals, and how honest the sigmas are whether that is a goal or not.
+/// The goals, and always the consistency of the sigmas.
 std::vector<Goal> goals_shown(const TuneJob& job) {
   std::vector<Goal> goals = job.goals;
   if (std::ranges::find(goals, Goal::nees) == goals.end()) goals.push_back(Goal::nees);
@@ -103,20 +103,21 @@ std::string verdict(const TuneResult& result) {
       result.keys, [](const TunedKey& key) { return key.fate == Fate::over_fitted; });
   const std::string here = in_words(result.relative_error) + " on the drives tuned on";
   if (result.is_better() && !result.held_out_error) {
-    return here + ". Whether this holds elsewhere is not known: keep drives back by --held-out.\n";
+    return here +
+           ". Whether this holds on other drives is not known: hold some out with --held-out.\n";
   }
   if (result.is_better())
     return here + ", " + in_words(*result.held_out_error) + " on those held out.\n";
   if (over_fitted)
     return "Without the over-fitted keys nothing is better on the drives tuned on: keep the "
-           "configuration as it is.\n";
+           "present configuration.\n";
   if (result.held_out_error && *result.held_out_error > 1.0)
     return here + ", but " + in_words(*result.held_out_error) +
-           " on those held out: keep the configuration as it is.\n";
+           " on those held out: keep the present configuration.\n";
   return "Nothing better was found.\n";
 }
 
-/// The drive on which the sigmas have become the most overconfident, where on one they have.
+/// The drive on which the sigmas have become most overconfident, if on any.
 std::string overconfidence(const TuneResult& result) {
   constexpr double too_confident = 2.0 * honest_nees;
   constexpr double noticeably = 1.1;
@@ -129,7 +130,7 @@ std::string overconfidence(const TuneResult& result) {
         worst = &drive;
   if (worst == nullptr) return {};
   return fmt::format(
-      "The sigmas are too small with it: NEES {} on {}, where honest ones have {}; have nees among "
+      "The sigmas are too small with it: NEES {} on {}, where consistent ones have {}; add nees to "
       "the goals.\n",
       fixed(worst->after[nees], 1), worst->drive, fixed(honest_nees, 0));
 }

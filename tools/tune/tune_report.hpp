@@ -1,4 +1,4 @@
-// What tuning found, for people and for programs.
+// The results of tuning, as text and JSON.
 #pragma once
 
 #include <string>
@@ -13,10 +13,10 @@ namespace odomd::tools {
 /// One JSON object with its newline; SI units. A trial that was impossible has the error null.
 [[nodiscard]] std::string as_json(const TuneJob& job, const TuneResult& result);
 
-/// A row a trial: the keys' values and the relative error, "inf" where it was impossible.
+/// One row per trial: the keys' values and the relative error, "inf" where it was impossible.
 [[nodiscard]] std::string trials_csv(const TuneJob& job, const TuneResult& result);
 
-/// "odom tune: 12.3 % better on 3 drives, 4.5 % on 2 held out": the note beside a written number.
+/// "odom tune: 12.3 % better on 3 drives, 4.5 % on 2 held out": the note after a written number.
 [[nodiscard]] std::string note_of(const TuneJob& job, const TuneResult& result,
                                   const TunedKey& key);
 

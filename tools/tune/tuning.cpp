@@ -17,17 +17,17 @@ namespace {
 
 constexpr std::size_t most_combinations = 100'000;
 
-/// Of ratios that say nothing: half a per cent.
+/// Insignificant ratios: half a per cent.
 constexpr double indifferent = 0.005;
 
-/// A key that does less is as well left alone.
+/// A key with a smaller effect is not changed.
 constexpr double idle = 0.001;
 
 bool is_swept(const Parameter& parameter) {
   return !parameter.values.empty();
 }
 
-/// Tries what was not tried before, and keeps what came of it.
+/// Runs new trials and keeps their results.
 class Bench {
  public:
   Bench(const TuneJob& job, const TuneWatch& watch)
@@ -39,10 +39,10 @@ class Bench {
     log_.check_unchanged(as_configured_, before);
     if (log_.find(as_configured_) == nullptr) log_.add(as_configured_, before);
     before_ = before.scores;
-    check_told("tuned on", before_);
+    check_known("tuned on", before_);
     if (!job.held_out.empty()) {
       held_out_before_ = run(job_.held_out, std::span(&as_configured_, 1)).front().scores;
-      check_told("held out", held_out_before_);
+      check_known("held out", held_out_before_);
     }
     result_.from_state = log_.read();
   }
@@ -69,7 +69,7 @@ class Bench {
     return errors;
   }
 
-  /// Of what looks at a result, and is no step of the search.
+  /// Trials that examine a result and are not steps of the search.
   std::vector<double> uncounted_errors(std::span<const Values> wanted) {
     const std::size_t counted = result_.trials.size();
     std::vector<double> found = errors(wanted);
@@ -109,14 +109,15 @@ class Bench {
     return names;
   }
 
-  // A goal that no drive tells would be lessened by anything.
-  void check_told(const char* which, const std::vector<Score>& scores) const {
+  // Any setting would improve a goal that no drive determines.
+  void check_known(const char* which, const std::vector<Score>& scores) const {
     for (const Goal goal : job_.goals) {
       const auto index = static_cast<std::size_t>(goal);
-      const auto tells = [index](const Score& score) { return !std::isnan(score[index]); };
-      if (std::ranges::none_of(scores, tells))
-        throw std::invalid_argument(fmt::format("--goal {}: none of the drives {} tells it: {}",
-                                                goal_names[index], which, why_untold(goal)));
+      const auto is_known = [index](const Score& score) { return !std::isnan(score[index]); };
+      if (std::ranges::none_of(scores, is_known))
+        throw std::invalid_argument(
+            fmt::format("--goal {}: none of the drives {} determines it: {}", goal_names[index],
+                        which, why_unknown(goal)));
     }
   }
 
@@ -227,8 +228,8 @@ TunedKey judged(const TuneJob& job, std::size_t index, double value, double with
   return key;
 }
 
-/// What each key does for the result: the same without it. Keys that harm the drives held out are
-/// put back, and those that do nothing.
+/// The effect of each key, by trials without it. Keys that harm the held-out drives, and those
+/// without effect, keep their value.
 Values what_to_take(const TuneJob& job, Bench& bench, const Values& best) {
   std::vector<Values> tried{best};
   for (std::size_t i = 0; i < best.size(); ++i) {
@@ -249,7 +250,7 @@ Values what_to_take(const TuneJob& job, Bench& bench, const Values& best) {
     if (key.fate != Fate::taken) needed[i].reset();
     bench.result().keys.push_back(std::move(key));
   }
-  // Two keys that do the same look idle, each beside the other.
+  // Of two keys with the same effect each looks idle while the other is there.
   const std::array both{helpful, needed};
   const std::vector<double> compared = bench.uncounted_errors(both);
   if (compared[1] <= compared[0] * (1.0 + indifferent)) return needed;
@@ -276,8 +277,8 @@ TuneResult tune(const TuneJob& job, const TuneWatch& watch) {
   const bool sweep = swept_count > 0;
   if (sweep && static_cast<std::size_t>(swept_count) != job.parameters.size())
     throw std::invalid_argument(
-        "--set: some keys have a range to search and some have values; give all the one or all the "
-        "other");
+        "--set: some keys have a range to search and some have values; give ranges for all or "
+        "values for all");
   Bench bench(job, watch);
   const Values best = sweep ? swept(job, bench) : searched(job, bench);
   if (!bench.is_possible(best)) throw std::invalid_argument(bench.result().why_impossible);

@@ -1,4 +1,4 @@
-// Better settings, found on some drives and held against others.
+// Searches for better settings on some drives and validates them on others.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace odomd::tools {
 
 struct TuneJob {
   std::vector<Drive> drives;    ///< to tune on; at least one
-  std::vector<Drive> held_out;  ///< to judge by, never searched on
+  std::vector<Drive> held_out;  ///< to validate on, not used by the search
   std::vector<Parameter> parameters;
   std::vector<Goal> goals;
   std::optional<estimator::Model> model;
@@ -28,8 +28,8 @@ struct TuneJob {
 /// What became of a key.
 enum class Fate : std::uint8_t {
   taken,        ///< its value is the tuned one
-  over_fitted,  ///< harms the drives held out: put back
-  idle,         ///< helps nowhere: left as it was
+  over_fitted,  ///< harms the held-out drives: value kept
+  idle,         ///< no effect: value kept
 };
 
 /// By TunedKey::without, without_held_out.
@@ -73,7 +73,7 @@ struct TuneResult {
   [[nodiscard]] bool is_better() const;
 };
 
-/// Told now and then: replays done of those of this round, trials so far, the least relative error.
+/// Reported now and then: replays done in this round, trials so far, the least relative error.
 struct TuneProgress {
   std::size_t done = 0;
   std::size_t all = 0;
@@ -83,7 +83,7 @@ struct TuneProgress {
 using TuneWatch = std::function<GoOn(const TuneProgress&)>;
 
 /// Searches ranges by compass_search, or tries every combination of values. The same job has the
-/// same result, whatever the number of threads and however often it was stopped and gone on with.
+/// same result, whatever the number of threads and however often it was stopped and continued.
 /// Throws std::invalid_argument for a job that cannot be done, Stopped.
 [[nodiscard]] TuneResult tune(const TuneJob& job, const TuneWatch& watch);
 

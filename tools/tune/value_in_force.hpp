@@ -1,4 +1,4 @@
-// What the program takes for a number that a configuration leaves out.
+// The default of a number that a configuration leaves out.
 #pragma once
 
 #include <optional>

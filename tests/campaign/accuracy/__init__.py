@@ -1,1 +1,1 @@
-"""The parts of accuracy.py: drives that are simulated and replayed, bars that they are held to, charts."""
+"""The parts of accuracy.py: simulated and replayed drives, bars for them, charts."""

@@ -25,8 +25,8 @@ class Results:
     """What the drives gave, by course; the models in question; the speeds of the laps; and how much wider
     than they are the bars are taken (for a few seeds, whose medians spread)."""
 
-    def __init__(self, drives, judged, beside, speeds=courses.SPEEDS, slack=1.0):
-        self.judged, self.beside, self.speeds, self.slack = judged, beside, speeds, slack
+    def __init__(self, drives, judged, compared, speeds=courses.SPEEDS, slack=1.0):
+        self.judged, self.compared, self.speeds, self.slack = judged, compared, speeds, slack
         self.by_course = {}
         for drive in drives:
             self.by_course.setdefault(drive["course"], []).append(drive)
@@ -49,7 +49,7 @@ class Results:
         return low / self.slack <= value <= limit * self.slack
 
 
-# Figures of a drive, from what odom evaluate says.
+# Figures of a drive, from the output of odom evaluate.
 
 def drift(evaluation):
     return evaluation["end_error_cm_per_m"]
@@ -83,7 +83,7 @@ def nees(evaluation):
     return evaluation["nees"]["mean"] if evaluation["nees"] else math.inf
 
 
-# What is made of the figures of all seeds.
+# Statistics of the figures of all seeds.
 
 def spread(values, unit=""):
     return (f"{statistics.median(values):.3g} ({min(values):.3g} to {max(values):.3g})"
@@ -98,8 +98,8 @@ def ratio(value, other):
     return value / other if other > 0 else math.inf
 
 
-def beside_paper(results, course, view, figure, limit, unit, what, at_most=None):
-    """The median is at most a fraction (n, d) of that of the paper's filter, and at most so much."""
+def compare_with_paper(results, course, view, figure, limit, unit, what, at_most=None):
+    """The median is at most a fraction (n, d) of that of the paper's filter, and at most a limit."""
     values = results.figures(course, view, figure)
     paper = results.figures(course, view, figure, "paper")
     median = statistics.median(values)
@@ -114,10 +114,10 @@ def beside_paper(results, course, view, figure, limit, unit, what, at_most=None)
 def dead_reckoning(results):
     laps = results.laps("lap")
     for course in (*laps, "stop-and-go"):
-        yield from beside_paper(results, course, "whole", drift, (1, 3), "cm/m", "drift",
+        yield from compare_with_paper(results, course, "whole", drift, (1, 3), "cm/m", "drift",
                                 at_most=0.4 if course in laps else None)
-        yield from beside_paper(results, course, "whole", heading, (1, 5), "°", "heading at the end")
-    yield from beside_paper(results, "slalom", "whole", drift, (2, 3), "cm/m", "drift")
+        yield from compare_with_paper(results, course, "whole", heading, (1, 5), "°", "heading at the end")
+    yield from compare_with_paper(results, "slalom", "whole", drift, (2, 3), "cm/m", "drift")
 
 
 def camera_lost(results):
@@ -133,7 +133,7 @@ def prediction(results):
     what = "35 ms after ten seconds of camera"
     for form, view in (("lost-10-lap", "after"), ("camera-lap", "odom")):
         for speed in results.speeds:
-            yield from beside_paper(results, f"{form}-{speed:g}", view, short_term_mm, (1, 2), "mm", what,
+            yield from compare_with_paper(results, f"{form}-{speed:g}", view, short_term_mm, (1, 2), "mm", what,
                                     at_most=0.25 if speed == 1 else None)
 
 
@@ -153,7 +153,7 @@ def outliers(results):
             values = results.figures(f"outliers-lap-{speed:g}", "map", figure)
             change = 100 * (ratio(rms(values), rms(without)) - 1)
             of_seeds = [100 * (ratio(a, b) - 1) for a, b in zip(values, without)]
-            yield Row(f"outliers-lap-{speed:g}: {what}, rms, beside none", "< 10 % more",
+            yield Row(f"outliers-lap-{speed:g}: {what}, rms, compared with none", "< 10 % more",
                       f"{change:+.1f} %; of a drive {spread(of_seeds)}", results.within(change, 10))
 
 
@@ -169,10 +169,10 @@ def no_worse(results):
         view = "map" if course.startswith("camera") else "whole"
         values = [100 * value for value in results.figures(course, view, end_error)]
         best = [100 * min(both) for both in zip(*(results.figures(course, view, end_error, model)
-                                                   for model in results.beside))]
+                                                   for model in results.compared))]
         worse = sum(not results.within(value, 1.1 * other + 1) for value, other in zip(values, best))
         yield Row(f"{course}: end error, every seed", "≤ 1.1 × the better of kinematic, paper + 1 cm",
-                  f"{worse} of {len(values)} seeds worse; {spread(values)} beside {spread(best, 'cm')}",
+                  f"{worse} of {len(values)} seeds worse; {spread(values)} against {spread(best, 'cm')}",
                   worse == 0)
 
 
@@ -199,18 +199,18 @@ def nis_of_laps(results):
     sources = list(dict.fromkeys(source for report in reports for source in report))
     if not sources:
         yield Row("camera-lap: NIS of every source", "0.5 to 2 of expectation",
-                  f"odom replay tells no innovations of {results.judged}", False)
+                  f"odom replay reports no innovations of {results.judged}", False)
     for source in sources:
         yield from innovations(results, source, [report[source] for report in reports if source in report])
 
 
-def innovations(results, source, told):
+def innovations(results, source, measured):
     """Over all samples of all drives; NIS by its expectation, the dimension of the measurement."""
-    told = [one for one in told if one["count"] > 0]
-    count = sum(one["count"] for one in told)
+    measured = [one for one in measured if one["count"] > 0]
+    count = sum(one["count"] for one in measured)
     if count:
-        nis = sum(one["count"] * one["mean_nis"] / one["dimension"] for one in told) / count
-        inside = 100 * sum(one["count"] * one["inside_95"] for one in told) / count
+        nis = sum(one["count"] * one["mean_nis"] / one["dimension"] for one in measured) / count
+        inside = 100 * sum(one["count"] * one["inside_95"] for one in measured) / count
         yield Row(f"camera-lap: {source}, mean NIS by its expectation; inside χ²₉₅",
                   "0.5 to 2; 90 to 99 %", f"{nis:.2f}; {inside:.1f} % of {count}",
                   results.within(nis, 2, low=0.5) and 90 <= inside <= 99)
@@ -218,16 +218,16 @@ def innovations(results, source, told):
 
 def shift(results):
     for course in results.laps("camera-lap"):
-        told = [drive["shift"] for drive in results.drives(course)]
-        values = [1e6 * one["largest"] for one in told]
-        crossed = statistics.median(one["crossed"] for one in told)
+        measured = [drive["shift"] for drive in results.drives(course)]
+        values = [1e6 * one["largest"] for one in measured]
+        crossed = statistics.median(one["crossed"] for one in measured)
         yield Row(f"{course}: all stamps 1 µs later, largest change of a pose", "≤ 10 µm",
                   f"{spread(values, 'µm')}; without {crossed:g} ticks a drive that lack a frame by it",
                   results.within(max(values), 10))
 
 
 def standing(results):
-    """What a gyro is worth that is quieter at rest than on the move."""
+    """The effect of a gyro that is quieter at rest than on the move."""
     for speed in results.speeds:
         course = f"shaken-lap-{speed:g}"
         for figure, limit, unit, what in ((heading, 1, "°", "heading at the end of a minute"),
@@ -238,7 +238,7 @@ def standing(results):
 
 
 def close(results):
-    """How close the filter gets with the camera, and what it makes of that afterwards."""
+    """The error of the filter with the camera, and afterwards without it."""
     for speed, at_most, ahead in ((1.0, 3, 0.12), (2.0, 4, 0.35)):
         if speed not in results.speeds:
             continue

@@ -1,4 +1,4 @@
-"""Charts as SVG: a dot a drive, a bar the median, on a logarithmic axis, courses side by side."""
+"""Charts as SVG: one dot per drive, a bar for the median, on a logarithmic axis, courses side by side."""
 
 import dataclasses
 import math
@@ -87,9 +87,9 @@ def strip(axis, x, values, colour):
 
 
 def draw(chart, results):
-    """The chart's SVG; nothing where none of its courses was driven."""
+    """The chart's SVG; nothing if none of its courses was driven."""
     places = [(course, view) for course, view in chart.places if course in results]
-    models = {model: COLOURS.get(model, JUDGED) for model in dict.fromkeys([*results.beside, results.judged])}
+    models = {model: COLOURS.get(model, JUDGED) for model in dict.fromkeys([*results.compared, results.judged])}
     figures = {(*place, model): results.figures(*place, chart.figure, model)
                for place in places for model in models}
     if not figures:

@@ -11,7 +11,7 @@ PERIOD_NS = 5_000_000  # of the tick grid
 
 
 class Failed(Exception):
-    """A command that did not do its work; in one line."""
+    """A command that failed; in one line."""
 
 
 def run(*command):
@@ -27,7 +27,7 @@ def last_line(text):
 
 
 def simulate(odom, course, seed, folder):
-    """A drive that the folder holds already is taken when its command was the same."""
+    """An existing drive in the folder is reused if its command was the same."""
     command = [odom, "sim", *course.options, "--seed", seed]
     text = " ".join(str(word) for word in command[1:]) + "\n"
     made_by = folder / "command"
@@ -48,7 +48,7 @@ def replay(odom, course, model, folder, pose):
 
 
 def seconds_to_metres(truth, begin, metres):
-    """How long after the begin of the drive the car is so far from where it was `begin` seconds after it."""
+    """How long after the start of the drive the car is this far from where it was `begin` seconds after it."""
     first = before = None
     driven = 0.0
     with open(truth, newline="") as file:
@@ -64,7 +64,7 @@ def seconds_to_metres(truth, begin, metres):
 
 
 def evaluate(odom, view, folder, poses):
-    """By model, what odom evaluate says; None where it refuses the poses (not finite)."""
+    """The result of odom evaluate by model; None if it refuses the poses (not finite)."""
     options = ["--align", view.align, "--frame", view.frame]
     if view.begin is not None:
         options += ["--from", f"+{view.begin:g}"]

@@ -157,14 +157,14 @@ def nees(results):
 
 
 def nis(results):
-    """Of every source over the seeds of a course; the course that is furthest off counts."""
+    """For every source over the seeds of a course; the worst course counts."""
     by_source = {}
     for course, found in results.by_course().items():
         for source in dict.fromkeys(name for one in found for name in one["innovations"]):
-            told = [one["innovations"][source] for one in found if source in one["innovations"]]
-            count = sum(one["count"] for one in told)
+            measured = [one["innovations"][source] for one in found if source in one["innovations"]]
+            count = sum(one["count"] for one in measured)
             if count:
-                mean = sum(one["count"] * one["mean_nis"] / one["dimension"] for one in told) / count
+                mean = sum(one["count"] * one["mean_nis"] / one["dimension"] for one in measured) / count
                 by_source.setdefault(source, {})[course] = mean
     if not by_source:
         yield bars.Row("NIS of every source", "0.5 to 2", f"{results.judged} has no innovations", False)
@@ -179,7 +179,7 @@ BARS = {"dead-reckoning": dead_reckoning, "prediction": prediction, "camera": ca
 
 
 def by_course(results):
-    """What stands behind the means: medians over the seeds, not held against anything."""
+    """The figures behind the means: medians over the seeds, without a bar."""
     yield ("| course | " + " | ".join(f"{name}: {results.judged} / {results.reference}" for name in FIGURES) +
            " | with camera [cm] |")
     yield "|---" * (len(FIGURES) + 2) + "|"

@@ -1,11 +1,11 @@
-"""Many drives side by side, and the table of what they were held to."""
+"""Runs many drives in parallel, and prints the table of their bars."""
 
 import concurrent.futures
 import sys
 
 
 def side_by_side(jobs, measure, tasks):
-    """What `measure(*task)` says of every task, in their order."""
+    """The results of `measure(*task)`, in the order of the tasks."""
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
         started = [pool.submit(measure, *task) for task in tasks]
         try:

@@ -1,6 +1,6 @@
-"""odom identify fit, on the drive that its help asks for: odom sim --scenario exercise.
+"""odom identify fit, on the drive that its help describes: odom sim --scenario exercise.
 
-What a person would know is what the fit begins with: mass to 5 g, axles to 0.5 mm; stiffnesses, inertia
+The fit starts from what a person would know: mass to 5 g, axles to 0.5 mm; stiffnesses, inertia
 and sensors as configured. The truth of the yaw inertia is what turns with the car: the body's and
 what the wheels' spin adds, I (t / 2 r)^2 each, which a pendulum does not show. The truth of a
 latency is what the simulated bus does: a frame takes 0.25 ms and is stamped 0.05 ms later, a wheel's speed is
@@ -15,7 +15,7 @@ FRAME = 0.3e-3
 
 
 def rows_of(truth):
-    """What is judged: the fit's name of it, its truth, and how it is told."""
+    """What is evaluated: the fit's name for it, its true value, and how it is printed."""
     spin = (4 * WHEEL + 2 * MOTOR) * (TRACK / 2.0 / RADIUS) ** 2
     radius = 1.0 + truth["wheel_radius_error"]
     return [
@@ -44,7 +44,7 @@ def run(seeds, work, odom):
         found, _ = findings(odom, "fit", "--quiet", "--config", folder / "car.toml", "--drive", folder,
                             "--prior", f"mass={SIGMA_MASS / MASS}")
         remove_drive(folder)
-        return [(name, sample(true, found.get(name)), told) for name, true, told in rows_of(truth)]
+        return [(name, sample(true, found.get(name)), printed) for name, true, printed in rows_of(truth)]
 
     return [judge("fit: " + column[0][0], [seen for _, seen, _ in column], **column[0][2])
             for column in zip(*each(seeds, one))]

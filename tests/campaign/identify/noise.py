@@ -14,7 +14,7 @@ BIASES = {"yaw_rate, bias": ("mrad/s", 1e3), "accel_x, bias": ("m/s2", 1.0), "ac
 
 
 def standing_truth(truth):
-    """What plant.json says, by the names of the findings."""
+    """The true values in plant.json, by the names of the findings."""
     accel = math.hypot(truth["accel_noise"], ACCEL_STEP / math.sqrt(12))
     return {"yaw_rate, noise": math.hypot(truth["gyro_noise"], RATE_STEP / math.sqrt(12)),
             "accel_x, noise": accel, "accel_y, noise": accel,

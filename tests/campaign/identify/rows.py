@@ -1,4 +1,4 @@
-"""What the methods share: running odom over seeds, and a row of the table."""
+"""Shared by the methods: running odom over seeds, and a row of the table."""
 
 import concurrent.futures
 import dataclasses
@@ -15,12 +15,12 @@ MASS, FRONT_AXLE, REAR_AXLE = 2.985, 0.175, 0.085  # of the car that odom sim dr
 
 
 class Failed(Exception):
-    """A program did not do its work; the text says which and why."""
+    """A program failed; the text says which and why."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Sample:
-    """One seed: what it really is, and what was said."""
+    """One seed: the true value, and the result."""
     truth: float
     value: float
     sigma: float
@@ -37,7 +37,7 @@ class Row:
     of: int
     undetermined: int
     stated: float  # the largest 2 sigma that was stated, in unit
-    error: float   # rms of what was said to what is, in unit
+    error: float   # rms error, in unit
     unit: str      # "%" of the value, or the value's own times scale
     bar: float | None
 
@@ -63,7 +63,7 @@ def judge(what, samples, unit="%", scale=1.0, bar=None):
 
 
 def command(odom, *arguments):
-    """Standard output of odom; Failed where it has not done its work."""
+    """Standard output of odom; raises Failed if it failed."""
     line = [str(odom), *map(str, arguments)]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     if done.returncode != 0:
@@ -78,7 +78,7 @@ def findings(odom, method, *arguments):
 
 
 def sample(truth, finding):
-    """A finding held against the truth; None where the method found it not determined."""
+    """A finding with the true value; None if the method found it not determined."""
     if finding is None or not finding["determined"]:
         return None
     return Sample(truth, finding["value"], finding["sigma"])
@@ -100,7 +100,7 @@ def measure_car(seed, folder):
 
 
 def remove_drive(folder):
-    """The large files, which no seed needs once it has been judged."""
+    """Removes the large files of a seed after its evaluation."""
     for name in ("drive.log", "truth.csv", "camera.csv"):
         (folder / name).unlink()
 
@@ -112,7 +112,7 @@ def each(seeds, work):
 
 
 def options(**given):
-    """{"scale_sigma": 0.1} as --scale-sigma 0.1; of a list once each, of None nothing."""
+    """{"scale_sigma": 0.1} as --scale-sigma 0.1; once for each element of a list, nothing for None."""
     line = []
     for name, value in given.items():
         for one in value if isinstance(value, list) else [value]:

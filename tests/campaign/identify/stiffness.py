@@ -1,6 +1,6 @@
 """odom identify stiffness, of circles filmed from above: odom sim --scenario circles --markers.
 
-What a person would know is what the method is told: mass to 5 g, axles to 0.5 mm, the markers' places to
+The method gets what a person would know: mass to 5 g, axles to 0.5 mm, the markers' places to
 1 mm (drawn by the simulator); the film lies somewhere in the log, with half a pixel of noise and a clock of
 its own. The truth is the slope of the plant's tyres at zero slip under static load.
 """
@@ -16,7 +16,7 @@ CONFIGURED = {"front": 20.0, "rear": 60.0}
 
 
 def measure(seed, folder):
-    """Writes what was measured into car.toml; the truth, and what the method is told besides."""
+    """Writes what was measured into car.toml; returns the truth and the method's other options."""
     plant = measure_car(seed, folder)
     options = ["--config", folder / "car.toml", "--sigma-mass", SIGMA_MASS, "--sigma-axle", SIGMA_AXLE,
                "--sigma-marker", SIGMA_MARKER]

@@ -1,4 +1,4 @@
-"""The recorded drives, which part of each is for training and which is judged, and how a model does there."""
+"""The recorded drives, which part of each is for training and which for evaluation, and a model's errors there."""
 
 import concurrent.futures
 import csv
@@ -16,11 +16,11 @@ MODELS = ["kinematic", "kinematic_printed", "paper", "inertial", "full"]
 
 
 class Failed(Exception):
-    """A command that did not do its work; in one line."""
+    """A command that failed; in one line."""
 
 
 class Part(NamedTuple):
-    """A drive, or what `odom evaluate` is given of it."""
+    """A drive, or the part of it for `odom evaluate`."""
 
     drive: str
     what: str = ""  # "" the whole
@@ -50,7 +50,7 @@ JUDGED = [
     Part("rav4", "after 20 s", ("--from", "+20")),
     Part("revs_250lm", "second half", ("--from", "+275")),
 ]
-# Those that are cut above, from end to end.
+# The complete drives of those cut above.
 WHOLE = [Part("genesis_slow", "whole"), Part("rav4", "whole"), Part("revs_250lm", "whole")]
 # In one the wheels spin, in the other the reference loses the car: shown, and part of no verdict.
 APART = [Part("dart_drift1"), Part("dart_track_v1")]
@@ -58,7 +58,7 @@ APART = [Part("dart_drift1"), Part("dart_track_v1")]
 # Whose position and heading are the gyro's own integral.
 VELOCITIES_ONLY = {"revs_250lm"}
 
-# Of a model on a part, in the units of the column's name; "" where it has none.
+# Of a model on a part, in the units of the column's name; "" if it has none.
 COLUMNS = ["heading_rms_deg", "position_rms_m", "error_35ms_mm", "vx_rms", "vy_rms",
            "camera_position_rms_m", "camera_nees"]
 CELLS = COLUMNS[:3]

@@ -26,7 +26,7 @@ def table(rows: list[Row], columns: list[tuple[str, str, int]]) -> Iterator[str]
 
 
 def ratios(rows: list[Row]) -> dict[Part, dict[str, float]]:
-    """full / inertial, by drive and cell; nothing where one of them was not measured."""
+    """full / inertial, by drive and cell; nothing if one of them was not measured."""
     of = {(row.part, row.model): row.figures for row in rows}
     found = {}
     for part in dict.fromkeys(row.part for row in rows):

@@ -1,4 +1,4 @@
-"""tests/data/drives/training.csv: every model's figures on the training drives, and what may not get worse."""
+"""tests/data/drives/training.csv: every model's figures on the training drives, which must not get worse."""
 
 import csv
 import pathlib
@@ -9,10 +9,10 @@ from .tables import JUDGED_MODEL
 
 FILE = CONFIGS / "training.csv"
 
-TOLERANCE = 0.03  # by so much a figure of the judged model may be worse than the file's
-UNCHANGED = 0.002  # and one of the others be another: rounding, and other compilers
+TOLERANCE = 0.03  # allowed increase of a figure of the judged model
+UNCHANGED = 0.002  # allowed difference for the others: rounding, and other compilers
 
-# The mean NEES of a pose with an honest covariance: three degrees of freedom.
+# The mean NEES of a pose with a consistent covariance: three degrees of freedom.
 HONEST_NEES = 3.0
 
 
@@ -35,14 +35,14 @@ def read(file: pathlib.Path = FILE) -> dict[tuple[str, str], dict[str, float]]:
 
 
 def badness(column: str, value: float) -> float:
-    """What is to be small: an error itself, of an NEES by how much it is off, either way."""
+    """The figure to minimise: an error itself, for NEES its deviation in either direction."""
     if column == "camera_nees":
         return max(value / HONEST_NEES, HONEST_NEES / value)
     return value
 
 
 def complaints(rows: list[Row], tolerance: float = TOLERANCE, file: pathlib.Path = FILE) -> Iterator[str]:
-    """What is worse than the file says, of the judged model; what is another, of the rest."""
+    """Figures worse than in the file for the judged model; different ones for the others."""
     known = read(file)
     for row in rows:
         old = known.get((row.part.name, row.model))

@@ -1,4 +1,4 @@
-// A running odom bridge for tests, and a daemon's segment that ticks when it is told to.
+// A running odom bridge for tests, and a daemon's segment that ticks on request.
 #pragma once
 
 #include <fcntl.h>

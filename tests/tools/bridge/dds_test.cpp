@@ -133,7 +133,7 @@ class DdsBridge : public ::testing::Test {
     return cdr.value_or(Cdr(std::vector<unsigned char>(4096)));
   }
 
-  // The place that an Odometry tells.
+  // The position in an Odometry message.
   static double x_of(Cdr odometry) {
     static_cast<void>(odometry.int32());
     static_cast<void>(odometry.uint32());
@@ -301,7 +301,8 @@ TEST_F(DdsBridge, WaitsForTheDaemonAndGoesOnWithItsSuccessor) {
   auto daemon = std::make_unique<SlowDaemon>(segment_, 5'000'000);
   static_cast<void>(tick_until(*daemon, odometry_));
   daemon.reset();
-  EXPECT_TRUE(eventually([&] { return bridge.errors().find("silent") != std::string::npos; }));
+  EXPECT_TRUE(
+      eventually([&] { return bridge.errors().find("stopped publishing") != std::string::npos; }));
   SlowDaemon successor(segment_);
   successor.pose.odom_x = 77.0;
   EXPECT_TRUE(eventually([&] { return x_of(tick_until(successor, odometry_)) == 77.0; }));

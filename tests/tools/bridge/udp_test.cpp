@@ -140,7 +140,8 @@ TEST_F(UdpBridge, WaitsForTheDaemonAndGoesOnWithItsSuccessor) {
   auto daemon = std::make_unique<SlowDaemon>(segment_, 5'000'000);
   tick_until_received(*daemon);
   daemon.reset();
-  EXPECT_TRUE(eventually([&] { return bridge.errors().find("silent") != std::string::npos; }));
+  EXPECT_TRUE(
+      eventually([&] { return bridge.errors().find("stopped publishing") != std::string::npos; }));
   static_cast<void>(receiver_.take());
 
   SlowDaemon successor(segment_);

@@ -28,7 +28,7 @@ TEST(Ticks, OfALogarithmicAxisAreDecadesAndFinerWhereThereIsRoom) {
               ElementsAre("5", "10", "20", "50", "100", "200", "500", "1000"));
   EXPECT_THAT(labels({0.01, 1000.0}, Scaling::logarithmic, 8),
               ElementsAre("0.01", "0.1", "1", "10", "100", "1000"));
-  // 50 alone would not tell how far up 95 is.
+  // 50 alone would not show how far up 95 is.
   EXPECT_THAT(labels({45.0, 98.0}, Scaling::logarithmic, 6), ElementsAre("60", "80"));
   EXPECT_THAT(labels({0.981, 1.0}, Scaling::logarithmic, 6),
               ElementsAre("0.985", "0.990", "0.995", "1.000"));

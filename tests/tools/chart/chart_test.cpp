@@ -20,7 +20,7 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(Colours, TellADozenThingsApart) {
+TEST(Colours, DistinguishADozenThings) {
   std::set<std::string> different;
   for (std::size_t i = 0; i < 12; ++i) different.insert(colour_of(i));
   EXPECT_EQ(different.size(), 12U);
@@ -79,15 +79,15 @@ TEST(Chart, OfOddDataIsStillAPicture) {
   Chart constant = sine();
   constant.series[0].points = {{1.0, 3.0}, {1.0, 3.0}};
   constant.bands.clear();
-  Chart odd = sine();
-  odd.series[0].points[7].y = nan;
-  odd.series[0].points[8].y = inf;
-  odd.bands[0].points[9].high = nan;
+  Chart not_finite = sine();
+  not_finite.series[0].points[7].y = nan;
+  not_finite.series[0].points[8].y = inf;
+  not_finite.bands[0].points[9].high = nan;
   Chart decades = sine();
   decades.x.scaling = decades.y.scaling = Scaling::logarithmic;
   Chart bars;
   bars.bars = {{1.0, 2.0, 5.0}, {2.0, 3.0, 0.0}};
-  for (const Chart& chart : {empty, constant, odd, decades, bars}) {
+  for (const Chart& chart : {empty, constant, not_finite, decades, bars}) {
     const std::string svg = svg_of(chart);
     EXPECT_EQ(markup_fault(svg), "");
     EXPECT_THAT(svg, Not(AnyOf(HasSubstr("nan"), HasSubstr("inf\""), HasSubstr("inf "))));

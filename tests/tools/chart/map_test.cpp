@@ -98,7 +98,7 @@ TEST(PictureFile, PngNeedsAConverterAndSaysSo) {
   const std::string error =
       message_of([&] { write_picture(scratch.path("a.png"), std::array{draw(circle_map())}); });
   ::setenv("PATH", path.c_str(), 1);
-  EXPECT_THAT(error, HasSubstr("install librsvg2-bin, or name a .svg file"));
+  EXPECT_THAT(error, HasSubstr("install librsvg2-bin, or give a .svg file"));
 }
 
 }  // namespace

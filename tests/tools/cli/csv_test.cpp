@@ -53,7 +53,7 @@ TEST(CsvReader, SaysWhetherAnOptionalColumnIsThere) {
 
 TEST(CsvReader, NamesFileLineAndColumnOfWhatIsNoFiniteNumber) {
   EXPECT_EQ(error_of("a,b\n1,2\nnan,2\n"),
-            "x.csv:3: column \"a\": \"nan\" is not a finite number; mend or remove the line");
+            "x.csv:3: column \"a\": \"nan\" is not a finite number; correct or remove the line");
   for (const char* bad : {"inf", "-inf", "1e999", "1x", "", "0x10", "1 2", "+1", "--1"}) {
     EXPECT_THAT(error_of(std::string{"a,b\n"} + bad + ",2\n"), HasSubstr("x.csv:2: column \"a\""))
         << bad;
@@ -92,7 +92,7 @@ TEST(CsvReader, LeavesACutOffLastLineOutWithAWarning) {
 TEST(CsvReader, ALastLineWithoutNewlineIsKeptOrDroppedAsAskedAndNeverSilently) {
   std::vector<std::string> warnings;
   EXPECT_THAT(column_a("a,b\n1,2\n3,4", LastLine::keep_whole, &warnings), ElementsAre(1.0, 3.0));
-  EXPECT_THAT(warnings, ElementsAre(HasSubstr("no newline ends the last line")));
+  EXPECT_THAT(warnings, ElementsAre(HasSubstr("the last line has no newline")));
   EXPECT_THAT(column_a("a,b\n1,2\n3,4", LastLine::drop_unended, &warnings), ElementsAre(1.0));
   EXPECT_THAT(warnings, ElementsAre(HasSubstr("cut off")));
   EXPECT_THAT(column_a("a,b\n1,2\n", LastLine::drop_unended, &warnings), ElementsAre(1.0));

@@ -152,7 +152,7 @@ TEST_F(StuckOutput, IsNotWaitedForOnceTermHasCome) {
         "watch --interval 0.05 --shm " + segment_}) {
     EXPECT_EQ(end_of(arguments, STDOUT_FILENO), 1) << arguments;
     EXPECT_THAT(contents(scratch_.path("other")),
-                EndsWith("nobody read it when INT or TERM came; the rest is "
+                EndsWith("nobody was reading when INT or TERM came; the rest is "
                          "lost\n"))
         << arguments;
   }

@@ -1,4 +1,4 @@
-// How far long work is, as it is told on a terminal and elsewhere.
+// The progress of long work, on a terminal and elsewhere.
 #include "tools/cli/progress.hpp"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ TEST(ProgressLine, IsRewrittenOnATerminalAndEndsWithALineBreak) {
   EXPECT_EQ(on_a_terminal(), "\rhalf done\x1b[K\r\n");
 }
 
-TEST(ProgressLine, OfQuickWorkIsNotToldElsewhere) {
+TEST(ProgressLine, OfQuickWorkIsNotPrintedElsewhere) {
   ::testing::internal::CaptureStderr();
   {
     ProgressLine progress("odom test");

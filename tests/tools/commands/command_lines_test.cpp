@@ -102,7 +102,7 @@ TEST(Help, IsWrittenInOneManner) {
   }
 }
 
-TEST(Help, IsToldByName) {
+TEST(Help, IsFoundByName) {
   EXPECT_EQ(run_shell("odom help").out, run_shell("odom --help").out);
   EXPECT_EQ(run_shell("odom help camera send").out, run_shell("odom camera send --help").out);
   const Outcome outcome = run_shell("odom help camera sned");
@@ -187,7 +187,7 @@ TEST(ManPages, HaveEveryCommandAndOptionOfTheHelp) {
     EXPECT_NE(part, "") << command.name << ": has no part of its own";
     for (const std::string& option : command.options) {
       if (!option.starts_with("--")) continue;
-      if (!whole && option == "--help") continue;  // told once for all
+      if (!whole && option == "--help") continue;  // described once for all
       const std::regex item("\n\\.It (Fl . , )?Fl Fl " + option.substr(2) + "[ \n]");
       EXPECT_TRUE(std::regex_search(part, item)) << command.name << ' ' << option;
     }

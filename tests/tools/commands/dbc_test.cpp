@@ -128,9 +128,10 @@ TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {
   expect_refused(decode("/nonexistent.log"), "/nonexistent.log");
   expect_refused(decode(dbc_.string()), "car.dbc:1: ");
   expect_refused("odom dbc decode " + log_.string(), "--dbc");
-  const auto odd = scratch_.write("odd.dbc", std::string(car) + "CM_ BO_ 77 \"no such\";\n");
+  const auto unusual =
+      scratch_.write("unusual.dbc", std::string(car) + "CM_ BO_ 77 \"no such\";\n");
   const auto bad = scratch_.write("bad.log", std::string(drive) + "(1) can0 1#\n");
-  expect_refused("odom dbc decode --dbc " + odd.string() + ' ' + bad.string(), "bad.log:7: ");
+  expect_refused("odom dbc decode --dbc " + unusual.string() + ' ' + bad.string(), "bad.log:7: ");
   expect_refused("odom dbc", "");
 }
 

@@ -33,7 +33,7 @@ TEST(Misspelt, AnOptionIsNamedWithTheOneThatWasMeant) {
             "odom watch: unknown option \"--nonsense\"; see odom watch --help");
 }
 
-TEST(Misspelt, TheFirstArgumentIsToldFirst) {
+TEST(Misspelt, TheFirstArgumentIsReportedFirst) {
   EXPECT_EQ(refused("odom evaluate --refrence x --poes y"),
             "odom evaluate: unknown option \"--refrence\" (did you mean \"--reference\"?); see "
             "odom evaluate --help");
@@ -79,7 +79,7 @@ TEST(Misspelt, ACommandIsNamedWithTheOneThatWasMeant) {
             "odom dbc: no command given; there are: show, decode; see odom dbc --help");
 }
 
-TEST(Misspelt, OptionsOfTheProgramsBesideAreTold) {
+TEST(Misspelt, OptionsOfTheCompanionProgramsAreReported) {
   EXPECT_EQ(refused("odom identify fit --confg car.toml --drvie x"),
             "odom identify fit: unknown option \"--confg\" (did you mean \"--config\"?); see odom "
             "identify fit --help");

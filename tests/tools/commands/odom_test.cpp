@@ -10,7 +10,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-TEST(Odom, TellsItsVersion) {
+TEST(Odom, PrintsItsVersion) {
   const Outcome outcome = run_shell("odom --version");
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.out, StartsWith("odom "));

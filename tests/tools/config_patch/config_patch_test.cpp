@@ -74,7 +74,7 @@ TEST(ConfigPatch, FindsTheNumberOfAKeyAndRefusesWhatIsNone) {
   EXPECT_EQ(number_in(text, "car.toml", "imu.position[1]"), 1.0);
   EXPECT_EQ(number_in(text, "car.toml", "filter.wheel_slip"), std::nullopt);
   EXPECT_EQ(message_of([&] { (void)number_in(text, "car.toml", "can.signals.yaw_rate.message"); }),
-            "car.toml:4: [can.signals.yaw_rate] message: is not a number; write one there, or name "
+            "car.toml:4: [can.signals.yaw_rate] message: is not a number; correct it, or give "
             "another key");
   const Scratch scratch;
   EXPECT_EQ(number_in(scratch.write("car.toml", text), "imu.position[0]"), 0.25);
@@ -174,20 +174,20 @@ TEST(ConfigPatch, IsNotFooledByTexts) {
 TEST(ConfigPatch, SaysWhatItCannotDo) {
   EXPECT_THAT(refusal("\nmass = [", {"mass", 1, ""}), HasSubstr("car.toml:2: not TOML"));
   EXPECT_EQ(refusal("[vehicle]\nmass = \"3\"", {"vehicle.mass", 1, ""}),
-            "car.toml:2: [vehicle] mass: is not a number; write one there");
+            "car.toml:2: [vehicle] mass: is not a number; correct it");
   EXPECT_EQ(refusal("vehicle = 3", {"vehicle.mass", 1, ""}),
-            "car.toml:1: [vehicle] mass: stands within what is no table");
+            "car.toml:1: [vehicle] mass: is inside a value that is not a table");
   EXPECT_EQ(refusal("[camera]\nlever_arm = [1, 2]", {"camera.lever_arm[2]", 1, ""}),
             "car.toml:2: [camera] lever_arm[2]: the list has 2 elements only");
   EXPECT_EQ(refusal("[camera]", {"camera.other[2]", 1, ""}),
-            "car.toml: [camera] other[2]: there is no such list; write it whole");
+            "car.toml: [camera] other[2]: there is no such list; give the whole list");
   EXPECT_EQ(refusal("", {"vehicle.mass", std::nan(""), ""}),
             "car.toml: [vehicle] mass: nan cannot be written");
   for (const char* key : {"", ".", "a.", "a[", "a[1", "a[1]b", "a[x]", "\"a", "\"a\"b"})
-    EXPECT_THAT(refusal("", {key, 1, ""}), HasSubstr("is no key")) << key;
+    EXPECT_THAT(refusal("", {key, 1, ""}), HasSubstr("is not a key")) << key;
   std::string deep = "a";
   for (int i = 0; i < 50'000; ++i) deep += ".a";
-  EXPECT_THAT(refusal("", {deep, 1, ""}), HasSubstr("is no key"));
+  EXPECT_THAT(refusal("", {deep, 1, ""}), HasSubstr("is not a key"));
 }
 
 constexpr std::string_view car =
@@ -228,7 +228,7 @@ TEST(ConfigPatch, OfAFileIsWholeOrNotAtAll) {
 
   EXPECT_THAT(
       message_of([&] { patch_config(scratch.path("no.toml"), values); }),
-      HasSubstr("no.toml: there is no such file; --write puts numbers into a configuration"));
+      HasSubstr("no.toml: there is no such file; --write changes an existing configuration"));
 }
 
 }  // namespace

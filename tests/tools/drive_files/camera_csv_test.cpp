@@ -55,7 +55,7 @@ TEST(CameraLog, LeavesACutOffLastLineOutWithAWarning) {
   EXPECT_THAT(log.warnings, ElementsAre(HasSubstr(":3: the last line is cut off")));
 }
 
-TEST(CameraLog, TellsPosesThatArriveBeforeTheyAreCaptured) {
+TEST(CameraLog, ReportsPosesThatArriveBeforeTheyAreCaptured) {
   EXPECT_THAT(read(header + "1,1.03,0,0,0,1,1,1\n2,1.97,0,0,0,1,1,1\n").warnings,
               ElementsAre(HasSubstr("1 of 2 poses arrive before they are captured")));
 }

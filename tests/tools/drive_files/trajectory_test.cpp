@@ -41,7 +41,7 @@ TEST(Trajectory, InterpolatesBetweenRowsAndNeverBeyondThem) {
   EXPECT_FALSE(at(trajectory, 2'000'000'001));
 }
 
-TEST(Trajectory, TellsWhatItHas) {
+TEST(Trajectory, ReportsWhatItHas) {
   EXPECT_FALSE(read("t,x,y,yaw\n0,0,0,0\n").has_motion);
   EXPECT_TRUE(read("t,x,y,yaw,vx,vy,yaw_rate\n0,0,0,0,1,2,3\n").has_motion);
   EXPECT_FALSE(read("t,x,y,yaw,sigma_x\n0,0,0,0,1\n").has_covariance);

@@ -40,7 +40,7 @@ TEST(CommonTimes, RefuseTrajectoriesThatShareNone) {
   EXPECT_THAT(message_of([] {
                 (void)common_times(wavy_drive(0.0, 1.0, 0.01), wavy_drive(5.0, 6.0, 0.01));
               }),
-              HasSubstr("less than two common times"));
+              HasSubstr("fewer than two common times"));
 }
 
 TEST(Alignment, FirstAndFitBothUndoARigidMotion) {

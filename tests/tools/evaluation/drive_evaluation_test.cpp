@@ -123,17 +123,17 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   EXPECT_THAT(message_of([] {
                 (void)read_drive({.folder = "/nonexistent", .config = {}, .reference = {}});
               }),
-              HasSubstr("/nonexistent: is no folder"));
-  EXPECT_THAT(refusal(), HasSubstr("has no car.toml; name the car's configuration by --config"));
+              HasSubstr("/nonexistent: is not a folder"));
+  EXPECT_THAT(refusal(), HasSubstr("has no car.toml; give the car's configuration with --config"));
   for (const char* file : {"car.toml", "car.dbc"})
     std::filesystem::copy(lap() / file, folder / file);
   EXPECT_THAT(refusal(), StartsWith(folder.string() + ": has no drive.log and no can.log"));
   std::filesystem::copy(lap() / "drive.log", folder / "drive.log");
-  EXPECT_THAT(refusal(), HasSubstr("has no truth.csv to be held against"));
+  EXPECT_THAT(refusal(), HasSubstr("has no truth.csv to compare with"));
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 123#00\n";
   const Drive silent = read_drive({.folder = folder, .config = {}, .reference = {}});
   EXPECT_THAT(message_of([&] { (void)replay_drive(silent, silent.config); }),
-              StartsWith(folder.string() + ": no pose: it begins with the first wheel speed"));
+              StartsWith(folder.string() + ": no pose: the first wheel speed or an initial pose"));
 }
 
 }  // namespace

@@ -120,7 +120,7 @@ TEST_F(Evaluate, RefusesBadFilesInOneLine) {
   expect_refused("t,x,y,yaw\n1,0\n2,0,0,0\n", ":2: 2 fields where the header has 4");
   expect_refused("", ": is empty");
   expect_refused("t,x,y,yaw\n", ": has no rows");
-  expect_refused("t,x,y,yaw\n100,0,0,0\n101,0,0,0\n", "less than two common times");
+  expect_refused("t,x,y,yaw\n100,0,0,0\n101,0,0,0\n", "fewer than two common times");
 }
 
 TEST_F(Evaluate, KeepsADriveWhoseLastLineIsCutOff) {
@@ -136,16 +136,17 @@ TEST_F(Evaluate, SaysWhereTheReferenceEndsEarly) {
   const Outcome outcome = run("--reference " + early + " --pose " + good_);
   EXPECT_EQ(outcome.status, 0);
   EXPECT_EQ(outcome.err, "odom evaluate: warning: " + good_ +
-                             ": the reference covers 2.0 s of 4.0 s; the rest is not judged\n");
+                             ": the reference covers 2.0 s of 4.0 s; the rest is not evaluated\n");
 }
 
 TEST_F(Evaluate, SaysThatAnEstimateIsOfAPartOfTheReference) {
   const auto part = scratch_.write("part.csv", csv_of(wavy_drive(1.0, 2.0, 0.005))).string();
   const Outcome outcome = run("--reference " + reference_ + " --pose " + part + " --pose " + good_);
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("warning: " + part +
-                                     ": it covers 1.0 s and 0.8 m of the 4.2 s and 4.2 m of the "
-                                     "reference; all figures are of that part alone\n"));
+  EXPECT_THAT(outcome.err,
+              HasSubstr("warning: " + part +
+                        ": it covers 1.0 s and 0.8 m of the reference's 4.2 s and 4.2 m; "
+                        "all figures are for that part only\n"));
   EXPECT_THAT(outcome.err, Not(HasSubstr(good_ + ": it covers")));
   // Who asks for a part knows, as far as there is one.
   EXPECT_EQ(run("--reference " + reference_ + " --pose " + good_ + " --from +1 --to +2").err, "");
@@ -160,8 +161,9 @@ TEST_F(Evaluate, SaysThatTheTimesOfTheReferenceAreOff) {
   const auto pose = scratch_.write("pose.csv", csv_of(wavy_drive(0.0, 20.0, 0.005))).string();
   const Outcome outcome = run("--reference " + reference + " --pose " + pose);
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, StartsWith("odom evaluate: warning: " + reference +
-                                      ": its times look 60 ms late beside the poses': put both "));
+  EXPECT_THAT(outcome.err,
+              StartsWith("odom evaluate: warning: " + reference +
+                         ": its times look 60 ms late compared with the poses: put both "));
   EXPECT_EQ(run("--reference " + pose + " --pose " + pose).err, "");
 }
 
@@ -184,7 +186,7 @@ std::string later(const std::string& file, std::size_t columns, double seconds) 
   return moved;
 }
 
-TEST_F(Evaluate, DoubtsTheTimesOfThePartThatIsJudged) {
+TEST_F(Evaluate, ChecksTheTimesOfThePartThatIsEvaluated) {
   Trajectory reference = wavy_drive(0.0, 40.0, 0.01);
   for (auto& point : reference.points)
     if (point.t_ns > 20'000'000'000) point.t_ns += 60'000'000;
@@ -206,27 +208,27 @@ TEST_F(Evaluate, SaysWhoseTimesAreOffInADrive) {
   const std::string drive = scratch_.path("lap");
   ASSERT_EQ(run_shell("odom sim --duration 30 --standstill 1 --out " + drive).status, 0);
   const std::string truth = contents(drive + "/truth.csv");
-  const auto told = [&](const std::string& how = "") {
+  const auto warnings = [&](const std::string& how = "") {
     const Outcome outcome = run("--drive " + drive + how);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     return outcome.err;
   };
-  EXPECT_EQ(told(), "");
-  EXPECT_EQ(told(" --dead-reckoning"), "");
+  EXPECT_EQ(warnings(), "");
+  EXPECT_EQ(warnings(" --dead-reckoning"), "");
 
   scratch_.write("lap/truth.csv", later(drive + "/truth.csv", 1, 0.08));
   constexpr auto of_reference =
       "/truth.csv: its times look 80 ms late against the bus: put them on";
-  EXPECT_THAT(told(), HasSubstr(of_reference));
-  EXPECT_THAT(told(" --dead-reckoning"), HasSubstr(of_reference));
+  EXPECT_THAT(warnings(), HasSubstr(of_reference));
+  EXPECT_THAT(warnings(" --dead-reckoning"), HasSubstr(of_reference));
 
   const std::string moved = later(drive + "/camera.csv", 2, 0.08);
   scratch_.write("lap/camera.csv", moved);
-  EXPECT_THAT(told(" --model full"), HasSubstr("/truth.csv, camera.csv: their times look 8"));
+  EXPECT_THAT(warnings(" --model full"), HasSubstr("/truth.csv, camera.csv: their times look 8"));
 
   scratch_.write("lap/truth.csv", truth);
   EXPECT_THAT(
-      told(),
+      warnings(),
       HasSubstr("warning: lap: camera.csv: its times look 80 ms late against the bus: put"));
 }
 
@@ -235,7 +237,7 @@ TEST_F(Evaluate, SaysThatTheReferenceIsOfAnotherDrive) {
   for (auto& point : other.points) point.pose.yaw = 0.6 * static_cast<double>(point.t_ns) * 1e-9;
   const auto file = scratch_.write("other.csv", csv_of(other)).string();
   EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
-              HasSubstr(file + ": it turns quite otherwise than the reference does"));
+              HasSubstr(file + ": its turns disagree with the reference's"));
   EXPECT_EQ(run("--reference " + reference_ + " --pose " + drift_).err, "");
 }
 
@@ -243,9 +245,10 @@ TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
   std::string poses = "t,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n";
   for (int i = 0; i < 5; ++i) poses += std::to_string(i) + ",0,0,0,.1,.1,.1\n";
   const auto file = scratch_.write("poses.csv", poses).string();
-  constexpr auto doubt = "look whether --reference and --pose are exchanged";
-  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(doubt));
-  EXPECT_THAT(run("--reference " + good_ + " --pose " + file).err, testing::Not(HasSubstr(doubt)));
+  constexpr auto warning = "check whether --reference and --pose are exchanged";
+  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(warning));
+  EXPECT_THAT(run("--reference " + good_ + " --pose " + file).err,
+              testing::Not(HasSubstr(warning)));
 }
 
 TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
@@ -302,14 +305,15 @@ TEST_F(Evaluate, GivesTimesAsTheFilesHaveThem) {
   EXPECT_THAT(outcome.out, HasSubstr("\"t_last\": 1760000029.55,"));
 }
 
-TEST_F(Evaluate, DoubtsHeadingsInDegrees) {
+TEST_F(Evaluate, WarnsOfHeadingsInDegrees) {
   Trajectory degrees = wavy_drive(0.0, 8.0, 0.005);
   for (auto& point : degrees.points) point.pose.yaw *= 180.0 / 3.14159265358979;
   const std::string file = scratch_.write("degrees.csv", csv_of(degrees)).string();
-  constexpr auto doubt = "the headings do not go with the way that is driven";
-  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err, HasSubstr(file + ": " + doubt));
+  constexpr auto warning = "the headings do not follow the path";
+  EXPECT_THAT(run("--reference " + file + " --pose " + good_).err,
+              HasSubstr(file + ": " + warning));
   EXPECT_THAT(run("--reference " + reference_ + " --pose " + file).err,
-              HasSubstr(file + ": " + doubt));
+              HasSubstr(file + ": " + warning));
 }
 
 TEST_F(Evaluate, RefusesAWindowWithoutRows) {
@@ -320,7 +324,7 @@ TEST_F(Evaluate, RefusesAWindowWithoutRows) {
                           ": no row within --from and --to; its times are 0.000000000 to "
                           "4.000000000\n");
   EXPECT_EQ(run(files + " --from 3 --to 2").status, 2);
-  EXPECT_THAT(run(files + " --to 0").err, HasSubstr("less than two common times"));
+  EXPECT_THAT(run(files + " --to 0").err, HasSubstr("fewer than two common times"));
   EXPECT_THAT(run(files + " --from -90000").err, HasSubstr("lies more than a day before"));
   for (const std::string bad : {"+", "x", "++1", "1e999", "+9223372036.9"}) {
     const Outcome from = run(std::string{files}.append(" --from ").append(bad));

@@ -208,8 +208,8 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
 TEST(Improvement, OfWhatIsManyTimesWorseIsTheFactor) {
   EXPECT_EQ(improvement_text(82.64), "82.6");
   EXPECT_EQ(improvement_text(-99.95), "-100.0");
-  EXPECT_EQ(improvement_text(-595.4), "7.0 x worse");
-  EXPECT_EQ(improvement_text(-9331.3), "94 x worse");
+  EXPECT_EQ(improvement_text(-595.4), "7.0 times worse");
+  EXPECT_EQ(improvement_text(-9331.3), "94 times worse");
 }
 
 TEST(ShortNames, AreStemsUnlessTheyWouldBeAlike) {

@@ -48,7 +48,7 @@ TEST(HorizonErrors, OfAScaleErrorGrowWithTheHorizon) {
   }
 }
 
-TEST(HorizonErrors, OfAGyroErrorAreAChordBesideAnother) {
+TEST(HorizonErrors, OfAGyroErrorAreAChordNextToAnother) {
   // Both at 1 m/s; ψ̇ 0.5 and 0.6 rad/s. In the body frame of its start each goes
   // v/ω (sin ωT, 1 − cos ωT).
   const auto chord = [](double rate, double t) {
@@ -118,7 +118,7 @@ TEST(ClosedLoop, IsHeldAgainstItsOwnStart) {
   EXPECT_EQ(check_that_it_closes("lap", std::vector{e}), "");
 }
 
-TEST(ClosedLoop, ThatClosesBadlyIsDoubtedAndOneThatDoesNotIsRefused) {
+TEST(ClosedLoop, ThatClosesBadlyGivesAWarningAndOneThatDoesNotIsRefused) {
   const auto verdict = [](double turns) {
     return message_of([turns] {
       const std::string warning =
@@ -132,7 +132,7 @@ TEST(ClosedLoop, ThatClosesBadlyIsDoubtedAndOneThatDoesNotIsRefused) {
   EXPECT_NE(refused.find("lap: the lap does not close: by the best estimate it ends 2.35 m"),
             std::string::npos)
       << refused;
-  EXPECT_NE(refused.find("--from and --to, or name a --reference"), std::string::npos);
+  EXPECT_NE(refused.find("--from and --to, or give a --reference"), std::string::npos);
   EXPECT_NE(verdict(0.01).find("the car hardly moves"), std::string::npos);
 }
 

@@ -74,13 +74,13 @@ TEST(TimeOffset, IsNoWrongWheelLeverArmOrHeading) {
   }
   Trajectory straight = large_wheels;
   for (auto& point : straight.points) point.pose.x /= 1.03;
-  const auto tells = [](const Trajectory& reference, const Trajectory& estimate) {
+  const auto has_offset = [](const Trajectory& reference, const Trajectory& estimate) {
     return offset_by_positions(reference, estimate, Align::none) ||
            offset_by_motion(reference, estimate);
   };
-  EXPECT_FALSE(tells(straight, large_wheels));
-  EXPECT_FALSE(tells(at_centre_of_gravity(truth, {0.1, 0.0, 0.0}), held()));
-  EXPECT_FALSE(tells(at_centre_of_gravity(truth, {0.0, 0.0, 0.1}), held()));
+  EXPECT_FALSE(has_offset(straight, large_wheels));
+  EXPECT_FALSE(has_offset(at_centre_of_gravity(truth, {0.1, 0.0, 0.0}), held()));
+  EXPECT_FALSE(has_offset(at_centre_of_gravity(truth, {0.0, 0.0, 0.1}), held()));
 }
 
 TEST(TimeOffset, IsNoSteeringThatIsAheadOfTheCar) {

@@ -166,7 +166,7 @@ TEST_F(FaultCommand, AFaultThatNeverComesIsWarnedOf) {
   const Outcome outcome =
       fault("--kind gyro.zero --begin 900 " + in("drive/drive.log") + " -o " + in("never.log"));
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("warning: gyro.zero: acted on nothing; it begins 900 s after "
+  EXPECT_THAT(outcome.err, HasSubstr("warning: gyro.zero: had no effect; it begins 900 s after "
                                      "the first frame"));
 }
 

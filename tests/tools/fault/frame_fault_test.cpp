@@ -200,7 +200,7 @@ TEST(FrameFault, ReorderedFramesComeInPairs) {
   EXPECT_EQ(values[200].value, old[200].value);
 }
 
-// An odd one out is not lost at the fault's end.
+// A frame without a partner is not lost when the fault ends.
 TEST(FrameFault, AReorderedFrameWithoutAPartnerLeavesAtTheEnd) {
   Fault fault = in_the_middle("steering.reordered");
   fault.duration_s = 0.05;
@@ -279,7 +279,7 @@ TEST(FrameFault, SeveralActInTheOrderOfNaming) {
 }
 
 // A frame that came with a wrong CRC leaves with one.
-TEST(FrameFault, WhatWasBrokenIsNotMended) {
+TEST(FrameFault, WhatWasBrokenIsNotRepaired) {
   std::vector<can::Frame> frames = healthy_frames();
   const auto imu = std::ranges::find(frames, 418U, &can::Frame::id);
   for (auto& frame : frames)
@@ -315,8 +315,7 @@ TEST(FrameFault, ASourceThatIsNotMappedIsNamedByItsKey) {
   } catch (const std::invalid_argument& refused) {
     error = refused.what();
   }
-  EXPECT_EQ(error,
-            "car.toml: [can.signals] maps no motor, which motor.frozen is about; map it there");
+  EXPECT_EQ(error, "car.toml: [can.signals] maps no motor, which motor.frozen needs; map it there");
 }
 
 }  // namespace

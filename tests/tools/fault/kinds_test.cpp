@@ -57,7 +57,7 @@ TEST(FaultKinds, AFaultIsWrittenInOneWord) {
 TEST(FaultKinds, WhatIsWrongWithAFaultIsNamed) {
   EXPECT_THAT(message_of([] { (void)parse_fault("gyro.zero:ten"); }),
               HasSubstr("the begin \"ten\" is not a number"));
-  EXPECT_THAT(message_of([] { (void)parse_fault("gyro.zero:1:0"); }), HasSubstr("lasts no time"));
+  EXPECT_THAT(message_of([] { (void)parse_fault("gyro.zero:1:0"); }), HasSubstr("has no duration"));
   EXPECT_THAT(message_of([] { (void)parse_fault("gyro.zero:-1"); }),
               HasSubstr("before the first frame"));
   EXPECT_THAT(message_of([] { (void)parse_fault("gyro.zero:1:1:3"); }), HasSubstr("has no size"));

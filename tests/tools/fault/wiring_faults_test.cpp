@@ -17,7 +17,7 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
-#include "tools/replay/source_doubts.hpp"
+#include "tools/replay/source_checks.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::campaign::wiring_faults_test {
@@ -30,7 +30,7 @@ using ::testing::IsEmpty;
 struct Found {
   std::map<std::string, std::string> ever;
   std::uint32_t conditions = 0;  ///< at any time
-  std::vector<std::string> doubts;
+  std::vector<std::string> warnings;
 };
 
 Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Camera camera) {
@@ -60,7 +60,7 @@ Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Came
     for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
       if (summary.wired[source][fault] > 0)
         found.ever[std::string{estimator::source_names[source]}] += daemon::wiring_names[fault];
-  found.doubts = tools::source_doubts(pipeline->decoder(), summary);
+  found.warnings = tools::source_warnings(pipeline->decoder(), summary);
   return found;
 }
 
@@ -160,15 +160,15 @@ TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
   using ::testing::HasSubstr;
   using ::testing::Not;
   const Drive drive = simulated("--scenario slalom");
-  const auto doubts = [&](const char* kind) {
-    return replayed(drive, {fault::parse_fault(kind)}, Camera::off).doubts;
+  const auto warnings = [&](const char* kind) {
+    return replayed(drive, {fault::parse_fault(kind)}, Camera::off).warnings;
   };
-  const auto of_gyro = doubts("gyro.inverted");
+  const auto of_gyro = warnings("gyro.inverted");
   ASSERT_THAT(of_gyro, Not(IsEmpty()));
   EXPECT_THAT(of_gyro[0], HasSubstr("yaw_rate (IMU) has the wrong sign"));
   for (std::size_t i = 1; i < of_gyro.size(); ++i)
     EXPECT_THAT(of_gyro[i], Not(HasSubstr("yaw_rate")));
-  const auto of_wheels = doubts("wheels.left_right");
+  const auto of_wheels = warnings("wheels.left_right");
   ASSERT_THAT(of_wheels, Not(IsEmpty()));
   EXPECT_THAT(of_wheels[0], HasSubstr("wheel_rear_left (WHEELS_REAR), wheel_rear_right"));
   for (std::size_t i = 1; i < of_wheels.size(); ++i)

@@ -116,7 +116,7 @@ TEST_F(CameraSend, PlaysALogInStepWithTheDaemons) {
   const Outcome outcome =
       run("--clock log --shm " + scratch_.path("pose").string() + " --log " + log.string());
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("1 poses were due before we came"));
+  EXPECT_THAT(outcome.err, HasSubstr("1 poses were due before the start"));
   const auto messages = received();
   ASSERT_EQ(messages.size(), 1U);
   EXPECT_EQ(messages[0].clock, ODOM_CLOCK_LOG);
@@ -141,9 +141,8 @@ TEST_F(CameraSend, TakesTheClockOfTheDaemonBehindTheSocket) {
     EXPECT_EQ(received().size(), 1U);
   }
   std::filesystem::remove(scratch_.path("status.sock"));
-  const std::string refusal = path_ +
-                              ": no status socket beside it tells in which segment its "
-                              "daemon publishes; name that by --shm\n";
+  const std::string refusal =
+      path_ + ": no status socket next to it names the segment of its daemon";
   EXPECT_THAT(run("--log " + log.string()).err, HasSubstr(refusal));
   const AnsweringSocket of_another{scratch_.path("status.sock").string(),
                                    R"({"shm":")" + segment + R"(","camera":{"socket":"/else"}})"};

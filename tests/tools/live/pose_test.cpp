@@ -68,7 +68,7 @@ TEST_F(PoseCommand, OfADeadDaemonIsShownAndFails) {
   const Outcome outcome = run("");
   EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.out, HasSubstr("1.2500 m"));
-  EXPECT_THAT(outcome.err, HasSubstr("the daemon is silent: this was its last pose"));
+  EXPECT_THAT(outcome.err, HasSubstr("the daemon has stopped publishing: this was its last pose"));
 }
 
 TEST_F(PoseCommand, WithoutADaemonIsOneSentence) {
@@ -82,7 +82,7 @@ TEST_F(PoseCommand, KnowsNoLogClockWhereNoLogIsPlayed) {
   publish(slow_ns);
   const Outcome outcome = run("--clock log");
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("the daemon plays no log"));
+  EXPECT_THAT(outcome.err, HasSubstr("the daemon is not playing a log"));
 }
 
 TEST_F(PoseCommand, FollowingEndsWithTheDaemonAndSumsUp) {

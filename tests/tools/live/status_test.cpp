@@ -233,7 +233,7 @@ TEST(Status, RefusesWhatIsNestedTooDeep) {
     for (int i = 0; i < 200'000; ++i) many += part;
     deep = *part == '{' ? many + deep : deep + many;
   }
-  const AnsweringSocket stranger{socket, deep};
+  const AnsweringSocket other_service{socket, deep};
   for (const char* form : {"status --json", "status", "watch --once"}) {
     const Outcome outcome = run_shell(std::string("odom ") + form + " --socket " + socket);
     EXPECT_EQ(outcome.status, 1) << form << outcome.err;
@@ -244,12 +244,12 @@ TEST(Status, RefusesWhatIsNestedTooDeep) {
 TEST(Status, RefusesWhatIsNoStatus) {
   const Scratch scratch;
   const std::string socket = scratch.path("s").string();
-  const AnsweringSocket stranger{socket, "{\"mode\":"};
+  const AnsweringSocket other_service{socket, "{\"mode\":"};
   for (const char* form : {" --json", ""}) {
     const Outcome outcome = run_shell("odom status --socket " + socket + form);
     EXPECT_EQ(outcome.status, 1);
     EXPECT_EQ(outcome.out, "");
-    EXPECT_THAT(outcome.err, HasSubstr("no status document"));
+    EXPECT_THAT(outcome.err, HasSubstr("not a status document"));
   }
 }
 

@@ -27,7 +27,7 @@ std::int64_t now_ns() {
   return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
 }
 
-// A daemon that ticks when it is told to.
+// A daemon that ticks on request.
 class Daemon {
  public:
   explicit Daemon(const Scratch& scratch, std::uint64_t slots = 16,
@@ -90,7 +90,7 @@ TEST_F(TickFollowerTest, HandsOutEveryTickAfterTheFirstLookOnceAndInOrder) {
   EXPECT_EQ(follower.counts().lost, 0U);
 }
 
-TEST_F(TickFollowerTest, TellsTicksThatTheDaemonMissedFromThoseThatLeftTheHistory) {
+TEST_F(TickFollowerTest, DistinguishesTicksThatTheDaemonMissedFromThoseThatLeftTheHistory) {
   Daemon daemon{scratch_, 8};
   daemon.tick(1);
   TickFollower follower = this->follower();

@@ -271,7 +271,7 @@ TEST(Track, WhatCannotBeUsedIsRefusedWithTheMend) {
   EXPECT_THAT(refusal(options), HasSubstr("320 x 240"));
   options = stage().options;
   options.film = stage().scratch.write("no.avi", "this is no film").string();
-  EXPECT_THAT(refusal(options), HasSubstr("no film that can be read"));
+  EXPECT_THAT(refusal(options), HasSubstr("cannot be read as a film"));
   options.film = stage().scratch.path("nothing.avi").string();
   EXPECT_THAT(refusal(options), HasSubstr("no such file"));
 }

@@ -276,7 +276,7 @@ TEST_F(RecordingTest, ADifferenceIsNamedByTickAndColumn) {
   const Outcome outcome =
       run_shell("odom replay --verify --recording " + scratch_.path("drive").string());
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("odom replay: not what was published: tick "));
+  EXPECT_THAT(outcome.err, HasSubstr("odom replay: differs from the published poses: tick "));
 }
 
 TEST_F(RecordingTest, AChangedFrameMakesADifference) {
@@ -298,7 +298,7 @@ TEST_F(RecordingTest, WhatThePoseFileDoesNotShowIsHeldAgainstTheRecordingToo) {
   const std::string head = beat.substr(0, beat.find('\n', row) + 1);
   scratch_.write("drive/beat.csv", head);
   EXPECT_THAT(verify(scratch_.path("drive")).difference,
-              HasSubstr("a part of the record that the pose file does not show differs"));
+              HasSubstr("a part of the record that is not in the pose file differs"));
 }
 
 TEST_F(RecordingTest, WithoutItsStateItBeginsAtTheRecordedPoseAndSaysSo) {
@@ -321,7 +321,7 @@ TEST_F(RecordingTest, WithoutItsStateItBeginsAtTheRecordedPoseAndSaysSo) {
   const Outcome outcome =
       run_shell("odom replay --recording " + folder.string() + " --out " + out.string());
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("the replay begins at the recorded pose"));
+  EXPECT_THAT(outcome.err, HasSubstr("the replay begins with the recorded pose"));
   EXPECT_GT(std::filesystem::file_size(out), 50'000U);
 }
 
@@ -357,9 +357,9 @@ TEST_F(RecordingTest, FilesThatDoNotFitEachOtherAreRefused) {
   scratch_.write("drive/info.json", "{\"format\": 2}");
   EXPECT_THAT(error(), HasSubstr("info.json: is of format 2, this odom reads 1"));
   scratch_.write("drive/info.json", "[]");
-  EXPECT_THAT(error(), HasSubstr("info.json: is not what odom record writes"));
+  EXPECT_THAT(error(), HasSubstr("info.json: is not in the format of odom record"));
   scratch_.write("drive/info.json", "");
-  EXPECT_THAT(error(), HasSubstr("info.json: is not what odom record writes"));
+  EXPECT_THAT(error(), HasSubstr("info.json: is not in the format of odom record"));
   EXPECT_THAT(message_of([] { static_cast<void>(open_recording("/nonexistent")); }),
               HasSubstr("/nonexistent/info.json: no such file"));
 }
@@ -370,9 +370,9 @@ TEST_F(RecordingTest, NoFolderIsWrittenInto) {
   car.tap().begin();
   car.tick();
   EXPECT_THAT(message_of([&] { RecordingFolder(scratch_.path("drive"), car.start()); }),
-              HasSubstr("drive: exists already; name another folder by --out"));
+              HasSubstr("drive: exists already; name another folder"));
   EXPECT_THAT(message_of([&] { RecordingFolder(scratch_.path("no/drive"), car.start()); }),
-              HasSubstr("no/drive: cannot be made: No such file or directory"));
+              HasSubstr("no/drive: cannot be created: No such file or directory"));
 }
 
 TEST(ReplayOfARecording, ExcludesWhatTheRecordingKnows) {
@@ -384,7 +384,7 @@ TEST(ReplayOfARecording, ExcludesWhatTheRecordingKnows) {
   const Scratch drive;
   drive.write("drive.log", "");
   EXPECT_THAT(run_shell("odom replay --out - --recording " + drive.path(".").string()).err,
-              testing::HasSubstr("is a drive, and no recording of odom record: replay it by"));
+              testing::HasSubstr("is a drive, not a recording of odom record: replay it with"));
   EXPECT_THAT(run_shell("odom replay --recording x --out -").err,
               HasSubstr("x/info.json: no such"));
 }

@@ -59,7 +59,7 @@ TEST_F(OdomReplay, SaysWhichMessagesNeverGaveAValue) {
 TEST_F(OdomReplay, SaysThatALogIsOutOfOrder) {
   const std::string frame = ") can0 102#00\n";
   EXPECT_THAT(replay("(9.000000" + frame + "(1.000000" + frame + "(9.100000" + frame).err,
-              HasSubstr("1 frames are stamped a second or more before frames ahead of them"));
+              HasSubstr("1 frames have stamps a second or more earlier than frames before them"));
   EXPECT_THAT(replay("(9.000000" + frame + "(8.900000" + frame).err, Not(HasSubstr("stamped")));
 }
 
@@ -120,7 +120,7 @@ TEST_F(OdomReplay, NamesTheFolderThatAFileCannotGoInto) {
   EXPECT_EQ(outcome.err, "odom replay: " + folder +
                              "/pose.csv: cannot be written: there is no "
                              "folder " +
-                             folder + "; make it, or check the path\n");
+                             folder + "; create it, or check the path\n");
 }
 
 TEST_F(OdomReplay, WritesThroughLinksAndIntoPipes) {
@@ -135,7 +135,7 @@ TEST_F(OdomReplay, WritesThroughLinksAndIntoPipes) {
 }
 
 TEST_F(OdomReplay, SaysThatTheCameraIsMissing) {
-  constexpr auto note = "has a [camera], but no --camera gives its poses: this is odometry alone";
+  constexpr auto note = "has a [camera], but there is no --camera with its poses";
   const std::string log = "(1.000000) can0 102#00\n";
   EXPECT_THAT(replay(log).err, Not(HasSubstr(note)));
   scratch_.write("car.toml", contents(scratch_.path("car.toml")) + "[camera]\n");
@@ -148,15 +148,15 @@ TEST_F(OdomReplay, SaysThatTheCameraFileHoldsNoPoseAndBeginsAtZero) {
   const Outcome outcome =
       replay("(1.000000) can0 101#95E803\n", " --model kinematic --camera " + camera.string());
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr(camera.string() + ": holds no camera pose"));
+  EXPECT_THAT(outcome.err, HasSubstr(camera.string() + ": contains no camera pose"));
   EXPECT_THAT(contents(scratch_.path("pose.csv")), HasSubstr("\n1.000000000,0,0,0,1,0,0,"));
 }
 
 TEST_F(OdomReplay, SaysThatALogIsCutInMidFrame) {
   const std::string whole = "(1.000000) can0 101#95E803\n(1.010000) can0 101#95E803";
-  constexpr auto doubt = "message 'WHEEL' (wheel_rear): 1 of its frames ended before its signals";
-  EXPECT_THAT(replay(whole + "\n").err, Not(HasSubstr(doubt)));
-  EXPECT_THAT(replay(whole.substr(0, whole.size() - 2)).err, HasSubstr(doubt));
+  constexpr auto warning = "message 'WHEEL' (wheel_rear): 1 of its frames ended before its signals";
+  EXPECT_THAT(replay(whole + "\n").err, Not(HasSubstr(warning)));
+  EXPECT_THAT(replay(whole.substr(0, whole.size() - 2)).err, HasSubstr(warning));
 }
 
 TEST_F(OdomReplay, SaysSinceWhenThePoseIsFaulty) {
@@ -169,33 +169,33 @@ TEST_F(OdomReplay, SaysSinceWhenThePoseIsFaulty) {
   const Outcome outcome = replay(log, " --model paper");
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.err, HasSubstr("the mode is fault from t = 1.5"));
-  EXPECT_THAT(outcome.err, HasSubstr("model_fault: the model left its domain and stopped"));
+  EXPECT_THAT(outcome.err, HasSubstr("model_fault: the model left its valid range and stopped"));
 }
 
 TEST_F(OdomReplay, SaysThatTheCameraSawAnotherDrive) {
   const std::string log = "(100.000000) can0 101#95E803\n(101.000000) can0 101#95E803\n";
-  constexpr auto doubt = "none of the 1 camera poses arrives while the log lasts";
+  constexpr auto warning = "none of the 1 camera poses arrives while the log lasts";
   const auto said_of = [&](const std::string& arrival) {
     const auto camera =
         scratch_.write("camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n" +
                                          arrival + ",99,0,0,0,1,1,1\n");
     return replay(log, " --camera " + camera.string()).err;
   };
-  EXPECT_THAT(said_of("99.5"), HasSubstr(doubt));
-  EXPECT_THAT(said_of("100.5"), Not(HasSubstr(doubt)));
-  EXPECT_THAT(said_of("200"), HasSubstr(doubt));
+  EXPECT_THAT(said_of("99.5"), HasSubstr(warning));
+  EXPECT_THAT(said_of("100.5"), Not(HasSubstr(warning)));
+  EXPECT_THAT(said_of("200"), HasSubstr(warning));
 }
 
 TEST_F(OdomReplay, SaysThatTheInitialPoseIsOfAnotherDrive) {
   const std::string log = "(100.000000) can0 101#95E803\n(101.000000) can0 101#95E803\n";
-  constexpr auto doubt = "lies 3.00 m and 0 deg from what the camera saw first: it is of another";
+  constexpr auto warning = "lies 3.00 m and 0 deg from what the camera saw first: it is of another";
   const auto said_from = [&](const std::string& initial, const std::string& capture) {
     const auto camera = scratch_.write(
         "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n100.5," + capture +
                           ",3,1,0.5,.01,.01,.01\n");
     return replay(log, " --initial=" + initial + " --camera " + camera.string()).err;
   };
-  EXPECT_THAT(said_from("0,1,0.5", "100.02"), HasSubstr(doubt));
+  EXPECT_THAT(said_from("0,1,0.5", "100.02"), HasSubstr(warning));
   EXPECT_THAT(said_from("2.9,1,0.4", "100.02"), Not(HasSubstr("another drive")));
   EXPECT_THAT(said_from("3,1,3.4", "100.02"), HasSubstr("lies 0.00 m and 166 deg"));
   EXPECT_THAT(said_from("0,1,0.5", "100.45"), Not(HasSubstr("another drive")));  // it drove there
@@ -206,13 +206,12 @@ TEST_F(OdomReplay, SaysWhyThereIsNoPose) {
       "camera.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y,sigma_yaw\n500,499,0,0,0,1,1,1\n");
   const Outcome outcome = replay("(1.000000) can0 102#00\n", " --camera " + camera.string());
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("no pose: it begins with the first wheel speed"));
-  EXPECT_THAT(outcome.err,
-              HasSubstr("\nodom replay: no pose came about: no pose file is written\n"));
+  EXPECT_THAT(outcome.err, HasSubstr("no pose: the first wheel speed or an initial pose"));
+  EXPECT_THAT(outcome.err, HasSubstr("\nodom replay: there is no pose: no pose file is written\n"));
   EXPECT_FALSE(std::filesystem::exists(scratch_.path("pose.csv")));
 }
 
-TEST(ReplayCommand, TellsHowSamplesLayToWhatTheFullFilterExpected) {
+TEST(ReplayCommand, ReportsTheInnovationsOfTheFullFilter) {
   const Scratch scratch;
   const std::string drive = scratch.path("drive").string();
   ASSERT_EQ(run_shell("odom sim --duration 8 --out " + drive).status, 0);

@@ -55,7 +55,7 @@ TEST(SourceFlags, RaiseNoAlarmOnSimulatedDrives) {
   }
 }
 
-TEST(SourceFlags, TellWhatFails) {
+TEST(SourceFlags, ShowWhatFails) {
   const MonitoredDrive drive = simulated("--scenario lap --seed 3 --laps 2");
   const std::int64_t begin_ns =
       drive.events.front().tick_ns + std::int64_t{12'000'000'000};  // on the move
@@ -69,14 +69,14 @@ TEST(SourceFlags, TellWhatFails) {
     const std::string what =
         std::string{estimator::source_names[static_cast<std::size_t>(one.fault.source)]} + ' ' +
         std::string{name_of(one.fault.kind)};
-    const auto told = monitored(failed);
-    ASSERT_FALSE(told.empty()) << what;
-    EXPECT_EQ(told.front().source, one.fault.source)
-        << what << ": " << described(drive, told.front());
-    EXPECT_GE(told.front().tick_ns, begin_ns) << what;
+    const auto changes = monitored(failed);
+    ASSERT_FALSE(changes.empty()) << what;
+    EXPECT_EQ(changes.front().source, one.fault.source)
+        << what << ": " << described(drive, changes.front());
+    EXPECT_GE(changes.front().tick_ns, begin_ns) << what;
     const bool immediate = one.visible == 0.0;
     const std::int64_t period_ns = one.fault.source == Source::camera ? 35'000'000 : 10'000'000;
-    EXPECT_LE(told.front().tick_ns - *shown_ns, immediate ? 3 * period_ns : 505'000'000) << what;
+    EXPECT_LE(changes.front().tick_ns - *shown_ns, immediate ? 3 * period_ns : 505'000'000) << what;
   }
   EXPECT_GE(shown, 18);
 }

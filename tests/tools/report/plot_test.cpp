@@ -65,7 +65,7 @@ class Plot : public ::testing::Test {
   std::string pose_, reference_;
 };
 
-TEST_F(Plot, DrawsTheTrajectoryUnlessToldOtherwise) {
+TEST_F(Plot, DrawsTheTrajectoryByDefault) {
   EXPECT_THAT(svg_of(pose_ + " --reference " + reference_ + " --title 'A&B'"),
               AllOf(HasSubstr(">reference<"), HasSubstr(">pose<"), HasSubstr("A&amp;B")));
 }
@@ -146,15 +146,13 @@ TEST_F(Plot, FollowsARunningDaemon) {
 
 TEST_F(Plot, SaysInOneLineWhatIsWrong) {
   expect_refused("", "A pose file or --for is required");
-  expect_refused(pose_ + " --what speeds",
-                 "\"speeds\" is nothing that can be drawn; there are: trajectory|");
+  expect_refused(pose_ + " --what speeds", "\"speeds\" cannot be drawn; available: trajectory|");
   expect_refused("/nonexistent.csv", "/nonexistent.csv: no such file");
-  expect_refused(
-      reference_ + " --what speed",
-      R"(truth.csv: has no columns "vx", "vy", "yaw_rate"; take a file that odom replay)");
+  expect_refused(reference_ + " --what speed",
+                 R"(truth.csv: has no columns "vx", "vy", "yaw_rate"; use a file of odom replay)");
   expect_refused(pose_ + " --what innovation", R"(pose.csv:1: no column "source")");
   expect_refused(pose_ + " --what beat", R"(pose.csv:1: no column "tick")");
-  expect_refused("--for 1 --what innovation", "a daemon does not keep them");
+  expect_refused("--for 1 --what innovation", "the daemon does not keep innovations");
   const auto bad = scratch_.write("bad.csv", "t,x,y,yaw\n1,0,0,0\n0,1,1,1\n").string();
   expect_refused(bad, "bad.csv:3: column \"t\": the time runs backwards");
   const auto nan = scratch_.write("nan.csv", "t,x,y,yaw,steering\n1,0,0,0,nan\n").string();
@@ -207,7 +205,7 @@ TEST(InnovationFile, ReadsBackWhatWasWritten) {
                 (void)read_innovations(
                     scratch.write("bad.csv", text.str() + "1,gyro,fused,1,0,0,0,1,0,0,0\n"));
               }),
-              HasSubstr(R"(bad.csv:2: column "source": "gyro" is none that there is)"));
+              HasSubstr(R"(bad.csv:2: column "source": "gyro" is unknown)"));
   EXPECT_THAT(message_of([&] { (void)read_innovations(scratch.write("e.csv", text.str())); }),
               HasSubstr("e.csv: has no rows; only the full filter tests samples"));
 }

@@ -100,7 +100,7 @@ TEST_F(Report, ComparesWithTheBaselineThatIsNamed) {
   EXPECT_EQ(against("kinematic")["against"], "kinematic");
   const Outcome outcome = run("--drive " + lap() + " --model paper --baseline best");
   EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err, "odom evaluate: --baseline: no estimate \"best\"; there are: paper\n");
+  EXPECT_EQ(outcome.err, "odom evaluate: --baseline: no estimate \"best\"; available: paper\n");
 }
 
 TEST_F(Report, TakesACameraInWithoutAligning) {
@@ -122,7 +122,7 @@ TEST_F(Report, OfSeveralDrivesHasTheMeans) {
                                  ContainsRegex("mean of 2 +paper"), Not(HasSubstr("samples of"))));
 }
 
-TEST_F(Report, TellsDrivesOfOneNameApart) {
+TEST_F(Report, DistinguishesDrivesOfOneName) {
   const std::string folder = scratch_->path("other").string();
   ASSERT_EQ(run_shell("mkdir " + folder + " && cp -r " + lap() + " " + folder).status, 0);
   const std::string other = folder + "/lap";
@@ -143,7 +143,8 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   EXPECT_FALSE(paper.contains("position"));
   EXPECT_FALSE(paper.contains("nees"));
   // With the camera in, its end is the camera's: said once, whatever the number of drives.
-  constexpr auto note = "--closed-loop with a camera in: the end is only as good as the camera";
+  constexpr auto note =
+      "--closed-loop with camera poses: the error at the end is only as good as the camera";
   const std::string closed = "--drive " + lap() + " --closed-loop --model paper";
   const std::string said = run(closed + " --drive " + lap()).err;
   EXPECT_THAT(said, HasSubstr(note));
@@ -155,7 +156,7 @@ TEST_F(Report, OfAClosedLoopNeedsNoReference) {
   EXPECT_EQ(half.status, 2);
   EXPECT_EQ(half.out, "");
   EXPECT_THAT(half.err, AllOf(StartsWith("odom evaluate: lap: the lap does not close"),
-                              HasSubstr("cut it to whole laps by --from and --to")));
+                              HasSubstr("cut it to whole laps with --from and --to")));
 }
 
 TEST_F(Report, IsOneWellFormedPageThatNeedsNothingElse) {
@@ -194,7 +195,7 @@ TEST_F(Report, SaysWhatItsColumnsMeanAndWhatIsOfTheWholeDrive) {
   };
   EXPECT_THAT(page(" --model full --model paper --baseline full"),
               AllOf(HasSubstr("distance of the last pose from the truth"),
-                    HasSubstr("the end's error beside that of full."), HasSubstr("NEES: "),
+                    HasSubstr("the error at the end compared with full."), HasSubstr("NEES: "),
                     Not(HasSubstr("over the whole drive"))));
   EXPECT_THAT(page(" --model paper --closed-loop --dead-reckoning"),
               AllOf(HasSubstr("distance of the last pose from the first"),
@@ -214,7 +215,7 @@ TEST_F(Report, SaysWhichSensorWasNotBelieved) {
   const Outcome outcome =
       run(arguments + " --json --config " + wrong.string() + " --html " + html.string());
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  // Whom the monitor blames on a circle is not the matter here: the accelerometer or the gyro.
+  // Which sensor the monitor flags on a circle does not matter here: the accelerometer or the gyro.
   const std::string flagged = " \\(IMU\\) contradicts the other sensors; check its scale";
   // Nor whom the gates refuse: who turns the wrong way has wheels that run too fast or too slow.
   const std::string gated =
@@ -288,16 +289,16 @@ TEST_F(Report, SaysInOneLineWhatIsWrongWithADrive) {
     EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
     return outcome.err;
   };
-  EXPECT_THAT(refusal("--drive /nonexistent"), HasSubstr("/nonexistent: is no folder"));
+  EXPECT_THAT(refusal("--drive /nonexistent"), HasSubstr("/nonexistent: is not a folder"));
   EXPECT_THAT(refusal("--drive " + lap() + " --model fancy"), HasSubstr("fancy"));
   EXPECT_THAT(refusal("--drive " + lap() + " --pose a.csv"), HasSubstr("--pose"));
   EXPECT_THAT(refusal("--drive " + lap() + " --drive " + lap() + " --reference a.csv"),
-              HasSubstr("--reference: is of one drive"));
+              HasSubstr("--reference: is for one drive only"));
   EXPECT_THAT(refusal("--drive " + lap() + " --model paper --html /nonexistent/a.html"),
               HasSubstr("/nonexistent/a.html"));
   const auto early = scratch_->write("early.csv", "t,x,y,yaw\n1,0,0,0\n2,1,0,0\n").string();
   EXPECT_THAT(refusal("--drive " + lap() + " --model paper --reference " + early),
-              HasSubstr("less than two common times"));
+              HasSubstr("fewer than two common times"));
   const auto mixed = scratch_->write("mixed.csv", "t,x,y,yaw\n2,0,0,0\n1,1,0,0\n").string();
   EXPECT_THAT(refusal("--drive " + lap() + " --model paper --reference " + mixed),
               HasSubstr("mixed.csv:3: column \"t\": the time runs backwards"));
@@ -307,7 +308,7 @@ TEST_F(Report, SaysInOneLineWhatIsWrongWithADrive) {
   const auto unsorted = scratch_->write("beat2.csv", "tick,t,t_woke\n2,1,1\n1,2,2\n").string();
   EXPECT_THAT(refusal("--drive " + lap() + " --model paper --html " +
                       scratch_->path("a.html").string() + " --beat " + unsorted),
-              HasSubstr("beat2.csv:3: column \"tick\": the number does not rise"));
+              HasSubstr("beat2.csv:3: column \"tick\": the tick number does not increase"));
 }
 
 }  // namespace

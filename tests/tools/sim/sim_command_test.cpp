@@ -57,7 +57,7 @@ TEST(SimCommand, KeepsAForeignDirectory) {
   EXPECT_EQ(contents(scratch.path("precious")), "data");
 }
 
-TEST(SimCommand, JsonTellsWhatWasDrawn) {
+TEST(SimCommand, JsonContainsWhatWasDrawn) {
   const Scratch scratch;
   const std::string folder = scratch.path("drive").string();
   const Outcome outcome = run_shell(
@@ -125,7 +125,7 @@ TEST(SimCommand, WrongUsageIsOneLineAndStatusTwo) {
   EXPECT_THAT(run_shell(there + "odom sim --fix gyro_bais=1 --out x").err,
               HasSubstr("the nearest is 'gyro_bias'"));
   EXPECT_THAT(run_shell(there + "odom sim --fix foo=1 --out x").err,
-              HasSubstr("no parameter of the simulation; there are: friction, "));
+              HasSubstr("not a parameter of the simulation; available: friction, "));
 }
 
 TEST(SimCommand, LiveOnStandardOutputIsTheSameDriveAtAnotherTime) {

@@ -9,12 +9,12 @@
 namespace odomd::tools::score_test {
 namespace {
 
-constexpr double untold = std::numeric_limits<double>::quiet_NaN();
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array goals{Goal::position, Goal::heading};
 
 Score score(double position, double heading) {
   Score result;
-  result.fill(untold);
+  result.fill(unknown);
   result[static_cast<std::size_t>(Goal::position)] = position;
   result[static_cast<std::size_t>(Goal::heading)] = heading;
   return result;
@@ -28,10 +28,10 @@ TEST(TuneScore, IsTheGeometricMeanOfTheRatios) {
   EXPECT_NEAR(relative_error(better, before, goals), 0.5, 1e-12);
 }
 
-TEST(TuneScore, WhatADriveNeverToldDoesNotCountAndWhatItNoLongerTellsIsInfinitelyBad) {
-  const std::array<Score, 1> before{score(1.0, untold)};
+TEST(TuneScore, UnknownBeforeDoesNotCountAndUnknownAfterwardsIsInfinitelyBad) {
+  const std::array<Score, 1> before{score(1.0, unknown)};
   EXPECT_NEAR(relative_error(std::array<Score, 1>{score(0.7, 3.0)}, before, goals), 0.7, 1e-12);
-  EXPECT_TRUE(std::isinf(relative_error(std::array<Score, 1>{score(untold, 3.0)}, before, goals)));
+  EXPECT_TRUE(std::isinf(relative_error(std::array<Score, 1>{score(unknown, 3.0)}, before, goals)));
 }
 
 TEST(TuneScore, IsMadeOfTheEvaluation) {
@@ -53,14 +53,14 @@ TEST(TuneScore, IsMadeOfTheEvaluation) {
 
 TEST(TuneScore, IsTheWorseTheFurtherNeesIsFromThreeEitherWay) {
   constexpr std::array<Goal, 1> honesty{Goal::nees};
-  const auto told = [](double nees) {
+  const auto scored = [](double nees) {
     Score result;
-    result.fill(untold);
+    result.fill(unknown);
     result[static_cast<std::size_t>(Goal::nees)] = nees;
     return std::array<Score, 1>{result};
   };
-  EXPECT_NEAR(relative_error(told(1.5), told(3.0), honesty), 2.0, 1e-12);
-  EXPECT_NEAR(relative_error(told(6.0), told(1.5), honesty), 1.0, 1e-12);
+  EXPECT_NEAR(relative_error(scored(1.5), scored(3.0), honesty), 2.0, 1e-12);
+  EXPECT_NEAR(relative_error(scored(6.0), scored(1.5), honesty), 1.0, 1e-12);
 }
 
 }  // namespace

@@ -74,10 +74,10 @@ TEST(TrialLog, RefusesWhatIsNotItsOwn) {
   const Scratch scratch;
   const auto file = scratch.path("tune.state");
   { const TrialLog log(file, keys, drives); }
-  EXPECT_THAT(error_of(file, {"lap3"}), HasSubstr("tune.state:1: is of other keys or drives"));
+  EXPECT_THAT(error_of(file, {"lap3"}), HasSubstr("tune.state:1: has other keys or drives"));
 
   EXPECT_THAT(error_of(scratch.write("notes.txt", "buy milk"), drives),
-              HasSubstr("notes.txt:1: is no state of odom tune"));
+              HasSubstr("notes.txt:1: is not a state file of odom tune"));
   EXPECT_EQ(contents(scratch.path("notes.txt")), "buy milk");
 
   const std::string text = contents(file);
@@ -91,13 +91,13 @@ TEST(TrialLog, IsOfOneRunAtATime) {
   {
     TrialLog first(file, keys, drives);
     EXPECT_THAT(error_of(file, drives),
-                HasSubstr("tune.state: another odom tune is running with it; wait for its end"));
+                HasSubstr("tune.state: another odom tune is using it; wait for its end"));
     first.add({0.1}, outcome(0.5));
   }
   EXPECT_EQ(TrialLog(file, keys, drives).read(), 1U);
 }
 
-TEST(TrialLog, TellsWhenTheConfigurationAsItIsDoesOtherwise) {
+TEST(TrialLog, ReportsWhenThePresentConfigurationGivesOtherErrors) {
   const Scratch scratch;
   TrialLog log(scratch.path("tune.state"), keys, drives);
   log.check_unchanged({std::nullopt}, outcome(0.5));  // nothing known: nothing to hold against

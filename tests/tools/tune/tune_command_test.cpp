@@ -64,9 +64,9 @@ TEST_F(Tune, PutsBackWhatHarmsTheDrivesHeldOutAndWritesNothing) {
   const Outcome tuned = run_shell("odom tune --drive " + one + " --held-out " + other + " " +
                                   gyro_ + how_ + "--write " + config);
   ASSERT_EQ(tuned.status, 0) << tuned.err;
-  EXPECT_THAT(tuned.out, HasSubstr("over-fitted: put back"));
-  EXPECT_THAT(tuned.out, HasSubstr("keep the configuration as it is"));
-  EXPECT_THAT(tuned.err, HasSubstr("is left as it was"));
+  EXPECT_THAT(tuned.out, HasSubstr("over-fitted: value kept"));
+  EXPECT_THAT(tuned.out, HasSubstr("keep the present configuration"));
+  EXPECT_THAT(tuned.err, HasSubstr("is unchanged"));
   EXPECT_EQ(contents(config), before);
 }
 
@@ -84,7 +84,7 @@ TEST_F(Tune, SaysWhatItHasWritten) {
       run_shell("odom tune --drive " + one + " --set can.signals.yaw_rate.scale=0.9524 " + how_ +
                 "--json --write " + config);
   EXPECT_THAT(again.err,
-              testing::AnyOf(HasSubstr("scale 0.952 > 0.9524"), HasSubstr("is left as it was")));
+              testing::AnyOf(HasSubstr("scale 0.952 > 0.9524"), HasSubstr("is unchanged")));
 }
 
 TEST_F(Tune, WarnsOfAnotherConfigurationThanTheOneThatIsWritten) {
@@ -99,7 +99,7 @@ TEST_F(Tune, WarnsOfAnotherConfigurationThanTheOneThatIsWritten) {
   ASSERT_EQ(run_shell("sed -i 's/^rear_axle = .*/rear_axle = 0.09/' " + master).status, 0);
   EXPECT_THAT(run_shell(sweep + "--write " + master).err,
               HasSubstr("warning: the search runs with " + one + "/car.toml, which differs from " +
-                        master + ": vehicle.rear_axle (0.085, 0.09); what suits the one"));
+                        master + ": vehicle.rear_axle (0.085, 0.09); the result may not suit it"));
   EXPECT_THAT(run_shell(sweep + "--config " + master + " --write " + master).err,
               testing::Not(HasSubstr("warning")));
 }
@@ -168,7 +168,7 @@ TEST_F(Tune, AnInterruptLeavesAStateToGoOnFrom) {
                 how_ + "--jobs 2 --state " + state + " & pid=$!; until [ $(wc -l <" + state +
                 ") -gt 3 ]; do sleep 0.05; done; kill -INT $pid; wait $pid");
   EXPECT_EQ(stopped.status, 1);
-  EXPECT_THAT(stopped.err, HasSubstr("the same command goes on from here by " + state));
+  EXPECT_THAT(stopped.err, HasSubstr("the same command continues from here with " + state));
   const std::string text = contents(state);
   EXPECT_EQ(text.back(), '\n');
 }
@@ -209,7 +209,7 @@ TEST_F(Tune, SaysThatTheSearchWasCutShort) {
   EXPECT_THAT(run_shell(command).out, testing::Not(HasSubstr("cut short")));
 }
 
-TEST_F(Tune, TellsBeforeTheWorkWhatCannotBeWritten) {
+TEST_F(Tune, ReportsBeforeTheWorkWhatCannotBeWritten) {
   const std::string one = drive("one", "0.05", 1);
   const std::string state = scratch_.path("tune.state");
   const std::string command =
@@ -240,22 +240,22 @@ TEST_F(Tune, SaysWhatIsWrongWithAKeyADriveOrARange) {
               HasSubstr("--set imu.yaw=8: [imu] yaw: 8 is not possible; it must be "));
   EXPECT_THAT(refused("--drive " + one + " --set can.dbc=0.01:1"),
               MatchesRegex("odom tune: .*/one/car.toml:[0-9]+: \\[can\\] dbc: is not a number; "
-                           "write one there, or name another key\n"));
+                           "correct it, or give another key\n"));
   EXPECT_THAT(refused("--drive " + one +
                       " --set filter.wheel_slip=0.01"
                       " --set filter.window=0.2:0.4"),
-              HasSubstr("all the one or all the other"));
+              HasSubstr("ranges for all or values for all"));
   EXPECT_THAT(refused("--drive " + one + " --held-out " + one + " --set filter.window=0.2:0.4"),
-              HasSubstr("is tuned on as well"));
+              HasSubstr("is also given with --drive"));
   EXPECT_THAT(
       refused("--drive " + one + " --held-out " + one + "/../one" + " --set filter.window=0.2:0.4"),
-      HasSubstr("is tuned on as well"));
+      HasSubstr("is also given with --drive"));
   EXPECT_THAT(refused("--drive " + one + " --no-camera --goal nees --set filter.window=0.2:0.4"),
-              HasSubstr("--goal nees: none of the drives tuned on tells it: "));
+              HasSubstr("--goal nees: none of the drives tuned on determines it: "));
   EXPECT_THAT(refused("--drive " + one + " --lever-arm nan,0,0 --set filter.window=0.2:0.4"),
               HasSubstr("--lever-arm: must be three finite numbers"));
   EXPECT_THAT(refused("--drive " + scratch_.path("none").string() + " --set filter.window=0.2:0.4"),
-              HasSubstr("is no folder"));
+              HasSubstr("is not a folder"));
   EXPECT_THAT(refused("--drive " + one + " --goal speed --set filter.window=0.2:0.4"),
               HasSubstr("is none of position"));
   // Before the search, not after it.

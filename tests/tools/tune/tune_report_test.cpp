@@ -40,8 +40,8 @@ TEST(TuneReport, ShowsNeesBeforeAndAfterWhateverTheGoalsAre) {
 TEST(TuneReport, SaysThatABetterOptimumIsOverconfident) {
   EXPECT_THAT(
       report({"lap", score(0.010, 2.5), score(0.008, 12.04)}),
-      HasSubstr("The sigmas are too small with it: NEES 12.0 on lap, where honest ones have "
-                "3; have nees among the goals.\n"));
+      HasSubstr("The sigmas are too small with it: NEES 12.0 on lap, where consistent ones have "
+                "3; add nees to the goals.\n"));
   // It was so before, and no worse now.
   EXPECT_THAT(report({"lap", score(0.010, 12.5), score(0.008, 12.0)}), Not(HasSubstr("too small")));
 }
@@ -76,8 +76,8 @@ TEST(TuneReport, SaysThatNoWholeRoundWasLeft) {
 }
 
 TEST(TuneReport, HasADashWhereSigmasCannotBeJudged) {
-  const double untold = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(report({"lap", score(0.010, untold), score(0.008, untold)}),
+  const double unknown = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(report({"lap", score(0.010, unknown), score(0.008, unknown)}),
               HasSubstr("10.0 > 8.0     -"));
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tools/cli/text.hpp"
-#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/diagnostics/unit_check.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/resampled.hpp"
 #include "tools/math/median.hpp"
@@ -23,27 +23,27 @@ using estimator::Source;
 constexpr double piece = 0.5, stride = 0.25, grid = 0.01;  // [s]
 constexpr double lag_step = 0.02;                          // [s]
 constexpr int latest = 20;                                 // steps
-constexpr double off_clock = 0.15;                         // more than any sensor is late [s]
-constexpr double least_turn = 0.05;                        // rms of a piece's [rad]
-constexpr double least_way = 0.1;                          // in a piece [m]
-constexpr std::size_t fewest = 20;                         // pieces
-constexpr double alike = 0.5, certain = 0.7;               // correlations
+constexpr double off_clock = 0.15;            // more than the latency of any sensor [s]
+constexpr double least_turn = 0.05;           // rms of a piece's [rad]
+constexpr double least_way = 0.1;             // in a piece [m]
+constexpr std::size_t fewest = 20;            // pieces
+constexpr double alike = 0.5, certain = 0.7;  // correlations
 constexpr double far_off = 1.5;
-constexpr double far_off_unseen = 3.0;  // of wheels and tyres that slip
+constexpr double far_off_unseen = 3.0;  // allowance for slipping wheels and tyres
 
-// What is seen of a piece of the drive.
+// Measurements over a piece of the drive.
 struct Piece {
   double t = 0.0;      ///< its begin [s]
   double turn = 0.0;   ///< [rad]
-  double along = 0.0;  ///< way along the heading [m]; of poses only
+  double along = 0.0;  ///< distance along the heading [m]; from poses only
 };
 
 enum class Verdict : std::uint8_t { silent, same, other_way, unlike };
 
 struct Comparison {
   Verdict verdict = Verdict::silent;
-  double ratio = 1.0;  ///< of the second to the first, where they are the same
-  double lag = 0.0;    ///< how much later the second is [s]; 0 where that does not show
+  double ratio = 1.0;  ///< of the second to the first, if they agree
+  double lag = 0.0;    ///< how much later the second is [s]; 0 if unknown
 };
 
 double rms(const std::vector<double>& values) {
@@ -67,36 +67,37 @@ double cosine(const std::vector<double>& a, const std::vector<double>& b) {
   return both > 0.0 ? sum / static_cast<double>(a.size()) / both : 0.0;
 }
 
-// As they are, the turns tell the sense; about their means, whether they happen at the same times.
+// The turns themselves show the sign; with their means removed, whether they happen at the same
+// times.
 Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, double least) {
   double most = -1.0, fewest_alike = 1.0, most_shape = -1.0, least_shape = 1.0, ratio = 1.0;
   double best_lag = 0.0;
   bool turns = false, varies = false;
   for (int step = -latest; step <= latest; ++step) {
     const double lag = lag_step * step;
-    std::vector<double> seen, told;
+    std::vector<double> seen, by_sensor;
     for (const Piece& p : pieces) {
       const double begin = p.t + lag, end = begin + piece;
       if (begin < turned.begin || end > turned.end()) continue;
       seen.push_back(p.turn);
-      told.push_back(turned.at(end) - turned.at(begin));
+      by_sensor.push_back(turned.at(end) - turned.at(begin));
     }
     if (seen.size() < fewest) continue;
-    // A pose that is upside down for once must not outweigh the drive.
-    const double bound = std::max(3.0 * rms(told), 6.0 * least);
+    // A single pose with reversed heading must not outweigh the drive.
+    const double bound = std::max(3.0 * rms(by_sensor), 6.0 * least);
     for (double& turn : seen) turn = std::clamp(turn, -bound, bound);
-    const double whole = cosine(seen, told);
-    if (whole > most && rms(seen) > 0.0) ratio = rms(told) / rms(seen);
+    const double whole = cosine(seen, by_sensor);
+    if (whole > most && rms(seen) > 0.0) ratio = rms(by_sensor) / rms(seen);
     most = std::max(most, whole);
     fewest_alike = std::min(fewest_alike, whole);
-    const std::vector<double> a = without_mean(seen), b = without_mean(told);
+    const std::vector<double> a = without_mean(seen), b = without_mean(by_sensor);
     const double shape = cosine(a, b);
     if (shape > most_shape) best_lag = lag;
     most_shape = std::max(most_shape, shape);
     least_shape = std::min(least_shape, shape);
-    turns = turns || std::max(rms(seen), rms(told)) > least;
+    turns = turns || std::max(rms(seen), rms(by_sensor)) > least;
     varies = varies || (rms(a) > std::max(least, 0.3 * rms(seen))) ||
-             (rms(b) > std::max(least, 0.3 * rms(told)));
+             (rms(b) > std::max(least, 0.3 * rms(by_sensor)));
   }
   if (!turns) return {};
   if (fewest_alike < -certain && most < alike && (!varies || least_shape < -certain))
@@ -107,7 +108,7 @@ Comparison compare(const std::vector<Piece>& pieces, const Resampled& turned, do
   return {};
 }
 
-// Where two poses, half a second apart, have others near them.
+// Uses two poses half a second apart only if others are near them.
 std::vector<Piece> pieces_of_poses(std::span<const estimator::CameraPose> poses,
                                    const daemon::Config& config, std::int64_t origin_ns,
                                    double begin, double end) {
@@ -164,7 +165,7 @@ class Signals {
     return resampled(log_.of(source), log_.first_ns, begin_, end_, grid);
   }
 
-  // Backwards where the gear says so.
+  // Negative in reverse gear.
   [[nodiscard]] Resampled speed(Source wheel) const {
     Resampled raw = on_grid(wheel);
     if (!has(Source::direction)) return raw;
@@ -172,7 +173,7 @@ class Signals {
                     [](double v, double gear) { return gear < 0.0 ? -std::fabs(v) : v; });
   }
 
-  // Of the first wheel that there is.
+  // The speed of the first mapped wheel.
   [[nodiscard]] std::optional<Resampled> speed() const {
     for (const Source wheel :
          {Source::wheel_rear_left, Source::wheel_rear_right, Source::wheel_rear, Source::motor,
@@ -181,7 +182,7 @@ class Signals {
     return std::nullopt;
   }
 
-  // ∫ v tan δ / l; which way a car turns upon its steering no tyre changes.
+  // ∫ v tan δ / l; tyres do not change the sign of the turn.
   [[nodiscard]] std::optional<Resampled> steered() const {
     const std::optional<Resampled> rolled = speed();
     if (!rolled || !has(Source::steering)) return std::nullopt;
@@ -190,7 +191,7 @@ class Signals {
     }));
   }
 
-  // The way as x, the turn as yaw.
+  // The distance as x, the turn as yaw.
   [[nodiscard]] Trajectory driven() const {
     const Resampled turned = integral(on_grid(Source::yaw_rate));
     const std::optional<Resampled> rolled = speed();
@@ -221,20 +222,21 @@ bool is_far_off(double ratio) {
   return ratio > far_off || ratio < 1.0 / far_off;
 }
 
-std::string backwards(Source wheel, const std::string& eye) {
+std::string backwards(Source wheel, const std::string& poses_of) {
   return std::string(estimator::source_names[estimator::index_of(wheel)]) +
-         " runs backwards where " + eye + " sees the car go ahead; look at the sign of " +
-         key_of(wheel, "scale") + ", or at camera.lever_arm[2]";
+         " runs backwards where " + poses_of + " sees the car go ahead; check the sign of " +
+         key_of(wheel, "scale") + ", or camera.lever_arm[2]";
 }
 
-std::string wrong_speed(Source wheel, double ratio, const std::string& eye) {
+std::string wrong_speed(Source wheel, double ratio, const std::string& poses_of) {
   const std::string name{estimator::source_names[estimator::index_of(wheel)]};
-  return name + " is " + fixed(ratio, 2) + " times as fast as " + eye +
-         " sees the car; look at can.signals." + name +
-         ": unit, scale, radius, or drive without spinning wheels";
+  return name + " is " + fixed(ratio, 2) + " times as fast as " + poses_of +
+         " sees the car; check unit, scale and radius of can.signals." + name +
+         ", or drive without spinning wheels";
 }
 
-// The way of a wheel over that of the poses, by the median of the pieces; empty: nothing to tell.
+// The distance of a wheel over that of the poses, by the median of the pieces; empty: too little
+// driven.
 std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resampled& speed,
                                     double least) {
   const Resampled way = integral(speed);
@@ -252,13 +254,13 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
                      std::span<const estimator::CameraPose> poses,
                      const AgreementOptions& options) {
   const std::string named = options.drive.empty() ? "" : options.drive + ": ";
-  const std::string eye = "the " + options.eye;
+  const std::string poses_of = "the " + options.pose_source;
   const auto refuse = [&](const std::string& what) { throw std::invalid_argument(named + what); };
   if (!poses.empty() && std::ranges::none_of(poses, [&](const estimator::CameraPose& pose) {
         return pose.capture_ns >= log.first_ns && pose.capture_ns <= log.last_ns;
       }))
-    refuse("no " + options.eye + " pose is taken while the log lasts: name the " + options.eye +
-           "'s file of this drive, and put its times on the log's clock");
+    refuse("no " + options.pose_source + " pose is taken while the log lasts: name the " +
+           options.pose_source + "'s file of this drive, and put its times on the log's clock");
   const Signals signals(config, log, options);
   if (!(signals.end() - signals.begin() > 1.0)) return;
 
@@ -268,22 +270,22 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
       steered ? compare(pieces_of(turned), *steered, least_turn) : Comparison{};
   if (poses.empty()) {
     if (gyro_to_steering.verdict == Verdict::other_way)
-      refuse("yaw_rate turns the other way than wheels and steering; look at the signs of " +
+      refuse("yaw_rate turns the other way than wheels and steering; check the signs of " +
              key_of(Source::yaw_rate, "scale") + " and " + key_of(Source::steering, "scale"));
     if (!steered) return;
-    // From either side: what is held against a turn is bounded by it, and so is a small ratio.
+    // Both ways, as each comparison bounds large values and with them the ratio.
     const double far = compare(pieces_of(*steered), turned, least_turn).ratio;
     const double little = gyro_to_steering.ratio;
     if (std::max(far, little) > far_off_unseen)
       refuse("yaw_rate turns " + fixed(std::max(far, little), 1) + " times as " +
              (far > little ? "far" : "little") +
-             " as wheels and steering tell; look at unit and scale of can.signals.yaw_rate, of "
+             " as by wheels and steering; check unit and scale of can.signals.yaw_rate, of "
              "steering and of the wheels, or drive without spinning wheels");
     return;
   }
 
-  const std::string units = unit_doubt(poses, {.trajectory = signals.driven()});
-  if (!units.empty()) refuse(eye + "'s poses: " + units);
+  const std::string units = unit_warning(poses, {.trajectory = signals.driven()});
+  if (!units.empty()) refuse(poses_of + "'s poses: " + units);
 
   const std::vector<Piece> seen =
       pieces_of_poses(poses, config, log.first_ns, signals.begin(), signals.end());
@@ -296,25 +298,28 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
   const Comparison gyro = compare(seen, turned, least);
   if (gyro.verdict == Verdict::other_way) {
     if (gyro_to_steering.verdict == Verdict::same)
-      refuse(eye + " turns the other way than yaw_rate and steering; is its file of this drive, " +
+      refuse(poses_of +
+             " turns the other way than yaw_rate and steering; is its file of this drive, " +
              "and its yaw counter-clockwise?");
-    refuse("yaw_rate turns the other way than " + eye + "; look at the sign of " +
+    refuse("yaw_rate turns the other way than " + poses_of + "; check the sign of " +
            key_of(Source::yaw_rate, "scale"));
   }
   if (gyro.verdict == Verdict::unlike) {
-    if (options.strangers == Strangers::pass) return;
-    refuse("the turns of " + eye + " and of yaw_rate have nothing in common; is the " +
-           options.eye +
+    if (options.unrelated == UnrelatedPoses::accept) return;
+    refuse("the turns of " + poses_of + " and of yaw_rate have nothing in common; is the " +
+           options.pose_source +
            "'s file of this drive, on the log's clock, and yaw_rate the right signal?");
   }
-  if (options.strangers == Strangers::refuse && std::fabs(gyro.lag) > off_clock)
-    refuse("the times of the " + options.eye + "'s poses are " + fixed(std::fabs(gyro.lag), 1) +
+  if (options.unrelated == UnrelatedPoses::refuse && std::fabs(gyro.lag) > off_clock)
+    refuse("the times of the " + options.pose_source + "'s poses are " +
+           fixed(std::fabs(gyro.lag), 1) +
            (std::fabs(gyro.lag) < (latest - 0.5) * lag_step ? " s " : " s or more ") +
            (gyro.lag < 0.0 ? "late" : "early") +
-           " beside yaw_rate: put them on the log's clock, each when the picture was taken");
+           " compared with yaw_rate: put them on the log's clock, each at the time the picture was "
+           "taken");
   if (gyro.verdict == Verdict::same && is_far_off(gyro.ratio))
-    refuse("yaw_rate turns " + fixed(gyro.ratio, 2) + " times as far as " + eye +
-           "; look at can.signals.yaw_rate: unit, scale");
+    refuse("yaw_rate turns " + fixed(gyro.ratio, 2) + " times as far as " + poses_of +
+           "; check unit and scale of can.signals.yaw_rate");
 
   for (const Source wheel :
        {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
@@ -322,8 +327,8 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
     if (!signals.has(wheel)) continue;
     const auto ratio =
         ratio_of_ways(seen, signals.speed(wheel), std::max(least_way, 6.0 * median_of(sigmas)));
-    if (ratio && *ratio < 0.0) refuse(backwards(wheel, eye));
-    if (ratio && is_far_off(*ratio)) refuse(wrong_speed(wheel, *ratio, eye));
+    if (ratio && *ratio < 0.0) refuse(backwards(wheel, poses_of));
+    if (ratio && is_far_off(*ratio)) refuse(wrong_speed(wheel, *ratio, poses_of));
   }
 
   if (!steered) return;
@@ -331,7 +336,7 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
   const bool by_gyro =
       gyro.verdict == Verdict::same && gyro_to_steering.verdict == Verdict::other_way;
   if (steering.verdict == Verdict::other_way || by_gyro)
-    refuse("steering turns the other way than " + eye + " and yaw_rate; look at the sign of " +
+    refuse("steering turns the other way than " + poses_of + " and yaw_rate; check the sign of " +
            key_of(Source::steering, "scale"));
 }
 

@@ -22,7 +22,7 @@ int decimals_for(double uncertainty) {
   return static_cast<int>(std::fmin(std::fmax(digits, 0.0), 9.0));
 }
 
-/// To two digits of its uncertainty: more would only look exact.
+/// To two digits of its uncertainty: more would have no meaning.
 double rounded(double value, double sigma) {
   if (!(sigma > 0.0) || !std::isfinite(sigma) || !std::isfinite(value)) return value;
   const int decimals = static_cast<int>(1.0 - std::floor(std::log10(sigma)));
@@ -32,16 +32,16 @@ double rounded(double value, double sigma) {
   return std::round(value / step) * step;
 }
 
-bool share_tells(const Finding& finding) {
+bool share_is_meaningful(const Finding& finding) {
   const std::string& key = finding.key;
-  return finding.share == Share::tells && 2.0 * finding.sigma < std::fabs(finding.value) &&
+  return finding.share == Share::meaningful && 2.0 * finding.sigma < std::fabs(finding.value) &&
          !key.ends_with(".offset") && !key.ends_with(".latency") && !key.starts_with("imu.") &&
          !key.starts_with("camera.");
 }
 
 // With two digits, as the uncertainty itself.
 std::string in_per_cent(const Finding& finding) {
-  if (!share_tells(finding)) return "";
+  if (!share_is_meaningful(finding)) return "";
   const double share = 200.0 * finding.sigma / std::fabs(finding.value);
   return fixed(share, share < 1.0 ? 2 : share < 10.0 ? 1 : 0) + " %";
 }
@@ -61,15 +61,15 @@ std::vector<ConfigValue> config_values(const Findings& findings) {
   return values;
 }
 
-// The uncertainty that a note of ours tells.
+// The uncertainty in a note of ours.
 double uncertainty_in(const std::string& note) {
   constexpr std::string_view sign = ": +- ";
   const std::size_t at = note.find(sign);
   return at == std::string::npos ? 0.0 : std::strtod(note.c_str() + at + sign.size(), nullptr);
 }
 
-// What a car has is known to better than a factor of two before it is measured; its sensors' noise
-// and latencies are not.
+// The car's properties are known within a factor of two before they are measured; the noise and
+// latencies of its sensors are not.
 bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
   constexpr double surprising = 2.0;
   if (!value.key.starts_with("vehicle.") || !(before.value > 0.0) || !(value.value > 0.0))
@@ -78,15 +78,15 @@ bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
   return times >= surprising || times <= 1.0 / surprising;
 }
 
-// A fit's inertia has the wheels' spin in it, as the filter wants it, and a swing's has not:
-// neither is the other measured worse.
+// A fit's inertia includes the wheels' spin, as the filter needs it, and a swing's does not: the
+// two cannot be compared.
 bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
   constexpr std::string_view by_fit = "odom identify fit:";
   return value.key == "vehicle.yaw_inertia" &&
          before.note.starts_with(by_fit) != value.note.starts_with(by_fit);
 }
 
-// By more than chance makes of one experiment done twice.
+// More than the scatter of one experiment done twice.
 bool less_sure(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);
@@ -100,26 +100,27 @@ bool contradict(const ConfigValue& one, const ConfigValue& other) {
          0.5 * sigmas * std::hypot(uncertainty_in(one.note), uncertainty_in(other.note));
 }
 
-// What replaces something that one should look at again.
-std::vector<std::string> doubts_of(const std::vector<ConfigValue>& values,
-                                   const std::string& file) {
-  std::vector<std::string> doubts;
+// Warnings about replaced values that should be checked.
+std::vector<std::string> delivery_warnings(const std::vector<ConfigValue>& values,
+                                           const std::string& file) {
+  std::vector<std::string> warnings;
   for (const ConfigValue& value : values) {
     const std::optional<ConfigValue> before = value_in(file, value.key);
     if (!before) continue;
     if (of_another_car(*before, value))
-      doubts.push_back(
-          fmt::format("{}: {} was {:g} and becomes {:g}: another car, or another unit?", file,
+      warnings.push_back(
+          fmt::format("{}: {} was {:g} and becomes {:g}: is it another car, or another unit?", file,
                       value.key, before->value, value.value));
     else if (less_sure(*before, value))
-      doubts.push_back(fmt::format(
-          "{}: {} was surer: {:.9g} ({}); it becomes {:.9g} +- {:g}: {}", file, value.key,
-          before->value, before->note, value.value, uncertainty_in(value.note),
+      warnings.push_back(fmt::format(
+          "{}: the previous value of {} was more precise: {:.9g} ({}); it becomes {:.9g} +- {:g}: "
+          "{}",
+          file, value.key, before->value, before->note, value.value, uncertainty_in(value.note),
           contradict(*before, value)
               ? "they contradict each other; unless the car has changed, measure again"
-              : "put it back unless the car has changed since"));
+              : "restore it unless the car has changed since"));
   }
-  return doubts;
+  return warnings;
 }
 
 void print_warning(const std::string& method, const std::string& warning) {
@@ -127,7 +128,7 @@ void print_warning(const std::string& method, const std::string& warning) {
 }
 
 // "2 keys written to car.toml: vehicle.mass, ..."
-std::string told(const std::vector<ConfigValue>& values, const std::string& file) {
+std::string report_of(const std::vector<ConfigValue>& values, const std::string& file) {
   if (values.empty()) return "nothing written to " + file + ": no key's value was determined";
   std::string keys;
   for (const ConfigValue& value : values) keys += (keys.empty() ? "" : ", ") + value.key;
@@ -140,7 +141,7 @@ void add_delivery(Command method, Delivery& delivery) {
   method.add_flag("--json", delivery.json, "One JSON object instead of a table");
   method
       .add_option("--write", delivery.write,
-                  "Configuration to put the numbers into, with a note where each came from")
+                  "Configuration to write the numbers to, each with a note on its origin")
       .type_name("TOML");
 }
 
@@ -189,10 +190,10 @@ void deliver(const Findings& findings, const Delivery& delivery) {
             << std::flush;
   if (delivery.write.empty()) return;
   const std::vector<ConfigValue> values = config_values(findings);
-  const std::vector<std::string> doubts = doubts_of(values, delivery.write);
+  const std::vector<std::string> warnings = delivery_warnings(values, delivery.write);
   patch_config(delivery.write, values);
-  for (const std::string& doubt : doubts) print_warning(findings.method, doubt);
-  say("odom identify " + findings.method + ": " + told(values, delivery.write));
+  for (const std::string& warning : warnings) print_warning(findings.method, warning);
+  say("odom identify " + findings.method + ": " + report_of(values, delivery.write));
 }
 
 }  // namespace odomd::tools

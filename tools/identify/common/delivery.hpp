@@ -1,5 +1,5 @@
-// How every method of odom identify hands over what it found: a table or JSON on standard output,
-// warnings on standard error, and, where asked, the numbers into a configuration.
+// The output of every method of odom identify: a table or JSON on standard output, warnings on
+// standard error, and, if requested, the numbers in a configuration.
 #pragma once
 
 #include <string>
@@ -17,14 +17,15 @@ struct Delivery {
 /// Adds --json and --write to a method.
 void add_delivery(Command method, Delivery& delivery);
 
-/// Before the work: throws where there is no such configuration to patch, or it cannot be written.
+/// For use before the work: throws if the configuration to patch does not exist or cannot be
+/// written.
 void check(const Delivery& delivery);
 
-/// Prints, then patches the configuration and tells on standard error which keys. Throws where that
-/// one cannot be patched; it is then as it was.
+/// Prints, then patches the configuration and lists the keys on standard error. Throws if the
+/// configuration cannot be patched; it is then unchanged.
 void deliver(const Findings& findings, const Delivery& delivery);
 
-/// The table for people: name, value ± 2 sigma, unit, per cent, key, remark.
+/// The table: name, value ± 2 sigma, unit, per cent, key, remark.
 [[nodiscard]] std::string as_text(const Findings& findings);
 [[nodiscard]] nlohmann::ordered_json as_json(const Findings& findings);
 

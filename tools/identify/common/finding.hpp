@@ -1,5 +1,5 @@
-// What an identification found: values with their standard uncertainty, each for one key of the
-// configuration or for the reader alone.
+// The results of an identification: values with their standard uncertainty, each for one key of the
+// configuration or for information only.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,15 @@
 
 namespace odomd::tools {
 
-/// Whether the experiment could tell the value at all.
+/// Whether the experiment determined the value at all.
 enum class Determined : std::uint8_t { yes, no };
 
-/// Whether a value that is determined goes into a configuration.
+/// Whether a determined value is written to a configuration.
 enum class Use : std::uint8_t { write, leave };
 
-/// Whether the uncertainty as a share of the value tells something. Of a bias, an offset, a place
-/// or a latency it does not: zero is a value of theirs like any other.
-enum class Share : std::uint8_t { tells, says_nothing };
+/// Whether the uncertainty as a share of the value is meaningful. For a bias, an offset, a position
+/// or a latency it is not: zero is a value like any other.
+enum class Share : std::uint8_t { meaningful, meaningless };
 
 struct Finding {
   std::string name;    ///< in words: "cornering stiffness, front"
@@ -27,15 +27,15 @@ struct Finding {
   double sigma = 0.0;  ///< standard uncertainty (one sigma), in the value's unit
   std::string unit;    ///< "kg", "N/rad", "s"; empty: a pure number
   Determined determined = Determined::yes;  ///< no: shown with the reason, never written
-  std::string remark;          ///< what limits it, or why it is not determined; may be empty
-  Use use = Use::write;        ///< leave: shown with the reason, not written
-  Share share = Share::tells;  ///< of keys of that kind as_text() knows it
+  std::string remark;               ///< what limits it, or why it is not determined; may be empty
+  Use use = Use::write;             ///< leave: shown with the reason, not written
+  Share share = Share::meaningful;  ///< as_text() also decides by the key
 };
 
-/// All that one run of a method says.
+/// The results of one run of a method.
 struct Findings {
   std::string method;  ///< "mass", "stiffness": the subcommand
-  std::string origin;  ///< for the note beside each written number: "scale, 4 wheels"
+  std::string origin;  ///< for the note after each written number: "scale, 4 wheels"
   std::vector<Finding> values;
   std::vector<std::string> warnings;  ///< one line each, to standard error
   nlohmann::ordered_json details;     ///< further figures of the method for --json; may be null

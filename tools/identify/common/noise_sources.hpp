@@ -1,5 +1,4 @@
-// Sensors as the findings of odom identify noise name them, and where their numbers stand in a
-// configuration.
+// The names of sensors in the findings of odom identify noise, and their keys in a configuration.
 #pragma once
 
 #include <array>

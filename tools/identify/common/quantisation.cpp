@@ -8,7 +8,7 @@
 namespace odomd::tools {
 
 double resolution_of(std::span<const double> values) {
-  constexpr double arithmetic = 1e-9;  // what makes one step two, in any unit
+  constexpr double arithmetic = 1e-9;  // relative difference of two distinct steps
   std::vector<double> sorted(values.begin(), values.end());
   std::ranges::sort(sorted);
   double resolution = 0.0;

@@ -110,7 +110,7 @@ double parse_plausible(std::string_view text, Dimension dimension, std::string_v
   if (value >= range.from && value <= range.to) return value;
   const std::string_view unit = names_of(dimension).front().name;
   throw std::invalid_argument(fmt::format(
-      "{}: {} is {:.4g} {}, and {:g} to {:g} {} is plausible; a number without a unit "
+      "{}: {} is {:.4g} {}, but {:g} to {:g} {} is plausible; a number without a unit "
       "is in {}; units are {}",
       option, quoted(text), value, unit, range.from, range.to, unit, unit, units_of(dimension)));
 }

@@ -1,5 +1,5 @@
-// Measured numbers as people write them on a command line: "2985g", "29.3 N", "265mm", "15deg". A
-// number without a unit is in the SI unit.
+// Measured numbers on a command line: "2985g", "29.3 N", "265mm", "15deg". A number without a unit
+// is in the SI unit.
 #pragma once
 
 #include <cstdint>
@@ -10,28 +10,28 @@ namespace odomd::tools {
 
 enum class Dimension : std::uint8_t { mass, length, angle, time, pure };
 
-/// The units that may be written: "kg, g or N". Newtons are a weight: see Gravity.
+/// The allowed units: "kg, g or N". Newtons are a weight: see Gravity.
 [[nodiscard]] std::string_view units_of(Dimension dimension);
 
 enum class Unit : std::uint8_t { si, newton };
 
 struct Quantity {
-  double value = 0.0;  ///< SI; where the unit is newton, the weight
+  double value = 0.0;  ///< SI; if the unit is newton, the weight
   Unit unit = Unit::si;
 };
 
-/// `option` is what messages call it: "--front". Throws std::invalid_argument for what is no finite
-/// number, or in a unit of something else.
+/// `option` is its name in messages: "--front". Throws std::invalid_argument if it is not a finite
+/// number, or has a unit of another dimension.
 [[nodiscard]] Quantity parse_quantity(std::string_view text, Dimension dimension,
                                       std::string_view option);
 
-/// The same of a number that must be greater than 0, or 0 or greater; never in newtons.
+/// The same for a number that must be greater than 0, or 0 or greater; never in newtons.
 [[nodiscard]] double parse_positive(std::string_view text, Dimension dimension,
                                     std::string_view option);
 [[nodiscard]] double parse_not_negative(std::string_view text, Dimension dimension,
                                         std::string_view option);
 
-/// What such a quantity can be of any car, from a model to a lorry: beyond it the unit is wrong.
+/// The range of a quantity for any car, from a model to a lorry: outside it the unit is wrong.
 struct Plausible {
   double from = 0.0;
   double to = 0.0;

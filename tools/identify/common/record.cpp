@@ -25,7 +25,7 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
 }  // namespace
 
 void add_record_options(Command method, RecordOptions& options, const std::string& group) {
-  method.add_option("--config", options.config, "Configuration that tells the signals of --can")
+  method.add_option("--config", options.config, "Configuration with the signals of --can")
       .type_name("TOML")
       .group(group);
   method.add_option("--can", options.logs, "Log of candump -L, or - for standard input; repeatable")
@@ -35,10 +35,12 @@ void add_record_options(Command method, RecordOptions& options, const std::strin
   method.add_option("--csv", options.csv, "Instead of a log: columns t [s], yaw_rate [rad/s]")
       .type_name("CSV")
       .group(group);
-  method.add_option("--from", options.from, "Leave out what is before, from the record's begin [s]")
+  method
+      .add_option("--from", options.from,
+                  "Ignore data before this time after the record's start [s]")
       .type_name("T")
       .group(group);
-  method.add_option("--to", options.to, "Leave out what is after, from the record's begin [s]")
+  method.add_option("--to", options.to, "Ignore data after this time after the record's start [s]")
       .type_name("T")
       .group(group);
 }
@@ -61,16 +63,17 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
   }
   std::ifstream input = open_input(file);
   if (columns.size() > 1 && input.peek() == std::ifstream::traits_type::eof())
-    throw std::invalid_argument(fmt::format(
-        "{}: is empty; a first line \"t,{}\" is expected, t [s] and one of the others at least",
-        file, fmt::join(optional, ",")));
+    throw std::invalid_argument(
+        fmt::format("{}: is empty; a first line \"t,{}\" is expected, with t [s] and at least one "
+                    "of the others",
+                    file, fmt::join(optional, ",")));
   CsvReader rows(input, file, required, optional);
   SignalLog log;
   std::optional<std::int64_t> before;
   while (rows.next()) {
     const std::int64_t time = rows.time_ns(0);
     if (before && time <= *before)
-      rows.fail(0, time == *before ? "the time of the row before again; each sample needs its own"
+      rows.fail(0, time == *before ? "repeats the time of the row before; each sample needs its own"
                                    : "earlier than the row before; sort the rows by time");
     before = time;
     for (std::size_t i = 0; i < columns.size(); ++i) {
@@ -83,7 +86,7 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
   log.name = file;
   log.why_empty.fill("fill its column");
   log.warnings = rows.warnings();
-  if (!before) throw std::invalid_argument(file + ": holds no row below its header");
+  if (!before) throw std::invalid_argument(file + ": has no row below its header");
   if (std::ranges::all_of(log.signals, &Series::empty)) {
     throw std::invalid_argument(
         fmt::format("{}: has none of the columns {}", file, fmt::join(optional, ", ")));
@@ -91,7 +94,7 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
   return log;
 }
 
-/// Of all signals alike, from the first sample of any on.
+/// The same for all signals, from the first sample of any signal.
 void cut(SignalLog& log, const RecordOptions& options) {
   if (options.from.empty() && options.to.empty()) return;
   std::int64_t begin = std::numeric_limits<std::int64_t>::max(), end = 0;
@@ -111,12 +114,12 @@ void cut(SignalLog& log, const RecordOptions& options) {
       kept.t_ns.push_back(series.t_ns[i]);
       kept.value.push_back(series.value[i]);
     }
-    if (kept.empty() && !series.empty()) log.why_empty[k] = "none is left between --from and --to";
+    if (kept.empty() && !series.empty()) log.why_empty[k] = "none lies between --from and --to";
     series = kept;
   }
   if (std::ranges::all_of(log.signals, &Series::empty))
     throw std::invalid_argument(
-        fmt::format("--from, --to: nothing of the record is in between; it is {:.1f} s long",
+        fmt::format("--from, --to: no part of the record lies between them; it is {:.1f} s long",
                     1e-9 * static_cast<double>(end - begin)));
 }
 
@@ -126,7 +129,7 @@ SignalLog read_record(const RecordOptions& options, const std::vector<estimator:
   if (!options.csv.empty() && !options.logs.empty())
     throw std::invalid_argument("--csv and --can: give one of them");
   if (!options.logs.empty() && options.config.empty())
-    throw std::invalid_argument("--can needs --config, which tells the signals in the log");
+    throw std::invalid_argument("--can needs --config, which names the signals in the log");
   SignalLog log = options.csv.empty()
                       ? read_signals(daemon::load_config(options.config), options.logs)
                       : read_csv(options.csv, columns);

@@ -1,5 +1,4 @@
-// The options by which a method is given a gyro's record: a CAN log with its configuration, or a
-// CSV of a phone or logger.
+// The options for a gyro's record: a CAN log with its configuration, or a CSV of a phone or logger.
 #pragma once
 
 #include <string>
@@ -22,8 +21,8 @@ void add_record_options(Command method, RecordOptions& options, const std::strin
 [[nodiscard]] bool is_given(const RecordOptions& options);
 [[nodiscard]] std::string name_of(const RecordOptions& options);
 
-/// The signals between --from and --to; of a CSV those of `columns` that it has, at least one.
-/// Throws std::invalid_argument for what cannot be used.
+/// The signals between --from and --to; from a CSV those of `columns` that it has, at least one.
+/// Throws std::invalid_argument for an unusable record.
 [[nodiscard]] SignalLog read_record(const RecordOptions& options,
                                     const std::vector<estimator::Source>& columns);
 

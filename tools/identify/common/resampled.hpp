@@ -1,5 +1,4 @@
-// Signals on an even grid, fine enough that any time may be looked up: what comparing them in time
-// needs.
+// Signals on an even grid, fine enough to interpolate at any time, for comparing them in time.
 #pragma once
 
 #include <vector>

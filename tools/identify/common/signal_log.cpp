@@ -13,7 +13,7 @@
 #include "daemon/core/imu_mounting.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"
-#include "tools/replay/replay_doubts.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -30,10 +30,10 @@ const Series& SignalLog::need(estimator::Source source) const {
   const auto index = static_cast<std::size_t>(source);
   const std::string& why = why_empty.at(index);
   throw std::invalid_argument(
-      fmt::format("{}: holds {} {}: {}", name, series.empty() ? "no" : "a single sample of",
+      fmt::format("{}: has {} {}: {}", name, series.empty() ? "no" : "a single sample of",
                   estimator::source_names.at(index),
-                  !series.empty() ? "log it whole"
-                  : why.empty()   ? "it is bound to no signal; bind it in [can.signals]"
+                  !series.empty() ? "log it completely"
+                  : why.empty()   ? "it is mapped to no signal; map it in [can.signals]"
                                   : why));
 }
 
@@ -72,9 +72,9 @@ SignalLog read_signals(daemon::Config config, std::span<const std::string> logs)
   order.require_sorted();
   result.name = can::log_label(logs.front());
   for (std::size_t i = 0; i < decoder.messages().size(); ++i)
-    if (const auto doubt = message_doubt(decoder.messages()[i], decoder.counters(i)))
+    if (const auto warning = message_warning(decoder.messages()[i], decoder.counters(i)))
       for (const std::uint16_t channel : decoder.messages()[i].channels)
-        result.why_empty.at(channel) = *doubt;
+        result.why_empty.at(channel) = *warning;
   for (const std::string& warning : log.warnings()) result.warnings.push_back(warning);
   if (left_out > 0) {
     result.warnings.push_back(

@@ -1,5 +1,5 @@
-// The signals of a recorded drive as series of numbers: what the daemon's decoder makes of a log,
-// before any filter.
+// The signals of a recorded drive as series of numbers: a log decoded by the daemon's decoder,
+// without a filter.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace odomd::tools {
 
 /// One quantity over time, in SI units; times strictly increasing, values finite.
 struct Series {
-  std::vector<std::int64_t> t_ns;  ///< when each was taken: the frame's stamp less its latency
+  std::vector<std::int64_t> t_ns;  ///< sample times: the frame's stamp less its latency
   std::vector<double> value;
 
   [[nodiscard]] bool empty() const { return t_ns.empty(); }
@@ -34,16 +34,16 @@ struct SignalLog {
   [[nodiscard]] const Series& of(estimator::Source source) const {
     return signals[static_cast<std::size_t>(source)];
   }
-  /// As of(), two samples at least. Throws std::invalid_argument that names the log and why it has
-  /// none: the message that is missing.
+  /// Like of(), with at least two samples. Throws std::invalid_argument that names the log and the
+  /// reason: the missing message.
   [[nodiscard]] const Series& need(estimator::Source source) const;
 };
 
 /// Decodes the logs ("-": standard input), merged in the order of their stamps, by the bindings of
 /// a configuration; accelerations are turned by [imu] yaw as the daemon does. Frames that fail
 /// their protection and samples without a time of their own are left out, which a warning counts.
-/// Throws std::invalid_argument where log, databases and configuration do not fit, and for a log
-/// whose times run backwards.
+/// Throws std::invalid_argument if log, databases and configuration do not fit together, and for a
+/// log whose times run backwards.
 [[nodiscard]] SignalLog read_signals(daemon::Config config, std::span<const std::string> logs);
 
 }  // namespace odomd::tools

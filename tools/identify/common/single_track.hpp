@@ -1,7 +1,7 @@
-// The car as `odom identify` fits it to a drive: a single-track model in continuous time with what
-// the filters' model leaves out, because a parameter that is fitted by a model without these takes
-// on their part: tyres that saturate, that take a way to build up their force, and that are loaded
-// by speeding up and braking.
+// The car as `odom identify` fits it to a drive: a single-track model in continuous time with
+// effects that the filters' model leaves out, because fitted parameters would otherwise absorb
+// them: tyres that saturate, have a relaxation length, and change their load when the car
+// accelerates or brakes.
 //
 // Templates over the scalar: doubles, and Ceres's jets.
 #pragma once
@@ -14,7 +14,7 @@ namespace odomd::tools::single_track {
 
 inline constexpr double gravity = 9.80665;
 
-/// Where things lie in the state.
+/// Indices in the state.
 enum : std::size_t { pos_x, pos_y, yaw, v_x, v_y, yaw_rate, steer, slip_front, slip_rear, states };
 
 template <class T>
@@ -26,22 +26,23 @@ struct Car {
   T stiffness_front, stiffness_rear;  ///< at zero slip under static load [N/rad]
   T bend_front, bend_rear;            ///< b below: 0 is linear
   T relaxation;                       ///< σ, way on which a tyre builds up its force [m]
-  T load_arm;  ///< p·h: height of the centre of gravity by how stiffness goes with load [m]
+  T load_arm;  ///< p·h: height of the centre of gravity times the load exponent of the stiffness
+               ///< [m]
   T lag;       ///< time constant of the steering [s]
   double rolling = 0.015;    ///< resistance of the wheels, by their load
   double track = 0.16;       ///< [m]
   double floor_speed = 0.1;  ///< below it slip builds up as if at it [m/s]
 };
 
-/// What the tyres push sideways, in their own direction [N].
+/// Side forces of the tyres, in their own axes [N].
 template <class T>
 struct Forces {
   T front, rear;
 };
 
-// Static axle loads F_zv = m g l_h / l, F_zh = m g l_v / l; what speeding up moves to the rear
-// changes the stiffnesses by -p a_x h / (g l_h) and +p a_x h / (g l_v). With s = C α / F_z and the
-// driving force's own share s_x of the load,
+// Static axle loads F_zv = m g l_h / l, F_zh = m g l_v / l; the load that acceleration moves to the
+// rear changes the stiffnesses by -p a_x h / (g l_h) and +p a_x h / (g l_v). With s = C α / F_z and
+// the driving force's own share s_x of the load,
 //   F = C α / √(1 + b (s² + s_x²))
 template <class T>
 [[nodiscard]] Forces<T> forces(const Car<T>& car, const State<T>& x, const T& accel_x) {
@@ -59,7 +60,7 @@ template <class T>
           linear_rear / sqrt(T(1.0) + car.bend_rear * (s_rear * s_rear + driven * driven))};
 }
 
-/// What they do to the car: the force to the left and the moment about the vertical axis.
+/// Their effect on the car: the force to the left and the moment about the vertical axis.
 template <class T>
 struct Push {
   T side, moment;
@@ -88,7 +89,7 @@ template <class T>
                               0.5 * car.track * s * (inner - outer * f.front)};
 }
 
-// v_x moves by what it is told to, dv_x/dt; the steering by its lag towards `command`:
+// v_x follows the given dv_x/dt; the steering by its lag towards `command`:
 //   δ̇ = (δ_c - δ) / τ
 //   slip:  α̇ = (-V_sy - V_t α) / σ,   V_sy = v'_y cos δ - v_x sin δ,  v'_y = v_y + l_v ψ̇
 //   v̇_y = F_y / m - v_x ψ̇,  ψ̈ = M_z / J_z
@@ -148,7 +149,7 @@ template <template <class> class AnyCar, class T>
   return result;
 }
 
-/// The slowest speed at which a step of `dt` resolves how fast the tyres settle, with room.
+/// The slowest speed at which a step of `dt` resolves the settling of the tyres, with a margin.
 [[nodiscard]] inline double floor_speed(double mass, double l_v, double l_h, double inertia,
                                         double c_v, double c_h, double dt) {
   const double fastest =

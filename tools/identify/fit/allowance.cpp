@@ -6,9 +6,9 @@
 namespace odomd::tools::fitting {
 namespace {
 
-/// Where the speeds are many, for tyres' curves, springs, slip that builds up, how much the driven
-/// wheels spin, biases that walk. By the errors on simulated exercises of cars that are not among
-/// those of the campaign; the inertia's and the steering scale's by the campaign's too.
+/// With many speeds, for tyre curves, springs, relaxation, spin of the driven wheels, and bias
+/// walk. From the errors on simulated exercises of cars other than those of the campaign; for the
+/// inertia and the steering scale also from the campaign.
 Numbers<double> at_many_speeds(double wheelbase) {
   Numbers<double> sigma{};
   sigma[stiffness_front] = 0.008;
@@ -36,10 +36,10 @@ Numbers<double> at_many_speeds(double wheelbase) {
   return sigma;
 }
 
-constexpr double of_the_exercise = 0.4;  // variety, from which on the speeds tell enough
+constexpr double of_the_exercise = 0.4;  // variety, from which on the speeds suffice
 constexpr double most_times = 30.0;
 
-/// How many times the allowance is taken for what only the speed tells apart: by the errors on
+/// Factor on the allowance for parameters that only different speeds separate: from the errors on
 /// simulated laps and slaloms of one speed.
 double times(double variety) {
   return std::clamp(std::pow(of_the_exercise / std::max(variety, 1e-3), 2), 1.0, most_times);
@@ -53,9 +53,11 @@ struct LookAlikes {
 constexpr LookAlikes front{stiffness_front, steering_scale};
 constexpr LookAlikes rear{stiffness_rear, camera_x};
 
-/// Neither is known as well beforehand as the fit would tell it of many speeds.
+/// Neither is known beforehand as precisely as a fit over many speeds would determine it.
 bool are_open(const LookAlikes& pair, const Settings& settings, const Numbers<double>& sigma) {
-  const auto open = [&](Parameter k) { return settings.free[k] && settings.doubt[k] > sigma[k]; };
+  const auto open = [&](Parameter k) {
+    return settings.free[k] && settings.prior_sigma[k] > sigma[k];
+  };
   return open(pair.tyres) && open(pair.other);
 }
 

@@ -25,10 +25,10 @@ PoseSample pose_near(const Drive& drive, double t) {
   return pose;
 }
 
-// Commands are given by another clock than they are reported by, and servos are jerky: how far the
-// signal moves in so many of its cycles.
-constexpr double doubtful_cycles = 1.0;
-double steering_doubt(const Setup& setup, const Drive& drive, double begin) {
+// Commands and their reports have different clocks, and servos move in steps: the uncertainty is
+// the change of the signal in this many of its cycles.
+constexpr double uncertain_cycles = 1.0;
+double steering_uncertainty(const Setup& setup, const Drive& drive, double begin) {
   double sum = 0.0;
   int count = 0;
   double t = begin;
@@ -37,7 +37,7 @@ double steering_doubt(const Setup& setup, const Drive& drive, double begin) {
     t += 0.2 * setup.knot;
     ++count;
   }
-  return std::hypot(drive.steering_sigma, doubtful_cycles * std::sqrt(sum / count));
+  return std::hypot(drive.steering_sigma, uncertain_cycles * std::sqrt(sum / count));
 }
 
 Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, double begin,
@@ -66,7 +66,7 @@ Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, d
     if (k == count) break;
     chain.windows.push_back({.drive = &drive,
                              .begin = t,
-                             .steering_doubt = steering_doubt(setup, drive, t),
+                             .steering_sigma = steering_uncertainty(setup, drive, t),
                              .samples = {},
                              .poses = {}});
     std::vector<double> inner;

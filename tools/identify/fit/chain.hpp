@@ -1,4 +1,4 @@
-// The unknowns of a drive as the fit has them: windows in a row, a state at each one's begin.
+// The unknowns of a drive in the fit: successive windows with a state at the start of each.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace odomd::tools::fitting {
 
-/// A node at each window's begin and at the end, and what is inside the windows.
+/// A node at the start of each window and at the end, and the unknowns inside the windows.
 struct Chain {
   std::size_t drive = 0;
   std::vector<Window> windows;
@@ -17,12 +17,12 @@ struct Chain {
   std::vector<std::vector<double>> inner;
 };
 
-/// The parts of a drive that are fast enough to tell of tyres, two windows at least each. Nodes
-/// begin with the poses, the wheels' speed, the gyro, and what slips with them.
+/// The parts of a drive that are fast enough to show the tyres, at least two windows each. Nodes
+/// are initialised from the poses, the wheels' speed, the gyro, and the corresponding slip.
 [[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const Drive& drive,
                                            std::size_t index);
 
-/// From the unknowns as they lie in blocks of the fit.
+/// From the unknowns in the parameter blocks of the fit.
 template <class T>
 Course<T> course_of(const Setup& setup, const T& begin, const T* inner, const T& end) {
   const auto knots = static_cast<std::ptrdiff_t>(setup.knots());
@@ -34,10 +34,10 @@ Course<T> course_of(const Setup& setup, const T& begin, const T* inner, const T&
   return course;
 }
 
-/// Each sample into the window that its time, by the latencies as they are now, lies in.
+/// Assigns each sample to the window of its time, by the present latencies.
 void deal(const Numbers<double>& p, const Setup& setup, Chain& chain);
 
-/// Kinds of residuals: those of the sources, and of poses.
+/// Kinds of residuals: of the sources and of poses.
 inline constexpr std::size_t position_kind = estimator::source_count;
 inline constexpr std::size_t yaw_kind = position_kind + 1;
 
@@ -48,7 +48,7 @@ struct ResidualPoint {
   double residual = 0.0;
 };
 
-/// What is left of the measurements.
+/// The residuals of the measurements.
 struct Unexplained {
   std::vector<ResidualPoint> points;
   std::array<std::vector<double>, yaw_kind + 1> values;
@@ -59,8 +59,8 @@ struct Unexplained {
 
 [[nodiscard]] double robust_sigma(const std::vector<double>& values);
 
-/// Noises from the residuals, where they show more than is stated: model errors count as noise of
-/// the source that shows them. (Less they show where a wheel stands for long.)
+/// Noise from the residuals if it is larger than stated: model errors count as noise of the source
+/// that shows them. (It is smaller if a wheel stands for long.)
 void take_noises(Setup& setup, const Unexplained& rest);
 
 }  // namespace odomd::tools::fitting

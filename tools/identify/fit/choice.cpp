@@ -5,11 +5,11 @@
 namespace odomd::tools::fitting {
 namespace {
 
-constexpr double better = 0.995;      // errors that are clearly less
-constexpr double half_as_good = 1.1;  // errors of every other part that are not much worse
+constexpr double better = 0.995;      // ratio of clearly smaller errors
+constexpr double half_as_good = 1.1;  // largest ratio for each half
 
-/// The errors of a turn over those without it that are allowed at most. What the trial found itself
-/// must be worth it for as long as it stays.
+/// The largest allowed ratio of the errors with a change to those without it. Values found by the
+/// trial itself must keep paying off.
 double allowed(const Candidate& candidate) {
   if (candidate.own) return candidate.taken ? 1.0 / worth_it : worth_it;
   return candidate.taken ? better : as_good;

@@ -1,4 +1,4 @@
-// Which of the numbers that were found go into a configuration: those that make a replay better, or
+// Chooses which of the numbers found go into a configuration: those that make a replay better, or
 // no worse.
 #pragma once
 
@@ -14,40 +14,40 @@
 
 namespace odomd::tools::fitting {
 
-inline constexpr double as_good = 1.003;  ///< errors that are no worse
+inline constexpr double as_good = 1.003;  ///< largest ratio that counts as no worse
 inline constexpr double worth_it = 0.98;  ///< errors, by what more than a value must bring
 
 [[nodiscard]] Patch together(Patch one, const Patch& other);
 
-/// What may go into the configuration, all of it or nothing.
+/// A group of values that go into the configuration together or not at all.
 struct Candidate {
   std::string name;
   Patch patch;
-  std::vector<std::size_t> findings;  ///< that it puts in
-  std::optional<Finding> own;         ///< what is found by the trial itself
+  std::vector<std::size_t> findings;  ///< values to write
+  std::optional<Finding> own;         ///< found by the trial itself
   bool taken = false;
 };
 
-/// The candidates that are taken, and what a replay with them makes of the errors.
+/// The candidates taken, and the errors of a replay with them.
 class Choice {
  public:
-  /// `judge` tells the errors of a replay with a patch.
+  /// `judge` returns the errors of a replay with a patch.
   Choice(std::function<Ratio(const Patch&)> judge, std::vector<Candidate> candidates);
 
   [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
   [[nodiscard]] const Ratio& now() const { return now_; }
   [[nodiscard]] Patch patch() const;
 
-  /// The errors with one of them taken where it is left, and left where it is taken.
+  /// The errors with one of them switched.
   [[nodiscard]] Ratio turned(std::size_t i);
 
-  /// One more, which is taken, and the errors with it.
+  /// Adds one more, which is taken, and the errors with it.
   void take(Candidate candidate, const Ratio& with);
 
-  /// Takes the one that is best taken, or where none is, leaves the one that is best left, and says
-  /// which. Nothing is taken that makes the errors more, nothing left where that does not make them
-  /// clearly less, and neither where it makes those of a half much more; but what the trial found
-  /// itself is left as soon as it is worth no more.
+  /// Takes the best candidate to take, or if there is none drops the best one to drop, and returns
+  /// which. It takes nothing that increases the errors, drops nothing unless that clearly reduces
+  /// them, and does neither if it much increases those of a half; but a value found by the trial
+  /// itself is dropped as soon as it does not pay off.
   std::optional<std::string> turn_best();
 
  private:

@@ -24,7 +24,7 @@ T bounded(const T& e) {
   return e;
 }
 
-// Parameters and states of one window, either as plain numbers or as jets over what is free.
+// Parameters and states of one window, either as plain numbers or as jets over the free ones.
 template <class T>
 struct Unknowns {
   Numbers<T> p;

@@ -1,4 +1,4 @@
-// The fit's costs as Ceres takes them.
+// The fit's cost functions for Ceres.
 #pragma once
 
 #include <ceres/cost_function.h>

@@ -17,7 +17,7 @@ constexpr std::array speeds{Source::wheel_rear_left,  Source::wheel_rear_right,
                             Source::wheel_rear,       Source::motor,
                             Source::wheel_front_left, Source::wheel_front_right};
 
-// Means over neighbours, so that no sensor counts for more than its information costs.
+// Means over neighbours, to limit the number of samples of a fast sensor.
 void add(std::vector<Sample>& samples, const Series& series, Source source, double sigma,
          std::int64_t origin_ns, const Series& direction, double spacing) {
   double t_sum = 0.0, sum = 0.0, first = 0.0;
@@ -70,11 +70,11 @@ std::optional<Measured> gyro_at_rest(const Series& speed, const Series& gyro, do
   return Measured{mean, std::sqrt(scatter / count + moved * moved)};
 }
 
-// By the message that is missing, where one is bound.
+// Names the missing message, if one is bound.
 [[noreturn]] void refuse_without_speed(const SignalLog& log) {
   for (const Source source : speeds)
     if (!log.why_empty.at(static_cast<std::size_t>(source)).empty()) (void)log.need(source);
-  throw std::invalid_argument(log.name + ": no wheel speed in it that the configuration maps");
+  throw std::invalid_argument(log.name + ": contains no wheel speed that the configuration maps");
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   }
   if (drive.poses.size() < 20)
     throw std::invalid_argument(drive.name + ": " + counted(drive.poses.size(), "pose") +
-                                " of camera or reference; a fit needs a drive full of them");
+                                " of camera or reference; a fit needs a whole drive of them");
 
   drive.begin = std::max({drive.poses.front().t, seconds(log.of(*speed).t_ns.front()),
                           seconds(log.of(Source::yaw_rate).t_ns.front()),
@@ -128,9 +128,10 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
   drive.begin = std::max(drive.begin, part.from);
   drive.end = std::min(drive.end, part.to);
   if (!(drive.end - drive.begin >= least_duration))
-    throw std::invalid_argument(drive.name + ": log and poses overlap for " +
-                                fixed(std::max(0.0, drive.end - drive.begin), 1) +
-                                " s; ten are needed, a minute is better. Are both on one clock?");
+    throw std::invalid_argument(
+        drive.name + ": log and poses overlap for " +
+        fixed(std::max(0.0, drive.end - drive.begin), 1) +
+        " s; at least ten are needed, a minute is better. Are both on one clock?");
 
   for (std::size_t k = 0; k < estimator::source_count; ++k) {
     const auto source = static_cast<Source>(k);
@@ -150,9 +151,9 @@ Drive prepare(std::string name, const daemon::Config& config, const SignalLog& l
                          static_cast<double>(steered.size() - 1);
   drive.steering_sigma =
       std::max(5e-4, config.can.signals[static_cast<std::size_t>(Source::steering)].sigma);
-  // Margins, as latencies move what is looked up.
+  // Margins, as latencies shift the times looked up.
   const double from = drive.begin - 1.0, to = drive.end + 1.0;
-  // Without corners: a dead time is fitted by the slope.
+  // Smooth, as the dead time is fitted by the slope.
   drive.steering =
       mean_around(integral(resampled(log.of(Source::steering), origin, from, to)), 5e-3);
   drive.yaw_rate = resampled(log.of(Source::yaw_rate), origin, from, to);

@@ -1,4 +1,4 @@
-// A drive as the fit takes it: samples and poses in seconds, ready to be laid over a model.
+// A drive for the fit: samples and poses in seconds.
 #pragma once
 
 #include <optional>
@@ -36,23 +36,23 @@ struct Drive {
   double steering_sigma = 1e-3;   ///< of a sample [rad]
   double steering_cycle = 0.01;   ///< between two samples [s]
   Resampled speed, yaw_rate;      ///< roughly, to begin with
-  std::optional<Measured> rest;   ///< what the gyro reads where the wheels stand [rad/s]
+  std::optional<Measured> rest;   ///< reading of the gyro at standstill [rad/s]
 };
 
-/// How much slower a car does everything than one of 1:10, by Froude's number; 1 to 3, whole.
+/// Time scale compared with a 1:10 car, by Froude's number; 1 to 3, whole.
 [[nodiscard]] double slowness(const daemon::Config& config);
 
 /// Samples closer than this are averaged [s].
 [[nodiscard]] double least_spacing(const daemon::Config& config);
 
-/// What of the log is taken, after its first frame [s].
+/// The part of the log to use, after its first frame [s].
 struct Part {
   double from = 0.0;
   double to = 1e9;
 };
 
-/// Poses are of the camera or of a reference. Throws std::invalid_argument, naming the drive, where
-/// signals or poses are missing, or do not overlap for ten seconds at least.
+/// Poses are of the camera or of a reference. Throws std::invalid_argument, naming the drive, if
+/// signals or poses are missing, or overlap for less than ten seconds.
 [[nodiscard]] Drive prepare(std::string name, const daemon::Config& config, const SignalLog& log,
                             std::span<const estimator::CameraPose> poses, const Part& part = {});
 

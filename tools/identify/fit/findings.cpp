@@ -17,17 +17,17 @@ namespace {
 
 using estimator::Source;
 
-/// Told by the drive and not by the prior: below this share of the prior's uncertainty.
-constexpr double told_below = 0.5;
+/// Determined by the drive and not by the prior: below this share of the prior's uncertainty.
+constexpr double reported_below = 0.5;
 
-/// What is so many of its doubts away from what is configured was drawn there by something else,
-/// where another parameter can make up for it.
-constexpr double astray_doubts = 2.5;
+/// A value this many prior sigmas away from the configured one was drawn there by something else,
+/// if another parameter can compensate for it.
+constexpr double astray_sigmas = 2.5;
 
-/// A share of hard turns that spoils a fit.
+/// The share of hard turns above which a fit suffers.
 constexpr double much = 0.03;
 
-/// Of the grip that a drive has to ask for so that it is not extrapolated.
+/// The share of the grip that a drive must reach, so that it is not extrapolated.
 constexpr double seen_at_least = 0.5;
 
 const can::SignalBinding* binding_of(const daemon::Config& config, Source source) {
@@ -41,11 +41,11 @@ struct Builder {
   const Settings& settings;
   const Result& result;
   Numbers<double> nominal;
-  Numbers<double> sigma;  // with what the model leaves out
+  Numbers<double> sigma;  // including model errors
   Findings& findings;
 
   [[nodiscard]] bool astray(Parameter k) const {
-    return std::fabs(result.p[k]) > astray_doubts * settings.doubt[k];
+    return std::fabs(result.p[k]) > astray_sigmas * settings.prior_sigma[k];
   }
 
   [[nodiscard]] std::string why_not(Parameter k) const {
@@ -54,19 +54,19 @@ struct Builder {
         twin(config.vehicle.wheelbase(), settings, result.turns.speed_variety, k);
     if (other && (astray(k) || astray(*other))) {
       const Parameter far = astray(k) ? k : *other;
-      return "at one speed not to be told from " + meaning(*other) +
+      return "at one speed indistinguishable from " + meaning(*other) +
              (far == k ? ", and " : ", which came out ") +
-             fixed(std::fabs(result.p[far]) / settings.doubt[far], 1) +
-             " sigmas from what is configured";
+             fixed(std::fabs(result.p[far]) / settings.prior_sigma[far], 1) +
+             " sigmas from the configured value";
     }
-    if (sigma[k] < told_below * settings.doubt[k]) return "";
+    if (sigma[k] < reported_below * settings.prior_sigma[k]) return "";
     const ParameterInfo& info = parameter_table()[k];
     const auto two_sigma = [&info](double one) {
       return info.kind == Kind::factor ? fixed(200.0 * one, 1) + " %"
                                        : fixed(2.0 * one, 4) + " " + std::string(info.unit);
     };
-    std::string reason = "the drive tells little more than was known (2 sigma " +
-                         two_sigma(sigma[k]) + ", before " + two_sigma(settings.doubt[k]) + ")";
+    std::string reason = "the drive adds little to what was known (2 sigma " + two_sigma(sigma[k]) +
+                         ", before " + two_sigma(settings.prior_sigma[k]) + ")";
     double strongest = 0.0;
     std::size_t partner = k;
     for (std::size_t j = 0; j < parameters; ++j) {
@@ -80,7 +80,7 @@ struct Builder {
       }
     }
     if (std::fabs(strongest) > 0.7)
-      reason += "; goes with " + std::string(parameter_table()[partner].name) + " (" +
+      reason += "; correlated with " + std::string(parameter_table()[partner].name) + " (" +
                 fixed(strongest, 2) + ")";
     return reason;
   }
@@ -105,7 +105,7 @@ struct Builder {
     return std::string(parameter_table()[k].meaning);
   }
 
-  // A value that stands in the configuration as it is.
+  // A value that is used directly in the configuration.
   void add_value(Parameter k, const std::string& key) {
     const ParameterInfo& info = parameter_table()[k];
     const double value = value_of(info, nominal[k], result.p[k]);
@@ -124,7 +124,7 @@ struct Builder {
         sigma[offset] * factor);
   }
 
-  // Ages only: what is early becomes 0.
+  // Latencies are not negative: early ones become 0.
   void add_latency(Parameter k, Source source) {
     if (k == accel_latency && one_imu(config)) k = gyro_latency;
     const can::SignalBinding* binding = binding_of(config, source);
@@ -133,7 +133,7 @@ struct Builder {
     std::string remark;
     if (measured < 0.0) remark = "measured " + fixed(1e3 * measured, 1) + " ms";
     if (measured < -2.0 * sigma[k]) {
-      // Nothing is told before it happens.
+      // A latency cannot be negative.
       if (settings.free[k])
         findings.values.push_back({.name = "latency of " + binding->role,
                                    .key = "can.signals." + binding->role + ".latency",
@@ -155,8 +155,8 @@ struct AxleParameters {
   const char* end;  ///< of the keys
 };
 
-// The filter's tyre is a brush, where the drive shows that tyres saturate: through the fitted one
-// at the drive's hardest turns and at half of them. Else it is linear.
+// If the drive shows that tyres saturate, the filter's brush tyre goes through the fitted curve at
+// the drive's hardest turns and at half of that. Else the tyre is linear.
 void add_tyres(Builder& b, const AxleParameters& a) {
   const std::string end = a.end;
   const std::string stiffness_key = "vehicle.cornering_stiffness_" + end;
@@ -168,21 +168,21 @@ void add_tyres(Builder& b, const AxleParameters& a) {
   };
   const std::optional<BrushTyre> brush = brush_at(b.result.p);
   std::string linear =
-      b.why_not(a.stiffness).empty() ? b.why_not(a.bend) : "goes with the stiffness";
+      b.why_not(a.stiffness).empty() ? b.why_not(a.bend) : "correlated with the stiffness";
   if (linear.empty() && !brush) linear = "nothing saturates";
   if (linear.empty() && b.result.turns.hardest < seen_at_least * brush->grip)
-    linear = "the drive asks for " + fixed(b.result.turns.hardest, 1) + " m/s2 of some " +
+    linear = "the drive needs only " + fixed(b.result.turns.hardest, 1) + " m/s2 of about " +
              fixed(brush->grip, 0) + "; drive harder";
   if (!linear.empty()) {
     b.add_value(a.stiffness, stiffness_key);
-    // A curve that no tyre has was drawn there by something else, and its slope with it.
+    // An impossible curve was caused by something else, and so was its slope.
     if (Finding& stiffness = b.findings.values.back();
         b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
         stiffness.determined == Determined::yes) {
       stiffness.determined = Determined::no;
-      stiffness.remark = "goes with " + Builder::meaning(a.bend) + ", which came out " +
-                         fixed(std::fabs(b.result.p[a.bend]) / b.settings.doubt[a.bend], 1) +
-                         " sigmas from what is usual";
+      stiffness.remark = "correlated with " + Builder::meaning(a.bend) + ", which came out " +
+                         fixed(std::fabs(b.result.p[a.bend]) / b.settings.prior_sigma[a.bend], 1) +
+                         " sigmas from the usual value";
     }
     if (b.settings.free[a.bend])
       b.findings.values.push_back({.name = "grip, " + end,
@@ -211,7 +211,7 @@ void add_tyres(Builder& b, const AxleParameters& a) {
       of_stiffness += by_stiffness[i] * covariance * by_stiffness[j];
       of_grip += by_grip[i] * covariance * by_grip[j];
     }
-  // ... and the stiffness is known no better than the fit's.
+  // The stiffness is no more precise than the fit's.
   b.add(a.stiffness, Builder::meaning(a.stiffness), stiffness_key, brush->stiffness,
         std::max(std::sqrt(of_stiffness), brush->stiffness * b.sigma[a.stiffness]),
         "of a tyre that saturates");
@@ -222,12 +222,12 @@ void add_tyres(Builder& b, const AxleParameters& a) {
                                .unit = "m/s2"});
 }
 
-// Delay and lag of an actuator, where the steering is a command.
+// Delay and lag of an actuator, if the steering signal is a command.
 void add_steering(Builder& b) {
   b.add_scale_and_offset(Source::steering, steering_scale, steering_offset);
   b.add_value(steering_delay, "");
   if (!b.settings.free[steering_delay] || !b.settings.free[steering_lag]) return;
-  // The delay in all is fitted, and with it the lag's logarithm: dτ = τ dp
+  // The total delay is fitted, together with the logarithm of the lag: dτ = τ dp
   const double lag =
       value_of(parameter_table()[steering_lag], b.nominal[steering_lag], b.result.p[steering_lag]);
   const double whole = b.nominal[steering_delay] + b.result.p[steering_delay];
@@ -260,7 +260,7 @@ void add_accelerometers(Builder& b) {
           y->offset - (c * by - s * bx), b.sigma[accel_bias_y]);
   b.add_value(imu_x, "imu.position[0]");
   b.add_value(imu_y, "imu.position[1]");
-  // The configuration turns both axes together: of one message, of one age.
+  // The configuration rotates both axes together: they must have the same message and latency.
   const bool together =
       x != nullptr && y != nullptr && x->message == y->message && x->latency_ns == y->latency_ns;
   b.add_value(imu_yaw, together ? "imu.yaw" : "");
@@ -298,7 +298,7 @@ nlohmann::ordered_json details_of(const Builder& b) {
         {"relative_to_configured", b.result.p[k]},
         {"sigma", b.sigma[k]},
         {"sigma_if_independent", b.result.naive[k]},
-        {"sigma_before", b.settings.doubt[k]},
+        {"sigma_before", b.settings.prior_sigma[k]},
         {"determined", b.why_not(k).empty()}};
   }
   for (const SourceFit& source : b.result.sources)
@@ -313,7 +313,7 @@ nlohmann::ordered_json details_of(const Builder& b) {
 }  // namespace
 
 Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
-                     const Settings& settings, const Result& result, double mass_doubt) {
+                     const Settings& settings, const Result& result, double mass_sigma) {
   Findings findings{.method = "fit", .origin = "", .values = {}, .warnings = {}, .details = {}};
   double seconds = 0.0;
   for (const Drive& drive : drives) seconds += drive.end - drive.begin;
@@ -323,10 +323,11 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   const Numbers<double> beyond =
       allowance(config.vehicle.wheelbase(), settings, result.turns.speed_variety);
   for (std::size_t k = 0; k < parameters; ++k)
-    if (settings.free[k])  // and no worse than it was known
-      sigma[k] = std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.doubt[k]));
+    if (settings.free[k])  // but no larger than before
+      sigma[k] =
+          std::min(std::hypot(sigma[k], beyond[k]), std::max(sigma[k], settings.prior_sigma[k]));
   for (const Parameter k : {stiffness_front, stiffness_rear, yaw_inertia})
-    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], mass_doubt);
+    if (settings.free[k]) sigma[k] = std::hypot(sigma[k], mass_sigma);
 
   const Numbers<double> nominal = nominal_values(config);
   Builder b{config, settings, result, nominal, sigma, findings};
@@ -345,13 +346,14 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   if (at_one_speed(config.vehicle.wheelbase(), settings, result.turns.speed_variety))
     findings.warnings.emplace_back(
         "the turns are driven at much the same speed, where more steering and softer front tyres "
-        "look alike, as do softer rear tyres and a camera farther ahead: these are not told well; "
-        "drive turns at three speeds (odom sim --scenario exercise), or --fix what is known");
+        "look alike, as do softer rear tyres and a camera farther ahead: these are poorly "
+        "determined; "
+        "drive turns at three speeds (odom sim --scenario exercise), or --fix known parameters");
   if (result.turns.hard > much)
     findings.warnings.push_back(fixed(100.0 * result.turns.hard, 0) +
-                                " % of the drive is beyond a half of the grip (4.9 m/s2), where "
-                                "tyres are curves: latencies of the wheels and stiffnesses may be "
-                                "off by more than is stated; drive more calmly");
+                                " % of the drive is above half of the grip (4.9 m/s2), where tyres "
+                                "are not linear: latencies of the wheels and stiffnesses may be "
+                                "off by more than stated; drive more gently");
   const auto before_the_poses = [](const Finding& finding) {
     return finding.name.starts_with("latency of ") && finding.value < 0.0;
   };
@@ -360,11 +362,11 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
     findings.warnings.push_back(
         early->name + " came out " + fixed(-1e3 * early->value, 0) +
         " ms before the poses: their stamps look late, and latencies and the steering's delay are "
-        "off by as much; give them the time when the picture was taken");
+        "off by as much; stamp poses with the time the picture was taken");
   if (!result.settled)
     findings.warnings.emplace_back(
-        "the fit has not settled: poses and log may not belong together, or the drive tells too "
-        "little; look at --plot, or leave parameters as they are (--fix)");
+        "the fit did not converge: poses and log may not belong together, or the drive has too "
+        "little excitation; check --plot, or leave parameters as they are (--fix)");
   findings.details = details_of(b);
   findings.details["turns"] = {{"speed_variety", result.turns.speed_variety},
                                {"beyond_half_of_the_grip", result.turns.hard},

@@ -1,4 +1,4 @@
-// What a fit found, as numbers of the configuration: each composes with what stands there.
+// The results of a fit as numbers of the configuration: each is combined with the present value.
 #pragma once
 
 #include <span>
@@ -9,11 +9,11 @@
 
 namespace odomd::tools::fitting {
 
-/// `mass_doubt`: relative standard uncertainty of the configured mass. Only ratios to the mass show
-/// in a drive, so it is part of what stiffnesses and inertia are uncertain by.
+/// `mass_sigma`: relative standard uncertainty of the configured mass. Only ratios to the mass show
+/// in a drive, so it adds to the uncertainty of stiffnesses and inertia.
 [[nodiscard]] Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
                                    const Settings& settings, const Result& result,
-                                   double mass_doubt);
+                                   double mass_sigma);
 
 /// The residuals of every source over time, one chart each. Throws std::invalid_argument for a
 /// file that cannot be written.

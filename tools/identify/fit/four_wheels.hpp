@@ -1,5 +1,5 @@
-// The single-track car with its wheels apart, as `odom identify fit` lays it over a drive: each
-// tyre by its own load and slip, wheels that roll against a resistance and are spun up.
+// The single-track car with separate wheels, as `odom identify fit` fits it to a drive: each tyre
+// with its own load and slip, wheels with rolling resistance and spin inertia.
 //
 // Templates over the scalar: doubles, and Ceres's jets.
 #pragma once
@@ -22,18 +22,18 @@ using single_track::yaw_rate;
 template <class T>
 struct Car : single_track::Car<T> {
   T spin{};      ///< spin of the front wheels, as a share of the mass: I / r² of both
-  T load_lag{};  ///< with which load follows the lateral acceleration [s]
+  T load_lag{};  ///< time constant of the load transfer [s]
 };
 
-/// How stiffness goes with load: C(F_z) = C(F_z0) (F_z / F_z0)^p.
+/// Stiffness over load: C(F_z) = C(F_z0) (F_z / F_z0)^p.
 inline constexpr double load_exponent = 0.8;
 
-/// What the tyres do to the car.
+/// The forces of the tyres on the car.
 template <class T>
 struct Push {
   T side;    ///< force to the left [N]
   T moment;  ///< about the vertical axis [N m]
-  T drive;   ///< force of the rear tyres along x that speeds it up so [N]
+  T drive;   ///< force of the rear tyres along x for this acceleration [N]
 };
 
 // The side force of one tyre, of half an axle's stiffness. Its load F_z = F_z0 (1 + ξ), and with

@@ -17,7 +17,7 @@ constexpr std::array goals{Goal::prediction, Goal::second, Goal::position, Goal:
 constexpr double part_s = 8.0;         // of a 1:10 car
 constexpr std::size_t most_parts = 8;  // of a drive
 
-/// The way of the centre of gravity, whole and in parts.
+/// The path of the centre of gravity, whole and in parts.
 std::vector<Trajectory> parts_of(const Trajectory& reference, const estimator::Pose2& arm,
                                  double slow) {
   const Trajectory whole = at_centre_of_gravity(reference, arm);
@@ -55,7 +55,7 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
     drive.frames.push_back(*frame);
   }
   drive.buses = buses.all();
-  // Poses of before and after have no replay to be held against.
+  // Poses before and after have no replay to compare with.
   if (!drive.frames.empty()) last = std::min(last, drive.frames.back().time_ns);
   std::ranges::sort(poses, {}, &estimator::CameraPose::capture_ns);
   const std::int64_t begin = first + static_cast<std::int64_t>(1e9 * from);
@@ -64,7 +64,7 @@ tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
   });
   drive.reference = smoothed(poses, 0.25 * slowness(config));
   if (drive.reference->points.size() < 100)
-    throw std::invalid_argument(name + ": poses too few to replay the drive against");
+    throw std::invalid_argument(name + ": too few poses to evaluate a replay of the drive");
   return drive;
 }
 
@@ -97,8 +97,8 @@ std::vector<Score> Judge::scores(const Patch& patch) {
     daemon::Config config = daemon::parse_config(patched(own.text, own.file, patch), own.file);
     config.can.sources = own.can.sources;
     config.can.dbc = own.can.dbc;
-    std::vector<std::string> told_already;
-    static_cast<void>(daemon::load_databases(config, told_already));
+    std::vector<std::string> reported_already;
+    static_cast<void>(daemon::load_databases(config, reported_already));
     const ReplayedDrive replayed = replay_drive(drive, config);
     ++replays_;
     const auto [x, y, yaw] = config.camera.lever_arm;

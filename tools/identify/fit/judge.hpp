@@ -1,5 +1,5 @@
-// Drives replayed by dead reckoning with other numbers in the configuration, and held against their
-// own poses.
+// Replays drives by dead reckoning with other numbers in the configuration, and compares them with
+// their own poses.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace odomd::tools::fitting {
 
-/// A drive to be replayed, between two times after its first frame [s]; its reference are its
-/// poses, smoothed. Throws std::invalid_argument where there are too few of them.
+/// A drive to replay, between two times after its first frame [s]; the reference is its smoothed
+/// poses. Throws std::invalid_argument if there are too few of them.
 [[nodiscard]] tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
                                        std::span<const std::string> logs,
                                        std::vector<estimator::CameraPose> poses, double from,
@@ -25,8 +25,8 @@ namespace odomd::tools::fitting {
 using Patch = std::vector<ConfigValue>;
 
 /// Errors over those of the configuration, the geometric mean of those over 35 ms and over 1 s, and
-/// the rms of position and heading: of the whole and all parts of the drives, of the even ones, of
-/// the odd ones.
+/// the rms of position and heading: over all parts of the drives, over the even-numbered ones, and
+/// over the odd-numbered ones.
 struct Ratio {
   double all = std::numeric_limits<double>::infinity();
   std::array<double, 2> half{all, all};
@@ -34,11 +34,10 @@ struct Ratio {
 
 class Judge {
  public:
-  /// The drives must outlive it. Replays them as they are configured.
+  /// The drives must outlive it. Replays them with the present configuration.
   explicit Judge(std::span<const tools::Drive> drives);
 
-  /// Replays them with other numbers; infinity where that is no configuration, or none that comes
-  /// to a pose.
+  /// Replays them with other numbers; infinity if the configuration is invalid or gives no pose.
   [[nodiscard]] Ratio ratio(const Patch& patch);
 
   [[nodiscard]] std::size_t replays() const { return replays_; }

@@ -1,4 +1,4 @@
-// odom-fit: odom identify fit. A program of its own, so that odom itself needs no Ceres.
+// odom-fit: odom identify fit. A separate program, so that odom itself does not depend on Ceres.
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -32,12 +32,12 @@ bool mapped(const daemon::Config& config, Source source) {
   return config.can.signals[static_cast<std::size_t>(source)].configured;
 }
 
-// What the mapped signals can show at all.
+// The parameters that the mapped signals can show.
 std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   std::array<bool, parameters> free{};
   free.fill(true);
   if (one_imu(config)) free[accel_latency] = false;
-  free[load_lag] = free[drive_spin] = false;  // hardly show, and draw the others along
+  free[load_lag] = free[drive_spin] = false;  // hardly observable, and disturb the others
   constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
       {Source::wheel_front_left, wheel_scale_front_left},
       {Source::wheel_front_right, wheel_scale_front_right},
@@ -71,7 +71,7 @@ struct Priors {
 Priors priors_of(const daemon::Config& config, const FitOptions& options) {
   Priors result;
   result.settings.free = free_by_default(config);
-  result.settings.doubt = usual_doubts(config);
+  result.settings.prior_sigma = default_prior_sigmas(config);
   for (const std::string& name : options.freed)
     result.settings.free[parameter_named(name).parameter] = true;
   for (const std::string& name : options.fixed)
@@ -79,7 +79,7 @@ Priors priors_of(const daemon::Config& config, const FitOptions& options) {
   for (const std::string& text : options.priors) {
     const Prior prior = parse_prior(text);
     if (prior.parameter) {
-      result.settings.doubt[*prior.parameter] = prior.sigma;
+      result.settings.prior_sigma[*prior.parameter] = prior.sigma;
     } else {
       result.mass = prior.sigma;
     }
@@ -103,7 +103,7 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
     pose.yaw = point.pose.yaw;
     pose.sigma_x = pose.sigma_y = sigma[0];
     pose.sigma_yaw = sigma[1];
-    // More of them weigh more than they tell.
+    // Denser poses would get more weight than they have information.
     const auto least = static_cast<std::int64_t>(1e9 * spacing);
     if (!poses.empty() && pose.capture_ns - poses.back().capture_ns < least) continue;
     poses.push_back(pose);
@@ -111,7 +111,7 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
   return poses;
 }
 
-// One bias for all drives: where more than one of them stands, the mean.
+// One bias for all drives: the mean of those with a standstill.
 std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
   double sum = 0.0, least = 1e9;
   int count = 0;
@@ -136,12 +136,11 @@ fs::path folder_of(const std::string& drive) {
   std::error_code ignored;
   if (fs::is_directory(drive, ignored)) return drive;
   if (fs::exists(drive, ignored))
-    throw std::invalid_argument("--drive " + drive +
-                                ": is a file; name the folder of the drive that it is in");
-  throw std::invalid_argument("--drive " + drive + ": is no folder; check the path");
+    throw std::invalid_argument("--drive " + drive + ": is a file; give the folder of its drive");
+  throw std::invalid_argument("--drive " + drive + ": is not a folder; check the path");
 }
 
-// One car: drives that say different things of it are asked which is meant.
+// One car: drives with different configurations are refused.
 daemon::Config config_of(const FitOptions& options) {
   if (!options.config.empty()) return daemon::load_config(options.config);
   std::optional<daemon::Config> config;
@@ -150,11 +149,11 @@ daemon::Config config_of(const FitOptions& options) {
     std::error_code ignored;
     if (!fs::exists(file, ignored))
       throw std::invalid_argument(drive +
-                                  ": has no car.toml; name the car's configuration by --config");
+                                  ": has no car.toml; give the car's configuration with --config");
     daemon::Config own = daemon::load_config(file);
     if (config && own.text != config->text)
       throw std::invalid_argument(file.string() + " and " + config->file.string() +
-                                  " differ; name the car's configuration by --config");
+                                  " differ; give the car's configuration with --config");
     if (!config) config = std::move(own);
   }
   return std::move(config).value();
@@ -171,8 +170,8 @@ std::vector<Files> files_of(const FitOptions& options) {
     if (!fs::exists(poses, ignored))
       throw std::invalid_argument(
           folder + (options.use_reference ? ": has no truth.csv to fit to"
-                                          : ": has no camera.csv to fit to; take its truth.csv "
-                                            "by --use-reference, or another drive"));
+                                          : ": has no camera.csv to fit to; use its truth.csv with "
+                                            "--use-reference, or another drive"));
     (options.use_reference ? files.reference : files.camera) = poses.string();
     result.push_back(std::move(files));
   }
@@ -205,7 +204,7 @@ void fit(const FitOptions& options) {
     const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
     check_agreement(config, log, poses,
                     {.drive = files.name,
-                     .eye = files.camera.empty() ? "reference" : "camera",
+                     .pose_source = files.camera.empty() ? "reference" : "camera",
                      .from = part.from,
                      .to = part.to});
     drives.push_back(prepare(files.name, config, log, poses, part));
@@ -219,14 +218,14 @@ void fit(const FitOptions& options) {
   findings.warnings.insert(findings.warnings.begin(), warnings.begin(), warnings.end());
   if (!options.untried) try_out(findings, trials, priors.settings.progress);
   if (!options.plot.empty()) plot_residuals(options.plot, drives, result);
-  // A replay that is better by them speaks for numbers that are no result; nothing else does.
+  // Only an improved replay justifies writing numbers of a fit that did not converge.
   const bool kept_back = !result.settled && options.untried && !options.delivery.write.empty();
   Delivery delivery = options.delivery;
   if (kept_back) delivery.write.clear();
   deliver(findings, delivery);
   if (kept_back)
     throw std::runtime_error("nothing is written to " + options.delivery.write +
-                             ": the fit has not settled, and --untried leaves out the trial");
+                             ": the fit did not converge, and --untried skips the trial");
 }
 
 }  // namespace

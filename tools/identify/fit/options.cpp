@@ -8,10 +8,10 @@
 namespace odomd::tools {
 
 void describe_fit(Command command, FitOptions& options) {
-  command.description("Everything at once, on a drive with camera poses or a reference");
+  command.description("Fit all parameters at once, on a drive with camera poses or a reference");
   command
       .add_option("--config", options.config,
-                  "Configuration to begin with: as measured by hand; default: the drive's car.toml")
+                  "Initial configuration, as measured by hand; default: the drive's car.toml")
       .type_name("TOML");
   command
       .add_option("--drive", options.drives,
@@ -19,30 +19,34 @@ void describe_fit(Command command, FitOptions& options) {
       .type_name("DIR");
   command.add_option("--can", options.can, "Log of a drive, candump -L; repeatable")
       .type_name("LOG");
-  command.add_option("--camera", options.camera, "Its camera poses").type_name("CSV");
-  command.add_option("--reference", options.reference, "Its reference trajectory, instead")
+  command.add_option("--camera", options.camera, "Camera poses of that drive").type_name("CSV");
+  command
+      .add_option("--reference", options.reference,
+                  "Reference trajectory of that drive, instead of camera poses")
       .type_name("CSV");
   command.add_flag("--use-reference", options.use_reference,
-                   "Of each --drive take truth.csv, not camera.csv");
+                   "Use truth.csv of each --drive, not camera.csv");
   command
       .add_option("--reference-sigma", options.reference_sigma,
                   "Standard deviations of a reference, m and rad (0.005 0.005); the residuals "
-                  "have the last word")
+                  "decide in the end")
       .values(2)
       .type_name("M RAD");
   command.add_option("--dbc", options.dbc, "Databases in place of the configuration's; repeatable")
       .type_name("FILE");
-  command.add_option("--from", options.from, "Begin so long after the log's first frame, s")
+  command.add_option("--from", options.from, "Begin at this time after the log's first frame, s")
       .type_name("S");
-  command.add_option("--to", options.to, "End so long after it, s").type_name("S");
+  command.add_option("--to", options.to, "End at this time after it, s").type_name("S");
   command.add_option("--fix", options.fixed, "Leave a parameter as configured; repeatable")
       .type_name("NAME");
-  command.add_option("--free", options.freed, "Fit one that no mapped signal shows; repeatable")
+  command
+      .add_option("--free", options.freed,
+                  "Fit a parameter that no mapped signal shows; repeatable")
       .type_name("NAME");
   command
       .add_option(
           "--prior", options.priors,
-          "How well a parameter is known beforehand, as a standard uncertainty: a share of it "
+          "Standard uncertainty of a parameter before the fit: a share of it "
           "(0.02: 2 %) for stiffnesses, inertia, scales, mass (0.01); else in its unit; repeatable")
       .type_name("NAME=SIGMA");
   command
@@ -50,12 +54,14 @@ void describe_fit(Command command, FitOptions& options) {
                   "Length of a shooting window, s (0.5 of a 1:10 car to 1.5)")
       .within(0.1, 5.0)
       .type_name("S");
-  command.add_option("--threads", options.threads, "How many (1)").within(1, 64).type_name("N");
-  command.add_option("--plot", options.plot, "Picture of what is left unexplained, .svg or .png")
+  command.add_option("--threads", options.threads, "Number of threads (1)")
+      .within(1, 64)
+      .type_name("N");
+  command.add_option("--plot", options.plot, "Plot of the residuals, .svg or .png")
       .type_name("FILE");
   command.add_flag("--untried", options.untried,
-                   "Write all that was found, whether or not the filter does better with it");
-  command.add_flag("--quiet", options.quiet, "No progress");
+                   "Write all values found, even if the filter does not improve with them");
+  command.add_flag("--quiet", options.quiet, "Do not show progress");
   add_delivery(command, options.delivery);
   std::string names;
   for (const fitting::ParameterInfo& info : fitting::parameter_table()) {
@@ -67,14 +73,14 @@ void describe_fit(Command command, FitOptions& options) {
       "circles to both sides at three speeds, and weave as quickly as the steering follows, at "
       "three\n"
       "speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres\n"
-      "that saturate and a steering that lags is laid over all sensors and poses; what makes it "
+      "that saturate and a steering that lags is fitted to all sensors and poses; what makes it "
       "fit\n"
       "best is the result. Poses are the clock: latencies are against their stamps. The inertia "
       "is\n"
       "that of the car with its wheels spinning.\n"
       "\n"
-      "Only ratios to the mass show in a drive: tell how well the car is\n"
-      "weighed (--prior mass=0.002). What the drive could not tell is\n"
+      "Only ratios to the mass show in a drive: state how well the car is\n"
+      "weighed (--prior mass=0.002). What the drive did not determine is\n"
       "marked, with the reason, and is not written.\n"
       "\n"
       "Parameters:" +
@@ -94,17 +100,17 @@ void check(const FitOptions& o) {
   const auto refuse = [](const char* what) { throw std::invalid_argument(what); };
   if (!o.can.empty()) {
     if (o.camera.empty() == o.reference.empty())
-      refuse("--can needs poses: give --camera or --reference, one of them");
+      refuse("--can needs poses: give either --camera or --reference");
   } else if (!o.camera.empty() || !o.reference.empty()) {
     refuse("poses need their log: give --can");
   }
   if (o.drives.empty() && o.can.empty())
     refuse("no drive; give --drive DIR, or --can LOG with --camera CSV");
   if (o.config.empty() && o.drives.empty())
-    refuse("--can needs the car's configuration: name it by --config");
+    refuse("--can needs the car's configuration: give it with --config");
   if (!(o.from >= 0.0)) refuse("--from: must not be negative");
   if (o.to != 0.0 && !(o.to - o.from >= fitting::least_duration))
-    refuse("--to: ten seconds after --from at least");
+    refuse("--to: must be at least ten seconds after --from");
   for (const double sigma : o.reference_sigma)
     if (!(sigma > 0.0)) refuse("--reference-sigma: both must be greater than 0");
   for (const std::string& name : o.freed) static_cast<void>(fitting::parameter_named(name));

@@ -1,5 +1,5 @@
-// The command line of odom identify fit: one for `odom`, which tells and checks it, and one for the
-// program odom-fit, which alone is linked with Ceres.
+// The command line of odom identify fit: one for `odom`, which describes and checks it, and one for
+// the program odom-fit, which alone is linked with Ceres.
 #pragma once
 
 #include <string>
@@ -35,7 +35,7 @@ struct FitOptions {
 /// Adds the options, the description and the examples.
 void describe_fit(Command command, FitOptions& options);
 
-/// What hangs together. Throws std::invalid_argument.
+/// Checks the options together. Throws std::invalid_argument.
 void check(const FitOptions& options);
 
 }  // namespace odomd::tools

@@ -18,14 +18,15 @@ constexpr std::array<ParameterInfo, parameters> table{{
     {stiffness_rear, "stiffness_rear", Kind::factor, Role::result, "N/rad",
      "cornering stiffness, rear"},
     {yaw_inertia, "yaw_inertia", Kind::factor, Role::result, "kg m2", "yaw inertia"},
-    {relaxation_length, "relaxation_length", Kind::factor, Role::aside, "m",
+    {relaxation_length, "relaxation_length", Kind::factor, Role::nuisance, "m",
      "relaxation length of the tyres"},
-    {bend_front, "bend_front", Kind::factor, Role::aside, "", "how front tyres saturate"},
-    {bend_rear, "bend_rear", Kind::factor, Role::aside, "", "how rear tyres saturate"},
-    {load_arm, "load_arm", Kind::factor, Role::aside, "m", "how stiffness goes with load"},
-    {load_lag, "load_lag", Kind::factor, Role::aside, "s", "how late load follows a turn"},
-    {wheel_spin, "wheel_spin", Kind::factor, Role::aside, "", "spin of the front wheels by mass"},
-    {drive_spin, "drive_spin", Kind::factor, Role::aside, "",
+    {bend_front, "bend_front", Kind::factor, Role::nuisance, "", "how front tyres saturate"},
+    {bend_rear, "bend_rear", Kind::factor, Role::nuisance, "", "how rear tyres saturate"},
+    {load_arm, "load_arm", Kind::factor, Role::nuisance, "m", "how stiffness goes with load"},
+    {load_lag, "load_lag", Kind::factor, Role::nuisance, "s", "how late load follows a turn"},
+    {wheel_spin, "wheel_spin", Kind::factor, Role::nuisance, "",
+     "spin of the front wheels by mass"},
+    {drive_spin, "drive_spin", Kind::factor, Role::nuisance, "",
      "spin of the rear wheels and what drives them, by mass"},
     {track_width, "track_width", Kind::factor, Role::result, "m", "track width"},
     {steering_offset, "steering_offset", Kind::shift, Role::result, "rad", "steering offset"},
@@ -37,7 +38,7 @@ constexpr std::array<ParameterInfo, parameters> table{{
     {gyro_latency, "gyro_latency", Kind::shift, Role::result, "s", "gyro latency"},
     {accel_bias_x, "accel_bias_x", Kind::shift, Role::result, "m/s2", "accelerometer bias, x"},
     {accel_bias_y, "accel_bias_y", Kind::shift, Role::result, "m/s2", "accelerometer bias, y"},
-    {accel_scale, "accel_scale", Kind::factor, Role::aside, "", "accelerometer scale"},
+    {accel_scale, "accel_scale", Kind::factor, Role::nuisance, "", "accelerometer scale"},
     {accel_latency, "accel_latency", Kind::shift, Role::result, "s", "accelerometer latency"},
     {imu_x, "imu_x", Kind::shift, Role::result, "m", "IMU ahead of the centre of gravity"},
     {imu_y, "imu_y", Kind::shift, Role::result, "m", "IMU left of the centre of gravity"},
@@ -53,7 +54,7 @@ constexpr std::array<ParameterInfo, parameters> table{{
     {wheel_scale_rear, "wheel_scale_rear", Kind::factor, Role::result, "",
      "wheel scale, rear axle"},
     {wheel_scale_motor, "wheel_scale_motor", Kind::factor, Role::result, "", "wheel scale, motor"},
-    {wheel_slip, "wheel_slip", Kind::shift, Role::aside, "", "slip of driven wheels"},
+    {wheel_slip, "wheel_slip", Kind::shift, Role::nuisance, "", "slip of driven wheels"},
     {wheel_latency_front, "wheel_latency_front", Kind::shift, Role::result, "s",
      "wheel latency, front"},
     {wheel_latency_rear, "wheel_latency_rear", Kind::shift, Role::result, "s",
@@ -91,18 +92,18 @@ std::vector<std::string> names_of_all() {
 }
 
 std::string list_of(const std::vector<std::string>& names) {
-  std::string list = "; there are:";
+  std::string list = "; available:";
   for (const std::string& name : names) list += ' ' + name;
   return list;
 }
 
 [[noreturn]] void refuse_name(std::string_view name, const std::vector<std::string>& names) {
   const bool misspelt = resembles(name, nearest_name(name, names));
-  throw std::invalid_argument("\"" + std::string(name) + "\" is no parameter of the fit" +
+  throw std::invalid_argument("\"" + std::string(name) + "\" is not a parameter of the fit" +
                               (misspelt ? nearest_hint(name, names) : list_of(names)));
 }
 
-// Of a prior's sigma: a factor's is a share of it, as the mass's, which is no parameter.
+// The unit of a prior's sigma: a share for factors and for the mass, which is not a parameter.
 Dimension dimension_of(const ParameterInfo* info) {
   if (info == nullptr || info->kind == Kind::factor) return Dimension::pure;
   if (info->unit == "m") return Dimension::length;
@@ -196,35 +197,35 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   return value;
 }
 
-Numbers<double> usual_doubts(const daemon::Config& config) {
+Numbers<double> default_prior_sigmas(const daemon::Config& config) {
   const double wheelbase = config.vehicle.wheelbase();
-  Numbers<double> doubt{};
-  doubt[stiffness_front] = doubt[stiffness_rear] = 0.4;
-  doubt[yaw_inertia] = 0.05;
-  doubt[relaxation_length] = 0.5;
-  doubt[bend_front] = doubt[bend_rear] = 0.5;
-  doubt[load_arm] = 0.5;
-  doubt[load_lag] = doubt[wheel_spin] = 0.3;
-  doubt[drive_spin] = 0.5;
-  doubt[track_width] = 0.03;
-  doubt[steering_offset] = 0.05;
-  doubt[steering_scale] = 0.05;
-  doubt[steering_delay] = 0.1;
-  doubt[steering_lag] = 0.8;
-  doubt[gyro_bias] = 0.05;
-  doubt[gyro_scale] = 0.05;
-  doubt[gyro_latency] = 0.05;
-  doubt[accel_bias_x] = doubt[accel_bias_y] = 1.0;
-  doubt[accel_scale] = 0.02;
-  doubt[accel_latency] = 0.05;
-  doubt[imu_x] = doubt[imu_y] = 0.2 * wheelbase;
-  doubt[imu_yaw] = 0.05;
-  for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) doubt[k] = 0.1;
-  doubt[wheel_slip] = 0.4;
-  doubt[wheel_latency_front] = doubt[wheel_latency_rear] = 0.05;
-  doubt[camera_x] = doubt[camera_y] = 0.5 * wheelbase;
-  doubt[camera_yaw] = 0.1;
-  return doubt;
+  Numbers<double> prior_sigma{};
+  prior_sigma[stiffness_front] = prior_sigma[stiffness_rear] = 0.4;
+  prior_sigma[yaw_inertia] = 0.05;
+  prior_sigma[relaxation_length] = 0.5;
+  prior_sigma[bend_front] = prior_sigma[bend_rear] = 0.5;
+  prior_sigma[load_arm] = 0.5;
+  prior_sigma[load_lag] = prior_sigma[wheel_spin] = 0.3;
+  prior_sigma[drive_spin] = 0.5;
+  prior_sigma[track_width] = 0.03;
+  prior_sigma[steering_offset] = 0.05;
+  prior_sigma[steering_scale] = 0.05;
+  prior_sigma[steering_delay] = 0.1;
+  prior_sigma[steering_lag] = 0.8;
+  prior_sigma[gyro_bias] = 0.05;
+  prior_sigma[gyro_scale] = 0.05;
+  prior_sigma[gyro_latency] = 0.05;
+  prior_sigma[accel_bias_x] = prior_sigma[accel_bias_y] = 1.0;
+  prior_sigma[accel_scale] = 0.02;
+  prior_sigma[accel_latency] = 0.05;
+  prior_sigma[imu_x] = prior_sigma[imu_y] = 0.2 * wheelbase;
+  prior_sigma[imu_yaw] = 0.05;
+  for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) prior_sigma[k] = 0.1;
+  prior_sigma[wheel_slip] = 0.4;
+  prior_sigma[wheel_latency_front] = prior_sigma[wheel_latency_rear] = 0.05;
+  prior_sigma[camera_x] = prior_sigma[camera_y] = 0.5 * wheelbase;
+  prior_sigma[camera_yaw] = 0.1;
+  return prior_sigma;
 }
 
 double value_of(const ParameterInfo& info, double nominal, double p) {

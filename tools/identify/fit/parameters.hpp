@@ -1,8 +1,7 @@
-// What `odom identify fit` may move: one number each, how well it is known beforehand, and where it
-// belongs.
+// The parameters of `odom identify fit`: each a number with its prior uncertainty and its key.
 //
-// A parameter p counts from what the configuration says: values that are positive are
-// configured · e^p, all others configured + p. So p = 0 is the configuration.
+// A parameter p counts from the configuration: positive values are configured · e^p, all others
+// configured + p. So p = 0 is the configuration.
 #pragma once
 
 #include <array>
@@ -66,8 +65,8 @@ enum class Kind : std::uint8_t {
 };
 
 enum class Role : std::uint8_t {
-  result,  ///< is reported
-  aside    ///< is fitted so that the others need not take on its part
+  result,   ///< is reported
+  nuisance  ///< is fitted so that the others need not absorb its effect
 };
 
 struct ParameterInfo {
@@ -85,7 +84,7 @@ struct ParameterInfo {
 /// Throws std::invalid_argument with the nearest name.
 [[nodiscard]] const ParameterInfo& parameter_named(std::string_view name);
 
-/// The least that a drive has to last [s].
+/// The minimum duration of a drive [s].
 inline constexpr double least_duration = 10.0;
 
 /// NAME=SIGMA of --prior; no parameter: the mass.
@@ -96,21 +95,21 @@ struct Prior {
 /// Throws std::invalid_argument.
 [[nodiscard]] Prior parse_prior(const std::string& text);
 
-/// Whether accelerations come in the gyro's message: they are then as old as it, and
+/// Whether accelerations come in the gyro's message: they then have its latency, and
 /// `accel_latency` is not used.
 [[nodiscard]] bool one_imu(const daemon::Config& config);
 
-/// What p = 0 stands for, in SI units: the configuration's value; of what a configuration does not
-/// know, what is usual for such a car.
+/// The value for p = 0, in SI units: the configuration's; if it has none, the usual value for such
+/// a car.
 [[nodiscard]] Numbers<double> nominal_values(const daemon::Config& config);
 
 /// Standard deviations of p beforehand.
-[[nodiscard]] Numbers<double> usual_doubts(const daemon::Config& config);
+[[nodiscard]] Numbers<double> default_prior_sigmas(const daemon::Config& config);
 
-/// The value that p stands for.
+/// The value for p.
 [[nodiscard]] double value_of(const ParameterInfo& info, double nominal, double p);
 
-/// The axle's stiffness by which slip of driven wheels is reckoned: κ = p · m / C_h · a_x.
+/// The axle's stiffness for the slip of driven wheels: κ = p · m / C_h · a_x.
 inline constexpr double usual_slip = 0.5;
 
 }  // namespace odomd::tools::fitting

@@ -1,4 +1,4 @@
-// What a fit leaves unexplained, over time, source by source.
+// The residuals of a fit over time, by source.
 #include <algorithm>
 #include <string>
 #include <vector>

@@ -19,9 +19,9 @@ constexpr double latency_stride = 0.03;  // in a pass [s]
 }  // namespace
 
 Measured Settings::known(std::size_t k) const {
-  if (k != gyro_bias || !rest) return {0.0, doubt[k]};
+  if (k != gyro_bias || !rest) return {0.0, prior_sigma[k]};
   const double by_rest = 1.0 / (rest->sigma * rest->sigma),
-               all = by_rest + 1.0 / (doubt[k] * doubt[k]);
+               all = by_rest + 1.0 / (prior_sigma[k] * prior_sigma[k]);
   return {rest->value * by_rest / all, 1.0 / std::sqrt(all)};
 }
 
@@ -48,7 +48,7 @@ Built build(const Setup& setup, const Settings& settings, Numbers<double>& p,
   built.blocks.push_back(
       built.problem->AddResidualBlock(prior_cost(settings).release(), nullptr, p.data()));
   built.cluster.push_back(cluster + 1);
-  // Samples lie in the windows by the latencies as they are: these move by little at a time.
+  // Samples are assigned to windows by the present latencies: these change little in one pass.
   for (const Parameter k :
        {gyro_latency, accel_latency, wheel_latency_front, wheel_latency_rear, steering_delay}) {
     if (!settings.free[k]) continue;
@@ -98,8 +98,8 @@ void uncertainties(const Built& built, const Settings& settings, Result& result)
   const Eigen::MatrixXd naive = inverse.topRows(count);
   Eigen::MatrixXd prior = Eigen::MatrixXd::Zero(count, count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const double doubt = settings.known(free[static_cast<std::size_t>(k)]).sigma;
-    prior(k, k) = 1.0 / (doubt * doubt);
+    const double prior_sigma = settings.known(free[static_cast<std::size_t>(k)]).sigma;
+    prior(k, k) = 1.0 / (prior_sigma * prior_sigma);
   }
   Eigen::MatrixXd sandwich = naive * prior * naive;
   Eigen::VectorXd influence = Eigen::VectorXd::Zero(count);

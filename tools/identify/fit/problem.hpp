@@ -1,4 +1,4 @@
-// The fit as one problem of Ceres, and how uncertain its solution is.
+// The fit as a Ceres problem, and the uncertainty of its solution.
 #pragma once
 
 #include <ceres/problem.h>
@@ -19,12 +19,12 @@ struct Built {
   std::vector<double*> unknowns;               // the parameters first
 };
 
-/// Refers to all that it is given.
+/// Keeps references to its arguments.
 [[nodiscard]] Built build(const Setup& setup, const Settings& settings, Numbers<double>& p,
                           std::vector<Chain>& chains);
 
-/// The covariance of the parameters into the result, at the solution. Throws std::runtime_error
-/// where there is none.
+/// Writes the covariance of the parameters at the solution to the result. Throws std::runtime_error
+/// if there is none.
 void uncertainties(const Built& built, const Settings& settings, Result& result);
 
 }  // namespace odomd::tools::fitting

@@ -13,15 +13,15 @@ namespace {
 constexpr std::int64_t spacing_ns = 20'000'000;
 constexpr double far_off = 3.0;      // in standard deviations
 constexpr std::size_t fewest = 6;    // poses under a cubic
-constexpr double both_sides = 0.25;  // of `half`: so near has a pose to be, before and after
+constexpr double both_sides = 0.25;  // of `half`: largest distance of a pose before and after
 
 struct Place {
   double t = 0.0, x = 0.0, y = 0.0, yaw = 0.0;
   double sigma = 0.0, sigma_yaw = 0.0;
 };
 
-// The cubic's value at u = 0 for each of x, y and yaw: least squares, once more with weights
-// 1 / (1 + (r / 3σ)²) by what is left.
+// The cubic's value at u = 0 for each of x, y and yaw: least squares, repeated with weights 1 / (1
+// + (r / 3σ)²) from the residuals.
 Eigen::Vector3d middle_of(std::span<const Place> places, double t, double half) {
   const auto count = static_cast<Eigen::Index>(places.size());
   Eigen::MatrixX4d a(count, 4);

@@ -1,4 +1,4 @@
-// The way of a car through noisy poses, smooth enough to be held against a filter's speed.
+// The path of a car from noisy poses, smooth enough to compare with a filter's speed.
 #pragma once
 
 #include <span>
@@ -8,9 +8,8 @@
 
 namespace odomd::tools::fitting {
 
-/// A cubic laid through the poses `half` seconds around each time, every 20 ms; poses far off it
-/// lose their weight. Where poses are too few for one, there is no point. Poses in the order of
-/// capture.
+/// A cubic fitted to the poses `half` seconds around each time, every 20 ms; outliers lose their
+/// weight. There is no point if poses are too few. Poses in the order of capture.
 [[nodiscard]] Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half);
 
 }  // namespace odomd::tools::fitting

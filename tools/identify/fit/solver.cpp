@@ -22,12 +22,12 @@ std::string name_of_kind(std::size_t kind) {
   return std::string(estimator::source_names[kind]);
 }
 
-/// Iterations of a drive that tells much; others take up to five times as many.
+/// Iterations for a drive with much excitation; others take up to five times as many.
 constexpr int usual_iterations = 30;
 
-class Teller final : public ceres::IterationCallback {
+class ProgressReport final : public ceres::IterationCallback {
  public:
-  explicit Teller(const Settings& settings) : settings_(settings) {}
+  explicit ProgressReport(const Settings& settings) : settings_(settings) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     pass_ += summary.iteration == 0 ? 1 : 0;
     ++iterations_;
@@ -39,7 +39,8 @@ class Teller final : public ceres::IterationCallback {
                          std::to_string(std::max(pass_, settings_.passes)) + " (" +
                          std::to_string(settings_.most_passes) + " at most), iteration " +
                          std::to_string(summary.iteration) + ": cost " + fixed(summary.cost, 1) +
-                         ", " + fixed(gone, 0) + " s gone, some " + fixed(left, 0) + " s to go");
+                         ", " + fixed(gone, 0) + " s elapsed, about " + fixed(left, 0) +
+                         " s to go");
     return ceres::SOLVER_CONTINUE;
   }
 
@@ -81,7 +82,7 @@ Turns turns_of(const std::vector<Chain>& chains) {
           .hardest = accels[accels.size() * 19 / 20]};
 }
 
-/// With all parameters, what the cost's longest jets hold.
+/// With all parameters: the size of the longest jets.
 constexpr int most_knots = 16;
 
 double rounded_window(double wanted, double knot) {
@@ -100,14 +101,14 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   setup.one_imu = one_imu(config);
   const double fine = setup.step * slowness(config);
   setup.knot *= slowness(config);
-  // Finer than the sensors, the car would be free to do between two samples what it likes.
+  // With finer knots than the sensors, the motion between two samples would be arbitrary.
   for (const Drive& drive : drives)
     setup.knot = std::max(setup.knot, 0.05 * std::ceil(drive.steering_cycle / 0.05 - 0.1));
   setup.window = rounded_window(settings.window, setup.knot);
   if (setup.knots() > static_cast<std::size_t>(most_knots))
     throw std::invalid_argument("--window: " + fixed(most_knots * setup.knot, 1) +
-                                " s is the most for this car and its steering's cycle");
-  // A small car does everything faster: by Froude's number.
+                                " s is the longest for this car and its steering's cycle");
+  // Times scale with the car's size by Froude's number.
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
   setup.slow = 0.6 * std::sqrt(setup.wheelbase);
   std::vector<Chain> chains;
@@ -116,16 +117,16 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     if (parts.empty())
       throw std::invalid_argument(drives[k].name + ": nowhere faster than " + fixed(setup.slow, 2) +
                                   " m/s for " + fixed(2.0 * setup.window, 1) +
-                                  " s, of which nothing can be told");
+                                  " s: nothing can be determined");
     std::ranges::move(parts, std::back_inserter(chains));
   }
 
   Result result;
   result.p = settings.start;
-  Teller teller(settings);
+  ProgressReport progress(settings);
   for (int pass = 1; !result.settled && pass <= settings.most_passes; ++pass) {
     const Numbers<double> before = result.p;
-    // Far from the solution coarse steps will do, where a window holds whole ones.
+    // Coarse steps suffice far from the solution, if a window holds a whole number of them.
     setup.step = pass == 1 && setup.knots() % 2 == 0 ? 2.0 * fine : fine;
     for (Chain& chain : chains) deal(result.p, setup, chain);
     Built built = build(setup, settings, result.p, chains);
@@ -137,8 +138,9 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     options.num_threads = settings.threads;
     options.logging_type = ceres::SILENT;
     options.initial_trust_region_radius = pass == 1 ? 10.0 : 1e4;
-    options.callbacks.push_back(&teller);
-    // Windows' insides go first, then the nodes along the chain, the parameters last of all.
+    options.callbacks.push_back(&progress);
+    // Elimination order: windows' insides first, then the nodes along the chain, the parameters
+    // last.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
     ordering->AddElementToGroup(result.p.data(), 2);
     for (Chain& chain : chains) {
@@ -151,13 +153,13 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     result.iterations += static_cast<int>(summary.iterations.size());
     if (!summary.IsSolutionUsable())
       throw std::runtime_error("the fit does not converge: " + summary.message);
-    // Samples are dealt by the latencies that they are fitted by, and noises are the residuals'.
+    // Samples are assigned by the fitted latencies, and noise comes from the residuals.
     const double gained = summary.initial_cost - summary.final_cost;
     result.settled = pass >= settings.passes && gained < small_gain * summary.final_cost &&
                      moved(before, result.p) < still * slowness(config);
     if (result.settled || pass == settings.most_passes) {
       uncertainties(built, settings, result);
-    } else if (pass <= settings.passes) {  // then they stay, so that it comes to an end
+    } else if (pass <= settings.passes) {  // then they stay fixed, so that it converges
       take_noises(setup, unexplained(setup, chains, result.p));
     }
   }

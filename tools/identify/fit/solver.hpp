@@ -1,9 +1,9 @@
-// Everything at once: the parameters that make a single-track car, driven by the measured steering,
-// feel and go what sensors and poses say it did, by nonlinear least squares.
+// Fits all parameters at once: those with which a single-track car, driven by the measured
+// steering, matches sensors and poses best, by nonlinear least squares.
 //
-// Multiple shooting: the drive is cut into windows; in each the model runs from a state that is
-// free, and its end has to meet the next one's beginning within what the model is believed. The
-// acceleration along x is a free function, linear between knots; v_x is its integral.
+// Multiple shooting: the drive is cut into windows; in each the model runs from a free state, and
+// its end must meet the start of the next within the model's uncertainty. The acceleration along x
+// is a free function, linear between knots; v_x is its integral.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,56 +22,56 @@ namespace odomd::tools::fitting {
 
 struct Settings {
   std::array<bool, parameters> free{};
-  Numbers<double> doubt{};       ///< standard deviations of p beforehand
-  std::optional<Measured> rest;  ///< the gyro's bias as it shows at rest [rad/s]
-  Numbers<double> start{};       ///< p to begin with
+  Numbers<double> prior_sigma{};  ///< standard deviations of p beforehand
+  std::optional<Measured> rest;   ///< the gyro's bias as it shows at rest [rad/s]
+  Numbers<double> start{};        ///< initial p
 
-  /// All that is known of p beforehand: its value, and its standard deviation.
+  /// The prior of p: its value and standard deviation.
   [[nodiscard]] Measured known(std::size_t k) const;
   double window = 0.5;  ///< [s]
-  int most_passes = 6;  ///< where it does not settle sooner
-  int passes = 3;       ///< between them noises are taken from the residuals, outliers lose
+  int most_passes = 6;  ///< unless it converges sooner
+  int passes = 3;       ///< between them noise is taken from the residuals, outliers lose
   int iterations = 15;  ///< of each pass, at most
   int threads = 1;
   double cluster = 4.0;  ///< residuals further apart are independent [s]
-  std::function<void(const std::string&)> progress;  ///< a line now and then
+  std::function<void(const std::string&)> progress;  ///< called with a line now and then
 };
 
-/// How well a source fits at the end.
+/// The fit of a source at the end.
 struct SourceFit {
   std::string name;
   std::size_t count = 0;
-  double stated = 0.0;  ///< what was said of its noise
-  double found = 0.0;   ///< what the residuals have, robustly
+  double stated = 0.0;  ///< its stated noise
+  double found = 0.0;   ///< noise of the residuals, robust
 };
 
-/// How the drive turns, by the states at the windows' ends.
+/// Statistics of the drive's turns, from the states at the windows' ends.
 struct Turns {
-  /// How little the lateral acceleration goes with the curvature: 0 at one speed, 0.46 on the
-  /// exercise that the help asks for.
+  /// How little the lateral acceleration is correlated with the curvature: 0 at one speed, 0.46 on
+  /// the exercise in the help.
   //
-  // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²:  sqrt(Σ (a - a_0)² / Σ a²). On a circle the
-  // bicycle has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the steering's scale
-  // and the tyres are one number.
+  // With κ = ψ̇ / v, a = v ψ̇ and a_0 = κ Σ a κ / Σ κ²: sqrt(Σ (a - a_0)² / Σ a²). On a circle the
+  // single-track model has δ = l κ + (m l_h / C_v - m l_v / C_h) a / l: without variety, the
+  // steering's scale and the tyres are one number.
   double speed_variety = 0.0;
-  double hard = 0.0;     ///< share of the time beyond a half of the grip of dry tyres, 0.5 g
-  double hardest = 0.0;  ///< lateral acceleration that is passed in a twentieth of the time [m/s²]
+  double hard = 0.0;     ///< share of the time above half of the grip of dry tyres, 0.5 g
+  double hardest = 0.0;  ///< lateral acceleration exceeded for a twentieth of the time [m/s²]
 };
 
 struct Result {
   Numbers<double> p{};
-  Numbers<double> sigma{};         ///< standard uncertainties of p; 0 of what was fixed
+  Numbers<double> sigma{};         ///< standard uncertainties of p; 0 for fixed ones
   Numbers<double> naive{};         ///< the same, if all residuals were independent
   Eigen::MatrixXd covariance;      ///< of all p, fixed ones 0
   std::vector<SourceFit> sources;  ///< by estimator::Source; the camera's: x and y, then yaw
   std::vector<ResidualPoint> residuals;
   int iterations = 0;
-  bool settled = false;  ///< or given up
+  bool settled = false;  ///< or stopped
   double cost = 0.0;
   Turns turns;
 };
 
-/// Throws std::runtime_error where the solver does not come to an end.
+/// Throws std::runtime_error if the solver fails.
 [[nodiscard]] Result solve(const daemon::Config& config, std::span<const Drive> drives,
                            const Settings& settings);
 

@@ -21,9 +21,9 @@ bool is_wheel(std::string_view key) {
          key.find(".motor.") != std::string_view::npos;
 }
 
-// Values that hang together go in together.
+// Correlated values go in together.
 std::string_view group_of(std::string_view key) {
-  // Rear ones set the side slip, front ones the turn upon the steering, which the gyro knows
+  // Rear ones determine the side slip, front ones the response to steering, which the gyro measures
   // better.
   if (key.starts_with("vehicle.cornering") || key.starts_with("vehicle.grip"))
     return key.ends_with("front") ? "front tyres" : "rear tyres";
@@ -62,8 +62,8 @@ std::vector<Candidate> candidates_of(const Findings& findings) {
   return candidates;
 }
 
-// A reading that is mostly vibration is worth E[a | y] = y σ_a² / (σ_a² + σ_v²): a share of it.
-// Found on one half of the parts it has to help the other, both ways.
+// The best estimate from a reading with vibration is E[a | y] = y σ_a² / (σ_a² + σ_v²), a share of
+// it. A share found on one half of the parts must help on the other, both ways.
 void find_shares(Judge& judge, const daemon::Config& config, Choice& choice) {
   constexpr std::array shares{0.7, 0.5, 0.35, 0.25, 0.17, 0.12, 0.08};
   constexpr double spread = 0.2;  // between two of them, relative
@@ -98,20 +98,20 @@ void find_shares(Judge& judge, const daemon::Config& config, Choice& choice) {
   }
 }
 
-/// Marks what is not taken to be left as configured, with what it does to a replay.
-void tell(Choice& choice, Findings& findings, nlohmann::ordered_json& told) {
+/// Marks the values that are not taken, with their effect on a replay: they stay as configured.
+void report(Choice& choice, Findings& findings, nlohmann::ordered_json& groups) {
   for (std::size_t i = 0; i < choice.candidates().size(); ++i) {
     const Candidate& one = choice.candidates()[i];
     const Ratio turned = choice.turned(i);
     const double change = one.taken ? choice.now().all / turned.all : turned.all / choice.now().all;
-    told[one.name] = {{"taken", one.taken}, {"error", change}};
+    groups[one.name] = {{"taken", one.taken}, {"error", change}};
     if (one.taken && one.own) {
       findings.values.push_back(*one.own);
       findings.values.back().remark = "by replay: errors " + in_words(change);
     }
     if (one.taken) continue;
     const std::string how =
-        in_words(change) + (change <= as_good ? ", but much worse on a half of it" : "");
+        in_words(change) + (change <= as_good ? ", but much worse on half of it" : "");
     for (const std::size_t k : one.findings) {
       Finding& finding = findings.values[k];
       finding.use = Use::leave;
@@ -140,7 +140,7 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives,
     say("accelerometers " + in_words(choice.now().all / before));
   };
   const auto turns = [&] {
-    // The errors shrink with each that goes in and out again, so it ends; this is for rounding.
+    // The errors decrease with each change, so the loop ends; the limit guards against rounding.
     for (std::size_t turn = 0; turn < 4 * groups; ++turn) {
       const double before = choice.now().all;
       const std::optional<std::string> turned = choice.turn_best();
@@ -148,15 +148,15 @@ void try_out(Findings& findings, std::span<const tools::Drive> drives,
       say(*turned + " " + in_words(choice.now().all / before));
     }
   };
-  // First as the sensors are configured, and where that was not it, as they were found to be.
+  // First with the sensors as configured, then, if that was not used, as found.
   shares();
   turns();
   shares();
   turns();
-  nlohmann::ordered_json told;
-  tell(choice, findings, told);
+  nlohmann::ordered_json tried;
+  report(choice, findings, tried);
   findings.details["trial"] = {
-      {"error", choice.now().all}, {"replays", judge.replays()}, {"groups", told}};
+      {"error", choice.now().all}, {"replays", judge.replays()}, {"groups", tried}};
 }
 
 }  // namespace odomd::tools::fitting

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int halvings = 50;
 
-/// Where a rising function passes a value, between two bounds.
+/// Where an increasing function reaches a value, between two bounds.
 template <class Function>
 double where(const Function& rising, double value, double low, double high) {
   for (int i = 0; i < halvings; ++i) {
@@ -32,7 +32,7 @@ double slip_at(const four_wheels::Car<double>& car, Axle axle, double accel) {
   const double share =
       (front ? car.rear_axle : car.front_axle) / (car.front_axle + car.rear_axle) * car.mass;
   const double load = 0.5 * share * single_track::gravity;
-  // As four_wheels::push moves it, in a steady turn; of a car that tips over, all but all of it.
+  // The load transfer of four_wheels::push in a steady turn; limited just below tipping over.
   const double shift = std::fmin(
       0.5 * car.mass * car.load_arm / four_wheels::load_exponent * accel / car.track / load, 0.95);
   const auto force = [&](double slip) {

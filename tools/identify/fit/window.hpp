@@ -1,4 +1,4 @@
-// One window of the fit: the model run over it, and what the sensors would have said.
+// One window of the fit: the model run over it, and the predicted measurements.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ inline constexpr std::size_t node_size = single_track::states + 1;
 template <class T>
 using Node = std::array<T, node_size>;
 
-/// What is known of the car before, and how it is stepped.
+/// The car before the fit, and the integration steps.
 struct Setup {
   const daemon::Config* config = nullptr;
   Numbers<double> nominal{};
@@ -24,11 +24,11 @@ struct Setup {
   double knot = 50e-3;  ///< between two knots of the acceleration [s]
   double window = 0.5;  ///< [s], a whole number of knots
   double floor_speed = 0.02;
-  double slow = 0.3;  ///< slower, the tyres are another matter [m/s]
+  double slow = 0.3;  ///< at lower speeds the tyre model does not hold [m/s]
   double wheelbase = 0.26;
-  bool one_imu = false;  ///< accelerations come with the yaw rate, and are as old
-  std::array<double, estimator::source_count> noise{};  ///< of each source; 0: as its samples say
-  double noise_position = 0.0, noise_yaw = 0.0;         ///< of poses; 0: as they say
+  bool one_imu = false;  ///< accelerations come with the yaw rate, with the same latency
+  std::array<double, estimator::source_count> noise{};  ///< of each source; 0: by its samples
+  double noise_position = 0.0, noise_yaw = 0.0;         ///< of poses; 0: by the poses
 
   [[nodiscard]] std::size_t knots() const {
     return static_cast<std::size_t>(std::lround(window / knot));
@@ -40,16 +40,16 @@ struct Setup {
 struct Window {
   const Drive* drive = nullptr;
   double begin = 0.0;
-  double steering_doubt = 1e-3;  ///< how far from the wheels' the signal may be at a time [rad]
+  double steering_sigma = 1e-3;  ///< of the signal against the wheels' angle at any time [rad]
   std::vector<Sample> samples;
   std::vector<PoseSample> poses;
 };
 
-/// What moves the car in a window, linear between knots.
+/// The inputs of the car in a window, linear between knots.
 template <class T>
 struct Course {
   std::vector<T> accel;
-  std::vector<T> steering;  ///< how far the signal is off, in doubts
+  std::vector<T> steering;  ///< error of the signal, in steering_sigma
 };
 
 inline double number(double value) {
@@ -60,7 +60,7 @@ double number(const T& value) {
   return value.a;
 }
 
-/// Of a signal at a time that may be a jet.
+/// The value of a signal at a time that may be a jet.
 template <class T>
 T at(const Resampled& signal, const T& t) {
   constexpr double h = 5e-3;
@@ -93,15 +93,15 @@ four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   return car;
 }
 
-/// Into how many parts a step is cut. Slip settles at |v_x| / σ a second, and Runge and Kutta's
-/// method diverges where that is more than 2.8 a step. Tyres of no way at all are not to be had.
+/// The number of substeps of a step. Slip settles at a rate of |v_x| / σ, and the Runge-Kutta
+/// method diverges above 2.8 per step. A relaxation length of zero is not possible.
 [[nodiscard]] inline int stable_parts(double speed, double relaxation, double step) {
   constexpr double stable = 2.0, most = 64.0;
   const double parts = std::ceil(std::fabs(speed) / relaxation * step / stable);
   return static_cast<int>(std::fmin(std::fmax(parts, 1.0), most));  // of NaN, 1
 }
 
-/// The model's states on the grid of a window, one a step, and dv_x/dt there.
+/// The model's states on the grid of a window, one per step, and dv_x/dt there.
 template <class T>
 struct Run {
   std::vector<single_track::State<T>> states;
@@ -116,7 +116,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   const auto steps = static_cast<std::size_t>(std::lround(setup.window / setup.step));
   const four_wheels::Car<T> car = car_of(setup, p);
   const T gain = exp(-p[steering_scale]);
-  // The delay in all is what shows: dead time and time constant are hardly told apart.
+  // Only the total delay is observable: dead time and time constant can hardly be separated.
   const T dead_time = setup.nominal[steering_delay] + p[steering_delay] - car.lag;
   const auto between = [&](const std::vector<T>& knots, double k) {
     const double place = k * setup.step / setup.knot;
@@ -127,7 +127,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
     const T signal =
         at(window.drive->steering, static_cast<T>(window.begin + k * setup.step - dead_time));
     return static_cast<T>(
-        gain * (signal - p[steering_offset] + window.steering_doubt * between(course.steering, k)));
+        gain * (signal - p[steering_offset] + window.steering_sigma * between(course.steering, k)));
   };
   single_track::State<T> x;
   std::copy_n(node.begin(), single_track::states, x.begin());
@@ -201,7 +201,7 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
   return result;
 }
 
-/// How much later than it says a sample is dated.
+/// The latency of a sample beyond the configured one.
 template <class T>
 T latency_of(const Setup& setup, estimator::Source source, const Numbers<T>& p) {
   using estimator::Source;
@@ -221,8 +221,8 @@ T latency_of(const Setup& setup, estimator::Source source, const Numbers<T>& p) 
 
 /// The specific force at the IMU, in its axes as configured.
 template <class T>
-std::array<T, 2> felt(const Setup& setup, const four_wheels::Car<T>& car, const Instant<T>& now,
-                      const Numbers<T>& p) {
+std::array<T, 2> measured_acceleration(const Setup& setup, const four_wheels::Car<T>& car,
+                                       const Instant<T>& now, const Numbers<T>& p) {
   using std::cos;
   using std::exp;
   using std::sin;
@@ -264,7 +264,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
   const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
   const T out = (left ? 1.0 : -1.0) * half;
-  // The inner wheel carries less, and slips more.
+  // The inner wheel has less load, and slips more.
   const T wheelbase = car.front_axle + car.rear_axle;
   const T share =
       1.0 + out * car.load_arm * wheelbase * forward * (r - car.load_lag * now.turn) /
@@ -300,7 +300,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
          (static_cast<T>(1.0) + slip);
 }
 
-/// What a source would have said.
+/// The predicted measurement of a source.
 template <class T>
 T expected(const Setup& setup, const four_wheels::Car<T>& car, const Sample& sample,
            const Instant<T>& now, const Numbers<T>& p) {
@@ -310,9 +310,9 @@ T expected(const Setup& setup, const four_wheels::Car<T>& car, const Sample& sam
     case Source::yaw_rate:
       return exp(p[gyro_scale]) * now.x[single_track::yaw_rate] + p[gyro_bias];
     case Source::accel_x:
-      return felt(setup, car, now, p)[0];
+      return measured_acceleration(setup, car, now, p)[0];
     case Source::accel_y:
-      return felt(setup, car, now, p)[1];
+      return measured_acceleration(setup, car, now, p)[1];
     default:
       return rolled(setup, car, sample.source, now, p);
   }
@@ -329,7 +329,7 @@ std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const 
           now.x[st::yaw] + setup.nominal[camera_yaw] + p[camera_yaw]};
 }
 
-/// Standard deviations of how far a window's end may miss the next one's beginning.
+/// Standard deviations of the gap between a window's end and the start of the next.
 [[nodiscard]] inline std::array<double, single_track::states> believed(const Setup& setup) {
   const double size = setup.wheelbase;
   const double pace = std::sqrt(size / 0.26);  // of speeds, and of times, by Froude's number

@@ -11,9 +11,9 @@ using std::numbers::pi;
 
 void check(const Bifilar& pendulum) {
   if (std::fabs(pendulum.spacing_above - pendulum.spacing_below) >= 2.0 * pendulum.cord)
-    throw std::invalid_argument(
-        fmt::format("--cord: cords of {} m do not reach from fixings {} m apart to such {} m apart",
-                    pendulum.cord, pendulum.spacing_above, pendulum.spacing_below));
+    throw std::invalid_argument(fmt::format(
+        "--cord: cords of {} m do not reach from fixings {} m apart to fixings {} m apart",
+        pendulum.cord, pendulum.spacing_above, pendulum.spacing_below));
   if (std::fabs(pendulum.offset) >= 0.5 * pendulum.spacing_below)
     throw std::invalid_argument(fmt::format("--offset: {} m is not between cords {} m apart",
                                             pendulum.offset, pendulum.spacing_below));
@@ -37,22 +37,23 @@ void check_size(const Bifilar& pendulum, double period) {
   const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
   const double spacing = pendulum.spacing_below;
   if (radius > 0.1 * spacing && radius < 10.0 * spacing) return;
-  throw std::invalid_argument(fmt::format(
-      "a swing of {:.3g} s on cords {:.3g} m long and {:.3g} m apart is that of a body with a "
-      "radius of gyration of {:.2g} m: check --swings, --time, and the units of "
-      "--spacing and --cord{}",
-      period, pendulum.cord, spacing, radius, exchange_hint(pendulum)));
+  throw std::invalid_argument(
+      fmt::format("a swing of {:.3g} s on cords {:.3g} m long and {:.3g} m apart means a radius of "
+                  "gyration of {:.2g} m: check --swings, --time, and the units of "
+                  "--spacing and --cord{}",
+                  period, pendulum.cord, spacing, radius, exchange_hint(pendulum)));
 }
 
-// m / k³ with the radius of gyration k: some 3000 kg/m³ of a 1:10 car, some 800 of a full-size one.
+// m / k³ with the radius of gyration k: about 3000 kg/m³ for a 1:10 car, about 800 for a full-size
+// one.
 void check_mass(const Bifilar& pendulum, double period, double mass) {
   const double radius = std::sqrt(inertia_of(pendulum, 1.0, 9.81, period));
   const double cube = radius * radius * radius;
   constexpr double lightest = 50.0, heaviest = 50e3;
   if (mass > lightest * cube && mass < heaviest * cube) return;
   throw std::invalid_argument(fmt::format(
-      "--mass: {:g} kg do not fit a car with a radius of gyration of {:.2g} m, as the swing says; "
-      "{:.2g} to {:.2g} kg do: check its unit, 2985g or 2.985, and those of --spacing and --cord{}",
+      "--mass: {:g} kg does not fit the radius of gyration of {:.2g} m from the swing; {:.2g} to "
+      "{:.2g} kg would: check its unit, 2985g or 2.985, and those of --spacing and --cord{}",
       mass, radius, lightest * cube, heaviest * cube, exchange_hint(pendulum)));
 }
 
@@ -66,7 +67,7 @@ double period_at(const Bifilar& pendulum, double mass, double gravity, double in
   const double top = pendulum.height(amplitude);
   if (!(top > 0.0) || amplitude > 0.5 * pi)
     throw std::invalid_argument(
-        fmt::format("--amplitude: {:.3g} rad are too far for these cords; 0.1 to 0.4 are good{}",
+        fmt::format("--amplitude: {:.3g} rad is too large for these cords; 0.1 to 0.4 is good{}",
                     amplitude, exchange_hint(pendulum)));
   // ½ (J + m z'²) θ'² = m g (z(A) - z(θ)); with θ = A sin φ the integrand of T = 4 ∫ dθ/θ' is
   // smooth, and the midpoint rule exact after few points.

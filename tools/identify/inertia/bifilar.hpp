@@ -18,19 +18,19 @@ struct Bifilar {
   double spacing_above = 0.0;  ///< between the cords' fixings [m]
   double spacing_below = 0.0;  ///< ... at the body
   double cord = 0.0;           ///< length of a cord, L [m]
-  double offset = 0.0;         ///< of the centre of gravity from the midst of the cords [m]
+  double offset = 0.0;         ///< of the centre of gravity from the middle of the cords [m]
 
-  /// p: off the midst by e, the cords carry b ± e each: p = a b (1 - (e/b)²).
+  /// p: if off the middle by e, the cords are at b ± e: p = a b (1 - (e/b)²).
   [[nodiscard]] double product() const {
     const double off = 2.0 * offset / spacing_below;
     return 0.25 * spacing_above * spacing_below * (1.0 - off * off);
   }
-  /// h(0): how high the fixings above are over those below.
+  /// h(0): height of the upper fixings above the lower ones.
   [[nodiscard]] double height() const {
     const double apart = 0.5 * (spacing_above - spacing_below);
     return std::sqrt(cord * cord - apart * apart);
   }
-  /// h(θ); not a number where the cords do not reach.
+  /// h(θ); NaN if the cords do not reach.
   [[nodiscard]] double height(double angle) const {
     const double sine = std::sin(0.5 * angle);
     const double straight = height();
@@ -38,22 +38,22 @@ struct Bifilar {
   }
 };
 
-/// Throws std::invalid_argument, naming the option, for what cannot hang.
+/// Throws std::invalid_argument, naming the option, for impossible dimensions.
 void check(const Bifilar& pendulum);
 
-/// What to add to a refusal where the cords are shorter than they are apart, which few hang a car
-/// by: whether the two lengths are exchanged. Else empty.
+/// A hint for an error message if the cords are shorter than their distance, which is unusual: are
+/// the two lengths exchanged? Else empty.
 [[nodiscard]] std::string exchange_hint(const Bifilar& pendulum);
 
-/// Throws std::invalid_argument for a period that no car on such cords swings with: its radius of
-/// gyration would be ten times the distance of the cords, or a tenth of it.
+/// Throws std::invalid_argument for a period that is impossible for a car on such cords: its radius
+/// of gyration would be ten times the distance of the cords, or a tenth of it.
 void check_size(const Bifilar& pendulum, double period);
 
-/// Throws std::invalid_argument for a mass [kg] that nothing of the size that the period tells has.
+/// Throws std::invalid_argument for a mass [kg] that is impossible for the size given by the
+/// period.
 void check_mass(const Bifilar& pendulum, double period, double mass);
 
-/// J of a body of a mass that swings with this period, of swings so small that it does not depend
-/// on them.
+/// J of a body of this mass with this period of small swings.
 [[nodiscard]] double inertia_of(const Bifilar& pendulum, double mass, double gravity,
                                 double period);
 [[nodiscard]] double small_period(const Bifilar& pendulum, double mass, double gravity,
@@ -63,7 +63,7 @@ void check_mass(const Bifilar& pendulum, double period, double mass);
 [[nodiscard]] double period_at(const Bifilar& pendulum, double mass, double gravity, double inertia,
                                double amplitude);
 
-/// How much longer it is than that of small swings: T(amplitude)/T(0). For a body of this radius of
+/// The ratio to the period of small swings: T(amplitude)/T(0). For a body of this radius of
 /// gyration, J/m [m²].
 [[nodiscard]] double lengthening(const Bifilar& pendulum, double inertia_by_mass, double amplitude);
 

@@ -26,8 +26,8 @@ struct Period {
   std::string origin;
 };
 
-/// From the record: the clock's rate, and what a gyro that over-reads makes of the amplitude, come
-/// on top of what the fit knows.
+/// From the record: adds the uncertainty of the clock's rate, and of the amplitude from the gyro's
+/// scale, to that of the fit.
 Period period_of_record(const InertiaOptions& options, const Bifilar& pendulum,
                         Findings& findings) {
   const Series yaw_rate = read_yaw_rate(options.record, findings.warnings);
@@ -66,14 +66,14 @@ Period period_of_car(const InertiaOptions& options, const Bifilar& pendulum, Fin
   const bool recorded = is_given(options.record);
   if (recorded == !options.times.empty())
     throw std::invalid_argument(
-        recorded ? "--time and a record: which of them? Give one"
+        recorded ? "--time and a record: give one of them"
                  : "give --time and --swings, --csv, or --config and --can; odom identify inertia "
-                   "--help tells what each is");
+                   "--help explains each");
   return recorded ? period_of_record(options, pendulum, findings)
                   : period_of_watch(watch_of_car(options), pendulum, findings);
 }
 
-// What hangs on the cords, in the order that inertia_on_cords() takes it.
+// The inputs in the order of inertia_on_cords().
 std::vector<Input> inputs_of(const InertiaOptions& options, const Bifilar& pendulum,
                              const Measured& mass, const Measured& period) {
   const Measured off = offset_square(options, pendulum);
@@ -89,7 +89,8 @@ std::vector<Input> inputs_of(const InertiaOptions& options, const Bifilar& pendu
        {pendulum.cord, parse_not_negative(options.cord_sigma, Dimension::length, "--cord-sigma")}},
       {"period", period},
       {"offset of the centre of gravity", off},
-      // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, and a car's J_x is a third.
+      // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, where J_x of a car is about
+      // a third.
       {"tilt of the car", {0.0, 0.7 * tilt * tilt}}};
 }
 
@@ -97,7 +98,7 @@ std::vector<Input> platform_inputs(const InertiaOptions& options, const Bifilar&
                                    Platform platform) {
   if (platform == Platform::none) return {};
   const Input mass{"mass of the platform", mass_of_platform(options)};
-  if (platform == Platform::told)
+  if (platform == Platform::given)
     return {mass, {"inertia of the platform", inertia_of_platform(options)}};
   return {mass,
           {"period of the platform", small_period_of(watch_of_platform(options), pendulum).period}};
@@ -120,7 +121,7 @@ Propagated inertia_on_cords(const InertiaOptions& options, const Bifilar& pendul
     const double carried = platform == Platform::none ? 0.0 : x[own];
     const double whole = inertia_of(hung, x[0] + carried, x[1], x[5]) * (1.0 + x[7]);
     if (platform == Platform::none) return whole;
-    if (platform == Platform::told) return whole - x[own + 1];
+    if (platform == Platform::given) return whole - x[own + 1];
     hung.offset = 0.0;  // of the platform alone
     return whole - inertia_of(hung, carried, x[1], x[own + 1]);
   });
@@ -129,7 +130,7 @@ Propagated inertia_on_cords(const InertiaOptions& options, const Bifilar& pendul
   return inertia;
 }
 
-/// J / (m l_v l_h) of cars lies about 1; of one whose passages were counted it is a quarter.
+/// J / (m l_v l_h) of cars is about 1; it is a quarter if passages were counted instead of swings.
 void compare_with_axles(const std::string& file, double mass, double inertia, Findings& findings) {
   const auto front = number_in(file, "vehicle.front_axle");
   const auto rear = number_in(file, "vehicle.rear_axle");
@@ -138,8 +139,8 @@ void compare_with_axles(const std::string& file, double mass, double inertia, Fi
   constexpr double least = 0.4, most = 2.0;
   if (ratio > least && ratio < most) return;
   findings.warnings.push_back(fmt::format(
-      "the yaw inertia is {:.2g} times m l_v l_h by the axles in {}, and cars have {} to {}: "
-      "passages counted in the place of swings to and fro, or a length in another unit?",
+      "the yaw inertia is {:.2g} times m l_v l_h with the axles in {}, and cars have {} to {}: "
+      "were passages counted instead of full swings, or is a length in another unit?",
       ratio, file, least, most));
 }
 
@@ -167,7 +168,7 @@ void identify_inertia(const InertiaOptions& options) {
   for (const Contribution& part : inertia.contributions)
     findings.details["contributions"][part.name] = part.sigma;
   if (inertia.result.sigma > 0.01 * inertia.result.value)
-    findings.warnings.push_back("2 sigma are more than 2 %: " + largest_contributions(inertia));
+    findings.warnings.push_back("2 sigma is more than 2 %: " + largest_contributions(inertia));
   const std::string& config =
       options.delivery.write.empty() ? options.record.config : options.delivery.write;
   if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);

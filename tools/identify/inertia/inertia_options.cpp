@@ -17,7 +17,7 @@ StopWatch stop_watch_of(const InertiaOptions& options, const std::vector<std::st
   for (const std::string& text : times)
     watch.times.push_back(parse_positive(text, Dimension::time, prefix + "time"));
   if (swings < 1)
-    throw std::invalid_argument(prefix + "swings is missing: how many swings to and fro did each " +
+    throw std::invalid_argument(prefix + "swings is missing: how many full swings did each " +
                                 prefix + "time take?");
   watch.swings = swings;
   watch.sigma = parse_not_negative(options.time_sigma, Dimension::time, "--time-sigma");
@@ -58,7 +58,7 @@ Measured offset_square(const InertiaOptions& options, const Bifilar& pendulum) {
       options.offset_sigma.empty()
           ? 0.02 * pendulum.spacing_below
           : parse_not_negative(options.offset_sigma, Dimension::length, "--offset-sigma");
-  // Only e² counts, which is sigma² on the average where e is unknown.
+  // Only e² matters, whose mean is sigma² if e is unknown.
   const double variance = sigma * sigma;
   return {
       pendulum.offset * pendulum.offset + variance,
@@ -78,11 +78,11 @@ Platform platform_of(const InertiaOptions& options) {
   const bool swung = !options.platform_times.empty();
   if (weighed != (swung || !options.platform_inertia.empty()))
     throw std::invalid_argument(
-        weighed ? "--platform-mass alone does not tell the platform's inertia; give its own "
+        weighed ? "--platform-mass alone does not give the platform's inertia; add "
                   "--platform-time and --platform-swings, or --platform-inertia"
                 : "--platform-mass is missing: what does the platform weigh?");
   if (!weighed) return Platform::none;
-  return swung ? Platform::swung : Platform::told;
+  return swung ? Platform::swung : Platform::given;
 }
 
 Measured mass_of_platform(const InertiaOptions& options) {
@@ -103,18 +103,19 @@ Measured inertia_of_platform(const InertiaOptions& options) {
 }
 
 void describe_inertia(Command command, InertiaOptions& options) {
-  command.description("The yaw inertia, by the swing of the car on two cords");
+  command.description("Measure the yaw inertia by swinging the car on two cords");
   command.footer(
       "Hang the car level by two thin cords of equal length, one on each side of its centre of\n"
-      "gravity and equally far from it, straight up and parallel. A light board that it stands on\n"
-      "will do: weigh and swing the board alone, too. Turn the car by 10 to 20 degrees about the\n"
+      "gravity and equally far from it, vertical and parallel. It may stand on a light board:\n"
+      "then weigh and swing the board alone, too. Turn the car by 10 to 20 degrees about the\n"
       "vertical, let it come to rest there, and let go without a push. Record its gyro for a\n"
-      "minute, or stop the time of 20 swings to and fro three times, from one passage through the\n"
+      "minute, or time 20 full swings three times with a stop-watch, from one passage through the\n"
       "middle to the 20th after it in the same direction.\n"
-      "How exactly: J = m g D2 T2 / (16 pi2 L), so that 1 % of the distance D counts 2 %, of the\n"
-      "mass and of the cords' length L 1 %. Measure D to 0.5 mm above and below, L under load and\n"
-      "between the very fixings. Long cords swing slowly and are easily measured: L at least 3 D.\n"
-      "How far the swing went, and that it dies away, is allowed for; by stop-watch give\n"
+      "Precision: J = m g D2 T2 / (16 pi2 L), so 1 % of the distance D counts 2 %, 1 % of the\n"
+      "mass and of the cords' length L 1 %. Measure D to 0.5 mm at top and bottom, L under load "
+      "and\n"
+      "between the fixings. Long cords swing slowly and are easily measured: L at least 3 D.\n"
+      "The amplitude of the swing and its decay are allowed for; with a stop-watch give\n"
       "--amplitude. An offset e of the centre of gravity along the line of the cords takes\n"
       "4 e2/D2 off: hang it so that both cords are equally tight. A tilt of 5 degrees takes 0.5 %\n"
       "off: level it to 2.\n"
@@ -132,7 +133,8 @@ void describe_inertia(Command command, InertiaOptions& options) {
                                const std::string& type) {
     return command.add_option(name, value, help).type_name(type);
   };
-  text("--mass", options.mass, "Of the car as it hangs, without the board [kg], or 2985g", "MASS")
+  text("--mass", options.mass, "Mass of the car as it hangs, without the board [kg], or 2985g",
+       "MASS")
       .required();
   text("--mass-sigma", options.mass_sigma, "Its standard uncertainty; default: 0.2 % of it",
        "MASS");
@@ -140,39 +142,39 @@ void describe_inertia(Command command, InertiaOptions& options) {
        "LENGTH")
       .required();
   text("--spacing-below", options.spacing_below,
-       "... at the car, where it is another; default: the same", "LENGTH");
+       "Distance of the cords at the car, if different; default: the same", "LENGTH");
   text("--spacing-sigma", options.spacing_sigma,
-       "Standard uncertainty above, and below; default: 0.5mm", "LENGTH");
+       "Standard uncertainty of each distance; default: 0.5mm", "LENGTH");
   text("--cord", options.cord, "Length of the cords between their fixings, under load [m]",
        "LENGTH")
       .required();
   text("--cord-sigma", options.cord_sigma, "Its standard uncertainty; default: 2mm", "LENGTH");
   text("--offset", options.offset,
-       "Of the centre of gravity from the midst, along the line of the cords [m]; default: 0",
+       "Offset of the centre of gravity from the middle, along the line of the cords [m]; default: "
+       "0",
        "LENGTH");
   text("--offset-sigma", options.offset_sigma,
        "Its standard uncertainty; default: 2 % of the distance", "LENGTH");
-  text("--tilt", options.tilt, "How level it hung, standard uncertainty [rad]; default: 2deg",
+  text("--tilt", options.tilt, "Standard uncertainty of the level of the car [rad]; default: 2deg",
        "ANGLE");
   add_gravity_option(command, options.gravity);
 
   const std::string watch = "By stop-watch";
-  command
-      .add_option("--time", options.times, "What --swings swings took [s]; repeat for each timing")
+  command.add_option("--time", options.times, "Time of --swings swings [s]; repeat for each timing")
       .type_name("T")
       .one_each()
       .group(watch);
-  command.add_option("--swings", options.swings, "How many swings to and fro, in each timing")
+  command.add_option("--swings", options.swings, "Number of full swings in each timing")
       .type_name("N")
       .group(watch);
   text("--time-sigma", options.time_sigma,
        "Standard uncertainty of a timing, start and stop [s]; default: 0.15", "T")
       .group(watch);
   text("--amplitude", options.amplitude,
-       "Of the first swing timed, from the middle [rad]; default: 10deg", "ANGLE")
+       "Amplitude of the first swing timed, from the middle [rad]; default: 10deg", "ANGLE")
       .group(watch);
   text("--amplitude-end", options.amplitude_end,
-       "Of the last swing timed [rad]; default: half of the first", "ANGLE")
+       "Amplitude of the last swing timed [rad]; default: half of the first", "ANGLE")
       .group(watch);
 
   const std::string log = "By a gyro's record";
@@ -181,7 +183,7 @@ void describe_inertia(Command command, InertiaOptions& options) {
        "Standard uncertainty of the rate of the log's clock; default: 0.0001", "X")
       .group(log);
   text("--gyro-scale-sigma", options.gyro_scale_sigma,
-       "... of the gyro's scale, which the amplitude comes from; default: 3%", "X")
+       "Standard uncertainty of the gyro's scale, which gives the amplitude; default: 3%", "X")
       .group(log);
 
   const std::string board = "The board that the car stands on";
@@ -190,18 +192,19 @@ void describe_inertia(Command command, InertiaOptions& options) {
        "Its standard uncertainty; default: 0.2 % of it", "MASS")
       .group(board);
   command
-      .add_option("--platform-time", options.platform_times,
-                  "What --platform-swings swings of it alone took [s], on the same cords; repeat")
+      .add_option(
+          "--platform-time", options.platform_times,
+          "Time of --platform-swings swings of the board alone [s], on the same cords; repeatable")
       .type_name("T")
       .one_each()
       .group(board);
   command
       .add_option("--platform-swings", options.platform_swings,
-                  "How many swings, in each timing of it alone")
+                  "Number of swings in each timing of the board alone")
       .type_name("N")
       .group(board);
   text("--platform-inertia", options.platform_inertia,
-       "Its inertia [kg m2], where it need not be swung: a board of mass m has m (a2 + b2)/12", "J")
+       "Its inertia [kg m2], instead of swinging it: a board of mass m has m (a2 + b2)/12", "J")
       .group(board);
   text("--platform-inertia-sigma", options.platform_inertia_sigma,
        "Its standard uncertainty; default: 5 % of it", "J")

@@ -1,4 +1,4 @@
-// The command line of odom identify inertia, and what it says of cords, weights and swings.
+// The command line of odom identify inertia: cords, weights and swings.
 #pragma once
 
 #include <cstdint>
@@ -37,22 +37,22 @@ struct InertiaOptions {
 /// Adds the options, the description and the examples.
 void describe_inertia(Command command, InertiaOptions& options);
 
-/// What follows throws std::invalid_argument for numbers that cannot be.
+/// The following functions throw std::invalid_argument for impossible numbers.
 [[nodiscard]] Bifilar pendulum_of(const InertiaOptions& options);
 
-/// e², of the centre of gravity off the midst of the cords [m²].
+/// e², the squared offset of the centre of gravity from the middle of the cords [m²].
 [[nodiscard]] Measured offset_square(const InertiaOptions& options, const Bifilar& pendulum);
 
 [[nodiscard]] Measured mass_of_car(const InertiaOptions& options);
 [[nodiscard]] StopWatch watch_of_car(const InertiaOptions& options);
 
-/// How the inertia of the board that the car stands on is known.
-enum class Platform : std::uint8_t { none, swung, told };
+/// The source of the inertia of the board under the car.
+enum class Platform : std::uint8_t { none, swung, given };
 
-/// Throws std::invalid_argument where half of what it takes is given.
+/// Throws std::invalid_argument if options for it are incomplete.
 [[nodiscard]] Platform platform_of(const InertiaOptions& options);
 [[nodiscard]] Measured mass_of_platform(const InertiaOptions& options);
-[[nodiscard]] StopWatch watch_of_platform(const InertiaOptions& options);   ///< where swung
-[[nodiscard]] Measured inertia_of_platform(const InertiaOptions& options);  ///< where told
+[[nodiscard]] StopWatch watch_of_platform(const InertiaOptions& options);   ///< if swung
+[[nodiscard]] Measured inertia_of_platform(const InertiaOptions& options);  ///< if given
 
 }  // namespace odomd::tools

@@ -25,7 +25,7 @@ struct Propagated {
   std::vector<Contribution> contributions;  ///< in the order of the inputs
 };
 
-/// The inputs are independent; what depends on one of them twice must say so within `result_of`.
+/// The inputs are independent; correlated quantities must be computed inside `result_of`.
 [[nodiscard]] Propagated propagate(
     std::span<const Input> inputs,
     const std::function<double(const std::vector<double>&)>& result_of);

@@ -21,10 +21,11 @@ struct Record {
   std::vector<double> rate;
 };
 
-/// Of gravity the fit needs to know only how much the body's lift counts: any on Earth will do.
+/// The fit needs gravity only for the small effect of the body's lift: an approximate value
+/// suffices.
 constexpr double gravity = 9.81;
 
-/// What no car on cords does: a record in other units.
+/// Limits beyond which the record must be in other units.
 constexpr double slowest = 100.0;    // swing [s]
 constexpr double widest = 0.5 * pi;  // from the middle [rad]
 
@@ -68,7 +69,7 @@ class Motion {
   double p_, straight_, c_, d_, stiffness_ = 0.0;
 };
 
-/// Part of a record: from one sample up to before another.
+/// Part of a record: from one sample up to, but without, another.
 struct Section {
   std::size_t begin = 0;
   std::size_t end = 0;
@@ -98,7 +99,7 @@ struct Fitted {
   double period_sigma = 0.0;  // from white residuals [s]
 };
 
-/// Levenberg and Marquardt. Nothing where it comes to no end.
+/// Levenberg-Marquardt. Nothing if it does not converge.
 std::optional<Fitted> fit(const Record& record, Section section, const Bifilar& pendulum,
                           Unknowns x) {
   const auto n = static_cast<Eigen::Index>(section.size());
@@ -147,8 +148,8 @@ std::optional<Fitted> fit(const Record& record, Section section, const Bifilar& 
   return std::nullopt;
 }
 
-/// A few swings first, and then twice as many: a period that is wrong by one swing in the whole
-/// record would be found as well as the right one.
+/// A few swings first, then twice as many, and so on: otherwise a period that is wrong by one swing
+/// in the whole record might be found.
 std::optional<Fitted> fit_by_and_by(const Record& record, Section section, const Bifilar& pendulum,
                                     Unknowns guess) {
   double span = 4.0 * std::exp(guess[log_period]);
@@ -191,7 +192,7 @@ std::vector<HalfSwing> half_swings(const Record& record, std::size_t begin, doub
   throw std::invalid_argument(name + ": " + what);
 }
 
-/// How much larger the variance of a mean of the residuals is than if they were white.
+/// The factor by which the variance of a mean of the residuals exceeds that of white ones.
 double correlation_factor(const Eigen::VectorXd& r) {
   const double zero = r.squaredNorm();
   double factor = 1.0;
@@ -215,7 +216,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
     record.t.push_back(1e-9 * static_cast<double>(yaw_rate.t_ns[i] - yaw_rate.t_ns.front()));
   record.rate = yaw_rate.value;
 
-  // The swing, roughly: from the largest rate on.
+  // The approximate swing, from the largest rate on.
   double mean = 0.0;
   for (const double value : record.rate) mean += value / static_cast<double>(record.rate.size());
   const auto farther = [mean](double a, double b) {
@@ -239,14 +240,15 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   std::ranges::sort(lengths);
   const double period = 2.0 * lengths[lengths.size() / 2];
   if (period > slowest)
-    refuse(name, fmt::format("a swing takes {:.4g} s by its times, and no car's takes {:.0f}: are "
-                             "they in ms? Divide them by 1000",
+    refuse(name, fmt::format("a swing takes {:.4g} s by its times, more than the {:.0f} s of any "
+                             "car: are they in ms? Divide them by 1000",
                              period, slowest));
   const double amplitude = peak * period / (2.0 * pi);
   if (amplitude > widest)
-    refuse(name, fmt::format("it swings by {:.0f} deg to each side by its yaw rate of up to {:.3g} "
-                             "rad/s, and cords cross before: is that deg/s? Multiply by {:.7f}",
-                             amplitude * 180.0 / pi, peak, pi / 180.0));
+    refuse(name,
+           fmt::format("its yaw rate of up to {1:.3g} rad/s means a swing of {0:.0f} deg to each "
+                       "side, but the cords cross before: is that deg/s? Multiply by {2:.7f}",
+                       amplitude * 180.0 / pi, peak, pi / 180.0));
   const Section section{begin, halves[last].begin};
   const double seconds = record.t[section.end - 1] - record.t[section.begin];
   if (static_cast<double>(section.size()) * period / seconds < 8.0)
@@ -276,7 +278,7 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   SwingFit result;
   result.period = std::exp(whole->x[log_period]);
   result.period_sigma = whole->period_sigma * std::sqrt(correlation_factor(whole->residuals));
-  // What the white noise of the residuals does not show: how parts of the record differ.
+  // The scatter between parts of the record, which white residuals do not show.
   constexpr std::size_t parts = 4;
   if (seconds > 4.0 * parts * period) {
     double sum = 0.0, squares = 0.0;

@@ -23,9 +23,8 @@ struct SwingFit {
   std::vector<std::string> warnings;
 };
 
-/// Takes the record from its largest rate on to where the swing has died down to a seventh. `name`
-/// is what messages call the record. Throws std::invalid_argument for what is no swing, or too
-/// short a one.
+/// Uses the record from its largest rate until the swing has decayed to a seventh. `name` is the
+/// record's name in messages. Throws std::invalid_argument if it is not a swing, or too short.
 [[nodiscard]] SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum,
                                  const std::string& name);
 

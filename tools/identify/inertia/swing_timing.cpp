@@ -26,7 +26,7 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
   const double sigma = std::max(watch.sigma, scatter) / std::sqrt(n) / watch.swings;
 
   TimedSwing result;
-  // The amplitude dies away exponentially: mean of A² = (A0² - A1²) / (2 ln(A0/A1)).
+  // The amplitude decays exponentially: mean of A² = (A0² - A1²) / (2 ln(A0/A1)).
   const double begin = watch.amplitude_begin, end = std::max(watch.amplitude_end, 1e-3 * begin);
   const double decay = begin > 0.0 ? std::log(begin / end) : 0.0;
   const double mean_square =
@@ -43,7 +43,7 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
     const double off = std::fabs(time - mean) / period;
     if (off > 0.4)
       throw std::invalid_argument(fmt::format(
-          "--time: {} s and the mean of all, {:.2f} s, are {:.1f} swings apart; count again", time,
+          "--time: {} s and the mean of all, {:.2f} s, differ by {:.1f} swings; count again", time,
           mean, off));
   }
   if (n > 1.0 && scatter > 2.5 * watch.sigma)

@@ -10,7 +10,7 @@
 namespace odomd::tools {
 
 struct StopWatch {
-  std::vector<double> times;  ///< of so many swings each [s]
+  std::vector<double> times;  ///< each of `swings` swings [s]
   int swings = 0;
   double sigma = 0.0;            ///< of a timing [s]
   double amplitude_begin = 0.0;  ///< of the first swing that was timed [rad]
@@ -19,12 +19,12 @@ struct StopWatch {
 
 struct TimedSwing {
   Measured period;           ///< of small, undamped swings [s]
-  double lengthening = 0.0;  ///< by which the swings timed were longer, as a part of the period
+  double lengthening = 0.0;  ///< relative excess of the timed period
   std::vector<std::string> warnings;
 };
 
-/// The mean of the timings, corrected for the swings' width and damping; of the correction a
-/// quarter counts as uncertain. Throws std::invalid_argument for what cannot be.
+/// The mean of the timings, corrected for the swings' width and damping; a quarter of the
+/// correction counts as uncertainty. Throws std::invalid_argument for impossible values.
 [[nodiscard]] TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum);
 
 }  // namespace odomd::tools

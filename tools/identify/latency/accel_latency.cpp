@@ -12,7 +12,7 @@ namespace {
 
 using estimator::Source;
 
-// That tyres bend, which the model of the side force leaves out [s], seen on simulated cars.
+// Effect of nonlinear tyres, which the model of the side force leaves out [s], from simulated cars.
 constexpr double unmodelled_side_force = 5e-3;
 
 double smoothing(const Series& series) {
@@ -41,8 +41,8 @@ double rms_of(const Resampled& signal) {
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(signal.value.size(), 1)));
 }
 
-// The side force that a car feels which turns as the gyro says: the inertia and the rear axle's
-// slip, which builds up over the way σ, say what the tyres push,
+// The side force of a car that turns as measured by the gyro: inertia and the rear axle's slip,
+// with relaxation length σ, give the tyre forces,
 //   α̇_h = (l_h ψ̇ - v_y - v α_h) / σ,  m a_y = (l C_h α_h + J_z ψ̈) / l_v,  v̇_y = a_y - v ψ̇
 // and the sensor is at (p_x, p_y): a_y + ψ̈ p_x - ψ̇² p_y.
 enum : Eigen::Index { late, stiffness, inertia, relaxation, lever_x, lever_y, gain, bias, numbers };
@@ -59,7 +59,7 @@ Eigen::VectorXd side_force(const Turning& turning, const Eigen::VectorXd& p) {
   const double moment = car.yaw_inertia * std::exp(p[inertia]);
   const double sigma = 0.17 * car.wheelbase() * std::exp(p[relaxation]);
   constexpr double dt = 5e-3;
-  double v_y = 0.0, slip = 0.0, before = 0.0, felt = 0.0;
+  double v_y = 0.0, slip = 0.0, before = 0.0, measured = 0.0;
   Eigen::VectorXd result(static_cast<Eigen::Index>(turning.t.size()));
   double t = turning.speed.begin;
   std::size_t next = 0;
@@ -68,13 +68,13 @@ Eigen::VectorXd side_force(const Turning& turning, const Eigen::VectorXd& p) {
     const double turn = turning.yaw_accel.at(t);
     const double accel =
         (car.wheelbase() * stiff * slip + moment * turn) / (car.front_axle * car.mass);
-    before = felt;
-    felt = (1.0 + p[gain]) * (accel + turn * (turning.config.imu_position[0] + p[lever_x]) -
-                              r * r * (turning.config.imu_position[1] + p[lever_y])) +
-           p[bias];
+    before = measured;
+    measured = (1.0 + p[gain]) * (accel + turn * (turning.config.imu_position[0] + p[lever_x]) -
+                                  r * r * (turning.config.imu_position[1] + p[lever_y])) +
+               p[bias];
     for (; next < turning.t.size() && turning.t[next] - p[late] <= t; ++next) {
       const double part = std::clamp(1.0 - (t - turning.t[next] + p[late]) / dt, 0.0, 1.0);
-      result[static_cast<Eigen::Index>(next)] = before + part * (felt - before);
+      result[static_cast<Eigen::Index>(next)] = before + part * (measured - before);
     }
     if (t > turning.speed.end() + 1.0) break;
     // The slip settles within a step where the way is short: implicit in it and in v_y.
@@ -85,7 +85,7 @@ Eigen::VectorXd side_force(const Turning& turning, const Eigen::VectorXd& p) {
            ((car.wheelbase() * stiff * slip + moment * turn) / (car.front_axle * car.mass) - v * r);
     t += dt;
   }
-  for (; next < turning.t.size(); ++next) result[static_cast<Eigen::Index>(next)] = felt;
+  for (; next < turning.t.size(); ++next) result[static_cast<Eigen::Index>(next)] = measured;
   return result;
 }
 
@@ -97,7 +97,7 @@ SourceOffset lateral(const GyroDrive& drive, const Speed& speed) {
   SourceOffset result{
       Source::accel_y, "the gyro, by the side force of the turn", 0.0, 0.0, 0.0, ""};
   if (measured.t.size() < 50) {
-    result.doubt = "too few samples";
+    result.failure = "too few samples";
     return result;
   }
   const double half = smoothing(series);
@@ -111,8 +111,8 @@ SourceOffset lateral(const GyroDrive& drive, const Speed& speed) {
   problem.predicted = [&turning](const Eigen::VectorXd& p) { return side_force(turning, p); };
   const double wheelbase = drive.config.vehicle.wheelbase();
   problem.expected = Eigen::VectorXd::Zero(numbers);
-  problem.doubt = Eigen::VectorXd::Zero(numbers);
-  problem.doubt << 1.0, 0.15, 0.1, 0.5, 0.05 * wheelbase, 0.1 * wheelbase, 0.05, 2.0;
+  problem.prior_sigma = Eigen::VectorXd::Zero(numbers);
+  problem.prior_sigma << 1.0, 0.15, 0.1, 0.5, 0.05 * wheelbase, 0.1 * wheelbase, 0.05, 2.0;
   std::vector<double> trials;
   for (double trial = -0.3; trial <= 0.3; trial += 0.02) trials.push_back(trial);
   problem.start = problem.expected;
@@ -122,7 +122,7 @@ SourceOffset lateral(const GyroDrive& drive, const Speed& speed) {
   result.sigma = std::hypot(std::sqrt(found.covariance(late, late)), unmodelled_side_force);
   result.explained = found.explained;
   if (found.explained < 0.5)
-    result.doubt = "it does not follow the turns: sign, mounting, or it shakes";
+    result.failure = "it does not follow the turns: check sign and mounting, or vibration";
   return result;
 }
 
@@ -148,8 +148,8 @@ SourceOffset longitudinal(const GyroDrive& drive, const Speed& speed) {
   SourceOffset result =
       as_offset(Source::accel_x, speed.driven ? "driven wheels' speed" : "wheels' speed", found);
   result.sigma = std::hypot(result.sigma, speed.offset_sigma);
-  // In a turn the tyres drag, too, and v_y follows late, by some hundredths of a second that no
-  // model of this knows: what is not dv/dt may pull the offset along.
+  // In a turn the tyres also drag, and v_y follows with an unknown delay of some hundredths of a
+  // second: terms other than dv/dt may bias the offset.
   const double in_turns = rms_of(combined(turn2, wide, [&](double a, double b) {
     return found.coefficients[1] * a + found.coefficients[2] * b;
   }));

@@ -12,7 +12,8 @@ namespace {
 constexpr double chance = 3.0;  // standard uncertainties
 // Known: the whole to 10 ms, or a tenth where that is no more than 20 ms; delay and lag to a
 // quarter of the whole.
-constexpr double known_below = 0.01, known_at_most = 0.02, known_share = 0.1, told_apart = 0.25;
+constexpr double known_below = 0.01, known_at_most = 0.02, known_share = 0.1,
+                 separable_below = 0.25;
 constexpr double longest_delay = 0.5, longest_lag = 1.0;  // that the configuration takes [s]
 
 std::string milliseconds(const Measured& time) {
@@ -20,18 +21,19 @@ std::string milliseconds(const Measured& time) {
 }
 
 /// Why the two are not determined; empty where they are.
-std::string untold(const SteeringResponse& response, const Measured& whole, const Measured& delay,
-                   const Measured& lag) {
-  if (!response.doubt.empty()) return response.doubt;
+std::string reason_undetermined(const SteeringResponse& response, const Measured& whole,
+                                const Measured& delay, const Measured& lag) {
+  if (!response.failure.empty()) return response.failure;
   if (!(whole.sigma < std::clamp(known_share * whole.value, known_below, known_at_most)))
-    return milliseconds(whole) + " in all; drive with more turns and changes of speed";
+    return milliseconds(whole) + " in total; drive with more turns and changes of speed";
   if (whole.value < chance * whole.sigma)
-    return "none to be seen, " + milliseconds(whole) +
-           " in all: so it is where the angle is measured";
-  if (!(std::max(delay.sigma, lag.sigma) < told_apart * whole.value))
-    return "not told apart; delay and lag together " + milliseconds(whole);
+    return "none visible, " + milliseconds(whole) +
+           " in total: as expected if the angle is measured";
+  if (!(std::max(delay.sigma, lag.sigma) < separable_below * whole.value))
+    return "cannot be separated; delay and lag together " + milliseconds(whole);
   if (delay.value > longest_delay || lag.value > longest_lag)
-    return milliseconds(whole) + " in all, more than [steering] takes: is it the car's steering?";
+    return milliseconds(whole) +
+           " in total, more than [steering] allows: is it the car's steering?";
   return "";
 }
 
@@ -41,9 +43,10 @@ Finding finding_of(std::string_view name, std::string_view key, const Measured& 
                   .value = std::max(time.value, 0.0),
                   .sigma = time.sigma,
                   .unit = "s",
-                  .share = Share::says_nothing};
+                  .share = Share::meaningless};
   if (time.value < 0.0)
-    finding.remark = "measured " + fixed(1e3 * time.value, 1) + " ms, and no value is early";
+    finding.remark =
+        "measured " + fixed(1e3 * time.value, 1) + " ms, but a latency cannot be negative";
   return finding;
 }
 
@@ -66,19 +69,19 @@ ActuatorFindings actuator_findings(const SteeringResponse& response, const Measu
                             .value = response.rate_limit->value,
                             .sigma = response.rate_limit->sigma,
                             .unit = "rad/s"});
-  const std::string doubt = untold(response, whole, delay, lag);
-  if (doubt.empty()) return found;
+  const std::string failure = reason_undetermined(response, whole, delay, lag);
+  if (failure.empty()) return found;
   for (Finding& finding : found.values) {
     finding.determined = Determined::no;
     finding.key.clear();
-    finding.remark = doubt;
+    finding.remark = failure;
   }
   const double expected = configured.delay_s + configured.lag_s;
-  if (response.doubt.empty() && std::abs(whole.value - expected) > chance * whole.sigma &&
+  if (response.failure.empty() && std::abs(whole.value - expected) > chance * whole.sigma &&
       expected > 0.0)
     found.warnings.push_back("[steering] has " + fixed(1e3 * expected, 0) +
                              " ms of delay and lag, the drive shows " + milliseconds(whole) +
-                             "; where the angle is measured, leave [steering] out");
+                             "; if the angle is measured, leave [steering] out");
   return found;
 }
 

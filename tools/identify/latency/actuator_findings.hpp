@@ -1,5 +1,5 @@
-// What the steering's response says of [steering]: delay, lag and rate limit of the actuator
-// between a command and the front wheels, where there is one.
+// The values for [steering] from the steering's response: delay, lag and rate limit of the actuator
+// between a command and the front wheels, if there is one.
 #pragma once
 
 #include <string>
@@ -13,12 +13,12 @@ namespace odomd::tools {
 
 struct ActuatorFindings {
   std::vector<Finding> values;        ///< steering.delay, .lag, .rate_limit where there is one
-  std::vector<std::string> warnings;  ///< of what the configuration has instead
+  std::vector<std::string> warnings;  ///< about the configured values
 };
 
-/// `clock` is by how much the gyro's stamps, which the response is against, are late beyond their
-/// configured latency [s]. Delay and lag are determined where the drive shows an actuator and
-/// separates the two; the limit with them.
+/// `clock` is the excess of the latency of the gyro's stamps, the reference of the response, over
+/// the configured one [s]. Delay and lag are determined if the drive shows an actuator and
+/// separates the two, and with them the limit.
 [[nodiscard]] ActuatorFindings actuator_findings(const SteeringResponse& response,
                                                  const Measured& clock,
                                                  const estimator::SteeringActuator& configured);

@@ -45,7 +45,7 @@ Resampled smooth(const Resampled& signal, double half) {
 }
 
 SourceOffset as_offset(estimator::Source source, std::string against, const Offset& found) {
-  return {source, std::move(against), found.value, found.sigma, found.explained, found.doubt};
+  return {source, std::move(against), found.value, found.sigma, found.explained, found.failure};
 }
 
 }  // namespace odomd::tools

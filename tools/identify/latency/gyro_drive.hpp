@@ -1,5 +1,5 @@
-// A drive as its latencies are found in it: the gyro's turn on an even grid, and what is done to
-// signals that are laid over it.
+// A drive for latency estimation: the gyro on an even grid, and the processing of signals that are
+// compared with it.
 #pragma once
 
 #include <cstdint>
@@ -30,19 +30,19 @@ struct GyroDrive {
   }
 };
 
-/// Two cycles of a signal, within bounds: what derivatives are taken over [s].
+/// Two cycles of a signal, within bounds: the span of derivatives [s].
 [[nodiscard]] double two_cycles(const Series& series);
 
-/// Of a sample, by third differences, in which smooth motion is gone; the median of their size, so
-/// that jerks and outliers do not count.
+/// The noise of a sample, from third differences, which remove smooth motion; from the median of
+/// their size, so that jerks and outliers do not count.
 [[nodiscard]] double white_variance(const Series& series);
 
 [[nodiscard]] Resampled shifted(Resampled signal, double later);
 [[nodiscard]] Resampled times(const Resampled& a, const Resampled& b);
 [[nodiscard]] Resampled constant(const Resampled& like);
 
-/// Twice the mean over ± half: of a signal and of what it is laid over alike, so that neither is
-/// late, and that the gyro's noise, differentiated, stays below what is differentiated.
+/// Applies the mean over ± half twice, to both signals compared, so that neither is delayed and the
+/// gyro's noise remains small after differentiation.
 [[nodiscard]] Resampled smooth(const Resampled& signal, double half);
 
 [[nodiscard]] SourceOffset as_offset(estimator::Source source, std::string against,

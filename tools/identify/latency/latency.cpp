@@ -1,4 +1,4 @@
-// odom identify latency: how late each source is.
+// odom identify latency: the latency of each source.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -30,7 +30,7 @@ bool is_acceleration(Source source) {
   return source == Source::accel_x || source == Source::accel_y;
 }
 
-// What comes in the gyro's message was taken with it.
+// Signals in the gyro's message were sampled with it.
 bool as_old_as_gyro(const daemon::Config& config, Source source) {
   std::string gyro, other;
   for (const can::SignalBinding& binding : config.can.bindings) {
@@ -40,7 +40,7 @@ bool as_old_as_gyro(const daemon::Config& config, Source source) {
   return gyro == other;
 }
 
-constexpr double known_below = 0.01;  // of a standard uncertainty [s], else it was not told
+constexpr double known_below = 0.01;  // standard uncertainty [s] of a determined value
 
 double configured_latency(const daemon::Config& config, Source source) {
   for (const can::SignalBinding& binding : config.can.bindings)
@@ -49,40 +49,40 @@ double configured_latency(const daemon::Config& config, Source source) {
   return 0.0;
 }
 
-Finding finding_of(const std::string& name, double measured, double sigma, std::string doubt) {
+Finding finding_of(const std::string& name, double measured, double sigma, std::string failure) {
   Finding finding{
-      .name = name, .value = measured, .sigma = sigma, .unit = "s", .share = Share::says_nothing};
-  if (doubt.empty() && !(sigma < known_below))
-    doubt =
-        "too little happens in the drive to tell it better than 20 ms; drive with more turns "
+      .name = name, .value = measured, .sigma = sigma, .unit = "s", .share = Share::meaningless};
+  if (failure.empty() && !(sigma < known_below))
+    failure =
+        "too little excitation to determine it to 20 ms; drive with more turns "
         "and changes of speed";
-  if (!doubt.empty()) {
+  if (!failure.empty()) {
     finding.determined = Determined::no;
-    finding.remark = std::move(doubt);
+    finding.remark = std::move(failure);
   }
   return finding;
 }
 
-// Before it happened, and not by chance: the clock that it was held against is late.
+// Significantly negative: the reference clock is late.
 bool is_early(const Finding& finding) {
   constexpr double chance = 3.0;  // standard uncertainties
   return finding.value < -chance * finding.sigma;
 }
 
-// The configuration takes ages only: what is below zero by chance becomes 0, what is early is held
-// back.
+// Configured latencies are not negative: a slightly negative value becomes 0, a significantly
+// negative one is not written.
 void into_configuration(Finding& finding, const std::string& key, const std::string& late) {
   if (finding.determined == Determined::no) return;
   const std::string measured = "measured " + fixed(1e3 * finding.value, 1) + " ms";
   if (is_early(finding)) {
     finding.determined = Determined::no;
-    finding.remark = measured + ", before it happens; " + late;
+    finding.remark = measured + ", which is not possible; " + late;
     return;
   }
   finding.key = key;
   if (finding.value >= 0.0) return;
   if (!finding.remark.empty()) finding.remark += "; ";
-  finding.remark += measured + ", and no value is early";
+  finding.remark += measured + ", but a latency cannot be negative";
   finding.value = 0.0;
 }
 
@@ -94,7 +94,7 @@ Findings findings_of(const Options& options) {
   CameraLog camera;
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
-    if (camera.poses.empty()) camera.warnings.push_back(no_pose_doubt(options.camera));
+    if (camera.poses.empty()) camera.warnings.push_back(no_pose_warning(options.camera));
   }
   ProgressLine progress("odom identify latency");
   const LatencyEstimate estimate = estimate_latencies(
@@ -108,14 +108,14 @@ Findings findings_of(const Options& options) {
   for (const std::string& warning : camera.warnings) findings.warnings.push_back(warning);
   for (const std::string& warning : estimate.warnings) findings.warnings.push_back(warning);
 
-  // With a camera its stamps are the clock; without, the gyro's configured latency is believed.
+  // With a camera its stamps are the clock; without one the gyro's configured latency is used.
   double gyro_offset = 0.0, gyro_sigma = 0.0;
   bool clock_of_camera = false;
   for (const SourceOffset& found : estimate.offsets) {
     if (found.source != Source::camera) continue;
     Finding gyro = finding_of("latency of yaw_rate",
                               configured_latency(config, Source::yaw_rate) - found.offset,
-                              found.sigma, found.doubt);
+                              found.sigma, found.failure);
     gyro.remark = gyro.determined == Determined::yes
                       ? "against the camera's stamps"
                       : gyro.remark + "; is the camera's file of this drive?";
@@ -132,10 +132,10 @@ Findings findings_of(const Options& options) {
   if (options.camera.empty() || !clock_of_camera)
     findings.warnings.push_back("the gyro's configured latency, " +
                                 fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
-                                " ms, is taken for true: all others are relative to it" +
+                                " ms, is assumed to be correct: all others are relative to it" +
                                 (options.camera.empty() ? "; with --camera it is measured" : ""));
 
-  const std::string blame =
+  const std::string question =
       clock_of_camera ? "are the camera's poses stamped later than the pictures were taken?"
                       : "is yaw_rate later than its configured latency?";
   for (const SourceOffset& found : estimate.offsets) {
@@ -143,13 +143,13 @@ Findings findings_of(const Options& options) {
     const std::string role{estimator::source_names[static_cast<std::size_t>(found.source)]};
     Finding finding = finding_of(
         "latency of " + role, configured_latency(config, found.source) + found.offset + gyro_offset,
-        std::hypot(found.sigma, gyro_sigma), found.doubt);
+        std::hypot(found.sigma, gyro_sigma), found.failure);
     findings.details["measured"][role] = finding.value;
     findings.details["explained"][role] = found.explained;
-    // Tyres and slopes are in an acceleration too, and move it by tens of milliseconds.
+    // Tyres and slopes also affect an acceleration, and shift it by tens of milliseconds.
     if (is_acceleration(found.source)) {
       const std::string measured = "measured " + fixed(1e3 * finding.value, 0) +
-                                   " ms, which the tyres' drag and slip move by tens";
+                                   " ms, which drag and slip of the tyres shift by tens of ms";
       const bool with_gyro = clock_of_camera && as_old_as_gyro(config, found.source);
       finding = with_gyro
                     ? finding_of("latency of " + role,
@@ -157,14 +157,14 @@ Findings findings_of(const Options& options) {
                                  gyro_sigma, "")
                     : finding_of("latency of " + role, finding.value, finding.sigma, measured);
       if (with_gyro) {
-        finding.remark = "as the gyro, with which it comes";
-        into_configuration(finding, "can.signals." + role + ".latency", blame);
+        finding.remark = "as the gyro, from the same message";
+        into_configuration(finding, "can.signals." + role + ".latency", question);
       }
       findings.values.push_back(std::move(finding));
       continue;
     }
     if (finding.determined == Determined::yes) finding.remark = "against " + found.against;
-    into_configuration(finding, "can.signals." + role + ".latency", blame);
+    into_configuration(finding, "can.signals." + role + ".latency", question);
     findings.values.push_back(std::move(finding));
   }
   if (estimate.steering) {
@@ -172,7 +172,7 @@ Findings findings_of(const Options& options) {
     const double late = configured_latency(config, Source::steering) + gyro_offset;
     const auto sigma = [&](const Measured& m) { return std::hypot(m.sigma, gyro_sigma); };
     Finding all = finding_of("lag of the wheels behind steering, in all", s.in_all.value - late,
-                             sigma(s.in_all), s.doubt);
+                             sigma(s.in_all), s.failure);
     if (all.determined == Determined::yes) all.remark = "delay and lag together";
     findings.values.push_back(all);
     ActuatorFindings actuator =
@@ -183,7 +183,7 @@ Findings findings_of(const Options& options) {
     findings.details["measured"]["steering_dead_time"] = s.dead_time.value - late;
     findings.details["measured"]["steering_time_constant"] = s.time_constant.value;
     findings.details["explained"]["steering"] = s.explained;
-    // A sensor of where the wheels are may be late itself: then they move before it says so.
+    // A sensor of the wheels' angle may be late itself: then they move before its signal.
     if (all.determined == Determined::yes && all.value < -2.0 * all.sigma) {
       Finding late_sensor = finding_of("latency of steering", -all.value, all.sigma, "");
       late_sensor.remark = "the car turns before it";
@@ -199,7 +199,8 @@ Findings findings_of(const Options& options) {
 void add_latency(Command identify) {
   auto options = std::make_shared<Options>();
   Command latency = identify.add_subcommand(
-      "latency", "How late each source is against the gyro or the camera, and the steering's lag");
+      "latency",
+      "Measure how late each source is against the gyro or the camera, and the steering's lag");
   latency.add_option("--config", options->config, "Configuration of the car")
       .type_name("TOML")
       .required();
@@ -212,7 +213,7 @@ void add_latency(Command identify) {
       .type_name("CSV");
   add_delivery(latency, options->delivery);
   latency.footer(
-      "Drive for ten minutes with a camera: curves to both sides that come quickly, with a stop\n"
+      "Drive for ten minutes with a camera: quick curves to both sides, with a stop\n"
       "every few metres, no two stretches alike, and slowly: below 3 m/s2 of lateral "
       "acceleration,\n"
       "a 1:10 car at 0.5 to 1 m/s. What is smooth has no time; at a speed that never changes the\n"
@@ -220,19 +221,21 @@ void add_latency(Command identify) {
       "by\n"
       "their own inertia. Mass, axles, inertia and stiffnesses must be in the configuration.\n"
       "\n"
-      "Each source is laid over another and moved until they agree:\n"
-      "  camera       its yaw over the turn that the gyro adds up\n"
-      "  wheels       the difference of left and right over the gyro; one alone: its way over the\n"
+      "Each source is compared with another and shifted in time until they agree:\n"
+      "  camera       its yaw with the integral of the gyro\n"
+      "  wheels       the difference of left and right with the gyro; one alone: its distance with "
+      "the\n"
       "               camera's\n"
-      "  accel_x      as the gyro where it comes in its message; else shown only, over the\n"
+      "  accel_x      as the gyro if it is in the same message; else only shown, compared with "
+      "the\n"
       "               wheels' acceleration\n"
-      "  accel_y      likewise, over speed times yaw rate\n"
-      "  steering     the yaw rate that a car with these tyres would have, over the gyro: delay\n"
-      "               and lag of what lies between a command and the wheels, for [steering], and\n"
-      "               a rate limit where it shows; none where the angle is measured\n"
+      "  accel_y      likewise, compared with speed times yaw rate\n"
+      "  steering     the yaw rate of a car with these tyres, with the gyro: delay and lag\n"
+      "               between command and wheels, for [steering], and a rate limit if it\n"
+      "               shows; none if the angle is measured\n"
       "With a camera its capture stamps are the clock, and the gyro's own latency is found too.\n"
-      "Without, the gyro's configured latency is believed. What is found adds to what the\n"
-      "configuration has: run it again after --write, and all offsets are small.\n"
+      "Without one the gyro's configured latency is used. The offsets found add to those in the\n"
+      "configuration: run it again after --write, and all offsets are small.\n"
       "Examples:\n"
       "  odom identify latency --config car.toml --can drive.log --camera camera.csv\n"
       "  odom identify latency --config car.toml --can drive.log --write car.toml");

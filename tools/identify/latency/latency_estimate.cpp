@@ -54,9 +54,9 @@ SourceOffset camera_yaw(const GyroDrive& drive, std::span<const estimator::Camer
   }
   const Offset found = solve(r);
   SourceOffset result = as_offset(Source::camera, "the gyro's turn", found);
-  // What an angle explains of itself says little: demand that it turns enough.
-  if (result.doubt.empty()) {
-    if (top_of(drive.yaw_rate) < 0.02) result.doubt = "the car does not turn";
+  // An explained share means little for angles: require enough turns.
+  if (result.failure.empty()) {
+    if (top_of(drive.yaw_rate) < 0.02) result.failure = "the car does not turn";
   }
   return result;
 }
@@ -65,9 +65,9 @@ SourceOffset camera_yaw(const GyroDrive& drive, std::span<const estimator::Camer
 
 LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog& log,
                                    std::span<const estimator::CameraPose> camera,
-                                   const TellProgress& tell) {
-  const auto begin = [&tell](const std::string& what) {
-    if (tell) tell(what);
+                                   const ReportProgress& report) {
+  const auto begin = [&report](const std::string& what) {
+    if (report) report(what);
   };
   const Series& gyro = log.need(Source::yaw_rate);  // every latency is found against it
   GyroDrive drive{config, log, 0.0, 0.0, {}, {}};
@@ -75,11 +75,11 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   drive.end = drive.seconds(gyro.t_ns.back());
   if (drive.end - drive.begin < 10.0) {
     throw std::invalid_argument(
-        "the log holds " + fixed(drive.end - drive.begin, 1) +
-        " s of gyro; ten are needed, ten minutes with curves and stops are good");
+        "the log contains " + fixed(drive.end - drive.begin, 1) +
+        " s of gyro; at least ten are needed, ten minutes with curves and stops are good");
   }
-  // Poses that go with nothing are found out below, and said of them.
-  check_agreement(config, log, camera, {.strangers = Strangers::pass});
+  // Unrelated poses are found and reported below.
+  check_agreement(config, log, camera, {.unrelated = UnrelatedPoses::accept});
   drive.yaw_rate = drive.on_grid(gyro);
   drive.turned = integral(drive.yaw_rate);
 
@@ -90,7 +90,7 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
   if (!camera.empty()) {
     begin("yaw_rate against the camera");
     result.offsets.push_back(camera_yaw(drive, camera));
-    camera_placed = result.offsets.back().doubt.empty();
+    camera_placed = result.offsets.back().failure.empty();
     camera_offset = result.offsets.back().offset;
   }
   const auto place_pairs = [&](const std::optional<FrontWheels>& front_wheels) {
@@ -108,14 +108,14 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
       }
     }
   };
-  // Nearly in their places first: then the steering shows where the front wheels point, which is
-  // in their speeds.
+  // Approximate offsets first: then the steering gives the angle of the front wheels, which affects
+  // their speeds.
   place_pairs({});
   const auto rough = best_speed(drive, result.offsets);
   if (rough && mapped(Source::steering)) {
     result.steering = steering_response(config.vehicle, drive.on_grid(log.of(Source::steering)),
-                                        smooth(rough->value, 0.04), gyro, log.first_ns, tell);
-    if (result.steering->doubt.empty())
+                                        smooth(rough->value, 0.04), gyro, log.first_ns, report);
+    if (result.steering->failure.empty())
       place_pairs(FrontWheels{result.steering->front_wheels, result.steering->side_speed});
   }
   for (const Source source :
@@ -130,8 +130,8 @@ LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog
       result.offsets.push_back(speed_by_camera(drive, source, camera, camera_offset));
     } else {
       result.offsets.push_back({source, "the camera's way", 0.0, 0.0, 0.0,
-                                "one wheel speed alone says nothing of turns; with --camera its "
-                                "way can be compared"});
+                                "one wheel speed alone does not show turns; with --camera its "
+                                "distance can be compared"});
     }
   }
   if (const auto speed = best_speed(drive, result.offsets)) {

@@ -1,6 +1,6 @@
-// How late each source's stamps are, seen from the others: every source tells something of how the
-// car turns or speeds up, so each can be laid over the gyro (or what has been laid over it already)
-// and moved in time until they agree.
+// Estimates the latency of each source's stamps from the others: every source shows something of
+// how the car turns or accelerates, so each can be compared with the gyro (or a source aligned with
+// it already) and shifted in time until they agree.
 #pragma once
 
 #include <array>
@@ -20,11 +20,11 @@ namespace odomd::tools {
 /// A source's stamps against the gyro's.
 struct SourceOffset {
   estimator::Source source = estimator::Source::yaw_rate;
-  std::string against;     ///< in words: what it was laid over
+  std::string against;     ///< in words: what it was compared with
   double offset = 0.0;     ///< of its stamps behind the gyro's [s]
   double sigma = 0.0;      ///< [s]
   double explained = 0.0;  ///< share of its variance that the other explains
-  std::string doubt;       ///< why the offset means nothing; empty: it does
+  std::string failure;     ///< why the offset is not valid; empty: it is
 };
 
 struct LatencyEstimate {
@@ -33,11 +33,11 @@ struct LatencyEstimate {
   std::vector<std::string> warnings;
 };
 
-/// The offsets that can be told. Throws std::invalid_argument where there is no gyro in the log,
-/// or less than ten seconds of drive, and what check_agreement() throws. `tell` hears how far it
-/// is.
+/// The offsets that can be determined. Throws std::invalid_argument if there is no gyro in the log,
+/// or less than ten seconds of drive, and what check_agreement() throws. `report` gets the
+/// progress.
 [[nodiscard]] LatencyEstimate estimate_latencies(const daemon::Config& config, const SignalLog& log,
                                                  std::span<const estimator::CameraPose> camera,
-                                                 const TellProgress& tell = {});
+                                                 const ReportProgress& report = {});
 
 }  // namespace odomd::tools

@@ -17,15 +17,16 @@ using Eigen::VectorXd;
 constexpr double grid_step = 5e-3;
 constexpr double huber = 2.0;  // in standard deviations
 
-// Of what seems to tell the offset this much must not be noise, or it is drawn anywhere.
-constexpr double least_told = 0.5;
+// The share of the apparent information on the offset that must not be noise; below it the offset
+// is arbitrary.
+constexpr double least_known_share = 0.5;
 
 struct Linear {
   VectorXd coefficients;
   double cost = 0.0;
 };
 
-// What y is beside the expected coefficients' part is solved for, so that a prior is a ridge.
+// Solves for y less the part of the expected coefficients, so that a prior is a ridge.
 MatrixXd design(const OffsetRegression& r, double offset, std::size_t every) {
   const std::size_t rows = (r.t.size() + every - 1) / every;
   MatrixXd x(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(r.basis.size()));
@@ -46,8 +47,8 @@ VectorXd target(const OffsetRegression& r, std::size_t every) {
 // Information of the priors, for residuals of variance s² that count as one each.
 void add_priors(const OffsetRegression& r, double variance, MatrixXd& a, VectorXd* b) {
   for (std::size_t j = 0; j < r.basis.size(); ++j) {
-    if (!std::isfinite(r.basis[j].doubt)) continue;
-    const double weight = variance / (r.basis[j].doubt * r.basis[j].doubt);
+    if (!std::isfinite(r.basis[j].sigma)) continue;
+    const double weight = variance / (r.basis[j].sigma * r.basis[j].sigma);
     const auto k = static_cast<Eigen::Index>(j);
     a(k, k) += weight;
     if (b != nullptr) (*b)[k] += weight * r.basis[j].expected;
@@ -74,9 +75,9 @@ Linear solve_linear(const OffsetRegression& r, const MatrixXd& x, const VectorXd
   result.coefficients = inverse_of(a) * b;
   result.cost = (y - x * result.coefficients).squaredNorm();
   for (std::size_t j = 0; j < r.basis.size(); ++j) {
-    if (!std::isfinite(r.basis[j].doubt)) continue;
+    if (!std::isfinite(r.basis[j].sigma)) continue;
     const double off = (result.coefficients[static_cast<Eigen::Index>(j)] - r.basis[j].expected) /
-                       r.basis[j].doubt;
+                       r.basis[j].sigma;
     result.cost += variance * off * off;
   }
   return result;
@@ -92,14 +93,14 @@ Offset solve(const OffsetRegression& r) {
   Offset result;
   result.samples = r.t.size();
   if (r.t.size() < 20) {
-    result.doubt = "only " + counted(r.t.size(), "sample");
+    result.failure = "only " + counted(r.t.size(), "sample");
     return result;
   }
   const std::size_t every = std::max<std::size_t>(1, r.t.size() / 3000);
   const VectorXd thin = target(r, every);
   const double spread = variance_of(thin);
   if (!(spread > 0.0)) {
-    result.doubt = "the signal never changes";
+    result.failure = "the signal never changes";
     return result;
   }
   // The noise, to weigh the priors by: first a guess, then from the best of the grid.
@@ -150,8 +151,8 @@ Offset solve(const OffsetRegression& r) {
     VectorXd b = jacobian.transpose() * (weight.array() * residual.array()).matrix();
     for (Eigen::Index j = 0; j < basis; ++j) {
       const BasisFunction& function = r.basis[static_cast<std::size_t>(j)];
-      if (std::isfinite(function.doubt))
-        b[j] += noise / (function.doubt * function.doubt) * (function.expected - coefficients[j]);
+      if (std::isfinite(function.sigma))
+        b[j] += noise / (function.sigma * function.sigma) * (function.expected - coefficients[j]);
     }
     MatrixXd with_priors = a;
     add_priors(r, noise, with_priors, nullptr);
@@ -192,16 +193,17 @@ Offset solve(const OffsetRegression& r) {
       blocks > 4 ? static_cast<double>(blocks) / (static_cast<double>(blocks) - 2.0) : 4.0;
   const MatrixXd sandwich = bread * (few_blocks * b + prior_part) * bread;
   const double naive = noise * bread(basis, basis);
-  const double told = 1.0 - weight.sum() * result.coefficients[0] * result.coefficients[0] *
-                                r.slope_noise * bread(basis, basis);
-  result.sigma = std::sqrt(std::max(sandwich(basis, basis), naive)) / std::max(told, 0.1);
+  const double known_share = 1.0 - weight.sum() * result.coefficients[0] * result.coefficients[0] *
+                                       r.slope_noise * bread(basis, basis);
+  result.sigma = std::sqrt(std::max(sandwich(basis, basis), naive)) / std::max(known_share, 0.1);
 
   if (std::fabs(offset) > r.range - 2.0 * grid_step)
-    result.doubt = "no offset within " + fixed(r.range, 1) + " s makes them agree";
-  else if (told < least_told)
-    result.doubt = "too little happens in the drive beside noise; drive with more turns and stops";
+    result.failure = "no offset within " + fixed(r.range, 1) + " s makes them agree";
+  else if (known_share < least_known_share)
+    result.failure =
+        "too little excitation compared with the noise; drive with more turns and stops";
   else if (result.explained < 0.3)
-    result.doubt = "the two signals have too little in common: excitation, sign, mapping?";
+    result.failure = "the two signals have too little in common: excitation, sign, mapping?";
   return result;
 }
 

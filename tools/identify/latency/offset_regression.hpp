@@ -10,8 +10,8 @@
 // that residuals that hang together within a block count as what they are, not as independent.
 //
 // Noise in φ_1 makes its derivative look larger than the signal's, and D better known than it is:
-// of the energy of that derivative, less what the other functions explain, only what is not noise
-// tells D.
+// of the energy of that derivative, less what the other functions explain, only the part that is
+// not noise determines D.
 #pragma once
 
 #include <limits>
@@ -25,7 +25,7 @@ namespace odomd::tools {
 struct BasisFunction {
   Resampled function;
   double expected = 0.0;                                   ///< of its coefficient
-  double doubt = std::numeric_limits<double>::infinity();  ///< standard deviation of that
+  double sigma = std::numeric_limits<double>::infinity();  ///< standard deviation of that
 };
 
 struct OffsetRegression {
@@ -43,10 +43,10 @@ struct Offset {
   std::vector<double> coefficients;
   double explained = 0.0;  ///< share of the variance of y, 0 to 1
   std::size_t samples = 0;
-  std::string doubt;  ///< why the value means nothing; empty: it does
+  std::string failure;  ///< why the value is not valid; empty: it is
 };
 
-/// Needs at least 20 samples, else says so in `doubt`.
+/// Needs at least 20 samples, else says so in `failure`.
 [[nodiscard]] Offset solve(const OffsetRegression& regression);
 
 }  // namespace odomd::tools

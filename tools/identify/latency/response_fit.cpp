@@ -23,7 +23,7 @@ double spread_of(const VectorXd& z) {
 MatrixXd derivatives(const ResponseFit& problem, const VectorXd& p, const VectorXd& at_p) {
   MatrixXd jacobian(problem.z.size(), p.size());
   for (Index k = 0; k < p.size(); ++k) {
-    const double h = 1e-3 * std::max(problem.doubt[k], 1e-2);
+    const double h = 1e-3 * std::max(problem.prior_sigma[k], 1e-2);
     VectorXd up = p;
     up[k] += h;
     jacobian.col(k) = (problem.predicted(up) - at_p) / h;
@@ -40,7 +40,7 @@ double cost_of(const ResponseFit& problem, const VectorXd& p, double noise) {
   for (const double each : e)
     cost += each < huber ? each * each : 2.0 * huber * each - huber * huber;
   return cost / problem.together +
-         ((p - problem.expected).array() / problem.doubt.array()).square().sum();
+         ((p - problem.expected).array() / problem.prior_sigma.array()).square().sum();
 }
 
 double best_of(const ResponseFit& problem, Index parameter, const std::vector<double>& trials) {
@@ -61,8 +61,8 @@ double best_of(const ResponseFit& problem, Index parameter, const std::vector<do
 FittedResponse fit(const ResponseFit& problem) {
   FittedResponse result;
   VectorXd p = problem.start;
-  const VectorXd prior = problem.doubt.array().square().inverse();
-  MatrixXd jacobian, told, information;
+  const VectorXd prior = problem.prior_sigma.array().square().inverse();
+  MatrixXd jacobian, from_data, information;
   VectorXd residual, weight;
   double damping = 1e-3;
   for (int iteration = 0; iteration < 30; ++iteration) {
@@ -73,8 +73,8 @@ FittedResponse fit(const ResponseFit& problem) {
     weight = (huber * noise / residual.array().abs().max(1e-300)).min(1.0);
     jacobian = derivatives(problem, p, now_predicted);
     const double variance = noise * noise * problem.together;
-    told = jacobian.transpose() * weight.asDiagonal() * jacobian / variance;
-    information = told;
+    from_data = jacobian.transpose() * weight.asDiagonal() * jacobian / variance;
+    information = from_data;
     information.diagonal() += prior;
     const VectorXd gradient =
         jacobian.transpose() * (weight.array() * residual.array()).matrix() / variance +
@@ -115,7 +115,7 @@ FittedResponse fit(const ResponseFit& problem) {
   result.covariance = bread * middle * bread;
   // Never more certain than independent residuals would be.
   const MatrixXd independent =
-      bread * (told / problem.together + MatrixXd(prior.asDiagonal())) * bread;
+      bread * (from_data / problem.together + MatrixXd(prior.asDiagonal())) * bread;
   for (Index k = 0; k < p.size(); ++k)
     result.covariance(k, k) = std::max(result.covariance(k, k), independent(k, k));
   result.parameters = p;

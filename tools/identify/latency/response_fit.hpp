@@ -1,5 +1,5 @@
-// A few parameters of a response that is computed, not written down: Levenberg and Marquardt by
-// differences, with priors and with weights that take outliers out (Huber).
+// Fits a few parameters of a numerically computed response: Levenberg and Marquardt by differences,
+// with priors and with weights that take outliers out (Huber).
 //
 // The covariance is the sandwich A⁻¹ B A⁻¹, B summed over blocks of time, as in
 // offset_regression.hpp.
@@ -16,24 +16,24 @@ struct ResponseFit {
   Eigen::VectorXd z;      ///< what was measured
   std::function<Eigen::VectorXd(const Eigen::VectorXd&)> predicted;  ///< z by the parameters
   Eigen::VectorXd expected;                                          ///< of the parameters, before
-  Eigen::VectorXd doubt;  ///< standard deviations of that
-  Eigen::VectorXd start;  ///< where to begin
-  double block = 2.0;     ///< residuals further apart are independent [s]
-  /// So many measurements count as one against what was expected: what the model leaves out hangs
-  /// together in them, and must not outweigh it by their number.
+  Eigen::VectorXd prior_sigma;  ///< standard deviations of that
+  Eigen::VectorXd start;        ///< where to begin
+  double block = 2.0;           ///< residuals further apart are independent [s]
+  /// This number of measurements counts as one against the prior: model errors are correlated
+  /// between them, and must not outweigh the prior by their number.
   double together = 1.0;
 };
 
 struct FittedResponse {
   Eigen::VectorXd parameters;
   Eigen::MatrixXd covariance;
-  double noise = 0.0;      ///< of the measurements, as the residuals have it
+  double noise = 0.0;      ///< of the measurements, from the residuals
   double explained = 0.0;  ///< share of the variance of z
 };
 
 [[nodiscard]] FittedResponse fit(const ResponseFit& problem);
 
-/// What fit() makes least: twice the negative logarithm of the likelihood and the priors, for
+/// The objective of fit(): twice the negative logarithm of the likelihood and the priors, for
 /// measurements of this noise.
 [[nodiscard]] double cost_of(const ResponseFit& problem, const Eigen::VectorXd& parameters,
                              double noise);

@@ -39,15 +39,15 @@ enum : Eigen::Index {
 
 // The time constant by its logarithm, to 30 ms; the tyres' bend to 0.7.
 constexpr double usual_lag = 0.03, usual_bend = 0.7;
-constexpr std::array<double, count> doubt{1.0, 1.0, 1.0, 0.15, 0.15, 0.1,
-                                          0.5, 0.5, 0.5, 0.05, 0.1,  0.1};
+constexpr std::array<double, count> prior_sigma{1.0, 1.0, 1.0, 0.15, 0.15, 0.1,
+                                                0.5, 0.5, 0.5, 0.05, 0.1,  0.1};
 constexpr double step_s = 5e-3;
-// A rate limit is one where it is known to a share of it, and explains clearly more: three standard
-// deviations, and a third of what is left without it. What tyres do beyond this model is in it too.
+// A rate limit is accepted if it is known to a share of itself and explains clearly more: three
+// standard deviations, and a third of the residual without it. It may also absorb tyre effects
+// beyond this model.
 constexpr double limit_known = 0.1, limit_gain = 9.0, limit_share = 0.3, unmodelled_limit = 0.02;
-// What tyres do beyond this model, as standard uncertainties [s]: how dead time, time constant and
-// tyres share the lag is hardly to be told from the yaw rate; their sum is, where tyres slip
-// little.
+// Tyre effects beyond this model, as standard uncertainties [s]: how dead time, time constant and
+// tyres share the lag can hardly be seen in the yaw rate; their sum can, if the tyres slip little.
 constexpr double unmodelled_share = 0.012;
 constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
 constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // ... of what a lag is longer than that
@@ -117,7 +117,7 @@ VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen
   return result;
 }
 
-// By the begin of the drive, as much of it as turns like the whole.
+// Uses the start of the drive, as long as needed to have the turns of the whole.
 double rough_dead_time(const ResponseFit& problem, const Drive& drive) {
   const auto spread = [](const VectorXd& z) { return (z.array() - z.mean()).square().mean(); };
   const double whole = spread(problem.z);
@@ -135,7 +135,7 @@ double rough_dead_time(const ResponseFit& problem, const Drive& drive) {
   return best_of(rough, dead, trials);
 }
 
-/// The quickest that the front wheels turn [rad/s].
+/// The largest rate of the front wheels [rad/s].
 double quickest(const Resampled& front_wheels) {
   double most = 0.0;
   for (std::size_t i = 1; i < front_wheels.value.size(); ++i)
@@ -148,8 +148,8 @@ struct Limited {
   double limit = 0.0;  ///< [rad/s]
 };
 
-/// The drive fitted once more, by wheels that turn no quicker than a limit; nothing where that
-/// explains it no better. From then on the drive has the limit.
+/// Fits the drive once more with a rate limit; returns nothing if that explains it no better. Else
+/// the drive keeps the limit.
 std::optional<Limited> limited(ResponseFit problem, Drive& drive, const FittedResponse& without) {
   SteeringResponse seen;
   seen.front_wheels = {drive.speed.begin, step_s, {}};
@@ -174,7 +174,7 @@ std::optional<Limited> limited(ResponseFit problem, Drive& drive, const FittedRe
 
 SteeringResponse steering_response(const estimator::Vehicle& car, const Resampled& steering,
                                    const Resampled& speed, const Series& gyro,
-                                   std::int64_t origin_ns, const TellProgress& tell) {
+                                   std::int64_t origin_ns, const ReportProgress& report) {
   SteeringResponse result;
   Drive drive{car, steering, speed, {}, {}};
   const std::size_t every = std::max<std::size_t>(1, gyro.size() / 12000);
@@ -183,7 +183,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
     drive.yaw_rate.push_back(gyro.value[i]);
   }
   if (drive.t.size() < 50) {
-    result.doubt = "too few samples";
+    result.failure = "too few samples";
     return result;
   }
   ResponseFit problem;
@@ -191,28 +191,28 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   problem.z = Eigen::Map<const VectorXd>(drive.yaw_rate.data(),
                                          static_cast<Eigen::Index>(drive.yaw_rate.size()));
   if (!(std::sqrt((problem.z.array() - problem.z.mean()).square().mean()) > 0.02)) {
-    result.doubt = "the car does not turn";
+    result.failure = "the car does not turn";
     return result;
   }
   int simulated = 0;
   problem.predicted = [&](const VectorXd& p) {
     ++simulated;
-    if (tell)
-      tell(fmt::format("steering: simulation {} of the drive, 100 to 800 as a rule", simulated));
+    if (report)
+      report(fmt::format("steering: simulation {} of the drive, usually of 100 to 800", simulated));
     return predicted(drive, p);
   };
   problem.expected = VectorXd::Zero(count);
-  problem.doubt = Eigen::Map<const VectorXd>(doubt.data(), count);
+  problem.prior_sigma = Eigen::Map<const VectorXd>(prior_sigma.data(), count);
   problem.start = problem.expected;
   problem.start[dead] = rough_dead_time(problem, drive);
-  // Where speed never changes the tyres' relaxation and the lag are one, and only what is known of
-  // tyres parts them. The small that this model leaves out must not: a block counts once.
+  // At constant speed the tyres' relaxation and the lag can only be separated by the prior of the
+  // tyres, not by small model errors: a block counts once.
   problem.together = std::max(1.0, problem.block * static_cast<double>(drive.t.size()) /
                                        std::max(drive.t.back() - drive.t.front(), problem.block));
   FittedResponse found = fit(problem);
   if (std::optional<Limited> slower = limited(problem, drive, found)) {
     found = std::move(slower->fit);
-    // Of the angle as it is signalled, which the filter takes for the wheels'.
+    // Of the signalled angle, which the filter uses as that of the wheels.
     const double limit = slower->limit * std::exp(-found.parameters[steering_scale]);
     result.rate_limit = {
         limit, limit * std::hypot(std::sqrt(found.covariance(rate, rate)), unmodelled_limit)};
@@ -237,7 +237,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
   result.front_wheels = result.side_speed = {drive.speed.begin, step_s, {}};
   (void)predicted(drive, found.parameters, &result);
   if (result.explained < 0.5)
-    result.doubt = "the yaw rate does not follow the steering: sign, scale, mapping?";
+    result.failure = "the yaw rate does not follow the steering: sign, scale, mapping?";
   return result;
 }
 

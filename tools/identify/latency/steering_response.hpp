@@ -1,5 +1,5 @@
-// How the car turns upon its steering: the dead time and the time constant between the steering
-// signal and the front wheels, from how the gyro follows.
+// The response to steering: dead time and time constant between the steering signal and the front
+// wheels, from the gyro.
 #pragma once
 
 #include <optional>
@@ -15,22 +15,22 @@ namespace odomd::tools {
 struct SteeringResponse {
   Measured dead_time;  ///< from the steering's stamps to the gyro's [s]; negative: a late sensor
   Measured time_constant;              ///< of the actuator [s]
-  Measured in_all;                     ///< their sum, which is known better than either
-  std::optional<Measured> rate_limit;  ///< where the wheels are seen to be slower [rad/s]
+  Measured in_all;                     ///< their sum, which is more precise than either
+  std::optional<Measured> rate_limit;  ///< if the wheels are visibly slower [rad/s]
   double explained = 0.0;              ///< share of the variance of the yaw rate
   Resampled front_wheels;              ///< their angle δ over the drive, by the fitted model [rad]
   Resampled side_speed;                ///< v_y of the centre of gravity, likewise [m/s]
-  std::string doubt;                   ///< why they mean nothing; empty: they do
+  std::string failure;                 ///< why they are not valid; empty: they are
 };
 
 /// The single-track model is driven over the whole log by steering and speed; dead time, time
 /// constant, the steering's scale and offset, the gyro's bias, and (within what is known of them)
-/// stiffnesses, inertia and relaxation are fitted to the gyro; and once more with a limit to how
-/// quickly the wheels turn, which is kept where it explains clearly more. `speed` and `yaw_rate` on
-/// one clock. `tell` hears of every drive.
+/// stiffnesses, inertia and relaxation are fitted to the gyro; and once more with a limit to the
+/// rate of the wheels, which is kept if it explains clearly more. `speed` and `yaw_rate` on one
+/// clock. `report` is called for every simulation.
 [[nodiscard]] SteeringResponse steering_response(const estimator::Vehicle& car,
                                                  const Resampled& steering, const Resampled& speed,
                                                  const Series& gyro, std::int64_t origin_ns,
-                                                 const TellProgress& tell = {});
+                                                 const ReportProgress& report = {});
 
 }  // namespace odomd::tools

@@ -14,17 +14,15 @@ constexpr double gravity = 9.80665;
 
 enum class Axle : std::uint8_t { front, rear };
 
-// What the model of an axle's wheels leaves out, as a standard uncertainty [s], seen on simulated
-// cars.
+// Errors of the model of an axle's wheels, as a standard uncertainty [s], from simulated cars.
 constexpr double unmodelled_wheel = 0.3e-3;
 
-// ... and what load that moves to the outer wheels, late, makes of their slips; by metre of the
-// wheelbase, as bodies take their time, and by g of lateral acceleration, rms. On simulated cars of
-// 0.26 and of 2.7 m.
+// Effect of the delayed load transfer on the slip of the outer wheels; per metre of the wheelbase
+// and g of lateral acceleration, rms. From simulated cars of 0.26 and 2.7 m.
 constexpr double unmodelled_load = 15e-3;
 
-// How the front axle moves in a turn, by the gyro and the tyres: slip angle α and, of the axle's
-// motion, the angle to x,
+// The motion of the front axle in a turn, from the gyro and the tyres: slip angle α and, of the
+// axle's motion, the angle to x,
 //   α = m l_h v ψ̇ / (l C_v),  β = l ψ̇ / v - m l_v v ψ̇ / (l C_h),  δ = α + β
 struct FrontAxle {
   double slip = 0.0;
@@ -82,8 +80,8 @@ struct Turning {
   double slope_noise = 0.0;  // variance of the noise in its derivative
 };
 
-// The mean of the yaw rate over so long that in its derivative noise is a tenth of the motion, or
-// as long as turns may be.
+// Averages the yaw rate until the noise in its derivative is a tenth of the motion, or up to the
+// limit for turns.
 Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   const double cycle = 0.5 * two_cycles(drive.log.of(Source::yaw_rate));
   const double white = white_variance(drive.log.of(Source::yaw_rate));
@@ -102,14 +100,14 @@ Turning turning_above_noise(const GyroDrive& drive, double shortest) {
   }
 }
 
-// A wheel's spin follows the ground late, by I v / (r² C_κ): I / r² is some 0.7 of a wheel's mass,
-// that some 1.5 % of the car's, the geared motor as much again, and a wheel's C_κ some two of its
-// C_α; within a factor of two or so. As a time by a speed [s per m/s].
+// A wheel's spin lags the ground by I v / (r² C_κ): I / r² is about 0.7 of a wheel's mass, which is
+// about 1.5 % of the car's, the geared motor adds as much, and a wheel's C_κ is about twice its
+// C_α; within a factor of two. As a time per speed [s per m/s].
 double spin_lag(const estimator::Vehicle& car, Axle axle) {
   return 0.0105 * car.mass /
          (axle == Axle::front ? car.cornering_stiffness_front : 0.5 * car.cornering_stiffness_rear);
 }
-constexpr double spin_lag_doubt = 0.5;  // of it
+constexpr double spin_lag_sigma = 0.5;  // of it
 
 }  // namespace
 
@@ -133,7 +131,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
     for (; ahead < l.size() && drive.seconds(l.t_ns[ahead]) <= t + creeping; ++ahead)
       if (moves(ahead)) moved = drive.seconds(l.t_ns[ahead]);
     if (t < drive.begin + regression.range || t > drive.end - regression.range) continue;
-    // Stands: neither noise nor time. A wheel that creeps says 0, too, from count to count.
+    // At standstill there is neither noise nor information on time. A creeping wheel also reads 0
+    // between counts.
     if (t > moved + creeping) continue;
     regression.t.push_back(t);
     regression.y.push_back(right_side.at(t) - l.value[i]);
@@ -142,8 +141,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   const Axle axle = left == Source::wheel_front_left ? Axle::front : Axle::rear;
   const Resampled speed =
       combined(left_side, right_side, [](double a, double b) { return 0.5 * (a + b); });
-  // A wheel's speed is a mean over its cycle. And between two samples of the gyro its noise is less
-  // than on one: without a mean the wheels would be drawn to the midst between them.
+  // A wheel's speed is a mean over its cycle. The gyro's interpolated noise is smaller between two
+  // samples than at one: without averaging, the offset would be biased to the middle between them.
   // The quieter the turns, the longer the mean.
   const Turning turn = turning_above_noise(
       drive, std::max(0.5 * two_cycles(drive.log.of(Source::yaw_rate)), 0.25 * two_cycles(l)));
@@ -154,7 +153,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   if (axle == Axle::front && front_wheels)
     difference = front_difference(car, turning, speed, *front_wheels);
 
-  // The lag is taken as expected; what its doubt makes of the offset is added to the uncertainty.
+  // The lag is taken as expected; the effect of its uncertainty on the offset is added to that of
+  // the offset.
   const Resampled lagging = combined(slope_around(difference.turn, 0.02), speed,
                                      [](double rate, double v) { return rate * std::fabs(v); });
   const auto with_lag = [&](double seconds_per_speed) {
@@ -178,9 +178,9 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   const Offset found = with_lag(lag);
   const Offset without = with_lag(0.0);
   SourceOffset result = as_offset(left, "the gyro, by the difference of both wheels", found);
-  if (result.doubt.empty() && found.coefficients[0] < 0.0)
-    result.doubt = "turns the other way than the gyro: are left and right exchanged?";
-  const double of_lag = spin_lag_doubt * (found.value - without.value);
+  if (result.failure.empty() && found.coefficients[0] < 0.0)
+    result.failure = "turns the other way than the gyro: are left and right exchanged?";
+  const double of_lag = spin_lag_sigma * (found.value - without.value);
   double accel = 0.0;  // a_y² = (v ψ̇)², mean
   for (const double t : regression.t)
     accel += std::pow(speed.at(t) * turning.at(t), 2) / static_cast<double>(regression.t.size());
@@ -190,7 +190,8 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
 }
 
 // The displacement over τ along the heading, seen by the camera: ∫ v over τ; the chord of an arc is
-// shorter by Δψ²/24, and a reference point beside the centre of gravity adds its lever times Δψ.
+// shorter by Δψ²/24, and a reference point to the side of the centre of gravity adds its lever
+// times Δψ.
 SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
                              std::span<const estimator::CameraPose> camera, double camera_offset) {
   const Series& series = drive.log.of(source);
@@ -231,7 +232,7 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
   }
   r.basis = {{way, 1.0, 0.1}, {turn, 0.0, 0.5 * drive.config.vehicle.wheelbase()}};
   Offset found = solve(r);
-  // The camera was the one that moved: turned round, and from the camera to the gyro.
+  // The camera was the one shifted: reverse the sign, and convert from the camera to the gyro.
   found.value = camera_offset - found.value;
   return as_offset(source, "the camera's way", found);
 }
@@ -239,7 +240,7 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
 std::optional<Speed> best_speed(const GyroDrive& drive, const std::vector<SourceOffset>& offsets) {
   const auto offset_of = [&](Source source) -> std::pair<double, double> {
     for (const SourceOffset& found : offsets)
-      if (found.source == source && found.doubt.empty()) return {found.offset, found.sigma};
+      if (found.source == source && found.failure.empty()) return {found.offset, found.sigma};
     return {0.0, 0.0};
   };
   const auto mapped = [&](Source source) { return drive.log.of(source).size() > 1; };

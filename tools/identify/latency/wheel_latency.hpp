@@ -1,5 +1,5 @@
-// How late wheel speeds are: a pair of them by the difference that a turn makes, one alone by its
-// way over a camera's.
+// Latencies of wheel speeds: of a pair from their difference in turns, of one alone from its
+// distance compared with a camera's.
 #pragma once
 
 #include <optional>
@@ -11,13 +11,13 @@
 
 namespace odomd::tools {
 
-/// How the front wheels point and the car drifts, on the gyro's clock.
+/// Angle of the front wheels and side slip of the car, on the gyro's clock.
 struct FrontWheels {
   Resampled angle;       ///< δ [rad]
   Resampled side_speed;  ///< v_y of the centre of gravity [m/s]
 };
 
-/// Of both wheels of an axle; of the front ones better with `front_wheels`.
+/// Of both wheels of an axle; `front_wheels` improves that of the front ones.
 [[nodiscard]] SourceOffset wheel_pair(const GyroDrive& drive, estimator::Source left,
                                       estimator::Source right,
                                       const std::optional<FrontWheels>& front_wheels);
@@ -27,7 +27,8 @@ struct FrontWheels {
                                            std::span<const estimator::CameraPose> camera,
                                            double camera_offset);
 
-/// The speed of the centre of gravity along x, of the wheels that are not driven where there are.
+/// The speed of the centre of gravity along x, from the wheels that are not driven if there are
+/// any.
 struct Speed {
   Resampled value;  ///< on the gyro's clock [m/s]
   estimator::Source source = estimator::Source::wheel_rear;
@@ -35,7 +36,7 @@ struct Speed {
   double offset_sigma = 0.0;  ///< [s]
 };
 
-/// Put into its place by what was found; empty where no wheel is mapped.
+/// Shifted by the offset found; empty if no wheel is mapped.
 [[nodiscard]] std::optional<Speed> best_speed(const GyroDrive& drive,
                                               const std::vector<SourceOffset>& offsets);
 

@@ -23,13 +23,13 @@ void add_consistency(const char* when, const std::vector<SourceConsistency>& all
         {"samples", one.samples}, {"mean", one.nis.value}, {"sigma", one.nis.sigma}};
 }
 
-// 0.5 to 2 is good enough; only about 1 is it what the filter expects.
+// 0.5 to 2 is acceptable; about 1 is what the filter expects.
 std::string in_words(double nis) {
-  if (nis > 2.0) return "surprises the filter: it trusts this source too much";
-  if (nis > 1.25) return "bold: larger than the filter expects, by less than twice";
-  if (nis >= 0.8) return "as the filter expects";
-  if (nis >= 0.5) return "cautious: smaller than the filter expects, by less than twice";
-  return "better than the filter thinks: it trusts this source too little";
+  if (nis > 2.0) return "much larger than expected: the filter trusts this source too much";
+  if (nis > 1.25) return "larger than expected, by a factor below 2";
+  if (nis >= 0.8) return "as expected";
+  if (nis >= 0.5) return "smaller than expected, by a factor below 2";
+  return "much smaller than expected: the filter trusts this source too little";
 }
 
 }  // namespace
@@ -43,9 +43,9 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
   const SignalLog log = read_signals(drive.config, logs);
   if (wheels_stand(log, 0.1))
     throw std::invalid_argument(drive.folder.string() +
-                                ": no wheel turns faster than 0.1 m/s; --drive takes a drive, and "
-                                "--config and --can a record of the standing car");
-  // A noise that makes up for a wrong sign is none.
+                                ": no wheel turns faster than 0.1 m/s; --drive needs a moving car, "
+                                "--config and --can a standing one");
+  // Noise must not compensate for a wrong sign.
   check_agreement(drive.config, log, drive.cameras, {.drive = drive.folder.string()});
   const auto measure = [&](Source source, const std::string& unit) {
     const DrivingNoise noise = driving_noise(log.of(source));
@@ -56,10 +56,11 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
                     .value = noise.sigma.value,
                     .sigma = noise.sigma.sigma,
                     .unit = unit,
-                    .remark = "of a sample, the car's shaking with it"};
+                    .remark = "of a sample, including the car's vibration"};
     if (!noise.smooth) {
       finding.determined = Determined::no;
-      finding.remark = "the car moves as fast as samples come; faster samples, or a gentler drive";
+      finding.remark =
+          "the car moves too fast for the sample rate; use faster samples, or a gentler drive";
     }
     findings.details["on_the_move"][name_of(source)] = {
         {"sigma", noise.sigma.value},
@@ -68,7 +69,7 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
         {"increments", noise.increments.value},
         {"increments_sigma", noise.increments.sigma}};
     if (finding.determined == Determined::yes) {
-      // What is larger while it drives is what a filter must know.
+      // The filter needs the larger of the noises at rest and while driving.
       for (Finding& at_rest : findings.values)
         if (at_rest.key == key) at_rest.key.clear();
       drive.config.can.signals[static_cast<std::size_t>(source)].sigma = noise.sigma.value;
@@ -91,7 +92,7 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
                                .value = wheel.sigma.value,
                                .sigma = wheel.sigma.sigma,
                                .unit = "m/s",
-                               .remark = "by its innovations, slip with it"});
+                               .remark = "by its innovations, including slip"});
   }
   findings.values.push_back(process.front_angle);
   findings.values.push_back(process.side_slip);

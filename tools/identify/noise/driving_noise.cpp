@@ -83,7 +83,7 @@ DrivingNoise driving_noise(const Series& series) {
                                3.0 * series.value[i + 1] - series.value[i]
                          : std::nan(""));
   }
-  // Blocks that know nothing of each other: how they scatter is the uncertainty.
+  // Independent blocks: their scatter gives the uncertainty.
   constexpr std::size_t block_count = 24;
   std::vector<Block> blocks(block_count);
   for (std::size_t i = 0; i < third.size(); ++i) {

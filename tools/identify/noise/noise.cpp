@@ -1,5 +1,4 @@
-// odom identify noise: what the sensors say while the car stands, and how well the filter's noise
-// fits a drive.
+// odom identify noise: the noise of sensors at standstill, and of the filter on a drive.
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -28,9 +27,10 @@ void identify_noise(const Options& options) {
   if (!standing && options.drive.empty())
     throw std::invalid_argument(
         "give a record of the standing car, --config and --can or --csv, a drive, --drive, or "
-        "both; odom identify noise --help tells what each is for");
+        "both; odom identify noise --help explains each");
   if (!options.plot.empty()) {
-    if (!standing) throw std::invalid_argument("--plot draws a standing record; give one");
+    if (!standing)
+      throw std::invalid_argument("--plot draws a standing record; give one with --can or --csv");
     chart::check_picture(options.plot);
   }
   check(options.delivery);
@@ -60,19 +60,20 @@ void identify_noise(const Options& options) {
 void add_noise(Command identify) {
   const auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand(
-      "noise", "The noise of gyro and accelerometers, and the filter's, from standing and driving");
+      "noise",
+      "Measure the noise of gyro and accelerometers, and the filter's, standing and driving");
   method.footer(
       "Standing: let the car stand where nothing shakes it, motor on, warm, and log its IMU for\n"
-      "ten minutes; an hour tells the bias's walk, too. From it come the white noise of a sample\n"
+      "ten minutes; an hour also shows the bias's walk. From it come the white noise of a sample\n"
       "and its density, bias, random walk and instability of the bias, by maximum likelihood and\n"
       "by the Allan deviation, which --plot draws. With --config the paper's condition is\n"
       "checked: the variance that the filter gives v_x in a step must exceed dt2 sigma2(a_x),\n"
       "or dt S where S is a density, or the filter trusts the accelerometer too much.\n"
       "\n"
-      "Driving: a folder as odom sim and odom record leave it, with turns of all kinds, best\n"
-      "with a camera. From it come the noise of each sensor on the move (R), which shaking makes\n"
-      "larger than at rest, and the process noise (Q): so large that the innovations of the full\n"
-      "filter are as large as it expects them, a mean NIS of 1. Parameters first: a wrong\n"
+      "Driving: a folder of odom sim or odom record, with turns of all kinds, best\n"
+      "with a camera. From it come the noise of each moving sensor (R), which vibration makes\n"
+      "larger than at rest, and the process noise (Q) at which the innovations of the full\n"
+      "filter are as large as it expects, a mean NIS of 1. Parameters first: a wrong\n"
       "stiffness or latency looks like noise.\n"
       "\n"
       "Examples:\n"
@@ -86,11 +87,10 @@ void add_noise(Command identify) {
       .type_name("FILE")
       .group(standing);
   const std::string driving = "Driving";
-  method
-      .add_option("--drive", options->drive, "Folder of a drive, as odom sim and odom record make")
+  method.add_option("--drive", options->drive, "Folder of a drive, from odom sim or odom record")
       .type_name("DIR")
       .group(driving);
-  method.add_flag("--no-camera", options->no_camera, "Leave its camera poses out").group(driving);
+  method.add_flag("--no-camera", options->no_camera, "Ignore its camera poses").group(driving);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_noise(*options); });
 }

@@ -1,4 +1,4 @@
-// What odom identify noise finds, of a standing car and of a drive, as numbers of the
+// The results of odom identify noise, from a standing car and a drive, as numbers of the
 // configuration.
 #pragma once
 
@@ -12,9 +12,8 @@
 
 namespace odomd::tools {
 
-/// Noise, bias and walk of the IMU at rest, and the paper's condition; the Allan deviation goes
-/// into the picture `plot`, where that is named. Throws std::invalid_argument where the car does
-/// not stand, or there is no IMU.
+/// Noise, bias and walk of the IMU at rest, and the paper's condition; the Allan deviation is drawn
+/// to `plot`, if given. Throws std::invalid_argument if the car does not stand, or there is no IMU.
 void add_standing_findings(const RecordOptions& options, const std::string& plot,
                            const std::optional<daemon::Config>& config, Findings& findings);
 
@@ -24,8 +23,8 @@ struct NoisyDrive {
   CameraUse camera = CameraUse::take;
 };
 
-/// Noise on the move and what the filter's noises ought to be. What is larger than at rest takes
-/// the key from what was found there. Throws std::invalid_argument where the car does not drive.
+/// Noise while driving, and the filter's noises. A value larger than at rest replaces the one found
+/// there. Throws std::invalid_argument if the car does not drive.
 void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::Config>& config,
                           Findings& findings);
 

@@ -15,7 +15,8 @@ namespace {
 using estimator::Source;
 
 constexpr std::size_t blocks = 20;
-constexpr double wild = 16.0;  ///< of a squared ratio: one wild sample must not outvote a thousand
+constexpr double wild =
+    16.0;  ///< limit of a squared ratio, so that one outlier does not outweigh a thousand samples
 
 constexpr Source wheels[] = {Source::wheel_front_left, Source::wheel_front_right,
                              Source::wheel_rear_left,  Source::wheel_rear_right,
@@ -23,7 +24,7 @@ constexpr Source wheels[] = {Source::wheel_front_left, Source::wheel_front_right
 
 constexpr int usual_replays = 45;
 
-/// Blocks of the drive know little of each other: how their means scatter is the uncertainty.
+/// Blocks of the drive are nearly independent: the scatter of their means gives the uncertainty.
 std::vector<SourceConsistency> consistency(const std::vector<estimator::Judgement>& judgements) {
   std::vector<SourceConsistency> all;
   for (std::size_t s = 0; s < estimator::source_count; ++s) {
@@ -57,19 +58,19 @@ std::optional<Measured> nis_of(const std::vector<SourceConsistency>& all, Source
 
 class Search {
  public:
-  Search(const Drive& drive, daemon::Config& config, const TellProgress& tell)
-      : drive_(drive), config_(config), tell_(tell) {}
+  Search(const Drive& drive, daemon::Config& config, const ReportProgress& report)
+      : drive_(drive), config_(config), report_(report) {}
 
   [[nodiscard]] std::vector<SourceConsistency> replay() {
     ++replays_;
-    if (tell_)
-      tell_("replay " + std::to_string(replays_) + " of some " + std::to_string(usual_replays));
+    if (report_)
+      report_("replay " + std::to_string(replays_) + " of about " + std::to_string(usual_replays));
     judgements_ = replay_drive(drive_, config_, Frame::map, Judgements::keep).judgements;
     return consistency(judgements_);
   }
 
-  /// The R with which the mean of ν²/S is 1, S = H P Hᵀ + R; a few times, as P follows R. No less
-  /// than what the sensor itself makes, which the configuration states.
+  /// The R with which the mean of ν²/S is 1, S = H P Hᵀ + R; a few times, as P follows R. Not below
+  /// the sensor's own noise, as configured.
   std::vector<SampleNoise> settle_wheels() {
     const daemon::Config given = config_;
     std::vector<SampleNoise> found;
@@ -93,7 +94,7 @@ class Search {
 
   [[nodiscard]] int replays() const { return replays_; }
 
-  /// Moves a setting until the NIS of a source is 1; false where no value of it does that.
+  /// Adjusts a setting until the NIS of a source is 1; false if no value does that.
   bool settle(double& setting, Source source, Finding& finding) {
     constexpr double tolerance = 0.02;
     const double start = setting;
@@ -119,11 +120,11 @@ class Search {
     }
     if (finding.value < start / 25.0)
       return undetermined(finding,
-                          "however small, the filter expects larger innovations: the value given "
-                          "is on the safe side");
+                          "even with the smallest value the filter expects larger innovations: the "
+                          "value given is on the safe side");
     if (finding.value > start * 25.0)
       return undetermined(finding,
-                          "no such noise explains the innovations; is a signal's sign, scale or "
+                          "no noise explains the innovations; is a signal's sign, scale or "
                           "latency wrong?");
     if (finding.sigma > finding.value)
       return undetermined(finding, "the innovations hardly depend on it; drive harder turns");
@@ -164,13 +165,14 @@ class Search {
   const Drive& drive_;
   daemon::Config& config_;
   std::vector<estimator::Judgement> judgements_;  // of the last replay
-  const TellProgress& tell_;
+  const ReportProgress& report_;
   int replays_ = 0;
 };
 
 }  // namespace
 
-ProcessNoise process_noise(const Drive& drive, daemon::Config config, const TellProgress& tell) {
+ProcessNoise process_noise(const Drive& drive, daemon::Config config,
+                           const ReportProgress& report) {
   config.model = estimator::Model::full;
   ProcessNoise result;
   result.front_angle = {.name = "front angle error",
@@ -181,11 +183,11 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config, const Tell
                       .key = "filter.side_slip_error",
                       .unit = "",
                       .remark = "by the innovations of accel_y"};
-  Search search(drive, config, tell);
+  Search search(drive, config, report);
   result.before = search.replay();
   result.wheels = search.settle_wheels();
   const estimator::Tuning given = config.tuning;
-  // Each moves the other's innovations a little.
+  // Each affects the other's innovations a little.
   for (int round = 0; round < 2; ++round) {
     if (!search.settle(config.tuning.front_angle, Source::yaw_rate, result.front_angle))
       config.tuning.front_angle = given.front_angle;

@@ -1,6 +1,6 @@
-// The noise of the full filter by its own innovations: so large that they are as large as the
-// filter expects them. Of the wheels that is their sigma, for slip that no model tells; of gyro and
-// accel_y, whose own noise is known, the noise of the process.
+// The noise of the full filter from its own innovations: the noise at which they are as large as
+// the filter expects. For the wheels this is their sigma, which covers slip that no model
+// describes; for gyro and accel_y, whose own noise is known, it is the process noise.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@
 
 namespace odomd::tools {
 
-/// How one source's samples lay to what the filter expected of them.
+/// The innovations of one source compared with what the filter expected.
 struct SourceConsistency {
   estimator::Source source = estimator::Source::yaw_rate;
   double samples = 0.0;
@@ -21,7 +21,7 @@ struct SourceConsistency {
       nis;  ///< mean of νᵀS⁻¹ν over its dimension, each at most 16; 1 where the filter is right
 };
 
-/// The sigma of a source's samples that its innovations ask for.
+/// The sigma of a source's samples according to its innovations.
 struct SampleNoise {
   estimator::Source source = estimator::Source::yaw_rate;
   Measured sigma;
@@ -36,9 +36,9 @@ struct ProcessNoise {
   int replays = 0;
 };
 
-/// Replays the drive some forty-five times by the full filter. Throws std::invalid_argument for a
-/// drive that gives no pose. `tell` hears of every replay.
+/// Replays the drive about forty-five times with the full filter. Throws std::invalid_argument for
+/// a drive that gives no pose. `report` is called for every replay.
 [[nodiscard]] ProcessNoise process_noise(const Drive& drive, daemon::Config config,
-                                         const TellProgress& tell = {});
+                                         const ReportProgress& report = {});
 
 }  // namespace odomd::tools

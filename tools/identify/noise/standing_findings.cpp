@@ -31,19 +31,19 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
                                .sigma = measured.sigma,
                                .unit = unit,
                                .remark = remark,
-                               .share = what == ", bias" ? Share::says_nothing : Share::tells});
+                               .share = what == ", bias" ? Share::meaningless : Share::meaningful});
   };
   const bool configured = is_configured(config, quantity.source);
   add(", noise", configured ? sigma_key(quantity.source) : "", noise.sigma, quantity.unit,
       noise.resolution_hides_noise
-          ? fmt::format("of the steps of {:.3g}, which hide the sensor's own", noise.resolution)
-      : noise.together > 1
-          ? fmt::format("at rest; some {} samples hang together, filtered or held: as large as "
-                        "makes their means right",
-                        noise.together)
-          : "white, of a sample, at rest");
+          ? fmt::format("of the resolution of {:.3g}, which hides the sensor's own",
+                        noise.resolution)
+      : noise.together > 1 ? fmt::format("at rest; about {} samples are correlated, filtered or "
+                                         "held: the value fits their means",
+                                         noise.together)
+                           : "white, of a sample, at rest");
   add(", density", "", noise.density, std::string(quantity.unit) + "/√Hz");
-  add(", bias", "", noise.bias, quantity.unit, "at the begin of the record");
+  add(", bias", "", noise.bias, quantity.unit, "at the start of the record");
   Finding walk{.name = name + ", bias walk",
                .key = configured ? quantity.walk_key : "",
                .unit = std::string(quantity.unit) + "/√s"};
@@ -52,26 +52,28 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
     walk.sigma = noise.walk->sigma;
   } else {
     walk.determined = Determined::no;
-    walk.remark = noise.jump ? "the level jumps: see the warning"
-                             : fmt::format("below {:.2g}: log longer to tell it", noise.walk_below);
+    walk.remark = noise.jump
+                      ? "the level jumps: see the warning"
+                      : fmt::format("below {:.2g}: log longer to determine it", noise.walk_below);
   }
   findings.values.push_back(walk);
   const BiasInstability instability = bias_instability(curve);
   add(", bias instability", "", instability.value, quantity.unit,
       instability.reached
           ? fmt::format("at {:.3g} s", instability.tau)
-          : fmt::format("at most: that the curve rises behind {:.3g} s is not certain; log longer",
-                        instability.tau));
+          : fmt::format(
+                "at most: whether the curve rises after {:.3g} s is not certain; log longer",
+                instability.tau));
   if (noise.outliers > 0)
     findings.warnings.push_back(fmt::format(
-        "{}: {} 6 sigma off{}: was the car touched? Leave it alone, or cut with --from, --to", name,
-        noise.outliers == 1 ? "1 sample lies" : fmt::format("{} samples lie", noise.outliers),
+        "{}: {} 6 sigma off{}: was the car touched? Log it undisturbed, or cut with --from, --to",
+        name, noise.outliers == 1 ? "1 sample lies" : fmt::format("{} samples lie", noise.outliers),
         !noise.outliers_left_out ? ""
         : noise.outliers == 1    ? ", and is left out"
                                  : ", and are left out"));
   if (noise.jump)
     findings.warnings.push_back(fmt::format(
-        "{}: jumps by {:.2g} {} after {:.1f} s: was the car moved? Leave it alone, or cut with "
+        "{}: jumps by {:.2g} {} after {:.1f} s: was the car moved? Log it undisturbed, or cut with "
         "--from, --to",
         name, noise.jump->size, quantity.unit, noise.jump->after));
   for (const AllanPoint& point : curve)
@@ -79,7 +81,8 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
         {{"tau", point.tau}, {"deviation", point.deviation}, {"sigma", point.sigma}});
 }
 
-/// What no sensor says of a car that stands level: a record in other units, or of another axis.
+/// Values that are impossible for a car on level ground: a record in other units, or of another
+/// axis.
 void refuse_other_units(const InertialSource& quantity, const StandingNoise& noise,
                         const std::string& name) {
   const bool turn = quantity.source == Source::yaw_rate;
@@ -92,7 +95,7 @@ void refuse_other_units(const InertialSource& quantity, const StandingNoise& noi
            : "is that the axis that points up, or in mg? Multiply these by 0.00980665"));
 }
 
-/// Of both accelerometers the larger walk: there is one key for them.
+/// The larger walk of both accelerometers: they share one key.
 void settle_accel_walk(Findings& findings) {
   Finding* kept = nullptr;
   for (Finding& finding : findings.values) {
@@ -129,11 +132,11 @@ void add_papers_condition(const daemon::Config& config, const Measured& sigma, d
       {"least_variance_of_v_x", least}, {"paper_q_v_x", stated}, {"holds", holds}, {"step", step},
       {"accel_x_sigma", sigma.value},   {"accel_x_held", held}};
   if (!holds)
-    findings.warnings.push_back(fmt::format(
-        "[filter] paper_q gives v_x a variance of {:.3g} m2/s2 a step, less than the {:.3g} that "
-        "the noise of accel_x alone makes in it: the model paper would trust the acceleration more "
-        "than it deserves; make it larger",
-        stated, least));
+    findings.warnings.push_back(
+        fmt::format("[filter] paper_q gives v_x a variance of {:.3g} m2/s2 per step, less than the "
+                    "{:.3g} from the noise of accel_x alone: the model paper would trust the "
+                    "acceleration too much; make it larger",
+                    stated, least));
 }
 
 }  // namespace
@@ -161,7 +164,7 @@ void add_standing_findings(const RecordOptions& options, const std::string& plot
       if (!log.why_empty.at(static_cast<std::size_t>(quantity.source)).empty())
         (void)log.need(quantity.source);
     throw std::invalid_argument(record +
-                                ": no yaw_rate, accel_x or accel_y in it; map them in "
+                                ": contains no yaw_rate, accel_x or accel_y; map them in "
                                 "[can.signals], or log the IMU");
   }
   check_that_imu_stands(log, curves, record);
@@ -170,9 +173,9 @@ void add_standing_findings(const RecordOptions& options, const std::string& plot
       if (curve.name == name_of(quantity.source))
         refuse_other_units(quantity, curve.noise, record + ": " + curve.name);
   if (!has_wheels(log)) {
-    findings.warnings.push_back(record +
-                                ": no wheel speed in it tells that the car stood; the IMU would "
-                                "not see a slow straight roll");
+    findings.warnings.push_back(
+        record +
+        ": no wheel speed confirms that the car stood; the IMU would not see a slow straight roll");
   }
   settle_accel_walk(findings);
   if (!plot.empty()) chart::write_picture(plot, draw(curves));

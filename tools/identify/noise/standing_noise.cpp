@@ -69,8 +69,8 @@ double falls_to(Function&& function, double value, double from, double to) {
   return 0.5 * (from + to);
 }
 
-/// No sample is better than the step q in which it comes, and the mean of samples that are mostly
-/// the same lies anywhere in it. A bias that wanders by less than a few steps tells no walk.
+/// No sample is more precise than its resolution q, and the mean of mostly equal samples lies
+/// anywhere within it. A bias that wanders by less than a few steps shows no walk.
 void allow_for_resolution(const Series& series, double range, double duration,
                           StandingNoise& noise) {
   const double rounding = rounding_noise(noise.resolution);
@@ -88,7 +88,7 @@ void allow_for_resolution(const Series& series, double range, double duration,
   noise.walk_below = std::max(noise.walk_below, noise.resolution / std::sqrt(duration));
 }
 
-/// The model and what it makes of a record.
+/// The model fitted to a record.
 struct Explained {
   StandingNoise noise;
   double lambda = 0.0;     ///< K²/r, at most
@@ -101,8 +101,8 @@ Explained explain(const Series& series) {
   const double duration = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
   const Likelihood likelihood(series);
   const auto of_log = [&](double log_lambda) { return likelihood(std::exp(log_lambda)); };
-  // A walk that in the whole record makes a thousandth of the white noise of a sample, up to one
-  // that outruns it from sample to sample.
+  // From a walk that amounts to a thousandth of a sample's white noise over the whole record, up to
+  // one that exceeds it from sample to sample.
   const double least = std::log(1e-6 / duration);
   const double most = std::log(likelihood.samples() / duration);
   double best = least, best_value = of_log(least);
@@ -131,12 +131,12 @@ Explained explain(const Series& series) {
   const double d_log_variance = (std::log(likelihood.variance(std::exp(best + width))) -
                                  std::log(likelihood.variance(std::exp(best - width)))) /
                                 (2.0 * width);
-  const bool told = best_value - none > 4.0 && log_lambda_sigma < 1.0 && best < most - step;
+  const bool walks = best_value - none > 4.0 && log_lambda_sigma < 1.0 && best < most - step;
   const double log_variance_sigma = std::hypot(std::sqrt(2.0 / likelihood.samples()),
-                                               told ? d_log_variance * log_lambda_sigma : 0.0);
+                                               walks ? d_log_variance * log_lambda_sigma : 0.0);
   noise.sigma = {std::sqrt(variance), 0.5 * log_variance_sigma * std::sqrt(variance)};
   // K² = λ r
-  if (told) {
+  if (walks) {
     const double walk = std::sqrt(lambda * variance);
     const double log_sigma = 0.5 * std::hypot((1.0 + d_log_variance) * log_lambda_sigma,
                                               std::sqrt(2.0 / likelihood.samples()));
@@ -145,8 +145,8 @@ Explained explain(const Series& series) {
   const double reached = std::max(best_value, none) - 1.92;
   const double limit = falls_to(of_log, reached, lambda > 0.0 ? best : least, most);
   noise.walk_below = std::sqrt(std::exp(limit) * likelihood.variance(std::exp(limit)));
-  // Of a walk that the record does not tell what it might be still makes the bias uncertain.
-  const double for_bias = told ? lambda : std::exp(limit);
+  // A walk too small for the record to show still adds to the bias's uncertainty.
+  const double for_bias = walks ? lambda : std::exp(limit);
   const FilteredBias begin = filter_bias(series, for_bias, Direction::backwards);
   const FilteredBias end = filter_bias(series, for_bias, Direction::forwards);
   noise.bias = {begin.bias, std::sqrt(begin.variance * variance)};
@@ -162,7 +162,7 @@ Explained explain(const Series& series) {
   return explained;
 }
 
-/// Without the samples that lie far off, where they are few.
+/// Without the outliers, if they are few.
 Explained without_outliers(Series& series) {
   Explained explained = explain(series);
   constexpr double few = 0.01;
@@ -184,7 +184,7 @@ Explained without_outliers(Series& series) {
   return explained;
 }
 
-/// Means over 2, 4, ... samples, until they no longer hang together.
+/// Means over 2, 4, ... samples, until they are no longer correlated.
 void explain_by_means(const Series& series, Explained& explained) {
   constexpr std::size_t most = 4096, fewest_means = 100;
   constexpr double unexplained = 0.05;  // what still hangs together, and counts as none
@@ -197,14 +197,14 @@ void explain_by_means(const Series& series, Explained& explained) {
   for (std::size_t m = 2; enough(m); m *= 2) {
     const Series means = means_of(series, m);
     Explained by_means = explain(means);
-    // Those that are white at last still share a part with their neighbours: twice as many.
+    // The first means that are white are still slightly correlated: use twice as many samples.
     const bool last = white || !enough(2 * m);
     white = !hang(means, by_means);
     if (!last) continue;
     const StandingNoise own = explained.noise;
     explained = by_means;
     StandingNoise& noise = explained.noise;
-    // One sample is no better than it scatters about the bias.
+    // One sample is no more precise than its scatter about the bias.
     const double apart = std::sqrt(scatter_within(series, m) + by_means.variance);
     const double together = std::sqrt(static_cast<double>(m)) * noise.sigma.value;
     const double relative = std::hypot(noise.sigma.sigma / noise.sigma.value, unexplained);
@@ -228,14 +228,14 @@ void explain_by_means(const Series& series, Explained& explained) {
 
 StandingNoise standing_noise(const Series& series, const std::string& name) {
   if (series.size() < 200)
-    throw std::invalid_argument(fmt::format(
-        "{}: {} samples are too few to tell noise; log a minute at least, ten for the bias's walk",
-        name, series.size()));
+    throw std::invalid_argument(
+        fmt::format("{}: {} samples are too few to determine noise; log at least one minute, ten "
+                    "for the bias's walk",
+                    name, series.size()));
   const auto [low, high] = std::ranges::minmax(series.value);
   if (low == high)
     throw std::invalid_argument(fmt::format(
-        "{}: always {}: a sensor that is switched off, or one whose resolution hides its noise",
-        name, low));
+        "{}: always {}: the sensor is switched off, or its resolution hides the noise", name, low));
   constexpr double slowest = 2.0;
   const double period = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front()) /
                         static_cast<double>(series.size() - 1);

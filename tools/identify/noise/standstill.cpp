@@ -45,7 +45,7 @@ void check_curve(const AllanCurve& curve, const std::string& record) {
   if (highest->deviation - 2.0 * highest->sigma < 2.0 * lowest->deviation) return;
   throw std::invalid_argument(fmt::format(
       "{}: the car moves: means of {} over {:.2g} s differ {:.1f} times as much as those over "
-      "{:.2g} s, which no bias does; log it standing, or cut with --from and --to",
+      "{:.2g} s, more than a bias can explain; log it standing, or cut with --from and --to",
       record, curve.name, highest->tau, highest->deviation / lowest->deviation, lowest->tau));
 }
 

@@ -1,4 +1,4 @@
-// Whether a record is one of a car that stands.
+// Checks that a record is of a standing car.
 #pragma once
 
 #include <array>
@@ -15,16 +15,16 @@ inline constexpr std::array wheel_sources{
     estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
     estimator::Source::wheel_rear,       estimator::Source::motor};
 
-/// No wheel turns faster than `limit` [m/s]; also where the log holds no wheel.
+/// Whether no wheel turns faster than `limit` [m/s]; also true if the log has no wheel.
 [[nodiscard]] bool wheels_stand(const SignalLog& log, double limit);
 
 [[nodiscard]] bool has_wheels(const SignalLog& log);
 
-/// Throws std::invalid_argument, with the time, where a wheel of the log turns.
+/// Throws std::invalid_argument, with the time, if a wheel of the log turns.
 void check_that_wheels_stand(const SignalLog& log, const std::string& record);
 
-/// The IMU tells what it can: throws std::invalid_argument for a yaw rate that leaves its median by
-/// 3 degrees a second where the noise of a sample is much smaller, and, without wheels, for a
+/// Checks what the IMU can show: throws std::invalid_argument for a yaw rate that leaves its median
+/// by 3 degrees a second where the noise of a sample is much smaller, and, without wheels, for a
 /// sensor whose Allan deviation turns below a second and then doubles, which no bias does. `curves`
 /// are those of the log.
 void check_that_imu_stands(const SignalLog& log, const std::vector<AllanCurve>& curves,

@@ -205,8 +205,8 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
       warnings.push_back(
           run.gyro.sigma <= 0.0
               ? circle + " is not in the log; left out"
-              : fmt::format("{} is left out: the log has {} samples of steering there, of "
-                            "{} that are needed; log it whole, 10 a second at least",
+              : fmt::format("{} is left out: the log has {} samples of steering there, but {} are "
+                            "needed; log at least 10 per second without gaps",
                             circle, values_between(log.of(Source::steering), from, to).size(),
                             samples_per_window * windows));
       continue;

@@ -21,7 +21,7 @@ struct CircleRun {
   double yaw_rate = 0.0;                  ///< [rad/s]
   double lateral_accel = 0.0;             ///< v_x ψ̇ [m/s²]
   Measured drift;                         ///< velocity against the heading [rad]
-  Measured steering;                      ///< as the log says it, at the front wheels [rad]
+  Measured steering;                      ///< from the log, at the front wheels [rad]
   Measured gyro;                          ///< yaw rate of the log [rad/s]
   Measured accelerometer;  ///< a_y of the log at the centre of gravity; sigma 0: none
 
@@ -32,7 +32,7 @@ struct Stretch {
   std::int64_t begin_ns = 0, end_ns = 0;
 };
 
-/// Where speed and yaw rate keep within 6 % for half a turn and more; the ends, where the car
+/// Stretches with speed and yaw rate within 6 % for at least half a turn; the ends, where the car
 /// settles, are cut off.
 [[nodiscard]] std::vector<Stretch> steady_stretches(const FilmMotion& motion);
 

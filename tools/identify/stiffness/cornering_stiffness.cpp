@@ -13,9 +13,9 @@ namespace {
 
 constexpr double gravity = 9.80665;
 
-// Of the model: what a bicycle leaves out of a car with four wheels (the two angles of the front
-// wheels, load transfer, drive forces, resistance that differs from side to side), and what the
-// shape of the curve makes of it. A part of each stiffness.
+// Model error: effects of four wheels that the single-track model leaves out (the two angles of the
+// front wheels, load transfer, drive forces, resistance that differs from side to side), and the
+// shape of the curve. As a share of each stiffness.
 constexpr double sigma_model = 0.01;
 
 // A circle whose slip lies so far beyond the line is left out: there the shape of the curve would
@@ -51,7 +51,7 @@ Prior prior_of(const CircleCar& car) {
     prior.mean[which] = mean;
     prior.sigma[which] = sigma;
   };
-  // Tyres reach their load in 2 to 20 degrees; nothing of it should be felt in the result.
+  // Tyres reach their load in 2 to 20 degrees; this should not affect the result.
   const double load = car.mass.value * gravity / car.wheelbase();
   set(log_stiffness_front, std::log(6.0 * load * car.rear_axle.value), 5.0);
   set(log_stiffness_rear, std::log(6.0 * load * car.front_axle.value), 5.0);
@@ -92,7 +92,7 @@ struct AxleView {
   double force = 0.0;
 };
 
-// What a circle says with these unknowns.
+// A circle evaluated with these unknowns.
 struct RunView {
   AxleView front, rear;
 };
@@ -175,7 +175,7 @@ Solution solve(std::span<const CircleRun> runs, const Eigen::VectorXd& sigma, co
       jacobian.col(j) =
           (residuals(runs, sigma, prior, above) - residuals(runs, sigma, prior, below)) / (2.0 * h);
     }
-    // The first steps take every circle as it is: outliers show only beside a fit.
+    // The first steps take every circle as it is: outliers show only once there is a fit.
     if (iteration > 8)
       for (Eigen::Index i = 0; i < circles; ++i)
         s.weights[i] = std::min(1.0, huber / std::max(std::abs(s.residuals[i]), 1e-12));
@@ -205,7 +205,7 @@ struct Fit {
   double scatter = 1.0;
 };
 
-// Circles that scatter more than each says of itself get larger sigmas, all alike.
+// If circles scatter more than their sigmas, all sigmas are scaled up alike.
 Fit fit(std::span<const CircleRun> runs, const Prior& prior) {
   const auto circles = static_cast<Eigen::Index>(2 * runs.size());
   Eigen::VectorXd own(circles);

@@ -20,8 +20,8 @@
 // Its slope at zero slip, C, is sought for both axles together with what would bias it: the angle
 // between the markers' line and the car, the place of the centre of gravity between the markers,
 // the steering's offset and scale, and the uncertainties of mass, axles, scale and rolling
-// resistance, each held by what is known of it. Slow circles tell the first four; circles to both
-// sides part offsets from slip.
+// resistance, each held by what is known of it. Slow circles determine the first four; circles to
+// both sides separate offsets from slip.
 #pragma once
 
 #include <span>
@@ -79,7 +79,8 @@ struct CorneringStiffness {
   std::vector<std::string> warnings;
 };
 
-/// Throws std::invalid_argument where there is no circle, or none tells a stiffness: too slow.
+/// Throws std::invalid_argument if there is no circle, or all are too slow to determine a
+/// stiffness.
 [[nodiscard]] CorneringStiffness fit_stiffness(std::span<const CircleRun> runs,
                                                const CircleCar& car);
 

@@ -83,10 +83,9 @@ double fastest(const YawRates& rates) {
 [[noreturn]] void fail_to_fit(const std::string& name, const YawRates& film, const YawRates& gyro,
                               double agreement, double mirrored) {
   if (mirrored > good_agreement)
-    throw std::invalid_argument(
-        name +
-        ": the film turns the other way than the gyro; add --y-down where the track's y "
-        "points down (or leave it out where it points up)");
+    throw std::invalid_argument(name +
+                                ": the film turns the other way than the gyro; add --y-down if the "
+                                "track's y points down (or omit it if it points up)");
   const double ratio = fastest(film) / fastest(gyro);
   const bool other_rate = ratio > 0.0 && (ratio < 0.9 || ratio > 1.1);
   throw std::invalid_argument(fmt::format(
@@ -102,25 +101,25 @@ double fastest(const YawRates& rates) {
 void require_turns(const std::string& name, const Series& gyro) {
   if (gyro.size() < 20)
     throw std::invalid_argument(name +
-                                ": its log has no yaw rate to align the film by; bind "
+                                ": its log has no yaw rate to align the film; map "
                                 "[can.signals] yaw_rate");
 }
 
-// What is too rarely seen to be held against anything.
+// Films with too few visible markers to compare.
 void require_seen(const std::string& name, const YawRates& film) {
   const auto seen = static_cast<double>(
       std::ranges::count_if(film.value, [](double rate) { return !std::isnan(rate); }));
   const auto whole = static_cast<double>(film.size());
   if (3.0 * seen >= whole) return;
   if (seen < 0.01 * whole)
-    throw std::invalid_argument(fmt::format(
-        "{}: by its times it is {:.0f} s long and both markers are never seen twice in half a "
-        "second: are these frames (--fps) or ms?",
-        name, YawRates::seconds(1) * whole));
-  throw std::invalid_argument(fmt::format(
-      "{}: of {:.0f} s of film both markers are seen often enough in {:.0f} s only; track them "
-      "through at least a third of it",
-      name, YawRates::seconds(1) * whole, YawRates::seconds(1) * seen));
+    throw std::invalid_argument(
+        fmt::format("{}: by its times it is {:.0f} s long, and both markers are never seen twice "
+                    "within half a second: are the times frames (--fps) or ms?",
+                    name, YawRates::seconds(1) * whole));
+  throw std::invalid_argument(
+      fmt::format("{0}: both markers are seen often enough in only {2:.0f} s of {1:.0f} s of film; "
+                  "track them through at least a third of it",
+                  name, YawRates::seconds(1) * whole, YawRates::seconds(1) * seen));
 }
 
 void take_rate(const std::string& name, const FilmClock& clock, FilmAlignment& result) {
@@ -153,11 +152,11 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   result.sigma_s = YawRates::seconds(1) * clock.begin_sigma;
   const Best other = runner_up(film, turn, best);
   if (1.0 - other.agreement < 1.5 * (1.0 - best.agreement))
-    result.warnings.push_back(fmt::format(
-        "{}: the film may as well begin {:.1f} s {}; if it does, say so by --time-offset, or film "
-        "the start from standing too",
-        name, std::abs(YawRates::seconds(other.shift - best.shift)),
-        other.shift > best.shift ? "later" : "earlier"));
+    result.warnings.push_back(
+        fmt::format("{}: the film may also begin {:.1f} s {}; if it does, give --time-offset, or "
+                    "also film the start from standing",
+                    name, std::abs(YawRates::seconds(other.shift - best.shift)),
+                    other.shift > best.shift ? "later" : "earlier"));
   return result;
 }
 

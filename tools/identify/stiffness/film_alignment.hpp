@@ -25,7 +25,7 @@ struct FilmAlignment {
 /// the mean square difference of the yaw rates, then refines by least squares with the gyro's scale
 /// and bias and the rate of the film's clock left free. Within 0.3 % the rate is held to 0.1 %, as
 /// clocks and nominal frame rates are; beyond it there is a warning. Throws std::invalid_argument
-/// where film and log do not fit at any shift, with the likeliest reason: mirrored, another frame
+/// if film and log do not fit at any shift, with the likeliest reason: mirrored, another frame
 /// rate, another drive. `name` is the film's.
 [[nodiscard]] FilmAlignment align_film(const std::string& name, const FilmMotion& motion,
                                        const Series& gyro);

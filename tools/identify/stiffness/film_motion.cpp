@@ -55,10 +55,10 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
       scale.from == FilmScale::From::given ? scale.metres_per_unit : places.distance() / apart;
   const double ratio = apart * motion.metres_per_unit / places.distance();
   if (std::abs(ratio - 1.0) > 0.05)
-    throw std::invalid_argument(fmt::format(
-        "{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and --rear; mend "
-        "the scale (--metres-per-pixel, --metres) or the places",
-        track.name, apart * motion.metres_per_unit, places.distance()));
+    throw std::invalid_argument(
+        fmt::format("{}: the markers are {:.4g} m apart in the film, and {:.4g} m by --front and "
+                    "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
+                    track.name, apart * motion.metres_per_unit, places.distance()));
   if (scale.from == FilmScale::From::given && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
     motion.warnings.push_back(fmt::format(
         "{}: by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of --front "
@@ -90,18 +90,17 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
          turned_before});
   }
   if (5 * left_out > track.frames.size())
-    throw std::invalid_argument(fmt::format(
-        "{}: in {} of {} frames the markers are not as far apart as in the others; was another "
-        "thing tracked there?",
-        track.name, left_out, track.frames.size()));
+    throw std::invalid_argument(
+        fmt::format("{}: in {} of {} frames the distance of the markers differs from that in the "
+                    "others; was something else tracked there?",
+                    track.name, left_out, track.frames.size()));
   if (track.gaps > 0)
     motion.warnings.push_back(
         fmt::format("{}: {} without both markers", track.name, counted(track.gaps, "row")));
   if (left_out > 0)
-    motion.warnings.push_back(
-        fmt::format("{}: {} left out, the markers are not as far apart there "
-                    "as in the others",
-                    track.name, counted(left_out, "frame")));
+    motion.warnings.push_back(fmt::format(
+        "{}: {} left out, as the distance of the markers differs from that in the others",
+        track.name, counted(left_out, "frame")));
   return motion;
 }
 

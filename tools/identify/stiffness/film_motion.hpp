@@ -1,4 +1,4 @@
-// How the car moved, as the film from above saw it: centre of gravity and heading from two markers.
+// The motion of the car in the film from above: centre of gravity and heading from two markers.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct MarkerPlaces {
 
 enum class ImageAxes : std::uint8_t { y_up, y_down };
 
-/// What a unit of the track is.
+/// The unit of the track.
 struct FilmScale {
   enum class From : std::uint8_t { given, marker_distance };
   From from = From::marker_distance;
@@ -42,7 +42,7 @@ struct FilmMotion {
 
 /// Frames in which the markers are not as far apart as they are on the car are left out, and
 /// counted in a warning; so is a scale that is given and contradicts the markers' distance by more
-/// than three of its sigma. Throws std::invalid_argument where scale, places and film do not fit.
+/// than three of its sigma. Throws std::invalid_argument if scale, places and film do not fit.
 [[nodiscard]] FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                                      const FilmScale& scale);
 
@@ -58,9 +58,9 @@ struct LocalMotion {
   [[nodiscard]] double drift() const { return std::arg(velocity * std::polar(1.0, -heading)); }
 };
 
-/// Heading by a straight line, path by a circle at constant rate, p(τ) = c + q exp(i ψ̇ τ), over the
-/// frames of [t - half, t + half]. Nothing where these
-/// are fewer than six, or leave a third of the window uncovered.
+/// Heading by a straight line, path by a circle at constant rate, p(τ) = c + q exp(i ψ̇ τ), over
+/// the frames of [t - half, t + half]. Nothing if these are fewer than six, or leave a third of the
+/// window uncovered.
 [[nodiscard]] std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t_ns,
                                                       std::int64_t half_ns);
 

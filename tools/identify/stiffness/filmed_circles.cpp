@@ -51,7 +51,8 @@ void measure_film(const StiffnessOptions& options, const daemon::Config& config,
                       config.imu_position[1], films.warnings);
   if (circles.empty() && films.warnings.size() == warned)
     films.warnings.push_back(
-        track.name + ": no steady circle in it; hold steering and speed for half a turn or more");
+        track.name +
+        ": contains no steady circle; hold steering and speed for half a turn or more");
   films.circles.insert(films.circles.end(), circles.begin(), circles.end());
   films.alignments.push_back(alignment);
   films.names.push_back(track.name);
@@ -76,7 +77,7 @@ void check_steering(std::span<const CircleRun> circles, double wheelbase) {
   const double ratio = median_of(std::move(ratios));
   if (ratio > far_off || ratio < 1.0 / far_off)
     throw std::invalid_argument(fmt::format(
-        "{}: the log's steering is {:.3g} times the angle that the circles need: mend scale and "
+        "{}: the log's steering is {:.3g} times the angle that the circles need: correct scale and "
         "unit of [can.signals] steering, which is the angle of the wheels; or the places of the "
         "markers (--front, --rear), which give the circles their size",
         circles.front().film, ratio));
@@ -89,14 +90,14 @@ void warn_of_what_is_missing(std::span<const CircleRun> circles,
   if (left == 0 || left == std::ssize(circles))
     warnings.push_back(fmt::format(
         "all circles turn to the {}: the steering's offset and the angle of the markers cannot be "
-        "told from slip; drive circles to the {} too",
+        "separated from slip; drive circles to the {} too",
         left == 0 ? "right" : "left", left == 0 ? "left" : "right"));
   const auto [slow, fast] = std::ranges::minmax_element(
       circles, {}, [](const CircleRun& r) { return std::abs(r.lateral_accel); });
   if (std::abs(slow->lateral_accel) > 0.5 * std::abs(fast->lateral_accel))
     warnings.emplace_back(
         "all circles are about as fast: slow ones (a quarter of the lateral acceleration) would "
-        "tell the steering's scale and the markers' places from slip");
+        "separate the steering's scale and the markers' places from slip");
 }
 
 }  // namespace
@@ -124,7 +125,7 @@ std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) 
   const double accelerated = yy - y * y / std::max(n, 1.0);
   if (n < 4.0 || !(spread > 0.0) || !(std::max(spread, accelerated) > 1.0)) return std::nullopt;
   const double slope = (xy - x * y / n) / spread;
-  // Residuals of the line tell how well its slope is known.
+  // The residuals of the line give the uncertainty of its slope.
   const double residual = std::max(accelerated - slope * slope * spread, 0.0);
   return Measured{slope, std::sqrt(residual / ((n - 2.0) * spread))};
 }
@@ -146,20 +147,20 @@ void check_circles(std::span<const CircleRun> circles, double wheelbase) {
              ? ": the car moves sideways: --front and --rear are X,Y, forward and to the left of "
                "the centre of gravity; exchange the two numbers of each"
              : ": the car moves with its rear ahead: the markers are swapped (exchange --front and "
-               "--rear, or the columns); circles in reverse do not serve"));
+               "--rear, or the columns); circles in reverse cannot be used"));
   if (2 * against > circles.size())
-    throw std::invalid_argument(
-        circles.front().film +
-        ": the car turns to the other side than it steers: mend the sign of [can.signals] steering "
-        "(scale = -1.0); left is positive");
+    throw std::invalid_argument(circles.front().film +
+                                ": the car turns to the other side than it steers: correct the "
+                                "sign of [can.signals] steering "
+                                "(scale = -1.0); left is positive");
   check_steering(circles, wheelbase);
 }
 
-std::vector<std::string> doubts_about(std::span<const CircleRun> circles) {
-  std::vector<std::string> doubts;
-  warn_of_what_is_missing(circles, doubts);
-  compare_accelerations(circles, doubts);
-  return doubts;
+std::vector<std::string> circle_warnings(std::span<const CircleRun> circles) {
+  std::vector<std::string> warnings;
+  warn_of_what_is_missing(circles, warnings);
+  compare_accelerations(circles, warnings);
+  return warnings;
 }
 
 }  // namespace odomd::tools

@@ -1,4 +1,4 @@
-// The circles of several films, each laid on its log, and what of them no fit could mend.
+// The circles of several films, each aligned with its log, and faults that no fit could correct.
 #pragma once
 
 #include <optional>
@@ -20,25 +20,24 @@ struct FilmedCircles {
   std::vector<std::string> warnings;
 };
 
-/// Throws std::invalid_argument for a film or a log that cannot be used, and where no film has a
-/// steady circle.
+/// Throws std::invalid_argument for an unusable film or log, and if no film has a steady circle.
 [[nodiscard]] FilmedCircles measure_films(const StiffnessOptions& options,
                                           const daemon::Config& config, const MarkerPlaces& places);
 
-/// Throws std::invalid_argument where most circles are driven backwards or sideways, or steered the
+/// Throws std::invalid_argument if most circles are driven backwards or sideways, or steered the
 /// wrong way or by another measure: markers or their X and Y exchanged, sign or scale of the
 /// steering.
 void check_circles(std::span<const CircleRun> circles, double wheelbase);
 
-/// So far off, film and accelerometer cannot both be right.
+/// Beyond this difference film and accelerometer cannot both be right.
 inline constexpr double gross_scale_error = 0.15;
 
-/// The log's lateral acceleration over the film's v_x ψ̇: tells a wrong scale of the film. Nothing
-/// where there is too little of either.
+/// The log's lateral acceleration over the film's v_x ψ̇: shows a wrong scale of the film. Nothing
+/// if there is too little of either.
 [[nodiscard]] std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles);
 
-/// What a fit will not tell apart without circles of another kind, and an accelerometer that
+/// Warnings: what a fit cannot separate without circles of another kind, and an accelerometer that
 /// contradicts the film's scale.
-[[nodiscard]] std::vector<std::string> doubts_about(std::span<const CircleRun> circles);
+[[nodiscard]] std::vector<std::string> circle_warnings(std::span<const CircleRun> circles);
 
 }  // namespace odomd::tools

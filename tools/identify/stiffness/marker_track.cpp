@@ -106,7 +106,7 @@ class TrackReader {
     if (input_.bad()) throw std::runtime_error(table_.name + ": cannot be read");
     if (table_.rows.empty())
       throw std::invalid_argument(table_.name +
-                                  ": holds no row that begins with a number; export "
+                                  ": contains no row that begins with a number; export "
                                   "the track as a table with the columns " +
                                   wanted());
     return std::move(table_);
@@ -150,9 +150,8 @@ class TrackReader {
     for (const std::string_view column : columns_) {
       const auto found = std::ranges::find(names, column);
       if (found == names.end())
-        fail(
-            fmt::format("no column \"{}\" is named above the first numbers; the columns must be {}",
-                        column, wanted()));
+        fail(fmt::format("there is no column \"{}\" in the header; the columns must be {}", column,
+                         wanted()));
       positions_.push_back(static_cast<std::size_t>(found - names.begin()));
     }
   }
@@ -167,7 +166,7 @@ class TrackReader {
     row.t_ns = parse_time(field(0));
     if (!table_.rows.empty() && row.t_ns <= table_.rows.back().t_ns)
       fail(
-          fmt::format("column \"{}\": {} does not lie after the row before; sort the rows by time "
+          fmt::format("column \"{}\": {} is not later than the row before; sort the rows by time "
                       "and remove repeated ones",
                       columns_[0], tools::quoted(field(0))));
     for (std::size_t k = 1; k < columns_.size(); ++k) {
@@ -176,7 +175,7 @@ class TrackReader {
       const std::optional<double> value = parse_number(text);
       if (!value || !std::isfinite(*value))
         fail(
-            fmt::format("column \"{}\": {} is not a finite number; leave the field empty where the "
+            fmt::format("column \"{}\": {} is not a finite number; leave the field empty if the "
                         "marker was not seen",
                         columns_[k], tools::quoted(text)));
       row.values[k - 1] = value;
@@ -188,13 +187,13 @@ class TrackReader {
     if (time_.frames_per_second) {
       const std::optional<double> frame = parse_number(text);
       if (!frame || !(std::abs(*frame) < 1e9) || *frame != std::floor(*frame))
-        fail(fmt::format("column \"{}\": {} is not a frame number, which --fps asks for",
+        fail(fmt::format("column \"{}\": {} is not a frame number, which --fps requires",
                          columns_[0], tools::quoted(text)));
       return std::llround(1e9 * *frame / *time_.frames_per_second);
     }
     const std::optional<std::int64_t> time = parse_seconds(text);
     if (!time)
-      fail(fmt::format("column \"{}\": {} is not a time in seconds; mend or remove the line",
+      fail(fmt::format("column \"{}\": {} is not a time in seconds; correct or remove the line",
                        columns_[0], tools::quoted(text)));
     return *time;
   }

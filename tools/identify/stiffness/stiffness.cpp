@@ -47,8 +47,9 @@ void identify_stiffness(const StiffnessOptions& options) {
   if (places.front.real() * places.rear.real() >= 0.0)
     films.warnings.emplace_back(
         "no marker lies behind the centre of gravity: --front and --rear are measured from it, "
-        "what is behind it is negative");
-  for (std::string& doubt : doubts_about(films.circles)) films.warnings.push_back(std::move(doubt));
+        "negative behind it");
+  for (std::string& warning : circle_warnings(films.circles))
+    films.warnings.push_back(std::move(warning));
   const CircleCar car = circle_car(options, config, places);
   const CorneringStiffness found = fit_stiffness(films.circles, car);
   const std::vector<std::string> against = contradictions(films, found, car);

@@ -48,9 +48,9 @@ void require_slip(const CorneringStiffness& found) {
     sigma = std::max(sigma, point.sigma);
   }
   throw std::invalid_argument(fmt::format(
-      "the circles are too slow or too noisy: the largest slip angle is about {:.2f}°, of which "
-      "the film resolves {:.2f}°; drive faster, or film sharper and closer, with the markers "
-      "farther apart and their places better known",
+      "the circles are too slow or too noisy: the largest slip angle is about {:.2f}°, and the "
+      "film resolves {:.2f}°; drive faster, or film sharper and closer, with the markers farther "
+      "apart and measured more precisely",
       degrees * slip,
       degrees * std::max(sigma, slip * found.rear.stiffness.sigma / found.rear.stiffness.value)));
 }
@@ -62,15 +62,15 @@ std::vector<std::string> contradictions(const FilmedCircles& films, const Corner
   if (std::abs(ahead.value) >
       std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), farthest_centre * car.wheelbase()))
     lines.push_back(
-        fmt::format("the circles put the centre of gravity {:.3f} m {} where --front and --rear "
-                    "have it: measure both from the centre of gravity, backwards negative, and "
+        fmt::format("by the circles the centre of gravity lies {:.3f} m {} the place in --front "
+                    "and --rear: measure both from the centre of gravity, negative behind it, and "
                     "check front_axle and rear_axle",
                     std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind"));
   for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
     if (lines.empty() && (scale.value > farthest_steering || scale.value < 1.0 / farthest_steering))
       lines.push_back(
           fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles: "
-                      "mend the scale of [can.signals] steering, or the places of the markers",
+                      "correct the scale of [can.signals] steering, or the places of the markers",
                       scale.value));
   const auto slope = accelerometer_slope(films.circles);
   if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
@@ -105,19 +105,19 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
                              .value = found.steering_offset.value,
                              .sigma = found.steering_offset.sigma,
                              .unit = "rad",
-                             .remark = "for the reader; fit tells it from a lap",
-                             .share = Share::says_nothing});
+                             .remark = "for information; fit determines it from a lap",
+                             .share = Share::meaningless});
   findings.values.push_back({.name = "steering angle reported per angle of the wheels",
                              .value = found.steering_scale.value,
                              .sigma = found.steering_scale.sigma,
-                             .remark = "rolling resistance is in it"});
+                             .remark = "includes rolling resistance"});
   for (std::size_t k = 0; k < films.names.size(); ++k)
     findings.values.push_back({.name = "begin of the film after the log",
                                .value = 1e-9 * static_cast<double>(films.alignments[k].offset_ns),
                                .sigma = films.alignments[k].sigma_s,
                                .unit = "s",
                                .remark = films.names[k],
-                               .share = Share::says_nothing});
+                               .share = Share::meaningless});
   for (const FilmAlignment& film : films.alignments)
     findings.details["films"].push_back({{"rate", film.rate}, {"rate_sigma", film.rate_sigma}});
 
@@ -156,7 +156,7 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
     const Finding& finding = findings.values[axle];
     if (finding.determined == Determined::yes && 2.0 * finding.sigma > 0.05 * finding.value)
       findings.warnings.push_back(fmt::format(
-          "{}: 2 sigma are {:.1f} %, and 5 % can be had: drive faster circles, and slow ones too",
+          "{}: 2 sigma is {:.1f} %, and 5 % is possible: drive faster circles, and slow ones too",
           finding.name, 200.0 * finding.sigma / finding.value));
   }
   return findings;

@@ -1,4 +1,4 @@
-// What filmed circles told, as numbers for the configuration and as a table of the circles.
+// The results of filmed circles, as numbers for the configuration and as a table of the circles.
 #pragma once
 
 #include <span>
@@ -11,21 +11,21 @@
 
 namespace odomd::tools {
 
-/// Throws std::invalid_argument where the circles tell neither axle's stiffness to a quarter.
+/// Throws std::invalid_argument if the circles determine neither axle's stiffness to a quarter.
 void require_slip(const CorneringStiffness& found);
 
-/// What the circles say against a sensor, the configuration or the places of the markers, so
-/// grossly that no stiffness is to be believed: a line each, with what to look at.
+/// Contradictions between the circles and a sensor, the configuration or the places of the markers,
+/// so grossly that the stiffness cannot be trusted: one line each, with what to check.
 [[nodiscard]] std::vector<std::string> contradictions(const FilmedCircles& films,
                                                       const CorneringStiffness& found,
                                                       const CircleCar& car);
 
-/// Where something is `against` them, the stiffnesses are not determined.
+/// With entries in `against` the stiffnesses are not determined.
 [[nodiscard]] Findings stiffness_findings(const FilmedCircles& films,
                                           const CorneringStiffness& found,
                                           std::span<const std::string> against);
 
-/// A row a circle, for people.
+/// A table with one row per circle.
 [[nodiscard]] std::string circle_table(const FilmedCircles& films, const CorneringStiffness& found);
 
 }  // namespace odomd::tools

@@ -60,7 +60,7 @@ double sigma_scale_of(const StiffnessOptions& options) {
   if (sigma > largest)
     throw std::invalid_argument(
         options.sigma_scale.ends_with('%')
-            ? fmt::format("--sigma-scale: {} is too much; 10% at the most", options.sigma_scale)
+            ? fmt::format("--sigma-scale: {} is too much; at most 10%", options.sigma_scale)
             : fmt::format("--sigma-scale: {} is {:g} %; write per cent as {}%", options.sigma_scale,
                           100.0 * sigma, options.sigma_scale));
   return sigma;
@@ -76,7 +76,7 @@ void check(const StiffnessOptions& options) {
   if (options.metres && options.metres_per_pixel)
     throw std::invalid_argument("--metres and --metres-per-pixel: give one of them");
   if (options.time_offset && options.runs.size() > 1)
-    throw std::invalid_argument("--time-offset: is for a single --run");
+    throw std::invalid_argument("--time-offset: needs a single --run");
   for (const auto& [option, value] : {std::pair{"--metres-per-pixel", options.metres_per_pixel},
                                       std::pair{"--fps", options.frames_per_second}})
     require_positive(option, value);
@@ -126,7 +126,8 @@ CircleCar circle_car(const StiffnessOptions& options, const daemon::Config& conf
 }
 
 void describe_stiffness(Command command, StiffnessOptions& options) {
-  command.description("Cornering stiffness of both axles, from circles filmed from above");
+  command.description(
+      "Measure the cornering stiffness of both axles, from circles filmed from above");
   command.footer(
       "The experiment: fix two markers to the roof, in one height, as far apart as the car "
       "allows;\n"
@@ -143,7 +144,7 @@ void describe_stiffness(Command command, StiffnessOptions& options) {
       "log is found from the yaw rates. The stiffness is the slope at zero slip of a curve that\n"
       "saturates, fitted to all circles. In the uncertainty are: the scatter of the circles, the\n"
       "markers' places, the film's scale, mass, axles, steering offset and scale, rolling\n"
-      "resistance, and 1 % for what a bicycle leaves out of a car.\n"
+      "resistance, and 1 % for the simplifications of the single-track model.\n"
       "\n"
       "Examples:\n"
       "  odom identify stiffness --config car.toml --front 0.18,0 --rear -0.12,0 --y-down \\\n"
@@ -154,8 +155,8 @@ void describe_stiffness(Command command, StiffnessOptions& options) {
       "    --run front.txt,rear.txt,drive.log");
   command
       .add_option("--run", options.runs,
-                  "A film and its log: a table with t,x_front,y_front,x_rear,y_rear, or a table a "
-                  "marker with t,x,y; repeatable")
+                  "A film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table "
+                  "per marker with t,x,y; repeatable")
       .type_name("MARKERS[,REAR],LOG")
       .required();
   command.add_option("--config", options.config, "The car's configuration")
@@ -166,7 +167,7 @@ void describe_stiffness(Command command, StiffnessOptions& options) {
                   "Place of the front marker: ahead of the centre of gravity and to its left [m]")
       .type_name("X,Y")
       .required();
-  command.add_option("--rear", options.rear, "... and of the rear marker: -0.12,0 [m]")
+  command.add_option("--rear", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]")
       .type_name("X,Y")
       .required();
   command
@@ -178,7 +179,7 @@ void describe_stiffness(Command command, StiffnessOptions& options) {
                    "The tracks' y points down, as pixels do, or the film is mirrored");
   command
       .add_option("--fps", options.frames_per_second,
-                  "The tracks' t counts frames of so many a second, as they were taken")
+                  "The tracks' t counts frames, with this many per second")
       .type_name("N");
   command
       .add_option("--time-offset", options.time_offset,
@@ -186,28 +187,28 @@ void describe_stiffness(Command command, StiffnessOptions& options) {
       .type_name("T");
   command.add_option("--plot", options.plot, "Picture of force over slip angle, .svg or .png")
       .type_name("FILE");
-  const std::string known = "How well it was measured (one standard deviation)";
-  command.add_option("--sigma-mass", options.sigma_mass, "Of the mass [kg]; default: 0.5 %")
+  const std::string known = "Uncertainty of the measurements (one standard deviation)";
+  command.add_option("--sigma-mass", options.sigma_mass, "Sigma of the mass [kg]; default: 0.5 %")
       .type_name("S")
       .group(known);
   command
       .add_option("--sigma-axle", options.sigma_axle,
-                  "Of front_axle and rear_axle, each [m]; default: 0.4 % of the wheelbase")
+                  "Sigma of front_axle and rear_axle, each [m]; default: 0.4 % of the wheelbase")
       .type_name("S")
       .group(known);
   command
       .add_option("--sigma-marker", options.sigma_marker,
-                  "Of a marker's place on the car [m]; default: 1/300 of their distance")
+                  "Sigma of a marker's place on the car [m]; default: 1/300 of their distance")
       .type_name("S")
       .group(known);
   command
       .add_option("--sigma-scale", options.sigma_scale,
-                  "Of a scale that is given, relative; default: 0.3%")
+                  "Relative sigma of a given scale; default: 0.3%")
       .type_name("S")
       .group(known);
   command
       .add_option("--rolling-resistance", options.rolling_resistance,
-                  "Coefficient, +- 0.01; default: 0.015")
+                  "Coefficient of rolling resistance, +- 0.01; default: 0.015")
       .type_name("C")
       .group(known);
   add_delivery(command, options.delivery);

@@ -1,4 +1,4 @@
-// The command line of odom identify stiffness, and what its numbers say of film and car.
+// The command line of odom identify stiffness, and its numbers for film and car.
 #pragma once
 
 #include <optional>
@@ -32,7 +32,8 @@ struct StiffnessOptions {
 /// Adds the options, the description and the examples.
 void describe_stiffness(Command command, StiffnessOptions& options);
 
-/// What hangs together. Throws std::invalid_argument, as all of these do for what cannot be.
+/// Checks the options together. Throws std::invalid_argument, as do the following for impossible
+/// values.
 void check(const StiffnessOptions& options);
 
 /// --front and --rear.

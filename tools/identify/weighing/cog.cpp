@@ -74,8 +74,8 @@ void check_ends(const std::string& file, const CentreOfGravity& centre, Findings
       std::fabs(measured) < clear * (centre.front_axle->value + centre.rear_axle->value))
     return;
   findings.warnings.push_back(fmt::format(
-      "{}: [vehicle] front_axle is {:g} and rear_axle {:g}, which makes the {} axle the heavier "
-      "one, and by the loads it is the {} one: are --front and --rear exchanged?",
+      "{}: with [vehicle] front_axle {:g} and rear_axle {:g} the {} axle is the heavier one, but "
+      "by the loads it is the {} one: are --front and --rear exchanged?",
       file, *front, *rear, configured > 0.0 ? "rear" : "front", measured > 0.0 ? "rear" : "front"));
 }
 
@@ -88,7 +88,7 @@ void identify_cog(const Options& options) {
   const CentreOfGravity centre = centre_of_gravity(loads, dimensions);
   if (!centre.front_axle && !centre.lateral)
     throw std::invalid_argument(
-        "the loads do not tell how the weight is shared out; give --front and --rear (or --total "
+        "the loads do not determine the weight distribution; give --front and --rear (or --total "
         "with one of them), --left and --right, or all four wheels");
 
   Findings findings{.method = "cog", .origin = weighings.origin + " and tape"};
@@ -106,28 +106,28 @@ void identify_cog(const Options& options) {
     findings.values.push_back(finding);
   };
   add("centre of gravity to front axle", "vehicle.front_axle", centre.front_axle, "m",
-      "needs the load of an axle, and of the other or the whole");
+      "needs the load of one axle, and of the other or the whole car");
   add("centre of gravity to rear axle", "vehicle.rear_axle", centre.rear_axle, "m",
-      "needs the load of an axle, and of the other or the whole");
+      "needs the load of one axle, and of the other or the whole car");
   add("wheelbase", "", dimensions.wheelbase, "m", "");
   if (dimensions.track_width) {
     add("track width", "vehicle.track_width", dimensions.track_width, "m", "");
     add("centre of gravity left of the middle", "", centre.lateral, "m",
-        "needs the load of a side, and of the other or the whole");
-    findings.values.back().share = Share::says_nothing;
+        "needs the load of one side, and of the other or the whole car");
+    findings.values.back().share = Share::meaningless;
   }
   add("mass", "", mass_of(loads, weighings.scale), "kg", "");
   if (centre.front_axle) findings.details["correlation"] = centre.correlation;
   if (centre.lateral && std::fabs(centre.lateral->value) >
                             0.05 * dimensions.track_width->value + 2.0 * centre.lateral->sigma)
     findings.warnings.push_back(
-        "the centre of gravity lies far to one side; the models take it to lie in the middle: "
+        "the centre of gravity lies far to one side; the models assume it in the middle: "
         "move the battery");
   const auto mass = mass_of(loads, weighings.scale);
   if (const auto line = contradiction(loads))
     findings.warnings.push_back(*line);
-  else if (const auto doubt = mass ? coarse(*mass) : std::nullopt)
-    findings.warnings.push_back(*doubt);
+  else if (const auto warning = mass ? coarse(*mass) : std::nullopt)
+    findings.warnings.push_back(*warning);
   const std::string config = options.config.empty() ? options.delivery.write : options.config;
   if (!config.empty()) {
     check_wheelbase(config, dimensions.wheelbase, findings);
@@ -141,7 +141,7 @@ void identify_cog(const Options& options) {
 void add_cog(Command identify) {
   const auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand(
-      "cog", "The centre of gravity between the axles, on a scale and with a tape");
+      "cog", "Measure the centre of gravity between the axles, with a scale and a tape measure");
   method.footer(
       "Put one axle on the scale and the other on a block of the same height, so that the car\n"
       "stands level; then the other axle; then, for the lateral offset, the left wheels and the\n"
@@ -149,9 +149,10 @@ void add_cog(Command identify) {
       "pressure, brakes off, so that nothing pushes the axles apart. Measure the wheelbase\n"
       "between the centres of the wheels, on both sides, and the track width between the middles\n"
       "of the tyres.\n"
-      "How exactly: the distance of an axle is as good as the load, 1 g in 1 kg being 0.1 %, and\n"
-      "the tape; a slope moves it by height x slope, 0.2 mm in 50 mm at 0.25 degrees. --level and\n"
-      "--height say what to allow for that. A gain error of the scale cancels.\n"
+      "Precision: the distance of an axle is as good as the load, 1 g in 1 kg being 0.1 %, and\n"
+      "the tape measure; a slope moves it by height x slope, 0.2 mm in 50 mm at 0.25 degrees. "
+      "--level and\n"
+      "--height set the allowance for that. A gain error of the scale cancels.\n"
       "\n"
       "Examples:\n"
       "  odom identify cog --front 976g --rear 2009g --scale-resolution 1g --wheelbase 260mm\n"
@@ -181,7 +182,7 @@ void add_cog(Command identify) {
   add_level_options(method, options->level);
   method
       .add_option("--config", options->config,
-                  "Configuration to hold the wheelbase against; default: that of --write")
+                  "Configuration to compare the wheelbase with; default: the one of --write")
       .type_name("TOML");
   add_delivery(method, options->delivery);
   method.callback([options] { identify_cog(*options); });

@@ -17,11 +17,11 @@ struct Options {
   Delivery delivery;
 };
 
-/// Only ratios count for the mass: of a car whose size nobody tells they are those of most.
+/// Only ratios count for the mass: for a car of unknown size the usual ones are taken.
 Dimensions dimensions_of(const Options& options) {
   if (options.wheelbase.empty() && !(options.level.height.empty() && options.track_width.empty()))
     throw std::invalid_argument(
-        "--wheelbase is missing, which --height and --track-width are held against");
+        "--wheelbase is missing, which is needed to check --height and --track-width");
   Dimensions dimensions;
   dimensions.wheelbase.value =
       options.wheelbase.empty()
@@ -54,8 +54,8 @@ void identify_mass(const Options& options) {
                              .unit = "kg"});
   if (const auto line = contradiction(loads))
     findings.warnings.push_back(*line);
-  else if (const auto doubt = coarse(*mass))
-    findings.warnings.push_back(*doubt);
+  else if (const auto warning = coarse(*mass))
+    findings.warnings.push_back(*warning);
   deliver(findings, options.delivery);
 }
 
@@ -63,14 +63,14 @@ void identify_mass(const Options& options) {
 
 void add_mass(Command identify) {
   const auto options = std::make_shared<Options>();
-  Command method = identify.add_subcommand("mass", "The car's mass, on a scale");
+  Command method = identify.add_subcommand("mass", "Measure the car's mass on a scale");
   method.footer(
       "Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three\n"
       "times, lifting it off in between. A scale that is too small takes one axle at a time, the\n"
       "other one on a block as high as the scale: give --front and --rear, or all four wheels.\n"
-      "0.5 % is plenty. The uncertainty is made of the scatter and the last digit of the scale,\n"
-      "and of its gain, which repeating does not improve: weigh a litre of water to know it. Of\n"
-      "axles and wheels a slope is in it too, which shifts weight to the ones beside the scale.\n"
+      "0.5 % is sufficient. The uncertainty has parts from the scatter and the last digit of the\n"
+      "scale, and from its gain, which repeating does not improve: weigh a litre of water to find\n"
+      "it. For axles and wheels a slope adds to it, which shifts weight off or onto the scale.\n"
       "\n"
       "Examples:\n"
       "  odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g\n"
@@ -79,7 +79,7 @@ void add_mass(Command identify) {
   add_scale_options(method, options->scale);
   method
       .add_option("--wheelbase", options->wheelbase,
-                  "Between the centres of front and rear wheels [m]; --height is held against it")
+                  "Between the centres of front and rear wheels [m]; used to check --height")
       .type_name("LENGTH");
   method
       .add_option("--track-width", options->track_width,

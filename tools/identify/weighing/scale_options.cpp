@@ -16,7 +16,7 @@ constexpr std::string_view meaning(Load load) {
     case Load::total:
       return "The whole car on the scale";
     case Load::front:
-      return "Load of the front axle, the rear one level beside the scale";
+      return "Load of the front axle, with the rear axle level next to the scale";
     case Load::rear:
       return "Load of the rear axle";
     case Load::left:
@@ -51,7 +51,8 @@ Measured gravity_of(const std::string& gravity) {
   if (gravity.empty()) return {9.806, 0.015};
   const double value = parse_positive(gravity, Dimension::pure, "--gravity");
   if (value < 9.7 || value > 9.9)
-    throw std::invalid_argument("--gravity: " + gravity + " is not on Earth; 9.76 to 9.84 is");
+    throw std::invalid_argument("--gravity: " + gravity +
+                                " does not occur on Earth; give 9.76 to 9.84");
   return {value, 0.001};
 }
 
@@ -122,13 +123,14 @@ Weighings weighings_of(const ScaleOptions& options) {
 
 void add_level_options(Command method, LevelOptions& options) {
   method
-      .add_option("--height", options.height,
-                  "Of the centre of gravity above the ground, roughly [m]; default: a quarter of "
-                  "the wheelbase")
+      .add_option(
+          "--height", options.height,
+          "Approximate height of the centre of gravity above the ground [m]; default: a quarter of "
+          "the wheelbase")
       .type_name("LENGTH");
   method
       .add_option("--level", options.level,
-                  "How level the car stood, standard uncertainty [rad], or 0.5deg; default: "
+                  "Standard uncertainty of the level of the car [rad], or 0.5deg; default: "
                   "0.25deg")
       .type_name("ANGLE");
 }
@@ -140,15 +142,15 @@ void set_level(const LevelOptions& options, Dimensions& dimensions) {
                           : parse_not_negative(options.height, Dimension::length, "--height");
   dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
   if (dimensions.level_sigma > 0.2)
-    throw std::invalid_argument("--level: so askew the loads say nothing; level the car");
+    throw std::invalid_argument("--level: with this slope the loads are useless; level the car");
 }
 
 std::optional<std::string> coarse(const Measured& mass) {
   constexpr double good = 0.02;  // 2 sigma
   if (2.0 * mass.sigma < good * mass.value) return std::nullopt;
   return fmt::format(
-      "2 sigma of the mass are {:.1f} %, and 0.5 % are plenty: is the unit of --scale-resolution, "
-      "--scale-sigma, --scale-accuracy or --level meant?",
+      "2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient: is the unit of "
+      "--scale-resolution, --scale-sigma, --scale-accuracy or --level correct?",
       200.0 * mass.sigma / mass.value);
 }
 

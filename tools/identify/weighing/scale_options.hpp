@@ -1,4 +1,4 @@
-// The options of what is found on a scale: loads, what the scale is worth, gravity.
+// The options for weighings: loads, precision of the scale, gravity.
 #pragma once
 
 #include <array>
@@ -27,10 +27,10 @@ struct Weighings {
   std::string origin;  ///< "scale, 6 weighings"
 };
 
-/// Throws std::invalid_argument for numbers that cannot be.
+/// Throws std::invalid_argument for impossible numbers.
 [[nodiscard]] Weighings weighings_of(const ScaleOptions& options);
 
-/// How level the car stood; both methods that weigh axles ask.
+/// The level of the car, for both methods that weigh axles.
 struct LevelOptions {
   std::string height;
   std::string level = "0.25deg";
@@ -38,10 +38,10 @@ struct LevelOptions {
 
 void add_level_options(Command method, LevelOptions& options);
 
-/// Height and slope into the dimensions, of which the wheelbase must be there.
+/// Writes height and slope to the dimensions, which must have the wheelbase.
 void set_level(const LevelOptions& options, Dimensions& dimensions);
 
-/// Of a mass that is known to 2 % only, or worse: a line that asks for the units.
+/// A warning about the units for a mass that is only known to 2 % or worse.
 [[nodiscard]] std::optional<std::string> coarse(const Measured& mass);
 
 /// The loads by a scale that has got the shifts of a car on slopes: so have `weighings` afterwards.

@@ -29,7 +29,7 @@ constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_tabl
     {"rear-right", {0, 0, 0, 1}},
 }};
 
-// More digits than this no scale has, a big one fewer: a unit is wrong.
+// No scale has more digits than this: a unit is wrong.
 constexpr double most_digits = 1e6;
 constexpr double most_digits_of_a_heavy_one = 2e5;
 constexpr double heavy = 60.0;  // kg
@@ -39,11 +39,10 @@ bool shows(const Scale& scale, double mass) {
          mass <= (mass > heavy ? most_digits_of_a_heavy_one : most_digits) * scale.resolution;
 }
 
-// A load that lies so far off what all of them say together is no scatter: it was another car, or
-// half of it.
+// A load this far off the result of all loads is not scatter, but a mistake.
 constexpr double another_car = 0.1;
 
-// Weighings of one load scatter by so much of the last digit where nobody tells by how much.
+// Default scatter of weighings of one load, as a share of the last digit.
 constexpr double half_a_digit = 0.5;
 
 const LoadInfo& info_of(Load load) {
@@ -60,8 +59,8 @@ std::string_view option_of(Load load) {
   return info_of(load).option;
 }
 
-bool WheelLoads::tells(const Eigen::Vector4d& sum) const {
-  return (told * sum - sum).norm() < 1e-9;
+bool WheelLoads::determine(const Eigen::Vector4d& sum) const {
+  return (determined * sum - sum).norm() < 1e-9;
 }
 
 namespace {
@@ -79,12 +78,12 @@ void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& l
   }
   if (worst == nullptr) return;
   throw std::invalid_argument(fmt::format(
-      "--{}: {:g} kg are {:.0f} % off the {:.4g} kg that all loads together say: weigh again, or "
-      "leave out the load that is wrong",
+      "--{}: {:g} kg is {:.0f} % off the {:.4g} kg from all loads together: weigh again, or leave "
+      "out the wrong load",
       option_of(worst->load), worst->mass, 100.0 * most, wheels_of(worst->load).dot(loads.load)));
 }
 
-/// Generalised least squares, where every load is off by `unknown` [kg], too, once.
+/// Generalised least squares; every load has an additional common error of `unknown` [kg].
 WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double unknown) {
   const auto n = static_cast<Eigen::Index>(weighings.size());
   Eigen::MatrixXd design(n, 4);
@@ -116,7 +115,7 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
     for (Eigen::Index j = 0; j < n; ++j)
       if (weighings[static_cast<std::size_t>(j)].load == weighing.load)
         variance(i, j) = once_a_load(weighing.load) + unknown * unknown;
-    // Weighings that repeat must not be singular, however small a scatter is told.
+    // Weighings that repeat must not be singular, however small the given scatter is.
     variance(i, i) += std::max(scatter * scatter, 1e-4 * rounding);
   }
   const Eigen::LLT<Eigen::MatrixXd> factor(variance);
@@ -133,7 +132,7 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
     const Eigen::Vector4d direction = svd.matrixV().col(k);
     loads.load += direction * (svd.matrixU().col(k).dot(target) / singular(k));
     loads.covariance += direction * direction.transpose() / (singular(k) * singular(k));
-    loads.told += direction * direction.transpose();
+    loads.determined += direction * direction.transpose();
   }
   loads.chi_square = (target - whitened * loads.load).squaredNorm();
   loads.excess = static_cast<int>(n) - rank;
@@ -154,16 +153,16 @@ void check(std::span<const Weighing> weighings, const Scale& scale) {
                       option_of(weighing.load), weighing.mass));
     if (!shows(scale, weighing.mass))
       throw std::invalid_argument(
-          fmt::format("--{}: no scale shows {:g} kg by {:g} kg; grams are written 2985g",
+          fmt::format("--{}: no scale shows {:g} kg with steps of {:g} kg; write grams as 2985g",
                       option_of(weighing.load), weighing.mass, scale.resolution));
   }
 }
 
 }  // namespace
 
-// Where loads do not fit together one of them is wrong, and which nobody knows: each may be off by
-// as much as makes of chi² what is expected (Mandel and Paule, 1970). What one load scatters by
-// itself that does not explain, and all uncertainties grow.
+// If loads contradict each other, one of them is wrong and it is not known which: each gets an
+// additional error such that chi² is as expected (Mandel and Paule, 1970). That does not explain
+// the scatter of one load, for which all uncertainties grow.
 WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) {
   check(weighings, scale);
   WheelLoads loads = solve(weighings, scale, 0.0);
@@ -177,7 +176,7 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   const auto repeated =
       static_cast<int>(weighings.size()) - static_cast<int>(std::ranges::count(weighed, true));
   const int checks = loads.excess - repeated;  // of loads by others
-  // Where each load may be off by anything only its own repetitions are left.
+  // With unlimited errors of each load only its own repetitions can be checked.
   const double own = checks > 0 ? solve(weighings, scale, heaviest).chi_square : seen;
   if (checks > 0 && contradiction({.chi_square = seen - own, .excess = checks})) {
     double low = 0.0, high = heaviest;
@@ -201,14 +200,14 @@ std::optional<std::string> contradiction(const WheelLoads& loads) {
   if (z < 2.326) return std::nullopt;
   const double times = std::sqrt(loads.chi_square / loads.excess);
   return fmt::format(
-      "the loads contradict each other {} more than the scale explains: did the car "
-      "stand level, touch nothing, and carry the same each time? The uncertainty is larger for it",
+      "the loads contradict each other {} more than the scale explains: did the car stand level, "
+      "touch nothing, and have the same load each time? The uncertainty is increased accordingly",
       times < 100.0 ? fmt::format("{:.1f} times", times) : "a hundred times and");
 }
 
 std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
   const Eigen::Vector4d all = Eigen::Vector4d::Ones();
-  if (!loads.tells(all)) return std::nullopt;
+  if (!loads.determine(all)) return std::nullopt;
   const double mass = all.dot(loads.load);
   const double variance = all.dot(loads.covariance * all);
   return Measured{mass, std::hypot(std::sqrt(variance), scale.accuracy * mass)};
@@ -216,7 +215,7 @@ std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {
 
 std::optional<Measured> share_of(const WheelLoads& loads, const Eigen::Vector4d& wheels) {
   const Eigen::Vector4d all = Eigen::Vector4d::Ones();
-  if (!loads.tells(all) || !loads.tells(wheels)) return std::nullopt;
+  if (!loads.determine(all) || !loads.determine(wheels)) return std::nullopt;
   // s = p/m: ds = (dp - s dm)/m; the gain of the scale cancels.
   const double mass = all.dot(loads.load);
   const double share = wheels.dot(loads.load) / mass;
@@ -228,9 +227,10 @@ void check_shares(const WheelLoads& loads) {
   for (const Load load : {Load::front, Load::rear, Load::left, Load::right}) {
     const auto share = share_of(loads, wheels_of(load));
     if (!share || share->value < 1.0) continue;
-    throw std::invalid_argument(fmt::format(
-        "--{}: {:.4g} kg are more than the whole car, {:.4g} kg: exchanged, or in another unit?",
-        option_of(load), wheels_of(load).dot(loads.load), loads.load.sum()));
+    throw std::invalid_argument(
+        fmt::format("--{}: {:.4g} kg is more than the whole car, {:.4g} kg: are they exchanged, or "
+                    "in another unit?",
+                    option_of(load), wheels_of(load).dot(loads.load), loads.load.sum()));
   }
 }
 
@@ -251,7 +251,7 @@ CentreOfGravity centre_of_gravity(const WheelLoads& loads, const Dimensions& dim
     const double tape = dimensions.wheelbase.sigma;
     centre.rear_axle = {share_h * base, std::hypot(share_h * tape, moved)};
     centre.front_axle = {share_v * base, std::hypot(share_v * tape, moved)};
-    // The tape moves both alike, the loads one against the other.
+    // Errors of the tape measure affect both alike, those of the loads in opposite directions.
     const double sigmas = centre.rear_axle->sigma * centre.front_axle->sigma;
     if (sigmas > 0.0)
       centre.correlation = (share_h * share_v * tape * tape - moved * moved) / sigmas;

@@ -1,4 +1,4 @@
-// What a car weighs and where its centre of gravity lies, from the loads under its wheels.
+// Mass and centre of gravity of a car from the loads under its wheels.
 #pragma once
 
 #include <Eigen/Core>
@@ -35,40 +35,39 @@ struct Weighing {
 
 struct Scale {
   double resolution = 0.0;  ///< the last digit [kg]; the same each time that a load is weighed
-  double sigma =
-      0.0;  ///< by how much weighings of one load scatter [kg]; 0: half of the last digit
-  double accuracy = 0.0;  ///< standard uncertainty of its gain, common to all weighings
-  // What a car that does not stand level puts onto the other wheels [kg]; once each load.
+  double sigma = 0.0;       ///< scatter of weighings of one load [kg]; 0: half of the last digit
+  double accuracy = 0.0;    ///< standard uncertainty of its gain, common to all weighings
+  // Load shifted to other wheels by a slope [kg]; once per load.
   double axle_shift = 0.0;
   double side_shift = 0.0;
 };
 
 /// The loads of the four wheels by generalised least squares: x = (front left, front right, rear
-/// left, rear right), of which a set of weighings tells some sums and not others.
+/// left, rear right), of which a set of weighings determines some sums and not others.
 struct WheelLoads {
   Eigen::Vector4d load = Eigen::Vector4d::Zero();
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< without the gain
-  Eigen::Matrix4d told = Eigen::Matrix4d::Zero();        ///< projector onto what is told
+  Eigen::Matrix4d determined = Eigen::Matrix4d::Zero();  ///< projector onto determined sums
   double chi_square = 0.0;
   int excess = 0;  ///< weighings beyond what the unknowns need
 
-  /// A sum of wheels (weights 0 or 1), if the weighings tell it.
-  [[nodiscard]] bool tells(const Eigen::Vector4d& sum) const;
+  /// Whether the weighings determine a sum of wheels (weights 0 or 1).
+  [[nodiscard]] bool determine(const Eigen::Vector4d& sum) const;
 };
 
-/// The covariance grows where the weighings contradict each other by more than the scale explains;
-/// where different loads do, each may be the wrong one.
-/// Throws std::invalid_argument for no weighing, for a load that is not positive, for one that is a
-/// tenth off what all say together, or a scale without any uncertainty.
+/// The covariance grows if the weighings contradict each other by more than the scale explains; if
+/// different loads do, each may be the wrong one. Throws std::invalid_argument for no weighing, for
+/// a load that is not positive, for one that is a tenth off the result of all, or a scale without
+/// any uncertainty.
 [[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);
 
 /// Whether the weighings fit together (99 %); otherwise one line that says how far they do not.
 [[nodiscard]] std::optional<std::string> contradiction(const WheelLoads& loads);
 
-/// The mass, if the weighings tell it; its uncertainty with that of the scale's gain.
+/// The mass, if the weighings determine it; its uncertainty with that of the scale's gain.
 [[nodiscard]] std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale);
 
-/// How the weight is shared out: the part on some of the wheels.
+/// The weight distribution: the share on some of the wheels.
 [[nodiscard]] std::optional<Measured> share_of(const WheelLoads& loads,
                                                const Eigen::Vector4d& wheels);
 

@@ -1,4 +1,4 @@
-// How well the beat keeps its promise.
+// The timing of the beat.
 #include "tools/cli/text.hpp"
 #include "tools/live/watch/histogram.hpp"
 #include "tools/live/watch/sections.hpp"
@@ -97,9 +97,9 @@ Lines beat_section(const State& state, const Page& page) {
           " overruns";
 
   Lines lines{title("beat", note, page)};
-  constexpr std::size_t beside_bars = 36;  // the percentiles
+  constexpr std::size_t right_of_bars = 36;  // the percentiles
   const std::size_t buckets_a_column =
-      page.columns >= label_columns + ODOM_HISTOGRAM_BUCKETS + beside_bars ? 1 : 2;
+      page.columns >= label_columns + ODOM_HISTOGRAM_BUCKETS + right_of_bars ? 1 : 2;
   append_histogram(lines, "late by", beat.wakeup, wakeup, buckets_a_column, page);
   append_histogram(lines, "works", beat.execution, execution, buckets_a_column, page);
   lines.push_back(

@@ -31,7 +31,7 @@ Lines from_status(const State& state, const Page& page) {
     return lines;
   } catch (const tools::Json::exception& error) {
     return {title("status", "", page),
-            {{"  is not understood; do odom and odomd fit each other?", Style::warning}},
+            {{"  cannot be parsed; are odom and odomd of the same version?", Style::warning}},
             {{std::string{"  "} + error.what(), Style::dim}}};
   }
 }
@@ -43,7 +43,8 @@ Lines status_problem(const State& state, const Page& page) {
     const tools::Json& instance = tools::member(*state.status, "instance");
     if (instance.is_string() &&
         instance.get<std::string>() != fmt::format("{:016x}", state.segment->info.instance_id)) {
-      problem = state.socket + " is another daemon's than the pose; name both, --shm and --socket";
+      problem =
+          state.socket + " belongs to another daemon than the pose; give both --shm and --socket";
     }
   }
   if (problem.empty()) return {};
@@ -79,7 +80,7 @@ Picture draw(const State& state, const Page& page) {
   Lines lists = status_problem(state, part);
   append(lists, from_status(state, part));
   if (wide) {
-    picture.body = beside(picture.body, lists, left_columns + gap);
+    picture.body = side_by_side(picture.body, lists, left_columns + gap);
   } else {
     append(picture.body, std::move(lists));
   }
@@ -114,7 +115,7 @@ Lines screen(const Picture& picture, const View& view) {
 
   Line keys{{" q ", Style::strong}, {"quit  "}, {"p ", Style::strong}};
   if (view.paused) {
-    keys.push_back({"go on  "});
+    keys.push_back({"continue  "});
     keys.push_back({"PAUSED  ", Style::warning});
   } else {
     keys.push_back({"pause  "});

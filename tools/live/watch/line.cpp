@@ -69,7 +69,7 @@ Line justified(Line left, const Line& right, std::size_t columns) {
   return left;
 }
 
-Lines beside(const Lines& left, const Lines& right, std::size_t columns) {
+Lines side_by_side(const Lines& left, const Lines& right, std::size_t columns) {
   Lines all;
   for (std::size_t row = 0; row < std::max(left.size(), right.size()); ++row) {
     Line line = row < left.size() ? left[row] : Line{};

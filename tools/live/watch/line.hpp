@@ -31,7 +31,7 @@ enum class Colour { on, off };
 [[nodiscard]] Line justified(Line left, const Line& right, std::size_t columns);
 
 /// Two blocks side by side: `left` filled to `columns`.
-[[nodiscard]] Lines beside(const Lines& left, const Lines& right, std::size_t columns);
+[[nodiscard]] Lines side_by_side(const Lines& left, const Lines& right, std::size_t columns);
 
 /// Without styles, without blanks at the end.
 [[nodiscard]] std::string as_text(const Line& line);

@@ -45,7 +45,7 @@ void Observer::look() {
 void Observer::follow_socket() {
   const std::string segment = state_.status ? tools::segment_of(*state_.status) : target_.segment;
   if (segment.empty()) {
-    state_.segment_problem = state_.status ? "its status tells no segment; name that by --shm" : "";
+    state_.segment_problem = state_.status ? "its status names no segment; give it with --shm" : "";
   } else if (segment != target_.segment) {
     client_.reset();
     target_.segment = segment;
@@ -54,7 +54,7 @@ void Observer::follow_socket() {
 }
 
 void Observer::look_at_segment() {
-  // Who is silent may have a successor under another of the default names.
+  // A daemon that has stopped may have a successor with another default name.
   if (state_.segment && state_.segment->silent) client_.reset();
   if (!client_) {
     auto opened = odom::Client::open(target_.segment.empty() ? nullptr : target_.segment.c_str());
@@ -72,7 +72,7 @@ void Observer::look_at_segment() {
   const auto info = client_->info();
   const auto beat = client_->beat();
   if (!latest.has_value() || !info.has_value() || !beat.has_value()) {
-    // A moment between two daemons: what was seen last stays on the screen.
+    // Between two daemons the last state stays on the screen.
     state_.segment_problem = latest.message();
     if (state_.segment) state_.segment->silent = true;
     return;
@@ -98,13 +98,12 @@ void Observer::follow_trail(const odom_pose& pose, const odom_info& info) {
 }
 
 void Observer::look_at_status() {
-  constexpr auto patience = std::chrono::milliseconds{300};
+  constexpr auto timeout = std::chrono::milliseconds{300};
   state_.socket = tools::service_path(target_.socket, "status.sock");  // it may have come since
   state_.status.reset();
   state_.before.reset();
   try {
-    json document =
-        tools::parse_status(tools::fetch_status(state_.socket, patience), state_.socket);
+    json document = tools::parse_status(tools::fetch_status(state_.socket, timeout), state_.socket);
     const bool same = !documents_.empty() && tools::member(documents_.back(), "instance") ==
                                                  tools::member(document, "instance");
     if (!same) documents_.clear();

@@ -34,7 +34,7 @@ class Observer {
   void follow_trail(const odom_pose& pose, const odom_info& info);
 
   Target target_;
-  const bool follows_socket_;  // its status tells the segment
+  const bool follows_socket_;  // its status names the segment
   State state_;
   std::optional<odom::Client> client_;
   std::int64_t trail_ns_ = 0;             // newest pose that the trail has taken

@@ -1,4 +1,4 @@
-// Who is watched, how it is, and where the car is.
+// The daemon, its mode, and the pose.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,9 +37,9 @@ ModeInWords in_words(std::uint32_t mode) {
     case ODOM_STANDSTILL:
       return {Style::good, "the car stands"};
     case ODOM_FAULT:
-      return {Style::bad, "the pose is frozen or meaningless: do not drive by it"};
+      return {Style::bad, "the pose is frozen or invalid: do not use it"};
     default:
-      return {Style::warning, "this odom does not know that mode"};
+      return {Style::warning, "unknown mode: is this odom older than odomd?"};
   }
 }
 
@@ -167,8 +167,8 @@ Lines who_and_mode(const State& state, const Page& page) {
                      {"  " + std::string{condition.meaning}, Style::plain}});
   }
   if (state.restarts > 0) {
-    lines.push_back({{"   odomd was started anew " + std::to_string(state.restarts) +
-                          (state.restarts == 1 ? " time" : " times") + " since we watch",
+    lines.push_back({{"   odomd has restarted " + std::to_string(state.restarts) +
+                          (state.restarts == 1 ? " time" : " times") + " since odom watch started",
                       Style::dim}});
   }
   return lines;
@@ -191,7 +191,7 @@ Lines pose_section(const State& state, const Page& page) {
   Lines block = numbers(state, page);
   if (with_map) {
     const std::size_t columns = page.columns - pose_columns - 1;
-    block = beside(
+    block = side_by_side(
         block,
         draw_map(state.trail, pose, {columns, std::max(page.map_rows, block.size()), page.glyphs}),
         pose_columns);

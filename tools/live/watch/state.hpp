@@ -1,4 +1,4 @@
-// What there is to be seen of a daemon at one moment.
+// The observed state of a daemon.
 #pragma once
 
 #include <odom/types.h>
@@ -18,7 +18,7 @@ struct Segment {
   odom_details details{};
   odom_info info{};
   odom_beat beat{};
-  bool silent = false;  ///< the daemon has not ticked for four periods; all this is its last word
+  bool silent = false;  ///< the daemon has not ticked for four periods; this is its last state
 };
 
 struct State {

@@ -28,7 +28,7 @@ constexpr std::string_view leave_sequence = "\x1b[?7h\x1b[?25h\x1b[0m\x1b[?1049l
 
 constexpr std::array crashes{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT};
 
-// What a crash handler needs: it can be given nothing.
+// State for the signal handler, which takes no arguments.
 struct {
   volatile std::sig_atomic_t armed = 0;
   bool keyboard = false;
@@ -40,7 +40,7 @@ extern "C" void give_terminal_back(int signal, siginfo_t* info, void* /*context*
   if (to_restore.armed != 0) {
     to_restore.armed = 0;
     if (::write(STDOUT_FILENO, leave_sequence.data(), leave_sequence.size()) < 0) {
-      // There is nobody left to tell.
+      // There is nobody left to report it to.
     }
     if (to_restore.keyboard) ::tcsetattr(STDIN_FILENO, TCSANOW, &to_restore.settings);
   }
@@ -97,7 +97,7 @@ void Terminal::enter() {
 void Terminal::leave() {
   to_restore.armed = 0;
   const bool taken = tools::write_all(STDOUT_FILENO, leave_sequence) == 0;
-  // A terminal that takes nothing is not waited for.
+  // Does not wait for a blocked terminal.
   if (keyboard_) ::tcsetattr(STDIN_FILENO, taken ? TCSADRAIN : TCSANOW, &before_);
 }
 

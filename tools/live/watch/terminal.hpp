@@ -1,4 +1,4 @@
-// A whole terminal to draw on, given back as it was, whatever ends us.
+// A terminal in full-screen mode, restored however the program ends.
 #pragma once
 
 #include <termios.h>

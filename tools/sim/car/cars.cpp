@@ -130,7 +130,7 @@ const Published& published(CarKind car) {
     case CarKind::vw_vanagon:
       return vanagon;
     default:
-      throw std::invalid_argument("nothing is published of this car");
+      throw std::invalid_argument("there is no published data of this car");
   }
 }
 
@@ -198,7 +198,7 @@ std::string car_names() {
 CarKind find_car(std::string_view name) {
   for (const auto& [car, known] : names)
     if (known == name) return car;
-  throw std::invalid_argument("no car \"" + std::string(name) + "\"; there are: " + car_names());
+  throw std::invalid_argument("no car \"" + std::string(name) + "\"; available: " + car_names());
 }
 
 std::string_view car_name(CarKind car) {
@@ -232,7 +232,7 @@ PlantParameters published_car(CarKind car) {
   p.brake_front_share = data.brake_front;
   p.top_speed = data.top_speed;
   p.drag = data.drag;
-  // As the saloon's: of no print.
+  // As for the saloon: not published.
   p.tyre_damping = 0.02;
   p.rolling_resistance = 0.012;
   p.motor_inertia = 1.0;

@@ -63,14 +63,14 @@ BodyAcceleration body_acceleration(const Suspension& s, double mass, const Attit
   const double pitching =
       moment * standard_gravity * up.z * std::sin(attitude.pitch) - pitch_moment(s, attitude);
   // Specific forces f = a + g n
-  const double felt_y =
+  const double specific_y =
       (force_y + moment * rolling / roll_inertia) / (mass - moment * moment / roll_inertia);
-  const double felt_x =
+  const double specific_x =
       (force_x - moment * pitching / pitch_inertia) / (mass - moment * moment / pitch_inertia);
-  return {.x = felt_x - standard_gravity * up.x,
-          .y = felt_y - standard_gravity * up.y,
-          .roll = (moment * felt_y + rolling) / roll_inertia,
-          .pitch = (-moment * felt_x + pitching) / pitch_inertia};
+  return {.x = specific_x - standard_gravity * up.x,
+          .y = specific_y - standard_gravity * up.y,
+          .roll = (moment * specific_y + rolling) / roll_inertia,
+          .pitch = (-moment * specific_x + pitching) / pitch_inertia};
 }
 
 BodyAcceleration body_acceleration_at_rest(const Suspension& s, const Attitude& attitude,
@@ -87,14 +87,14 @@ BodyAcceleration body_acceleration_at_rest(const Suspension& s, const Attitude& 
 // The springs press on the wheels with the moment that they hold the body up with; the unsprung
 // masses, half of them on each axle, add their own.
 LoadShift load_shift(const Suspension& s, double mass, const Attitude& a, const Tracks& tracks,
-                     double felt_x, double felt_y) {
+                     double specific_x, double specific_y) {
   const double unsprung = (mass - s.sprung_mass) * s.unsprung_height;
-  return {.to_rear = (unsprung * felt_x - pitch_moment(s, a)) / tracks.wheelbase,
+  return {.to_rear = (unsprung * specific_x - pitch_moment(s, a)) / tracks.wheelbase,
           .front_to_right = (s.roll_stiffness_front * a.roll + s.roll_damping_front * a.roll_rate +
-                             0.5 * unsprung * felt_y) /
+                             0.5 * unsprung * specific_y) /
                             tracks.front,
           .rear_to_right = (s.roll_stiffness_rear * a.roll + s.roll_damping_rear * a.roll_rate +
-                            0.5 * unsprung * felt_y) /
+                            0.5 * unsprung * specific_y) /
                            tracks.rear};
 }
 

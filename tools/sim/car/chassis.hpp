@@ -1,6 +1,6 @@
-// What a body on springs adds to a car on a plane: it rolls and pitches, moves load between the
-// wheels by the forces of its springs, and tilts the sensors that sit on it. And the road, which
-// need not be level.
+// The effects of a body on springs: it rolls and pitches, moves load between the wheels by the
+// forces of its springs, and tilts the sensors that sit on it. And the road, which need not be
+// level.
 //
 // Axes of ISO 8855: x forward, y left, z up; roll φ is positive to the right, pitch θ positive nose
 // down, both of the body against the road. The body turns about axes on the ground.
@@ -46,8 +46,8 @@ struct Attitude {
   double pitch = 0.0, pitch_rate = 0.0;
 };
 
-/// What the body does under forces: accelerations of the point on the ground below the centre of
-/// gravity [m/s²], and of the attitude [rad/s²].
+/// The motion of the body under forces: accelerations of the point on the ground below the centre
+/// of gravity [m/s²], and of the attitude [rad/s²].
 struct BodyAcceleration {
   double x = 0.0, y = 0.0;
   double roll = 0.0, pitch = 0.0;
@@ -74,11 +74,11 @@ struct Tracks {
   double wheelbase = 0.0, front = 0.0, rear = 0.0;  ///< [m]
 };
 
-/// `felt_x`, `felt_y`: specific force of the unsprung masses [m/s²], the gravity of a road that is
-/// not level included.
+/// `specific_x`, `specific_y`: specific force of the unsprung masses [m/s²], the gravity of a road
+/// that is not level included.
 [[nodiscard]] LoadShift load_shift(const Suspension& suspension, double mass,
-                                   const Attitude& attitude, const Tracks& tracks, double felt_x,
-                                   double felt_y);
+                                   const Attitude& attitude, const Tracks& tracks,
+                                   double specific_x, double specific_y);
 
 /// Upward unit vector in the axes of the road.
 struct Up {

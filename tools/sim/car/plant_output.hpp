@@ -1,4 +1,4 @@
-// What can be seen and felt of the car, at one time.
+// What sensors could measure on the car at one time.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@ namespace odomd::sim {
 
 enum Wheel : std::size_t { front_left, front_right, rear_left, rear_right, wheel_count };
 
-/// What can be seen of the car from outside, all at one time, of the centre of gravity. Plain
-/// numbers, so that two of them can be interpolated.
+/// The observable motion of the car's centre of gravity at one time. Plain numbers, so that two of
+/// them can be interpolated.
 struct PlantOutput {
   double x = 0.0, y = 0.0, yaw = 0.0;  ///< yaw is continuous
   double v_x = 0.0, v_y = 0.0, yaw_rate = 0.0;
@@ -37,12 +37,12 @@ struct BodyForce {
   double x = 0.0, y = 0.0;
 };
 
-/// Specific force (what an accelerometer feels) at a point of the body, in body axes; `z` is above
-/// the ground.
+/// Specific force (as measured by an accelerometer) at a point of the body, in body axes; `z` is
+/// above the ground.
 [[nodiscard]] BodyForce specific_force_at(const PlantOutput& output, double x, double y,
                                           double z = 0.0);
 
-/// What a gyro on the body feels about the body's own upward axis [rad/s].
+/// The rate measured by a gyro about the body's own upward axis [rad/s].
 [[nodiscard]] double body_yaw_rate(const PlantOutput& output);
 
 }  // namespace odomd::sim

@@ -114,7 +114,7 @@ void SwingRig::step(double dt) {
 void SwingRig::write_output() {
   const Eigen::Matrix3d body_to_world = rotation(state_.attitude);
   const State rate = derivative(state_);
-  const Eigen::Vector3d felt =
+  const Eigen::Vector3d specific_force =
       body_to_world.transpose() * (rate.velocity + Eigen::Vector3d(0.0, 0.0, p_.gravity));
   const Eigen::Vector3d speed = body_to_world.transpose() * state_.velocity;
   output_.x = state_.position.x();
@@ -124,8 +124,8 @@ void SwingRig::write_output() {
   output_.v_y = speed.y();
   output_.yaw_rate = state_.spin.z();
   output_.yaw_accel = rate.spin.z();
-  output_.accel_x = felt.x();
-  output_.accel_y = felt.y();
+  output_.accel_x = specific_force.x();
+  output_.accel_y = specific_force.y();
 }
 
 }  // namespace odomd::sim

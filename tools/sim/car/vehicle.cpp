@@ -8,7 +8,8 @@
 namespace odomd::sim {
 namespace {
 
-// What a configuration does not say of the 1:10 car: soft foam tyres, a brushless motor, a servo.
+// Properties of the 1:10 car that are not in a configuration: soft foam tyres, a brushless motor, a
+// servo.
 PlantParameters scale_car() {
   PlantParameters p;
   p.centre_height = 0.04;
@@ -51,7 +52,7 @@ double millimetres(double length) {
   return std::round(1000.0 * length) / 1000.0;
 }
 
-PlantParameters untold(CarKind car) {
+PlantParameters usual_parameters(CarKind car) {
   if (car == CarKind::scale_car) return scale_car();
   return is_sprung(car) ? published_car(car) : saloon();
 }
@@ -105,7 +106,7 @@ double configured_wheel_radius(CarKind car) {
 PlantParameters true_vehicle(CarKind car, const ParameterSet& truth) {
   using enum Parameter;
   const estimator::Vehicle configured = configured_vehicle(car);
-  PlantParameters p = untold(car);
+  PlantParameters p = usual_parameters(car);
   p.mass = configured.mass * (1.0 + truth[mass_error]);
   p.front_axle = configured.front_axle;
   p.rear_axle = configured.rear_axle;

@@ -1,4 +1,4 @@
-// The cars of the simulation: what a configuration says of them, and what they really are.
+// The cars of the simulation: their configured and their true parameters.
 #pragma once
 
 #include "estimator/common/vehicle.hpp"
@@ -7,14 +7,14 @@
 
 namespace odomd::sim {
 
-/// What the configuration says.
+/// The configured car.
 [[nodiscard]] estimator::Vehicle configured_vehicle(CarKind car);
 
 /// Effective wheel radius that the control units reckon with [m].
 [[nodiscard]] double configured_wheel_radius(CarKind car);
 
-/// What is driven: the configured car with the drawn errors of its tyres, mass and inertia, and
-/// what no configuration knows of.
+/// The simulated car: the configured one with the drawn errors of its tyres, mass and inertia, and
+/// properties that are not in a configuration.
 [[nodiscard]] PlantParameters true_vehicle(CarKind car, const ParameterSet& truth);
 
 }  // namespace odomd::sim

@@ -1,4 +1,4 @@
-// Who drives: follows a track leg by leg from the true state, as well as a good controller would.
+// The driver: follows a track leg by leg from the true state, like a good controller.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// The drive on which odom identify fit tells the most: circles to both sides and quick weaving,
-// each at several speeds, within half of the grip.
+// The drive with the most information for odom identify fit: circles to both sides and quick
+// weaving, each at several speeds, within half of the grip.
 #pragma once
 
 #include "tools/sim/course/scenario.hpp"

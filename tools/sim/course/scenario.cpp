@@ -163,8 +163,8 @@ constexpr std::array scenarios{
              15.0, 25.0, 2, on_the_course, course_laps},
     Scenario{"circle", "full-size cars: steady turns to the left, 40 m radius", CarKind::bmw_320i,
              14.0, 20.0, 3, on_the_course, skid_pad},
-    Scenario{"slalom", "full-size cars: cones at a distance that asks for 4.5 m/s2",
-             CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course, cone_slalom},
+    Scenario{"slalom", "full-size cars: cones spaced for 4.5 m/s2", CarKind::bmw_320i, 15.0, 25.0,
+             1, on_the_course, cone_slalom},
     Scenario{"stop-and-go", "full-size cars: the course with stops after 15 to 130 m",
              CarKind::bmw_320i, 15.0, 25.0, 1, on_the_course, course_stops},
     Scenario{"parking", "full-size cars: into a bay and to the kerb", CarKind::bmw_320i, 3.0, 6.0,
@@ -186,7 +186,7 @@ const Scenario& find_scenario(std::string_view name, std::optional<CarSize> size
       names += (names.empty() ? "" : ", ") + std::string(scenario.name);
   }
   throw std::invalid_argument("no scenario \"" + std::string(name) + "\"" +
-                              (size ? " for a car of this size" : "") + "; there are: " + names);
+                              (size ? " for a car of this size" : "") + "; available: " + names);
 }
 
 }  // namespace odomd::sim

@@ -1,4 +1,4 @@
-// The camera beside the track: sees the car's pose, late, with noise, sometimes wrong, sometimes
+// The camera next to the track: sees the car's pose late and with noise, sometimes wrong, sometimes
 // not at all.
 #pragma once
 

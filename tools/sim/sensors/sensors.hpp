@@ -1,5 +1,6 @@
-// What the car's sensors make of the truth. Each has random streams of its own and takes the same
-// draws whatever the sizes of its errors, so that a change of one error leaves all others alone.
+// The car's sensors: measurements from the true state. Each has random streams of its own and takes
+// the same draws whatever the sizes of its errors, so that a change of one error leaves all others
+// alone.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Sensors that contradict each other are told apart and named.
+// Sensors that contradict each other are found and named.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -103,13 +103,13 @@ TEST(Agreement, PosesInOtherUnitsAreNotBlamedOnTheWheelsOrTheDrive) {
     pose.x *= 1000.0;
     pose.y *= 1000.0;
   }
-  for (const Strangers strangers : {Strangers::refuse, Strangers::pass})
-    EXPECT_EQ(drive.verdict({.drive = "lap", .eye = "reference", .strangers = strangers}),
+  for (const UnrelatedPoses unrelated : {UnrelatedPoses::refuse, UnrelatedPoses::accept})
+    EXPECT_EQ(drive.verdict({.drive = "lap", .pose_source = "reference", .unrelated = unrelated}),
               "lap: the reference's poses: x and y go about 1000 times as far as the wheels: are "
               "the positions in millimetres? they must be metres");
   drive = recorded();
   for (estimator::CameraPose& pose : drive.poses) pose.yaw *= 180.0 / std::numbers::pi;
-  EXPECT_EQ(drive.verdict({.strangers = Strangers::pass}),
+  EXPECT_EQ(drive.verdict({.unrelated = UnrelatedPoses::accept}),
             "the camera's poses: yaw turns about 57 times as far as the gyro: is it in degrees? it "
             "must be radians");
 }
@@ -144,7 +144,7 @@ TEST(Agreement, ACameraAgainstBothIsNamedItself) {
 TEST(Agreement, AGyroInDegreesIsNamed) {
   Recorded drive = recorded();
   drive.scale(Source::yaw_rate, 57.3);
-  EXPECT_THAT(drive.verdict({.eye = "reference"}),
+  EXPECT_THAT(drive.verdict({.pose_source = "reference"}),
               AllOf(HasSubstr("times as far as the reference"), HasSubstr("can.signals.yaw_rate")));
 }
 
@@ -153,9 +153,9 @@ TEST(Agreement, WithoutPosesAGyroFarOffWheelsAndSteeringIsNamed) {
   drive.poses.clear();
   drive.scale(Source::yaw_rate, 57.3);
   EXPECT_THAT(drive.verdict(), AllOf(StartsWith("yaw_rate turns 6"),  // the gyro over-reads, too
-                                     HasSubstr("times as far as wheels and steering tell")));
+                                     HasSubstr("times as far as by wheels and steering")));
   drive.scale(Source::yaw_rate, 1.0 / 57.3 / 57.3);
-  EXPECT_THAT(drive.verdict(), HasSubstr("times as little as wheels and steering tell"));
+  EXPECT_THAT(drive.verdict(), HasSubstr("times as little as by wheels and steering"));
   drive.scale(Source::yaw_rate, 2.0 * 57.3);  // tyres that slip may do so
   EXPECT_EQ(drive.verdict(), "they agree");
 }
@@ -171,14 +171,14 @@ TEST(Agreement, AWheelFarOffIsNamed) {
   EXPECT_THAT(drive.verdict(), StartsWith("wheel_rear runs backwards"));
 }
 
-TEST(Agreement, PosesOfAnotherDriveAreToldFromThoseOfThis) {
+TEST(Agreement, PosesOfAnotherDriveAreDistinguishedFromThoseOfThis) {
   Recorded drive = recorded();
   drive.poses = recorded(2.0, 0.53).poses;
   EXPECT_THAT(drive.verdict(), AllOf(HasSubstr("nothing in common"), HasSubstr("of this drive")));
-  EXPECT_EQ(drive.verdict({.strangers = Strangers::pass}), "they agree");
+  EXPECT_EQ(drive.verdict({.unrelated = UnrelatedPoses::accept}), "they agree");
 }
 
-TEST(Agreement, PosesOfAnotherClockAreToldHowLateTheyAre) {
+TEST(Agreement, TheMessageOnPosesOfAnotherClockSaysHowLateTheyAre) {
   Recorded drive = recorded();
   const auto shifted = [&drive](double by_s) {
     Recorded other = drive;
@@ -187,19 +187,19 @@ TEST(Agreement, PosesOfAnotherClockAreToldHowLateTheyAre) {
   };
   EXPECT_EQ(shifted(0.1).verdict(), "they agree");
   EXPECT_THAT(shifted(0.5).verdict(),
-              HasSubstr("the camera's poses are 0.4 s or more late beside"));
+              HasSubstr("the camera's poses are 0.4 s or more late compared"));
   EXPECT_THAT(shifted(-0.3).verdict(), HasSubstr("0.3 s early"));
-  EXPECT_EQ(shifted(0.3).verdict({.strangers = Strangers::pass}), "they agree");
+  EXPECT_EQ(shifted(0.3).verdict({.unrelated = UnrelatedPoses::accept}), "they agree");
 }
 
-TEST(Agreement, PosesOfAnotherTimeAreToldAtOnce) {
+TEST(Agreement, PosesOfAnotherTimeAreReportedAtOnce) {
   Recorded drive = recorded();
   for (estimator::CameraPose& pose : drive.poses) pose.capture_ns += 3'600'000'000'000;
   EXPECT_THAT(drive.verdict(), HasSubstr("no camera pose is taken while the log lasts"));
 }
 
-// Circles at one speed: nothing varies, and only the sense of turning can be told.
-TEST(Agreement, SteadyCirclesTellTheSenseOnly) {
+// Circles at one speed: nothing varies, and only the sense of turning can be checked.
+TEST(Agreement, SteadyCirclesShowTheSenseOnly) {
   Recorded drive = recorded();
   for (double& value : drive.of(Source::yaw_rate).value) value = 1.0;
   for (estimator::CameraPose& pose : drive.poses)
@@ -211,7 +211,7 @@ TEST(Agreement, SteadyCirclesTellTheSenseOnly) {
   EXPECT_THAT(drive.verdict(), StartsWith("yaw_rate turns the other way"));
 }
 
-TEST(Agreement, ADriveThatNeverTurnsTellsNothing) {
+TEST(Agreement, ADriveThatNeverTurnsShowsNothing) {
   Recorded drive = recorded();
   for (double& value : drive.of(Source::yaw_rate).value) value = 0.01;
   for (estimator::CameraPose& pose : drive.poses) pose.yaw = 0.0;

@@ -74,11 +74,11 @@ TEST(SignalLog, ALogWhoseTimesRunBackwardsIsToBeSorted) {
   };
   EXPECT_THAT(refused("(100.000000) can0 101#E803\n(101.000000) can0 101#E903\n"
                       "(90.000000) can0 101#E803\n(91.000000) can0 101#E903\n"),
-              AllOf(HasSubstr("drive.log:3: from here on 2 frames are stamped a second or more "
-                              "before frames ahead of them; sort the log"),
+              AllOf(HasSubstr("drive.log:3: from here on 2 frames have stamps a second or more "
+                              "earlier than frames before them; sort the log"),
                     Not(HasSubstr("\n"))));
   EXPECT_THAT(refused("(100.000000) can0 101#E803\n(99.000000) can0 102#D0070000\n"),
-              HasSubstr("drive.log:2: this frame is stamped"));
+              HasSubstr("drive.log:2: this frame has a stamp"));
   // Buses whose drivers deliver at their own pace, and a frame without a stamp.
   EXPECT_EQ(
       refused(
@@ -91,9 +91,9 @@ TEST(SignalLog, SaysWhichMessageOfANeededSignalIsMissing) {
   const SignalLog log = read(scratch, "(100.000000) can0 101#E803\n(100.100000) can0 101#E903\n");
   const auto refused = [&](Source source) { return message_of([&] { (void)log.need(source); }); };
   EXPECT_THAT(refused(Source::accel_y),
-              HasSubstr("drive.log: holds no accel_y: message 'IMU' (accel_x, accel_y): no "
+              HasSubstr("drive.log: has no accel_y: message 'IMU' (accel_x, accel_y): no "
                         "frame of it is in the log"));
-  EXPECT_THAT(refused(Source::yaw_rate), HasSubstr("bind it in [can.signals]"));
+  EXPECT_THAT(refused(Source::yaw_rate), HasSubstr("map it in [can.signals]"));
   EXPECT_EQ(refused(Source::wheel_rear), "");
 }
 

@@ -36,7 +36,7 @@ class FitCommand : public testing::Test {
   Scratch scratch_;
 };
 
-TEST_F(FitCommand, WritesWhatTheDriveTellsAndLeavesTheRest) {
+TEST_F(FitCommand, WritesWhatTheDriveDeterminesAndLeavesTheRest) {
   std::string most =
       "odom identify fit --untried --config lap/car.toml --drive lap --write lap/car.toml";
   for (const char* name :
@@ -55,7 +55,7 @@ TEST_F(FitCommand, WritesWhatTheDriveTellsAndLeavesTheRest) {
   EXPECT_EQ(run("odom replay --config lap/car.toml --can lap/drive.log --out pose.csv").status, 0);
 }
 
-TEST_F(FitCommand, OneSpeedTellsTyresAndSteeringNotApart) {
+TEST_F(FitCommand, OneSpeedDoesNotSeparateTyresAndSteering) {
   std::string most = "odom identify fit --untried --quiet --config lap/car.toml --drive lap --json";
   for (const char* name : {"relaxation_length", "bend_front", "bend_rear", "load_arm", "imu_yaw",
                            "accel_scale", "wheel_slip", "camera_x", "steering_lag"})
@@ -92,8 +92,8 @@ TEST_F(FitCommand, WritesTheActuatorOfASteeringCommand) {
 
 TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   const std::string fit = "odom identify fit --quiet --config lap/car.toml ";
-  expect_refused(run(fit + "--drive nowhere"), "nowhere: is no folder");
-  expect_refused(run(fit + "--drive lap/drive.log"), "lap/drive.log: is a file; name the folder");
+  expect_refused(run(fit + "--drive nowhere"), "nowhere: is not a folder");
+  expect_refused(run(fit + "--drive lap/drive.log"), "lap/drive.log: is a file; give the folder");
   expect_refused(run(fit + "--drive lap --to 9.9"), "ten seconds");
   expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
   scratch_.write("c.csv", "t_arrival,t_capture,x,y,yaw,sigma_x,sigma_y\n1,1,0,0,0,1,1\n");
@@ -106,7 +106,7 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   expect_refused(run(fit + "--can lap/drive.log --camera c.csv"), "while the log lasts");
   ASSERT_EQ(run("sed '/^yaw_rate/s/}/, scale = -1.0 }/' lap/car.toml > lap/left.toml").status, 0);
   expect_refused(run("odom identify fit --config lap/left.toml --drive lap"),
-                 "lap: yaw_rate turns the other way than the camera; look at the sign of "
+                 "lap: yaw_rate turns the other way than the camera; check the sign of "
                  "can.signals.yaw_rate.scale");
   expect_refused(run("odom identify latency --config lap/left.toml --can lap/drive.log"),
                  "can.signals.yaw_rate.scale");
@@ -121,9 +121,9 @@ TEST_F(FitCommand, TakesTheLogUnderEitherNameAndSaysWhatItLookedFor) {
   expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
   ASSERT_EQ(run("odom export lap --mcap lap.mcap").status, 0);
   ASSERT_EQ(run("mv lap/can.log lap/bus.log").status, 0);
-  expect_refused(run(fit + "--drive lap"), "lap: has no drive.log and no can.log; a drive is");
+  expect_refused(run(fit + "--drive lap"), "lap: has no drive.log and no can.log");
   ASSERT_EQ(run("mv lap/bus.log lap/drive.log && rm lap/camera.csv").status, 0);
-  expect_refused(run(fit + "--drive lap"), "lap: has no camera.csv to fit to; take its truth.csv");
+  expect_refused(run(fit + "--drive lap"), "lap: has no camera.csv to fit to; use its truth.csv");
 }
 
 TEST_F(FitCommand, TakesTheConfigurationOfTheDriveWhereNoneIsNamed) {
@@ -131,9 +131,9 @@ TEST_F(FitCommand, TakesTheConfigurationOfTheDriveWhereNoneIsNamed) {
   // Past the configuration, it is the duration that does not do.
   expect_refused(run(fit + "--drive lap --from 7"), "ten are needed");
   ASSERT_EQ(run("cp -r lap lap2 && sed -i s/^mass.*/mass=4.0/ lap2/car.toml").status, 0);
-  expect_refused(run(fit + "--drive lap --drive lap2"), "differ; name the car's configuration");
+  expect_refused(run(fit + "--drive lap --drive lap2"), "differ; give the car's configuration");
   ASSERT_EQ(run("rm lap/car.toml").status, 0);
-  expect_refused(run(fit + "--drive lap"), "lap: has no car.toml; name");
+  expect_refused(run(fit + "--drive lap"), "lap: has no car.toml; give");
 }
 
 }  // namespace

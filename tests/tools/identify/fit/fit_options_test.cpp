@@ -39,7 +39,7 @@ TEST(FitOptions, WhatDoesNotHangTogetherIsRefused) {
   EXPECT_THAT(refusal({}), HasSubstr("--drive DIR"));
   EXPECT_THAT(refusal({"--can=a.log"}), HasSubstr("--camera or --reference"));
   EXPECT_THAT(refusal({"--can=a.log", "--camera=c.csv", "--reference=t.csv"}),
-              HasSubstr("one of them"));
+              HasSubstr("either --camera or --reference"));
   EXPECT_THAT(refusal({"--camera=c.csv"}), HasSubstr("--can"));
   EXPECT_THAT(refusal({"--drive=lap", "--from=-1"}), HasSubstr("--from"));
   EXPECT_THAT(refusal({"--drive=lap", "--from=5", "--to=6"}), HasSubstr("ten seconds"));
@@ -49,10 +49,10 @@ TEST(FitOptions, WhatDoesNotHangTogetherIsRefused) {
   EXPECT_THAT(refusal({"--drive=lap", "--plot=rest.jpg"}), HasSubstr(".svg"));
 }
 
-TEST(FitOptions, ANameLikeNoneIsToldAll) {
+TEST(FitOptions, AnUnknownNameListsAll) {
   EXPECT_THAT(
       refusal({"--drive=lap", "--fix=nosuch"}),
-      testing::AllOf(HasSubstr("there are: stiffness_front"), testing::Not(HasSubstr("nearest"))));
+      testing::AllOf(HasSubstr("available: stiffness_front"), testing::Not(HasSubstr("nearest"))));
 }
 
 TEST(FitOptions, APriorIsANameAndASigma) {

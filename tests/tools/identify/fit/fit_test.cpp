@@ -123,7 +123,7 @@ TEST(Fit, RefusesADriveWithoutPosesOrWithPosesOfAnotherTime) {
   }
 }
 
-TEST(Fit, AParameterThatIsNoneIsToldTheNearest) {
+TEST(Fit, AnUnknownParameterSuggestsTheNearest) {
   EXPECT_EQ(parameter_named("gyro_bias").parameter, gyro_bias);
   try {
     (void)parameter_named("giro_bias");
@@ -133,10 +133,10 @@ TEST(Fit, AParameterThatIsNoneIsToldTheNearest) {
   }
 }
 
-TEST(Fit, AllowsForMoreWhereTheSpeedTellsNothingApart) {
+TEST(Fit, AllowsForMoreWhereTheSpeedSeparatesNothing) {
   Settings settings;
   settings.free.fill(true);
-  settings.doubt.fill(0.3);
+  settings.prior_sigma.fill(0.3);
   const auto times = [&settings](Parameter k, double variety) {
     return allowance(0.26, settings, variety)[k] / allowance(0.26, settings, 0.46)[k];
   };
@@ -149,7 +149,7 @@ TEST(Fit, AllowsForMoreWhereTheSpeedTellsNothingApart) {
   settings.free[steering_scale] = false;
   EXPECT_EQ(times(stiffness_front, 0.0), 1.0);
   EXPECT_TRUE(at_one_speed(0.26, settings, 0.1));
-  settings.doubt[camera_x] = 1e-4;  // as good as fixed
+  settings.prior_sigma[camera_x] = 1e-4;  // as good as fixed
   EXPECT_EQ(times(stiffness_rear, 0.0), 1.0);
   EXPECT_FALSE(at_one_speed(0.26, settings, 0.1));
 }
@@ -158,10 +158,10 @@ TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfi
   const daemon::Config config = car();
   Settings settings;
   settings.free[stiffness_rear] = settings.free[camera_x] = settings.free[gyro_scale] = true;
-  settings.doubt.fill(0.4);
+  settings.prior_sigma.fill(0.4);
   Result result;
   result.covariance.setZero(parameters, parameters);
-  const auto doubts = [&](double tyres, double variety) {
+  const auto remarks = [&](double tyres, double variety) {
     result.p[stiffness_rear] = tyres;
     result.turns.speed_variety = variety;
     std::vector<std::string> reasons;
@@ -169,22 +169,23 @@ TEST(Fit, BelievesNeitherOfTwoThatOneSpeedMakesAlikeWhereOneIsFarFromWhatIsConfi
       if (finding.determined == Determined::no) reasons.push_back(finding.remark);
     return reasons;
   };
-  EXPECT_THAT(doubts(-0.9, 0.2), IsEmpty());
-  EXPECT_THAT(doubts(-1.1, 0.4), IsEmpty());
+  EXPECT_THAT(remarks(-0.9, 0.2), IsEmpty());
+  EXPECT_THAT(remarks(-1.1, 0.4), IsEmpty());
   EXPECT_THAT(
-      doubts(-1.1, 0.2),
-      ElementsAre("at one speed not to be told from camera's point ahead of the centre of gravity, "
-                  "and 2.8 sigmas from what is configured",
-                  "at one speed not to be told from cornering stiffness, rear, which came out 2.8 "
-                  "sigmas from what is configured"));
+      remarks(-1.1, 0.2),
+      ElementsAre(
+          "at one speed indistinguishable from camera's point ahead of the centre of gravity, "
+          "and 2.8 sigmas from the configured value",
+          "at one speed indistinguishable from cornering stiffness, rear, which came out 2.8 "
+          "sigmas from the configured value"));
   settings.free[camera_x] = false;
-  EXPECT_THAT(doubts(-1.1, 0.2), IsEmpty());
+  EXPECT_THAT(remarks(-1.1, 0.2), IsEmpty());
 }
 
 TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
   Settings settings;
   settings.free[gyro_latency] = true;
-  settings.doubt.fill(0.05);
+  settings.prior_sigma.fill(0.05);
   Result result;
   result.covariance.setZero(parameters, parameters);
   result.turns.speed_variety = 0.5;
@@ -205,7 +206,7 @@ TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {
   Settings settings;
   for (const Parameter k : {gyro_scale, gyro_bias, wheel_scale_rear, steering_offset})
     settings.free[k] = true;
-  settings.doubt = usual_doubts(config);
+  settings.prior_sigma = default_prior_sigmas(config);
   settings.passes = 2;
   const Result result = solve(config, drives, settings);
   EXPECT_NEAR(std::exp(result.p[gyro_scale]), 1.03, 3e-3);
@@ -230,13 +231,13 @@ TEST(Fit, RefusesWindowsThatItsCostCannotHold) {
   const Recorded drive = recorded(config);
   const std::vector<Drive> drives{prepare("lap", config, drive.log, drive.poses)};
   Settings settings;
-  settings.doubt = usual_doubts(config);
+  settings.prior_sigma = default_prior_sigmas(config);
   settings.window = 5.0;
   try {
     (void)solve(config, drives, settings);
     FAIL() << "a window of 100 knots was taken";
   } catch (const std::invalid_argument& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--window: 0.8 s is the most"));
+    EXPECT_THAT(error.what(), HasSubstr("--window: 0.8 s is the longest"));
   }
 }
 
@@ -254,7 +255,7 @@ TEST(Fit, FollowsTyresThatSettleWithinAStep) {
   const std::vector<Drive> drives{prepare("straight", config, drive.log, drive.poses)};
   Settings settings;
   settings.free[gyro_scale] = true;
-  settings.doubt = usual_doubts(config);
+  settings.prior_sigma = default_prior_sigmas(config);
   settings.window = 1.5;
   settings.passes = 2;
   const Result result = solve(config, drives, settings);
@@ -312,7 +313,7 @@ TEST(FitTyres, AreNoBrushWhereNothingSaturatesOrHolds) {
 std::vector<Finding> found_at(double hardest, double sigma_of_bend) {
   Settings settings;
   for (const Parameter k : {stiffness_rear, bend_rear}) settings.free[k] = true;
-  settings.doubt.fill(0.5);
+  settings.prior_sigma.fill(0.5);
   Result result;
   result.covariance.setZero(parameters, parameters);
   constexpr auto bend = static_cast<Eigen::Index>(bend_rear);
@@ -337,14 +338,14 @@ TEST(FitTyres, HaveAGripWhereTheDriveShowsHowTheySaturate) {
     EXPECT_EQ(found[1].key, "");
     EXPECT_THAT(found[1].remark, HasSubstr(why));
   };
-  linear(found_at(4.0, 0.1), "the drive asks for 4.0 m/s2");
-  linear(found_at(9.0, 0.4), "tells little more");
+  linear(found_at(4.0, 0.1), "the drive needs only 4.0 m/s2");
+  linear(found_at(9.0, 0.4), "adds little");
 }
 
 TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
   Settings settings;
   for (const Parameter k : {stiffness_front, bend_front}) settings.free[k] = true;
-  settings.doubt.fill(0.5);
+  settings.prior_sigma.fill(0.5);
   Result result;
   result.covariance.setZero(parameters, parameters);
   result.turns = {.speed_variety = 0.5, .hard = 0.0, .hardest = 9.0};
@@ -354,14 +355,14 @@ TEST(FitTyres, AreNotBelievedWhereTheirCurveIsThatOfNoTyre) {
   };
   EXPECT_EQ(stiffness(-0.2).determined, Determined::yes);
   EXPECT_EQ(stiffness(-2.4).determined, Determined::no);
-  EXPECT_THAT(stiffness(-2.4).remark, HasSubstr("came out 4.8 sigmas from what is usual"));
+  EXPECT_THAT(stiffness(-2.4).remark, HasSubstr("came out 4.8 sigmas from the usual value"));
 }
 
 TEST(FitSteering, IsAnActuatorWhereDelayAndLagShow) {
   const daemon::Config config = car();
   Settings settings;
   for (const Parameter k : {steering_delay, steering_lag}) settings.free[k] = true;
-  settings.doubt.fill(0.8);
+  settings.prior_sigma.fill(0.8);
   Result result;
   result.covariance.setZero(parameters, parameters);
   const auto keys = [&](double whole) {

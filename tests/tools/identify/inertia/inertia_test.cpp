@@ -72,7 +72,7 @@ TEST(Bifilar, RefusesAMassThatNothingOfThatSizeHas) {
   EXPECT_NO_THROW(check_mass(  // a full-size car
       {.spacing_above = 2.0, .spacing_below = 2.0, .cord = 8.0}, 7.4, 1700.0));
   EXPECT_THAT(message_of([&] { check_mass(reference, period, 1e3 * mass); }),
-              HasSubstr("--mass: 2985 kg do not fit a car with a radius of gyration of 0.097 m"));
+              HasSubstr("--mass: 2985 kg does not fit the radius of gyration of 0.097 m"));
 }
 
 // The body is given nothing but its springs: what it does is not written down there.
@@ -161,7 +161,7 @@ TEST(SwingFit, FindsThePeriodOfSmallSwingsFromWideDampedNoisyOnes) {
   EXPECT_TRUE(fit.warnings.empty());
 }
 
-TEST(SwingFit, TellsARecordInOtherUnits) {
+TEST(SwingFit, ReportsARecordInOtherUnits) {
   sim::SwingParameters rig = ideal_rig();
   rig.viscous = 0.01 * inertia;
   rig.amplitude = 0.35;
@@ -284,8 +284,8 @@ TEST(IdentifyInertia, AsksWhetherPassagesWereCounted) {
     return outcome.err;
   };
   EXPECT_THAT(warnings(20), testing::Not(HasSubstr("passages")));
-  EXPECT_THAT(warnings(40), HasSubstr("passages counted in the place of swings"));
-  EXPECT_THAT(warnings(10), HasSubstr("passages counted in the place of swings"));
+  EXPECT_THAT(warnings(40), HasSubstr("passages counted instead of full swings"));
+  EXPECT_THAT(warnings(10), HasSubstr("passages counted instead of full swings"));
 }
 
 std::string car_with(const std::string& yaw_inertia) {
@@ -300,7 +300,7 @@ std::string car_with(const std::string& yaw_inertia) {
 TEST(IdentifyInertia, IsWeighedAgainstASwingBeforeItAndNotAgainstAFit) {
   const Scratch scratch;
   const double period = small_period(reference, mass, 9.806, inertia);
-  const auto told = [&](const std::string& method) {
+  const auto messages = [&](const std::string& method) {
     const std::string before =
         "yaw_inertia = 0.029 # (odom identify " + method + ": +- 0.00001 kg m2)";
     const std::string car = scratch.write("car.toml", car_with(before)).string();
@@ -308,10 +308,12 @@ TEST(IdentifyInertia, IsWeighedAgainstASwingBeforeItAndNotAgainstAFit) {
                                       std::to_string(20.0 * period) + " --write " + car);
     return outcome.err;
   };
-  EXPECT_THAT(told("inertia"),
-              HasSubstr("vehicle.yaw_inertia was surer: 0.029 (odom identify inertia"));
-  EXPECT_THAT(told("fit"), testing::Not(HasSubstr("surer")));
-  EXPECT_THAT(told("fit"), HasSubstr("1 key written"));
+  EXPECT_THAT(
+      messages("inertia"),
+      HasSubstr(
+          "previous value of vehicle.yaw_inertia was more precise: 0.029 (odom identify inertia"));
+  EXPECT_THAT(messages("fit"), testing::Not(HasSubstr("more precise")));
+  EXPECT_THAT(messages("fit"), HasSubstr("1 key written"));
 }
 
 TEST(IdentifyInertia, SaysWhatIsMissingOrWrong) {

@@ -20,7 +20,7 @@ SteeringResponse response(double delay, double lag, double sigma_whole) {
   return s;
 }
 
-TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreToldApart) {
+TEST(ActuatorFindings, AreWrittenWhereDelayAndLagAreSeparable) {
   const auto found = actuator_findings(response(0.064, 0.1, 0.004), {0.004, 0.0}, {});
   ASSERT_EQ(found.values.size(), 2U);
   EXPECT_EQ(found.values[0].key, "steering.delay");
@@ -36,25 +36,26 @@ TEST(ActuatorFindings, AreNoneOfAMeasuredAngle) {
   for (const Finding& finding : found.values) {
     EXPECT_EQ(finding.determined, Determined::no);
     EXPECT_EQ(finding.key, "");
-    EXPECT_THAT(finding.remark, testing::HasSubstr("none to be seen, 5 +- 4 ms in all"));
+    EXPECT_THAT(finding.remark, testing::HasSubstr("none visible, 5 +- 4 ms in total"));
   }
   EXPECT_THAT(actuator_findings(response(-0.02, 0.025, 0.004), {}, {.lag_s = 0.1}).warnings,
               testing::ElementsAre(testing::HasSubstr("[steering] has 100 ms")));
 }
 
-TEST(ActuatorFindings, AreNotWrittenWhereTheDriveTellsTooLittle) {
+TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {
   const auto remark = [](const SteeringResponse& s) {
     const auto found = actuator_findings(s, {}, {});
     EXPECT_EQ(found.values[0].determined, Determined::no);
     return found.values[0].remark;
   };
   EXPECT_THAT(remark(response(0.0, 0.03, 0.002)), testing::HasSubstr("together 30 +- 2 ms"));
-  EXPECT_THAT(remark(response(0.02, 0.05, 0.02)), testing::HasSubstr("70 +- 20 ms in all; drive"));
-  EXPECT_THAT(remark(response(0.45, 0.05, 0.04)), testing::HasSubstr("500 +- 40 ms in all"));
-  EXPECT_THAT(remark(response(0.6, 0.1, 0.01)), testing::HasSubstr("more than [steering] takes"));
-  SteeringResponse doubted = response(0.06, 0.1, 0.004);
-  doubted.doubt = "the car does not turn";
-  EXPECT_EQ(remark(doubted), "the car does not turn");
+  EXPECT_THAT(remark(response(0.02, 0.05, 0.02)),
+              testing::HasSubstr("70 +- 20 ms in total; drive"));
+  EXPECT_THAT(remark(response(0.45, 0.05, 0.04)), testing::HasSubstr("500 +- 40 ms in total"));
+  EXPECT_THAT(remark(response(0.6, 0.1, 0.01)), testing::HasSubstr("more than [steering] allows"));
+  SteeringResponse failed = response(0.06, 0.1, 0.004);
+  failed.failure = "the car does not turn";
+  EXPECT_EQ(remark(failed), "the car does not turn");
 }
 
 TEST(ActuatorFindings, HaveARateLimitWhereOneIsSeen) {
@@ -64,7 +65,7 @@ TEST(ActuatorFindings, HaveARateLimitWhereOneIsSeen) {
   ASSERT_EQ(found.values.size(), 3U);
   EXPECT_EQ(found.values[2].key, "steering.rate_limit");
   EXPECT_EQ(found.values[2].value, 1.0);
-  slow.doubt = "the car does not turn";
+  slow.failure = "the car does not turn";
   EXPECT_EQ(actuator_findings(slow, {}, {}).values[2].determined, Determined::no);
 }
 

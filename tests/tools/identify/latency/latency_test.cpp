@@ -86,7 +86,7 @@ TEST(OffsetRegression, FindsAShiftOfAFractionOfASample) {
   for (double& value : one.value) value = 1.0;
   regression.basis = {{grid}, {one}};
   const Offset found = solve(regression);
-  EXPECT_EQ(found.doubt, "");
+  EXPECT_EQ(found.failure, "");
   EXPECT_NEAR(found.value, 0.0123, 1e-4);
   EXPECT_NEAR(found.coefficients[0], 0.16, 1e-3);
   EXPECT_GT(found.explained, 0.99);
@@ -101,7 +101,7 @@ TEST(OffsetRegression, SaysThatNoiseHasNoOffset) {
     regression.y.push_back(noise(random));
   }
   regression.basis = {{resampled(sampled(yaw_rate, {}), start_ns, 0.0, 30.0)}};
-  EXPECT_NE(solve(regression).doubt, "");
+  EXPECT_NE(solve(regression).failure, "");
 }
 
 TEST(ResponseFit, FindsParametersAndHowWellItKnowsThem) {
@@ -121,7 +121,7 @@ TEST(ResponseFit, FindsParametersAndHowWellItKnowsThem) {
     return z;
   };
   problem.expected = problem.start = Eigen::Vector2d(1.0, 1.0);
-  problem.doubt = Eigen::Vector2d(10.0, 10.0);
+  problem.prior_sigma = Eigen::Vector2d(10.0, 10.0);
   const FittedResponse found = fit(problem);
   EXPECT_NEAR(found.parameters[0], 2.0, 4.0 * std::sqrt(found.covariance(0, 0)));
   EXPECT_NEAR(found.parameters[1], 0.5, 4.0 * std::sqrt(found.covariance(1, 1)));
@@ -137,13 +137,13 @@ TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {
       sampled([](double t) { return speed(t) - 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
   log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
       sampled([](double t) { return speed(t) + 0.08 * yaw_rate(t - 1e-3 * speed(t)); }, wheel);
-  std::vector<std::string> told;
-  const LatencyEstimate estimate =
-      estimate_latencies(car(), log, {}, [&told](const std::string& now) { told.push_back(now); });
-  EXPECT_THAT(told, testing::Contains("wheel_rear_left and wheel_rear_right against yaw_rate"));
+  std::vector<std::string> reports;
+  const LatencyEstimate estimate = estimate_latencies(
+      car(), log, {}, [&reports](const std::string& now) { reports.push_back(now); });
+  EXPECT_THAT(reports, testing::Contains("wheel_rear_left and wheel_rear_right against yaw_rate"));
   for (const Source wheels : {Source::wheel_rear_left, Source::wheel_rear_right}) {
     const SourceOffset found = of(estimate, wheels);
-    EXPECT_EQ(found.doubt, "");
+    EXPECT_EQ(found.failure, "");
     EXPECT_NEAR(found.offset, 0.021, 2.0 * found.sigma);
     EXPECT_LT(found.sigma, 1.2e-3);
   }
@@ -164,7 +164,7 @@ TEST(Latency, OfWheelsIsNotDrawnToWhereTheGyroIsLessNoisy) {
   EXPECT_NEAR(found.offset, 0.02, 1e-3);
 }
 
-// In the derivative of a calm drive's yaw rate most is noise, which tells no offset.
+// In the derivative of a calm drive's yaw rate most is noise, which determines no offset.
 TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
   const auto calm = [](double t) { return 0.2 * std::sin(0.5 * t) + 0.1 * std::sin(1.1 * t); };
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -180,7 +180,7 @@ TEST(Latency, OfWheelsIsNoMoreCertainThanTheGyrosNoiseAllows) {
     log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
         sampled([&](double t) { return speed(t) + 0.08 * calm(t); }, noisy(0.005, 2));
     const SourceOffset found = of(estimate_latencies(car(), log, {}), Source::wheel_rear_left);
-    if (!found.doubt.empty()) continue;
+    if (!found.failure.empty()) continue;
     EXPECT_NEAR(found.offset, 0.02, 2.5 * found.sigma) << "seed " << seed;
   }
 }
@@ -195,7 +195,7 @@ TEST(Latency, OfTheGyroShowsAgainstACamera) {
     camera.push_back(pose);
   }
   const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::camera);
-  EXPECT_EQ(found.doubt, "");
+  EXPECT_EQ(found.failure, "");
   EXPECT_NEAR(found.offset, -0.012, 1e-3);
 }
 
@@ -205,11 +205,11 @@ TEST(Latency, RefusesACameraThatSawAnotherDrive) {
   EXPECT_THROW((void)estimate_latencies(car(), log_with_gyro(), {{pose}}), std::invalid_argument);
 }
 
-TEST(Latency, OfOneSpeedIsToldByTheCamerasWayAlone) {
+TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
   SignalLog log = log_with_gyro();
   log.signals[static_cast<std::size_t>(Source::wheel_rear)] =
       sampled(speed, {.late = 0.03, .noise = 0.005});
-  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear).doubt,
+  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear).failure,
               testing::HasSubstr("--camera"));
 
   std::vector<estimator::CameraPose> camera;
@@ -229,7 +229,7 @@ TEST(Latency, OfOneSpeedIsToldByTheCamerasWayAlone) {
     y += dt * speed(t) * std::sin(yaw(t));
   }
   const SourceOffset found = of(estimate_latencies(car(), log, camera), Source::wheel_rear);
-  EXPECT_EQ(found.doubt, "");
+  EXPECT_EQ(found.failure, "");
   EXPECT_NEAR(found.offset, 0.03, 3e-3);
 }
 
@@ -240,18 +240,18 @@ TEST(Latency, OfWheelsThatAreExchangedIsNotTold) {
   };
   log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = wheel(0.08);
   log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] = wheel(-0.08);
-  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).doubt,
+  EXPECT_THAT(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).failure,
               testing::HasSubstr("left and right exchanged?"));
 }
 
-TEST(Latency, ADriveStraightAheadTellsNothing) {
+TEST(Latency, ADriveStraightAheadDeterminesNothing) {
   SignalLog log = log_with_gyro();
   log.signals[static_cast<std::size_t>(Source::yaw_rate)] =
       sampled([](double) { return 0.0; }, {.noise = 0.005});
   log.signals[static_cast<std::size_t>(Source::wheel_rear_left)] = sampled(speed, {.noise = 0.005});
   log.signals[static_cast<std::size_t>(Source::wheel_rear_right)] =
       sampled(speed, {.noise = 0.005, .seed = 8});
-  EXPECT_NE(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).doubt, "");
+  EXPECT_NE(of(estimate_latencies(car(), log, {}), Source::wheel_rear_left).failure, "");
 }
 
 // At a steady speed the tyres' relaxation and the steering's lag look alike: details that no model
@@ -265,16 +265,16 @@ TEST(Latency, OfTheSteeringIsNoMoreCertainThanTheTyresAtASteadySpeed) {
                                     "drive.log --camera camera.csv");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto plant = nlohmann::json::parse(contents(lap + "/plant.json"));
-  bool told = false;
+  bool refused = false;
   const auto found = nlohmann::json::parse(outcome.out);
   for (const auto& value : found["values"]) {
     if (value["name"] != "lag of the wheels behind steering, in all") continue;
-    told = true;
+    refused = true;
     const double half_a_cycle = 0.005;  // of the command, which is renewed and held
     EXPECT_NEAR(value["value"].get<double>(), plant["truth"]["steering_lag"].get<double>(),
                 2.0 * value["sigma"].get<double>() + half_a_cycle);
   }
-  EXPECT_TRUE(told);
+  EXPECT_TRUE(refused);
 }
 
 // Poses stamped when they arrive make all sensors early: they are no clock, and 0 is no answer.
@@ -287,14 +287,14 @@ TEST(Latency, HoldsBackWhatIsEarlyAndBelievesTheGyroInTheCamerasPlace) {
       " && odom identify latency --json --config car.toml --can drive.log --camera late.csv" +
       " --write car.toml");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, testing::HasSubstr("the gyro's configured latency, 0.0 ms, is taken"));
+  EXPECT_THAT(outcome.err, testing::HasSubstr("the gyro's configured latency, 0.0 ms, is assumed"));
   const auto found = nlohmann::json::parse(outcome.out);
   bool gyro = false, wheel = false;
   for (const auto& value : found["values"]) {
     if (value["name"] == "latency of yaw_rate") {
       gyro = true;
       EXPECT_FALSE(value["determined"].get<bool>());
-      EXPECT_THAT(value["remark"].get<std::string>(), testing::HasSubstr("before it happens"));
+      EXPECT_THAT(value["remark"].get<std::string>(), testing::HasSubstr("which is not possible"));
     }
     if (value["name"] == "latency of wheel_rear_left") {
       wheel = true;

@@ -39,7 +39,7 @@ bool is_inside(const Measured& measured, double truth, double sigmas) {
   return std::fabs(measured.value - truth) <= sigmas * measured.sigma;
 }
 
-TEST(StandingNoise, TellsWhiteNoiseBiasAndItsWalk) {
+TEST(StandingNoise, SeparatesWhiteNoiseBiasAndItsWalk) {
   int inside[3] = {};
   constexpr int seeds = 20;
   for (int seed = 0; seed < seeds; ++seed) {
@@ -183,7 +183,7 @@ std::string without_wheels(estimator::Source source, const Series& series) {
   return message_of([&] { check_that_imu_stands(log, curves_of(log), "a.log"); });
 }
 
-TEST(Standstill, WithoutWheelsIsToldByTheImu) {
+TEST(Standstill, WithoutWheelsIsCheckedByTheImu) {
   using estimator::Source;
   EXPECT_EQ(without_wheels(Source::yaw_rate, record({.walk = 1e-3}, 6'000, 1)), "");
   EXPECT_EQ(without_wheels(Source::accel_x, record({.sigma = 0.05, .walk = 5e-3}, 6'000, 1)), "");
@@ -238,7 +238,7 @@ Series moving(double white, double count, double hertz) {
   return series;
 }
 
-TEST(DrivingNoise, IsToldFromTheMotion) {
+TEST(DrivingNoise, IsSeparatedFromTheMotion) {
   const DrivingNoise noise = driving_noise(moving(0.01, 0.0, 0.5));
   EXPECT_TRUE(noise.smooth);
   EXPECT_TRUE(is_inside(noise.sigma, 0.01, 3.0));
@@ -320,7 +320,7 @@ TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
             0);
   const Outcome seen = run_shell("odom identify noise --drive " + folder);
   EXPECT_EQ(seen.status, 2);
-  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate turns the other way than the camera; look at"));
+  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate turns the other way than the camera; check"));
   const Outcome blind = run_shell("odom identify noise --no-camera --drive " + folder);
   EXPECT_EQ(blind.status, 2);
   EXPECT_THAT(blind.err, HasSubstr("drive: yaw_rate turns the other way than wheels and steering"));
@@ -337,7 +337,7 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   };
   EXPECT_THAT(error(""), HasSubstr("give a record of the standing car"));
   EXPECT_THAT(error(drive), HasSubstr("the car moves: wheel_"));
-  // Without the wheels, the IMU tells.
+  // Without the wheels, the IMU shows it.
   ASSERT_EQ(run_shell("cd " + folder + " && grep ' 1A2#' drive.log > imu.log").status, 0);
   const std::string imu = " --config " + folder + "/car.toml --can " + folder + "/imu.log";
   EXPECT_THAT(error(imu), HasSubstr("the car moves: "));
@@ -345,11 +345,11 @@ TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
   EXPECT_THAT(error(drive + " --plot a.gif"), HasSubstr(".svg"));
   EXPECT_THAT(error(drive + " --plot /nonexistent/a.svg"), HasSubstr("no folder /nonexistent"));
   EXPECT_THAT(error("--drive " + folder + " --plot a.svg"), HasSubstr("--plot draws a standing"));
-  EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere: is no folder"));
+  EXPECT_THAT(error("--drive /nowhere"), HasSubstr("/nowhere: is not a folder"));
   const std::string csv = scratch_.write("a.csv", "t,speed\n1,2\n").string();
   const std::string nothing = scratch_.write("nothing.csv", "").string();
   EXPECT_THAT(error("--csv " + nothing),
-              HasSubstr("a first line \"t,yaw_rate,accel_x,accel_y\" is expected, t [s] and one"));
+              HasSubstr("a first line \"t,yaw_rate,accel_x,accel_y\" is expected, with t [s]"));
   EXPECT_THAT(error("--csv " + csv), HasSubstr("none of the columns yaw_rate, accel_x, accel_y"));
 }
 

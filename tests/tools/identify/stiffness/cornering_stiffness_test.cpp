@@ -54,7 +54,7 @@ std::vector<CircleRun> circles(const Truth& truth) {
   return runs;
 }
 
-TEST(CorneringStiffness, FindsTheSlopesBesideOffsetsAndScales) {
+TEST(CorneringStiffness, FindsTheSlopesTogetherWithOffsetsAndScales) {
   const Truth truth;
   const CorneringStiffness found = fit_stiffness(circles(truth), car());
   EXPECT_NEAR(found.front.stiffness.value, truth.front, 0.3);
@@ -88,7 +88,7 @@ TEST(CorneringStiffness, OneCircleThatIsOffDoesNotPullTheRest) {
   EXPECT_LT(found.rear.points[4].weight, 0.5);
 }
 
-TEST(CorneringStiffness, OneDirectionAloneTellsLess) {
+TEST(CorneringStiffness, OneDirectionAloneIsLessPrecise) {
   const Truth truth;
   std::vector<CircleRun> left;
   for (const CircleRun& run : circles(truth))
@@ -99,7 +99,7 @@ TEST(CorneringStiffness, OneDirectionAloneTellsLess) {
   EXPECT_NEAR(one.front.stiffness.value, truth.front, 2.0 * one.front.stiffness.sigma);
 }
 
-TEST(CorneringStiffness, WhatIsKnownWorseIsToldWorse) {
+TEST(CorneringStiffness, LessPreciseInputsGiveLargerUncertainties) {
   const std::vector<CircleRun> runs = circles({});
   CircleCar rough = car();
   rough.mass.sigma = 0.15;
@@ -108,7 +108,7 @@ TEST(CorneringStiffness, WhatIsKnownWorseIsToldWorse) {
   EXPECT_GT(sigma, 2.0 * fit_stiffness(runs, car()).rear.stiffness.sigma);
 }
 
-TEST(CorneringStiffness, CrawlingTellsNothing) {
+TEST(CorneringStiffness, CrawlingDeterminesNothing) {
   std::vector<CircleRun> runs;
   for (const double radius : {1.2, -1.2}) runs.push_back(circle({}, 0.1, radius));
   const CorneringStiffness found = fit_stiffness(runs, car());

@@ -82,10 +82,10 @@ TEST(FilmMotion, AScaleThatContradictsTheMarkersIsRefused) {
                 (void)film_motion(film.track, places,
                                   {.from = FilmScale::From::given, .metres_per_unit = 0.003});
               }),
-              HasSubstr("mend the scale"));
+              HasSubstr("correct the scale"));
 }
 
-TEST(FilmMotion, AScaleThatContradictsTheMarkersALittleIsToldOf) {
+TEST(FilmMotion, AScaleThatContradictsTheMarkersALittleGivesAWarning) {
   const SyntheticFilm film = make_film(two_circles(), places, 5.0, 0.0, 0.0025);
   const auto warnings_by = [&](double metres_per_unit) {
     return film_motion(film.track, places,
@@ -166,14 +166,14 @@ TEST(FilmAlignment, FilmsThatDoNotFitAreRefusedWithTheReason) {
       HasSubstr("do not overlap"));
 }
 
-TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsToldSo) {
+TEST(FilmAlignment, AFilmThatHardlyShowsTheMarkersIsRefusedWithTheReason) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 3.0);
   FilmMotion motion = film_motion(film.track, places, metres);
   std::erase_if(motion.frames, [](const BodyFrame& frame) {
     return frame.t_ns > 2'000'000'000 && frame.t_ns < 24'000'000'000;
   });
   EXPECT_THAT(refusal([&] { (void)align_film("film.csv", motion, film.gyro); }),
-              HasSubstr("of 26 s of film both markers are seen often enough in 4 s only"));
+              HasSubstr("both markers are seen often enough in only 4 s of 26 s of film"));
 }
 
 // The gyro, and a steering of a quarter of it until a time.

@@ -87,8 +87,8 @@ TEST(MarkerTrack, BadInputIsNamedByLineAndColumn) {
   EXPECT_THAT(refusal(scratch, head + "x,1,2,3,4\n"), HasSubstr("not a time"));
   EXPECT_THAT(refusal(scratch, "t,x,y\n0,1,2\n"), HasSubstr("no column \"x_front\""));
   EXPECT_THAT(refusal(scratch, "0,1,2,3,4\n"), HasSubstr("no column \"t\""));
-  EXPECT_THAT(refusal(scratch, "nothing\n"), HasSubstr("holds no row"));
-  EXPECT_THAT(refusal(scratch, ""), HasSubstr("holds no row"));
+  EXPECT_THAT(refusal(scratch, "nothing\n"), HasSubstr("contains no row"));
+  EXPECT_THAT(refusal(scratch, ""), HasSubstr("contains no row"));
   EXPECT_THAT(refusal(scratch, head + "1.5,1,2,3,4\n", {.frames_per_second = 50.0}),
               HasSubstr("not a frame number"));
 }

@@ -66,7 +66,7 @@ TEST(StiffnessCommand, TheTruthLiesWithinTwoSigmaAndGoesIntoTheConfiguration) {
   EXPECT_THAT(contents("tyres.svg"), HasSubstr("</svg>"));
 }
 
-TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsIsToldOf) {
+TEST(StiffnessCommand, AFilmWhoseScaleTheAccelerometerContradictsGivesAWarning) {
   std::string text = contents("car.toml");
   const std::string entry = "signal = \"AccY\", unit = \"m/s2\"";
   ASSERT_NE(text.find(entry), std::string::npos);
@@ -92,9 +92,10 @@ TEST(StiffnessCommand, WhatTheCirclesContradictIsNotWritten) {
     EXPECT_THAT(outcome.err, HasSubstr("nothing written to kept.toml")) << options;
   };
   // Measured from the rear marker, the front one, the middle of the wheelbase.
-  expect("--front 0.30,0 --rear 0,0 ", "centre of gravity 0.120 m ahead of where --front and");
-  expect("--front 0,0 --rear -0.30,0 ", "centre of gravity 0.180 m behind where");
-  expect("--front 0.225,0 --rear -0.075,0 ", "centre of gravity 0.045 m ahead of");
+  expect("--front 0.30,0 --rear 0,0 ",
+         "centre of gravity lies 0.120 m ahead of the place in --front and");
+  expect("--front 0,0 --rear -0.30,0 ", "centre of gravity lies 0.180 m behind the place");
+  expect("--front 0.225,0 --rear -0.075,0 ", "centre of gravity lies 0.045 m ahead of");
   // A minus forgotten.
   expect("--front 0.18,0 --rear 0.12,0 ", "of the film's lateral acceleration, and one of the two");
   expect("--front 0.18,0 --rear 0.12,0 ", "no marker lies behind the centre of gravity");
@@ -113,7 +114,7 @@ TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
   for (const char* scale : {"17", "0.0588"}) {
     const Outcome refused = with_scale(scale);
     EXPECT_EQ(refused.status, 2);
-    EXPECT_THAT(refused.err, HasSubstr("mend scale and unit of [can.signals] steering"));
+    EXPECT_THAT(refused.err, HasSubstr("correct scale and unit of [can.signals] steering"));
   }
   const Outcome contradicted = with_scale("1.5");
   EXPECT_EQ(contradicted.status, 0);
@@ -124,7 +125,7 @@ TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
 TEST(StiffnessCommand, SaysWhereItIsLessExactThanItCouldBe) {
   const Outcome outcome = identify(places + film + "--sigma-mass 0.15");
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("and 5 % can be had: drive faster circles"));
+  EXPECT_THAT(outcome.err, HasSubstr("and 5 % is possible: drive faster circles"));
 }
 
 TEST(StiffnessCommand, TakesUnits) {
@@ -154,7 +155,7 @@ TEST(StiffnessCommand, EachMistakeIsOneLineThatSaysWhatToDo) {
   expect(places + film + "--sigma-scale 0.3", "write per cent as 0.3%");
   expect(places + "--y-down --run markers.csv", "neither MARKERS,LOG");
   expect(places + "--y-down --run nothing.csv,drive.log", "no such file");
-  expect(places + film + "--metres-per-pixel 0.005", "mend the scale");
+  expect(places + film + "--metres-per-pixel 0.005", "correct the scale");
   expect(places + film + "--time-offset 500", "do not overlap");
   expect(places + film + "--plot tyres.jpg", ".svg");
 

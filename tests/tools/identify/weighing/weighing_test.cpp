@@ -37,7 +37,7 @@ TEST(Quantity, OfAnotherKindOrImpossibleIsRefused) {
   EXPECT_THAT(refusal("-1", Dimension::mass), HasSubstr("must be greater than 0"));
 }
 
-TEST(Quantity, WithACommaIsToldOfThePoint) {
+TEST(Quantity, WithACommaGetsAHintOnThePoint) {
   EXPECT_EQ(message_of([] { (void)parse_positive("3,015", Dimension::mass, "--total"); }),
             "--total: \"3,015\": write a decimal point, not a comma");
 }
@@ -47,7 +47,7 @@ TEST(Quantity, ThatNoCarHasIsRefusedWithWhatIsPlausible) {
   EXPECT_EQ(message_of([] {
               (void)parse_plausible("239.5", Dimension::length, "--spacing", {0.01, 10.0});
             }),
-            "--spacing: \"239.5\" is 239.5 m, and 0.01 to 10 m is plausible; a number without a "
+            "--spacing: \"239.5\" is 239.5 m, but 0.01 to 10 m is plausible; a number without a "
             "unit is in m; units are m, cm or mm");
 }
 
@@ -75,7 +75,7 @@ TEST(Weighing, ThatDifferByADigitOfTheScaleDoNotContradictEachOther) {
   EXPECT_LT(mass->sigma, 0.001);
 }
 
-TEST(Weighing, AddsUpWhateverPartsTellTheWhole) {
+TEST(Weighing, AddsUpWhateverPartsDetermineTheWhole) {
   const std::vector<Weighing> axles{{Load::front, 1.0}, {Load::rear, 2.0}};
   const auto mass = mass_of(wheel_loads(axles, scale), scale);
   EXPECT_NEAR(mass->value, 3.0, 1e-12);
@@ -116,15 +116,15 @@ TEST(Weighing, ThatContradictEachOtherLeaveRoomForEach) {
 TEST(Weighing, OfAnotherCarIsRefused) {
   const std::vector<Weighing> twice{{Load::total, 2.9}, {Load::total, 5.0}};
   EXPECT_THAT(message_of([&] { (void)wheel_loads(twice, scale); }),
-              HasSubstr("are 27 % off the 3.95 kg that all loads together say: weigh again"));
+              HasSubstr("is 27 % off the 3.95 kg from all loads together: weigh again"));
   const std::vector<Weighing> axle{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 4.0}};
   EXPECT_THAT(message_of([&] { (void)wheel_loads(axle, scale); }), HasSubstr("--front: 1 kg"));
   const std::vector<Weighing> grams{{Load::total, 2985.0}};
   EXPECT_EQ(message_of([&] { (void)wheel_loads(grams, {.resolution = 0.001}); }),
-            "--total: no scale shows 2985 kg by 0.001 kg; grams are written 2985g");
+            "--total: no scale shows 2985 kg with steps of 0.001 kg; write grams as 2985g");
   const std::vector<Weighing> axles{{Load::front, 978.0}, {Load::rear, 2.006}};
   EXPECT_THAT(message_of([&] { (void)wheel_loads(axles, {.resolution = 0.001}); }),
-              HasSubstr("--front: no scale shows 978 kg by 0.001 kg"));
+              HasSubstr("--front: no scale shows 978 kg with steps of 0.001 kg"));
 }
 
 TEST(Weighing, LaysTheCentreOfGravityByTheLevers) {
@@ -148,7 +148,7 @@ TEST(Weighing, OfAnAxleHeavierThanTheCarIsRefused) {
     return message_of([&] { check_shares(wheel_loads(weighings, scale)); });
   };
   EXPECT_THAT(refusal({{Load::front, 3.2}, {Load::total, 3.0}}),
-              HasSubstr("--front: 3.2 kg are more than the whole car, 3 kg"));
+              HasSubstr("--front: 3.2 kg is more than the whole car, 3 kg"));
   EXPECT_THAT(refusal({{Load::right, 3.2}, {Load::total, 3.0}}), HasSubstr("--right: "));
   EXPECT_EQ(refusal({{Load::front, 1.2}, {Load::total, 3.0}}), "");
 }
@@ -190,7 +190,7 @@ TEST(Findings, OfWhatMayAsWellBeZeroHaveNoPerCent) {
 
 TEST(Findings, WhoseZeroIsAValueLikeAnyOtherHaveNoPerCent) {
   Findings findings{.method = "latency"};
-  findings.values = {{.name = "bias", .value = 1.0, .sigma = 0.1, .share = Share::says_nothing}};
+  findings.values = {{.name = "bias", .value = 1.0, .sigma = 0.1, .share = Share::meaningless}};
   EXPECT_THAT(as_text(findings), Not(HasSubstr("%")));
   for (const char* key : {"can.signals.yaw_rate.latency", "can.signals.accel_x.offset",
                           "imu.position[0]", "camera.lever_arm[2]"}) {
@@ -240,11 +240,11 @@ TEST(IdentifyCog, AsksWhetherFrontAndRearAreExchanged) {
   };
   EXPECT_THAT(said("--front 1 --rear 2"), Not(HasSubstr("exchanged")));
   EXPECT_THAT(said("--front 2 --rear 1"),
-              HasSubstr("makes the rear axle the heavier one, and by the loads it is the front "
+              HasSubstr("the rear axle is the heavier one, but by the loads it is the front "
                         "one: are --front and --rear exchanged?"));
 }
 
-TEST(IdentifyMass, TellsOfATargetThatCannotBeWrittenBeforeTheWork) {
+TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWork) {
   const Scratch scratch;
   const auto refused = [&](const std::string& target) {
     const Outcome outcome = run_shell("cd " + scratch.path("").string() +
@@ -288,20 +288,24 @@ TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
   const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
   EXPECT_EQ(weigh("3.1 --scale-resolution 1g"),
             "odom identify mass: 1 key written to " + car + ": vehicle.mass\n");
-  EXPECT_THAT(weigh("2985 --scale-resolution 1"),
-              HasSubstr("vehicle.mass was 3.1 and becomes 2985: another car, or another unit?"));
+  EXPECT_THAT(
+      weigh("2985 --scale-resolution 1"),
+      HasSubstr("vehicle.mass was 3.1 and becomes 2985: is it another car, or another unit?"));
 }
 
-TEST(IdentifyMass, TellsWhatWasSurerThanWhatReplacesIt) {
+TEST(IdentifyMass, WarnsWhenThePreviousValueWasMorePrecise) {
   const Scratch scratch;
   const std::string car = scratch.write("car.toml", car_toml).string();
   const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
-  EXPECT_THAT(weigh("3.1 --scale-resolution 50g"),
-              AllOf(HasSubstr("vehicle.mass was surer: 3.1 (odom identify mass: +- 0.00"),
-                    HasSubstr("it becomes 3.1 +- 0.0"), HasSubstr("put it back")));
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("surer")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("more precise")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("more precise")));
+  EXPECT_THAT(
+      weigh("3.1 --scale-resolution 50g"),
+      AllOf(
+          HasSubstr(
+              "previous value of vehicle.mass was more precise: 3.1 (odom identify mass: +- 0.00"),
+          HasSubstr("it becomes 3.1 +- 0.0"), HasSubstr("restore it")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("more precise")));
   EXPECT_THAT(weigh("3.5 --scale-resolution 50g"),
               AllOf(HasSubstr("they contradict each other"), HasSubstr("measure again")));
 }
@@ -329,7 +333,7 @@ TEST(IdentifyMass, AsksForTheUnitsOfWhatIsCoarse) {
     return std::to_string(outcome.status) + " " + outcome.err;
   };
   EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1"),
-              HasSubstr("0 odom identify mass: warning: 2 sigma of the mass are 38.7 %"));
+              HasSubstr("0 odom identify mass: warning: 2 sigma of the mass is 38.7 %"));
   EXPECT_THAT(said("mass --total 2.985 --scale-resolution 1g --scale-accuracy 5"),
               HasSubstr("2 odom identify mass: --scale-accuracy: 5 is more than a tenth"));
   EXPECT_THAT(
@@ -347,7 +351,7 @@ TEST(IdentifyMass, SaysWhatIsMissing) {
   EXPECT_THAT(half.err, HasSubstr("do not add up to the whole car"));
   const Outcome nothing = run_shell("odom identify cog --total 3 --scale-sigma 1g --wheelbase 1");
   EXPECT_EQ(nothing.status, 2);
-  EXPECT_THAT(nothing.err, HasSubstr("do not tell how the weight is shared out"));
+  EXPECT_THAT(nothing.err, HasSubstr("do not determine the weight distribution"));
 }
 
 }  // namespace

@@ -95,8 +95,8 @@ class OnATerminal {
 
   /// Reads on until the text has come since the last call; false when it does not.
   [[nodiscard]] bool shows(std::string_view text) {
-    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds{60};
-    while (std::chrono::steady_clock::now() < patience) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+    while (std::chrono::steady_clock::now() < deadline) {
       if (const auto at = seen_.find(text, from_); at != std::string::npos) {
         from_ = at + text.size();
         return true;
@@ -108,8 +108,8 @@ class OnATerminal {
 
   /// Its exit status, once all that it wrote was read; 128 + the signal that ended it.
   [[nodiscard]] int end() {
-    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds{60};
-    while (std::chrono::steady_clock::now() < patience && read_some()) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+    while (std::chrono::steady_clock::now() < deadline && read_some()) {
     }
     int raw = 0;
     ::waitpid(pid_, &raw, 0);
@@ -154,7 +154,7 @@ TEST_F(WatchCommand, WaitsAttachesGoesOnPausesAndQuits) {
   ASSERT_TRUE(watch.shows("SILENT")) << watch.seen();  // no tick comes after it
   writer.reset();
   writer = publish(segment_);
-  ASSERT_TRUE(watch.shows("started anew 1 time")) << watch.seen();
+  ASSERT_TRUE(watch.shows("has restarted 1 time")) << watch.seen();
   watch.press("p");
   ASSERT_TRUE(watch.shows("PAUSED")) << watch.seen();
   watch.press("p");
@@ -197,7 +197,7 @@ TEST_F(WatchCommand, SaysIntoAPipeThatItWaitsAndEndsWithItsReader) {
   const Outcome silent =
       run_shell("timeout 60 odom watch --interval 0.05 " + target() + " | grep -m 1 SILENT");
   EXPECT_EQ(silent.status, 0);
-  EXPECT_THAT(silent.err, HasSubstr("the daemon is silent"));
+  EXPECT_THAT(silent.err, HasSubstr("the daemon has stopped publishing"));
 }
 
 TEST_F(WatchCommand, ShowsTheSegmentOfTheDaemonBehindTheSocket) {

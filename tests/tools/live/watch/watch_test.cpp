@@ -280,13 +280,15 @@ TEST(Watch, SaysThatADaemonFellSilentAndThatAnotherCame) {
   EXPECT_THAT(screen_of(state, {}), HasSubstr("SILENT  no tick for 3.0 s; waiting for odomd at"));
   state.segment->silent = false;
   state.restarts = 1;
-  EXPECT_THAT(screen_of(state, {}), HasSubstr("odomd was started anew 1 time since we watch"));
+  EXPECT_THAT(screen_of(state, {}),
+              HasSubstr("odomd has restarted 1 time since odom watch started"));
 }
 
 TEST(Watch, SaysThatTheStatusIsAnotherDaemons) {
   State state = driving();
   state.segment->info.instance_id = 2;
-  EXPECT_THAT(text_of(draw(state, Page{}).body), HasSubstr("is another daemon's than the pose"));
+  EXPECT_THAT(text_of(draw(state, Page{}).body),
+              HasSubstr("belongs to another daemon than the pose"));
 }
 
 TEST(Watch, NamesTheConditionsInWords) {
@@ -299,16 +301,17 @@ TEST(Watch, NamesTheConditionsInWords) {
 }
 
 TEST(Watch, ShowsThatItIsPaused) {
-  EXPECT_THAT(screen_of(driving(), {.paused = true}), HasSubstr("p go on  PAUSED"));
+  EXPECT_THAT(screen_of(driving(), {.paused = true}), HasSubstr("p continue  PAUSED"));
 }
 
 TEST(Watch, SurvivesAStatusOfAnotherShape) {
   State state = driving();
   state.status =
       json{{"sources", {{{"configured", "yes"}}}}, {"can", 7}, {"beat", {{"ticks", "x"}}}};
-  EXPECT_THAT(text_of(draw(state, Page{}).body), HasSubstr("do odom and odomd fit each other?"));
+  EXPECT_THAT(text_of(draw(state, Page{}).body),
+              HasSubstr("are odom and odomd of the same version?"));
   state.status = json::object();
-  EXPECT_THAT(text_of(draw(state, Page{}).body), Not(HasSubstr("fit each other")));
+  EXPECT_THAT(text_of(draw(state, Page{}).body), Not(HasSubstr("of the same version")));
 }
 
 TEST(Watch, DrawsNoPoseWhereThereIsNone) {

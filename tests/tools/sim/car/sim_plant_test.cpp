@@ -246,10 +246,10 @@ TEST(Plant, FeelsTheForceThatItsMotionAsksFor) {
     const double ax = (after.x - before.x) / (2.0 * dt), ay = (after.y - before.y) / (2.0 * dt);
     const BodyForce expected{std::cos(middle.yaw) * ax + std::sin(middle.yaw) * ay,
                              -std::sin(middle.yaw) * ax + std::cos(middle.yaw) * ay};
-    const BodyForce felt = specific_force_at(middle, px, py);
-    EXPECT_NEAR(felt.x, expected.x, 0.01);
-    EXPECT_NEAR(felt.y, expected.y, 0.01);
-    largest = std::max(largest, std::abs(felt.y));
+    const BodyForce specific_force = specific_force_at(middle, px, py);
+    EXPECT_NEAR(specific_force.x, expected.x, 0.01);
+    EXPECT_NEAR(specific_force.y, expected.y, 0.01);
+    largest = std::max(largest, std::abs(specific_force.y));
   }
   EXPECT_GT(largest, 0.5);
 }

@@ -241,13 +241,13 @@ TEST(Camera, StraysAsOftenAndAsFarAsIsAskedFor) {
   ParameterSet truth = ideal();
   truth[camera_outliers] = 0.1;
   const auto poses = pictures(truth, {}, 200.0);
-  int astray = 0;
+  int outliers = 0;
   for (const estimator::CameraPose& pose : poses) {
     const double error = std::hypot(pose.x, pose.y);
     EXPECT_LE(error, 0.3);
-    if (error > 0.0) ++astray;
+    if (error > 0.0) ++outliers;
   }
-  EXPECT_NEAR(static_cast<double>(astray) / static_cast<double>(poses.size()), 0.1, 0.015);
+  EXPECT_NEAR(static_cast<double>(outliers) / static_cast<double>(poses.size()), 0.1, 0.015);
 }
 
 TEST(Camera, DropsOutAndComesBackUnchanged) {

@@ -1,4 +1,4 @@
-#include "tools/replay/replay_doubts.hpp"
+#include "tools/replay/replay_checks.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,7 +11,7 @@
 #include "estimator/common/measurement.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/diagnostics/conditions.hpp"
-#include "tools/replay/source_doubts.hpp"
+#include "tools/replay/source_checks.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -34,7 +34,7 @@ std::optional<std::string> cut_frames(const can::BoundMessage& message,
   const std::uint64_t cut = count(FrameVerdict::too_short);
   if (cut == 0 || count(FrameVerdict::decoded) == 0) return std::nullopt;
   return fmt::format(
-      "message '{}' ({}): {} of its frames ended before its signals and gave no value: look "
+      "message '{}' ({}): {} of its frames ended before its signals and gave no value: check "
       "whether the log is cut off in the middle of a line",
       message.name, roles(message), cut);
 }
@@ -48,7 +48,7 @@ std::string fault(const ReplaySummary& summary) {
     why += fmt::format("{}{}: {}", why.empty() ? "" : "; ", condition.name, condition.meaning);
   const double into = static_cast<double>(*summary.fault_ns - summary.first_tick_ns) * 1e-9;
   return fmt::format(
-      "the mode is fault from t = {}, {:.3f} s into the drive, for {} of {} ticks: do not believe "
+      "the mode is fault from t = {}, {:.3f} s into the drive, for {} of {} ticks: do not rely on "
       "those poses ({}); check the signals' scales and signs, the vehicle, and that the databases "
       "are this car's",
       t, into, summary.faulty, summary.ticks, why.empty() ? "no condition says why" : why);
@@ -56,8 +56,8 @@ std::string fault(const ReplaySummary& summary) {
 
 }  // namespace
 
-std::optional<std::string> message_doubt(const can::BoundMessage& message,
-                                         const can::MessageCounters& counters) {
+std::optional<std::string> message_warning(const can::BoundMessage& message,
+                                           const can::MessageCounters& counters) {
   const auto count = [&](FrameVerdict verdict) {
     return counters.verdicts[static_cast<std::size_t>(verdict)].get();
   };
@@ -72,35 +72,38 @@ std::optional<std::string> message_doubt(const can::BoundMessage& message,
     return start + "no frame of it is in the log; its values are missing";
   return fmt::format(
       "{}none of its {} frames gave a value: {} failed their protection ([can.e2e]), {} are too "
-      "short, {} hold none (valid_when, multiplexing)",
+      "short, {} carry none (valid_when, multiplexing)",
       start, refused + empty + cut, refused, cut, empty);
 }
 
-std::vector<std::string> replay_doubts(const can::Decoder& decoder, const ReplaySummary& summary) {
-  std::vector<std::string> doubts;
+std::vector<std::string> replay_warnings(const can::Decoder& decoder,
+                                         const ReplaySummary& summary) {
+  std::vector<std::string> warnings;
   const auto messages = decoder.messages();
   for (std::size_t i = 0; i < messages.size(); ++i) {
-    if (auto doubt = message_doubt(messages[i], decoder.counters(i))) doubts.push_back(*doubt);
-    if (auto doubt = cut_frames(messages[i], decoder.counters(i))) doubts.push_back(*doubt);
+    if (auto warning = message_warning(messages[i], decoder.counters(i)))
+      warnings.push_back(*warning);
+    if (auto warning = cut_frames(messages[i], decoder.counters(i))) warnings.push_back(*warning);
   }
   if (summary.late > 0)
-    doubts.push_back(
-        fmt::format("{} frames are stamped a second or more before frames ahead of them; sort the "
-                    "log, or cut it where its clock was set back",
+    warnings.push_back(
+        fmt::format("{} frames have stamps a second or more earlier than frames before them; sort "
+                    "the log, or cut it where its clock was set back",
                     summary.late));
   const std::uint64_t camera_poses = summary.cameras + summary.cameras_after;
   if (camera_poses > 0 && camera_poses == summary.cameras_before + summary.cameras_after)
-    doubts.push_back(fmt::format(
+    warnings.push_back(fmt::format(
         "none of the {} camera poses arrives while the log lasts: name the camera's file of this "
         "drive, and put its times on the log's clock",
         camera_poses));
-  for (std::string& doubt : source_doubts(decoder, summary)) doubts.push_back(std::move(doubt));
-  if (summary.fault_ns) doubts.push_back(fault(summary));
+  for (std::string& warning : source_warnings(decoder, summary))
+    warnings.push_back(std::move(warning));
+  if (summary.fault_ns) warnings.push_back(fault(summary));
   if (summary.poses == 0)
-    doubts.emplace_back(
-        "no pose: it begins with the first wheel speed and an initial pose (--initial, [initial] "
-        "pose, or a camera pose on the log's clock), and one of the two never came");
-  return doubts;
+    warnings.emplace_back(
+        "no pose: the first wheel speed or an initial pose (--initial, [initial] pose, or a camera "
+        "pose on the log's clock) is missing");
+  return warnings;
 }
 
 }  // namespace odomd::tools

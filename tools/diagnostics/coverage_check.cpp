@@ -1,4 +1,4 @@
-#include "tools/diagnostics/coverage_doubt.hpp"
+#include "tools/diagnostics/coverage_check.hpp"
 
 #include <fmt/format.h>
 
@@ -15,12 +15,12 @@ namespace odomd::tools {
 namespace {
 
 constexpr double least_covered = 0.9;
-// The jitter of a reference at rest is less, or adds up to little.
+// Larger than the jitter of a reference at rest.
 constexpr double piece = 0.25;  // m
 constexpr std::int64_t piece_ns = 200'000'000;
-constexpr double least_way = 4.0 * piece;  // of which a share can be told
+constexpr double least_way = 4.0 * piece;  // shorter references are not checked
 
-/// Between two rows of an estimate that has no hole there.
+/// The longest time between two rows of an estimate that is not a gap.
 std::int64_t longest_of(const Trajectory& estimate) {
   constexpr std::int64_t usual_ns = 500'000'000;
   std::vector<std::int64_t> rows_ns;
@@ -39,7 +39,7 @@ bool covers(const Trajectory& estimate, std::int64_t longest_ns, std::int64_t t_
 
 }  // namespace
 
-std::string coverage_doubt(const Trajectory& reference, const Trajectory& estimate) {
+std::string coverage_warning(const Trajectory& reference, const Trajectory& estimate) {
   const std::int64_t longest_ns = longest_of(estimate);
   double whole_m = 0.0, covered_m = 0.0;
   std::int64_t covered_ns = 0;
@@ -59,8 +59,8 @@ std::string coverage_doubt(const Trajectory& reference, const Trajectory& estima
   if (covered_m >= least_covered * whole_m || whole_m < least_way) return {};
   const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
   return fmt::format(
-      "it covers {:.1f} s and {:.1f} m of the {:.1f} s and {:.1f} m of the reference; all figures "
-      "are of that part alone",
+      "it covers {:.1f} s and {:.1f} m of the reference's {:.1f} s and {:.1f} m; all figures are "
+      "for that part only",
       seconds(covered_ns), covered_m,
       seconds(reference.points.back().t_ns - reference.points.front().t_ns), whole_m);
 }

@@ -1,4 +1,4 @@
-#include "tools/diagnostics/initial_pose_doubt.hpp"
+#include "tools/diagnostics/initial_pose_check.hpp"
 
 #include <fmt/format.h>
 
@@ -16,11 +16,11 @@ using estimator::Pose2;
 
 constexpr double soon_s = 0.2;
 constexpr double sigmas = 5.0;
-// What a pose that was set by hand may be off.
+// Tolerance for a pose that was set by hand.
 constexpr double far_m = 0.5;
 constexpr double far_rad = 0.5;
 
-/// From the initial pose to the one that was seen, of the centre of gravity.
+/// The motion from the initial pose to the camera's pose, of the centre of gravity.
 Pose2 apart(const Pose2& initial, const CameraPose& seen, const Pose2& lever_arm) {
   return relative(initial, compose({seen.x, seen.y, seen.yaw}, inverse(lever_arm)));
 }
@@ -31,9 +31,9 @@ double turn(const Pose2& motion) {
 
 }  // namespace
 
-std::optional<std::string> initial_pose_doubt(const daemon::Config& config,
-                                              std::span<const CameraPose> cameras,
-                                              std::int64_t first_tick_ns) {
+std::optional<std::string> initial_pose_warning(const daemon::Config& config,
+                                                std::span<const CameraPose> cameras,
+                                                std::int64_t first_tick_ns) {
   if (!config.initial_pose) return std::nullopt;
   const auto& arm = config.camera.lever_arm;
   const Pose2 lever_arm{arm[0], arm[1], arm[2]};
@@ -45,8 +45,8 @@ std::optional<std::string> initial_pose_doubt(const daemon::Config& config,
   if (first == cameras.end()) return std::nullopt;
   const auto last = std::ranges::find_if_not(first, cameras.end(), is_soon) - 1;
 
-  // How fast it went until the last of them: it may have gone as fast, and half as much again,
-  // until the first.
+  // The speed up to the last of them; before the first one the car may have moved 1.5 times as
+  // fast.
   const double between_s =
       std::max(static_cast<double>(last->capture_ns - first->capture_ns) * 1e-9, 1e-3);
   const double speed = std::hypot(last->x - first->x, last->y - first->y) / between_s;

@@ -1,4 +1,4 @@
-#include "tools/diagnostics/unit_doubt.hpp"
+#include "tools/diagnostics/unit_check.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,16 +18,15 @@ constexpr std::int64_t longest_ns = 1'000'000'000;
 constexpr std::size_t fewest = 10;   // pieces
 constexpr double least_way = 0.1;    // m in a piece; less may be wheels that are read too small
 constexpr double least_turn = 0.05;  // rad in a piece
-constexpr double about = 3.0;        // so far off may the wheels be, as they spin
+constexpr double about = 3.0;        // tolerance factor, as wheels spin
 constexpr double alike = 0.5;        // of a turn; in radians it is off by 56/57
 
 constexpr double in_degrees = 180.0 / std::numbers::pi;
 
-// By the medians of the pieces, over which a few poses that are wide of the mark, and a filter that
-// jumps, have no power.
+// By medians over pieces, so that outliers and jumps of the filter have no influence.
 struct Sizes {
-  std::vector<double> ways;   ///< of the poses, in what is driven
-  std::vector<double> turns;  ///< how far off the poses' turn is if it is in degrees, likewise
+  std::vector<double> ways;   ///< of the poses over the driven one
+  std::vector<double> turns;  ///< error of the poses' turn if taken as degrees, likewise
 };
 
 Sizes sizes_of(std::span<const TrajectoryPoint> poses, const Trajectory& driven) {
@@ -51,33 +50,33 @@ bool is_about(double ratio, double factor) {
   return ratio > factor / about && ratio < factor * about;
 }
 
-std::string way_doubt(const std::vector<double>& ways, const std::string& whose) {
+std::string distance_warning(const std::vector<double>& ways, const std::string& whose) {
   if (ways.size() < fewest) return {};
   const double ratio = median_of(ways);
-  const auto doubt = [&whose](const std::string& times, const std::string& unit) {
+  const auto warning = [&whose](const std::string& times, const std::string& unit) {
     return "x and y go about " + times + " times as far as " + whose + ": are the positions in " +
            unit + "? they must be metres";
   };
-  if (is_about(ratio, 1000.0)) return doubt("1000", "millimetres");
-  if (is_about(ratio, 100.0)) return doubt("100", "centimetres");
+  if (is_about(ratio, 1000.0)) return warning("1000", "millimetres");
+  if (is_about(ratio, 100.0)) return warning("100", "centimetres");
   return {};
 }
 
-std::string turn_doubt(const std::vector<double>& turns, const std::string& whose) {
+std::string turn_warning(const std::vector<double>& turns, const std::string& whose) {
   if (turns.size() < fewest || median_of_magnitudes(turns) > alike) return {};
   return "yaw turns about 57 times as far as " + whose + ": is it in degrees? it must be radians";
 }
 
 }  // namespace
 
-std::string unit_doubt(std::span<const TrajectoryPoint> poses, const Driven& driven) {
+std::string unit_warning(std::span<const TrajectoryPoint> poses, const Driven& driven) {
   const Sizes sizes = sizes_of(poses, driven.trajectory);
-  std::string way = way_doubt(sizes.ways, driven.way_of);
-  const std::string turn = turn_doubt(sizes.turns, driven.turn_of);
+  std::string way = distance_warning(sizes.ways, driven.way_of);
+  const std::string turn = turn_warning(sizes.turns, driven.turn_of);
   return way.empty() || turn.empty() ? way + turn : way + "; " + turn;
 }
 
-std::string unit_doubt(std::span<const estimator::CameraPose> poses, const Driven& driven) {
+std::string unit_warning(std::span<const estimator::CameraPose> poses, const Driven& driven) {
   std::vector<TrajectoryPoint> points;
   points.reserve(poses.size());
   for (const estimator::CameraPose& pose : poses) {
@@ -86,7 +85,7 @@ std::string unit_doubt(std::span<const estimator::CameraPose> poses, const Drive
     point.pose = {pose.x, pose.y, pose.yaw};
   }
   std::ranges::sort(points, {}, &TrajectoryPoint::t_ns);
-  return unit_doubt(points, driven);
+  return unit_warning(points, driven);
 }
 
 }  // namespace odomd::tools

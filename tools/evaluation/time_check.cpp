@@ -1,4 +1,4 @@
-#include "tools/evaluation/time_doubt.hpp"
+#include "tools/evaluation/time_check.hpp"
 
 #include <fmt/format.h>
 
@@ -18,7 +18,7 @@ constexpr auto on_one_clock =
     " against the bus: put them on the log's clock, or state the latencies of the signals (odom "
     "identify latency)";
 
-// Of several the one that explains the most: a poor model is off in its own time, too.
+// Keeps the offset that explains the most: a poor model has time errors of its own.
 void keep_the_better(std::optional<TimeOffset>& best, const std::optional<TimeOffset>& other) {
   if (other && (!best || other->after < best->after)) best = other;
 }
@@ -34,8 +34,8 @@ std::string by_how_much(const TimeOffset& offset, const char* error) {
 
 }  // namespace
 
-std::string time_doubt(const Trajectory& reference, std::span<const Trajectory> estimates,
-                       Align align) {
+std::string time_warning(const Trajectory& reference, std::span<const Trajectory> estimates,
+                         Align align) {
   std::optional<TimeOffset> found;
   for (const Trajectory& estimate : estimates)
     keep_the_better(found, offset_by_positions(reference, estimate, align));
@@ -47,7 +47,8 @@ std::string time_doubt(const Trajectory& reference, std::span<const Trajectory> 
   }
   if (!found) return {};
   return reference.name + ": its times " + look(found->late_s) +
-         " beside the poses': put both on the log's clock, a camera that went in, too" +
+         " compared with the poses: put both on the log's clock, and the camera's poses too if "
+         "they were used" +
          by_how_much(*found, error);
 }
 
@@ -75,7 +76,7 @@ Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses,
   return at_centre_of_gravity(trajectory, lever_arm);
 }
 
-std::string time_doubt(const Trajectory& reference, const Drive& drive, Align align) {
+std::string time_warning(const Trajectory& reference, const Drive& drive, Align align) {
   const std::optional<Trajectory> odometry = dead_reckoning(drive);
   if (!odometry) return {};
   const std::optional<TimeOffset> of_reference = offset_by_motion(reference, *odometry);
@@ -98,10 +99,11 @@ std::string time_doubt(const Trajectory& reference, const Drive& drive, Align al
            on_one_clock;
   }
   const std::string difference = by_how_much(*between, "rms between the two");
-  // The bus says which of the two is off; by how much, they know better themselves.
+  // The bus shows which of the two is off; the two together show more precisely by how much.
   if (of_camera && !of_reference)
     return "camera.csv: its times " + look(-between->late_s) +
-           " against the bus: put them on the log's clock, t_capture when the picture was taken" +
+           " against the bus: put them on the log's clock, t_capture at the time the picture was "
+           "taken" +
            difference;
   if (of_reference && !of_camera)
     return its_times + look(between->late_s) + " against the bus: put them on the log's clock" +

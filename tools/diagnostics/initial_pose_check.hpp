@@ -1,4 +1,4 @@
-// An [initial] pose that came with the configuration of another drive.
+// Detects an [initial] pose from the configuration of another drive.
 #pragma once
 
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 namespace odomd::tools {
 
-/// What to mend where the pose that the configuration starts from lies far from what the camera saw
-/// in the first fifth of a second; nothing where it saw nothing then.
-[[nodiscard]] std::optional<std::string> initial_pose_doubt(
+/// A warning if the configured initial pose is far from the camera's poses in the first fifth of a
+/// second; nothing if there are none.
+[[nodiscard]] std::optional<std::string> initial_pose_warning(
     const daemon::Config& config, std::span<const estimator::CameraPose> cameras,
     std::int64_t first_tick_ns);
 

@@ -1,4 +1,4 @@
-#include "tools/diagnostics/heading_doubt.hpp"
+#include "tools/diagnostics/heading_check.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -10,15 +10,15 @@ namespace odomd::tools {
 namespace {
 
 constexpr double piece = 0.2;             // m
-constexpr std::size_t least_pieces = 20;  // fewer say nothing
+constexpr std::size_t least_pieces = 20;  // fewer do not suffice
 constexpr double least_agreement = 0.65;  // recorded drives: 0.94 and above, 0.77 in a long drift
 
 }  // namespace
 
-std::string heading_doubt(const Trajectory& trajectory) {
+std::string heading_warning(const Trajectory& trajectory) {
   // The resultant R = |Σ exp(2i(χ − ψ))| / n, χ the course over a piece of the way, ψ the mean of
-  // the headings at its ends: 1 where they go together, whatever the axis that yaw counts from.
-  // Doubled, because a car that reverses has its heading against its course.
+  // the headings at its ends: 1 if they agree, whatever axis yaw counts from. Doubled, because a
+  // car that reverses has its heading against its course.
   double along = 0.0;
   double across = 0.0;
   std::size_t pieces = 0;
@@ -27,17 +27,17 @@ std::string heading_doubt(const Trajectory& trajectory) {
     const estimator::Pose2& to = point.pose;
     if (distance(from, to) < piece) continue;
     const double course = std::atan2(to.y - from.y, to.x - from.x);
-    const double aside = course - 0.5 * (from.yaw + to.yaw);
-    along += std::cos(2.0 * aside);
-    across += std::sin(2.0 * aside);
+    const double off_course = course - 0.5 * (from.yaw + to.yaw);
+    along += std::cos(2.0 * off_course);
+    across += std::sin(2.0 * off_course);
     ++pieces;
     from = to;
   }
   if (pieces < least_pieces) return {};
   const double agreement = std::hypot(along, across) / static_cast<double>(pieces);
   if (agreement >= least_agreement) return {};
-  return "the headings do not go with the way that is driven (agreement " + fixed(agreement, 2) +
-         " of 1): yaw is in radians, counter-clockwise from the x axis";
+  return "the headings do not follow the path (agreement " + fixed(agreement, 2) +
+         " of 1): yaw must be in radians, counter-clockwise from the x axis";
 }
 
 }  // namespace odomd::tools

@@ -1,0 +1,30 @@
+// Detects poses of a camera or a reference in other units than metres and radians, which would make
+// the wheels, the gyro or the drive look wrong.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "estimator/common/measurement.hpp"
+#include "tools/drive_files/trajectory.hpp"
+
+namespace odomd::tools {
+
+/// What poses are compared with. Only distances and turns count, not the start.
+struct Driven {
+  const Trajectory& trajectory;
+  std::string way_of = "the wheels";  ///< in messages
+  std::string turn_of = "the gyro";
+};
+
+/// A warning about poses that go a hundred or a thousand times as far, or turn 57 times as far: "x
+/// and y go about 1000 times as far as the wheels: are the positions in millimetres? they must be
+/// metres". Empty if neither is so, or if the drive is too short to decide.
+[[nodiscard]] std::string unit_warning(std::span<const TrajectoryPoint> poses,
+                                       const Driven& driven);
+
+/// The same for a camera's poses, in any order.
+[[nodiscard]] std::string unit_warning(std::span<const estimator::CameraPose> poses,
+                                       const Driven& driven);
+
+}  // namespace odomd::tools
