@@ -55,7 +55,7 @@ class Impatience {
     event.sigev_signo = SIGURG;
     event._sigev_un._tid = ::gettid();
     running_ = ::timer_create(CLOCK_MONOTONIC, &event, &timer_) == 0;
-    const itimerspec every{{0, patience_ns}, {0, patience_ns}};
+    const itimerspec every{{0, timeout_ns}, {0, timeout_ns}};
     if (running_) ::timer_settime(timer_, 0, &every, nullptr);
   }
   ~Impatience() {
@@ -65,7 +65,7 @@ class Impatience {
   Impatience& operator=(const Impatience&) = delete;
 
  private:
-  static constexpr long patience_ns = 500'000'000;
+  static constexpr long timeout_ns = 500'000'000;
   timer_t timer_{};
   bool running_ = false;
 };

@@ -51,7 +51,8 @@ std::string with_databases(const Config& config, const std::vector<std::string>&
 
 /// The name of the file, made unique; characters that a TOML string would have to escape are
 /// removed, and no name starts with a dot, which a recorder would reject.
-std::string name_beside(const std::filesystem::path& file, const std::vector<std::string>& others) {
+std::string name_apart_from(const std::filesystem::path& file,
+                            const std::vector<std::string>& others) {
   std::string own = file.filename().string();
   std::ranges::replace_if(
       own, [](char c) { return c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20; },
@@ -69,7 +70,7 @@ std::vector<RecordingFile> recording_files(const Config& config) {
   std::vector<RecordingFile> files(1);
   std::vector<std::string> names;
   for (const auto& database : config.can.dbc) {
-    names.push_back(name_beside(database, names));
+    names.push_back(name_apart_from(database, names));
     files.push_back({names.back(), contents(database)});
   }
   files.front() = {"car.toml", with_databases(config, names)};

@@ -30,7 +30,7 @@ constexpr double slowest_rolling = 0.1;
 // Fastest turn of the front wheels [rad/s].
 constexpr double fastest_steering = 20.0;
 
-// ν² of a force over its variance that tells it from noise.
+// ν² of a force over its variance that distinguishes it from noise.
 constexpr double significant_ratio = 9.0;
 
 // A standstill ends without wheel samples for this long.

@@ -155,7 +155,7 @@ struct Comparison {
 };
 
 /// Plays the drive and compares each pose with the replay's pose of the same time.
-Comparison play_beside(const Desk& desk, const std::map<std::string, std::string>& replayed) {
+Comparison play_and_compare(const Desk& desk, const std::map<std::string, std::string>& replayed) {
   DaemonProcess odomd(desk, {"--can", desk.file("drive.log"), "--exit-at-end"});
   const Client client = open_client(desk);
   std::vector<odom_pose> poses;
@@ -187,7 +187,7 @@ TEST_F(OdomdTest, GivesTheBitsThatAReplayGives) {
   for (int attempt = 0; attempt < 10; ++attempt) {
     const Desk desk;
     desk.write("drive.log", straight_drive(1.0, 1.5));
-    comparison = play_beside(desk, replayed_poses(desk));
+    comparison = play_and_compare(desk, replayed_poses(desk));
     if (comparison.same > 100 && comparison.different.empty()) break;
   }
   EXPECT_GT(comparison.same, 100U);

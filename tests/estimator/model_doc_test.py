@@ -59,7 +59,7 @@ class TuningTable(unittest.TestCase):
         self.assertIn("bare has no meaning", result.stderr)
 
     def test_what_is_no_number_is_an_error(self):
-        self.assertEqual(self.check(lambda text: text.replace("};", "  bool odd = true;\n};")).returncode, 2)
+        self.assertEqual(self.check(lambda text: text.replace("};", "  bool flag = true;\n};")).returncode, 2)
 
     def test_it_writes_what_it_checks(self):
         with tempfile.TemporaryDirectory() as folder:

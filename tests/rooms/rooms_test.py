@@ -130,8 +130,8 @@ def includes(tree: dict[str, str]) -> set[tuple[str, str]]:
     for path, text in tree.items():
         if path.endswith(SOURCES):
             for quoted, public in INCLUDE.findall(text):
-                beside = os.path.normpath(os.path.join(folder(path), quoted))
-                target = f"shm_api/include/{public}" if public else beside if beside in tree else quoted
+                sibling = os.path.normpath(os.path.join(folder(path), quoted))
+                target = f"shm_api/include/{public}" if public else sibling if sibling in tree else quoted
                 if target in tree and folder(target) != folder(path):
                     found.add((path, target))
     return found

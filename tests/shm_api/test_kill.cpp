@@ -17,7 +17,7 @@ namespace odomd::shm::testing::test_kill {
 namespace {
 
 constexpr std::int64_t fast_ns = 1'000'000;  // the period: stale after 4 ms
-constexpr std::int64_t patience_ns = 20'000'000'000;
+constexpr std::int64_t timeout_ns = 20'000'000'000;
 constexpr std::size_t slots = 64;  // the publisher's
 
 // Half-written slots of a dead writer.
@@ -62,7 +62,7 @@ class Kills : public ::testing::Test {
   // Whether the condition becomes true within the time limit.
   template <typename Condition>
   bool await(const Condition& condition) {
-    const std::int64_t deadline = now_ns() + patience_ns;
+    const std::int64_t deadline = now_ns() + timeout_ns;
     while (!condition()) {
       if (now_ns() > deadline) return false;
       pause(100);

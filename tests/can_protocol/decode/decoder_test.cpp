@@ -428,7 +428,7 @@ TEST(DecoderErrors, NameTheRoleAndTheNearestName) {
   EXPECT_THAT(refusal([](auto&, auto& e) { e.crc_signal = "CRK"; }), HasSubstr("nearest is 'CRC'"));
 }
 
-TEST(DecoderErrors, TellUnitsThatContradictTheDatabase) {
+TEST(DecoderErrors, ReportUnitsThatContradictTheDatabase) {
   EXPECT_EQ(refusal([](auto& b, auto&) { b.unit = Unit::rad_per_s; }),
             "signal 'role_1': unit 'rad/s' contradicts 'deg/s' of signal 'IMU.Yaw' in car.dbc:4; "
             "fix one of them");
@@ -439,7 +439,7 @@ TEST(DecoderErrors, TellUnitsThatContradictTheDatabase) {
             "taken");  // an empty unit is no contradiction
 }
 
-TEST(DecoderErrors, TellUnitsAndFactorsThatNoValueComesOutOf) {
+TEST(DecoderErrors, ReportUnitsAndFactorsThatNoValueComesOutOf) {
   const auto refusal_of = [](const std::string& scaling) {
     const std::vector<Database> databases{
         parse_dbc("BO_ 1 W: 8 X\n SG_ V : 0|16@1+ " + scaling + " X\n", "car.dbc")};
@@ -459,7 +459,7 @@ TEST(DecoderErrors, TellUnitsAndFactorsThatNoValueComesOutOf) {
   EXPECT_EQ(refusal_of("(0.01,0) [0|0] \"SED\""), "taken");
 }
 
-TEST(DecoderErrors, TellValuesThatASignalNeverHas) {
+TEST(DecoderErrors, ReportValuesThatASignalNeverHas) {
   EXPECT_THAT(refusal([](auto& b, auto&) {
                 b.valid_when = ValidWhen{"Counter", 16.0};
               }),
@@ -470,7 +470,7 @@ TEST(DecoderErrors, TellValuesThatASignalNeverHas) {
               HasSubstr("forward and reverse are the same value"));
 }
 
-TEST(DecoderErrors, TellIncompleteBindings) {
+TEST(DecoderErrors, ReportIncompleteBindings) {
   EXPECT_THAT(refusal([](auto& b, auto&) { b.signals.clear(); }), HasSubstr("no signal is named"));
   EXPECT_THAT(refusal([](auto& b, auto&) {
                 b.forward = 1.0;

@@ -281,7 +281,7 @@ struct Conduct {
   Motion (*motion)(double t);
   void (*car_does)(Samples&, const Motion&);
 };
-void as_told(Samples&, const Motion&) {}
+void as_it_is(Samples&, const Motion&) {}
 class WildDriving : public WiringTest, public ::testing::WithParamInterface<Conduct> {};
 
 TEST_P(WildDriving, IsNoMistakeInTheWiring) {
@@ -344,11 +344,11 @@ void rear_axle_spins(Samples& samples, const Motion& motion) {
 
 INSTANTIATE_TEST_SUITE_P(
     Of, WildDriving,
-    ::testing::Values(Conduct{"weaving_at_1_2_hz", weaving_at<12>, as_told},
-                      Conduct{"weaving_at_1_5_hz", weaving_at<15>, as_told},
-                      Conduct{"weaving_at_2_3_hz", weaving_at<23>, as_told},
-                      Conduct{"pumping_at_1_2_hz", pumping_at<12>, as_told},
-                      Conduct{"pumping_at_1_5_hz", pumping_at<15>, as_told},
+    ::testing::Values(Conduct{"weaving_at_1_2_hz", weaving_at<12>, as_it_is},
+                      Conduct{"weaving_at_1_5_hz", weaving_at<15>, as_it_is},
+                      Conduct{"weaving_at_2_3_hz", weaving_at<23>, as_it_is},
+                      Conduct{"pumping_at_1_2_hz", pumping_at<12>, as_it_is},
+                      Conduct{"pumping_at_1_5_hz", pumping_at<15>, as_it_is},
                       Conduct{"held_drift", held_drift, countersteered},
                       Conduct{"drift_to_and_fro", drift_to_and_fro, countersteered},
                       Conduct{"ploughing", on_ice, ploughing_on},

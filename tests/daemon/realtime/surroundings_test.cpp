@@ -12,7 +12,7 @@ TEST(Surroundings, AreQuietWhereNothingIsWrong) {
   EXPECT_EQ(surroundings.conditions({.now_ns = second}), 0U);
 }
 
-TEST(Surroundings, TellWhatHoldsNow) {
+TEST(Surroundings, ReportWhatHoldsNow) {
   Surroundings surroundings(0);
   EXPECT_EQ(surroundings.conditions({.now_ns = second, .link_down = true}), ODOM_COND_BUS_DOWN);
   EXPECT_EQ(surroundings.conditions({.now_ns = second, .input_ended = true}),
@@ -22,14 +22,14 @@ TEST(Surroundings, TellWhatHoldsNow) {
   EXPECT_EQ(surroundings.conditions({.now_ns = second}), 0U);
 }
 
-TEST(Surroundings, TellARefusalFromStartToEnd) {
+TEST(Surroundings, ReportARefusalFromStartToEnd) {
   Surroundings surroundings(ODOM_COND_NOT_REALTIME);
   EXPECT_EQ(surroundings.conditions({.now_ns = second}), ODOM_COND_NOT_REALTIME);
   EXPECT_EQ(surroundings.conditions({.now_ns = 3600 * second, .link_down = true}),
             ODOM_COND_NOT_REALTIME | ODOM_COND_BUS_DOWN);
 }
 
-TEST(Surroundings, TellAnIncidentForASecond) {
+TEST(Surroundings, ReportAnIncidentForASecond) {
   Surroundings surroundings(0);
   EXPECT_EQ(surroundings.conditions({.now_ns = second, .frames_lost = 3}), ODOM_COND_FRAMES_LOST);
   EXPECT_EQ(surroundings.conditions({.now_ns = 2 * second - 1, .frames_lost = 3}),
@@ -44,7 +44,7 @@ TEST(Surroundings, TellAnIncidentForASecond) {
   EXPECT_EQ(surroundings.conditions({.now_ns = 6 * second, .frames_lost = 3}), 0U);
 }
 
-TEST(Surroundings, TellARestartForAWhile) {
+TEST(Surroundings, ReportARestartForAWhile) {
   Surroundings surroundings(0);
   surroundings.restarted(second);
   EXPECT_EQ(surroundings.conditions({.now_ns = second}), ODOM_COND_RESTARTED);

@@ -15,7 +15,7 @@ namespace {
 constexpr double dt = 0.005;
 constexpr double sigma = 0.3;
 
-CarModel car_with_imu_aside() {
+CarModel car_with_imu_off_centre() {
   CarModel model;
   model.imu_position = {0.04, 0.015};
   return model;
@@ -30,7 +30,7 @@ bool resolved(const CarModel& model, const State& state) {
 }
 
 TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
-  const CarModel model = car_with_imu_aside();
+  const CarModel model = car_with_imu_off_centre();
   for (State state : testing::grid_of_states()) {
     const double yaw_rate = state.mean[at::yaw_rate];
     EXPECT_NEAR(predict_accel_x(model, state, sigma).value,
@@ -42,7 +42,7 @@ TEST(AccelX, IsTheForceAtTheImuScaledAndBiased) {
 }
 
 TEST(AccelX, DependsOnTheStateAsItSays) {
-  const CarModel model = car_with_imu_aside();
+  const CarModel model = car_with_imu_off_centre();
   for (State state : testing::grid_of_states()) {
     for (const bool standing : {false, true}) {
       state.standstill.standing = standing;
@@ -58,7 +58,7 @@ TEST(AccelX, DependsOnTheStateAsItSays) {
 }
 
 TEST(AccelY, DependsOnTheStateAsItSays) {
-  const CarModel model = car_with_imu_aside();
+  const CarModel model = car_with_imu_off_centre();
   for (const bool steering : {true, false}) {
     for (const State& state : testing::grid_of_states()) {
       if (!resolved(model, state)) {
@@ -81,7 +81,7 @@ TEST(AccelY, DependsOnTheStateAsItSays) {
 
 TEST(AccelY, IsTheForceOfTheTyresOverTheMassAtTheImu) {
   // On a steady circle ψ̈ = 0, and the force is m v_x ψ̇.
-  CarModel model = car_with_imu_aside();
+  CarModel model = car_with_imu_off_centre();
   State state;
   const Input input{0.1, true};
   const auto step = [&] { return velocity_step(model.car, moving(state, input), dt).velocity; };
@@ -118,7 +118,7 @@ TEST(AccelY, OfTyresThatSlideIsWhatTheyHold) {
 }
 
 TEST(AccelY, AtWalkingPaceAndStandstillCorrectsItsBiasAlone) {
-  const CarModel model = car_with_imu_aside();
+  const CarModel model = car_with_imu_off_centre();
   Vector bias = Vector::Zero();
   bias[at::accel_bias_y] = 1.0;
   int slow = 0;

@@ -272,7 +272,7 @@ TEST(Integrity, DetectsALockedAndASpinningWheel) {
   }
 }
 
-TEST(Integrity, TellsALockedAxleFromASpinningOneInBothDirections) {
+TEST(Integrity, DistinguishesALockedAxleFromASpinningOneInBothDirections) {
   for (const bool unsigned_wheels : {false, true}) {
     for (const double direction : {1.0, -1.0}) {
       // On the brake from 5 s to 6 s, then on the throttle: front wheels locked, rear wheels

@@ -72,7 +72,7 @@ TEST(Chart, BreaksABandWhereThereIsNone) {
   EXPECT_EQ(pieces(svg_of(chart)), 2);
 }
 
-TEST(Chart, OfOddDataIsStillAPicture) {
+TEST(Chart, OfUnusualDataIsStillAPicture) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double inf = std::numeric_limits<double>::infinity();
   Chart empty;

@@ -251,7 +251,7 @@ TEST_F(Evaluate, SaysThatReferenceAndPoseLookExchanged) {
               testing::Not(HasSubstr(warning)));
 }
 
-TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
+TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheFix) {
   EXPECT_EQ(run("").status, 2);
   EXPECT_THAT(run("").err, HasSubstr("--pose or --drive is required; see odom evaluate --help"));
   EXPECT_THAT(run("--pose " + good_).err,
@@ -266,7 +266,7 @@ TEST_F(Evaluate, WrongUsageIsStatusTwoWithTheMend) {
   EXPECT_EQ(run("--reference " + reference_ + " --pose /").status, 2);
 }
 
-TEST_F(Evaluate, AlignsAsItIsTold) {
+TEST_F(Evaluate, AlignsAsAsked) {
   const auto aligned = [&](const std::string& how) {
     return nlohmann::json::parse(
         run("--json --reference " + reference_ + " --pose " + drift_ + how).out)["align"];

@@ -247,7 +247,7 @@ TEST(Track, TimesComeFromTheFilmTheRateOrAFile) {
   EXPECT_THAT(refusal(options), HasSubstr("has 2 times"));
 }
 
-TEST(Track, WhatCannotBeUsedIsRefusedWithTheMend) {
+TEST(Track, WhatCannotBeUsedIsRefusedWithTheFix) {
   TrackOptions options = stage().options;
   options.front = 9;
   EXPECT_THAT(refusal(options), HasSubstr("the front marker is in none of its 40 frames"));

@@ -97,7 +97,7 @@ TEST(Agreement, AFewPosesUpsideDownDoNotMatter) {
   EXPECT_EQ(drive.verdict(), "they agree");
 }
 
-TEST(Agreement, PosesInOtherUnitsAreNotBlamedOnTheWheelsOrTheDrive) {
+TEST(Agreement, PosesInOtherUnitsAreNoFaultOfTheWheelsOrTheDrive) {
   Recorded drive = recorded();
   for (estimator::CameraPose& pose : drive.poses) {
     pose.x *= 1000.0;

@@ -233,7 +233,7 @@ TEST(Latency, OfOneSpeedIsDeterminedByTheCamerasPathAlone) {
   EXPECT_NEAR(found.offset, 0.03, 3e-3);
 }
 
-TEST(Latency, OfWheelsThatAreExchangedIsNotTold) {
+TEST(Latency, OfExchangedWheelsIsNotReported) {
   SignalLog log = log_with_gyro();
   const auto wheel = [](double side) {
     return sampled([side](double t) { return speed(t) + side * yaw_rate(t); }, {.noise = 0.005});

@@ -89,7 +89,7 @@ TEST(Weighing, AddsUpWhateverPartsDetermineTheWhole) {
   EXPECT_FALSE(mass_of(wheel_loads(part, scale), scale));
 }
 
-TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreTold) {
+TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreReported) {
   const std::vector<Weighing> weighings{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.1}};
   const WheelLoads loads = wheel_loads(weighings, scale);
   ASSERT_TRUE(contradiction(loads));
