@@ -67,9 +67,11 @@ def first_pose_after(client, instance):
     end = time.monotonic() + WAIT_S
     while time.monotonic() < end:
         try:
+            before = client.info()
             pose = client.latest()
             info = client.info()
-            if info.instance_id != instance:
+            # Attaching to the successor between the two would give a pose of the one before.
+            if info.instance_id not in (instance, 0) and info.instance_id == before.instance_id:
                 return pose, info
         except odom.OdomError:
             pass
