@@ -10,7 +10,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib)
 
-# For who builds again after each change. What is not installed is done without.
+# Quick rebuilds after each change. ccache and mold are used where they are installed.
 if(ODOMD_REBUILD_FAST)
   find_program(ODOMD_CCACHE ccache)
   find_program(ODOMD_MOLD mold)
@@ -77,10 +77,9 @@ function(odomd_test name)
     ODOMD_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
     ODOMD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     ODOMD_BIN_DIR="${ODOMD_TEST_PROGRAMS}")
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
   if(ODOMD_REBUILD_FAST)
     target_precompile_headers(${name} PRIVATE <gtest/gtest.h> <gmock/gmock.h>)
-  else()
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ${ODOMD_UNITY_TESTS} UNITY_BUILD_BATCH_SIZE 6)
   endif()
   # The tested code is optimised as in a release; the tests themselves compile faster without optimisation.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
