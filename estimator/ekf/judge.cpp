@@ -99,7 +99,7 @@ void integrate_gyro(const CarModel& model, State& state, const Reading& before,
       model.tuning.turn_in * gravity / model.car.wheelbase() * before.interval_s;
   const double wrong = std::abs(outlier) > possible && before.interval_s > 0.0 ? outlier : 0.0;
   const double turn = tau * (0.5 * (before.value - wrong + z) - s[slow::gyro_bias]) -
-                      0.5 * before.interval_s * wrong;
+                      0.5 * before.interval_s / (1.0 + s[slow::gyro_scale]) * wrong;
   state.mean[at::yaw] = yaw - state.turned + turn;
   auto B = state.slow.sensitivity.row(at::yaw);
   B = (by - state.turned_by).transpose();
