@@ -22,7 +22,7 @@ LEFT = {
     "testimony": "observations", "blame": "fault isolation", "blamed": "isolated",
     "insist": "rejection timeout", "insists": "rejection timeout", "patience": "rejection timeout",
     "contender": "run of rejected poses",
-    "strangers": "unmapped ids", "aside": "nuisance parameter",
+    "stranger": "untrusted user, unmapped id", "strangers": "unmapped ids", "aside": "nuisance parameter",
     "felt": "measured acceleration",
     "odd": "unusual",
 }
@@ -79,6 +79,10 @@ class Words(unittest.TestCase):
     def test_a_word_is_found_in_prose_and_in_names(self):
         for line in ("It tells why.", "int unit_doubt();", "struct UnitDoubt {};", "Tell me why"):
             self.assertEqual(len([f for f in found_in({"new.cpp": line}) if f.startswith("new.cpp:1: ")]), 1, line)
+
+    def test_an_exception_that_is_none_is_found(self):
+        self.assertEqual(len(found_in({})), sum(len(words) for words in MEANT.values()))
+        self.assertIn("docs/shm.md does not say odd any more: take it out of MEANT", found_in({}))
 
     def test_a_word_inside_a_word_is_not(self):
         self.assertEqual([f for f in found_in({"new.cpp": "intelligence tellurium odometry asides"})
