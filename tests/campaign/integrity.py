@@ -43,6 +43,9 @@ WITHIN_LARGEST = 0.95  # of the runs
 DOCUMENT = ROOT / "docs/reliability.md"
 MARKS = ("<!-- by tests/campaign/integrity.py --write: begin -->\n", "<!-- end -->\n")
 
+ALONE = ("a speed independent of the wheels; an accelerometer shows nothing at constant speed, and at walking pace its "
+         "error is as large as the speed")
+CLOCK = "a second clock in the sensor"
 # Kinds that no other sensor of the set contradicts, and the parity that is missing: at most eight, by the
 # camera being off or on. They are reported without a bar.
 NOT_DETECTABLE: dict[bool, dict[str, str]] = {
@@ -50,18 +53,13 @@ NOT_DETECTABLE: dict[bool, dict[str, str]] = {
         "gyro.scaled": "a yaw rate within 30 % of the gyro's; on a full-size car, steering and lateral acceleration "
                        "are not that precise",
         "gyro.ramped": "a yaw rate as precise as a gyro's bias",
-        "wheels.frozen": "a speed independent of the wheels; at walking pace, the accelerometer's error is as large as "
-                         "the speed",
-        "wheels.zero": "the same",
-        "wheels.locked": "the same",
-        "wheels.halved": "the same",
-        "wheels.scaled": "the same; at constant speed no accelerometer shows it",
-        "wheels.inverted": "the same",
+        **dict.fromkeys(("wheels.frozen", "wheels.zero", "wheels.locked", "wheels.halved", "wheels.scaled",
+                         "wheels.inverted"), ALONE),
     },
     True: {
         "bus.shifted": "a second clock; all frames are equally late, and at 15 m/s 50 ms are 0.75 m",
-        "imu.delayed": "a second clock in the sensor",
-        "wheels.delayed": "a second clock in the sensor",
+        "imu.delayed": CLOCK,
+        "wheels.delayed": CLOCK,
         "camera.drifting": "a speed within 0.1 m/s, at 15 m/s",
         "wheels.scaled": "a third speed to decide between wheels and camera",
     },
@@ -185,18 +183,23 @@ def documented(rows, begun, given):
            f"({', '.join(SCENARIOS)}), with one fault each.")
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera and row.kind != "none"]
+        ends = int(not camera)  # with a camera the ratio is 0
         yield f"\n### With{'' if camera else 'out'} a camera\n"
-        yield "| fault | reported [%] | after [s] | silent [%] | longest [s] | error [m] | in σ, 95 % | end ratio |"
-        yield "|---|--:|--:|--:|--:|--:|--:|--:|"
+        yield "| fault | reported [%] | after [s] | silent, longest | error [m] |" + ends * " end ratio |"
+        yield "|---" + (4 + ends) * "|--:" + "|"
         for row in these:
-            sigmas = sorted(one["worst_sigmas"] for one in row.runs)[int(0.95 * (len(row.runs) - 1))]
-            yield (f"| `{row.kind}`{' ¹' if row.excuse else ''} | {100 * row.detected:.0f} | "
-                   f"{'' if row.delay is None else f'{row.delay:.2f}'} | {100 * row.judged:.0f} | {row.worst:.1f} | "
-                   f"{statistics.median(one['worst_m'] for one in row.runs):.2f} | {sigmas:.1f} | {row.ratio:.2f} |")
-        excused = [row for row in these if row.excuse]
-        if excused:
+            silent = f"{100 * row.judged:.0f} %, {row.worst:.1f} s" if row.judged else ""
+            cells = (f"`{row.kind}`{' ¹' if row.excuse else ''}", f"{100 * row.detected:.0f}",
+                     "" if row.delay is None else f"{row.delay:.2f}", silent,
+                     f"{statistics.median(one['worst_m'] for one in row.runs):.2f}", *ends * (f"{row.ratio:.2f}",))
+            yield "| " + " | ".join(cells) + " |"
+        excuses = {}
+        for row in these:
+            if row.excuse:
+                excuses.setdefault(row.excuse, []).append(f"`{row.kind}`")
+        if excuses:
             yield "\n¹ Not always detected, because the car lacks:\n"
-            yield from (f"- `{row.kind}`: {row.excuse}." for row in excused)
+            yield from (f"- {', '.join(kinds)}: {excuse}." for excuse, kinds in excuses.items())
     yield ""
 
 
