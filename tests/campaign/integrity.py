@@ -177,22 +177,43 @@ class Row:
                 f"{self.worst:.2f}", *ends, verdict)
 
 
+def span(values, form):
+    """The values' range, or nothing without a value."""
+    shown = [form.format(value) for value in (min(values), max(values))] if values else [""]
+    return " to ".join(dict.fromkeys(shown))
+
+
+def documented_row(title, found, ends):
+    one = found[0]
+    cells = [title, span([100 * row.detected for row in found], "{:.0f}"),
+             span([row.delay for row in found if row.delay is not None], "{:.2f}"),
+             f"{100 * one.judged:.0f} %, {one.worst:.1f} s" if one.judged else "",
+             span([statistics.median(run["worst_m"] for run in row.runs) for row in found], "{:.2f}")]
+    return "| " + " | ".join(cells + ends * [span([row.ratio for row in found], "{:.2f}")]) + " |"
+
+
+def documented_table(rows, ends):
+    """A row for each kind that was silent in a run, or may be, and one for all others of its part."""
+    yield "| fault | reported [%] | after [s] | silent, longest | error [m] |" + ends * " end ratio |"
+    yield "|---|--:|--:|--:|--:|" + ends * "--:|"
+    for part in dict.fromkeys(row.kind.partition(".")[0] for row in rows):
+        kinds = [row for row in rows if row.kind.startswith(f"{part}.")]
+        others = [row for row in kinds if not row.judged and not row.excuse]
+        alone = [row for row in kinds if row not in others] if len(others) != 1 else kinds
+        for row in alone:
+            yield documented_row(f"`{row.kind}`{' ¹' if row.excuse else ''}", [row], ends)
+        if len(others) > 1:
+            yield documented_row(f"`{part}`: {len(others)} {'others' if alone else 'kinds'}", others, ends)
+
+
 def documented(rows, begun, given):
     """The part of docs/reliability.md that is measured."""
     yield (f"Measured on {begun:%F}: {given.seeds} simulated drives of each of {len(SCENARIOS)} scenarios "
            f"({', '.join(SCENARIOS)}), with one fault each.")
     for camera in (False, True):
         these = [row for row in rows if row.camera == camera and row.kind != "none"]
-        ends = int(not camera)  # with a camera the ratio is 0
         yield f"\n### With{'' if camera else 'out'} a camera\n"
-        yield "| fault | reported [%] | after [s] | silent, longest | error [m] |" + ends * " end ratio |"
-        yield "|---" + (4 + ends) * "|--:" + "|"
-        for row in these:
-            silent = f"{100 * row.judged:.0f} %, {row.worst:.1f} s" if row.judged else ""
-            cells = (f"`{row.kind}`{' ¹' if row.excuse else ''}", f"{100 * row.detected:.0f}",
-                     "" if row.delay is None else f"{row.delay:.2f}", silent,
-                     f"{statistics.median(one['worst_m'] for one in row.runs):.2f}", *ends * (f"{row.ratio:.2f}",))
-            yield "| " + " | ".join(cells) + " |"
+        yield from documented_table(these, ends=0 if camera else 1)  # with a camera the ratio is 0
         excuses = {}
         for row in these:
             if row.excuse:
