@@ -8,9 +8,9 @@ delivered) is fitted on one drive with the poses of its camera, as anybody would
 what is judged. Other drives (or the rest of it) are then replayed by dead reckoning and held against their
 references. Rows: as published; as published, but the reference's lever arm taken from the fit, so that the
 error of the point that is compared is out of it; by hand, which is tests/data/drives: the scales and offsets of
-the sensors by somebody who knew the references of all these drives; as fitted. The table is Markdown, as it
-stands in docs/evaluation.md. Exit status 1 where a fit does not lower the 35 ms error, the end error and the
-rms of the position against the published parameters on every drive.
+the sensors by somebody who knew the references of all these drives; as fitted. The table is Markdown;
+docs/evaluation.md has the figures that matter. Exit status 1 where a fit does not lower the 35 ms error, the
+end error and the rms of the position against the published parameters on every drive.
 
 ODOM=FILE: that program.
 """
