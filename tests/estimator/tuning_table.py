@@ -6,7 +6,8 @@
 
 The header is the source: one number a line, `double name = value;  ///< meaning [unit]`, where lines that hold
 nothing but `///< ...` go on with the meaning, and `// --- heading ---` begins a group. A number without a unit is a ratio;
-one without a meaning is an error. Exit status 2: header or document are not as described here.
+one without a meaning is an error. The table has a row for each group, with names, values and units. Exit status 2:
+header or document are not as described here.
 """
 
 import argparse
@@ -41,20 +42,21 @@ def rows(header: str) -> list[list[str]]:
 
 
 def table(header: str) -> str:
-    lines = ["| name | value | unit | meaning |", "|---|--:|---|---|"]
+    groups: dict[str, list[str]] = {}
+    group = ""
     for row in rows(header):
         if len(row) == 1:
-            lines.append(f"| **{row[0]}** | | | |")
+            group = row[0]
             continue
         name, value, comment = row
-        unit = UNIT.search(comment)
-        meaning = UNIT.sub("", comment, count=1).strip()
-        if not meaning.strip(". "):
+        if not UNIT.sub("", comment, count=1).strip(". "):
             raise ValueError(f"{name} has no meaning: add one after ///<")
-        lines.append(f"| `{name}` | {value} | {unit[1] if unit else '1'} | {meaning} |")
-    if len(lines) == 2:
+        unit = UNIT.search(comment)
+        groups.setdefault(group, []).append(f"`{name}` {value} {unit[1]}" if unit else f"`{name}` {value}")
+    if not groups:
         raise ValueError("no number in struct Tuning")
-    return "\n".join(lines) + "\n"
+    lines = [f"| {name} | {', '.join(numbers)} |" for name, numbers in groups.items()]
+    return "\n".join(["| group | numbers |", "|---|---|", *lines]) + "\n"
 
 
 def with_table(document: str, new: str) -> str:
