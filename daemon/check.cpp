@@ -10,6 +10,7 @@
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "can_protocol/sources/open_source.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -98,7 +99,7 @@ void add_signals(Lines& lines, const Config& config) {
 }  // namespace
 
 std::string summary(const Config& config, std::span<const can::Database> databases,
-                    std::span<const std::string> warnings) {
+                    const diagnostics::Diagnostics& warnings) {
   Lines lines;
   const estimator::Vehicle& car = config.vehicle;
   lines.title(config.file.string());
@@ -147,7 +148,7 @@ std::string summary(const Config& config, std::span<const can::Database> databas
               profile_names[static_cast<std::size_t>(protection.profile)]);
   if (!warnings.empty()) lines.title("warnings");
   std::string text = lines.text();
-  for (const auto& warning : warnings) text += fmt::format("  {}\n", warning);
+  for (const auto& warning : warnings) text += fmt::format("  {}\n", text_of(warning));
   return text;
 }
 

@@ -6,12 +6,13 @@
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 
 namespace odomd::daemon {
 
 /// The summary of a configuration that has been checked against its databases. Throws
 /// std::invalid_argument when a source is not usable.
 [[nodiscard]] std::string summary(const Config& config, std::span<const can::Database> databases,
-                                  std::span<const std::string> warnings);
+                                  const diagnostics::Diagnostics& warnings);
 
 }  // namespace odomd::daemon

@@ -10,6 +10,7 @@
 #include "base/printable.hpp"
 #include "daemon/check.hpp"
 #include "daemon/core/usage.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "daemon/options.hpp"
 #include "daemon/run.hpp"
 
@@ -27,7 +28,7 @@ int report(const std::string& text, int status) {
 
 void start(const Options& options) {
   Config config = configure(options);
-  std::vector<std::string> warnings = config.warnings;
+  diagnostics::Diagnostics warnings = config.warnings;
   const auto databases = load_databases(config, warnings);
   require_groups(options, config);
   if (options.check) {

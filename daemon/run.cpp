@@ -23,6 +23,7 @@
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/recording_files.hpp"
 #include "daemon/core/recording_tap.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "daemon/housekeeping/controller_watch.hpp"
 #include "daemon/housekeeping/running.hpp"
 #include "daemon/housekeeping/signals.hpp"
@@ -170,14 +171,14 @@ RealtimeFacts facts_of(const MachineGrant& machine, const ThreadGrant& beat,
 }  // namespace
 
 void run_daemon(const Config& config, std::span<const can::Database> databases,
-                std::span<const std::string> warnings, const RunSettings& settings) {
+                const diagnostics::Diagnostics& warnings, const RunSettings& settings) {
   if (config.can.sources.empty())
     throw std::invalid_argument(fmt::format(
         "{}: no CAN source is named; give --can can0, or [can] source", config.file.string()));
 
   auto signals = take_signals();
   Journal journal(config.log);
-  for (const auto& warning : warnings) journal.warn(warning);
+  for (const auto& warning : warnings) journal.warn(text_of(warning));
   const MachineGrant machine = prepare_machine();
 
   // First, because its lock prevents a second daemon from changing anything else.

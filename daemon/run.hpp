@@ -7,6 +7,7 @@
 
 #include "can_protocol/dbc/dbc.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "daemon/housekeeping/housekeeping.hpp"
 
 namespace odomd::daemon {
@@ -23,6 +24,6 @@ struct RunSettings {
 /// the configuration is not usable, std::exception when this machine does not allow it. Call it
 /// before any other thread is started: it sets up the signals (signals.hpp).
 void run_daemon(const Config& config, std::span<const can::Database> databases,
-                std::span<const std::string> warnings, const RunSettings& settings);
+                const diagnostics::Diagnostics& warnings, const RunSettings& settings);
 
 }  // namespace odomd::daemon

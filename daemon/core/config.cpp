@@ -191,9 +191,9 @@ Config parse_config(std::string text, const std::filesystem::path& file) {
   if (auto table = root.table("vehicle", "[vehicle]")) {
     config.vehicle = read_vehicle(*table);
   } else {
-    config.warnings.push_back(fmt::format(
-        "{}: no [vehicle]: using the reference car (1:10, {} kg); describe your car there",
-        file.string(), config.vehicle.mass));
+    config.warnings.push_back(found(
+        diagnostics::kind("reference_car"), file.string(),
+        fmt::format("no [vehicle]: using the reference car (1:10, {} kg)", config.vehicle.mass)));
   }
   root.require("can", "; name the database and the signals in [can]");
   auto can = root.table("can", "[can]");

@@ -13,6 +13,7 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/decode/signal_binding.hpp"
 #include "daemon/core/config_error.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
 
@@ -101,7 +102,7 @@ struct Config {
   StatusConfig status;
   RecordConfig record;
   LogConfig log;
-  std::vector<std::string> warnings;  ///< about assumptions; one line each
+  diagnostics::Diagnostics warnings;  ///< about assumptions
 };
 
 /// Reads and checks a file. Throws ConfigError (a std::invalid_argument) with one line: file, line,
@@ -133,7 +134,7 @@ inline constexpr std::string_view pose_too_far =
 /// and the time-outs that default to three of a message's cycle times (100 ms where the database
 /// has none). Appends warnings about unusual content to `warnings`. Throws std::invalid_argument.
 [[nodiscard]] std::vector<can::Database> load_databases(Config& config,
-                                                        std::vector<std::string>& warnings);
+                                                        diagnostics::Diagnostics& warnings);
 
 /// The buses that bindings refer to by name, in the order of their numbers in the decoder.
 [[nodiscard]] std::vector<std::string> expected_buses(const Config& config);

@@ -7,6 +7,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/core/config_sections.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -42,7 +43,7 @@ std::vector<std::string> expected_buses(const Config& config) {
   return buses;
 }
 
-std::vector<can::Database> load_databases(Config& config, std::vector<std::string>& warnings) {
+std::vector<can::Database> load_databases(Config& config, diagnostics::Diagnostics& warnings) {
   std::vector<can::Database> databases;
   for (const auto& file : config.can.dbc) {
     try {
@@ -51,7 +52,8 @@ std::vector<can::Database> load_databases(Config& config, std::vector<std::strin
       throw ConfigError(fmt::format("{} (a database for {})", error.what(), config.file.string()));
     }
     for (const auto& warning : databases.back().warnings)
-      warnings.push_back(can::describe(databases.back(), warning));
+      warnings.push_back(found(diagnostics::kind("database_content"), {},
+                               can::describe(databases.back(), warning)));
   }
   check_model(config, warnings);
   check_buses(config);

@@ -6,11 +6,15 @@
 #include <fmt/format.h>
 
 #include "daemon/core/config_sections.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/ekf/sample_window.hpp"
 
 namespace odomd::daemon {
 namespace {
 
+using diagnostics::found;
+using diagnostics::kind;
+using estimator::index_of;
 using estimator::Model;
 using estimator::Source;
 using estimator::full::SampleWindow;
@@ -20,7 +24,7 @@ bool is_mapped(const Config& config, Source source) {
 }
 
 /// Checks that a speed is mapped, and warns of what the model does without the other roles.
-void check_roles(const Config& config, std::vector<std::string>& warnings) {
+void check_roles(const Config& config, diagnostics::Diagnostics& warnings) {
   constexpr Source speeds[] = {Source::wheel_front_left, Source::wheel_front_right,
                                Source::wheel_rear_left,  Source::wheel_rear_right,
                                Source::wheel_rear,       Source::motor};
@@ -31,9 +35,9 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
   require_roles(config);
   const auto warn = [&](Source source, std::string_view without) {
     if (!is_mapped(config, source))
-      warnings.push_back(
-          fmt::format("{}: [can.signals]: {} is not mapped: {}", config.file.string(),
-                      estimator::source_names[static_cast<std::size_t>(source)], without));
+      warnings.push_back(found(
+          kind("role_not_mapped"), config.file.string() + ": [can.signals]",
+          fmt::format("{} is not mapped: {}", estimator::source_names[index_of(source)], without)));
   };
   const bool full = config.model == Model::full;
   if (config.model != Model::inertial)
@@ -43,10 +47,9 @@ void check_roles(const Config& config, std::vector<std::string>& warnings) {
   const estimator::SteeringActuator& actuator = config.vehicle.steering;
   if (full && !is_mapped(config, Source::steering) &&
       (actuator.delay_s > 0.0 || actuator.lag_s > 0.0 || actuator.rate_limit > 0.0))
-    warnings.push_back(
-        fmt::format("{}: [steering]: steering is not mapped, so this table has no effect; map "
-                    "steering, or leave [steering] out",
-                    config.file.string()));
+    warnings.push_back(found(kind("actuator_without_steering"),
+                             config.file.string() + ": [steering]",
+                             "steering is not mapped, so this table has no effect"));
   if (full) warn(Source::yaw_rate, "only the steering and the wheels measure how the car turns");
 }
 
@@ -104,7 +107,7 @@ void require_roles(const Config& config) {
         config.file.string()));
 }
 
-void check_model(const Config& config, std::vector<std::string>& warnings) {
+void check_model(const Config& config, diagnostics::Diagnostics& warnings) {
   check_roles(config, warnings);
   check_mounting(config);
   check_window(config);
@@ -112,7 +115,7 @@ void check_model(const Config& config, std::vector<std::string>& warnings) {
 }
 
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
-                 std::vector<std::string>& warnings) {
+                 diagnostics::Diagnostics& warnings) {
   if (config.model != Model::full) return;
   // The window and one tick more.
   const double tick_s = static_cast<double>(config.realtime.period_ns) * 1e-9;
@@ -124,13 +127,13 @@ void check_rates(const Config& config, std::span<const can::BoundMessage> messag
                  static_cast<double>(message.cycle_time_ns);
   const double longest_s = kept_s * static_cast<double>(SampleWindow::capacity) / samples - tick_s;
   if (longest_s < config.window_s)
-    warnings.push_back(
-        fmt::format("{}: [filter] window: {:.0f} samples come in {} s and one tick at the "
-                    "databases' cycle times, but only {} fit: the effective window is shorter; map "
-                    "fewer signals, or lower window to "
-                    "{:.2g} s",
-                    config.file.string(), samples, config.window_s, SampleWindow::capacity,
-                    std::max(shortest_window_s, std::floor(100.0 * longest_s) / 100.0)));
+    warnings.push_back(found(
+        kind("window_overflows"), config.file.string() + ": [filter] window",
+        fmt::format("{:.0f} samples come in {} s and one tick at the databases' cycle times, but "
+                    "only {} fit: the effective window is shorter",
+                    samples, config.window_s, SampleWindow::capacity),
+        fmt::format("{:.2g} s",
+                    std::max(shortest_window_s, std::floor(100.0 * longest_s) / 100.0))));
 }
 
 estimator::FilterSettings filter_settings(const Config& config) {

@@ -5,6 +5,7 @@
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/config_toml.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 
 namespace odomd::daemon {
 
@@ -13,11 +14,11 @@ namespace odomd::daemon {
 void read_signal(const std::string& role, TableReader table, CanConfig& can);
 
 /// Checks roles, mounting and window against the model. Throws ConfigError.
-void check_model(const Config& config, std::vector<std::string>& warnings);
+void check_model(const Config& config, diagnostics::Diagnostics& warnings);
 /// Warns of sizes that no car has, usually because they are in another unit.
-void check_sizes(const Config& config, std::vector<std::string>& warnings);
+void check_sizes(const Config& config, diagnostics::Diagnostics& warnings);
 /// Warns when the filter's window cannot hold all samples at the messages' cycle times.
 void check_rates(const Config& config, std::span<const can::BoundMessage> messages,
-                 std::vector<std::string>& warnings);
+                 diagnostics::Diagnostics& warnings);
 
 }  // namespace odomd::daemon

@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "daemon/core/source_complaint.hpp"
+#include "daemon/core/source_diagnostics.hpp"
 
 namespace odomd::daemon {
 namespace {
@@ -59,11 +59,11 @@ void SourceReporter::look_at_wiring(Journal& journal) {
     if (wiring != wiring_[i])
       wiring == WiringFault::none
           ? journal.info(fmt::format("{} agrees with the other sensors again", name))
-          : journal.warn(fmt::format("{}{}", name, complaint(wiring, name)));
+          : journal.warn(text_of(diagnostic_of(wiring, name, std::string{name})));
     wiring_[i] = wiring;
     const bool inconsistent = source.inconsistent.get() != 0;
     if (inconsistent != inconsistent_[i])
-      inconsistent ? journal.warn(fmt::format("{}{}", name, inconsistent_complaint))
+      inconsistent ? journal.warn(text_of(inconsistent_source(std::string{name})))
                    : journal.info(fmt::format("{} fits the filter's prediction again", name));
     inconsistent_[i] = inconsistent;
   }
@@ -159,7 +159,7 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
       journal.warn(overdue ? fmt::format("{} is overdue: the last sample is {:.3f} s old", label(),
                                          static_cast<double>(unheard_ns) * 1e-9)
-                           : label() + std::string{complaint(flag)});
+                           : text_of(diagnostic_of(flag, label())));
       signal = Signal::unhealthy;
     } else if (signal == Signal::awaited &&
                now_ns - running_.started_ns > first_sample_timeout_ns) {

@@ -34,7 +34,7 @@ double mahalanobis(double dx, double dy, const odom_pose& pose) {
 
 Drive read_drive(const std::filesystem::path& folder) {
   Drive drive{.config = daemon::load_config(folder / "car.toml")};
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   drive.databases = daemon::load_databases(drive.config, warnings);
   can::BusNames buses;
   const std::vector<std::string> logs{folder / "drive.log"};

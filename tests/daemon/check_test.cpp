@@ -70,9 +70,10 @@ TEST(CheckSummary, ShowsServoGripAndLeanWhereTheyAreGiven) {
 }
 
 TEST(CheckSummary, EndsWithTheWarnings) {
-  const std::string warnings[] = {"car.toml: steering is not mapped"};
+  const diagnostics::Diagnostics warnings{
+      found(diagnostics::kind("role_not_mapped"), "car.toml", "steering is not mapped")};
   EXPECT_THAT(summary(with_signal(30'000'000, 0), {}, warnings),
-              testing::EndsWith("warnings\n  car.toml: steering is not mapped\n"));
+              testing::EndsWith("warnings\n  " + text_of(warnings.front()) + "\n"));
 }
 
 }  // namespace

@@ -34,37 +34,39 @@ shm_api/layout: shm_api/include/odom
 shm_api/libodom: shm_api/include/odom shm_api/layout
 shm_api: shm_api/include/odom shm_api/layout shm_api/libodom
 
-daemon/core: base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
-    estimator/ekf estimator/integrity estimator shm_api/include/odom
+daemon/diagnostics:
+daemon/core: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
+    estimator/common estimator/ekf estimator/integrity estimator shm_api/include/odom
 daemon/journal: base daemon/core
 daemon/sockets: base can_protocol estimator/common shm_api/include/odom daemon/core daemon/journal
 daemon/realtime: base can_protocol/sources shm_api/include/odom shm_api daemon/core daemon/journal daemon/sockets
 daemon/housekeeping: base can_protocol can_protocol/sources estimator/common shm_api/include/odom shm_api
     daemon/core daemon/journal daemon/sockets daemon/realtime
-daemon: base can_protocol can_protocol/dbc can_protocol/sources shm_api/include/odom shm_api daemon/core
-    daemon/journal daemon/sockets daemon/realtime daemon/housekeeping
+daemon: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/sources shm_api/include/odom shm_api
+    daemon/core daemon/journal daemon/sockets daemon/realtime daemon/housekeeping
 
 tools/math: estimator/common
 tools/cli: base shm_api daemon/core
-tools/drive_files: base can_protocol/sources estimator/common estimator/integrity shm_api/include/odom daemon/core
-    tools/cli
+tools/drive_files: daemon/diagnostics base can_protocol/sources estimator/common estimator/integrity
+    shm_api/include/odom daemon/core tools/cli
 tools/chart: tools/cli
-tools/diagnostics: estimator/common shm_api/include/odom daemon/core tools/math tools/cli tools/drive_files
-tools/replay: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
-    estimator/integrity daemon/core tools/cli tools/drive_files tools/diagnostics
-tools/evaluation: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/diagnostics
-    tools/replay
+tools/diagnostics: daemon/diagnostics estimator/common shm_api/include/odom daemon/core tools/math tools/cli
+    tools/drive_files
+tools/replay: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
+    estimator/common estimator/integrity daemon/core tools/cli tools/drive_files tools/diagnostics
+tools/evaluation: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart
+    tools/diagnostics tools/replay
 tools/live: base can_protocol/decode estimator/common shm_api/include/odom shm_api/libodom daemon/core tools/cli
     tools/drive_files tools/diagnostics
 tools/live/watch: base shm_api/include/odom shm_api tools/cli tools/drive_files tools/diagnostics tools/live
 tools/report: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/chart tools/evaluation
     tools/live
 tools/bridge: base estimator/common shm_api/include/odom tools/math tools/cli tools/drive_files tools/live
-tools/export: can_protocol/decode can_protocol/sources estimator/common daemon/core tools/cli tools/drive_files
-    tools/replay tools/bridge
+tools/export: daemon/diagnostics can_protocol/decode can_protocol/sources estimator/common daemon/core tools/cli
+    tools/drive_files tools/replay tools/bridge
 tools/config_patch: base daemon/core tools/cli
-tools/tune: base estimator/common daemon/core tools/cli tools/diagnostics tools/replay tools/evaluation
-    tools/config_patch
+tools/tune: daemon/diagnostics base estimator/common daemon/core tools/cli tools/diagnostics tools/replay
+    tools/evaluation tools/config_patch
 tools/sim/car: base estimator/common tools/math
 tools/sim/course: tools/sim/car
 tools/sim/sensors: estimator/common tools/math tools/sim/car
@@ -74,21 +76,25 @@ tools/fault: base can_protocol can_protocol/dbc can_protocol/decode can_protocol
     daemon/core daemon/sockets tools/math tools/cli tools/live tools/sim
 tools/marker_tracking: tools/cli
 tools/identify: tools/cli tools/marker_tracking
-tools/identify/common: can_protocol can_protocol/decode can_protocol/sources estimator/common daemon/core tools/math
-    tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
-tools/identify/weighing: daemon/core tools/cli tools/config_patch tools/identify tools/identify/common
-tools/identify/inertia: tools/cli tools/config_patch tools/identify tools/identify/common tools/identify/weighing
-tools/identify/noise: daemon/core tools/math tools/cli tools/chart tools/replay tools/evaluation tools/identify
+tools/identify/common: daemon/diagnostics can_protocol can_protocol/decode can_protocol/sources estimator/common
+    daemon/core tools/math tools/cli tools/drive_files tools/diagnostics tools/replay tools/config_patch
+tools/identify/weighing: daemon/diagnostics daemon/core tools/cli tools/config_patch tools/identify
     tools/identify/common
-tools/identify/latency: estimator/common daemon/core tools/math tools/cli tools/drive_files tools/identify
+tools/identify/inertia: daemon/diagnostics tools/cli tools/config_patch tools/identify tools/identify/common
+    tools/identify/weighing
+tools/identify/noise: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/replay tools/evaluation
+    tools/identify tools/identify/common
+tools/identify/latency: daemon/diagnostics estimator/common daemon/core tools/math tools/cli tools/drive_files
+    tools/identify tools/identify/common
+tools/identify/stiffness: daemon/diagnostics daemon/core tools/math tools/cli tools/chart tools/identify
     tools/identify/common
-tools/identify/stiffness: daemon/core tools/math tools/cli tools/chart tools/identify tools/identify/common
-tools/identify/fit: base can_protocol can_protocol/sources estimator/common daemon/core tools/math tools/cli
-    tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch tools/tune tools/identify
-    tools/identify/common tools/identify/latency
-tools/commands: can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli tools/drive_files
-    tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch tools/report
-    tools/bridge tools/export tools/config_patch tools/tune tools/sim/car tools/sim tools/fault tools/identify
+tools/identify/fit: daemon/diagnostics base can_protocol can_protocol/sources estimator/common daemon/core
+    tools/math tools/cli tools/drive_files tools/chart tools/replay tools/evaluation tools/config_patch tools/tune
+    tools/identify tools/identify/common tools/identify/latency
+tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
+    tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
+    tools/report tools/bridge tools/export tools/config_patch tools/tune tools/sim/car tools/sim tools/fault
+    tools/identify
 tools/completion: daemon tools/cli tools/commands
 tools: tools/cli tools/commands
 """

@@ -23,7 +23,7 @@ cannot be read:
 : interface not found; waiting for it
 : the bus is down; bring it up: ip link set 
  was never received; check that it is on the bus and that the database is right
- fails its end-to-end protection; see odom status
+fails its end-to-end protection
  is overdue: the last sample is 
  has no real-time scheduling (SCHED_FIFO 
 CPUs may enter deep sleep: 

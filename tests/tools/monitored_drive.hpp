@@ -52,7 +52,7 @@ inline MonitoredDrive load_drive(daemon::Config config, const std::filesystem::p
   drive.period_ns = config.realtime.period_ns;
   drive.settings = daemon::filter_settings(config);
   drive.settings.initialise_from_camera = !camera.empty();
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
   can::BusNames buses;
   const std::vector<std::string> logs{log_file};

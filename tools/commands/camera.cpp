@@ -12,6 +12,7 @@
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/live/attach.hpp"
 #include "tools/live/camera_feed.hpp"
@@ -76,7 +77,7 @@ void send_log(const Options& options) {
         "--clock: a --log is on the log's clock; use --clock log, or --from-now");
   }
   const CameraLog log = read_camera_log(options.log);
-  for (const auto& text : log.warnings) warn(text);
+  tools::warn("camera send", log.warnings);
   CameraFeed feed{options.socket, options.wait_s};
   PlayedLog played;
   if (options.from_now) {

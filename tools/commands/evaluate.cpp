@@ -15,11 +15,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/drawing.hpp"
 #include "tools/cli/choice.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 #include "tools/evaluation/evaluation_summary.hpp"
@@ -78,7 +80,7 @@ std::vector<EvaluatedDrive> evaluated(const Options& options) {
     if (!options.camera.empty()) {
       CameraLog log = read_camera_log(options.camera);
       drives.front().cameras = std::move(log.poses);
-      for (const auto& text : log.warnings) drives.front().warnings.push_back({"", text});
+      append(drives.front().warnings, log.warnings);
     }
   }
   for (const std::string& folder : options.drives) {
@@ -115,20 +117,17 @@ std::string command_line() {
   return text;
 }
 
-// "DRIVE, MODEL: warning"; warnings about pose files contain the file's name.
+// Warnings about pose files contain the file's name.
 void warn_of(const EvaluatedDrive& drive) {
-  const std::vector<std::string> texts = worded(drive.warnings);
-  for (std::size_t i = 0; i < texts.size(); ++i) {
-    std::string whose;
-    if (!drive.replays.empty())
-      whose = drive.name + (drive.warnings[i].estimate.empty() ? ": " : ", ");
-    say("odom evaluate: warning: " + whose + texts[i]);
-  }
+  const std::string whose = drive.replays.empty() ? "" : drive.name + ": ";
+  for (const diagnostics::Diagnostic& warning : drive.warnings)
+    say("odom evaluate: warning: " + whose + text_of(warning));
 }
 
 nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {
   nlohmann::ordered_json json = json_of(drive.report);
-  json["warnings"] = worded(drive.warnings);
+  json["warnings"] = texts_of(drive.warnings);
+  json["diagnostics"] = as_json(drive.warnings);
   return json;
 }
 

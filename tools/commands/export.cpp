@@ -11,6 +11,7 @@
 #include "tools/cli/files.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/export/drive_data.hpp"
 #include "tools/export/formats.hpp"
 
@@ -50,7 +51,7 @@ void export_drive(const Options& options) {
     throw std::invalid_argument("--mcap: " + options.mcap +
                                 " looks like a table by its name; use --csv for a table");
   const DriveData data = read_drive(sources);
-  for (const std::string& warning : data.warnings) say("odom export: " + warning);
+  warn("export", data.warnings);
   const ExportTime time = options.relative ? ExportTime::relative : ExportTime::absolute;
   if (!options.csv.empty()) {
     WholeFile file(options.csv);

@@ -13,10 +13,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/interrupt.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/fault/faulty_log.hpp"
 #include "tools/fault/kind_list.hpp"
@@ -146,7 +148,7 @@ struct Car {
 Car car_of(const Options& options) {
   if (options.config.empty()) require("--config");
   Car car{.config = daemon::load_config(options.config)};
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   car.databases = daemon::load_databases(car.config, warnings);
   return car;
 }
@@ -185,8 +187,8 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
 CameraLog camera_of(const Options& options) {
   if (options.camera.empty()) return {};
   CameraLog camera = read_camera_log(options.camera);
-  for (const std::string& text : camera.warnings) warn(text);
-  if (camera.poses.empty()) warn(no_pose_warning(options.camera));
+  tools::warn("fault", camera.warnings);
+  if (camera.poses.empty()) tools::warn("fault", {no_camera_pose(options.camera)});
   return camera;
 }
 

@@ -12,6 +12,7 @@
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/report/beat_chart.hpp"
 #include "tools/report/innovation_chart.hpp"
@@ -136,10 +137,10 @@ class Source {
     }
     if (!options_.reference.empty()) {
       input.reference = read_track(options_.reference, Frame::map, plot_columns());
-      for (const auto& text : input.reference->trajectory.warnings) warn(text);
+      tools::warn("plot", input.reference->trajectory.warnings);
     }
     for (const Track& track : input.tracks) {
-      for (const auto& text : track.trajectory.warnings) warn(text);
+      tools::warn("plot", track.trajectory.warnings);
     }
     if (!overlap(input)) warn("the files have no time in common; each begins at 0 s");
   }

@@ -14,12 +14,14 @@
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/commands/replay_recording.hpp"
 #include "tools/diagnostics/initial_pose_check.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/innovation_file.hpp"
 #include "tools/drive_files/pose_csv.hpp"
@@ -64,13 +66,13 @@ std::vector<std::filesystem::path> inputs_of(const Options& options, const daemo
 }
 
 void report(const Options& options, const ReplaySummary& summary, double seconds,
-            const std::vector<std::string>& warnings) {
+            const diagnostics::Diagnostics& warnings) {
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
     std::cerr << json_text(replay_json(summary, seconds, warnings)) << '\n';
     return;
   }
-  for (const std::string& warning : warnings) say("odom replay: warning: " + warning);
+  warn("replay", warnings);
   std::cerr << fmt::format(
       "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
       "poses, at the end {}\n",
@@ -137,7 +139,7 @@ class InnovationFile {
 
 void run(const Options& options) {
   daemon::Config config = configuration(options);
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
 
   can::BusNames buses;
@@ -151,11 +153,10 @@ void run(const Options& options) {
   CameraLog camera;
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
-    if (camera.poses.empty()) warnings.push_back(no_pose_warning(options.camera));
+    if (camera.poses.empty()) warnings.push_back(no_camera_pose(options.camera));
   } else if (config.camera.configured)
-    warnings.push_back(fmt::format(
-        "{} has a [camera], but there is no --camera with its poses: this is odometry only",
-        options.config));
+    warnings.push_back(found(diagnostics::kind("no_camera_file"), options.config,
+                             "has a [camera], but its poses are not given: this is odometry only"));
 
   const auto pipeline =
       std::make_unique<daemon::Pipeline>(config, databases, buses.all(), !camera.poses.empty());
@@ -175,10 +176,10 @@ void run(const Options& options) {
   if (file && summary.poses > 0) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
-  for (const auto& some :
-       {camera.warnings, log.warnings(), replay_warnings(pipeline->decoder(), summary)})
-    warnings.insert(warnings.end(), some.begin(), some.end());
-  if (auto warning = initial_pose_warning(config, camera.poses, summary.first_tick_ns);
+  append(warnings, camera.warnings);
+  append(warnings, diagnostics::kind("log_content"), log.warnings());
+  append(warnings, check_replay(pipeline->decoder(), summary));
+  if (auto warning = check_initial_pose(config, camera.poses, summary.first_tick_ns);
       warning && summary.camera_units.empty())
     warnings.push_back(*std::move(warning));
   report(options, summary, seconds.count(), warnings);

@@ -10,9 +10,11 @@
 
 #include <fmt/format.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 #include "tools/drive_files/pose_file.hpp"
 #include "tools/drive_files/recording_folder.hpp"
@@ -33,7 +35,7 @@ std::vector<std::filesystem::path> files_of(const Recording& recording) {
 
 void report(const RecordingOptions& options, const RecordingReplay& replayed, double seconds,
             const std::optional<RecordingVerifier>& verifier,
-            const std::vector<std::string>& warnings) {
+            const diagnostics::Diagnostics& warnings) {
   const ReplaySummary& summary = replayed.summary;
   const double drive = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   if (options.json) {
@@ -43,7 +45,7 @@ void report(const RecordingOptions& options, const RecordingReplay& replayed, do
     std::cerr << json_text(json) << '\n';
     return;
   }
-  for (const std::string& warning : warnings) say("odom replay: warning: " + warning);
+  warn("replay", warnings);
   std::cerr << fmt::format(
       "replayed {:.1f} s in {:.3f} s ({:.0f} times real time): {} frames, {} camera poses, {} "
       "ticks, at the end {}\n",
@@ -78,11 +80,13 @@ void replay_recording(const RecordingOptions& options) {
   if (file && !lacks_poses) file->finish();
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
-  std::vector<std::string> warnings = recording.warnings;
-  warnings.insert(warnings.end(), replayed.warnings.begin(), replayed.warnings.end());
+  diagnostics::Diagnostics warnings = recording.warnings;
+  append(warnings, replayed.warnings);
   if (!replayed.inexact.empty())
-    warnings.push_back("the replay begins with the recorded pose, not with the filter's state: " +
-                       replayed.inexact);
+    warnings.push_back(found(diagnostics::kind("replay_without_state"), {},
+                             "the replay begins with the recorded pose, not with the filter's "
+                             "state: " +
+                                 replayed.inexact));
   report(options, replayed, seconds.count(), verifier, warnings);
   if (verifier && !replayed.inexact.empty())
     throw std::runtime_error("cannot be verified without the filter's state: " + replayed.inexact);

@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/choice.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/interrupt.hpp"
@@ -57,10 +58,9 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
                     .reference = {},
                     .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take}));
     const Drive& drive = drives.back();
-    std::vector<std::string> warnings = drive.config.warnings;
-    warnings.insert(warnings.end(), drive.warnings.begin(), drive.warnings.end());
-    for (const std::string& warning : warnings)
-      say("odom tune: warning: " + folder + ": " + warning);
+    for (const auto* warnings : {&drive.config.warnings, &drive.warnings})
+      for (const diagnostics::Diagnostic& warning : *warnings)
+        say("odom tune: warning: " + folder + ": " + text_of(warning));
   }
   return drives;
 }
@@ -134,8 +134,8 @@ std::string in_words(const TuneProgress& progress) {
 void warn_of_drives(const TuneJob& job) {
   const auto warn = [&](const std::vector<Drive>& drives) {
     for (const Drive& drive : drives)
-      for (const std::string& warning : drive_warnings(drive, job.model, job.measure))
-        say("odom tune: warning: " + drive.folder.string() + ": " + warning);
+      for (const diagnostics::Diagnostic& warning : check_drive(drive, job.model, job.measure))
+        say("odom tune: warning: " + drive.folder.string() + ": " + text_of(warning));
   };
   warn(job.drives);
   warn(job.held_out);

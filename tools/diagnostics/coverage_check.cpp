@@ -14,7 +14,6 @@
 namespace odomd::tools {
 namespace {
 
-constexpr double least_covered = 0.9;
 // Larger than the jitter of a reference at rest.
 constexpr double piece = 0.25;  // m
 constexpr std::int64_t piece_ns = 200'000'000;
@@ -39,7 +38,8 @@ bool covers(const Trajectory& estimate, std::int64_t longest_ns, std::int64_t t_
 
 }  // namespace
 
-std::string coverage_warning(const Trajectory& reference, const Trajectory& estimate) {
+std::optional<diagnostics::Diagnostic> check_coverage(const Trajectory& reference,
+                                                      const Trajectory& estimate) {
   const std::int64_t longest_ns = longest_of(estimate);
   double whole_m = 0.0, covered_m = 0.0;
   std::int64_t covered_ns = 0;
@@ -56,13 +56,14 @@ std::string coverage_warning(const Trajectory& reference, const Trajectory& esti
     if (is_covered && covers(estimate, longest_ns, from.t_ns)) covered_m += step;
     from = point;
   }
-  if (covered_m >= least_covered * whole_m || whole_m < least_way) return {};
+  constexpr const diagnostics::Kind& part = diagnostics::kind("estimate_covers_part");
+  if (whole_m < least_way || part.limits.hold(covered_m / whole_m)) return std::nullopt;
   const auto seconds = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-9; };
-  return fmt::format(
-      "it covers {:.1f} s and {:.1f} m of the reference's {:.1f} s and {:.1f} m; all figures are "
-      "for that part only",
-      seconds(covered_ns), covered_m,
-      seconds(reference.points.back().t_ns - reference.points.front().t_ns), whole_m);
+  return found(
+      part, estimate.name,
+      fmt::format("it covers {:.1f} s and {:.1f} m of the reference's {:.1f} s and {:.1f} m",
+                  seconds(covered_ns), covered_m,
+                  seconds(reference.points.back().t_ns - reference.points.front().t_ns), whole_m));
 }
 
 }  // namespace odomd::tools

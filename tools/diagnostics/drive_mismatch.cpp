@@ -11,7 +11,6 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 constexpr std::int64_t step_ns = second_ns / 10;
 constexpr std::size_t least_samples = 20;
 constexpr double least_turn = 0.1;  // rad a second, rms
-constexpr double otherwise = 0.7;   // of it; a bad filter is off by a tenth
 
 bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
   double difference = 0.0;
@@ -33,19 +32,20 @@ bool turns_otherwise(const Trajectory& reference, const Trajectory& estimate) {
   }
   return samples >= least_samples &&
          turned > least_turn * least_turn * static_cast<double>(samples) &&
-         difference > otherwise * otherwise * turned;
+         !diagnostics::kind("other_drive").limits.hold(std::sqrt(difference / turned));
 }
 
 }  // namespace
 
-std::string drive_mismatch(const Trajectory& reference, const Trajectory& estimate) {
+std::optional<diagnostics::Diagnostic> drive_mismatch(const Trajectory& reference,
+                                                      const Trajectory& estimate) {
   if (turns_otherwise(reference, estimate))
-    return "its turns disagree with the reference's: check that the two are of one drive and on "
-           "one clock, and the sign of the yaw";
+    return found(diagnostics::kind("other_drive"), estimate.name,
+                 "its turns disagree with the reference's");
   if (reference.has_covariance && !estimate.has_covariance)
-    return "the reference has sigmas and this has none: check whether --reference and --pose are "
-           "exchanged";
-  return {};
+    return found(diagnostics::kind("exchanged"), estimate.name,
+                 "the reference has sigmas and this has none");
+  return std::nullopt;
 }
 
 }  // namespace odomd::tools

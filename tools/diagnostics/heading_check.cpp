@@ -11,11 +11,10 @@ namespace {
 
 constexpr double piece = 0.2;             // m
 constexpr std::size_t least_pieces = 20;  // fewer do not suffice
-constexpr double least_agreement = 0.65;  // recorded drives: 0.94 and above, 0.77 in a long drift
 
 }  // namespace
 
-std::string heading_warning(const Trajectory& trajectory) {
+std::optional<diagnostics::Diagnostic> check_headings(const Trajectory& trajectory) {
   // The resultant R = |Σ exp(2i(χ − ψ))| / n, χ the course over a piece of the way, ψ the mean of
   // the headings at its ends: 1 if they agree, whatever axis yaw counts from. Doubled, because a
   // car that reverses has its heading against its course.
@@ -33,11 +32,12 @@ std::string heading_warning(const Trajectory& trajectory) {
     ++pieces;
     from = to;
   }
-  if (pieces < least_pieces) return {};
+  if (pieces < least_pieces) return std::nullopt;
   const double agreement = std::hypot(along, across) / static_cast<double>(pieces);
-  if (agreement >= least_agreement) return {};
-  return "the headings do not follow the path (agreement " + fixed(agreement, 2) +
-         " of 1): yaw must be in radians, counter-clockwise from the x axis";
+  constexpr const diagnostics::Kind& off_path = diagnostics::kind("headings_off_path");
+  if (off_path.limits.hold(agreement)) return std::nullopt;
+  return found(off_path, trajectory.name,
+               "the headings do not follow the path (agreement " + fixed(agreement, 2) + " of 1)");
 }
 
 }  // namespace odomd::tools

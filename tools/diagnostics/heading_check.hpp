@@ -2,14 +2,15 @@
 // yaw, can be read, but all results from it are wrong.
 #pragma once
 
-#include <string>
+#include <optional>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/drive_files/trajectory.hpp"
 
 namespace odomd::tools {
 
-/// A warning about headings that do not follow the path; empty if they do, or if the car hardly
-/// moves or turns. A car that reverses or drifts gives no warning.
-[[nodiscard]] std::string heading_warning(const Trajectory& trajectory);
+/// Nothing if the headings follow the path, or if the car hardly moves or turns. A car that
+/// reverses or drifts gives no warning.
+[[nodiscard]] std::optional<diagnostics::Diagnostic> check_headings(const Trajectory& trajectory);
 
 }  // namespace odomd::tools

@@ -16,9 +16,7 @@ using estimator::Pose2;
 
 constexpr double soon_s = 0.2;
 constexpr double sigmas = 5.0;
-// Tolerance for a pose that was set by hand.
-constexpr double far_m = 0.5;
-constexpr double far_rad = 0.5;
+constexpr const diagnostics::Kind& elsewhere = diagnostics::kind("initial_pose_elsewhere");
 
 /// The motion from the initial pose to the camera's pose, of the centre of gravity.
 Pose2 apart(const Pose2& initial, const CameraPose& seen, const Pose2& lever_arm) {
@@ -31,9 +29,9 @@ double turn(const Pose2& motion) {
 
 }  // namespace
 
-std::optional<std::string> initial_pose_warning(const daemon::Config& config,
-                                                std::span<const CameraPose> cameras,
-                                                std::int64_t first_tick_ns) {
+std::optional<diagnostics::Diagnostic> check_initial_pose(const daemon::Config& config,
+                                                          std::span<const CameraPose> cameras,
+                                                          std::int64_t first_tick_ns) {
   if (!config.initial_pose) return std::nullopt;
   const auto& arm = config.camera.lever_arm;
   const Pose2 lever_arm{arm[0], arm[1], arm[2]};
@@ -54,19 +52,18 @@ std::optional<std::string> initial_pose_warning(const daemon::Config& config,
   for (const CameraPose& seen : {*first, *last}) {  // either may be an outlier
     const Pose2 gap = apart(*config.initial_pose, seen, lever_arm);
     const double driven_s = 1.5 * gap_s(seen);
-    if (std::hypot(gap.x, gap.y) <
-            far_m + speed * driven_s + sigmas * std::hypot(seen.sigma_x, seen.sigma_y) &&
-        turn(gap) < far_rad + rate * driven_s + sigmas * seen.sigma_yaw)
-      return std::nullopt;
+    const double beyond_m = std::hypot(gap.x, gap.y) - speed * driven_s -
+                            sigmas * std::hypot(seen.sigma_x, seen.sigma_y);
+    const double beyond_rad = turn(gap) - rate * driven_s - sigmas * seen.sigma_yaw;
+    if (elsewhere.limits.hold(beyond_m) && elsewhere.limits.hold(beyond_rad)) return std::nullopt;
   }
   const Pose2 gap = apart(*config.initial_pose, *first, lever_arm);
-  return fmt::format(
-      "the initial pose ({:.2f} m, {:.2f} m, {:.0f} deg) lies {:.2f} m and {:.0f} deg from what "
-      "the camera saw first: it is of another drive; remove [initial] pose, and the first camera "
-      "pose sets it, or give this drive's",
-      config.initial_pose->x, config.initial_pose->y,
-      config.initial_pose->yaw * 180.0 / std::numbers::pi, std::hypot(gap.x, gap.y),
-      turn(gap) * 180.0 / std::numbers::pi);
+  return found(elsewhere, config.file.string(),
+               fmt::format("the initial pose ({:.2f} m, {:.2f} m, {:.0f} deg) lies {:.2f} m and "
+                           "{:.0f} deg from what the camera saw first: it is of another drive",
+                           config.initial_pose->x, config.initial_pose->y,
+                           config.initial_pose->yaw * 180.0 / std::numbers::pi,
+                           std::hypot(gap.x, gap.y), turn(gap) * 180.0 / std::numbers::pi));
 }
 
 }  // namespace odomd::tools

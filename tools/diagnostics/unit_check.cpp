@@ -50,33 +50,37 @@ bool is_about(double ratio, double factor) {
   return ratio > factor / about && ratio < factor * about;
 }
 
-std::string distance_warning(const std::vector<double>& ways, const std::string& whose) {
-  if (ways.size() < fewest) return {};
-  const double ratio = median_of(ways);
-  const auto warning = [&whose](const std::string& times, const std::string& unit) {
-    return "x and y go about " + times + " times as far as " + whose + ": are the positions in " +
-           unit + "? they must be metres";
-  };
-  if (is_about(ratio, 1000.0)) return warning("1000", "millimetres");
-  if (is_about(ratio, 100.0)) return warning("100", "centimetres");
-  return {};
-}
+using diagnostics::Diagnostics;
+using diagnostics::found;
+using diagnostics::kind;
 
-std::string turn_warning(const std::vector<double>& turns, const std::string& whose) {
-  if (turns.size() < fewest || median_of_magnitudes(turns) > alike) return {};
-  return "yaw turns about 57 times as far as " + whose + ": is it in degrees? it must be radians";
+void check_distances(const std::string& subject, const std::vector<double>& ways,
+                     const std::string& whose, Diagnostics& result) {
+  if (ways.size() < fewest) return;
+  const double ratio = median_of(ways);
+  const auto report = [&](const diagnostics::Kind& kind, const std::string& times) {
+    result.push_back(
+        found(kind, subject, "x and y go about " + times + " times as far as " + whose));
+  };
+  if (is_about(ratio, 1000.0)) report(kind("positions_in_millimetres"), "1000");
+  if (is_about(ratio, 100.0)) report(kind("positions_in_centimetres"), "100");
 }
 
 }  // namespace
 
-std::string unit_warning(std::span<const TrajectoryPoint> poses, const Driven& driven) {
+Diagnostics check_units(const std::string& subject, std::span<const TrajectoryPoint> poses,
+                        const Driven& driven) {
+  Diagnostics result;
   const Sizes sizes = sizes_of(poses, driven.trajectory);
-  std::string way = distance_warning(sizes.ways, driven.way_of);
-  const std::string turn = turn_warning(sizes.turns, driven.turn_of);
-  return way.empty() || turn.empty() ? way + turn : way + "; " + turn;
+  check_distances(subject, sizes.ways, driven.way_of, result);
+  if (sizes.turns.size() >= fewest && median_of_magnitudes(sizes.turns) <= alike)
+    result.push_back(found(kind("yaw_in_degrees"), subject,
+                           "yaw turns about 57 times as far as " + driven.turn_of));
+  return result;
 }
 
-std::string unit_warning(std::span<const estimator::CameraPose> poses, const Driven& driven) {
+Diagnostics check_units(const std::string& subject, std::span<const estimator::CameraPose> poses,
+                        const Driven& driven) {
   std::vector<TrajectoryPoint> points;
   points.reserve(poses.size());
   for (const estimator::CameraPose& pose : poses) {
@@ -85,7 +89,7 @@ std::string unit_warning(std::span<const estimator::CameraPose> poses, const Dri
     point.pose = {pose.x, pose.y, pose.yaw};
   }
   std::ranges::sort(points, {}, &TrajectoryPoint::t_ns);
-  return unit_warning(points, driven);
+  return check_units(subject, points, driven);
 }
 
 }  // namespace odomd::tools

@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/drive_files/trajectory.hpp"
 
@@ -17,14 +18,15 @@ struct Driven {
   std::string turn_of = "the gyro";
 };
 
-/// A warning about poses that go a hundred or a thousand times as far, or turn 57 times as far: "x
-/// and y go about 1000 times as far as the wheels: are the positions in millimetres? they must be
-/// metres". Empty if neither is so, or if the drive is too short to decide.
-[[nodiscard]] std::string unit_warning(std::span<const TrajectoryPoint> poses,
-                                       const Driven& driven);
+/// Whether poses of `subject` go a hundred or a thousand times as far, or turn 57 times as far.
+/// Empty if neither is so, or if the drive is too short to decide.
+[[nodiscard]] diagnostics::Diagnostics check_units(const std::string& subject,
+                                                   std::span<const TrajectoryPoint> poses,
+                                                   const Driven& driven);
 
 /// The same for a camera's poses, in any order.
-[[nodiscard]] std::string unit_warning(std::span<const estimator::CameraPose> poses,
-                                       const Driven& driven);
+[[nodiscard]] diagnostics::Diagnostics check_units(const std::string& subject,
+                                                   std::span<const estimator::CameraPose> poses,
+                                                   const Driven& driven);
 
 }  // namespace odomd::tools

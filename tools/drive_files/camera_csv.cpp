@@ -5,9 +5,13 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"
 
 namespace odomd::tools {
+
+using diagnostics::found;
+using diagnostics::kind;
 namespace {
 
 enum Column : std::size_t { t_arrival, t_capture, x, y, yaw, sigma_x, sigma_y, sigma_yaw };
@@ -49,28 +53,29 @@ CameraLog read_camera_log(const std::filesystem::path& file) {
   while (const auto pose = next_camera_pose(reader)) {
     log.poses.push_back(*pose);
   }
-  log.warnings = reader.warnings();
+  append(log.warnings, kind("file_content"), reader.warnings());
 
   const auto before_seen = std::ranges::count_if(
       log.poses, [](const auto& pose) { return pose.arrival_ns < pose.capture_ns; });
   if (before_seen > 0)
     log.warnings.push_back(
-        fmt::format("{}: {} of {} poses arrive before they are captured and cannot be used: are "
-                    "the columns t_arrival and t_capture exchanged?",
-                    file.string(), before_seen, log.poses.size()));
+        found(kind("camera_columns_exchanged"), file.string(),
+              fmt::format("{} of {} poses arrive before they are captured and cannot be used",
+                          before_seen, log.poses.size())));
 
   const auto by_arrival = [](const estimator::CameraPose& a, const estimator::CameraPose& b) {
     return a.arrival_ns < b.arrival_ns;
   };
   if (!std::is_sorted(log.poses.begin(), log.poses.end(), by_arrival)) {
     std::stable_sort(log.poses.begin(), log.poses.end(), by_arrival);
-    log.warnings.push_back(file.string() + ": rows were not in the order of t_arrival; sorted");
+    log.warnings.push_back(found(kind("file_content"), file.string(),
+                                 "rows were not in the order of t_arrival; sorted"));
   }
   return log;
 }
 
-std::string no_pose_warning(const std::filesystem::path& file) {
-  return file.string() + ": contains no camera pose; check whether the tracker saw the car";
+diagnostics::Diagnostic no_camera_pose(const std::filesystem::path& file) {
+  return found(kind("no_camera_pose"), file.string(), "contains no camera pose");
 }
 
 }  // namespace odomd::tools

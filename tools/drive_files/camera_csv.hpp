@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/cli/csv.hpp"
 
@@ -14,7 +15,7 @@ namespace odomd::tools {
 struct CameraLog {
   /// In order of arrival; poses of the camera's reference point, not of the centre of gravity.
   std::vector<estimator::CameraPose> poses;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Reads a whole log. Throws std::invalid_argument with file, line and column if it is not usable:
@@ -24,7 +25,7 @@ struct CameraLog {
 [[nodiscard]] CameraLog read_camera_log(const std::filesystem::path& file);
 
 /// The warning about a log without a single pose.
-[[nodiscard]] std::string no_pose_warning(const std::filesystem::path& file);
+[[nodiscard]] diagnostics::Diagnostic no_camera_pose(const std::filesystem::path& file);
 
 /// A reader for the camera's columns, and the pose of its next row; nothing at the end.
 [[nodiscard]] CsvReader camera_reader(std::istream& input, const std::string& name);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 
@@ -102,11 +103,12 @@ Trajectory read_trajectory(std::istream& input, const std::string& name, Frame f
   if (trajectory.points.empty()) {
     throw std::invalid_argument(name + ": has no rows");
   }
-  trajectory.warnings = reader.warnings();
+  append(trajectory.warnings, diagnostics::kind("file_content"), reader.warnings());
   if (repeated > 0) {
-    trajectory.warnings.push_back(first_repeated + ": column \"t\": a time is repeated (" +
-                                  std::to_string(repeated) +
-                                  " rows in all); of rows with equal times the first is used");
+    trajectory.warnings.push_back(
+        found(diagnostics::kind("file_content"), first_repeated,
+              "column \"t\": a time is repeated (" + std::to_string(repeated) +
+                  " rows in all); of rows with equal times the first is used"));
   }
   return trajectory;
 }

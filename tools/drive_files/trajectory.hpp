@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/estimate.hpp"
 
 namespace odomd::tools {
@@ -32,7 +33,7 @@ struct Trajectory {
   std::vector<TrajectoryPoint> points;  ///< at least one; times strictly increasing
   bool has_motion = false;
   bool has_covariance = false;  ///< from sigma_x, sigma_y, sigma_yaw; off-diagonal where given
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// The pose of a pose file to read.

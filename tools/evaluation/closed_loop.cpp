@@ -58,8 +58,8 @@ Evaluation evaluate_closed_loop(const Trajectory& estimate) {
   return e;
 }
 
-std::string check_that_it_closes(const std::string& drive,
-                                 std::span<const Evaluation> evaluations) {
+std::optional<diagnostics::Diagnostic> check_that_it_closes(
+    const std::string& drive, std::span<const Evaluation> evaluations) {
   const auto best = std::min_element(
       evaluations.begin(), evaluations.end(), [](const Evaluation& a, const Evaluation& b) {
         if ((a.path_length < least_path) != (b.path_length < least_path)) {
@@ -77,10 +77,10 @@ std::string check_that_it_closes(const std::string& drive,
         "; cut it to whole laps with --from and --to, or give a --reference");
   }
   if (best->end_error > warn_share_of_path * best->path_length || degrees_off(*best) > warn_turn) {
-    return "the lap closes badly: by the best estimate it ends " + how_far(*best) +
-           "; the figures include the distance of the car itself from its start";
+    return found(diagnostics::kind("loop_closes_badly"), drive,
+                 "the lap closes badly: by the best estimate it ends " + how_far(*best));
   }
-  return {};
+  return std::nullopt;
 }
 
 }  // namespace odomd::tools

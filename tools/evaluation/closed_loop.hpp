@@ -1,10 +1,11 @@
 // A lap that ends where it began needs no reference: the estimate should end at its start.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/drive_files/trajectory.hpp"
 #include "tools/evaluation/evaluation.hpp"
 
@@ -17,9 +18,9 @@ namespace odomd::tools {
 
 /// Checks by the best of the estimates that the car came back. Throws std::invalid_argument if it
 /// hardly moved, or if even the best ends more than a tenth of the path, half the lap's size, or
-/// 45° from the start. Returns a warning (without the drive's name) for more than 3 % of the path
-/// or 20°: then it is not known whether the estimate or the car is off. Empty: no warning.
-[[nodiscard]] std::string check_that_it_closes(const std::string& drive,
-                                               std::span<const Evaluation> evaluations);
+/// 45° from the start. More than 3 % of the path or 20° is a diagnostic: then it is not known
+/// whether the estimate or the car is off.
+[[nodiscard]] std::optional<diagnostics::Diagnostic> check_that_it_closes(
+    const std::string& drive, std::span<const Evaluation> evaluations);
 
 }  // namespace odomd::tools

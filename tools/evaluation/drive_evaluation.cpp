@@ -37,9 +37,10 @@ ReplayedDrive replay_drive(const Drive& drive, const daemon::Config& config, Fra
         result.last = record;
       },
       keep);
-  result.warnings = replay_warnings(pipeline->decoder(), result.summary);
+  result.warnings = check_replay(pipeline->decoder(), result.summary);
   if (result.poses.points.empty()) {
-    throw std::invalid_argument(result.warnings.back());  // which says what is missing for a pose
+    throw std::invalid_argument(
+        text_of(result.warnings.back()));  // which says what is missing for a pose
   }
   return result;
 } catch (const std::invalid_argument& error) {

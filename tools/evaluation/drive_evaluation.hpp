@@ -12,6 +12,7 @@
 
 #include "daemon/core/config.hpp"
 #include "daemon/core/record.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/estimate.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/evaluation/evaluation.hpp"
@@ -28,7 +29,7 @@ struct ReplayedDrive {
   Trajectory poses;         ///< one point per tick, on the log's clock, from initialisation on
   ReplaySummary summary;    ///< verdicts and innovations by source, too
   daemon::TickRecord last;  ///< the last published record: calibrations, conditions
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   /// In the order of the ticks that took them in; Judgement::time_ns is the sample's own. Only for
   /// models that test each sample.
   std::vector<estimator::Judgement> judgements;

@@ -7,10 +7,12 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/style.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/drive_mismatch.hpp"
+#include "tools/diagnostics/heading_check.hpp"
 #include "tools/diagnostics/initial_pose_check.hpp"
 #include "tools/evaluation/closed_loop.hpp"
 #include "tools/evaluation/evaluation_checks.hpp"
@@ -19,8 +21,10 @@
 namespace odomd::tools {
 namespace {
 
-void append(std::vector<EvaluationWarning>& to, const std::vector<std::string>& from) {
-  for (const std::string& text : from) to.push_back({"", text});
+using diagnostics::Diagnostic;
+
+void add(EvaluatedDrive& drive, std::optional<Diagnostic> warning) {
+  if (warning) drive.warnings.push_back(*std::move(warning));
 }
 
 // "1760000015.5" is a time in the files, "+15.5" counts from their first row.
@@ -87,20 +91,19 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   report.baseline = baseline_of(drive, judging.baseline);
   if (judging.against == Against::closed_loop) {
     for (const Trajectory& estimate : drive.estimates) {
-      if (drive.replays.empty()) check_heading(drive, estimate);
+      if (drive.replays.empty()) add(drive, check_headings(estimate));
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
-    const std::string warning = check_that_it_closes(drive.name, report.evaluations);
-    if (!warning.empty()) drive.warnings.push_back({"", warning});
+    add(drive, check_that_it_closes(drive.name, report.evaluations));
     return;
   }
   report.reference = drive.reference->name;
   if (judging.lever_arm) {
     report.lever_arm = judging.lever_arm;
   } else if (judging.fit_lever_arm) {
-    const std::string warning =
-        unit_warning_between(*drive.reference, drive.estimates.front(), "the estimate");
-    if (!warning.empty()) throw std::invalid_argument(report.reference + ": " + warning);
+    const diagnostics::Diagnostics units =
+        check_units_of(*drive.reference, drive.estimates.front(), "the estimate");
+    if (!units.empty()) throw std::invalid_argument(text_of(units.front()));
     const LeverArmFit fit = fit_lever_arm(*drive.reference, drive.estimates);
     report.lever_arm = fit.lever_arm;
     report.fitted_windows = fit.windows;
@@ -114,9 +117,9 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
     // A model that has stopped no longer turns, and has been reported already.
     if (!drive.replays.empty() && drive.replays[i].summary.fault_ns) continue;
     if (units[i] == Units::unlike) continue;
-    const std::string mismatch = drive_mismatch(*drive.reference, estimate);
-    if (!mismatch.empty()) drive.warnings.push_back({estimate.name, mismatch});
-    is_of_the_drive = is_of_the_drive || mismatch.empty();
+    const std::optional<Diagnostic> mismatch = drive_mismatch(*drive.reference, estimate);
+    is_of_the_drive = is_of_the_drive || !mismatch;
+    add(drive, mismatch);
   }
   // What is not evaluated is not checked.
   Trajectory judged = *drive.reference;
@@ -126,9 +129,8 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   std::erase_if(judged.points, is_outside);
   if (judged.points.size() < 2) judged = *drive.reference;
   if (is_of_the_drive) {
-    std::string warning = read != nullptr ? time_warning(judged, *read, report.align)
-                                          : time_warning(judged, drive.estimates, report.align);
-    if (!warning.empty()) drive.warnings.push_back({"", std::move(warning)});
+    add(drive, read != nullptr ? check_times(judged, *read, report.align)
+                               : check_times(judged, drive.estimates, report.align));
   }
   check_coverage(drive, judged, units);
 }
@@ -139,15 +141,6 @@ std::vector<std::string> names_of(const EvaluatedDrive& drive) {
   std::vector<std::string> files;
   for (const Trajectory& estimate : drive.estimates) files.push_back(estimate.name);
   return short_names(files);
-}
-
-std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings) {
-  std::vector<std::string> lines;
-  lines.reserve(warnings.size());
-  for (const EvaluationWarning& warning : warnings)
-    lines.push_back(warning.estimate.empty() ? warning.text
-                                             : warning.estimate + ": " + warning.text);
-  return lines;
 }
 
 std::vector<std::string> colours_of(const EvaluatedDrive& drive) {
@@ -222,11 +215,11 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     drive.estimates.back().name = daemon::name_of(model);
     drive.replays.push_back(std::move(replayed));
   }
-  if (auto warning = initial_pose_warning(read.config, read.cameras,
-                                          drive.replays.front().summary.first_tick_ns)) {
+  if (auto warning = check_initial_pose(read.config, read.cameras,
+                                        drive.replays.front().summary.first_tick_ns)) {
     drive.begins_elsewhere = true;
     if (drive.replays.front().summary.camera_units.empty())
-      drive.warnings.push_back({"", *std::move(warning)});
+      drive.warnings.push_back(*std::move(warning));
   }
   check_sensors(drive);
   judge(drive, judging, &read);

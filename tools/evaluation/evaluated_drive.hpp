@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/common/settings.hpp"
 #include "tools/drive_files/beat_histogram.hpp"
@@ -15,11 +16,6 @@
 #include "tools/evaluation/evaluation_report.hpp"
 
 namespace odomd::tools {
-
-struct EvaluationWarning {
-  std::string estimate;  ///< its name; empty: of the drive
-  std::string text;
-};
 
 struct EvaluatedDrive {
   std::string name;
@@ -33,11 +29,8 @@ struct EvaluatedDrive {
   bool begins_elsewhere = false;  ///< the configuration's initial pose is of another drive
   std::optional<BeatHistogram> beat;
   std::optional<daemon::Config> config;  ///< of replays
-  std::vector<EvaluationWarning> warnings;
+  diagnostics::Diagnostics warnings;
 };
-
-/// "ESTIMATE: warning", one line each.
-[[nodiscard]] std::vector<std::string> worded(const std::vector<EvaluationWarning>& warnings);
 
 /// Short names of the estimates, and their colours: each model has its own in every picture.
 [[nodiscard]] std::vector<std::string> names_of(const EvaluatedDrive& drive);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/evaluation/evaluated_drive.hpp"
 
 namespace odomd::tools {
@@ -13,13 +14,10 @@ namespace odomd::tools {
 /// The replays' warnings about sensors. A warning that every model gives becomes one of the drive.
 void check_sensors(EvaluatedDrive& drive);
 
-/// Warns of headings that do not follow the path.
-void check_heading(EvaluatedDrive& drive, const Trajectory& trajectory);
-
-/// A warning about poses in other units than those of another trajectory, which messages call
-/// `whose`; empty: no warning.
-[[nodiscard]] std::string unit_warning_between(const Trajectory& poses, const Trajectory& other,
-                                               const std::string& whose);
+/// Poses in other units than those of another trajectory, which messages call `whose`.
+[[nodiscard]] diagnostics::Diagnostics check_units_of(const Trajectory& poses,
+                                                      const Trajectory& other,
+                                                      const std::string& whose);
 
 /// The units of reference and estimate. If they differ, most other warnings about the two are left
 /// out, as they follow from this.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/diagnostics/output.hpp"
 #include "tools/replay/replay_json.hpp"
 
 namespace odomd::tools {
@@ -178,7 +179,8 @@ Json summary_json(std::span<const EvaluatedDrive> drives) {
       one["estimates"][i]["innovations"] = innovations_json(drive.replays[i].summary);
       one["estimates"][i]["verdicts"] = verdicts_json(drive.replays[i].summary);
     }
-    one["warnings"] = worded(drive.warnings);
+    one["warnings"] = texts_of(drive.warnings);
+    one["diagnostics"] = as_json(drive.warnings);
     json["drives"].push_back(std::move(one));
   }
   json["summary"] = Json::array();

@@ -6,17 +6,19 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <string>
 
 #include "tools/evaluation/drive_evaluation.hpp"
 
 namespace odomd::tools {
 namespace {
 
-constexpr double same_clock = 0.015;  // s
+using diagnostics::Diagnostic;
+constexpr const diagnostics::Kind& clocks_differ = diagnostics::kind("clocks_differ");
 
-constexpr auto on_one_clock =
-    " against the bus: put them on the log's clock, or state the latencies of the signals (odom "
-    "identify latency)";
+std::optional<Diagnostic> report(const std::string& whose, const std::string& seen) {
+  return found(clocks_differ, whose, seen);
+}
 
 // Keeps the offset that explains the most: a poor model has time errors of its own.
 void keep_the_better(std::optional<TimeOffset>& best, const std::optional<TimeOffset>& other) {
@@ -34,8 +36,8 @@ std::string by_how_much(const TimeOffset& offset, const char* error) {
 
 }  // namespace
 
-std::string time_warning(const Trajectory& reference, std::span<const Trajectory> estimates,
-                         Align align) {
+std::optional<Diagnostic> check_times(const Trajectory& reference,
+                                      std::span<const Trajectory> estimates, Align align) {
   std::optional<TimeOffset> found;
   for (const Trajectory& estimate : estimates)
     keep_the_better(found, offset_by_positions(reference, estimate, align));
@@ -45,11 +47,9 @@ std::string time_warning(const Trajectory& reference, std::span<const Trajectory
       keep_the_better(found, offset_by_motion(reference, estimate));
     error = "error over a second";
   }
-  if (!found) return {};
-  return reference.name + ": its times " + look(found->late_s) +
-         " compared with the poses: put both on the log's clock, and the camera's poses too if "
-         "they were used" +
-         by_how_much(*found, error);
+  if (!found) return std::nullopt;
+  return report(reference.name, "its times " + look(found->late_s) + " compared with the poses" +
+                                    by_how_much(*found, error));
 }
 
 Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses,
@@ -76,15 +76,15 @@ Trajectory camera_trajectory(std::span<const estimator::CameraPose> poses,
   return at_centre_of_gravity(trajectory, lever_arm);
 }
 
-std::string time_warning(const Trajectory& reference, const Drive& drive, Align align) {
+std::optional<Diagnostic> check_times(const Trajectory& reference, const Drive& drive,
+                                      Align align) {
   const std::optional<Trajectory> odometry = dead_reckoning(drive);
-  if (!odometry) return {};
+  if (!odometry) return std::nullopt;
   const std::optional<TimeOffset> of_reference = offset_by_motion(reference, *odometry);
-  const std::string its_times = reference.name + ": its times ";
   if (drive.cameras.empty()) {
-    if (!of_reference) return {};
-    return its_times + look(of_reference->late_s) + on_one_clock +
-           by_how_much(*of_reference, "error over a second");
+    if (!of_reference) return std::nullopt;
+    return report(reference.name, "its times " + look(of_reference->late_s) + " against the bus" +
+                                      by_how_much(*of_reference, "error over a second"));
   }
   const auto& arm = drive.config.camera.lever_arm;
   const Trajectory camera = camera_trajectory(drive.cameras, {arm[0], arm[1], arm[2]});
@@ -93,26 +93,23 @@ std::string time_warning(const Trajectory& reference, const Drive& drive, Align 
       offset_by_positions(reference, camera, align == Align::none ? Align::none : Align::fit);
   if (!between) {
     if (!of_reference || !of_camera ||
-        std::fabs(of_reference->late_s - of_camera->late_s) > same_clock)
-      return {};
-    return reference.name + ", camera.csv: their times " + look(of_reference->late_s) +
-           on_one_clock;
+        !clocks_differ.limits.hold(std::fabs(of_reference->late_s - of_camera->late_s)))
+      return std::nullopt;
+    return report(reference.name + ", camera.csv",
+                  "their times " + look(of_reference->late_s) + " against the bus");
   }
   const std::string difference = by_how_much(*between, "rms between the two");
   // The bus shows which of the two is off; the two together show more precisely by how much.
   if (of_camera && !of_reference)
-    return "camera.csv: its times " + look(-between->late_s) +
-           " against the bus: put them on the log's clock, t_capture at the time the picture was "
-           "taken" +
-           difference;
+    return report("camera.csv",
+                  "its times " + look(-between->late_s) + " against the bus" + difference);
   if (of_reference && !of_camera)
-    return its_times + look(between->late_s) + " against the bus: put them on the log's clock" +
-           difference;
-  return fmt::format(
-      "{} and camera.csv: their times look {:.0f} ms apart, {} later: put both on "
-      "the log's clock{}",
-      reference.name, std::fabs(1e3 * between->late_s),
-      between->late_s > 0.0 ? "the reference's" : "the camera's", difference);
+    return report(reference.name,
+                  "its times " + look(between->late_s) + " against the bus" + difference);
+  return report(
+      reference.name + " and camera.csv",
+      fmt::format("their times look {:.0f} ms apart, {} later{}", std::fabs(1e3 * between->late_s),
+                  between->late_s > 0.0 ? "the reference's" : "the camera's", difference));
 }
 
 }  // namespace odomd::tools

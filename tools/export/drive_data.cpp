@@ -10,6 +10,7 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/pipeline.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/drive_files/recording_folder.hpp"
@@ -22,10 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void add(std::vector<std::string>& all, const std::vector<std::string>& more) {
-  all.insert(all.end(), more.begin(), more.end());
-}
-
 double number_of_mode(const CsvReader& reader, std::size_t column) {
   const auto& names = estimator::mode_names;
   const auto* const found = std::ranges::find(names, reader.text(column));
@@ -33,7 +30,7 @@ double number_of_mode(const CsvReader& reader, std::size_t column) {
   return static_cast<double>(found - names.begin());
 }
 
-PoseTable read_poses(const fs::path& file, std::vector<std::string>& warnings) {
+PoseTable read_poses(const fs::path& file, diagnostics::Diagnostics& warnings) {
   std::vector<const PoseField*> known;
   std::vector<std::string> optional;
   for (const PoseField& field : pose_fields()) {
@@ -61,8 +58,9 @@ PoseTable read_poses(const fs::path& file, std::vector<std::string>& warnings) {
       table.values.push_back(table.fields[i]->path == mode_path ? number_of_mode(reader, columns[i])
                                                                 : reader.number(columns[i]));
   }
-  if (table.times_ns.empty()) warnings.push_back(file.string() + ": contains no pose");
-  add(warnings, reader.warnings());
+  if (table.times_ns.empty())
+    warnings.push_back(found(diagnostics::kind("file_content"), file.string(), "contains no pose"));
+  append(warnings, diagnostics::kind("file_content"), reader.warnings());
   return table;
 }
 
@@ -78,7 +76,7 @@ std::optional<FrameSource> frame_source(const ExportSources& sources, DriveData&
   FrameSource source;
   if (!sources.recording.empty()) {
     Recording recording = open_recording(sources.recording);
-    add(data.warnings, recording.warnings);
+    append(data.warnings, recording.warnings);
     source.config = std::move(recording.config);
     source.databases = std::move(recording.databases);
     source.bus_names = recording.buses;
@@ -90,8 +88,8 @@ std::optional<FrameSource> frame_source(const ExportSources& sources, DriveData&
   if (sources.logs.empty()) return std::nullopt;
   if (sources.config.empty()) {
     data.warnings.push_back(
-        sources.logs.front() +
-        ": left out: without a configuration (--config) its frames cannot be decoded");
+        found(diagnostics::kind("log_content"), sources.logs.front(),
+              "left out: without a configuration (--config) its frames cannot be decoded"));
     return std::nullopt;
   }
   source.config = daemon::load_config(sources.config);
@@ -124,7 +122,7 @@ class FramePass {
     } else {
       while (next() != nullptr) continue;
     }
-    add(data_.warnings, log.warnings());
+    append(data_.warnings, diagnostics::kind("log_content"), log.warnings());
     std::ranges::stable_sort(data_.signals, {}, &SignalSample::frame_ns);
   }
 
@@ -193,13 +191,13 @@ DriveData read_drive(const ExportSources& sources) {
   if (!sources.camera.empty()) {
     CameraLog log = read_camera_log(sources.camera);
     data.camera = std::move(log.poses);
-    add(data.warnings, log.warnings);
+    append(data.warnings, log.warnings);
   }
   if (!sources.truth.empty()) {
     Trajectory truth = read_trajectory(sources.truth);
     data.truth = std::move(truth.points);
     data.truth_has_motion = truth.has_motion;
-    add(data.warnings, truth.warnings);
+    append(data.warnings, truth.warnings);
   }
   if (const auto frames = frame_source(sources, data); frames && !frames->logs.empty())
     FramePass(*frames, data).run();

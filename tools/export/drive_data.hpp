@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/drive_files/pose_fields.hpp"
@@ -55,7 +56,7 @@ struct DriveData {
   std::vector<TrajectoryPoint> truth;
   bool truth_has_motion = false;
   std::vector<SignalSample> signals;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Reads everything. If there are frames and a configuration but no poses, the drive is replayed.

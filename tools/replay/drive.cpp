@@ -7,6 +7,7 @@
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/sources/log_reader.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/log_order.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 
@@ -45,8 +46,7 @@ daemon::Config config_of(const DriveFiles& files) {
   return daemon::load_config(*own);
 }
 
-template <typename T>
-void append(std::vector<T>& to, const std::vector<T>& from) {
+void append(std::vector<fs::path>& to, const std::vector<fs::path>& from) {
   to.insert(to.end(), from.begin(), from.end());
 }
 
@@ -109,7 +109,8 @@ Drive read_drive(const DriveFiles& files) {
     drive.frames.push_back(*frame);
   }
   order.require_sorted();
-  if (!log.warning().empty()) drive.warnings.push_back(log.warning());
+  if (!log.warning().empty())
+    drive.warnings.push_back(found(diagnostics::kind("log_content"), {}, log.warning()));
   drive.buses = buses.all();
 
   if (files.camera == CameraUse::take) {
@@ -118,7 +119,7 @@ Drive read_drive(const DriveFiles& files) {
       drive.cameras = std::move(camera.poses);
       append(drive.warnings, camera.warnings);
       if (drive.cameras.empty() && drive.config.camera.configured)
-        drive.warnings.push_back(no_pose_warning(*file));
+        drive.warnings.push_back(no_camera_pose(*file));
     }
   }
   const auto reference =

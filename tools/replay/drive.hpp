@@ -11,6 +11,7 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "can_protocol/frame.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/drive_files/trajectory.hpp"
 
@@ -39,7 +40,7 @@ struct Drive {
   std::vector<can::Frame> frames;  ///< in the order in which a tick takes them
   std::vector<estimator::CameraPose> cameras;
   std::optional<Trajectory> reference;  ///< as the file has it
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Throws std::invalid_argument where it is none.

@@ -14,6 +14,7 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/pipeline.hpp"
 #include "daemon/core/recording_wire.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/json_text.hpp"
@@ -117,9 +118,9 @@ class FrameLog {
 };
 
 std::vector<estimator::CameraPose> camera_poses(const Recording& recording,
-                                                std::vector<std::string>& warnings) {
+                                                diagnostics::Diagnostics& warnings) {
   CameraLog log = read_camera_log(recording.folder / recorded_cameras);
-  warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+  append(warnings, log.warnings);
   for (estimator::CameraPose& pose : log.poses) {
     pose.arrival_ns -= recording.clock_offset_ns;
     pose.capture_ns -= recording.clock_offset_ns;
@@ -131,7 +132,7 @@ std::vector<estimator::CameraPose> camera_poses(const Recording& recording,
 class Drive {
  public:
   Drive(const Recording& recording, can::BusNames& buses, daemon::Pipeline& pipeline,
-        std::vector<std::string>& warnings)
+        diagnostics::Diagnostics& warnings)
       : offset_ns_(recording.clock_offset_ns),
         pipeline_(pipeline),
         beat_(recording.folder / recorded_beat),
@@ -291,10 +292,9 @@ RecordingReplay replay(const Recording& recording, const RecordedTickSink& sink)
     sink(*record, drive.tick());
   }
   summary.take_statistics(*pipeline);
-  summary.camera_units = unit_warning(drive.cameras(), {.trajectory = summary.odometry});
-  for (std::string& warning : source_warnings(pipeline->decoder(), summary))
-    result.warnings.push_back(std::move(warning));
-  result.warnings.insert(result.warnings.end(), drive.warnings().begin(), drive.warnings().end());
+  summary.camera_units = check_units("camera", drive.cameras(), {.trajectory = summary.odometry});
+  append(result.warnings, check_sources(pipeline->decoder(), summary));
+  append(result.warnings, diagnostics::kind("file_content"), drive.warnings());
   return result;
 }
 

@@ -12,6 +12,7 @@
 #include "can_protocol/dbc/dbc.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/core/record.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
@@ -23,7 +24,7 @@ struct Recording {
   std::vector<std::string> buses;
   bool camera_expected = false;
   std::int64_t clock_offset_ns = 0;  ///< the recording's clock - CLOCK_MONOTONIC
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Throws std::invalid_argument that names the file and what is wrong with it.
@@ -44,7 +45,7 @@ using Inexact = std::string;
 struct RecordingReplay {
   ReplaySummary summary;
   Inexact inexact;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Replays it: the ticks that were published, each taking in what it took in. Every one is handed

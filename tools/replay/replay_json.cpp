@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/pose_csv.hpp"
 
 namespace odomd::tools {
@@ -74,7 +76,7 @@ nlohmann::ordered_json verdicts_json(const ReplaySummary& summary) {
 }
 
 nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
-                                   const std::vector<std::string>& warnings) {
+                                   const diagnostics::Diagnostics& warnings) {
   return {
       {"frames", summary.frames},
       {"camera_poses", summary.cameras},
@@ -87,7 +89,8 @@ nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
       {"innovations", innovations_json(summary)},
       {"noise", noise_json(summary)},
       {"wiring", wiring_json(summary)},
-      {"warnings", warnings},
+      {"warnings", texts_of(warnings)},
+      {"diagnostics", as_json(warnings)},
   };
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
@@ -12,7 +13,7 @@ namespace odomd::tools {
 /// Counts, times, by source how its samples were judged, and what there is to warn of. `seconds`:
 /// how long the replay took.
 [[nodiscard]] nlohmann::ordered_json replay_json(const ReplaySummary& summary, double seconds,
-                                                 const std::vector<std::string>& warnings);
+                                                 const diagnostics::Diagnostics& warnings);
 
 /// The innovations by source, for sources with tested samples.
 [[nodiscard]] nlohmann::ordered_json innovations_json(const ReplaySummary& summary);

@@ -7,7 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "daemon/core/source_complaint.hpp"
+#include "daemon/core/source_diagnostics.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/integrity/integrity.hpp"
 
@@ -20,19 +21,12 @@ using estimator::Verdict;
 
 constexpr double long_flagged_s = 1.0;
 constexpr double long_part = 0.1;  // of a shorter drive
-constexpr double large_part_gated = 0.25;
 constexpr std::uint64_t least_samples = 10;
 
 // Not slipping, which passes, nor missing signals, which the mode shows.
 constexpr std::array reported_flags{SourceFlag::out_of_range, SourceFlag::non_finite,
                                     SourceFlag::frozen, SourceFlag::drifting,
                                     SourceFlag::failed_protection};
-
-std::string complaint(SourceFlag flag) {
-  return flag == SourceFlag::failed_protection
-             ? " fails its protection: check [can.e2e] and its message's counts in odom status"
-             : std::string{daemon::complaint(flag)};
-}
 
 // "yaw_rate (IMU)", "camera".
 std::string label(const can::Decoder& decoder, std::size_t source) {
@@ -45,13 +39,13 @@ std::string label(const can::Decoder& decoder, std::size_t source) {
 std::string_view what_to_look_at(Source source) {
   switch (source) {
     case Source::camera:
-      return "check that its poses are of this drive and this map, its clock and its sigmas";
+      return "that its poses are of this drive and this map, its clock and its sigmas";
     case Source::yaw_rate:
     case Source::accel_x:
     case Source::accel_y:
-      return "check its unit, sign, scale, offset and mounting";
+      return "its unit, sign, scale, offset and mounting";
     default:
-      return "check its unit, scale and sign, and the vehicle";
+      return "its unit, scale and sign, and the vehicle";
   }
 }
 
@@ -65,7 +59,7 @@ std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
 
 // One line per wiring fault: sources with the same duration share one fault.
 void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
-                    std::vector<std::string>& warnings) {
+                    diagnostics::Diagnostics& warnings) {
   for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault) {
     for (std::size_t source = 0; source < estimator::source_count; ++source) {
       const auto count_of = [&](std::size_t of) { return summary.wired[of][fault]; };
@@ -79,10 +73,9 @@ void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
         who += (who.empty() ? "" : ", ") + label(decoder, other);
       }
       if (count == 0 || reported_already) continue;
-      warnings.push_back(who +
-                         daemon::complaint(static_cast<daemon::WiringFault>(fault),
-                                           estimator::source_names[source]) +
-                         seconds(summary, count));
+      warnings.push_back(daemon::diagnostic_of(static_cast<daemon::WiringFault>(fault),
+                                               estimator::source_names[source], who));
+      warnings.back().seen += seconds(summary, count);
     }
   }
 }
@@ -94,39 +87,41 @@ bool is_miswired(const ReplaySummary& summary, std::size_t source) {
 
 }  // namespace
 
-std::vector<std::string> source_warnings(const can::Decoder& decoder,
-                                         const ReplaySummary& summary) {
-  std::vector<std::string> warnings;
+diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const ReplaySummary& summary) {
+  constexpr const diagnostics::Kind& often_gated = diagnostics::kind("often_gated");
   // Other findings on the camera, and some on other sources, follow from this one.
-  if (!summary.camera_units.empty()) warnings.push_back("camera: " + summary.camera_units);
+  diagnostics::Diagnostics warnings = summary.camera_units;
   warn_of_wiring(decoder, summary, warnings);
   const auto ticks = static_cast<double>(std::max<std::uint64_t>(summary.ticks, 1));
   const double drive_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
   for (std::size_t source = 0; source < estimator::source_count; ++source) {
     if (static_cast<Source>(source) == Source::camera && !summary.camera_units.empty()) continue;
     const bool miswired = is_miswired(summary, source);
-    if (const std::uint64_t count = summary.inconsistent[source]; count > 0 && !miswired)
-      warnings.push_back(label(decoder, source) + std::string{daemon::inconsistent_complaint} +
-                         seconds(summary, count));
+    if (const std::uint64_t count = summary.inconsistent[source]; count > 0 && !miswired) {
+      warnings.push_back(daemon::inconsistent_source(label(decoder, source)));
+      warnings.back().seen += seconds(summary, count);
+    }
     for (const SourceFlag flag : reported_flags) {
       if (miswired && flag == SourceFlag::drifting) continue;
       const double part =
           static_cast<double>(summary.flagged[source][static_cast<std::size_t>(flag)]) / ticks;
       if (part <= 0.0 || part * drive_s < std::min(long_flagged_s, long_part * drive_s)) continue;
-      warnings.push_back(label(decoder, source) + complaint(flag) +
-                         seconds(summary, summary.flagged[source][static_cast<std::size_t>(flag)]));
+      warnings.push_back(daemon::diagnostic_of(flag, label(decoder, source)));
+      warnings.back().seen +=
+          seconds(summary, summary.flagged[source][static_cast<std::size_t>(flag)]);
     }
     const auto& verdicts = summary.verdicts[source];
     const std::uint64_t gated = verdicts[static_cast<std::size_t>(Verdict::gated)];
     const std::uint64_t judged = gated + verdicts[static_cast<std::size_t>(Verdict::fused)];
     const double part =
         static_cast<double>(gated) / static_cast<double>(std::max(judged, least_samples));
-    if (miswired || judged < least_samples || part <= large_part_gated) continue;
-    warnings.push_back(
-        fmt::format("{}: {} of its {} samples ({:.0f} %) were gated, too far from what the filter "
-                    "expected by the others: {}",
-                    label(decoder, source), gated, judged, 100.0 * part,
-                    what_to_look_at(static_cast<Source>(source))));
+    if (miswired || judged < least_samples || often_gated.limits.hold(part)) continue;
+    warnings.push_back(found(
+        often_gated, label(decoder, source),
+        fmt::format("{} of its {} samples ({:.0f} %) were gated, too far from what the filter "
+                    "expected by the others",
+                    gated, judged, 100.0 * part),
+        std::string{what_to_look_at(static_cast<Source>(source))}));
   }
   return warnings;
 }

@@ -1,21 +1,19 @@
 // Sensors that a replay rejected: the daemon's warnings about them, given at the end.
 #pragma once
 
-#include <string>
-#include <vector>
-
 #include "can_protocol/decode/decoder.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
 
-/// First one line per fault of wiring or description found at any time (daemon/core/wiring.hpp),
-/// with its sources; consequences of it are left out. Then one line per source that was
-/// inconsistent with the filter; that was flagged for a second or more (a tenth of a shorter drive)
-/// as out of range, NaN or infinite, frozen, contradicting the others or failing its protection; or
-/// of whose samples more than a quarter was gated. Each line says how much and what to check. For a
-/// camera in other units there is that line only.
-[[nodiscard]] std::vector<std::string> source_warnings(const can::Decoder& decoder,
-                                                       const ReplaySummary& summary);
+/// First one diagnostic per fault of wiring or description found at any time
+/// (daemon/core/wiring.hpp), with its sources; consequences of it are left out. Then one per source
+/// that was inconsistent with the filter; that was flagged for a second or more (a tenth of a
+/// shorter drive) as out of range, NaN or infinite, frozen, contradicting the others or failing its
+/// protection; or of whose samples more than a quarter was gated. For a camera in other units there
+/// is that one only.
+[[nodiscard]] diagnostics::Diagnostics check_sources(const can::Decoder& decoder,
+                                                     const ReplaySummary& summary);
 
 }  // namespace odomd::tools

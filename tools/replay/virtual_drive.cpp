@@ -81,7 +81,7 @@ ReplaySummary replay(daemon::Pipeline& pipeline, std::int64_t period_ns,
   }
   summary.cameras_after = static_cast<std::uint64_t>(cameras.end() - camera);
   summary.take_statistics(pipeline);
-  summary.camera_units = unit_warning(cameras, {.trajectory = summary.odometry});
+  summary.camera_units = check_units("camera", cameras, {.trajectory = summary.odometry});
   return summary;
 }
 

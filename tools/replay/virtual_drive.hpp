@@ -12,6 +12,7 @@
 
 #include "can_protocol/frame.hpp"
 #include "daemon/core/pipeline.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "estimator/integrity/integrity.hpp"
 #include "tools/diagnostics/log_order.hpp"
@@ -53,10 +54,10 @@ struct ReplaySummary {
       wired{};  ///< ticks with each daemon::WiringFault
   std::array<std::uint64_t, estimator::source_count> inconsistent{};  ///< ticks
 
-  /// Wheels and gyro alone, a point every 0.1 s; and a warning about the units of the camera's
-  /// poses compared with it, empty if there is none.
+  /// Wheels and gyro alone, a point every 0.1 s; and what is wrong with the units of the camera's
+  /// poses compared with it.
   Trajectory odometry;
-  std::string camera_units;
+  diagnostics::Diagnostics camera_units;
 
   /// After every tick with a pose.
   void take_odometry(const odom_pose& pose);

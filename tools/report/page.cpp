@@ -217,7 +217,7 @@ std::string configuration(const EvaluatedDrive& drive) {
 
 std::string section(const EvaluatedDrive& drive) {
   std::string out = "<h2>" + escaped(drive.name) + "</h2>\n" + facts(drive);
-  for (const std::string& warning : worded(drive.warnings)) out += paragraph(warning, "warning");
+  for (const std::string& warning : texts_of(drive.warnings)) out += paragraph(warning, "warning");
   std::vector<Figure> figures{trajectories(drive)};
   for (Figure& figure : errors(drive)) figures.push_back(std::move(figure));
   out += html_of(figures);

@@ -3,18 +3,17 @@
 #pragma once
 
 #include <optional>
-#include <string>
-#include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 
 namespace odomd::tools {
 
-/// One line each: warnings of the replay with the present configuration, a reference or a camera of
+/// Those of the replay with the present configuration, a reference or a camera of
 /// another drive, and wrong times. Empty for a drive that cannot be evaluated at all: the search
 /// reports that.
-[[nodiscard]] std::vector<std::string> drive_warnings(const Drive& drive,
-                                                      std::optional<estimator::Model> model,
-                                                      const Measure& measure);
+[[nodiscard]] diagnostics::Diagnostics check_drive(const Drive& drive,
+                                                   std::optional<estimator::Model> model,
+                                                   const Measure& measure);
 
 }  // namespace odomd::tools

@@ -119,7 +119,7 @@ daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
   daemon::Config config = parsed_with(own, patch);
   config.can.sources = own.can.sources;
   config.can.dbc = own.can.dbc;
-  std::vector<std::string> warnings;  // were given when the drive was read
+  diagnostics::Diagnostics warnings;  // were given when the drive was read
   (void)daemon::load_databases(config, warnings);
   if (settings.model) config.model = *settings.model;
   return config;

@@ -7,19 +7,20 @@
 #include <vector>
 
 #include "daemon/core/config_sections.hpp"
+#include "tests/diagnostics.hpp"
 
 namespace odomd::daemon::config_checks_test {
 namespace {
 
+using diagnostics::Named;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::vector<std::string> warnings_of(const std::function<void(Config&)>& change) {
+diagnostics::Diagnostics warnings_of(const std::function<void(Config&)>& change) {
   Config config;
   config.file = "car.toml";
   change(config);
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   check_sizes(config, warnings);
   return warnings;
 }
@@ -37,30 +38,37 @@ TEST(ConfigChecks, AcceptCarsOfAnySize) {
 }
 
 TEST(ConfigChecks, NameTheNumberThatIsInAnotherUnit) {
-  const auto one = [](const char* text) { return ElementsAre(HasSubstr(text)); };
+  const auto one = [](const char* name, const char* part) {
+    return ElementsAre(Named(name, part));
+  };
   EXPECT_THAT(warnings_of([](Config& c) { c.vehicle.yaw_inertia = 283.0; }),
-              one("car.toml: [vehicle]: yaw_inertia 283 is 6.4e+03 times"));
+              one("inertia_unlike_a_car", "car.toml: [vehicle]: yaw_inertia 283 is 6.4e+03 times"));
   EXPECT_THAT(warnings_of([](Config& c) { c.vehicle.track_width = 160.0; }),
-              one("track_width 160 m"));
+              one("track_unlike_a_car", "track_width 160 m"));
   EXPECT_THAT(warnings_of([](Config& c) { c.vehicle.cornering_stiffness_rear = 0.6; }),
-              one("cornering_stiffness_rear 0.6 is 0.02 times"));
+              one("stiffness_unlike_a_tyre", "cornering_stiffness_rear 0.6 is 0.02 times"));
   EXPECT_THAT(warnings_of([](Config& c) { c.vehicle.grip_front = 9500.0; }),
-              one("grip_front 9500 is out of range for a tyre"));
-  EXPECT_THAT(warnings_of([](Config& c) { c.vehicle.grip_rear = 0.1; }), one("grip_rear 0.1"));
+              one("grip_unlike_a_tyre", "grip_front 9500"));
+  EXPECT_THAT(warnings_of([](Config& c) { c.vehicle.grip_rear = 0.1; }),
+              one("grip_unlike_a_tyre", "grip_rear 0.1"));
   EXPECT_THAT(warnings_of([](Config& c) { c.vehicle.grip_front = c.vehicle.grip_rear = 9.0; }),
               IsEmpty());
+  EXPECT_THAT(
+      warnings_of([](Config& c) {
+        c.camera.lever_arm = {50.0, 0.0, 0.0};
+      }),
+      one("sensor_outside_car", "car.toml: [camera] lever_arm: [50, 0] is 1.9e+02 wheelbases"));
   EXPECT_THAT(warnings_of([](Config& c) {
-                c.camera.lever_arm = {50.0, 0.0, 0.0};
+                c.imu_position = {0.0, -12.0};
               }),
-              one("car.toml: [camera] lever_arm: [50, 0] is 1.9e+02 wheelbases"));
-  EXPECT_THAT(warnings_of([](Config& c) { c.imu_position = {0.0, -12.0}; }), one("[imu] position"));
+              one("sensor_outside_car", "[imu] position"));
   const auto grams = warnings_of([](Config& c) { c.vehicle.mass = 2985.0; });
   ASSERT_FALSE(grams.empty());
-  EXPECT_THAT(grams.front(), HasSubstr("2985 kg on a wheelbase of 0.26 m does not fit a car"));
+  EXPECT_THAT(grams.front(), Named("mass_unlike_a_car", "2985 kg on a wheelbase of 0.26 m"));
   const auto millimetres =
       warnings_of([](Config& c) { c.vehicle.front_axle = 175.0, c.vehicle.rear_axle = 85.0; });
   ASSERT_FALSE(millimetres.empty());
-  EXPECT_THAT(millimetres.front(), HasSubstr("on a wheelbase of 260 m does not fit a car"));
+  EXPECT_THAT(millimetres.front(), Named("mass_unlike_a_car", "on a wheelbase of 260 m"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "config_files.hpp"
+#include "tests/diagnostics.hpp"
 
 namespace odomd::daemon::config_test {
 namespace {
@@ -248,7 +249,7 @@ TEST_F(ConfigTest, GivesTheFilterTheGradientsThatAreConfigured) {
 
 TEST_F(ConfigTest, WarnsWhereTheCarIsNotDescribed) {
   const Config config = load(small_bus);
-  EXPECT_THAT(config.warnings, ElementsAre(HasSubstr("no [vehicle]: using the reference car")));
+  EXPECT_THAT(config.warnings, ElementsAre(diagnostics::Named("reference_car")));
 }
 
 TEST_F(ConfigTest, ResolvesLogsNextToTheFileButNotInterfaces) {

@@ -133,7 +133,7 @@ TEST_F(ConfigurationPage, ItsExampleIsAccepted) {
   ASSERT_FALSE(example().empty());
   EXPECT_EQ(error_of(example()), "");
   Config config = load(example());
-  std::vector<std::string> warnings = config.warnings;
+  diagnostics::Diagnostics warnings = config.warnings;
   static_cast<void>(load_databases(config, warnings));
   EXPECT_THAT(warnings, IsEmpty());
 }

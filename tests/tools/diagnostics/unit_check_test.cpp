@@ -1,4 +1,5 @@
 #include "tools/diagnostics/unit_check.hpp"
+#include "tests/diagnostics.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,8 +13,9 @@
 namespace odomd::tools::unit_check_test {
 namespace {
 
-using ::testing::HasSubstr;
-using ::testing::Not;
+using diagnostics::Named;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 constexpr double degree = std::numbers::pi / 180.0;
 
@@ -32,38 +34,37 @@ Trajectory driven(double wheel = 1.05, double gyro = 0.97) {
   return drive;
 }
 
-std::string warning(const Trajectory& poses, const Trajectory& driven) {
-  return unit_warning(poses.points, {.trajectory = driven});
+diagnostics::Diagnostics units(const Trajectory& poses, const Trajectory& driven) {
+  return check_units("camera", poses.points, {.trajectory = driven});
 }
 
+const auto millimetres = Named("positions_in_millimetres", "about 1000 times as far as the wheels");
+const auto degrees = Named("yaw_in_degrees", "about 57 times as far as the gyro");
+
 TEST(UnitCheck, HasNoneOfMetresAndRadians) {
-  EXPECT_EQ(warning(in_units(1.0, 1.0), driven()), "");
-  EXPECT_EQ(warning(in_units(1.0, -1.0), driven()), "");
-  EXPECT_EQ(warning(in_units(30.0, 1.0), driven()), "");
+  EXPECT_THAT(units(in_units(1.0, 1.0), driven()), IsEmpty());
+  EXPECT_THAT(units(in_units(1.0, -1.0), driven()), IsEmpty());
+  EXPECT_THAT(units(in_units(30.0, 1.0), driven()), IsEmpty());
 }
 
 TEST(UnitCheck, AsksForMillimetresAndCentimetres) {
-  EXPECT_EQ(warning(in_units(1000.0, 1.0), driven()),
-            "x and y go about 1000 times as far as the wheels: are the positions in millimetres? "
-            "they must be metres");
-  EXPECT_THAT(warning(in_units(100.0, 1.0), driven()), HasSubstr("in centimetres? they must be"));
+  EXPECT_THAT(units(in_units(1000.0, 1.0), driven()), ElementsAre(millimetres));
+  EXPECT_THAT(units(in_units(100.0, 1.0), driven()),
+              ElementsAre(Named("positions_in_centimetres")));
 }
 
 TEST(UnitCheck, AsksForDegrees) {
-  const std::string of_yaw =
-      "yaw turns about 57 times as far as the gyro: is it in degrees? it must be radians";
-  EXPECT_EQ(warning(in_units(1.0, 1.0 / degree), driven()), of_yaw);
-  EXPECT_EQ(warning(in_units(1000.0, 1.0 / degree), driven()),
-            warning(in_units(1000.0, 1.0), driven()) + "; " + of_yaw);
+  EXPECT_THAT(units(in_units(1.0, 1.0 / degree), driven()), ElementsAre(degrees));
+  EXPECT_THAT(units(in_units(1000.0, 1.0 / degree), driven()), ElementsAre(millimetres, degrees));
   Trajectory wrapped = in_units(1.0, 1.0 / degree);
   for (auto& point : wrapped.points) point.pose.yaw = std::remainder(point.pose.yaw, 360.0);
-  EXPECT_EQ(warning(wrapped, driven()), of_yaw);
+  EXPECT_THAT(units(wrapped, driven()), ElementsAre(degrees));
 }
 
 TEST(UnitCheck, LeavesToWheelsAndGyroWhatIsTheirs) {
-  EXPECT_EQ(warning(in_units(1.0, 1.0), driven(0.001, 1.0)), "");
-  EXPECT_EQ(warning(in_units(1.0, 1.0), driven(1.0, degree)), "");
-  EXPECT_EQ(warning(in_units(1.0, 1.0), driven(3.6, 1.0 / degree)), "");
+  EXPECT_THAT(units(in_units(1.0, 1.0), driven(0.001, 1.0)), IsEmpty());
+  EXPECT_THAT(units(in_units(1.0, 1.0), driven(1.0, degree)), IsEmpty());
+  EXPECT_THAT(units(in_units(1.0, 1.0), driven(3.6, 1.0 / degree)), IsEmpty());
 }
 
 TEST(UnitCheck, IsNotMovedByAFewPosesThatAreWide) {
@@ -72,16 +73,15 @@ TEST(UnitCheck, IsNotMovedByAFewPosesThatAreWide) {
     good.points[i].pose = {900.0, -900.0, 3.0};
     bad.points[i].pose = {0.0, 0.0, 180.0};
   }
-  EXPECT_EQ(warning(good, driven()), "");
-  EXPECT_THAT(warning(bad, driven()), HasSubstr("in millimetres?"));
-  EXPECT_THAT(warning(bad, driven()), HasSubstr("in degrees?"));
+  EXPECT_THAT(units(good, driven()), IsEmpty());
+  EXPECT_THAT(units(bad, driven()), ElementsAre(millimetres, degrees));
 }
 
 TEST(UnitCheck, HoldsPosesAgainstAFilterThatJumpsToo) {
   Trajectory estimate = wavy_drive(0.0, 20.0, 0.01);
   for (std::size_t i = 0; i < estimate.points.size(); ++i)
     estimate.points[i].reset_count = std::floor(0.05 * static_cast<double>(i));
-  EXPECT_THAT(warning(in_units(1000.0, 1.0), estimate), HasSubstr("in millimetres?"));
+  EXPECT_THAT(units(in_units(1000.0, 1.0), estimate), ElementsAre(millimetres));
 }
 
 TEST(UnitCheck, TakesCameraPosesInAnyOrder) {
@@ -94,13 +94,13 @@ TEST(UnitCheck, TakesCameraPosesInAnyOrder) {
     pose.yaw = point.pose.yaw;
     poses.insert(poses.size() % 3 == 0 ? poses.begin() : poses.end(), pose);
   }
-  EXPECT_THAT(unit_warning(poses, {.trajectory = driven()}), HasSubstr("in millimetres?"));
-  EXPECT_THAT(unit_warning(poses, {.trajectory = driven()}), Not(HasSubstr("degrees")));
+  EXPECT_THAT(check_units("camera", poses, {.trajectory = driven()}), ElementsAre(millimetres));
 }
 
 TEST(UnitCheck, SaysNothingOfACarThatHardlyMoves) {
-  EXPECT_EQ(warning(in_units(1000.0, 1.0 / degree), driven(0.01, 0.01)), "");
-  EXPECT_EQ(unit_warning(std::span<const TrajectoryPoint>{}, {.trajectory = driven()}), "");
+  EXPECT_THAT(units(in_units(1000.0, 1.0 / degree), driven(0.01, 0.01)), IsEmpty());
+  EXPECT_THAT(check_units("camera", std::span<const TrajectoryPoint>{}, {.trajectory = driven()}),
+              IsEmpty());
 }
 
 }  // namespace

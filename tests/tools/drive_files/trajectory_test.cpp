@@ -1,4 +1,5 @@
 #include "tools/drive_files/trajectory.hpp"
+#include "tests/diagnostics.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -52,8 +53,9 @@ TEST(Trajectory, OfEqualTimesTheFirstRowCountsWithAWarning) {
   const Trajectory trajectory = read("t,x,y,yaw\n0,1,0,0\n0,2,0,0\n0,3,0,0\n1,4,0,0\n");
   ASSERT_EQ(trajectory.points.size(), 2U);
   EXPECT_EQ(trajectory.points[0].pose.x, 1.0);
-  EXPECT_THAT(trajectory.warnings, ElementsAre(HasSubstr("ref.csv:3: column \"t\": a time is "
-                                                         "repeated (2 rows")));
+  EXPECT_THAT(trajectory.warnings,
+              ElementsAre(diagnostics::Named(
+                  "file_content", "ref.csv:3: column \"t\": a time is repeated (2 rows")));
 }
 
 TEST(Trajectory, RefusesTimesThatRunBackwardsAndFilesWithoutRows) {

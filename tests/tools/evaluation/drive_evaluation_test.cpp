@@ -133,7 +133,7 @@ TEST_F(DriveEvaluation, SaysInOneLineWhatAFolderLacks) {
   std::ofstream{folder / "drive.log"} << "(1.000000) can0 123#00\n";
   const Drive silent = read_drive({.folder = folder, .config = {}, .reference = {}});
   EXPECT_THAT(message_of([&] { (void)replay_drive(silent, silent.config); }),
-              StartsWith(folder.string() + ": no pose: the first wheel speed or an initial pose"));
+              StartsWith(folder.string() + ": no pose: "));
 }
 
 }  // namespace

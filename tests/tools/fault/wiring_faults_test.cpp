@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "tests/campaign/faulty_drive.hpp"
+#include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
 #include "tools/fault/camera_fault.hpp"
 #include "tools/fault/injector.hpp"
@@ -30,7 +31,7 @@ using ::testing::IsEmpty;
 struct Found {
   std::map<std::string, std::string> ever;
   std::uint32_t conditions = 0;  ///< at any time
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Camera camera) {
@@ -60,7 +61,7 @@ Found replayed(const Drive& drive, const std::vector<fault::Fault>& faults, Came
     for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault)
       if (summary.wired[source][fault] > 0)
         found.ever[std::string{estimator::source_names[source]}] += daemon::wiring_names[fault];
-  found.warnings = tools::source_warnings(pipeline->decoder(), summary);
+  found.warnings = tools::check_sources(pipeline->decoder(), summary);
   return found;
 }
 
@@ -157,6 +158,7 @@ TEST(WiringMistake, OfTheForwardAccelerationShowsWhereItIsBraked) {
 }
 
 TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
+  using diagnostics::Named;
   using ::testing::HasSubstr;
   using ::testing::Not;
   const Drive drive = simulated("--scenario slalom");
@@ -165,14 +167,15 @@ TEST(WiringMistake, IsSaidInOneLineAheadOfAllElse) {
   };
   const auto of_gyro = warnings("gyro.inverted");
   ASSERT_THAT(of_gyro, Not(IsEmpty()));
-  EXPECT_THAT(of_gyro[0], HasSubstr("yaw_rate (IMU) has the wrong sign"));
+  EXPECT_THAT(of_gyro[0], Named("wrong_sign", "yaw_rate (IMU)"));
   for (std::size_t i = 1; i < of_gyro.size(); ++i)
-    EXPECT_THAT(of_gyro[i], Not(HasSubstr("yaw_rate")));
+    EXPECT_THAT(of_gyro[i].subject, Not(HasSubstr("yaw_rate")));
   const auto of_wheels = warnings("wheels.left_right");
   ASSERT_THAT(of_wheels, Not(IsEmpty()));
-  EXPECT_THAT(of_wheels[0], HasSubstr("wheel_rear_left (WHEELS_REAR), wheel_rear_right"));
+  EXPECT_THAT(of_wheels[0],
+              Named("left_right_swapped", "wheel_rear_left (WHEELS_REAR), wheel_rear_right"));
   for (std::size_t i = 1; i < of_wheels.size(); ++i)
-    EXPECT_THAT(of_wheels[i], Not(HasSubstr("wheel_"))) << of_wheels[i];
+    EXPECT_THAT(of_wheels[i].subject, Not(HasSubstr("wheel_")));
 }
 
 TEST(ScatteringSource, BringsTheCondition) {

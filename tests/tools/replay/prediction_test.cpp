@@ -36,7 +36,7 @@ std::array<Horizon, 2> worst_of_a_lap(const std::string& speed) {
   EXPECT_EQ(drive.status, 0) << drive.err;
   daemon::Config config = daemon::load_config(folder + "/car.toml");
   config.model = estimator::Model::full;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
   can::BusNames buses;
   const std::vector<std::string> logs{folder + "/drive.log"};

@@ -51,7 +51,7 @@ std::vector<odom_pose> replayed(const Drive& drive, Model model, bool with_camer
   daemon::Config config = daemon::load_config(drive.config);
   config.can.dbc = {drive.folder / "car.dbc"};
   config.model = model;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
 
   can::BusNames buses;

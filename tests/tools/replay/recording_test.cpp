@@ -49,7 +49,7 @@ class Car {
             "steering = { message = \"STEER\", signal = \"A\", unit = \"rad\" }\n"
             "yaw_rate = { message = \"GYRO\", signal = \"R\", unit = \"rad/s\" }\n");
     config_ = daemon::load_config(file);
-    std::vector<std::string> warnings;
+    diagnostics::Diagnostics warnings;
     const auto databases = daemon::load_databases(config_, warnings);
     pipeline_ =
         std::make_unique<daemon::Pipeline>(config_, databases, std::vector<std::string>{}, true);

@@ -200,7 +200,7 @@ TEST(Sim, FramesDecodeToWhatWasSensed) {
       {.scenario = "slalom", .duration = 8.0, .standstill = 0.5, .errors = ErrorModel::ideal});
   write_car_files(scratch.path(""), d.plan, {});
   daemon::Config config = daemon::load_config(scratch.path("car.toml"));
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
   EXPECT_TRUE(warnings.empty());
   const std::vector<std::string> buses{"can0"};

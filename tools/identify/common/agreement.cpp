@@ -5,10 +5,11 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
-#include <string_view>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/unit_check.hpp"
 #include "tools/drive_files/trajectory.hpp"
@@ -18,6 +19,9 @@
 namespace odomd::tools {
 namespace {
 
+using diagnostics::Diagnostic;
+using diagnostics::found;
+using diagnostics::kind;
 using estimator::Source;
 
 constexpr double piece = 0.5, stride = 0.25, grid = 0.01;  // [s]
@@ -28,8 +32,7 @@ constexpr double least_turn = 0.05;           // rms of a piece's [rad]
 constexpr double least_way = 0.1;             // in a piece [m]
 constexpr std::size_t fewest = 20;            // pieces
 constexpr double alike = 0.5, certain = 0.7;  // correlations
-constexpr double far_off = 1.5;
-constexpr double far_off_unseen = 3.0;  // allowance for slipping wheels and tyres
+constexpr double far_off_unseen = 3.0;        // allowance for slipping wheels and tyres
 
 // Measurements over a piece of the drive.
 struct Piece {
@@ -213,26 +216,15 @@ class Signals {
   double begin_ = 0.0, end_ = 0.0;
 };
 
-std::string key_of(Source source, std::string_view what) {
-  return "can.signals." + std::string(estimator::source_names[estimator::index_of(source)]) + "." +
-         std::string(what);
-}
-
 bool is_far_off(double ratio) {
-  return ratio > far_off || ratio < 1.0 / far_off;
+  return !kind("scale_off").limits.hold(ratio);
 }
 
-std::string backwards(Source wheel, const std::string& poses_of) {
-  return std::string(estimator::source_names[estimator::index_of(wheel)]) +
-         " runs backwards where " + poses_of + " sees the car go ahead; check the sign of " +
-         key_of(wheel, "scale") + ", or camera.lever_arm[2]";
+std::string name_of(Source source) {
+  return std::string{estimator::source_names[estimator::index_of(source)]};
 }
-
-std::string wrong_speed(Source wheel, double ratio, const std::string& poses_of) {
-  const std::string name{estimator::source_names[estimator::index_of(wheel)]};
-  return name + " is " + fixed(ratio, 2) + " times as fast as " + poses_of +
-         " sees the car; check unit, scale and radius of can.signals." + name +
-         ", or drive without spinning wheels";
+std::string key_of(Source source) {
+  return "can.signals." + name_of(source);
 }
 
 // The distance of a wheel over that of the poses, by the median of the pieces; empty: too little
@@ -250,42 +242,48 @@ std::optional<double> ratio_of_ways(const std::vector<Piece>& pieces, const Resa
 
 }  // namespace
 
-void check_agreement(const daemon::Config& config, const SignalLog& log,
-                     std::span<const estimator::CameraPose> poses,
-                     const AgreementOptions& options) {
-  const std::string named = options.drive.empty() ? "" : options.drive + ": ";
-  const std::string poses_of = "the " + options.pose_source;
-  const auto refuse = [&](const std::string& what) { throw std::invalid_argument(named + what); };
+std::optional<Diagnostic> find_disagreement(const daemon::Config& config, const SignalLog& log,
+                                            std::span<const estimator::CameraPose> poses,
+                                            const AgreementOptions& options) {
+  const std::string& source = options.pose_source;
+  const std::string poses_of = "the " + source;
   if (!poses.empty() && std::ranges::none_of(poses, [&](const estimator::CameraPose& pose) {
         return pose.capture_ns >= log.first_ns && pose.capture_ns <= log.last_ns;
       }))
-    refuse("no " + options.pose_source + " pose is taken while the log lasts: name the " +
-           options.pose_source + "'s file of this drive, and put its times on the log's clock");
+    return found(kind("camera_outside_log"), source,
+                 "no " + source + " pose is taken while the log lasts");
   const Signals signals(config, log, options);
-  if (!(signals.end() - signals.begin() > 1.0)) return;
+  if (!(signals.end() - signals.begin() > 1.0)) return std::nullopt;
 
   const Resampled turned = integral(signals.on_grid(Source::yaw_rate));
   const std::optional<Resampled> steered = signals.steered();
   const Comparison gyro_to_steering =
       steered ? compare(pieces_of(turned), *steered, least_turn) : Comparison{};
+  const auto wrong_sign = [](Source sensor, const std::string& others) {
+    return found(kind("wrong_sign"), name_of(sensor), "turns the other way than " + others,
+                 key_of(sensor));
+  };
   if (poses.empty()) {
     if (gyro_to_steering.verdict == Verdict::other_way)
-      refuse("yaw_rate turns the other way than wheels and steering; check the signs of " +
-             key_of(Source::yaw_rate, "scale") + " and " + key_of(Source::steering, "scale"));
-    if (!steered) return;
+      return found(kind("wrong_sign"), name_of(Source::yaw_rate),
+                   "turns the other way than wheels and steering",
+                   key_of(Source::yaw_rate) + ".scale and " + key_of(Source::steering));
+    if (!steered) return std::nullopt;
     // Both ways, as each comparison bounds large values and with them the ratio.
     const double far = compare(pieces_of(*steered), turned, least_turn).ratio;
     const double little = gyro_to_steering.ratio;
     if (std::max(far, little) > far_off_unseen)
-      refuse("yaw_rate turns " + fixed(std::max(far, little), 1) + " times as " +
-             (far > little ? "far" : "little") +
-             " as by wheels and steering; check unit and scale of can.signals.yaw_rate, of "
-             "steering and of the wheels, or drive without spinning wheels");
-    return;
+      return found(kind("scale_off"), name_of(Source::yaw_rate),
+                   "turns " + fixed(std::max(far, little), 1) + " times as " +
+                       (far > little ? "far" : "little") + " as by wheels and steering",
+                   "yaw_rate, steering and the wheels");
+    return std::nullopt;
   }
 
-  const std::string units = unit_warning(poses, {.trajectory = signals.driven()});
-  if (!units.empty()) refuse(poses_of + "'s poses: " + units);
+  if (const auto units =
+          check_units(poses_of + "'s poses", poses, {.trajectory = signals.driven()});
+      !units.empty())
+    return units.front();
 
   const std::vector<Piece> seen =
       pieces_of_poses(poses, config, log.first_ns, signals.begin(), signals.end());
@@ -298,28 +296,24 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
   const Comparison gyro = compare(seen, turned, least);
   if (gyro.verdict == Verdict::other_way) {
     if (gyro_to_steering.verdict == Verdict::same)
-      refuse(poses_of +
-             " turns the other way than yaw_rate and steering; is its file of this drive, " +
-             "and its yaw counter-clockwise?");
-    refuse("yaw_rate turns the other way than " + poses_of + "; check the sign of " +
-           key_of(Source::yaw_rate, "scale"));
+      return found(kind("camera_mirrored"), source,
+                   "turns the other way than yaw_rate and steering: is its file of this drive?");
+    return wrong_sign(Source::yaw_rate, poses_of);
   }
   if (gyro.verdict == Verdict::unlike) {
-    if (options.unrelated == UnrelatedPoses::accept) return;
-    refuse("the turns of " + poses_of + " and of yaw_rate have nothing in common; is the " +
-           options.pose_source +
-           "'s file of this drive, on the log's clock, and yaw_rate the right signal?");
+    if (options.unrelated == UnrelatedPoses::accept) return std::nullopt;
+    return found(kind("camera_turns_unrelated"), source,
+                 "its turns and those of yaw_rate have nothing in common");
   }
   if (options.unrelated == UnrelatedPoses::refuse && std::fabs(gyro.lag) > off_clock)
-    refuse("the times of the " + options.pose_source + "'s poses are " +
-           fixed(std::fabs(gyro.lag), 1) +
-           (std::fabs(gyro.lag) < (latest - 0.5) * lag_step ? " s " : " s or more ") +
-           (gyro.lag < 0.0 ? "late" : "early") +
-           " compared with yaw_rate: put them on the log's clock, each at the time the picture was "
-           "taken");
+    return found(kind("clocks_differ"), source,
+                 "the times of its poses are " + fixed(std::fabs(gyro.lag), 1) +
+                     (std::fabs(gyro.lag) < (latest - 0.5) * lag_step ? " s " : " s or more ") +
+                     (gyro.lag < 0.0 ? "late" : "early") + " compared with yaw_rate");
   if (gyro.verdict == Verdict::same && is_far_off(gyro.ratio))
-    refuse("yaw_rate turns " + fixed(gyro.ratio, 2) + " times as far as " + poses_of +
-           "; check unit and scale of can.signals.yaw_rate");
+    return found(kind("scale_off"), name_of(Source::yaw_rate),
+                 "turns " + fixed(gyro.ratio, 2) + " times as far as " + poses_of,
+                 key_of(Source::yaw_rate));
 
   for (const Source wheel :
        {Source::wheel_front_left, Source::wheel_front_right, Source::wheel_rear_left,
@@ -327,17 +321,30 @@ void check_agreement(const daemon::Config& config, const SignalLog& log,
     if (!signals.has(wheel)) continue;
     const auto ratio =
         ratio_of_ways(seen, signals.speed(wheel), std::max(least_way, 6.0 * median_of(sigmas)));
-    if (ratio && *ratio < 0.0) refuse(backwards(wheel, poses_of));
-    if (ratio && is_far_off(*ratio)) refuse(wrong_speed(wheel, *ratio, poses_of));
+    if (ratio && *ratio < 0.0)
+      return found(kind("runs_backwards"), name_of(wheel),
+                   "runs backwards where " + poses_of + " sees the car go ahead", key_of(wheel));
+    if (ratio && is_far_off(*ratio))
+      return found(kind("scale_off"), name_of(wheel),
+                   "is " + fixed(*ratio, 2) + " times as fast as " + poses_of + " sees the car",
+                   key_of(wheel));
   }
 
-  if (!steered) return;
+  if (!steered) return std::nullopt;
   const Comparison steering = compare(seen, *steered, least);
   const bool by_gyro =
       gyro.verdict == Verdict::same && gyro_to_steering.verdict == Verdict::other_way;
   if (steering.verdict == Verdict::other_way || by_gyro)
-    refuse("steering turns the other way than " + poses_of + " and yaw_rate; check the sign of " +
-           key_of(Source::steering, "scale"));
+    return wrong_sign(Source::steering, poses_of + " and yaw_rate");
+  return std::nullopt;
+}
+
+void check_agreement(const daemon::Config& config, const SignalLog& log,
+                     std::span<const estimator::CameraPose> poses,
+                     const AgreementOptions& options) {
+  if (const auto wrong = find_disagreement(config, log, poses, options))
+    throw std::invalid_argument((options.drive.empty() ? "" : options.drive + ": ") +
+                                text_of(*wrong));
 }
 
 }  // namespace odomd::tools

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
@@ -30,11 +32,16 @@ struct AgreementOptions {
 /// that of the poses, along the heading. What happens too seldom to decide is accepted. Poses in
 /// any order; without poses only gyro and steering are compared.
 ///
-/// Throws std::invalid_argument that names the key: if yaw_rate or steering turns the other way, if
-/// yaw_rate or a wheel is off by a factor above 1.5 (without poses: yaw_rate by a factor above 3
-/// from wheels and steering), or if a wheel runs backwards; if the poses' turns differ from the
-/// gyro's, or are more than 0.15 s before or after it (neither with UnrelatedPoses::accept); if no
-/// pose was taken during the log. Other units of the poses are checked first (unit_check.hpp).
+/// The first of: no pose was taken during the log; poses in other units (unit_check.hpp); yaw_rate
+/// or steering turns the other way; the poses' turns differ from the gyro's, or are more than 0.15
+/// s before or after it (neither with UnrelatedPoses::accept); yaw_rate or a wheel is off by a
+/// factor above 1.5 (without poses: yaw_rate by 3 from wheels and steering); a wheel runs
+/// backwards. The others may follow from it.
+[[nodiscard]] std::optional<diagnostics::Diagnostic> find_disagreement(
+    const daemon::Config& config, const SignalLog& log,
+    std::span<const estimator::CameraPose> poses, const AgreementOptions& options = {});
+
+/// Throws std::invalid_argument with its text if there is one.
 void check_agreement(const daemon::Config& config, const SignalLog& log,
                      std::span<const estimator::CameraPose> poses,
                      const AgreementOptions& options = {});

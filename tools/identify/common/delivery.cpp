@@ -7,10 +7,12 @@
 #include <iostream>
 #include <string_view>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
+#include "tools/diagnostics/output.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -101,30 +103,26 @@ bool contradict(const ConfigValue& one, const ConfigValue& other) {
 }
 
 // Warnings about replaced values that should be checked.
-std::vector<std::string> delivery_warnings(const std::vector<ConfigValue>& values,
+diagnostics::Diagnostics delivery_warnings(const std::vector<ConfigValue>& values,
                                            const std::string& file) {
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   for (const ConfigValue& value : values) {
     const std::optional<ConfigValue> before = value_in(file, value.key);
     if (!before) continue;
     if (of_another_car(*before, value))
-      warnings.push_back(
-          fmt::format("{}: {} was {:g} and becomes {:g}: is it another car, or another unit?", file,
-                      value.key, before->value, value.value));
+      warnings.push_back(found(
+          diagnostics::kind("another_value"), file,
+          fmt::format("{} was {:g} and becomes {:g}", value.key, before->value, value.value)));
     else if (less_sure(*before, value))
-      warnings.push_back(fmt::format(
-          "{}: the previous value of {} was more precise: {:.9g} ({}); it becomes {:.9g} +- {:g}: "
-          "{}",
-          file, value.key, before->value, before->note, value.value, uncertainty_in(value.note),
-          contradict(*before, value)
-              ? "they contradict each other; unless the car has changed, measure again"
-              : "restore it unless the car has changed since"));
+      warnings.push_back(
+          found(diagnostics::kind("previous_more_precise"), file,
+                fmt::format(
+                    "the previous value of {} was more precise: {:.9g} ({}); it becomes {:.9g} +- "
+                    "{:g}{}",
+                    value.key, before->value, before->note, value.value, uncertainty_in(value.note),
+                    contradict(*before, value) ? ": they contradict each other" : "")));
   }
   return warnings;
-}
-
-void print_warning(const std::string& method, const std::string& warning) {
-  say("odom identify " + method + ": warning: " + warning);
 }
 
 // "2 keys written to car.toml: vehicle.mass, ..."
@@ -175,7 +173,8 @@ nlohmann::ordered_json as_json(const Findings& findings) {
     if (finding.use == Use::leave) value["left_as_configured"] = true;
     json["values"].push_back(std::move(value));
   }
-  json["warnings"] = findings.warnings;
+  json["warnings"] = texts_of(findings.warnings);
+  json["diagnostics"] = as_json(findings.warnings);
   if (!findings.details.is_null()) json["details"] = findings.details;
   return json;
 }
@@ -185,14 +184,14 @@ void check(const Delivery& delivery) {
 }
 
 void deliver(const Findings& findings, const Delivery& delivery) {
-  for (const std::string& warning : findings.warnings) print_warning(findings.method, warning);
+  warn("identify " + findings.method, findings.warnings);
   std::cout << (delivery.json ? json_text(as_json(findings)) + "\n" : as_text(findings))
             << std::flush;
   if (delivery.write.empty()) return;
   const std::vector<ConfigValue> values = config_values(findings);
-  const std::vector<std::string> warnings = delivery_warnings(values, delivery.write);
+  const diagnostics::Diagnostics warnings = delivery_warnings(values, delivery.write);
   patch_config(delivery.write, values);
-  for (const std::string& warning : warnings) print_warning(findings.method, warning);
+  warn("identify " + findings.method, warnings);
   say("odom identify " + findings.method + ": " + report_of(values, delivery.write));
 }
 

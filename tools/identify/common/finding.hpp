@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
+
 namespace odomd::tools {
 
 /// Whether the experiment determined the value at all.
@@ -37,8 +39,8 @@ struct Findings {
   std::string method;  ///< "mass", "stiffness": the subcommand
   std::string origin;  ///< for the note after each written number: "scale, 4 wheels"
   std::vector<Finding> values;
-  std::vector<std::string> warnings;  ///< one line each, to standard error
-  nlohmann::ordered_json details;     ///< further figures of the method for --json; may be null
+  diagnostics::Diagnostics warnings;
+  nlohmann::ordered_json details;  ///< further figures of the method for --json; may be null
 };
 
 /// A measured input: its value and standard uncertainty, in one unit.

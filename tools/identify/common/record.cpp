@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
 
@@ -85,7 +86,7 @@ SignalLog read_csv(const std::string& file, const std::vector<estimator::Source>
   }
   log.name = file;
   log.why_empty.fill("fill its column");
-  log.warnings = rows.warnings();
+  append(log.warnings, diagnostics::kind("file_content"), rows.warnings());
   if (!before) throw std::invalid_argument(file + ": has no row below its header");
   if (std::ranges::all_of(log.signals, &Series::empty)) {
     throw std::invalid_argument(
@@ -137,9 +138,9 @@ SignalLog read_record(const RecordOptions& options, const std::vector<estimator:
   return log;
 }
 
-Series read_yaw_rate(const RecordOptions& options, std::vector<std::string>& warnings) {
+Series read_yaw_rate(const RecordOptions& options, diagnostics::Diagnostics& warnings) {
   const SignalLog log = read_record(options, {estimator::Source::yaw_rate});
-  warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+  append(warnings, log.warnings);
   return log.need(estimator::Source::yaw_rate);
 }
 

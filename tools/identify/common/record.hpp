@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/identify/common/signal_log.hpp"
 
@@ -28,6 +29,6 @@ void add_record_options(Command method, RecordOptions& options, const std::strin
 
 /// The yaw rate of a record.
 [[nodiscard]] Series read_yaw_rate(const RecordOptions& options,
-                                   std::vector<std::string>& warnings);
+                                   diagnostics::Diagnostics& warnings);
 
 }  // namespace odomd::tools

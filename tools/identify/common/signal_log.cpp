@@ -11,6 +11,7 @@
 #include "can_protocol/sources/log_reader.hpp"
 #include "can_protocol/sources/stamp_guard.hpp"
 #include "daemon/core/imu_mounting.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"
 #include "tools/replay/replay_checks.hpp"
@@ -72,14 +73,15 @@ SignalLog read_signals(daemon::Config config, std::span<const std::string> logs)
   order.require_sorted();
   result.name = can::log_label(logs.front());
   for (std::size_t i = 0; i < decoder.messages().size(); ++i)
-    if (const auto warning = message_warning(decoder.messages()[i], decoder.counters(i)))
+    if (const auto warning = check_message(decoder.messages()[i], decoder.counters(i)))
       for (const std::uint16_t channel : decoder.messages()[i].channels)
-        result.why_empty.at(channel) = *warning;
-  for (const std::string& warning : log.warnings()) result.warnings.push_back(warning);
+        result.why_empty.at(channel) = text_of(*warning);
+  append(result.warnings, diagnostics::kind("log_content"), log.warnings());
   if (left_out > 0) {
     result.warnings.push_back(
-        fmt::format("{}: {} without a time of {} own, or not finite, left out", logs.front(),
-                    counted(left_out, "sample"), left_out == 1 ? "its" : "their"));
+        found(diagnostics::kind("log_content"), logs.front(),
+              fmt::format("{} without a time of {} own, or not finite, left out",
+                          counted(left_out, "sample"), left_out == 1 ? "its" : "their")));
   }
   return result;
 }

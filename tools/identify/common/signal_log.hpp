@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/measurement.hpp"
 
 namespace odomd::tools {
@@ -27,7 +28,7 @@ struct SignalLog {
   std::array<Series, estimator::source_count> signals;
   std::int64_t first_ns = 0;  ///< of all frames
   std::int64_t last_ns = 0;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   /// "message 'IMU' (yaw_rate): no frame of it is in the log; ...", where a message gave no value.
   std::array<std::string, estimator::source_count> why_empty;
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/fit/allowance.hpp"
 #include "tools/identify/fit/tyres.hpp"
@@ -15,6 +16,8 @@
 namespace odomd::tools::fitting {
 namespace {
 
+using diagnostics::found;
+using diagnostics::kind;
 using estimator::Source;
 
 /// Determined by the drive and not by the prior: below this share of the prior's uncertainty.
@@ -23,9 +26,6 @@ constexpr double reported_below = 0.5;
 /// A value this many prior sigmas away from the configured one was drawn there by something else,
 /// if another parameter can compensate for it.
 constexpr double astray_sigmas = 2.5;
-
-/// The share of hard turns above which a fit suffers.
-constexpr double much = 0.03;
 
 /// The share of the grip that a drive must reach, so that it is not extrapolated.
 constexpr double seen_at_least = 0.5;
@@ -176,9 +176,9 @@ void add_tyres(Builder& b, const AxleParameters& a) {
   if (!linear.empty()) {
     b.add_value(a.stiffness, stiffness_key);
     // An impossible curve was caused by something else, and so was its slope.
-    if (Finding& stiffness = b.findings.values.back();
-        b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
-        stiffness.determined == Determined::yes) {
+    if (b.settings.free[a.stiffness] && b.settings.free[a.bend] && b.astray(a.bend) &&
+        b.findings.values.back().determined == Determined::yes) {
+      Finding& stiffness = b.findings.values.back();
       stiffness.determined = Determined::no;
       stiffness.remark = "correlated with " + Builder::meaning(a.bend) + ", which came out " +
                          fixed(std::fabs(b.result.p[a.bend]) / b.settings.prior_sigma[a.bend], 1) +
@@ -239,9 +239,9 @@ void add_steering(Builder& b) {
   response.time_constant = {lag, of_lag};
   response.dead_time = {
       whole - lag, std::sqrt(std::max(of_whole * of_whole + of_lag * of_lag - 2.0 * both, 0.0))};
-  ActuatorFindings found = actuator_findings(response, {}, b.config.vehicle.steering);
-  for (Finding& finding : found.values) b.findings.values.push_back(std::move(finding));
-  for (std::string& warning : found.warnings) b.findings.warnings.push_back(std::move(warning));
+  ActuatorFindings actuator = actuator_findings(response, {}, b.config.vehicle.steering);
+  for (Finding& finding : actuator.values) b.findings.values.push_back(std::move(finding));
+  append(b.findings.warnings, actuator.warnings);
 }
 
 void add_accelerometers(Builder& b) {
@@ -344,29 +344,29 @@ Findings findings_of(const daemon::Config& config, std::span<const Drive> drives
   b.add_value(camera_y, "camera.lever_arm[1]");
   b.add_value(camera_yaw, "camera.lever_arm[2]");
   if (at_one_speed(config.vehicle.wheelbase(), settings, result.turns.speed_variety))
-    findings.warnings.emplace_back(
-        "the turns are driven at much the same speed, where more steering and softer front tyres "
-        "look alike, as do softer rear tyres and a camera farther ahead: these are poorly "
-        "determined; "
-        "drive turns at three speeds (odom sim --scenario exercise), or --fix known parameters");
-  if (result.turns.hard > much)
-    findings.warnings.push_back(fixed(100.0 * result.turns.hard, 0) +
-                                " % of the drive is above half of the grip (4.9 m/s2), where tyres "
-                                "are not linear: latencies of the wheels and stiffnesses may be "
-                                "off by more than stated; drive more gently");
+    findings.warnings.push_back(
+        found(kind("one_speed"), {},
+              "the turns are driven at much the same speed, where more steering and softer front "
+              "tyres look alike, as do softer rear tyres and a camera farther ahead: these are "
+              "poorly determined"));
+  if (!kind("hard_turns").limits.hold(result.turns.hard))
+    findings.warnings.push_back(found(
+        kind("hard_turns"), {},
+        fixed(100.0 * result.turns.hard, 0) +
+            " % of the drive is above half of the grip (4.9 m/s2), where tyres are not "
+            "linear: latencies of the wheels and stiffnesses may be off by more than stated"));
   const auto before_the_poses = [](const Finding& finding) {
     return finding.name.starts_with("latency of ") && finding.value < 0.0;
   };
   const auto early = std::ranges::find_if(findings.values, before_the_poses);
   if (early != findings.values.end())
     findings.warnings.push_back(
-        early->name + " came out " + fixed(-1e3 * early->value, 0) +
-        " ms before the poses: their stamps look late, and latencies and the steering's delay are "
-        "off by as much; stamp poses with the time the picture was taken");
+        found(kind("poses_stamped_late"), early->name,
+              "came out " + fixed(-1e3 * early->value, 0) +
+                  " ms before the poses: their stamps look late, and latencies and the steering's "
+                  "delay are off by as much"));
   if (!result.settled)
-    findings.warnings.emplace_back(
-        "the fit did not converge: poses and log may not belong together, or the drive has too "
-        "little excitation; check --plot, or leave parameters as they are (--fix)");
+    findings.warnings.push_back(found(kind("not_converged"), {}, "the fit did not converge"));
   findings.details = details_of(b);
   findings.details["turns"] = {{"speed_variety", result.turns.speed_variety},
                                {"beyond_half_of_the_grip", result.turns.hard},

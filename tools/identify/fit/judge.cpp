@@ -97,7 +97,7 @@ std::vector<Score> Judge::scores(const Patch& patch) {
     daemon::Config config = daemon::parse_config(patched(own.text, own.file, patch), own.file);
     config.can.sources = own.can.sources;
     config.can.dbc = own.can.dbc;
-    std::vector<std::string> reported_already;
+    diagnostics::Diagnostics reported_already;
     static_cast<void>(daemon::load_databases(config, reported_already));
     const ReplayedDrive replayed = replay_drive(drive, config);
     ++replays_;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -187,16 +188,16 @@ void fit(const FitOptions& options) {
   if (!options.dbc.empty()) config.can.dbc.assign(options.dbc.begin(), options.dbc.end());
   Priors priors = priors_of(config, options);
 
-  std::vector<std::string> warnings = config.warnings;
+  diagnostics::Diagnostics warnings = config.warnings;
   std::vector<fitting::Drive> drives;
   std::vector<tools::Drive> trials;
   for (const Files& files : files_of(options)) {
     const SignalLog log = read_signals(config, files.logs);
-    warnings.insert(warnings.end(), log.warnings.begin(), log.warnings.end());
+    append(warnings, log.warnings);
     std::vector<estimator::CameraPose> poses;
     if (!files.camera.empty()) {
       CameraLog camera = read_camera_log(files.camera);
-      warnings.insert(warnings.end(), camera.warnings.begin(), camera.warnings.end());
+      append(warnings, camera.warnings);
       poses = std::move(camera.poses);
     } else {
       poses = poses_of_reference(files.reference, options.reference_sigma, least_spacing(config));

@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
@@ -32,7 +33,7 @@ Period period_of_record(const InertiaOptions& options, const Bifilar& pendulum,
                         Findings& findings) {
   const Series yaw_rate = read_yaw_rate(options.record, findings.warnings);
   const SwingFit fit = fit_swing(yaw_rate, pendulum, name_of(options.record));
-  for (const std::string& warning : fit.warnings) findings.warnings.push_back(warning);
+  append(findings.warnings, fit.warnings);
   const double radius_squared = inertia_of(pendulum, 1.0, 9.81, fit.period);  // J/m
   const double mean_square =
       0.5 * (fit.amplitude_begin * fit.amplitude_begin + fit.amplitude_end * fit.amplitude_end);
@@ -54,7 +55,7 @@ Period period_of_record(const InertiaOptions& options, const Bifilar& pendulum,
 
 Period period_of_watch(const StopWatch& watch, const Bifilar& pendulum, Findings& findings) {
   const TimedSwing swing = small_period_of(watch, pendulum);
-  for (const std::string& warning : swing.warnings) findings.warnings.push_back(warning);
+  append(findings.warnings, swing.warnings);
   findings.details["swing"] = {{"swings", watch.swings},
                                {"timings", watch.times.size()},
                                {"lengthening", swing.lengthening}};
@@ -138,10 +139,11 @@ void compare_with_axles(const std::string& file, double mass, double inertia, Fi
   const double ratio = inertia / (mass * *front * *rear);
   constexpr double least = 0.4, most = 2.0;
   if (ratio > least && ratio < most) return;
-  findings.warnings.push_back(fmt::format(
-      "the yaw inertia is {:.2g} times m l_v l_h with the axles in {}, and cars have {} to {}: "
-      "were passages counted instead of full swings, or is a length in another unit?",
-      ratio, file, least, most));
+  findings.warnings.push_back(
+      found(diagnostics::kind("measured_inertia_unlike"), file,
+            fmt::format("the yaw inertia is {:.2g} times m l_v l_h with its axles, and cars have "
+                        "{} to {}",
+                        ratio, least, most)));
 }
 
 void identify_inertia(const InertiaOptions& options) {
@@ -167,8 +169,11 @@ void identify_inertia(const InertiaOptions& options) {
                              .unit = "s"});
   for (const Contribution& part : inertia.contributions)
     findings.details["contributions"][part.name] = part.sigma;
-  if (inertia.result.sigma > 0.01 * inertia.result.value)
-    findings.warnings.push_back("2 sigma is more than 2 %: " + largest_contributions(inertia));
+  if (!diagnostics::kind("inertia_uncertain")
+           .limits.hold(2.0 * inertia.result.sigma / inertia.result.value))
+    findings.warnings.push_back(
+        found(diagnostics::kind("inertia_uncertain"), {},
+              "2 sigma is more than 2 %: " + largest_contributions(inertia)));
   const std::string& config =
       options.delivery.write.empty() ? options.record.config : options.delivery.write;
   if (!config.empty()) compare_with_axles(config, mass.value, inertia.result.value, findings);

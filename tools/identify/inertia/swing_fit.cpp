@@ -11,6 +11,8 @@
 #include <span>
 #include <stdexcept>
 
+#include "daemon/diagnostics/diagnostic.hpp"
+
 namespace odomd::tools {
 namespace {
 
@@ -318,10 +320,11 @@ SwingFit fit_swing(const Series& yaw_rate, const Bifilar& pendulum, const std::s
   result.seconds = seconds;
   result.swings = seconds / result.period;
   if (residual > 0.03 * peak)
-    result.warnings.push_back(
-        fmt::format("{}: the yaw rate differs from that of a free swing by {:.1f} % of its largest "
-                    "value (rms): the car sways, or something brakes it; let it go without a push",
-                    name, 100.0 * residual / peak));
+    result.warnings.push_back(found(
+        diagnostics::kind("swing_not_free"), name,
+        fmt::format("the yaw rate differs from that of a free swing by {:.1f} % of its largest "
+                    "value (rms)",
+                    100.0 * residual / peak)));
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 
@@ -20,7 +21,7 @@ struct SwingFit {
   double residual_rms = 0.0;   ///< [rad/s]
   double swings = 0.0;
   double seconds = 0.0;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Uses the record from its largest rate until the swing has decayed to a seventh. `name` is the

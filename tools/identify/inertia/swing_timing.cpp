@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "daemon/diagnostics/diagnostic.hpp"
+
 namespace odomd::tools {
 
 TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
@@ -47,10 +49,10 @@ TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum) {
           mean, off));
   }
   if (n > 1.0 && scatter > 2.5 * watch.sigma)
-    result.warnings.push_back(fmt::format(
-        "the timings scatter by {:.2f} s, more than --time-sigma {} s; the uncertainty is larger "
-        "for it",
-        scatter, watch.sigma));
+    result.warnings.push_back(
+        found(diagnostics::kind("timings_scatter"), {},
+              fmt::format("the timings scatter by {:.2f} s, more than --time-sigma {} s", scatter,
+                          watch.sigma)));
   return result;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
 
@@ -20,7 +21,7 @@ struct StopWatch {
 struct TimedSwing {
   Measured period;           ///< of small, undamped swings [s]
   double lengthening = 0.0;  ///< relative excess of the timed period
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// The mean of the timings, corrected for the swings' width and damping; a quarter of the

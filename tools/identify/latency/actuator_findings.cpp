@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 
 namespace odomd::tools {
@@ -79,9 +80,10 @@ ActuatorFindings actuator_findings(const SteeringResponse& response, const Measu
   const double expected = configured.delay_s + configured.lag_s;
   if (response.failure.empty() && std::abs(whole.value - expected) > chance * whole.sigma &&
       expected > 0.0)
-    found.warnings.push_back("[steering] has " + fixed(1e3 * expected, 0) +
-                             " ms of delay and lag, the drive shows " + milliseconds(whole) +
-                             "; if the angle is measured, leave [steering] out");
+    found.warnings.push_back(
+        diagnostics::found(diagnostics::kind("actuator_not_seen"), "[steering]",
+                           "has " + fixed(1e3 * expected, 0) +
+                               " ms of delay and lag, the drive shows " + milliseconds(whole)));
   return found;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/vehicle.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/latency/steering_response.hpp"
@@ -13,7 +14,7 @@ namespace odomd::tools {
 
 struct ActuatorFindings {
   std::vector<Finding> values;        ///< steering.delay, .lag, .rate_limit where there is one
-  std::vector<std::string> warnings;  ///< about the configured values
+  diagnostics::Diagnostics warnings;  ///< about the configured values
 };
 
 /// `clock` is the excess of the latency of the gyro's stamps, the reference of the response, over

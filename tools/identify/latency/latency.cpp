@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/progress.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -94,7 +95,7 @@ Findings findings_of(const Options& options) {
   CameraLog camera;
   if (!options.camera.empty()) {
     camera = read_camera_log(options.camera);
-    if (camera.poses.empty()) camera.warnings.push_back(no_pose_warning(options.camera));
+    if (camera.poses.empty()) camera.warnings.push_back(no_camera_pose(options.camera));
   }
   ProgressLine progress("odom identify latency");
   const LatencyEstimate estimate = estimate_latencies(
@@ -105,8 +106,8 @@ Findings findings_of(const Options& options) {
       .method = "latency", .origin = "", .values = {}, .warnings = log.warnings, .details = {}};
   findings.origin =
       fixed(1e-9 * static_cast<double>(log.last_ns - log.first_ns), 0) + " s of drive";
-  for (const std::string& warning : camera.warnings) findings.warnings.push_back(warning);
-  for (const std::string& warning : estimate.warnings) findings.warnings.push_back(warning);
+  append(findings.warnings, camera.warnings);
+  append(findings.warnings, estimate.warnings);
 
   // With a camera its stamps are the clock; without one the gyro's configured latency is used.
   double gyro_offset = 0.0, gyro_sigma = 0.0;
@@ -130,10 +131,11 @@ Findings findings_of(const Options& options) {
     findings.values.push_back(std::move(gyro));
   }
   if (options.camera.empty() || !clock_of_camera)
-    findings.warnings.push_back("the gyro's configured latency, " +
-                                fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
-                                " ms, is assumed to be correct: all others are relative to it" +
-                                (options.camera.empty() ? "; with --camera it is measured" : ""));
+    findings.warnings.push_back(
+        diagnostics::found(diagnostics::kind("latencies_relative"), {},
+                           "the gyro's configured latency, " +
+                               fixed(1e3 * configured_latency(config, Source::yaw_rate), 1) +
+                               " ms, is assumed to be correct: all others are relative to it"));
 
   const std::string question =
       clock_of_camera ? "are the camera's poses stamped later than the pictures were taken?"
@@ -178,7 +180,7 @@ Findings findings_of(const Options& options) {
     ActuatorFindings actuator =
         actuator_findings(s, {gyro_offset, gyro_sigma}, config.vehicle.steering);
     for (Finding& finding : actuator.values) findings.values.push_back(std::move(finding));
-    for (std::string& warning : actuator.warnings) findings.warnings.push_back(std::move(warning));
+    append(findings.warnings, actuator.warnings);
     findings.details["measured"]["steering_lag"] = all.value;
     findings.details["measured"]["steering_dead_time"] = s.dead_time.value - late;
     findings.details["measured"]["steering_time_constant"] = s.time_constant.value;

@@ -38,7 +38,7 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
                           Findings& findings) {
   Drive drive = read_drive(
       {.folder = noisy.folder, .config = noisy.config, .reference = {}, .camera = noisy.camera});
-  findings.warnings.insert(findings.warnings.end(), drive.warnings.begin(), drive.warnings.end());
+  append(findings.warnings, drive.warnings);
   const std::vector<std::string> logs{need_log_in(drive.folder).string()};
   const SignalLog log = read_signals(drive.config, logs);
   if (wheels_stand(log, 0.1))

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/noise_sources.hpp"
 #include "tools/identify/noise/allan.hpp"
@@ -15,6 +16,9 @@
 
 namespace odomd::tools {
 namespace {
+
+using diagnostics::found;
+using diagnostics::kind;
 
 using estimator::Source;
 
@@ -65,17 +69,19 @@ void add_standing(const InertialSource& quantity, const StandingNoise& noise,
                 "at most: whether the curve rises after {:.3g} s is not certain; log longer",
                 instability.tau));
   if (noise.outliers > 0)
-    findings.warnings.push_back(fmt::format(
-        "{}: {} 6 sigma off{}: was the car touched? Log it undisturbed, or cut with --from, --to",
-        name, noise.outliers == 1 ? "1 sample lies" : fmt::format("{} samples lie", noise.outliers),
-        !noise.outliers_left_out ? ""
-        : noise.outliers == 1    ? ", and is left out"
-                                 : ", and are left out"));
+    findings.warnings.push_back(
+        found(kind("disturbed_record"), name,
+              fmt::format("{} 6 sigma off{}",
+                          noise.outliers == 1 ? "1 sample lies"
+                                              : fmt::format("{} samples lie", noise.outliers),
+                          !noise.outliers_left_out ? ""
+                          : noise.outliers == 1    ? ", and is left out"
+                                                   : ", and are left out")));
   if (noise.jump)
-    findings.warnings.push_back(fmt::format(
-        "{}: jumps by {:.2g} {} after {:.1f} s: was the car moved? Log it undisturbed, or cut with "
-        "--from, --to",
-        name, noise.jump->size, quantity.unit, noise.jump->after));
+    findings.warnings.push_back(
+        found(kind("disturbed_record"), name,
+              fmt::format("jumps by {:.2g} {} after {:.1f} s", noise.jump->size, quantity.unit,
+                          noise.jump->after)));
   for (const AllanPoint& point : curve)
     findings.details["allan"][name].push_back(
         {{"tau", point.tau}, {"deviation", point.deviation}, {"sigma", point.sigma}});
@@ -132,11 +138,12 @@ void add_papers_condition(const daemon::Config& config, const Measured& sigma, d
       {"least_variance_of_v_x", least}, {"paper_q_v_x", stated}, {"holds", holds}, {"step", step},
       {"accel_x_sigma", sigma.value},   {"accel_x_held", held}};
   if (!holds)
-    findings.warnings.push_back(
-        fmt::format("[filter] paper_q gives v_x a variance of {:.3g} m2/s2 per step, less than the "
-                    "{:.3g} from the noise of accel_x alone: the model paper would trust the "
-                    "acceleration too much; make it larger",
-                    stated, least));
+    findings.warnings.push_back(found(
+        kind("paper_noise_too_small"), "[filter] paper_q",
+        fmt::format("gives v_x a variance of {:.3g} m2/s2 per step, less than the {:.3g} from "
+                    "the noise of accel_x alone: the model paper would trust the acceleration "
+                    "too much",
+                    stated, least)));
 }
 
 }  // namespace
@@ -145,7 +152,7 @@ void add_standing_findings(const RecordOptions& options, const std::string& plot
                            const std::optional<daemon::Config>& config, Findings& findings) {
   const std::string record = name_of(options);
   const SignalLog log = read_record(options, {Source::yaw_rate, Source::accel_x, Source::accel_y});
-  findings.warnings.insert(findings.warnings.end(), log.warnings.begin(), log.warnings.end());
+  append(findings.warnings, log.warnings);
   check_that_wheels_stand(log, record);
   std::vector<AllanCurve> curves;
   for (const InertialSource& quantity : inertial_sources) {
@@ -173,9 +180,8 @@ void add_standing_findings(const RecordOptions& options, const std::string& plot
       if (curve.name == name_of(quantity.source))
         refuse_other_units(quantity, curve.noise, record + ": " + curve.name);
   if (!has_wheels(log)) {
-    findings.warnings.push_back(
-        record +
-        ": no wheel speed confirms that the car stood; the IMU would not see a slow straight roll");
+    findings.warnings.push_back(found(kind("standstill_unconfirmed"), record,
+                                      "no wheel speed confirms that the car stood"));
   }
   settle_accel_walk(findings);
   if (!plot.empty()) chart::write_picture(plot, draw(curves));

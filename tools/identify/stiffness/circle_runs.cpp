@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/quantisation.hpp"
 
 namespace odomd::tools {
@@ -157,7 +158,7 @@ std::vector<Stretch> steady_stretches(const FilmMotion& motion) {
 
 std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion& motion,
                                        const SignalLog& log, std::int64_t offset_ns, double imu_y,
-                                       std::vector<std::string>& warnings) {
+                                       diagnostics::Diagnostics& warnings) {
   std::vector<CircleRun> runs;
   for (const Stretch& stretch : steady_stretches(motion)) {
     const std::int64_t length_ns = stretch.end_ns - stretch.begin_ns;
@@ -202,13 +203,14 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
     if (run.steering.sigma <= 0.0) {
       const std::string circle = fmt::format("{}: the circle from {:.1f} to {:.1f} s", film,
                                              seconds(run.begin_ns), seconds(run.end_ns));
-      warnings.push_back(
+      warnings.push_back(found(
+          diagnostics::kind("circle_left_out"), circle,
           run.gyro.sigma <= 0.0
-              ? circle + " is not in the log; left out"
-              : fmt::format("{} is left out: the log has {} samples of steering there, but {} are "
-                            "needed; log at least 10 per second without gaps",
-                            circle, values_between(log.of(Source::steering), from, to).size(),
-                            samples_per_window * windows));
+              ? "is not in the log; left out"
+              : fmt::format("is left out: the log has {} samples of steering there, but {} are "
+                            "needed",
+                            values_between(log.of(Source::steering), from, to).size(),
+                            samples_per_window * windows)));
       continue;
     }
     runs.push_back(run);

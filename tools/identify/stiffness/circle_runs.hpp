@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/stiffness/film_motion.hpp"
@@ -41,6 +42,6 @@ struct Stretch {
 [[nodiscard]] std::vector<CircleRun> measure_circles(const std::string& film,
                                                      const FilmMotion& motion, const SignalLog& log,
                                                      std::int64_t offset_ns, double imu_y,
-                                                     std::vector<std::string>& warnings);
+                                                     diagnostics::Diagnostics& warnings);
 
 }  // namespace odomd::tools

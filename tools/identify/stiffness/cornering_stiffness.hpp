@@ -28,6 +28,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
 
@@ -76,7 +77,7 @@ struct CorneringStiffness {
   double scatter = 1.0;        ///< the circles disagree so many times as much as each by itself
   std::size_t used = 0;        ///< circles whose weight is more than a half
   std::vector<bool> in_range;  ///< which circles were fitted, of those given
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Throws std::invalid_argument if there is no circle, or all are too slow to determine a

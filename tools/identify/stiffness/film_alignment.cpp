@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/stiffness/film_clock.hpp"
 #include "tools/identify/stiffness/yaw_rates.hpp"
 
@@ -124,10 +125,10 @@ void require_seen(const std::string& name, const YawRates& film) {
 
 void take_rate(const std::string& name, const FilmClock& clock, FilmAlignment& result) {
   if (clock.kind == FilmClock::Kind::surprising)
-    result.warnings.push_back(fmt::format(
-        "{}: the film's clock runs {:.1f} % {} than the log's: frames dropped, or another frame "
-        "rate (--fps)? Its times are stretched to fit",
-        name, 100.0 * std::abs(clock.rate), clock.rate > 0.0 ? "slower" : "faster"));
+    result.warnings.push_back(
+        found(diagnostics::kind("film_clock_off"), name,
+              fmt::format("the film's clock runs {:.1f} % {} than the log's",
+                          100.0 * std::abs(clock.rate), clock.rate > 0.0 ? "slower" : "faster")));
   result.rate = clock.rate;
   result.rate_sigma = clock.rate_sigma;
 }
@@ -153,10 +154,10 @@ FilmAlignment align_film(const std::string& name, const FilmMotion& motion, cons
   const Best other = runner_up(film, turn, best);
   if (1.0 - other.agreement < 1.5 * (1.0 - best.agreement))
     result.warnings.push_back(
-        fmt::format("{}: the film may also begin {:.1f} s {}; if it does, give --time-offset, or "
-                    "also film the start from standing",
-                    name, std::abs(YawRates::seconds(other.shift - best.shift)),
-                    other.shift > best.shift ? "later" : "earlier"));
+        found(diagnostics::kind("film_start_ambiguous"), name,
+              fmt::format("the film may also begin {:.1f} s {}",
+                          std::abs(YawRates::seconds(other.shift - best.shift)),
+                          other.shift > best.shift ? "later" : "earlier")));
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/stiffness/film_motion.hpp"
 
@@ -18,7 +19,7 @@ struct FilmAlignment {
   double rate = 0.0;  ///< by how much faster the log's clock runs: log seconds a film's - 1
   double rate_sigma = 0.0;
   double agreement = 0.0;  ///< 1: the yaw rates are the same; 0: as far off as their own size
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Searches every shift at which a third of the shorter one of film and log overlaps, coarsely by

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/math/median.hpp"
 
@@ -60,11 +61,12 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                     "--rear; correct the scale (--metres-per-pixel, --metres) or the places",
                     track.name, apart * motion.metres_per_unit, places.distance()));
   if (scale.from == FilmScale::From::given && std::abs(ratio - 1.0) > 3.0 * scale.ratio_sigma)
-    motion.warnings.push_back(fmt::format(
-        "{}: by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of --front "
-        "and --rear; measure both again, or leave the scale out",
-        track.name, apart * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
-        ratio > 1.0 ? "more" : "less", places.distance()));
+    motion.warnings.push_back(found(
+        diagnostics::kind("film_scale_off"), track.name,
+        fmt::format("by the scale the markers are {:.4g} m apart, {:.1f} % {} than the {:.4g} m of "
+                    "--front and --rear",
+                    apart * motion.metres_per_unit, 100.0 * std::abs(ratio - 1.0),
+                    ratio > 1.0 ? "more" : "less", places.distance())));
 
   for (double& distance : distances) distance = std::abs(distance / apart - 1.0);
   // 1.48 median absolute deviations are a standard deviation
@@ -95,12 +97,13 @@ FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                     "others; was something else tracked there?",
                     track.name, left_out, track.frames.size()));
   if (track.gaps > 0)
-    motion.warnings.push_back(
-        fmt::format("{}: {} without both markers", track.name, counted(track.gaps, "row")));
+    motion.warnings.push_back(found(diagnostics::kind("film_rows_left_out"), track.name,
+                                    counted(track.gaps, "row") + " without both markers"));
   if (left_out > 0)
-    motion.warnings.push_back(fmt::format(
-        "{}: {} left out, as the distance of the markers differs from that in the others",
-        track.name, counted(left_out, "frame")));
+    motion.warnings.push_back(
+        found(diagnostics::kind("film_rows_left_out"), track.name,
+              counted(left_out, "frame") +
+                  " left out, as the distance of the markers differs from that in the others"));
   return motion;
 }
 

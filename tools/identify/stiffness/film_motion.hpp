@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/stiffness/marker_track.hpp"
 
 namespace odomd::tools {
@@ -37,7 +38,7 @@ struct BodyFrame {
 struct FilmMotion {
   std::vector<BodyFrame> frames;
   double metres_per_unit = 0.0;
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Frames in which the markers are not as far apart as they are on the car are left out, and

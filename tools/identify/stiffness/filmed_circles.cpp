@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/stiffness/film_motion.hpp"
 #include "tools/identify/stiffness/marker_track.hpp"
@@ -16,9 +17,8 @@
 namespace odomd::tools {
 namespace {
 
-void append(std::vector<std::string>& to, const std::vector<std::string>& from) {
-  to.insert(to.end(), from.begin(), from.end());
-}
+using diagnostics::found;
+using diagnostics::kind;
 
 void measure_film(const StiffnessOptions& options, const daemon::Config& config,
                   const MarkerPlaces& places, const std::string& run, FilmedCircles& films) {
@@ -50,22 +50,20 @@ void measure_film(const StiffnessOptions& options, const daemon::Config& config,
       measure_circles(track.name, motion, log, alignment.offset_ns + log.first_ns,
                       config.imu_position[1], films.warnings);
   if (circles.empty() && films.warnings.size() == warned)
-    films.warnings.push_back(
-        track.name +
-        ": contains no steady circle; hold steering and speed for half a turn or more");
+    films.warnings.push_back(found(kind("no_circle"), track.name, "contains no steady circle"));
   films.circles.insert(films.circles.end(), circles.begin(), circles.end());
   films.alignments.push_back(alignment);
   films.names.push_back(track.name);
 }
 
-void compare_accelerations(std::span<const CircleRun> circles, std::vector<std::string>& warnings) {
+void compare_accelerations(std::span<const CircleRun> circles, diagnostics::Diagnostics& warnings) {
   const std::optional<Measured> slope = accelerometer_slope(circles);
   const double off = slope ? std::abs(slope->value - 1.0) : 0.0;
   if (off > std::max(0.02, 3.0 * slope.value_or(Measured{}).sigma) && off <= gross_scale_error)
-    warnings.push_back(fmt::format(
-        "the accelerometer reads {:.1f} % of the film's lateral acceleration: check the film's "
-        "scale and frame rate, and the unit of [can.signals] accel_y",
-        100.0 * slope->value));
+    warnings.push_back(
+        found(kind("film_acceleration_off"), "accel_y",
+              fmt::format("the accelerometer reads {:.1f} % of the film's lateral acceleration",
+                          100.0 * slope->value)));
 }
 
 // Slow or fast, a car's wheels stand about as its circle needs: l ψ̇ / v.
@@ -84,20 +82,22 @@ void check_steering(std::span<const CircleRun> circles, double wheelbase) {
 }
 
 void warn_of_what_is_missing(std::span<const CircleRun> circles,
-                             std::vector<std::string>& warnings) {
+                             diagnostics::Diagnostics& warnings) {
   const auto left =
       std::ranges::count_if(circles, [](const CircleRun& r) { return r.yaw_rate > 0; });
   if (left == 0 || left == std::ssize(circles))
-    warnings.push_back(fmt::format(
-        "all circles turn to the {}: the steering's offset and the angle of the markers cannot be "
-        "separated from slip; drive circles to the {} too",
-        left == 0 ? "right" : "left", left == 0 ? "left" : "right"));
+    warnings.push_back(
+        found(kind("circles_one_sided"), {},
+              fmt::format("all circles turn to the {}: the steering's offset and the "
+                          "angle of the markers cannot be separated from slip",
+                          left == 0 ? "right" : "left"),
+              left == 0 ? "left" : "right"));
   const auto [slow, fast] = std::ranges::minmax_element(
       circles, {}, [](const CircleRun& r) { return std::abs(r.lateral_accel); });
   if (std::abs(slow->lateral_accel) > 0.5 * std::abs(fast->lateral_accel))
-    warnings.emplace_back(
-        "all circles are about as fast: slow ones (a quarter of the lateral acceleration) would "
-        "separate the steering's scale and the markers' places from slip");
+    warnings.push_back(found(kind("circles_as_fast"), {},
+                             "all circles are about as fast: the steering's scale and the markers' "
+                             "places cannot be separated from slip"));
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ FilmedCircles measure_films(const StiffnessOptions& options, const daemon::Confi
                             const MarkerPlaces& places) {
   FilmedCircles films;
   for (const std::string& run : options.runs) measure_film(options, config, places, run, films);
-  if (films.circles.empty()) throw std::invalid_argument(films.warnings.back());
+  if (films.circles.empty()) throw std::invalid_argument(text_of(films.warnings.back()));
   return films;
 }
 
@@ -156,8 +156,8 @@ void check_circles(std::span<const CircleRun> circles, double wheelbase) {
   check_steering(circles, wheelbase);
 }
 
-std::vector<std::string> circle_warnings(std::span<const CircleRun> circles) {
-  std::vector<std::string> warnings;
+diagnostics::Diagnostics circle_warnings(std::span<const CircleRun> circles) {
+  diagnostics::Diagnostics warnings;
   warn_of_what_is_missing(circles, warnings);
   compare_accelerations(circles, warnings);
   return warnings;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
 #include "tools/identify/stiffness/film_alignment.hpp"
 #include "tools/identify/stiffness/stiffness_options.hpp"
@@ -17,7 +18,7 @@ struct FilmedCircles {
   std::vector<CircleRun> circles;
   std::vector<std::string> names;         ///< of the films
   std::vector<FilmAlignment> alignments;  ///< of each film; offset after the log's first frame
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
 };
 
 /// Throws std::invalid_argument for an unusable film or log, and if no film has a steady circle.
@@ -38,6 +39,6 @@ inline constexpr double gross_scale_error = 0.15;
 
 /// Warnings: what a fit cannot separate without circles of another kind, and an accelerometer that
 /// contradicts the film's scale.
-[[nodiscard]] std::vector<std::string> circle_warnings(std::span<const CircleRun> circles);
+[[nodiscard]] diagnostics::Diagnostics circle_warnings(std::span<const CircleRun> circles);
 
 }  // namespace odomd::tools

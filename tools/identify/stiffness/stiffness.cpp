@@ -8,6 +8,7 @@
 #include <toml++/toml.h>
 
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/delivery.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
@@ -45,14 +46,12 @@ void identify_stiffness(const StiffnessOptions& options) {
   FilmedCircles films = measure_films(options, config, places);
   check_circles(films.circles, config.vehicle.wheelbase());
   if (places.front.real() * places.rear.real() >= 0.0)
-    films.warnings.emplace_back(
-        "no marker lies behind the centre of gravity: --front and --rear are measured from it, "
-        "negative behind it");
-  for (std::string& warning : circle_warnings(films.circles))
-    films.warnings.push_back(std::move(warning));
+    films.warnings.push_back(found(diagnostics::kind("no_rear_marker"), {},
+                                   "no marker lies behind the centre of gravity"));
+  append(films.warnings, circle_warnings(films.circles));
   const CircleCar car = circle_car(options, config, places);
   const CorneringStiffness found = fit_stiffness(films.circles, car);
-  const std::vector<std::string> against = contradictions(films, found, car);
+  const diagnostics::Diagnostics against = contradictions(films, found, car);
   if (against.empty()) require_slip(found);
   if (!options.plot.empty()) chart::write_picture(options.plot, draw_stiffness(found));
   if (!options.delivery.json) std::cout << circle_table(films, found) << '\n';

@@ -6,10 +6,13 @@
 
 #include <fmt/format.h>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 
 namespace odomd::tools {
 namespace {
+
+using diagnostics::kind;
 
 constexpr double degrees = 57.29577951308232;
 
@@ -55,47 +58,48 @@ void require_slip(const CorneringStiffness& found) {
       degrees * std::max(sigma, slip * found.rear.stiffness.sigma / found.rear.stiffness.value)));
 }
 
-std::vector<std::string> contradictions(const FilmedCircles& films, const CorneringStiffness& found,
+diagnostics::Diagnostics contradictions(const FilmedCircles& films, const CorneringStiffness& found,
                                         const CircleCar& car) {
-  std::vector<std::string> lines;
+  diagnostics::Diagnostics lines;
   const Measured& ahead = found.centre_ahead;
   if (std::abs(ahead.value) >
       std::max(4.0 * std::hypot(ahead.sigma, car.sigma_marker), farthest_centre * car.wheelbase()))
-    lines.push_back(
-        fmt::format("by the circles the centre of gravity lies {:.3f} m {} the place in --front "
-                    "and --rear: measure both from the centre of gravity, negative behind it, and "
-                    "check front_axle and rear_axle",
-                    std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind"));
+    lines.push_back(diagnostics::found(
+        kind("centre_contradicted"), {},
+        fmt::format(
+            "by the circles the centre of gravity lies {:.3f} m {} the place in --front and "
+            "--rear",
+            std::abs(ahead.value), ahead.value > 0.0 ? "ahead of" : "behind")));
   for (const Measured& scale : {found.steering_scale, found.free_steering_scale})
     if (lines.empty() && (scale.value > farthest_steering || scale.value < 1.0 / farthest_steering))
-      lines.push_back(
-          fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles: "
-                      "correct the scale of [can.signals] steering, or the places of the markers",
-                      scale.value));
+      lines.push_back(diagnostics::found(
+          kind("steering_contradicted"), {},
+          fmt::format("the log's steering is {:.2f} times the angle of the wheels by the circles",
+                      scale.value)));
   const auto slope = accelerometer_slope(films.circles);
   if (slope && std::abs(slope->value - 1.0) > std::max(gross_scale_error, 3.0 * slope->sigma))
-    lines.push_back(
+    lines.push_back(diagnostics::found(
+        kind("film_acceleration_off"), {},
         fmt::format("the accelerometer reads {:.0f} % of the film's lateral acceleration, and one "
-                    "of the two is wrong: the markers' distance or the film's scale, its frame "
-                    "rate, or scale and unit of [can.signals] accel_y",
-                    100.0 * slope->value));
+                    "of the two is wrong",
+                    100.0 * slope->value)));
   const auto fitted = std::ranges::count(found.in_range, true);
   if (lines.empty() && 2 * found.used < static_cast<std::size_t>(fitted))
-    lines.push_back(fmt::format(
-        "of {} fitted {} lie on the curve: check the places of the markers, that the track "
-        "does not lose them, and front_axle and rear_axle",
-        counted(static_cast<std::size_t>(fitted), "circle"), found.used));
+    lines.push_back(diagnostics::found(
+        kind("circles_off_curve"), {},
+        fmt::format("of {} fitted {} lie on the curve",
+                    counted(static_cast<std::size_t>(fitted), "circle"), found.used)));
   return lines;
 }
 
 Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness& found,
-                            std::span<const std::string> against) {
+                            const diagnostics::Diagnostics& against) {
   Findings findings{.method = "stiffness",
                     .origin = fmt::format("{} filmed", counted(films.circles.size(), "circle")),
                     .warnings = films.warnings};
   findings.values.push_back(stiffness_finding("front", found.front));
   findings.values.push_back(stiffness_finding("rear", found.rear));
-  for (const std::string& line : against) findings.warnings.push_back(line);
+  append(findings.warnings, against);
   if (!against.empty())
     for (Finding& finding : findings.values) {
       finding.determined = Determined::no;
@@ -155,9 +159,10 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
   for (std::size_t axle = 0; axle < 2; ++axle) {
     const Finding& finding = findings.values[axle];
     if (finding.determined == Determined::yes && 2.0 * finding.sigma > 0.05 * finding.value)
-      findings.warnings.push_back(fmt::format(
-          "{}: 2 sigma is {:.1f} %, and 5 % is possible: drive faster circles, and slow ones too",
-          finding.name, 200.0 * finding.sigma / finding.value));
+      findings.warnings.push_back(
+          diagnostics::found(kind("stiffness_uncertain"), finding.name,
+                             fmt::format("2 sigma is {:.1f} %, and 5 % is possible",
+                                         200.0 * finding.sigma / finding.value)));
   }
   return findings;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
 #include "tools/identify/stiffness/filmed_circles.hpp"
@@ -16,14 +17,14 @@ void require_slip(const CorneringStiffness& found);
 
 /// Contradictions between the circles and a sensor, the configuration or the places of the markers,
 /// so grossly that the stiffness cannot be trusted: one line each, with what to check.
-[[nodiscard]] std::vector<std::string> contradictions(const FilmedCircles& films,
+[[nodiscard]] diagnostics::Diagnostics contradictions(const FilmedCircles& films,
                                                       const CorneringStiffness& found,
                                                       const CircleCar& car);
 
 /// With entries in `against` the stiffnesses are not determined.
 [[nodiscard]] Findings stiffness_findings(const FilmedCircles& films,
                                           const CorneringStiffness& found,
-                                          std::span<const std::string> against);
+                                          const diagnostics::Diagnostics& against);
 
 /// A table with one row per circle.
 [[nodiscard]] std::string circle_table(const FilmedCircles& films, const CorneringStiffness& found);

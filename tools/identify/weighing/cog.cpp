@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
 #include "tools/identify/common/quantity.hpp"
@@ -56,10 +57,11 @@ void check_wheelbase(const std::string& file, const Measured& wheelbase, Finding
   const double configured = car.front_axle + car.rear_axle;
   const double apart = std::fabs(configured - wheelbase.value);
   if (apart > std::max(3.0 * wheelbase.sigma, 0.002 * wheelbase.value))
-    findings.warnings.push_back(fmt::format(
-        "{}: [vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured are {:.4f} m: "
-        "measure again between the centres of the wheels, both sides",
-        file, configured, wheelbase.value));
+    findings.warnings.push_back(
+        found(diagnostics::kind("another_wheelbase"), file,
+              fmt::format("[vehicle] front_axle + rear_axle make a wheelbase of {:.4f} m, measured "
+                          "are {:.4f} m",
+                          configured, wheelbase.value)));
 }
 
 /// Is the heavy end where the configuration has it?
@@ -73,10 +75,12 @@ void check_ends(const std::string& file, const CentreOfGravity& centre, Findings
   if (configured * measured > 0.0 || std::fabs(configured) < clear * (*front + *rear) ||
       std::fabs(measured) < clear * (centre.front_axle->value + centre.rear_axle->value))
     return;
-  findings.warnings.push_back(fmt::format(
-      "{}: with [vehicle] front_axle {:g} and rear_axle {:g} the {} axle is the heavier one, but "
-      "by the loads it is the {} one: are --front and --rear exchanged?",
-      file, *front, *rear, configured > 0.0 ? "rear" : "front", measured > 0.0 ? "rear" : "front"));
+  findings.warnings.push_back(found(
+      diagnostics::kind("axles_exchanged"), file,
+      fmt::format("with [vehicle] front_axle {:g} and rear_axle {:g} the {} axle is the heavier "
+                  "one, but by the loads it is the {} one",
+                  *front, *rear, configured > 0.0 ? "rear" : "front",
+                  measured > 0.0 ? "rear" : "front")));
 }
 
 void identify_cog(const Options& options) {
@@ -121,8 +125,8 @@ void identify_cog(const Options& options) {
   if (centre.lateral && std::fabs(centre.lateral->value) >
                             0.05 * dimensions.track_width->value + 2.0 * centre.lateral->sigma)
     findings.warnings.push_back(
-        "the centre of gravity lies far to one side; the models assume it in the middle: "
-        "move the battery");
+        found(diagnostics::kind("centre_off_side"), {},
+              "the centre of gravity lies far to one side; the models assume it in the middle"));
   const auto mass = mass_of(loads, weighings.scale);
   if (const auto line = contradiction(loads))
     findings.warnings.push_back(*line);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/quantity.hpp"
 
@@ -145,13 +146,12 @@ void set_level(const LevelOptions& options, Dimensions& dimensions) {
     throw std::invalid_argument("--level: with this slope the loads are useless; level the car");
 }
 
-std::optional<std::string> coarse(const Measured& mass) {
-  constexpr double good = 0.02;  // 2 sigma
-  if (2.0 * mass.sigma < good * mass.value) return std::nullopt;
-  return fmt::format(
-      "2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient: is the unit of "
-      "--scale-resolution, --scale-sigma, --scale-accuracy or --level correct?",
-      200.0 * mass.sigma / mass.value);
+std::optional<diagnostics::Diagnostic> coarse(const Measured& mass) {
+  constexpr const diagnostics::Kind& coarse = diagnostics::kind("scale_coarse");
+  if (coarse.limits.hold(2.0 * mass.sigma / mass.value)) return std::nullopt;
+  return found(coarse, {},
+               fmt::format("2 sigma of the mass is {:.1f} %, and 0.5 % is sufficient",
+                           200.0 * mass.sigma / mass.value));
 }
 
 WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/command.hpp"
 #include "tools/identify/weighing/weighing.hpp"
 
@@ -42,7 +43,7 @@ void add_level_options(Command method, LevelOptions& options);
 void set_level(const LevelOptions& options, Dimensions& dimensions);
 
 /// A warning about the units for a mass that is only known to 2 % or worse.
-[[nodiscard]] std::optional<std::string> coarse(const Measured& mass);
+[[nodiscard]] std::optional<diagnostics::Diagnostic> coarse(const Measured& mass);
 
 /// The loads by a scale that has got the shifts of a car on slopes: so have `weighings` afterwards.
 [[nodiscard]] WheelLoads loads_on_slopes(Weighings& weighings, const Dimensions& dimensions);

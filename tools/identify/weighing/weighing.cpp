@@ -9,6 +9,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "daemon/diagnostics/diagnostic.hpp"
+
 namespace odomd::tools {
 namespace {
 
@@ -192,17 +194,17 @@ WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale) 
   return loads;
 }
 
-std::optional<std::string> contradiction(const WheelLoads& loads) {
+std::optional<diagnostics::Diagnostic> contradiction(const WheelLoads& loads) {
   if (loads.excess <= 0) return std::nullopt;
   // Wilson and Hilferty (1931): the cube root of chi² is nearly normal.
   const double k = 2.0 / (9.0 * loads.excess);
   const double z = (std::cbrt(loads.chi_square / loads.excess) - (1.0 - k)) / std::sqrt(k);
   if (z < 2.326) return std::nullopt;
   const double times = std::sqrt(loads.chi_square / loads.excess);
-  return fmt::format(
-      "the loads contradict each other {} more than the scale explains: did the car stand level, "
-      "touch nothing, and have the same load each time? The uncertainty is increased accordingly",
-      times < 100.0 ? fmt::format("{:.1f} times", times) : "a hundred times and");
+  return found(
+      diagnostics::kind("weighings_contradict"), {},
+      fmt::format("the loads contradict each other {} more than the scale explains",
+                  times < 100.0 ? fmt::format("{:.1f} times", times) : "a hundred times and"));
 }
 
 std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale) {

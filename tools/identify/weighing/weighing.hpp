@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
@@ -62,7 +63,7 @@ struct WheelLoads {
 [[nodiscard]] WheelLoads wheel_loads(std::span<const Weighing> weighings, const Scale& scale);
 
 /// Whether the weighings fit together (99 %); otherwise one line that says how far they do not.
-[[nodiscard]] std::optional<std::string> contradiction(const WheelLoads& loads);
+[[nodiscard]] std::optional<diagnostics::Diagnostic> contradiction(const WheelLoads& loads);
 
 /// The mass, if the weighings determine it; its uncertainty with that of the scale's gain.
 [[nodiscard]] std::optional<Measured> mass_of(const WheelLoads& loads, const Scale& scale);

@@ -1,4 +1,5 @@
 #include "tools/identify/common/signal_log.hpp"
+#include "tests/diagnostics.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,7 +55,8 @@ TEST(SignalLog, HoldsEachSignalInSiAtTheTimeItWasTaken) {
   EXPECT_TRUE(log.of(Source::yaw_rate).empty());
   EXPECT_EQ(log.first_ns, 100'000'000'000);
   EXPECT_EQ(log.last_ns, 100'020'000'000);
-  EXPECT_THAT(log.warnings, testing::Not(testing::Contains(HasSubstr("left out"))));
+  EXPECT_THAT(log.warnings,
+              testing::Not(testing::Contains(diagnostics::Named("log_content", "left out"))));
 }
 
 TEST(SignalLog, LeavesOutSamplesWithoutATimeOfTheirOwnAndSaysHowMany) {
@@ -64,7 +66,8 @@ TEST(SignalLog, LeavesOutSamplesWithoutATimeOfTheirOwnAndSaysHowMany) {
                              "(100.000000) can0 101#E903\n"
                              "(100.010000) can0 101#EA03\n");
   EXPECT_THAT(log.of(Source::wheel_rear).value, ElementsAre(2.0, 2.004));
-  EXPECT_THAT(log.warnings, testing::Contains(HasSubstr("1 sample without a time of its own")));
+  EXPECT_THAT(log.warnings, testing::Contains(diagnostics::Named(
+                                "log_content", "1 sample without a time of its own")));
 }
 
 TEST(SignalLog, ALogWhoseTimesRunBackwardsIsToBeSorted) {

@@ -106,8 +106,8 @@ TEST_F(FitCommand, SaysInOneLineWhatIsWrongWithADrive) {
   expect_refused(run(fit + "--can lap/drive.log --camera c.csv"), "while the log lasts");
   ASSERT_EQ(run("sed '/^yaw_rate/s/}/, scale = -1.0 }/' lap/car.toml > lap/left.toml").status, 0);
   expect_refused(run("odom identify fit --config lap/left.toml --drive lap"),
-                 "lap: yaw_rate turns the other way than the camera; check the sign of "
-                 "can.signals.yaw_rate.scale");
+                 "lap: yaw_rate: turns the other way than the camera; check the sign of "
+                 "can.signals.yaw_rate.scale [W301]");
   expect_refused(run("odom identify latency --config lap/left.toml --can lap/drive.log"),
                  "can.signals.yaw_rate.scale");
   ASSERT_EQ(run("sed -i /^steering/d lap/car.toml").status, 0);

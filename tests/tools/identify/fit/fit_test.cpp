@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estimator/ekf/process.hpp"
+#include "tests/diagnostics.hpp"
 #include "tools/identify/fit/allowance.hpp"
 #include "tools/identify/fit/drive.hpp"
 #include "tools/identify/fit/findings.hpp"
@@ -196,7 +197,7 @@ TEST(Fit, AsksWhetherThePosesAreStampedLateWhereASensorIsBeforeThem) {
   };
   EXPECT_THAT(warnings(0.01), IsEmpty());
   EXPECT_THAT(warnings(-0.08),
-              ElementsAre(HasSubstr("latency of yaw_rate came out 80 ms before the poses")));
+              ElementsAre(diagnostics::Named("poses_stamped_late", "80 ms before the poses")));
 }
 
 TEST(Fit, FindsScalesAndOffsetsOfADriveThatItsOwnModelMade) {

@@ -1,5 +1,6 @@
 // What is written into [steering]: of responses that are known, and of simulated drives.
 #include "tools/identify/latency/actuator_findings.hpp"
+#include "tests/diagnostics.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +40,7 @@ TEST(ActuatorFindings, AreNoneOfAMeasuredAngle) {
     EXPECT_THAT(finding.remark, testing::HasSubstr("none visible, 5 +- 4 ms in total"));
   }
   EXPECT_THAT(actuator_findings(response(-0.02, 0.025, 0.004), {}, {.lag_s = 0.1}).warnings,
-              testing::ElementsAre(testing::HasSubstr("[steering] has 100 ms")));
+              testing::ElementsAre(diagnostics::Named("actuator_not_seen", "100 ms")));
 }
 
 TEST(ActuatorFindings, AreNotWrittenWhereTheDriveHasTooLittleExcitation) {

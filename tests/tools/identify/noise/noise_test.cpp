@@ -291,7 +291,7 @@ TEST_F(IdentifyNoise, FindsThePapersConditionViolated) {
   const Outcome outcome = run_shell("odom identify noise --config " + folder + "/car.toml --can " +
                                     folder + "/drive.log");
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("paper_q gives v_x a variance of 1e-09"));
+  EXPECT_THAT(outcome.err, HasSubstr("paper_q: gives v_x a variance of 1e-09"));
 }
 
 TEST_F(IdentifyNoise, OfADriveMakesTheFilterConsistent) {
@@ -320,10 +320,10 @@ TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
             0);
   const Outcome seen = run_shell("odom identify noise --drive " + folder);
   EXPECT_EQ(seen.status, 2);
-  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate turns the other way than the camera; check"));
+  EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate: turns the other way than the camera; check"));
   const Outcome blind = run_shell("odom identify noise --no-camera --drive " + folder);
   EXPECT_EQ(blind.status, 2);
-  EXPECT_THAT(blind.err, HasSubstr("drive: yaw_rate turns the other way than wheels and steering"));
+  EXPECT_THAT(blind.err, HasSubstr("drive: yaw_rate: turns the other way than wheels and steering"));
 }
 
 TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {

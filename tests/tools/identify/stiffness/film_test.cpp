@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/diagnostics.hpp"
 #include "tests/tools/identify/stiffness/synthetic_film.hpp"
 #include "tools/identify/stiffness/circle_runs.hpp"
 #include "tools/identify/stiffness/film_alignment.hpp"
@@ -73,7 +74,7 @@ TEST(FilmMotion, LeavesOutFramesInWhichAnotherThingWasTracked) {
   film.track.frames[100].front += Plane{0.2, 0.0};
   const FilmMotion motion = film_motion(film.track, places, metres);
   EXPECT_EQ(motion.frames.size(), film.track.frames.size() - 1);
-  EXPECT_THAT(motion.warnings, Contains(HasSubstr("1 frame left out")));
+  EXPECT_THAT(motion.warnings, Contains(diagnostics::Named("film_rows_left_out", "1 frame")));
 }
 
 TEST(FilmMotion, AScaleThatContradictsTheMarkersIsRefused) {
@@ -94,7 +95,8 @@ TEST(FilmMotion, AScaleThatContradictsTheMarkersALittleGivesAWarning) {
                         .ratio_sigma = 0.006})
         .warnings;
   };
-  EXPECT_THAT(warnings_by(0.0026), Contains(HasSubstr("4.0 % more than the 0.3015 m")));
+  EXPECT_THAT(warnings_by(0.0026),
+              Contains(diagnostics::Named("film_scale_off", "4.0 % more than the 0.3015 m")));
   EXPECT_THAT(warnings_by(0.00253), testing::IsEmpty());
 }
 
@@ -192,7 +194,7 @@ TEST(CircleRuns, FindsTheSteadyPartsAndMeasuresThem) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
   const FilmMotion motion = film_motion(film.track, places, metres);
   const SignalLog log = log_of(film.gyro, film.gyro.t_ns.back());
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
   ASSERT_THAT(runs, SizeIs(2));
   EXPECT_NEAR(runs[0].speed, 1.0, 1e-3);
@@ -209,11 +211,12 @@ TEST(CircleRuns, ACircleWithoutItsSteeringIsLeftOutAndNotTakenForStraight) {
   const SyntheticFilm film = make_film(two_circles(), places, 26.0, 5.0);
   const FilmMotion motion = film_motion(film.track, places, metres);
   const SignalLog log = log_of(film.gyro, 19'000'000'000);  // before the second circle
-  std::vector<std::string> warnings;
+  diagnostics::Diagnostics warnings;
   const auto runs = measure_circles("film.csv", motion, log, 5'000'000'000, 0.0, warnings);
   ASSERT_THAT(runs, SizeIs(1));
   EXPECT_NEAR(runs[0].steering.value, 0.2, 1e-3);
-  EXPECT_THAT(warnings, testing::ElementsAre(HasSubstr("the log has 0 samples of steering there")));
+  EXPECT_THAT(warnings,
+              testing::ElementsAre(diagnostics::Named("circle_left_out", "0 samples of steering")));
 }
 
 TEST(CircleRuns, AStraightOrAWobbleIsNoCircle) {

@@ -125,7 +125,7 @@ TEST(StiffnessCommand, ASteeringOfAnotherScaleIsRefusedOrContradicted) {
 TEST(StiffnessCommand, SaysWhereItIsLessExactThanItCouldBe) {
   const Outcome outcome = identify(places + film + "--sigma-mass 0.15");
   EXPECT_EQ(outcome.status, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("and 5 % is possible: drive faster circles"));
+  EXPECT_THAT(outcome.err, HasSubstr("and 5 % is possible; drive faster circles"));
 }
 
 TEST(StiffnessCommand, TakesUnits) {

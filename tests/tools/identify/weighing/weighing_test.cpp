@@ -1,4 +1,5 @@
 #include "tools/identify/weighing/weighing.hpp"
+#include "tests/diagnostics.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -68,7 +69,7 @@ TEST(Weighing, ThatDifferByADigitOfTheScaleDoNotContradictEachOther) {
       {Load::total, 2.985}, {Load::total, 2.986}, {Load::total, 2.985}};
   const Scale grams{.resolution = 0.001};
   const WheelLoads loads = wheel_loads(weighings, grams);
-  EXPECT_EQ(contradiction(loads), std::nullopt);
+  EXPECT_FALSE(contradiction(loads));
   const std::optional<Measured> mass = mass_of(loads, grams);
   ASSERT_TRUE(mass);
   EXPECT_NEAR(mass->value, 2.9853, 1e-3);
@@ -92,8 +93,8 @@ TEST(Weighing, AddsUpWhateverPartsDetermineTheWhole) {
 TEST(Weighing, ContradictionsWidenTheUncertaintyAndAreReported) {
   const std::vector<Weighing> weighings{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.1}};
   const WheelLoads loads = wheel_loads(weighings, scale);
-  ASSERT_TRUE(contradiction(loads));
-  EXPECT_THAT(*contradiction(loads), HasSubstr("contradict each other 28.9 times"));
+  EXPECT_THAT(contradiction(loads),
+              testing::Optional(diagnostics::Named("weighings_contradict", "28.9 times")));
   EXPECT_GT(mass_of(loads, scale)->sigma, 0.04);
   const std::vector<Weighing> fitting{{Load::front, 1.0}, {Load::rear, 2.0}, {Load::total, 3.003}};
   EXPECT_FALSE(contradiction(wheel_loads(fitting, scale)));
@@ -240,8 +241,7 @@ TEST(IdentifyCog, AsksWhetherFrontAndRearAreExchanged) {
   };
   EXPECT_THAT(said("--front 1 --rear 2"), Not(HasSubstr("exchanged")));
   EXPECT_THAT(said("--front 2 --rear 1"),
-              HasSubstr("the rear axle is the heavier one, but by the loads it is the front "
-                        "one: are --front and --rear exchanged?"));
+              HasSubstr("the rear axle is the heavier one, but by the loads it is the front one"));
 }
 
 TEST(IdentifyMass, ReportsATargetThatCannotBeWrittenBeforeTheWork) {
@@ -288,9 +288,8 @@ TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
   const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
   EXPECT_EQ(weigh("3.1 --scale-resolution 1g"),
             "odom identify mass: 1 key written to " + car + ": vehicle.mass\n");
-  EXPECT_THAT(
-      weigh("2985 --scale-resolution 1"),
-      HasSubstr("vehicle.mass was 3.1 and becomes 2985: is it another car, or another unit?"));
+  EXPECT_THAT(weigh("2985 --scale-resolution 1"),
+              HasSubstr("vehicle.mass was 3.1 and becomes 2985; is it another car"));
 }
 
 TEST(IdentifyMass, WarnsWhenThePreviousValueWasMorePrecise) {

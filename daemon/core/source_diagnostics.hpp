@@ -1,0 +1,68 @@
+// The diagnostics of a source, for the daemon's log and for replays.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "daemon/core/wiring.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
+#include "estimator/integrity/integrity.hpp"
+
+namespace odomd::daemon {
+
+/// A flag's diagnostic; `label` shows the source: "yaw_rate (IMU)".
+[[nodiscard]] inline diagnostics::Diagnostic diagnostic_of(estimator::SourceFlag flag,
+                                                           std::string label) {
+  using diagnostics::found, diagnostics::kind, estimator::SourceFlag;
+  switch (flag) {
+    case SourceFlag::out_of_range:
+      return found(kind("out_of_range"), std::move(label), "out of range for a car");
+    case SourceFlag::non_finite:
+      return found(kind("not_a_number"), std::move(label), "NaN or infinite");
+    case SourceFlag::frozen:
+      return found(kind("frozen"), std::move(label),
+                   "frozen: it repeats one value while the car moves");
+    case SourceFlag::drifting:
+      return found(kind("contradicts_others"), std::move(label), "contradicts the other sensors");
+    default:
+      return found(kind("protection_failed"), std::move(label), "fails its end-to-end protection");
+  }
+}
+
+[[nodiscard]] inline diagnostics::Diagnostic inconsistent_source(std::string label) {
+  return found(diagnostics::kind("inconsistent"), std::move(label),
+               "has not fitted the filter's prediction for seconds");
+}
+
+/// The same for a fault in the wiring or its description; `source` gives the key.
+[[nodiscard]] inline diagnostics::Diagnostic diagnostic_of(WiringFault fault,
+                                                           std::string_view source,
+                                                           std::string label) {
+  using diagnostics::found, diagnostics::kind;
+  const bool is_camera = source == "camera";
+  const std::string key = "can.signals." + std::string{source};
+  switch (fault) {
+    case WiringFault::sign:
+      return found(is_camera ? kind("camera_mirrored") : kind("wrong_sign"), std::move(label),
+                   "the sign is wrong compared with the other sensors", key);
+    case WiringFault::left_right_swapped:
+      return found(kind("left_right_swapped"), std::move(label),
+                   "the left and right wheels are swapped, according to the other sensors", key);
+    case WiringFault::front_rear_swapped:
+      return found(kind("front_rear_swapped"), std::move(label),
+                   "the wheels of the front and rear axles are swapped: in turns the front wheels "
+                   "must travel further",
+                   key);
+    case WiringFault::axes_swapped:
+      return found(kind("axes_swapped"), std::move(label),
+                   "the axes of the accelerometer are swapped: it shows lateral acceleration when "
+                   "the car speeds up",
+                   key);
+    default:
+      return found(is_camera ? kind("camera_wrong_unit") : kind("wrong_unit"), std::move(label),
+                   "is in another unit, according to the other sensors", key);
+  }
+}
+
+}  // namespace odomd::daemon

@@ -1,0 +1,36 @@
+#include "daemon/diagnostics/diagnostic.hpp"
+
+#include <fmt/format.h>
+
+namespace odomd::diagnostics {
+
+std::string fix_of(const Diagnostic& diagnostic) {
+  std::string fix{diagnostic.kind->fix};
+  if (const std::size_t place = fix.find("{}"); place != std::string::npos)
+    fix.replace(place, 2, diagnostic.key);
+  return fix;
+}
+
+std::string text_of(const Diagnostic& diagnostic) {
+  const std::string fix = fix_of(diagnostic);
+  return fmt::format("{}{}{}{}{} [{}]", diagnostic.subject,
+                     diagnostic.subject.empty() || diagnostic.seen.empty() ? "" : ": ",
+                     diagnostic.seen, fix.empty() ? "" : "; ", fix, diagnostic.kind->code);
+}
+
+std::vector<std::string> texts_of(const Diagnostics& diagnostics) {
+  std::vector<std::string> texts;
+  texts.reserve(diagnostics.size());
+  for (const Diagnostic& one : diagnostics) texts.push_back(text_of(one));
+  return texts;
+}
+
+void append(Diagnostics& to, const Kind& kind, std::span<const std::string> lines) {
+  for (const std::string& line : lines) to.push_back(found(kind, {}, line));
+}
+
+void append(Diagnostics& to, const Diagnostics& others) {
+  to.insert(to.end(), others.begin(), others.end());
+}
+
+}  // namespace odomd::diagnostics

@@ -1,0 +1,78 @@
+// A diagnostic: one thing that is wrong or doubtful, as the daemon, odomd --check and the tools
+// show it. All kinds stand in one table, by subject: configuration.hpp, records.hpp, sensors.hpp,
+// poses.hpp, identification.hpp. docs/diagnostics.md is generated from it.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "daemon/diagnostics/configuration.hpp"
+#include "daemon/diagnostics/identification.hpp"
+#include "daemon/diagnostics/kind.hpp"
+#include "daemon/diagnostics/poses.hpp"
+#include "daemon/diagnostics/records.hpp"
+#include "daemon/diagnostics/sensors.hpp"
+
+namespace odomd::diagnostics {
+
+/// The kinds of one subject.
+struct Chapter {
+  std::string_view title;
+  std::span<const Kind> kinds;
+};
+
+/// The whole table, in the order of the codes.
+inline constexpr std::array chapters{
+    Chapter{"Configuration and databases", configuration},
+    Chapter{"Logs and records", records},
+    Chapter{"Sensors", sensors},
+    Chapter{"Poses: camera, reference and estimate", poses},
+    Chapter{"Identification", identification},
+};
+
+/// The kind of a name, which must be in the table: checked by the compiler.
+[[nodiscard]] consteval const Kind& kind(std::string_view name) {
+  for (const Chapter& chapter : chapters)
+    for (const Kind& one : chapter.kinds)
+      if (one.name == name) return one;
+  throw "no such kind";
+}
+
+struct Diagnostic {
+  const Kind* kind = nullptr;  ///< of the table
+  std::string subject;         ///< whose: "yaw_rate (IMU)", "truth.csv", "car.toml"; may be empty
+  std::string seen;            ///< what was found, with its figures
+  std::string key;             ///< of the configuration, for the fix; may be empty
+};
+
+/// In the order in which they are shown.
+using Diagnostics = std::vector<Diagnostic>;
+
+[[nodiscard]] inline Diagnostic found(const Kind& kind, std::string subject, std::string seen,
+                                      std::string key = {}) {
+  return {&kind, std::move(subject), std::move(seen), std::move(key)};
+}
+
+/// What to do, with the key filled in.
+[[nodiscard]] std::string fix_of(const Diagnostic& diagnostic);
+
+/// "yaw_rate (IMU): the sign is wrong compared with the other sensors; check the sign of
+/// can.signals.yaw_rate.scale [W301]"
+[[nodiscard]] std::string text_of(const Diagnostic& diagnostic);
+[[nodiscard]] std::vector<std::string> texts_of(const Diagnostics& diagnostics);
+
+/// One diagnostic of a kind for each line that a reader of files reports.
+void append(Diagnostics& to, const Kind& kind, std::span<const std::string> lines);
+void append(Diagnostics& to, const Diagnostics& others);
+
+[[nodiscard]] inline bool holds(const Diagnostics& diagnostics, const Kind& kind) {
+  return std::ranges::any_of(diagnostics,
+                             [&kind](const Diagnostic& one) { return one.kind == &kind; });
+}
+
+}  // namespace odomd::diagnostics

@@ -1,0 +1,32 @@
+// One row of the table of diagnostics: what can be wrong with a car's configuration, its sensors
+// and its drives, and how to fix it.
+#pragma once
+
+#include <limits>
+#include <string_view>
+
+namespace odomd::diagnostics {
+
+/// What is usual; a diagnostic is given outside.
+struct Limits {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+
+  [[nodiscard]] constexpr bool hold(double value) const { return value >= least && value <= most; }
+  [[nodiscard]] constexpr bool exist() const {
+    return least > -std::numeric_limits<double>::infinity() ||
+           most < std::numeric_limits<double>::infinity();
+  }
+};
+
+struct Kind {
+  std::string_view code;     ///< "W301"; never given to another kind
+  std::string_view name;     ///< "wrong_sign"
+  std::string_view meaning;  ///< one sentence, for the reference page
+  std::string_view fix;      ///< follows what was seen; {}: the key of the configuration
+  Limits limits = {};        ///< none where the diagnostic is a plain fact
+  std::string_view unit = {};
+  std::string_view reason = {};  ///< for the limits: what they are compared with, and why there
+};
+
+}  // namespace odomd::diagnostics

@@ -1,0 +1,26 @@
+// Matchers for diagnostics: tests ask for the kind and its figures, not for the wording.
+#pragma once
+
+#include <gmock/gmock.h>
+
+#include <ostream>
+#include <string>
+
+#include "daemon/diagnostics/diagnostic.hpp"
+
+namespace odomd::diagnostics {
+
+inline void PrintTo(const Diagnostic& diagnostic, std::ostream* out) {
+  *out << text_of(diagnostic);
+}
+
+/// A diagnostic of a kind: `Named("wrong_sign")`.
+MATCHER_P(Named, name, std::string{"is "} + name) {
+  return arg.kind->name == name;
+}
+/// ... about a subject, or whose text has this figure: `Named("wrong_sign", "yaw_rate")`.
+MATCHER_P2(Named, name, part, std::string{"is "} + name + " with \"" + part + '"') {
+  return arg.kind->name == name && text_of(arg).find(part) != std::string::npos;
+}
+
+}  // namespace odomd::diagnostics
