@@ -75,15 +75,6 @@ std::vector<Row> rows(const std::string& text) {
   return all;
 }
 
-/// The names of the columns of the table that `text` begins with.
-Row head_of(const std::string& text) {
-  Row head;
-  std::istringstream cells(text.substr(2, text.find('\n')));
-  for (std::string cell; std::getline(cells, cell, '|');)
-    head.push_back(std::regex_replace(cell, std::regex("^ | $"), ""));
-  return head;
-}
-
 /// The text between backticks.
 std::vector<std::string> quoted(const std::string& cell) {
   static const std::regex pattern("`([^`]*)`");
@@ -97,7 +88,17 @@ std::vector<std::string> quoted(const std::string& cell) {
 std::map<std::string, std::vector<std::string>> listed_keys() {
   std::map<std::string, std::vector<std::string>> all;
   for (const auto& [table, text] : marked("keys"))
-    for (const Row& row : rows(text)) all[table].push_back(quoted(row.at(0)).at(0));
+    for (const Row& row : rows(text))
+      for (const auto& key : quoted(row.at(0))) all[table].push_back(key);
+  return all;
+}
+
+/// The defaults of the keys in the table that `text` begins with; nothing if it has no such column.
+std::map<std::string, std::string> listed_defaults(const std::string& text) {
+  std::map<std::string, std::string> all;
+  if (!text.starts_with("| key | default |")) return all;
+  for (const Row& row : rows(text))
+    for (const auto& key : quoted(row.at(0))) all[key] = row.at(1);
   return all;
 }
 
@@ -166,7 +167,7 @@ TEST_F(ConfigurationPage, ItsExampleIsTheReferenceCar) {
 }
 
 /// The defaults in the tables that are values, as a configuration.
-std::string listed_defaults() {
+std::string tabulated_configuration() {
   const std::map<std::string, std::string> begins = {
       {"can", "[can]\ndbc = 'a.dbc'\n"},
       {"can.e2e.MESSAGE", "[can.e2e.M]\nprofile = 'P01'\ndata_id = 1\ncrc = 'C'\ncounter = 'K'\n"},
@@ -174,15 +175,11 @@ std::string listed_defaults() {
        "[can.signals.wheel_rear]\nmessage = 'M'\nsignal = 'S'\nunit = 'rpm'\nradius = 1\n"}};
   std::string all;
   for (const auto& [table, text] : marked("keys")) {
-    const Row head = head_of(text);
-    const auto column = std::find(head.begin(), head.end(), "default") - head.begin();
     std::string values;
-    for (const Row& row : rows(text)) {
-      if (column >= std::ssize(row)) continue;
-      const auto value =
-          std::regex_replace(row[static_cast<std::size_t>(column)], std::regex("`"), "");
+    for (const auto& [key, cell] : listed_defaults(text)) {
+      const auto value = std::regex_replace(cell, std::regex("`"), "");
       if (std::regex_search(value, std::regex(R"(^[-0-9"\[])")))
-        values += quoted(row.at(0)).at(0) + " = " + value + '\n';
+        values += key + " = " + value + '\n';
     }
     if (values.empty()) continue;
     const auto begin = begins.find(table);
@@ -192,7 +189,7 @@ std::string listed_defaults() {
 }
 
 TEST_F(ConfigurationPage, ItsTablesHaveTheDefaults) {
-  const std::string text = listed_defaults();
+  const std::string text = tabulated_configuration();
   EXPECT_EQ(std::count(text.begin(), text.end(), '='), 9 + 39) << text;
   const Config shown = load(text);
   const Config taken = load(smallest);
@@ -380,7 +377,7 @@ std::map<std::string, std::map<std::string, std::string>> manual_items() {
   return all;
 }
 
-TEST_F(ConfigurationPage, HasTheKeysDefaultsAndRangesOfTheManualPage) {
+TEST_F(ConfigurationPage, HasTheKeysAndDefaultsOfTheManualPage) {
   const auto manual = manual_items();
   const auto listed = listed_keys();
   ASSERT_EQ(manual.size(), listed.size());
@@ -389,15 +386,11 @@ TEST_F(ConfigurationPage, HasTheKeysDefaultsAndRangesOfTheManualPage) {
     ASSERT_TRUE(manual.contains(table));
     const auto& items = manual.at(table);
     EXPECT_EQ(items.size(), listed.at(table).size());
-    const Row head = head_of(text);
-    for (const Row& row : rows(text)) {
-      const auto key = quoted(row.at(0)).at(0);
-      ASSERT_TRUE(items.contains(key)) << key;
-      for (std::size_t i = 0; i < row.size(); ++i) {
-        if (head.at(i) != "default" && head.at(i) != "range") continue;
-        EXPECT_THAT(items.at(key), HasSubstr(plain(row[i]))) << key;
+    for (const auto& key : listed.at(table)) EXPECT_TRUE(items.contains(key)) << key;
+    for (const auto& [key, cell] : listed_defaults(text))
+      if (items.contains(key)) {
+        EXPECT_THAT(items.at(key), HasSubstr(plain(cell))) << key;
       }
-    }
   }
 }
 
@@ -406,20 +399,21 @@ TEST_F(ConfigurationPage, ListsTheRolesWithTheirUnitsAndSigmas) {
   ASSERT_EQ(tables.size(), 1U);
   std::vector<std::string> roles;
   for (const Row& row : rows(tables.begin()->second)) {
-    const auto role = quoted(row.at(0)).at(0);
-    roles.push_back(role);
     std::vector<std::string> endings;
     for (const auto& unit : quoted(row.at(2)))
       endings.push_back(
           fmt::format(R"(unit = "{}"{})", unit, unit == "rpm" ? ", radius = 1.0" : ""));
     if (endings.empty()) endings = {"forward = 1, reverse = 2"};
-    for (const auto& ending : endings) {
-      SCOPED_TRACE(fmt::format("{}: {}", role, ending));
-      const Config config = load(fmt::format(
-          R"(can = {{ dbc = "a.dbc", signals.{} = {{ message = "M", signal = "S", {} }} }})", role,
-          ending));
-      EXPECT_EQ(config.can.signals.at(config.can.bindings.at(0).channel).sigma,
-                std::stod(row.at(3)));
+    for (const auto& role : quoted(row.at(0))) {
+      roles.push_back(role);
+      for (const auto& ending : endings) {
+        SCOPED_TRACE(fmt::format("{}: {}", role, ending));
+        const Config config = load(fmt::format(
+            R"(can = {{ dbc = "a.dbc", signals.{} = {{ message = "M", signal = "S", {} }} }})",
+            role, ending));
+        EXPECT_EQ(config.can.signals.at(config.can.bindings.at(0).channel).sigma,
+                  std::stod(row.at(3)));
+      }
     }
   }
   const std::vector<std::string> known(estimator::source_names.begin(),
