@@ -145,7 +145,8 @@ signals.wheel_rear = { message = "M", signal = "S", unit = "m/s" }
 
 TEST_F(ConfigurationPage, ItsExampleHasTheDefaults) {
   const Config shown = load(example());
-  const Config taken = load(smallest);
+  Config taken = load(smallest);
+  place_sockets(taken, "/run/odomd");
   EXPECT_EQ(shown.vehicle.mass, taken.vehicle.mass);
   EXPECT_EQ(shown.vehicle.cornering_stiffness_rear, taken.vehicle.cornering_stiffness_rear);
   EXPECT_EQ(shown.vehicle.steering.delay_s, taken.vehicle.steering.delay_s);
