@@ -1,11 +1,14 @@
 #include "daemon/options.hpp"
 
+#include <cstdlib>
+#include <new>
 #include <stdexcept>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "daemon/sockets/local_socket.hpp"
+#include "shm_api/libodom/service.h"
 
 namespace odomd::daemon {
 namespace {
@@ -23,6 +26,15 @@ auto parsed(std::string_view option, Parse parse) {
 /// "kinematic|kinematic_printed|paper"
 std::string model_choices() {
   return fmt::format("{}", fmt::join(estimator::model_names, "|"));
+}
+
+/// Where a daemon that is started by hand has its sockets: as its clients know it.
+std::filesystem::path socket_directory() {
+  char* path = nullptr;
+  if (odomi_socket_directory(ODOMI_SERVICE_DIRECTORY, &path) != ODOM_OK) throw std::bad_alloc();
+  std::filesystem::path directory(path);
+  std::free(path);  // NOLINT(cppcoreguidelines-no-malloc): malloc'ed by C
+  return directory;
 }
 
 /// Checks paths and groups: a service sets these on the command line, independent of the car's
@@ -47,6 +59,7 @@ void place(const Options& options, Config& config) {
   }
   if (!options.status_socket.empty())
     config.status.socket = std::filesystem::absolute(options.status_socket);
+  place_sockets(config, socket_directory());
   if (!options.readers.empty()) {
     config.shm.mode = 0640;
     config.shm.group = options.readers;

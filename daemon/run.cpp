@@ -127,10 +127,12 @@ class BeatThread {
 /// The status is optional: without its socket the daemon still works.
 std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
   try {
-    return LocalSocket({config.socket, SocketType::stream, config.socket_mode, config.socket_group,
-                        "name a path of yours by --status-socket PATH"});
+    return LocalSocket(
+        {config.socket, SocketType::stream, config.socket_mode, config.socket_group,
+         "set XDG_RUNTIME_DIR to a directory of yours, or name a path by --status-socket PATH "
+         "or [status] socket"});
   } catch (const std::exception& error) {
-    journal.warn(fmt::format("status is not available: {}; see [status]", error.what()));
+    journal.warn(fmt::format("odom status is not available: {}", error.what()));
     return std::nullopt;
   }
 }
@@ -144,10 +146,11 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
         std::in_place,
         Recorded{config, running.buses, running.writer.info().instance_id, running.tap},
         LocalSocket(
-            {record_socket(config), SocketType::stream, record_mode(config), config.shm.group}),
+            {record_socket(config), SocketType::stream, record_mode(config), config.shm.group,
+             "set XDG_RUNTIME_DIR to a directory of yours, or name a path by [record] socket"}),
         std::move(files));
   } catch (const std::exception& error) {
-    journal.warn(fmt::format("recording is not available: {}; set [record] socket", error.what()));
+    journal.warn(fmt::format("odom record is not available: {}", error.what()));
     return std::nullopt;
   }
 }
@@ -155,8 +158,8 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
 std::optional<LocalSocket> open_camera_socket(const CameraConfig& config) {
   if (!config.configured) return std::nullopt;
   return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group,
-                      "name a path of yours by --camera-socket PATH or [camera] socket, or a "
-                      "directory for all by --runtime-directory DIR"});
+                      "set XDG_RUNTIME_DIR to a directory of yours, or name a path by "
+                      "--camera-socket PATH or [camera] socket"});
 }
 
 RealtimeFacts facts_of(const MachineGrant& machine, const ThreadGrant& beat,

@@ -213,6 +213,11 @@ Config parse_config(std::string text, const std::filesystem::path& file) {
   return config;
 }
 
+void place_sockets(Config& config, const std::filesystem::path& directory) {
+  if (config.camera.socket.empty()) config.camera.socket = directory / "camera.sock";
+  if (config.status.socket.empty()) config.status.socket = directory / "status.sock";
+}
+
 std::filesystem::path record_socket(const Config& config) {
   return config.record.socket.empty() ? config.status.socket.parent_path() / "record.sock"
                                       : config.record.socket;

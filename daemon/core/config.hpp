@@ -40,7 +40,7 @@ struct CanConfig {
 
 struct CameraConfig {
   bool configured = false;
-  std::filesystem::path socket = "/run/odomd/camera.sock";
+  std::filesystem::path socket;  ///< empty: by place_sockets()
   std::uint32_t socket_mode = 0660;
   std::string socket_group;           ///< empty: the group of the process
   std::array<double, 3> lever_arm{};  ///< x, y [m], yaw [rad] of the reference point, body frame
@@ -60,7 +60,7 @@ struct ShmConfig {
 };
 
 struct StatusConfig {
-  std::filesystem::path socket = "/run/odomd/status.sock";
+  std::filesystem::path socket;  ///< empty: by place_sockets()
   std::uint32_t socket_mode = 0666;
   std::string socket_group;  ///< empty: the group of the process
 };
@@ -111,6 +111,8 @@ struct Config {
 /// The same for a text; `file` is the name in errors, and paths are relative to it.
 [[nodiscard]] Config parse_config(std::string text, const std::filesystem::path& file);
 
+/// Puts the camera's and the status socket into `directory`, where the file names no path.
+void place_sockets(Config& config, const std::filesystem::path& directory);
 /// Where recorders connect: [record] socket, or record.sock next to the status socket.
 [[nodiscard]] std::filesystem::path record_socket(const Config& config);
 /// The mode of that socket: whoever may read the pose may also record it with its inputs.

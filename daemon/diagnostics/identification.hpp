@@ -13,10 +13,9 @@ inline constexpr auto identification = std::to_array<Kind>({
      .meaning = "A value replaces one that is far from it.",
      .fix = "is it another car, or another unit?"},
     {.code = "W502",
-     .name = "previous_more_precise",
-     .meaning = "A value replaces one that was more precise.",
-     .fix = "restore it unless the car has changed since; if the two contradict each other, "
-            "measure again"},
+     .name = "more_precise_kept",
+     .meaning = "The configuration has a more precise value, which is kept.",
+     .fix = "--force replaces it"},
     {.code = "W511",
      .name = "weighings_contradict",
      .meaning = "The weighings of the car contradict each other.",

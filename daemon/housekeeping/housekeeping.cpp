@@ -63,8 +63,9 @@ void Housekeeping::run() {
   while (!stop_) {
     ::poll(inputs.data(), inputs.size(), turn_ms);
     const std::int64_t now_ns = monotonic_now();
+    journal_.turn(now_ns);
     if (inputs[0].revents != 0) read_signals();
-    if (inputs[1].revents != 0) accept_cameras(now_ns);
+    if (inputs[1].revents != 0) accept_cameras();
     if (inputs[2].revents != 0) serve_status(now_ns);
     // In this order, so that a recorder that disconnected does not block the next one.
     if (recorders_) recorders_->serve(now_ns, journal_);
@@ -80,7 +81,8 @@ void Housekeeping::run() {
     notify_service_manager(now_ns);
   }
   notify_stopping();
-  if (recorders_) recorders_->close(monotonic_now(), journal_);
+  if (recorders_) recorders_->close(journal_);
+  journal_.finish(monotonic_now());
 }
 
 void Housekeeping::read_signals() {
@@ -95,29 +97,26 @@ void Housekeeping::read_signals() {
   }
 }
 
-void Housekeeping::accept_cameras(std::int64_t now_ns) {
+void Housekeeping::accept_cameras() {
   for (int i = 0; i < accepts_per_turn; ++i) {
     auto connection = camera_->accept();
     if (!connection) return;
     const auto peer = peer_of(connection.get());
     if (!peer ||
         !peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
-      journal_.warn(Topic::camera_refused, now_ns,
-                    fmt::format("a camera process (pid {}, uid {}) was refused; add its user to "
-                                "the group of [camera] socket_group",
-                                peer ? peer->pid : 0, peer ? peer->uid : 0));
+      journal_.warn(
+          fmt::format("a camera process (pid {}, uid {}) was refused; add its user to "
+                      "the group of [camera] socket_group",
+                      peer ? peer->pid : 0, peer ? peer->uid : 0));
       continue;
     }
     if (running_.cameras.admit(std::move(connection), *peer)) {
       journal_.info(
-          Topic::camera_connection, now_ns,
           fmt::format("a camera process connected (pid {}, uid {})", peer->pid, peer->uid));
     } else {
-      journal_.warn(
-          Topic::camera_refused, now_ns,
-          fmt::format(
-              "a camera process (pid {}) was refused: {} are already connected; stop one of them",
-              peer->pid, CameraDoor::max_connections));
+      journal_.warn(fmt::format(
+          "a camera process (pid {}) was refused: {} are already connected; stop one of them",
+          peer->pid, CameraDoor::max_connections));
     }
   }
 }
@@ -138,37 +137,30 @@ void Housekeeping::report_events() {
 }
 
 void Housekeeping::report(const Event& event) {
-  const std::int64_t at = event.time_ns;
   switch (event.kind) {
     case EventKind::overrun:
-      journal_.warn(Topic::overrun, at,
-                    fmt::format("tick overrun: execution time {:.3f} ms, wake-up latency {:.3f} ms",
+      journal_.warn(fmt::format("tick overrun: execution time {:.3f} ms, wake-up latency {:.3f} ms",
                                 milliseconds(event.a), milliseconds(event.b)));
       break;
     case EventKind::missed:
-      journal_.warn(Topic::missed, at,
-                    fmt::format("ticks missed: {}; wake-up latency {:.3f} ms", event.a,
+      journal_.warn(fmt::format("ticks missed: {}; wake-up latency {:.3f} ms", event.a,
                                 milliseconds(event.b)));
       break;
     case EventKind::pose_reset:
-      journal_.info(Topic::pose_reset, at,
-                    fmt::format("the map pose was reset (reset {})", event.a));
+      journal_.info(fmt::format("the map pose was reset (reset {})", event.a));
       break;
     case EventKind::clock_stepped:
-      journal_.warn(Topic::clock, at,
-                    fmt::format("the wall clock was stepped by {:+.6f} s", seconds(event.a)));
+      journal_.warn(fmt::format("the wall clock was stepped by {:+.6f} s", seconds(event.a)));
       break;
     case EventKind::suspended:
-      journal_.warn(Topic::clock, at,
-                    fmt::format("the machine was suspended; the wall clock moved by {:+.3f} s",
+      journal_.warn(fmt::format("the machine was suspended; the wall clock moved by {:+.3f} s",
                                 seconds(event.a)));
       break;
     case EventKind::camera_gone:
-      journal_.info(Topic::camera_connection, at, "a camera process disconnected");
+      journal_.info("a camera process disconnected");
       break;
     case EventKind::camera_malformed:
-      journal_.warn(Topic::camera_malformed, at,
-                    fmt::format("a camera message was invalid: {}",
+      journal_.warn(fmt::format("a camera message was invalid: {}",
                                 malformed_texts[static_cast<std::size_t>(event.a)]));
       break;
   }
@@ -192,7 +184,6 @@ void Housekeeping::look_at_segment(std::int64_t now_ns) {
   if (now_ns - segment_seen_ns_ < segment_every_ns) return;
   segment_seen_ns_ = now_ns;
   const std::string& name = running_.config.shm.name;
-  std::string trouble;
   try {
     switch (running_.writer.look_after()) {
       case shm::Upkeep::stands:
@@ -211,12 +202,10 @@ void Housekeeping::look_at_segment(std::int64_t now_ns) {
   } catch (const shm::Displaced&) {
     throw;
   } catch (const std::exception& error) {
-    trouble = error.what();
-    if (trouble != segment_trouble_)
-      journal_.warn(fmt::format(
-          "the segment was removed while odomd was running and cannot be recreated: {}", trouble));
+    journal_.warn(
+        fmt::format("the segment was removed while odomd was running and cannot be recreated: {}",
+                    error.what()));
   }
-  segment_trouble_ = std::move(trouble);
 }
 
 void Housekeeping::look_at_end(std::int64_t now_ns) {
@@ -226,6 +215,8 @@ void Housekeeping::look_at_end(std::int64_t now_ns) {
     ended_ns_ = 0;
   } else if (ended_ns_ == 0) {
     ended_ns_ = now_ns;
+    if (at_end_ == AtEnd::go_on)
+      journal_.info("all inputs have ended; continuing (--exit-at-end would stop here)");
   } else if (at_end_ == AtEnd::exit && now_ns - ended_ns_ > linger_ns) {
     journal_.info("stopping: all inputs have ended");
     stop_ = true;

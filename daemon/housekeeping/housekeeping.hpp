@@ -36,7 +36,7 @@ class Housekeeping {
 
  private:
   void read_signals();
-  void accept_cameras(std::int64_t now_ns);
+  void accept_cameras();
   void serve_status(std::int64_t now_ns);
   void report_events();
   void report(const Event& event);
@@ -62,8 +62,7 @@ class Housekeeping {
   AtEnd at_end_;
   std::unique_ptr<odom_client, CloseClient> client_;  // reads what the beat publishes
   std::int64_t segment_seen_ns_ = 0;
-  std::string segment_trouble_;  // as logged last
-  std::int64_t ended_ns_ = 0;    // since when all inputs have ended
+  std::int64_t ended_ns_ = 0;  // since when all inputs have ended
   std::int64_t last_status_ns_ = 0;
   std::uint32_t logged_mode_ = ODOM_INITIALISING;  // as logged last; at most once a second
   std::int64_t mode_logged_ns_ = 0;

@@ -102,8 +102,7 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
       bus.link = link;
     }
     if (const std::uint64_t lost = source.counters().lost.get(); lost != bus.lost) {
-      journal.warn(Topic::frames_lost, now_ns,
-                   fmt::format("{}: the kernel dropped {} frames; raise [can] receive_buffer",
+      journal.warn(fmt::format("{}: the kernel dropped {} frames; raise [can] receive_buffer",
                                source.name(), lost - bus.lost));
       bus.lost = lost;
     }
@@ -124,10 +123,10 @@ void SourceReporter::look_at_controller(std::size_t bus, std::int64_t now_ns, Jo
   std::uint64_t& reported = buses_[bus].bus_offs;
   const std::uint64_t bus_offs = source.counters().bus_offs.get();
   if (bus_offs != reported && !controller)
-    journal.warn(Topic::bus_off, now_ns,
-                 fmt::format("{}: bus-off: an error frame reports that a controller has left this "
-                             "bus; frames may be missing",
-                             source.name()));
+    journal.warn(
+        fmt::format("{}: bus-off: an error frame reports that a controller has left this "
+                    "bus; frames may be missing",
+                    source.name()));
   reported = bus_offs;
 }
 

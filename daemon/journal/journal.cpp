@@ -11,12 +11,11 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/basic_file_sink.h>
 
+#include "base/printable.hpp"
 #include "daemon/journal/error_sink.hpp"
 
 namespace odomd::daemon {
 namespace {
-
-constexpr std::int64_t quiet_ns = 1'000'000'000;
 
 /// The level as a syslog priority, which the journal reads from the head of a line.
 class SyslogLevel final : public spdlog::custom_flag_formatter {
@@ -95,28 +94,18 @@ void Journal::reopen() {
   }
 }
 
-void Journal::info(Topic topic, std::int64_t now_ns, const std::string& text) {
-  limited(spdlog::level::info, topic, now_ns, text);
+void Journal::turn(std::int64_t now_ns) {
+  now_ns_ = now_ns;
+  for (const Message& message : repeats_.due(now_ns)) write(message);
 }
 
-void Journal::warn(Topic topic, std::int64_t now_ns, const std::string& text) {
-  limited(spdlog::level::warn, topic, now_ns, text);
+void Journal::finish(std::int64_t now_ns) {
+  for (const Message& message : repeats_.rest(now_ns)) write(message);
 }
 
-void Journal::limited(spdlog::level::level_enum level, Topic topic, std::int64_t now_ns,
-                      const std::string& text) {
-  Limit& limit = limits_[static_cast<std::size_t>(topic)];
-  if (limit.ever && now_ns - limit.last_ns < quiet_ns) {
-    ++limit.kept_back;
-    return;
-  }
-  if (limit.kept_back > 0) {
-    logger_->log(level, "{} ({} more like this since the last one)", one_line(text),
-                 limit.kept_back);
-  } else {
-    logger_->log(level, "{}", one_line(text));
-  }
-  limit = {now_ns, 0, true};
+void Journal::log(spdlog::level::level_enum level, const std::string& text) {
+  const Message message{level, one_line(text)};
+  if (!now_ns_ || repeats_.take(message, *now_ns_)) write(message);
 }
 
 }  // namespace odomd::daemon

@@ -1,65 +1,46 @@
 // The daemon's log. Used by housekeeping only; the beat pushes events instead.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
-#include <string_view>
 
 #include <spdlog/logger.h>
 
-#include "base/printable.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/journal/repeats.hpp"
 
 namespace odomd::daemon {
-
-/// Frequent messages are limited to one per second and topic.
-enum class Topic : std::uint8_t {
-  overrun,
-  missed,
-  pose_reset,
-  clock,
-  frames_lost,
-  bus_off,
-  camera_connection,
-  camera_refused,
-  camera_malformed,
-  recording,
-  recording_end,
-  count
-};
 
 class Journal {
  public:
   /// Throws std::invalid_argument where the file cannot be opened.
   explicit Journal(const LogConfig& config);
 
-  void info(const std::string& text) { logger_->info("{}", one_line(text)); }
-  void warn(const std::string& text) { logger_->warn("{}", one_line(text)); }
-  void error(const std::string& text) { logger_->error("{}", one_line(text)); }
+  /// A message that repeats is counted and logged at growing intervals (repeats.hpp), from the
+  /// first turn() on: before, at the start, every message is logged.
+  void info(const std::string& text) { log(spdlog::level::info, text); }
+  void warn(const std::string& text) { log(spdlog::level::warn, text); }
+  void error(const std::string& text) { log(spdlog::level::err, text); }
 
-  /// As above, but logs at most one message per second and topic, with the number of suppressed
-  /// ones.
-  void info(Topic topic, std::int64_t now_ns, const std::string& text);
-  void warn(Topic topic, std::int64_t now_ns, const std::string& text);
+  /// Call every turn: sets the time of the messages that follow, and logs what was counted and is
+  /// due.
+  void turn(std::int64_t now_ns);
+  /// Call when the daemon stops: logs all that was counted.
+  void finish(std::int64_t now_ns);
 
   /// Reopens the file after it was moved away. Keeps the old one when that fails.
   void reopen();
 
  private:
-  void limited(spdlog::level::level_enum level, Topic topic, std::int64_t now_ns,
-               const std::string& text);
-
-  struct Limit {
-    std::int64_t last_ns = 0;
-    std::uint64_t kept_back = 0;
-    bool ever = false;
-  };
+  void log(spdlog::level::level_enum level, const std::string& text);
+  void write(const Message& message) { logger_->log(message.level, "{}", message.text); }
 
   LogConfig config_;
   std::shared_ptr<spdlog::logger> logger_;
-  std::array<Limit, static_cast<std::size_t>(Topic::count)> limits_{};
+  Repeats repeats_;
+  std::optional<std::int64_t> now_ns_;  // of the turn
 };
 
 }  // namespace odomd::daemon

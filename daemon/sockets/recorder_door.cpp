@@ -52,8 +52,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
     out_.clear();
     out_at_ = 0;
     moved_ns_ = now_ns;
-    journal.info(Topic::recording, now_ns,
-                 fmt::format("recording started (pid {}, uid {})", peer_.pid, peer_.uid));
+    journal.info(fmt::format("recording started (pid {}, uid {})", peer_.pid, peer_.uid));
   }
 }
 
@@ -62,7 +61,7 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
   char nothing = 0;
   const ssize_t got = ::recv(recorder_.get(), &nothing, 1, MSG_DONTWAIT);
   if (got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR))
-    return drop("the recorder disconnected", now_ns, journal);
+    return drop("the recorder disconnected", journal);
 
   const RecordingTap::State tap = recorded_.tap.state();
   if (!begun_ && tap == RecordingTap::State::idle) {
@@ -78,19 +77,18 @@ void RecorderDoor::serve(std::int64_t now_ns, Journal& journal) {
       end("the recorder did not keep up");
   }
   const std::size_t waiting = out_.size() - out_at_;
-  if (!flush()) return drop("the recorder disconnected", now_ns, journal);
+  if (!flush()) return drop("the recorder disconnected", journal);
   const std::size_t left = out_.size() - out_at_;
-  if (stage_ == Stage::ended && left == 0)
-    return drop("the recorder did not keep up", now_ns, journal);
+  if (stage_ == Stage::ended && left == 0) return drop("the recorder did not keep up", journal);
   // After the rings were full, one timeout applies to all the rest: progress does not extend it.
   const bool fell_behind = tap == RecordingTap::State::full;
   if (!fell_behind && (left == 0 || left < waiting)) moved_ns_ = now_ns;
   if (now_ns - moved_ns_ < timeout_ns) return;
-  drop(fell_behind ? "the recorder did not keep up" : "the recorder read nothing for 10 s", now_ns,
+  drop(fell_behind ? "the recorder did not keep up" : "the recorder read nothing for 10 s",
        journal);
 }
 
-void RecorderDoor::close(std::int64_t now_ns, Journal& journal) {
+void RecorderDoor::close(Journal& journal) {
   if (!recorder_) return;
   if (stage_ == Stage::streaming) {
     // No more than the rings hold, since the beat still runs at this point.
@@ -99,7 +97,7 @@ void RecorderDoor::close(std::int64_t now_ns, Journal& journal) {
     end("odomd has ended");
   }
   flush_until_timeout();
-  drop("odomd ends", now_ns, journal);
+  drop("odomd ends", journal);
 }
 
 void RecorderDoor::begin_stream() {
@@ -199,9 +197,8 @@ void RecorderDoor::end(std::string_view why) {
   stage_ = Stage::ended;
 }
 
-void RecorderDoor::drop(std::string_view why, std::int64_t now_ns, Journal& journal) {
-  journal.info(Topic::recording_end, now_ns,
-               fmt::format("recording (pid {}) ended after {} ticks: {}", peer_.pid, ticks_, why));
+void RecorderDoor::drop(std::string_view why, Journal& journal) {
+  journal.info(fmt::format("recording (pid {}) ended after {} ticks: {}", peer_.pid, ticks_, why));
   recorder_ = {};
   recorded_.tap.end();
 }

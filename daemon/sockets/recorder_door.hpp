@@ -44,7 +44,7 @@ class RecorderDoor {
 
   /// Call when the daemon stops: sends the remaining ticks and the end to the recorder. Waits half
   /// a second for a slow one.
-  void close(std::int64_t now_ns, Journal& journal);
+  void close(Journal& journal);
 
  private:
   enum class Stage : std::uint8_t {
@@ -62,7 +62,7 @@ class RecorderDoor {
   [[nodiscard]] bool flush();
   void flush_until_timeout();
   void end(std::string_view why);
-  void drop(std::string_view why, std::int64_t now_ns, Journal& journal);
+  void drop(std::string_view why, Journal& journal);
   [[nodiscard]] std::string hello() const;
 
   Recorded recorded_;

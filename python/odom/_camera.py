@@ -11,7 +11,7 @@ from odom._records import Clock
 
 
 class CameraSender:
-    """Sends camera poses to the daemon's camera socket; None: "/run/odomd/camera.sock".
+    """Sends camera poses to the daemon's camera socket; None: as odom_camera_open() finds it.
 
     Reconnects by itself when the daemon was restarted. Belongs to one thread at a time.
 

@@ -61,7 +61,7 @@ int odom_camera_open(const char* path, odom_camera** camera) {
   *camera = NULL;
   if (path != NULL) return open_at(path, camera);
   char* found = NULL;
-  if (odomi_service_path(ODOMI_SERVICE_DIRECTORY, "camera.sock", &found) != ODOM_OK) return -ENOMEM;
+  if (odomi_socket_path(ODOMI_SERVICE_DIRECTORY, "camera.sock", &found) != ODOM_OK) return -ENOMEM;
   const int error = open_at(found, camera);
   free(found);
   return error;

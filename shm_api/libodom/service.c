@@ -1,7 +1,8 @@
-/* Finds the service's segment and sockets: a directory for each interface that it serves. */
+/* Finds the segment and the sockets of the service and of daemons that are started by hand. */
 #include "shm_api/libodom/service.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <stdio.h>
@@ -31,16 +32,55 @@ static void first_instance(const char* directory, const char* leaf, char first[N
   closedir(opened);
 }
 
+/* DIRECTORY/NAME, or DIRECTORY/BETWEEN/NAME where BETWEEN is not empty. */
+static odom_status join(const char* directory, const char* between, const char* name, char** path) {
+  const size_t bytes = strlen(directory) + strlen(between) + strlen(name) + 3;
+  *path = malloc(bytes);
+  if (*path == NULL) return ODOM_SYSTEM;
+  (void)snprintf(*path, bytes, "%s/%s%s%s", directory, between, between[0] == '\0' ? "" : "/",
+                 name);
+  return ODOM_OK;
+}
+
 odom_status odomi_service_path(const char* directory, const char* leaf, char** path) {
   char instance[NAME_MAX + 1];
   first_instance(directory, leaf, instance);
-  const size_t bytes = strlen(directory) + strlen(instance) + strlen(leaf) + 3;
-  *path = malloc(bytes);
-  if (*path == NULL) return ODOM_SYSTEM;
-  if (instance[0] == '\0') {
-    (void)snprintf(*path, bytes, "%s/%s", directory, leaf);
-  } else {
-    (void)snprintf(*path, bytes, "%s/%s/%s", directory, instance, leaf);
+  return join(directory, instance, leaf, path);
+}
+
+/* Of the XDG Base Directory Specification: to be ignored unless absolute. */
+static int is_usable(const char* runtime) {
+  return runtime != NULL && runtime[0] == '/';
+}
+
+odom_status odomi_socket_path(const char* directory, const char* leaf, char** path) {
+  const char* runtime = secure_getenv("XDG_RUNTIME_DIR");
+  if (is_usable(runtime)) {
+    if (join(runtime, "odomd", leaf, path) != ODOM_OK) return ODOM_SYSTEM;
+    struct stat status;
+    if (lstat(*path, &status) == 0) return ODOM_OK;
+    free(*path);
   }
-  return ODOM_OK;
+  return odomi_service_path(directory, leaf, path);
+}
+
+static int may_write(const char* directory) {
+  return faccessat(AT_FDCWD, directory, W_OK | X_OK, AT_EACCESS) == 0;
+}
+
+static int may_write_or_make(const char* directory) {
+  if (may_write(directory)) return 1;
+  const char* slash = strrchr(directory, '/');
+  if (errno != ENOENT || slash == NULL) return 0;
+  char* parent = strndup(directory, (size_t)(slash - directory));
+  const int may = parent != NULL && may_write(parent);
+  free(parent);
+  return may;
+}
+
+odom_status odomi_socket_directory(const char* directory, char** path) {
+  const char* runtime = getenv("XDG_RUNTIME_DIR"); /* also with capabilities of the file */
+  if (is_usable(runtime) && !may_write_or_make(directory)) return join(runtime, "", "odomd", path);
+  *path = strdup(directory);
+  return *path != NULL ? ODOM_OK : ODOM_SYSTEM;
 }

@@ -50,6 +50,7 @@ TEST(CheckSummary, ShowsWhoMayReachWhat) {
   Config config = with_signal(30'000'000, 0);
   config.shm.mode = 0640;
   config.shm.group = "odom";
+  config.status.socket = "/run/odomd/status.sock";
   const auto text = summary(config, {}, {});
   EXPECT_THAT(text, HasSubstr("/odomd (mode 0640, group odom)\n"));
   EXPECT_THAT(text, HasSubstr("/run/odomd/status.sock (mode 0666)\n"));

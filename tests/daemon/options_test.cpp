@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -73,6 +74,17 @@ TEST_F(OptionsTest, APathOfItsOwnBeatsTheRuntimeDirectory) {
   EXPECT_EQ(config.shm.name, "/desk");
   EXPECT_EQ(config.status.socket, "/tmp/status.sock");
   EXPECT_EQ(config.camera.socket, "/tmp/camera.sock");
+}
+
+TEST_F(OptionsTest, SocketsWithoutAPathAreInTheRuntimeDirectoryOfAnOrdinaryUser) {
+  const bool ordinary = ::access("/run", W_OK) != 0 && ::access("/run/odomd", W_OK) != 0;
+  ASSERT_EQ(::setenv("XDG_RUNTIME_DIR", directory_.c_str(), 1), 0);
+  const Config config = configured("[camera]\nlever_arm = [0.1, 0.0, 0.0]\n");
+  const std::filesystem::path directory = ordinary ? directory_ / "odomd" : "/run/odomd";
+  EXPECT_EQ(config.camera.socket, directory / "camera.sock");
+  EXPECT_EQ(config.status.socket, directory / "status.sock");
+  EXPECT_EQ(record_socket(config), directory / "record.sock");
+  EXPECT_EQ(config.shm.name, "/odomd");
 }
 
 TEST_F(OptionsTest, ReadersAloneReachThePoseAndTheStatus) {

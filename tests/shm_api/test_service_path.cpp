@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <string>
 
 #include "shm_api/libodom/service.h"
 #include "tests/shm_api/segment_fixture.hpp"
@@ -22,6 +24,20 @@ class ServicePath : public ::testing::Test {
   [[nodiscard]] std::string found(const std::string& leaf) const {
     char* path = nullptr;
     EXPECT_EQ(odomi_service_path(directory.file("run").c_str(), leaf.c_str(), &path), ODOM_OK);
+    return below(path);
+  }
+  [[nodiscard]] std::string found_socket(const std::string& leaf) const {
+    char* path = nullptr;
+    EXPECT_EQ(odomi_socket_path(directory.file("run").c_str(), leaf.c_str(), &path), ODOM_OK);
+    return below(path);
+  }
+  /// Of a daemon that is started by hand.
+  [[nodiscard]] std::string own_directory(const std::string& service) const {
+    char* path = nullptr;
+    EXPECT_EQ(odomi_socket_directory(service.c_str(), &path), ODOM_OK);
+    return below(path);
+  }
+  [[nodiscard]] std::string below(char* path) const {
     const std::string result(path);
     std::free(path);
     const std::string above = directory.file("");
@@ -52,6 +68,57 @@ TEST_F(ServicePath, AnInstanceBeatsTheDirectoryItself) {
   EXPECT_EQ(found("pose"), "run/pose");
   make("run/can0/pose");
   EXPECT_EQ(found("pose"), "run/can0/pose");
+}
+
+/// With XDG_RUNTIME_DIR as it says, for as long as it lives.
+class RuntimeDirectory {
+ public:
+  explicit RuntimeDirectory(const std::string& path) {
+    ::setenv("XDG_RUNTIME_DIR", path.c_str(), 1);
+  }
+  ~RuntimeDirectory() {
+    before_ ? ::setenv("XDG_RUNTIME_DIR", before_->c_str(), 1) : ::unsetenv("XDG_RUNTIME_DIR");
+  }
+  RuntimeDirectory(const RuntimeDirectory&) = delete;
+  RuntimeDirectory& operator=(const RuntimeDirectory&) = delete;
+
+ private:
+  static std::optional<std::string> present() {
+    const char* value = std::getenv("XDG_RUNTIME_DIR");
+    return value != nullptr ? std::optional<std::string>(value) : std::nullopt;
+  }
+  std::optional<std::string> before_ = present();
+};
+
+TEST_F(ServicePath, ASocketOfTheUsersOwnDaemonBeatsTheService) {
+  const RuntimeDirectory runtime(directory.file("user"));
+  make("run/can0/status.sock");
+  EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock");
+  make("user/odomd/status.sock");
+  EXPECT_EQ(found_socket("status.sock"), "user/odomd/status.sock");
+  EXPECT_EQ(found_socket("record.sock"), "run/record.sock");
+  EXPECT_EQ(found("status.sock"), "run/can0/status.sock") << "the service's alone";
+}
+
+TEST_F(ServicePath, ARelativeRuntimeDirectoryIsIgnored) {
+  const RuntimeDirectory runtime("user");
+  EXPECT_EQ(found_socket("status.sock"), "run/status.sock");
+  EXPECT_EQ(own_directory("/nowhere/odomd"), "/nowhere/odomd");
+}
+
+TEST_F(ServicePath, TheDaemonsDirectoryIsTheServicesWhereItMayWrite) {
+  const RuntimeDirectory runtime(directory.file("user"));
+  EXPECT_EQ(own_directory(directory.file("run")), "run") << "it can be made";
+  make("run/here");
+  EXPECT_EQ(own_directory(directory.file("run")), "run");
+  EXPECT_EQ(own_directory("/nowhere/odomd"), "user/odomd");
+  make("plain");
+  EXPECT_EQ(own_directory(directory.file("plain")), "user/odomd") << "not even root enters a file";
+}
+
+TEST_F(ServicePath, WithoutARuntimeDirectoryItIsTheServices) {
+  const RuntimeDirectory runtime("");
+  EXPECT_EQ(own_directory("/nowhere/odomd"), "/nowhere/odomd");
 }
 
 TEST_F(ServicePath, NamesOfAnyLengthDoNoHarm) {

@@ -22,9 +22,10 @@ Option add_socket_option(Command command, std::string& path, const std::string& 
   capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(door.front())));
   return command
       .add_option("--socket", path,
-                  fmt::format("{} socket of the daemon; else the service's, "
-                              "/run/odomd/can0/{}.sock, or /run/odomd/{}.sock",
-                              capital, door, door))
+                  fmt::format("{} socket of the daemon; else the first that is there of "
+                              "$XDG_RUNTIME_DIR/odomd/{}.sock, the service's, "
+                              "/run/odomd/can0/{}.sock, and /run/odomd/{}.sock",
+                              capital, door, door, door))
       .type_name("PATH");
 }
 

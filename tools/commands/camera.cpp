@@ -17,14 +17,12 @@
 #include "tools/live/attach.hpp"
 #include "tools/live/camera_feed.hpp"
 #include "tools/live/daemon_segment.hpp"
-#include "tools/live/service_path.hpp"
 
 namespace odomd::tools {
 namespace {
 
 struct Options {
   std::string socket;
-  bool socket_named = false;
   std::string shm;
   std::vector<double> pose;
   std::vector<double> sigma{0.01, 0.01, 0.01};
@@ -67,7 +65,7 @@ void send_one(const Options& options) {
   pose.sigma_y = options.sigma[1];
   pose.sigma_yaw = options.sigma[2];
   if (!feed.send(pose, ODOM_CLOCK_MONOTONIC)) {
-    throw std::runtime_error(options.socket + ": the daemon closed the connection");
+    throw std::runtime_error(feed.socket() + ": the daemon closed the connection");
   }
 }
 
@@ -83,7 +81,7 @@ void send_log(const Options& options) {
   if (options.from_now) {
     played = play_from_now(feed, log.poses);
   } else {
-    const bool of_socket = options.shm.empty() && options.socket_named;
+    const bool of_socket = options.shm.empty() && !options.socket.empty();
     odom::Client client =
         attach(of_socket ? segment_behind_camera(options.socket, options.wait_s) : options.shm,
                options.wait_s);
@@ -180,8 +178,6 @@ void add_camera(Command odom) {
       "with this header, are read from standard input and sent as they come. A --log is paced by\n"
       "the daemon's log clock, which is read from its segment (--shm); --from-now needs none.");
   command.callback([options, clock] {
-    options->socket_named = !options->socket.empty();
-    options->socket = service_path(options->socket, "camera.sock");
     options->clock_named = clock.is_given();
     run_send(*options);
   });

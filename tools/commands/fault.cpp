@@ -334,7 +334,7 @@ void add_fault(Command odom) {
       "      drive.log -o faulty.log --camera camera.csv --camera-out faulty.csv\n"
       "  odom sim --live --out drive --force |\n"
       "      odom fault --config drive/car.toml --kind imu.lost --begin 20 - -o - |\n"
-      "      odomd --config drive/car.toml --can -\n"
+      "      odomd --config drive/car.toml --can - --exit-at-end\n"
       "  odom fault --config car.toml --kind steering.biased --from can0 --to vcan0\n"
       "Only the bits of the signals that fail change; counters and checksums are made right "
       "again.\n"

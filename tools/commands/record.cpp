@@ -21,7 +21,7 @@
 #include "tools/commands/commands.hpp"
 #include "tools/drive_files/recording_folder.hpp"
 #include "tools/live/recording_feed.hpp"
-#include "tools/live/service_path.hpp"
+#include "tools/live/socket_path.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -78,8 +78,8 @@ class Recorder {
   // Waits for the first daemon for the given time; for the next ones without limit.
   std::optional<RecordingFeed> connect() {
     while (true) {
-      socket_ = service_path(options_.socket, "record.sock");
       try {
+        socket_ = socket_path(options_.socket, "record.sock");
         return std::optional<RecordingFeed>(std::in_place, socket_);
       } catch (const NobodyThere&) {
         if (folders_ == 0 && seconds_since(start_) >= options_.wait_s) throw;

@@ -238,7 +238,8 @@ void add_sim(Command odom) {
       "  odom sim --scenario circles --markers --out circles\n"
       "  odom sim --live --can can0 --camera-socket /run/odomd/camera.sock --out drive\n"
       "  odom sim --config-only --out drive\n"
-      "  odom sim --live --out drive --force | odomd --config drive/car.toml --can -");
+      "  odom sim --live --out drive --force |\n"
+      "      odomd --config drive/car.toml --can - --exit-at-end");
 
   command.add_flag("--list", arguments->list, "List the scenarios");
   command.add_option("--scenario", arguments->run.scenario, "Scenario to drive; default: lap")

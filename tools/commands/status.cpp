@@ -9,7 +9,7 @@
 
 #include "tools/cli/daemon_options.hpp"
 #include "tools/commands/commands.hpp"
-#include "tools/live/service_path.hpp"
+#include "tools/live/socket_path.hpp"
 #include "tools/live/status_socket.hpp"
 #include "tools/live/status_text.hpp"
 
@@ -56,7 +56,7 @@ void add_status(Command odom) {
       "  watch -n 1 odom status\n"
       "Without --json rates are measured over half a second, so the answer takes that long.");
   command.callback([options] {
-    options->socket = service_path(options->socket, "status.sock");
+    options->socket = socket_path(options->socket, "status.sock");
     run_status(*options);
   });
 }

@@ -36,7 +36,7 @@ struct Options {
   std::vector<std::string> held_out;
   std::string config;
   std::vector<std::string> set;
-  std::vector<std::string> goals{"position", "heading", "prediction"};
+  std::vector<std::string> goals;
   std::string model;
   std::optional<Align> align;
   std::vector<double> lever_arm;
@@ -46,6 +46,7 @@ struct Options {
   std::string state;
   std::string out;
   std::string write;
+  bool force = false;
   bool json = false;
 };
 
@@ -93,6 +94,10 @@ TuneJob job_of(const Options& options) {
     job.parameters.push_back(std::move(parameter));
   }
   for (const std::string& name : options.goals) job.goals.push_back(goal_named(name));
+  if (job.goals.empty()) {
+    job.goals = {Goal::position, Goal::heading, Goal::prediction};
+    job.goals_if_known = {Goal::nees};
+  }
   const auto is_same = [](const std::string& one, const std::string& other) {
     std::error_code missing;  // which the reader reports
     return std::filesystem::equivalent(one, other, missing);
@@ -112,6 +117,7 @@ TuneJob job_of(const Options& options) {
   job.threads = options.jobs != 0 ? options.jobs
                                   : std::max<std::size_t>(std::thread::hardware_concurrency(), 1);
   job.search.trials = options.trials;
+  if (options.force) job.worse_goals = WorseGoals::allowed;
   job.state = options.state;
   job.drives = read_drives(options.drives, options);
   job.held_out = read_drives(options.held_out, options);
@@ -159,26 +165,27 @@ void warn_of_other_config(const TuneJob& job, const Options& options) {
   }
 }
 
-/// "filter.wheel_slip 0.02 > 0.011": the file's value before and after.
-std::string changes(const std::string& file, const std::vector<ConfigValue>& values) {
-  std::string text;
-  for (const ConfigValue& value : values) {
-    const std::optional<double> before = number_in(file, value.key);
-    text += fmt::format("{}{} {} > {}", text.empty() ? "" : ", ", value.key,
-                        before ? shortest(*before) : "default", shortest(value.value));
-  }
-  return text;
+/// "filter.wheel_slip 0.02 > 0.011": the file's value, or the default, before and after.
+std::string change(const std::string& file, const TunedKey& key) {
+  std::optional<double> before = number_in(file, key.key);
+  if (!before) before = key.before;
+  return fmt::format("{} {} > {}", key.key, before ? shortest(*before) : "none",
+                     shortest(key.after));
 }
 
 void write_config(const Options& options, const TuneJob& job, const TuneResult& result) {
-  if (!result.is_better()) {
-    say("odom tune: " + options.write + " is unchanged");
+  if (!result.is_better() && !(options.force && result.is_better_here())) {
+    say("odom tune: " + options.write + " is unchanged" +
+        (result.is_better_here() ? "; --force writes it nevertheless" : ""));
     return;
   }
   std::vector<ConfigValue> values;
-  for (const TunedKey& key : result.keys)
-    if (key.fate == Fate::taken) values.push_back({key.key, key.after, note_of(job, result, key)});
-  const std::string written = changes(options.write, values);
+  std::string written;
+  for (const TunedKey& key : result.keys) {
+    if (key.fate != Fate::taken) continue;
+    values.push_back({key.key, key.after, note_of(job, result, key)});
+    written += (written.empty() ? "" : ", ") + change(options.write, key);
+  }
   patch_config(options.write, values);
   say("odom tune: " + counted(values.size(), "key") + " written to " + options.write + ": " +
       written);
@@ -219,7 +226,7 @@ void run_tune(const Options& options) {
     trials->stream() << trials_csv(job, result);
     trials->finish();
   }
-  std::cout << (options.json ? as_json(job, result) : as_text(job, result));
+  std::cout << (options.json ? as_json(result) : as_text(job, result));
   if (!options.write.empty()) write_config(options, job, result);
 }
 
@@ -253,7 +260,8 @@ void add_tune(Command odom) {
   command
       .add_option("--goal", options->goals,
                   "Objective, of position, heading, prediction (35 ms), second (1 s), end (cm/m), "
-                  "nees; default: position,heading,prediction")
+                  "nees; default: position,heading,prediction and, where the drives determine it, "
+                  "nees")
       .delimiter(',')
       .type_name("NAMES");
   command.add_option("--model", options->model, "Model instead of the configuration's")
@@ -286,8 +294,12 @@ void add_tune(Command odom) {
   command
       .add_option("--write", options->write,
                   "Configuration to write the tuned numbers to, if they are better, also on the "
-                  "held-out drives")
+                  "held-out drives, and worse in no goal")
       .type_name("TOML");
+  command.add_flag(
+      "--force", options->force,
+      "Search for what is better in the mean over the goals, and write it even if it is "
+      "worse in one of them or on the held-out drives");
   command.add_flag("--json", options->json, "One JSON object instead of tables");
   command.footer(
       "The error is the geometric mean, over drives and goals, of each error to what it is with "

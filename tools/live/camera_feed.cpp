@@ -6,7 +6,8 @@
 #include <stdexcept>
 #include <system_error>
 #include <thread>
-#include <utility>
+
+#include "tools/live/socket_path.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -39,14 +40,18 @@ std::int64_t monotonic_now_ns() {
 
 }  // namespace
 
-CameraFeed::CameraFeed(std::string socket, double wait_s) : socket_(std::move(socket)) {
+CameraFeed::CameraFeed(const std::string& named, double wait_s) {
   const auto start = steady_clock::now();
   while (true) {
-    const int error = sender_.open(socket_.c_str());
-    if (error == 0) return;
-    const std::chrono::duration<double> waited = steady_clock::now() - start;
-    if (!nobody_is_there(error) || waited.count() >= wait_s) {
+    try {
+      socket_ = socket_path(named, "camera.sock");
+      const int error = sender_.open(socket_.c_str());
+      if (error == 0) return;
+      if (nobody_is_there(error)) throw NobodyThere(socket_ + ": " + why(error));
       throw std::runtime_error(socket_ + ": " + why(error));
+    } catch (const NobodyThere&) {
+      const std::chrono::duration<double> waited = steady_clock::now() - start;
+      if (waited.count() >= wait_s) throw;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds{20});
   }

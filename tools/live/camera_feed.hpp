@@ -14,9 +14,11 @@ namespace odomd::tools {
 /// Connected to a camera socket. One thread.
 class CameraFeed {
  public:
-  /// Tries again for `wait_s` seconds while nobody listens. Throws std::runtime_error with the
-  /// reason and the fix.
-  CameraFeed(std::string socket, double wait_s);
+  /// Connects to the socket `named`, or to the default one. Tries again for `wait_s` seconds while
+  /// nobody listens. Throws std::runtime_error with the reason and the fix.
+  CameraFeed(const std::string& named, double wait_s);
+
+  [[nodiscard]] const std::string& socket() const { return socket_; }
 
   /// Sends one pose, its capture time on `clock`. Waits some milliseconds for a daemon that is
   /// behind. False if the daemon is not there (it may come back); other failures throw.

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "tools/live/service_path.hpp"
+#include "tools/live/socket_path.hpp"
 #include "tools/live/status_socket.hpp"
 #include "tools/live/status_values.hpp"
 
@@ -28,11 +28,12 @@ bool same_file(const fs::path& a, const fs::path& b) {
   return !missing && full == fs::canonical(b, missing);
 }
 
-// Nothing if nobody answers, or a daemon other than that of the camera socket.
-std::optional<std::string> segment_from_status(const fs::path& status_socket,
-                                               const fs::path& camera) {
+// Nothing if nobody answers, or a daemon other than that of the camera socket. A status socket
+// without a name is the default one.
+std::optional<std::string> segment_from_status(const std::string& named, const fs::path& camera) {
   try {
-    const Json status = parse_status(fetch_status(status_socket), status_socket.string());
+    const std::string socket = socket_path(named, "status.sock");
+    const Json status = parse_status(fetch_status(socket), socket);
     const std::string segment = segment_of(status);
     if (segment.empty() || !same_file(text_of(member(member(status, "camera"), "socket")), camera))
       return std::nullopt;
@@ -53,9 +54,8 @@ std::string segment_behind_camera(const std::string& socket, double wait_s) {
   const auto start = steady_clock::now();
   while (true) {
     const fs::path neighbour = fs::path{socket}.parent_path() / "status.sock";
-    for (const fs::path& status : {neighbour, fs::path{service_path({}, "status.sock")}}) {
+    for (const std::string& status : {neighbour.string(), std::string{}})
       if (auto segment = segment_from_status(status, socket)) return *std::move(segment);
-    }
     if (std::getenv("ODOM_SHM") != nullptr) return {};
     const std::chrono::duration<double> waited = steady_clock::now() - start;
     if (waited.count() >= wait_s) {

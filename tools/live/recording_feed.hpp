@@ -4,20 +4,14 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "base/file_descriptor.hpp"
 #include "daemon/core/recording_wire.hpp"
+#include "tools/live/socket_path.hpp"
 
 namespace odomd::tools {
-
-/// No odomd listens there, yet or any more.
-class NobodyThere : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 class RecordingFeed {
  public:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 namespace odomd::tools {
 namespace {
@@ -70,6 +71,18 @@ double relative_error(std::span<const Score> tried, std::span<const Score> befor
     }
   }
   return count == 0 ? 1.0 : std::exp(logarithms / static_cast<double>(count));
+}
+
+double judged_error(std::span<const Score> tried, std::span<const Score> before, Goal goal) {
+  const auto judged = [](std::span<const Score> scores) {
+    std::vector<Score> result(scores.begin(), scores.end());
+    for (Score& score : result) {
+      double& nees = score[static_cast<std::size_t>(Goal::nees)];
+      nees = std::max(nees, honest_nees);  // NaN stays
+    }
+    return result;
+  };
+  return relative_error(judged(tried), judged(before), std::span(&goal, 1));
 }
 
 }  // namespace odomd::tools

@@ -45,4 +45,15 @@ inline constexpr double honest_nees = 3.0;
 [[nodiscard]] double relative_error(std::span<const Score> tried, std::span<const Score> before,
                                     std::span<const Goal> goals);
 
+/// The relative error in one goal, to judge whether it is worse: as above, but sigmas may become
+/// too large, for that deceives nobody. A NEES below 3 counts as 3.
+[[nodiscard]] double judged_error(std::span<const Score> tried, std::span<const Score> before,
+                                  Goal goal);
+
+/// The judged error above which a goal is worse; less is chance. The mean NEES of a drive scatters
+/// more than its errors.
+[[nodiscard]] constexpr double worse_above(Goal goal) {
+  return goal == Goal::nees ? 1.2 : 1.01;
+}
+
 }  // namespace odomd::tools

@@ -62,7 +62,7 @@ std::string keys_table(const TuneResult& result) {
   table.flush_left = {0, table.header.size()};
   table.header.emplace_back("");
   for (const TunedKey& key : result.keys) {
-    std::vector<std::string> row{key.key, key.before ? shortest(*key.before) : "default",
+    std::vector<std::string> row{key.key, key.before ? shortest(*key.before) : "none",
                                  shortest(key.after), effect(key.without)};
     if (held_out) row.push_back(effect(*key.without_held_out));
     row.push_back(remark(key));
@@ -72,25 +72,25 @@ std::string keys_table(const TuneResult& result) {
 }
 
 /// The goals, and always the consistency of the sigmas.
-std::vector<Goal> goals_shown(const TuneJob& job) {
-  std::vector<Goal> goals = job.goals;
+std::vector<Goal> goals_shown(const TuneResult& result) {
+  std::vector<Goal> goals = result.goals;
   if (std::ranges::find(goals, Goal::nees) == goals.end()) goals.push_back(Goal::nees);
   return goals;
 }
 
-std::string drives_table(const TuneJob& job, const TuneResult& result) {
+std::string drives_table(const TuneResult& result) {
   Table table{.header = {"drive", ""}, .rows = {}, .flush_left = {0, 1}};
-  for (const Goal goal : goals_shown(job))
+  for (const Goal goal : goals_shown(result))
     table.header.emplace_back(shown[static_cast<std::size_t>(goal)].title);
   table.header.emplace_back("");
   const auto add = [&](const DriveScores& scores, const char* role) {
     std::vector<std::string> row{scores.drive, role};
-    for (const Goal goal : goals_shown(job)) {
+    for (const Goal goal : goals_shown(result)) {
       const auto i = static_cast<std::size_t>(goal);
       row.push_back(change(scores.before[i], scores.after[i], shown[i]));
     }
     row.push_back(in_words(
-        relative_error(std::span(&scores.after, 1), std::span(&scores.before, 1), job.goals)));
+        relative_error(std::span(&scores.after, 1), std::span(&scores.before, 1), result.goals)));
     table.rows.push_back(std::move(row));
   };
   for (const DriveScores& scores : result.drives) add(scores, "tuned on");
@@ -98,10 +98,32 @@ std::string drives_table(const TuneJob& job, const TuneResult& result) {
   return table.text();
 }
 
+/// "heading (3.1 % worse), nees (2.4 times as far above 3)"
+std::string worse_in_words(const TuneResult& result) {
+  std::string text;
+  for (const GoalChange& change : result.worse) {
+    const bool held_out = change.held_out.value_or(0.0) > change.tuned_on;
+    const double ratio = held_out ? *change.held_out : change.tuned_on;
+    const std::string by = change.goal == Goal::nees && std::isfinite(ratio)
+                               ? fixed(ratio, 1) + " times as far above " + fixed(honest_nees, 0)
+                               : in_words(ratio);
+    text += fmt::format("{}{} ({}{})", text.empty() ? "" : ", ",
+                        goal_names[static_cast<std::size_t>(change.goal)], by,
+                        held_out ? " on the drives held out" : "");
+  }
+  return text;
+}
+
 std::string verdict(const TuneResult& result) {
   const bool over_fitted = std::ranges::any_of(
       result.keys, [](const TunedKey& key) { return key.fate == Fate::over_fitted; });
   const std::string here = in_words(result.relative_error) + " on the drives tuned on";
+  if (result.is_better_here() && !result.worse.empty()) {
+    const bool nees_is_new = result.worse.back().goal == Goal::nees &&
+                             std::ranges::find(result.goals, Goal::nees) == result.goals.end();
+    return here + ", but worse in " + worse_in_words(result) + ": keep the present configuration" +
+           (nees_is_new ? ", add nees to the goals" : "") + ", or take it with --force.\n";
+  }
   if (result.is_better() && !result.held_out_error) {
     return here +
            ". Whether this holds on other drives is not known: hold some out with --held-out.\n";
@@ -117,24 +139,6 @@ std::string verdict(const TuneResult& result) {
   return "Nothing better was found.\n";
 }
 
-/// The drive on which the sigmas have become most overconfident, if on any.
-std::string overconfidence(const TuneResult& result) {
-  constexpr double too_confident = 2.0 * honest_nees;
-  constexpr double noticeably = 1.1;
-  constexpr auto nees = static_cast<std::size_t>(Goal::nees);
-  const DriveScores* worst = nullptr;
-  for (const auto* drives : {&result.drives, &result.held_out})
-    for (const DriveScores& drive : *drives)
-      if (drive.after[nees] > std::max(too_confident, noticeably * drive.before[nees]) &&
-          (worst == nullptr || drive.after[nees] > worst->after[nees]))
-        worst = &drive;
-  if (worst == nullptr) return {};
-  return fmt::format(
-      "The sigmas are too small with it: NEES {} on {}, where consistent ones have {}; add nees to "
-      "the goals.\n",
-      fixed(worst->after[nees], 1), worst->drive, fixed(honest_nees, 0));
-}
-
 ordered_json json_of(const DriveScores& scores, const char* role) {
   ordered_json json{{"drive", scores.drive}, {"role", role}};
   for (std::size_t i = 0; i < goal_count; ++i)
@@ -145,7 +149,7 @@ ordered_json json_of(const DriveScores& scores, const char* role) {
 }  // namespace
 
 std::string as_text(const TuneJob& job, const TuneResult& result) {
-  std::string text = keys_table(result) + "\n" + drives_table(job, result) + "\n";
+  std::string text = keys_table(result) + "\n" + drives_table(result) + "\n";
   text += counted(result.trials.size(), "trial");
   if (result.from_state > 0)
     text += fmt::format(", {} known from {}", result.from_state, job.state.string());
@@ -156,15 +160,18 @@ std::string as_text(const TuneJob& job, const TuneResult& result) {
         "; the search was cut short by --trials {}, which leave no whole round: there may be "
         "better",
         job.search.trials);
-  return text + ". " + verdict(result) + overconfidence(result);
+  return text + ". " + verdict(result);
 }
 
-std::string as_json(const TuneJob& job, const TuneResult& result) {
+std::string as_json(const TuneResult& result) {
   ordered_json json;
   json["goals"] = ordered_json::array();
-  for (const Goal goal : job.goals)
+  for (const Goal goal : result.goals)
     json["goals"].push_back(goal_names[static_cast<std::size_t>(goal)]);
   json["better"] = result.is_better();
+  json["worse_goals"] = ordered_json::array();
+  for (const GoalChange& change : result.worse)
+    json["worse_goals"].push_back(goal_names[static_cast<std::size_t>(change.goal)]);
   json["relative_error"] = result.relative_error;
   json["held_out_relative_error"] =
       result.held_out_error ? ordered_json(*result.held_out_error) : ordered_json();
@@ -217,6 +224,7 @@ std::string note_of(const TuneJob& job, const TuneResult& result, const TunedKey
   if (result.held_out_error)
     note +=
         fmt::format(", {} on {} held out", in_words(*result.held_out_error), job.held_out.size());
+  if (!result.worse.empty()) note += ", but worse in " + worse_in_words(result);
   return note;
 }
 

@@ -11,7 +11,7 @@ namespace odomd::tools {
 [[nodiscard]] std::string as_text(const TuneJob& job, const TuneResult& result);
 
 /// One JSON object with its newline; SI units. A trial that was impossible has the error null.
-[[nodiscard]] std::string as_json(const TuneJob& job, const TuneResult& result);
+[[nodiscard]] std::string as_json(const TuneResult& result);
 
 /// One row per trial: the keys' values and the relative error, "inf" where it was impossible.
 [[nodiscard]] std::string trials_csv(const TuneJob& job, const TuneResult& result);

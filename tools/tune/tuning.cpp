@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "tools/config_patch/config_patch.hpp"
-#include "tools/tune/trial_log.hpp"
+#include "tools/tune/bench.hpp"
 #include "tools/tune/value_in_force.hpp"
 
 namespace odomd::tools {
@@ -27,142 +27,12 @@ bool is_swept(const Parameter& parameter) {
   return !parameter.values.empty();
 }
 
-/// Runs new trials and keeps their results.
-class Bench {
- public:
-  Bench(const TuneJob& job, const TuneWatch& watch)
-      : job_(job),
-        watch_(watch),
-        log_(job.state, job.parameters, names_of(job)),
-        as_configured_(job.parameters.size()) {
-    const TrialOutcome before = run(job_.drives, std::span(&as_configured_, 1)).front();
-    log_.check_unchanged(as_configured_, before);
-    if (log_.find(as_configured_) == nullptr) log_.add(as_configured_, before);
-    before_ = before.scores;
-    check_known("tuned on", before_);
-    if (!job.held_out.empty()) {
-      held_out_before_ = run(job_.held_out, std::span(&as_configured_, 1)).front().scores;
-      check_known("held out", held_out_before_);
-    }
-    result_.from_state = log_.read();
-  }
-
-  /// Relative errors on the drives to tune on, each trial counted.
-  std::vector<double> errors(std::span<const Values> wanted) {
-    std::vector<Values> missing;
-    for (const Values& values : wanted)
-      if (log_.find(values) == nullptr && std::ranges::find(missing, values) == missing.end())
-        missing.push_back(values);
-    (void)run(job_.drives, missing, &log_);
-
-    std::vector<double> errors;
-    for (const Values& values : wanted) {
-      const TrialOutcome& outcome = *log_.find(values);
-      errors.push_back(error_of(outcome, before_));
-      result_.trials.push_back({values, errors.back()});
-      if (!outcome.impossible.empty()) {
-        ++result_.impossible;
-        result_.why_impossible = outcome.impossible;
-      }
-      best_ = std::min(best_, errors.back());
-    }
-    return errors;
-  }
-
-  /// Trials that examine a result and are not steps of the search.
-  std::vector<double> uncounted_errors(std::span<const Values> wanted) {
-    const std::size_t counted = result_.trials.size();
-    std::vector<double> found = errors(wanted);
-    result_.trials.resize(counted);
-    return found;
-  }
-
-  std::vector<double> held_out_errors(std::span<const Values> wanted) {
-    std::vector<double> errors;
-    for (const TrialOutcome& outcome : run(job_.held_out, wanted))
-      errors.push_back(error_of(outcome, held_out_before_));
-    return errors;
-  }
-
-  /// Fills in what is taken.
-  TuneResult finish(const Values& taken) {
-    result_.relative_error = uncounted_errors(std::span(&taken, 1)).front();
-    result_.drives = scores_of(job_.drives, before_, log_.find(taken)->scores);
-    if (!job_.held_out.empty()) {
-      const TrialOutcome after = run(job_.held_out, std::span(&taken, 1)).front();
-      result_.held_out_error = error_of(after, held_out_before_);
-      result_.held_out = scores_of(job_.held_out, held_out_before_, after.scores);
-    }
-    return std::move(result_);
-  }
-
-  /// Of values that were tried.
-  [[nodiscard]] bool is_possible(const Values& values) const {
-    return log_.find(values)->impossible.empty();
-  }
-  TuneResult& result() { return result_; }
-
- private:
-  static std::vector<std::string> names_of(const TuneJob& job) {
-    std::vector<std::string> names;
-    for (const Drive& drive : job.drives) names.push_back(drive.name);
-    return names;
-  }
-
-  // Any setting would improve a goal that no drive determines.
-  void check_known(const char* which, const std::vector<Score>& scores) const {
-    for (const Goal goal : job_.goals) {
-      const auto index = static_cast<std::size_t>(goal);
-      const auto is_known = [index](const Score& score) { return !std::isnan(score[index]); };
-      if (std::ranges::none_of(scores, is_known))
-        throw std::invalid_argument(
-            fmt::format("--goal {}: none of the drives {} determines it: {}", goal_names[index],
-                        which, why_unknown(goal)));
-    }
-  }
-
-  [[nodiscard]] double error_of(const TrialOutcome& outcome,
-                                const std::vector<Score>& before) const {
-    return outcome.impossible.empty() ? relative_error(outcome.scores, before, job_.goals)
-                                      : std::numeric_limits<double>::infinity();
-  }
-
-  static std::vector<DriveScores> scores_of(const std::vector<Drive>& drives,
-                                            const std::vector<Score>& before,
-                                            const std::vector<Score>& after) {
-    std::vector<DriveScores> scores;
-    for (std::size_t i = 0; i < drives.size(); ++i)
-      scores.push_back({drives[i].name, before[i], after[i]});
-    return scores;
-  }
-
-  std::vector<TrialOutcome> run(const std::vector<Drive>& drives, std::span<const Values> trials,
-                                TrialLog* log = nullptr) {
-    if (trials.empty()) return {};
-    const TrialSettings settings{.drives = drives,
-                                 .parameters = job_.parameters,
-                                 .model = job_.model,
-                                 .measure = job_.measure,
-                                 .threads = job_.threads};
-    return run_trials(
-        settings, trials,
-        [&](std::size_t done, std::size_t all) {
-          return watch_({.done = done, .all = all, .trials = result_.trials.size(), .best = best_});
-        },
-        [&](std::size_t trial, const TrialOutcome& outcome) {
-          if (log != nullptr) log->add(trials[trial], outcome);
-        });
-  }
-
-  const TuneJob& job_;
-  const TuneWatch& watch_;
-  TrialLog log_;
-  Values as_configured_;
-  std::vector<Score> before_;
-  std::vector<Score> held_out_before_;
-  double best_ = 1.0;
-  TuneResult result_;
-};
+/// The first drive's.
+std::optional<double> number_in_force(const TuneJob& job, const std::string& key) {
+  const daemon::Config& config = job.drives.front().config;
+  const std::optional<double> written = number_in(config.text, config.file, key);
+  return written ? written : value_in_force(config, key);
+}
 
 Values values_at(const TuneJob& job, const Point& point) {
   Values values;
@@ -173,16 +43,14 @@ Values values_at(const TuneJob& job, const Point& point) {
 
 Values searched(const TuneJob& job, Bench& bench) {
   Point start;
-  const daemon::Config& config = job.drives.front().config;
   for (const Parameter& parameter : job.parameters) {
-    std::optional<double> value = number_in(config.text, config.file, parameter.key);
-    if (!value) value = value_in_force(config, parameter.key);
+    const std::optional<double> value = number_in_force(job, parameter.key);
     start.push_back(value ? place_of(parameter, *value) : 0.5);
   }
   const Costs costs = [&](std::span<const Point> points) {
     std::vector<Values> wanted;
     for (const Point& point : points) wanted.push_back(values_at(job, point));
-    return bench.errors(wanted);
+    return bench.costs(wanted);
   };
   const Found found = compass_search(costs, std::move(start), job.search);
   bench.result().cut_short = found.cut_short;
@@ -205,8 +73,10 @@ Values swept(const TuneJob& job, Bench& bench) {
           fmt::format("--set: more than {} combinations; give fewer values, or ranges to search",
                       most_combinations));
   }
-  const std::vector<double> errors = bench.errors(combinations);
-  return combinations[static_cast<std::size_t>(std::ranges::min_element(errors) - errors.begin())];
+  std::vector<double> costs = bench.costs(combinations);
+  if (std::ranges::none_of(costs, [](double cost) { return std::isfinite(cost); }))
+    costs = bench.uncounted_errors(combinations);  // to say in which goal they are worse
+  return combinations[static_cast<std::size_t>(std::ranges::min_element(costs) - costs.begin())];
 }
 
 double ratio(double without, double with) {
@@ -217,9 +87,8 @@ double ratio(double without, double with) {
 TunedKey judged(const TuneJob& job, std::size_t index, double value, double without,
                 std::optional<double> without_held_out) {
   const Parameter& parameter = job.parameters[index];
-  const daemon::Config& config = job.drives.front().config;
   TunedKey key{.key = parameter.key,
-               .before = number_in(config.text, config.file, parameter.key),
+               .before = number_in_force(job, parameter.key),
                .after = value,
                .at_end_of_range = value == parameter.from || value == parameter.to,
                .without = without,
@@ -267,9 +136,13 @@ Fate fate_of(double without, std::optional<double> without_held_out) {
   return helps ? Fate::taken : Fate::idle;
 }
 
+bool TuneResult::is_better_here() const {
+  return relative_error < 1.0 - indifferent;
+}
+
 bool TuneResult::is_better() const {
-  return relative_error < 1.0 - indifferent &&
-         (!held_out_error || *held_out_error <= 1.0 + indifferent);
+  return is_better_here() && (!held_out_error || *held_out_error <= 1.0 + indifferent) &&
+         worse.empty();
 }
 
 TuneResult tune(const TuneJob& job, const TuneWatch& watch) {

@@ -13,11 +13,16 @@
 
 namespace odomd::tools {
 
+/// Whether the search may take settings that are worse in a goal, or in nees where it is none.
+enum class WorseGoals : std::uint8_t { refused, allowed };
+
 struct TuneJob {
   std::vector<Drive> drives;    ///< to tune on; at least one
   std::vector<Drive> held_out;  ///< to validate on, not used by the search
   std::vector<Parameter> parameters;
   std::vector<Goal> goals;
+  std::vector<Goal> goals_if_known;  ///< goals too, where a drive to tune on determines them
+  WorseGoals worse_goals = WorseGoals::refused;
   std::optional<estimator::Model> model;
   Measure measure;
   std::size_t threads = 1;
@@ -37,7 +42,7 @@ enum class Fate : std::uint8_t {
 
 struct TunedKey {
   std::string key;
-  std::optional<double> before;  ///< in the first drive's configuration; nothing: its default
+  std::optional<double> before;  ///< in force with the first drive's configuration; nothing: none
   double after = 0.0;            ///< as found, whatever its fate
   bool at_end_of_range = false;
   Fate fate = Fate::taken;
@@ -52,24 +57,35 @@ struct DriveScores {
   Score after{};
 };
 
+/// A goal's judged_error().
+struct GoalChange {
+  Goal goal = Goal::position;
+  double tuned_on = 1.0;
+  std::optional<double> held_out;
+};
+
 struct Trial {
   Values values;
   double relative_error = 1.0;
 };
 
 struct TuneResult {
+  std::vector<Goal> goals;  ///< that were tuned for
   std::vector<TunedKey> keys;
   double relative_error = 1.0;           ///< of what is taken, on the drives tuned on
   std::optional<double> held_out_error;  ///< and on the others
   std::vector<DriveScores> drives;
   std::vector<DriveScores> held_out;
-  std::vector<Trial> trials;   ///< all, in the order of the search
-  std::size_t impossible = 0;  ///< of them, refused by the configuration
-  std::string why_impossible;  ///< the last of these
-  bool cut_short = false;      ///< the search, by SearchSettings::trials
-  std::size_t from_state = 0;  ///< read from the state, not tried again
+  std::vector<GoalChange> worse;  ///< goals that have become worse, and nees, goal or not
+  std::vector<Trial> trials;      ///< all, in the order of the search
+  std::size_t impossible = 0;     ///< of them, refused by the configuration
+  std::string why_impossible;     ///< the last of these
+  bool cut_short = false;         ///< the search, by SearchSettings::trials
+  std::size_t from_state = 0;     ///< read from the state, not tried again
 
-  /// Whether to take the settings: better on the drives tuned on, and not worse on those held out.
+  /// Whether the mean over the goals is better on the drives tuned on.
+  [[nodiscard]] bool is_better_here() const;
+  /// Whether to take the settings: better there, not worse on those held out, and in no goal.
   [[nodiscard]] bool is_better() const;
 };
 

@@ -202,9 +202,9 @@ typedef struct odom_camera_message {
 
 typedef struct odom_camera odom_camera;
 
-/** Connects to the daemon's camera socket. NULL: the service's, "/run/odomd/INTERFACE/camera.sock"
- * of the first interface, by name, that it serves, else "/run/odomd/camera.sock". 0, or a negative
- *  errno. */
+/** Connects to the daemon's camera socket. NULL: "$XDG_RUNTIME_DIR/odomd/camera.sock" if it is
+ * there, else the service's, "/run/odomd/INTERFACE/camera.sock" of the first interface, by name,
+ * that it serves, else "/run/odomd/camera.sock". 0, or a negative errno. */
 int odom_camera_open(const char* path, odom_camera** camera);
 
 /** Sends one pose (magic, version, sequence and reserved are filled in). Never blocks; reconnects

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string>
+#include <string_view>
 
 namespace odomd::daemon::journal_test {
 namespace {
@@ -32,6 +34,14 @@ class JournalTest : public testing::Test {
     return text.str();
   }
 
+  [[nodiscard]] long lines_with(std::string_view text) const {
+    std::ifstream log(file_);
+    long count = 0;
+    for (std::string line; std::getline(log, line);)
+      count += line.find(text) != std::string::npos ? 1 : 0;
+    return count;
+  }
+
   std::filesystem::path directory_;
   std::filesystem::path file_;
 };
@@ -44,15 +54,34 @@ TEST_F(JournalTest, WritesFromItsLevelOn) {
   EXPECT_THAT(content(file_), Not(HasSubstr("quiet")));
 }
 
-TEST_F(JournalTest, SaysOneSentenceASecondOnATopic) {
+TEST_F(JournalTest, LogsARepeatedMessageOnceAndThenItsNumber) {
   Journal journal({file_, "info"});
-  for (int i = 0; i < 10; ++i) journal.warn(Topic::overrun, i, "first flood");
-  journal.warn(Topic::missed, 5, "another topic");
-  journal.warn(Topic::overrun, second, "second flood");
-  const auto text = content(file_);
-  EXPECT_EQ(text.find("first flood"), text.rfind("first flood"));
-  EXPECT_THAT(text, HasSubstr("another topic"));
-  EXPECT_THAT(text, HasSubstr("second flood (9 more like this since the last one)"));
+  journal.turn(0);
+  for (int i = 0; i < 10; ++i) journal.warn("flood " + std::to_string(i));
+  journal.warn("another");
+  EXPECT_EQ(lines_with("flood"), 1);
+  journal.turn(second / 2);
+  EXPECT_EQ(lines_with("flood"), 1);
+  journal.turn(second);
+  EXPECT_EQ(lines_with("flood"), 2);
+  EXPECT_THAT(content(file_), HasSubstr("warning: flood 9 (9 times in 1 s"));
+  EXPECT_EQ(lines_with("another"), 1);
+}
+
+TEST_F(JournalTest, LogsWhatItCountedWhenTheDaemonStops) {
+  Journal journal({file_, "info"});
+  journal.turn(0);
+  journal.warn("flood");
+  journal.warn("flood");
+  journal.finish(second / 4);
+  EXPECT_THAT(content(file_), HasSubstr("flood (1 time in 0.25 s)"));
+}
+
+TEST_F(JournalTest, LogsEveryMessageOfTheStart) {
+  Journal journal({file_, "info"});
+  journal.warn("message 416 has no cycle time");
+  journal.warn("message 417 has no cycle time");
+  EXPECT_EQ(lines_with("has no cycle time"), 2);
 }
 
 TEST_F(JournalTest, OpensItsFileAnew) {

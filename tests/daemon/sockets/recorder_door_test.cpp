@@ -250,7 +250,7 @@ TEST_F(RecorderDoorTest, ReportsTheReasonToARecorderThatFellBehind) {
 TEST_F(RecorderDoorTest, ReportsTheEndOfTheDaemonToTheRecorder) {
   auto recorder = connect();
   run_reading(recorder, second);
-  door_->close(now_ns_, *journal_);
+  door_->close(*journal_);
   recorder.read();
   const auto last = recorder.last();
   EXPECT_EQ(last.kind, RecordingMessage::end);

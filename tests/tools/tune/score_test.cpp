@@ -63,5 +63,21 @@ TEST(TuneScore, IsTheWorseTheFurtherNeesIsFromThreeEitherWay) {
   EXPECT_NEAR(relative_error(scored(6.0), scored(1.5), honesty), 1.0, 1e-12);
 }
 
+TEST(TuneScore, JudgesSigmasThatAreTooSmallAndNotThoseThatAreTooLarge) {
+  const auto scored = [](double nees) {
+    Score result;
+    result.fill(unknown);
+    result[static_cast<std::size_t>(Goal::nees)] = nees;
+    return std::array<Score, 1>{result};
+  };
+  EXPECT_NEAR(judged_error(scored(8.79), scored(3.71), Goal::nees), 8.79 / 3.71, 1e-12);
+  EXPECT_NEAR(judged_error(scored(0.5), scored(2.0), Goal::nees), 1.0, 1e-12);
+  EXPECT_NEAR(judged_error(scored(6.0), scored(1.0), Goal::nees), 2.0, 1e-12);
+  EXPECT_NEAR(judged_error(scored(unknown), scored(unknown), Goal::nees), 1.0, 1e-12);
+  EXPECT_NEAR(judged_error(std::array<Score, 1>{score(1.2, 1.0)},
+                           std::array<Score, 1>{score(1.0, 2.0)}, Goal::position),
+              1.2, 1e-12);
+}
+
 }  // namespace
 }  // namespace odomd::tools::score_test

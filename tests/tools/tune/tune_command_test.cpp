@@ -77,14 +77,61 @@ TEST_F(Tune, SaysWhatItHasWritten) {
       "odom tune --drive " + one + " --set can.signals.yaw_rate.scale=0.952 " + how_ + "--json ";
   const Outcome tuned = run_shell(sweep + "--write " + config);
   ASSERT_EQ(tuned.status, 0) << tuned.err;
-  EXPECT_EQ(tuned.err, "odom tune: 1 key written to " + config +
-                           ": can.signals.yaw_rate.scale default > 0.952\n");
+  EXPECT_EQ(tuned.err,
+            "odom tune: 1 key written to " + config + ": can.signals.yaw_rate.scale 1 > 0.952\n");
   EXPECT_TRUE(json::accept(tuned.out));
   const Outcome again =
       run_shell("odom tune --drive " + one + " --set can.signals.yaw_rate.scale=0.9524 " + how_ +
                 "--json --write " + config);
   EXPECT_THAT(again.err,
               testing::AnyOf(HasSubstr("scale 0.952 > 0.9524"), HasSubstr("is unchanged")));
+}
+
+TEST_F(Tune, HonestyIsAGoalWhereTheDrivesDetermineIt) {
+  const std::string one = drive("one", "0.05", 1);
+  const auto goals = [&](const std::string& how) {
+    const Outcome tuned =
+        run_shell("odom tune --drive " + one + " --set filter.window=0.25 --json " + how);
+    EXPECT_EQ(tuned.status, 0) << tuned.err;
+    return json::parse(tuned.out)["goals"];
+  };
+  EXPECT_EQ(goals(""), json({"position", "heading", "prediction", "nees"}));
+  EXPECT_EQ(goals("--no-camera"), json({"position", "heading", "prediction"}));
+  EXPECT_EQ(goals("--goal end"), json({"end"}));
+}
+
+TEST_F(Tune, WritesWhatIsWorseInAGoalByForceOnly) {
+  // The gyro's right scale: the path is ten times better, and its first 35 ms are a little worse.
+  const std::string one = drive("one", "0.05", 1);
+  const std::string config = one + "/car.toml";
+  const std::string before = contents(config);
+  const std::string command = "odom tune --drive " + one +
+                              " --set can.signals.yaw_rate.scale=0.952 --no-camera "
+                              "--model paper --json --write " +
+                              config;
+  const Outcome refused = run_shell(command);
+  ASSERT_EQ(refused.status, 0) << refused.err;
+  EXPECT_EQ(json::parse(refused.out)["worse_goals"], json({"prediction"}));
+  EXPECT_FALSE(json::parse(refused.out)["better"].get<bool>());
+  EXPECT_THAT(refused.err, HasSubstr("is unchanged; --force writes it nevertheless"));
+  EXPECT_EQ(contents(config), before);
+
+  EXPECT_THAT(run_shell(command + " --force").err, HasSubstr("1 key written"));
+  EXPECT_THAT(contents(config), HasSubstr("but worse in prediction"));
+}
+
+TEST_F(Tune, ASearchTakesWhatIsWorseInAGoalByForceOnly) {
+  const std::string one = drive("one", "0.05", 1);
+  const auto searched = [&](const std::string& how) {
+    const Outcome tuned = run_shell("odom tune --drive " + one + " " + gyro_ +
+                                    "--no-camera --model paper --json " + how);
+    EXPECT_EQ(tuned.status, 0) << tuned.err;
+    return json::parse(tuned.out);
+  };
+  const json kept = searched(""), traded = searched("--force");
+  EXPECT_EQ(kept["worse_goals"], json::array());
+  EXPECT_EQ(traded["worse_goals"], json({"prediction"}));
+  EXPECT_LT(traded["relative_error"].get<double>(), kept["relative_error"].get<double>());
 }
 
 TEST_F(Tune, WarnsOfAnotherConfigurationThanTheOneThatIsWritten) {

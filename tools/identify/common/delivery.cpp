@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <iostream>
 #include <string_view>
 
@@ -48,19 +49,17 @@ std::string in_per_cent(const Finding& finding) {
   return fixed(share, share < 1.0 ? 2 : share < 10.0 ? 1 : 0) + " %";
 }
 
-std::vector<ConfigValue> config_values(const Findings& findings) {
-  std::vector<ConfigValue> values;
-  for (const Finding& finding : findings.values) {
-    if (finding.key.empty() || finding.determined == Determined::no || finding.use == Use::leave)
-      continue;
-    const double uncertainty = 2.0 * finding.sigma;
-    std::string note = "odom identify " + findings.method + ": +- " +
-                       fixed(uncertainty, decimals_for(uncertainty));
-    if (!finding.unit.empty()) note += " " + finding.unit;
-    if (!findings.origin.empty()) note += ", " + findings.origin;
-    values.push_back({finding.key, rounded(finding.value, finding.sigma), std::move(note)});
-  }
-  return values;
+bool is_written(const Finding& finding) {
+  return !finding.key.empty() && finding.determined == Determined::yes && finding.use == Use::write;
+}
+
+ConfigValue config_value(const Findings& findings, const Finding& finding) {
+  const double uncertainty = 2.0 * finding.sigma;
+  std::string note =
+      "odom identify " + findings.method + ": +- " + fixed(uncertainty, decimals_for(uncertainty));
+  if (!finding.unit.empty()) note += " " + finding.unit;
+  if (!findings.origin.empty()) note += ", " + findings.origin;
+  return {finding.key, rounded(finding.value, finding.sigma), std::move(note)};
 }
 
 // The uncertainty in a note of ours.
@@ -80,16 +79,19 @@ bool of_another_car(const ConfigValue& before, const ConfigValue& value) {
   return times >= surprising || times <= 1.0 / surprising;
 }
 
-// A fit's inertia includes the wheels' spin, as the filter needs it, and a swing's does not: the
-// two cannot be compared.
+// Two that cannot be compared: a fit's inertia includes the wheels' spin, as the filter needs it,
+// and a swing's does not; the noise of a driving car includes vibration and slip.
 bool of_another_quantity(const ConfigValue& before, const ConfigValue& value) {
-  constexpr std::string_view by_fit = "odom identify fit:";
-  return value.key == "vehicle.yaw_inertia" &&
-         before.note.starts_with(by_fit) != value.note.starts_with(by_fit);
+  const auto differ = [&](std::string_view words) {
+    return (before.note.find(words) != std::string::npos) !=
+           (value.note.find(words) != std::string::npos);
+  };
+  return (value.key == "vehicle.yaw_inertia" && differ("odom identify fit:")) ||
+         (value.key.ends_with(".sigma") && differ("driving"));
 }
 
-// More than the scatter of one experiment done twice.
-bool less_sure(const ConfigValue& before, const ConfigValue& value) {
+// By more than the scatter of one experiment done twice.
+bool more_precise(const ConfigValue& before, const ConfigValue& value) {
   constexpr double clearly = 1.3;
   const double was = uncertainty_in(before.note);
   return was > 0.0 && uncertainty_in(value.note) > clearly * was &&
@@ -102,35 +104,58 @@ bool contradict(const ConfigValue& one, const ConfigValue& other) {
          0.5 * sigmas * std::hypot(uncertainty_in(one.note), uncertainty_in(other.note));
 }
 
-// Warnings about replaced values that should be checked.
-diagnostics::Diagnostics delivery_warnings(const std::vector<ConfigValue>& values,
-                                           const std::string& file) {
-  diagnostics::Diagnostics warnings;
-  for (const ConfigValue& value : values) {
-    const std::optional<ConfigValue> before = value_in(file, value.key);
-    if (!before) continue;
-    if (of_another_car(*before, value))
-      warnings.push_back(found(
-          diagnostics::kind("another_value"), file,
-          fmt::format("{} was {:g} and becomes {:g}", value.key, before->value, value.value)));
-    else if (less_sure(*before, value))
-      warnings.push_back(
-          found(diagnostics::kind("previous_more_precise"), file,
-                fmt::format(
-                    "the previous value of {} was more precise: {:.9g} ({}); it becomes {:.9g} +- "
-                    "{:g}{}",
-                    value.key, before->value, before->note, value.value, uncertainty_in(value.note),
-                    contradict(*before, value) ? ": they contradict each other" : "")));
-  }
-  return warnings;
+diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
+                             const ConfigValue& value) {
+  std::string seen =
+      fmt::format("{} stays {:.9g} ({}), which is more precise than {:.9g} +- {:g}", value.key,
+                  before.value, before.note, value.value, uncertainty_in(value.note));
+  if (of_another_car(before, value))
+    seen += ": is it another car, or another unit?";
+  else if (contradict(before, value))
+    seen += ", but they contradict each other: unless the car has changed, measure again";
+  return found(diagnostics::kind("more_precise_kept"), file, std::move(seen));
 }
 
-// "2 keys written to car.toml: vehicle.mass, ..."
-std::string report_of(const std::vector<ConfigValue>& values, const std::string& file) {
-  if (values.empty()) return "nothing written to " + file + ": no key's value was determined";
+struct Writing {
+  std::vector<ConfigValue> values;
+  diagnostics::Diagnostics warnings;  ///< about values that should be checked
+  std::size_t kept = 0;               ///< values in the configuration that are more precise
+};
+
+/// Marks findings that are left because the configuration has a more precise value.
+Writing prepare(Findings& findings, const Delivery& delivery) {
+  Writing writing;
+  for (Finding& finding : findings.values) {
+    if (!is_written(finding)) continue;
+    ConfigValue value = config_value(findings, finding);
+    const std::optional<ConfigValue> before = value_in(delivery.write, value.key);
+    if (before && !delivery.force && more_precise(*before, value)) {
+      finding.use = Use::leave;
+      finding.remark =
+          fmt::format("kept: the previous value is more precise (+- {:g}{}{})",
+                      uncertainty_in(before->note), finding.unit.empty() ? "" : " ", finding.unit);
+      writing.warnings.push_back(kept(delivery.write, *before, value));
+      ++writing.kept;
+      continue;
+    }
+    if (before && of_another_car(*before, value))
+      writing.warnings.push_back(found(
+          diagnostics::kind("another_value"), delivery.write,
+          fmt::format("{} was {:g} and becomes {:g}", value.key, before->value, value.value)));
+    writing.values.push_back(std::move(value));
+  }
+  return writing;
+}
+
+// "2 keys written to car.toml: vehicle.mass, ...; 1 kept"
+std::string report_of(const Writing& writing, const std::string& file) {
+  if (writing.values.empty())
+    return "nothing written to " + file +
+           (writing.kept > 0 ? ": its values are more precise" : ": no key's value was determined");
   std::string keys;
-  for (const ConfigValue& value : values) keys += (keys.empty() ? "" : ", ") + value.key;
-  return fmt::format("{} written to {}: {}", counted(values.size(), "key"), file, keys);
+  for (const ConfigValue& value : writing.values) keys += (keys.empty() ? "" : ", ") + value.key;
+  return fmt::format("{} written to {}: {}{}", counted(writing.values.size(), "key"), file, keys,
+                     writing.kept > 0 ? fmt::format("; {} kept", writing.kept) : "");
 }
 
 }  // namespace
@@ -139,8 +164,10 @@ void add_delivery(Command method, Delivery& delivery) {
   method.add_flag("--json", delivery.json, "One JSON object instead of a table");
   method
       .add_option("--write", delivery.write,
-                  "Configuration to write the numbers to, each with a note on its origin")
+                  "Configuration to write the numbers to, each with a note on its origin; more "
+                  "precise ones there are kept")
       .type_name("TOML");
+  method.add_flag("--force", delivery.force, "Replace numbers that are more precise, too");
 }
 
 std::string as_text(const Findings& findings) {
@@ -183,16 +210,22 @@ void check(const Delivery& delivery) {
   if (!delivery.write.empty()) check_patchable(delivery.write);
 }
 
-void deliver(const Findings& findings, const Delivery& delivery) {
+void deliver(Findings findings, const Delivery& delivery) {
+  Writing writing;
+  std::exception_ptr problem;  // the numbers are printed also where they cannot be written
+  try {
+    if (!delivery.write.empty()) writing = prepare(findings, delivery);
+  } catch (const std::exception&) {
+    problem = std::current_exception();
+  }
   warn("identify " + findings.method, findings.warnings);
   std::cout << (delivery.json ? json_text(as_json(findings)) + "\n" : as_text(findings))
             << std::flush;
+  if (problem) std::rethrow_exception(problem);
   if (delivery.write.empty()) return;
-  const std::vector<ConfigValue> values = config_values(findings);
-  const diagnostics::Diagnostics warnings = delivery_warnings(values, delivery.write);
-  patch_config(delivery.write, values);
-  warn("identify " + findings.method, warnings);
-  say("odom identify " + findings.method + ": " + report_of(values, delivery.write));
+  patch_config(delivery.write, writing.values);
+  warn("identify " + findings.method, writing.warnings);
+  say("odom identify " + findings.method + ": " + report_of(writing, delivery.write));
 }
 
 }  // namespace odomd::tools

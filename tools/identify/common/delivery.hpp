@@ -11,19 +11,21 @@ namespace odomd::tools {
 
 struct Delivery {
   bool json = false;
-  std::string write;  ///< the configuration to patch; empty: none
+  std::string write;   ///< the configuration to patch; empty: none
+  bool force = false;  ///< replace values there that are more precise
 };
 
-/// Adds --json and --write to a method.
+/// Adds --json, --write and --force to a method.
 void add_delivery(Command method, Delivery& delivery);
 
 /// For use before the work: throws if the configuration to patch does not exist or cannot be
 /// written.
 void check(const Delivery& delivery);
 
-/// Prints, then patches the configuration and lists the keys on standard error. Throws if the
+/// Prints, then patches the configuration and lists the keys on standard error. A value there whose
+/// note states a smaller uncertainty is kept, with a warning, unless forced. Throws if the
 /// configuration cannot be patched; it is then unchanged.
-void deliver(const Findings& findings, const Delivery& delivery);
+void deliver(Findings findings, const Delivery& delivery);
 
 /// The table: name, value ± 2 sigma, unit, per cent, key, remark.
 [[nodiscard]] std::string as_text(const Findings& findings);

@@ -7,7 +7,7 @@
 
 #include "tools/live/attach.hpp"
 #include "tools/live/daemon_segment.hpp"
-#include "tools/live/service_path.hpp"
+#include "tools/live/socket_path.hpp"
 #include "tools/live/status_socket.hpp"
 #include "tools/live/status_values.hpp"
 
@@ -99,10 +99,10 @@ void Observer::follow_trail(const odom_pose& pose, const odom_info& info) {
 
 void Observer::look_at_status() {
   constexpr auto timeout = std::chrono::milliseconds{300};
-  state_.socket = tools::service_path(target_.socket, "status.sock");  // it may have come since
   state_.status.reset();
   state_.before.reset();
   try {
+    state_.socket = tools::socket_path(target_.socket, "status.sock");  // it may have come since
     json document = tools::parse_status(tools::fetch_status(state_.socket, timeout), state_.socket);
     const bool same = !documents_.empty() && tools::member(documents_.back(), "instance") ==
                                                  tools::member(document, "instance");

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/scratch.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
 #include "tools/identify/common/quantity.hpp"
 
@@ -289,24 +290,45 @@ TEST(IdentifyMass, AsksAboutAMassThatIsAnother) {
   EXPECT_EQ(weigh("3.1 --scale-resolution 1g"),
             "odom identify mass: 1 key written to " + car + ": vehicle.mass\n");
   EXPECT_THAT(weigh("2985 --scale-resolution 1"),
-              HasSubstr("vehicle.mass was 3.1 and becomes 2985; is it another car"));
+              AllOf(HasSubstr("vehicle.mass stays 3.1"), HasSubstr("[W502]")));
+  EXPECT_THAT(weigh("2985 --scale-resolution 1 --force"),
+              AllOf(HasSubstr("vehicle.mass was 3.1 and becomes 2985"), HasSubstr("[W501]")));
 }
 
-TEST(IdentifyMass, WarnsWhenThePreviousValueWasMorePrecise) {
+TEST(IdentifyMass, KeepsAValueThatIsMorePrecise) {
   const Scratch scratch;
   const std::string car = scratch.write("car.toml", car_toml).string();
   const auto weigh = [&](const std::string& load) { return weighed_into(car, load); };
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("more precise")));
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("more precise")));
-  EXPECT_THAT(
-      weigh("3.1 --scale-resolution 50g"),
-      AllOf(
-          HasSubstr(
-              "previous value of vehicle.mass was more precise: 3.1 (odom identify mass: +- 0.00"),
-          HasSubstr("it becomes 3.1 +- 0.0"), HasSubstr("restore it")));
-  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), Not(HasSubstr("more precise")));
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), HasSubstr("1 key written"));
+  EXPECT_THAT(weigh("3.101 --scale-resolution 1g"), HasSubstr("1 key written"));
+  const std::string before = contents(car);
+
+  const std::string coarse = weigh("3.1 --scale-resolution 50g");
+  EXPECT_THAT(coarse, AllOf(HasSubstr("vehicle.mass stays 3.101 (odom identify mass: +- 0.00"),
+                            HasSubstr("more precise than 3.1 +- 0.0"), HasSubstr("--force"),
+                            HasSubstr("nothing written to " + car)));
+  EXPECT_THAT(coarse, Not(HasSubstr("contradict")));
+  EXPECT_EQ(contents(car), before);
   EXPECT_THAT(weigh("3.5 --scale-resolution 50g"),
               AllOf(HasSubstr("they contradict each other"), HasSubstr("measure again")));
+  EXPECT_EQ(contents(car), before);
+
+  EXPECT_THAT(weigh("3.1 --scale-resolution 50g --force"),
+              AllOf(HasSubstr("1 key written"), Not(HasSubstr("more precise"))));
+  EXPECT_EQ(number_in(car, "vehicle.mass"), 3.1);
+  EXPECT_THAT(weigh("3.1 --scale-resolution 1g"), HasSubstr("1 key written"));
+}
+
+TEST(IdentifyMass, SaysInItsTableWhatIsKept) {
+  const Scratch scratch;
+  const std::string car = scratch.write("car.toml", car_toml).string();
+  weighed_into(car, "3.1 --scale-resolution 1g");
+  const std::string coarse =
+      "odom identify mass --total 3.1 --scale-resolution 50g --write " + car + " --json";
+  const auto kept = nlohmann::json::parse(run_shell(coarse).out)["values"].back();
+  EXPECT_TRUE(kept.value("left_as_configured", false));
+  EXPECT_THAT(kept["remark"].get<std::string>(),
+              HasSubstr("kept: the previous value is more precise (+- 0.00"));
 }
 
 TEST(IdentifyMass, ByAxlesIsAsUncertainAsTheCentreOfGravitysOwn) {

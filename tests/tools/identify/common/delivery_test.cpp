@@ -1,0 +1,110 @@
+// What is written into a configuration, and which values there are kept.
+#include "tools/identify/common/delivery.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/tools/scratch.hpp"
+#include "tools/config_patch/config_patch.hpp"
+
+namespace odomd::tools::delivery_test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr auto car = R"([vehicle]
+mass = 3.0            # kg (odom identify mass: +- 0.004 kg, scale)
+front_axle = 0.175    # m, by hand
+rear_axle = 0.085     # m (odom tune: helps by +1.0 %)
+yaw_inertia = 0.028   # (odom identify inertia: +- 0.0001 kg m2, bifilar pendulum)
+cornering_stiffness_front = 20.0
+cornering_stiffness_rear = 60.0
+track_width = 0.16
+[can]
+source = "can0"
+dbc = "a.dbc"
+[can.signals]
+wheel_rear = { message = "W", signal = "S", unit = "m/s" }
+yaw_rate = { message = "G", signal = "R", unit = "rad/s", sigma = 0.002 } # (sigma: odom identify noise: +- 0.00002 rad/s, standing)
+)";
+
+Finding finding(const std::string& key, double value, double sigma) {
+  return {.name = key, .key = key, .value = value, .sigma = sigma, .unit = "", .remark = ""};
+}
+
+class DeliveryTest : public testing::Test {
+ protected:
+  /// What standard error says of them.
+  std::string deliver_to_car(const Findings& findings, bool force = false) {
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    EXPECT_NO_THROW(deliver(findings, {.json = false, .write = car_, .force = force}));
+    output_ = testing::internal::GetCapturedStdout();
+    return testing::internal::GetCapturedStderr();
+  }
+  [[nodiscard]] double now(const std::string& key) const { return *number_in(car_, key); }
+
+  const Scratch scratch_;
+  const std::string car_ = scratch_.write("car.toml", car).string();
+  std::string output_;
+};
+
+TEST_F(DeliveryTest, KeepsWhatIsMorePreciseAndWritesTheRest) {
+  const Findings fit{
+      .method = "fit",
+      .origin = "60 s of drive",
+      .values = {finding("vehicle.mass", 3.02, 0.01), finding("vehicle.front_axle", 0.17, 0.002),
+                 finding("vehicle.rear_axle", 0.08, 0.002)},
+      .warnings = {},
+      .details = {}};
+  EXPECT_THAT(deliver_to_car(fit),
+              AllOf(HasSubstr("vehicle.mass stays 3 (odom identify mass: +- 0.004 kg, scale), "
+                              "which is more precise than 3.02 +- 0.02; --force replaces it"),
+                    HasSubstr("2 keys written to " + car_ +
+                              ": vehicle.front_axle, vehicle.rear_axle; 1 kept")));
+  EXPECT_THAT(output_, HasSubstr("kept: the previous value is more precise (+- 0.004)"));
+  EXPECT_EQ(now("vehicle.mass"), 3.0);
+  EXPECT_EQ(now("vehicle.front_axle"), 0.17) << "nothing says how precise it was";
+  EXPECT_EQ(now("vehicle.rear_axle"), 0.08);
+
+  EXPECT_THAT(deliver_to_car(fit, true), AllOf(HasSubstr("3 keys"), Not(HasSubstr("kept"))));
+  EXPECT_EQ(now("vehicle.mass"), 3.02);
+}
+
+TEST_F(DeliveryTest, ReplacesWhatIsAsPreciseUpToScatter) {
+  const auto weighed = [](double sigma) {
+    return Findings{.method = "mass",
+                    .origin = "scale",
+                    .values = {finding("vehicle.mass", 3.1, sigma)},
+                    .warnings = {},
+                    .details = {}};
+  };
+  EXPECT_THAT(deliver_to_car(weighed(0.0027)), HasSubstr("its values are more precise"));
+  EXPECT_EQ(now("vehicle.mass"), 3.0);
+  EXPECT_THAT(deliver_to_car(weighed(0.0025)), HasSubstr("1 key written"));
+  EXPECT_EQ(now("vehicle.mass"), 3.1);
+}
+
+TEST_F(DeliveryTest, ReplacesAnotherQuantityHoweverPrecise) {
+  const Findings driving{.method = "noise",
+                         .origin = "driving",
+                         .values = {finding("can.signals.yaw_rate.sigma", 0.01, 0.0005)},
+                         .warnings = {},
+                         .details = {}};
+  EXPECT_THAT(deliver_to_car(driving), HasSubstr("1 key written"));
+  EXPECT_EQ(now("can.signals.yaw_rate.sigma"), 0.01);
+  const Findings fit{.method = "fit",
+                     .origin = "60 s of drive",
+                     .values = {finding("vehicle.yaw_inertia", 0.03, 0.001)},
+                     .warnings = {},
+                     .details = {}};
+  EXPECT_THAT(deliver_to_car(fit), HasSubstr("1 key written"));
+  EXPECT_EQ(now("vehicle.yaw_inertia"), 0.03);
+}
+
+}  // namespace
+}  // namespace odomd::tools::delivery_test
