@@ -93,7 +93,7 @@ class Compiler {
       if (found.message == nullptr)
         throw std::invalid_argument("end-to-end protection: " + missing(name));
       for (std::size_t j = 0; j < i; ++j)
-        if (inputs_.protections[j].message == name)
+        if (find(inputs_.protections[j].message).message == found.message)
           throw std::invalid_argument("end-to-end protection: message '" + name +
                                       "' is named twice; remove one");
       // Also checks messages without a binding, so that errors are found at start.
@@ -130,7 +130,7 @@ class Compiler {
       bound.channels.push_back(binding->channel);
     }
     for (const E2eBinding& protection : inputs_.protections)
-      if (protection.message == message.name && protection.profile != E2eProfile::none)
+      if (find(protection.message).message == &message && protection.profile != E2eProfile::none)
         compiled.protection.emplace(message, protection);
     tables_.messages.push_back(compiled);
     tables_.bound.push_back(std::move(bound));

@@ -112,6 +112,28 @@ TEST_F(OdomDbc, ShowsADatabaseAsJson) {
   EXPECT_EQ(two["selected_by"]["ranges"], json::parse("[[2,2]]"));
 }
 
+TEST_F(OdomDbc, ShowsLongNamesWithTheShortOnes) {
+  const auto dbc =
+      scratch_.write("long.dbc", std::string(car) +
+                                     "BA_ \"SystemMessageLongSymbol\" BO_ 288 \"Inertial\";\n"
+                                     "BA_ \"SystemSignalLongSymbol\" SG_ 288 Yaw \"YawRate\";\n");
+  const Outcome outcome = run_shell("odom dbc show " + dbc.string());
+  EXPECT_THAT(outcome.out, HasSubstr("120 Inertial (Imu)  id 288"));
+  EXPECT_THAT(outcome.out, HasSubstr("YawRate (Yaw)"));
+  const json shown = json::parse(run_shell("odom dbc show --json " + dbc.string()).out);
+  EXPECT_EQ(shown["messages"][0]["name"], "Inertial");
+  EXPECT_EQ(shown["messages"][0]["short_name"], "Imu");
+  EXPECT_EQ(shown["messages"][0]["signals"][0]["short_name"], "Yaw");
+  EXPECT_EQ(shown["messages"][1]["short_name"], "");
+}
+
+TEST_F(OdomDbc, SaysWhatIsWrongWithTheOnlyMessage) {
+  const auto dbc = scratch_.write("wide.dbc", "BO_ 536870912 Wide: 8 X\n");
+  const Outcome outcome = run_shell("odom dbc show " + dbc.string());
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("wide.dbc:1: no frame has the identifier 536870912"));
+}
+
 TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {
   const auto expect_refused = [](const std::string& command, const std::string& text) {
     const Outcome outcome = run_shell(command);
