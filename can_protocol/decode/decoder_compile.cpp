@@ -1,5 +1,7 @@
 // Compiles bindings and databases into the decoder's tables, and reports every mismatch.
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -19,12 +21,8 @@ namespace {
 
 /// Shortest decimal form, for messages.
 std::string show(double value) {
-  std::string text = std::to_string(value);
-  if (text.find('.') != std::string::npos) {
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.ends_with('.')) text.pop_back();
-  }
-  return text;
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
 /// A message and its database: the first one that has a message of this name.
@@ -251,7 +249,7 @@ class Compiler {
     const double tolerance = 1e-6 * std::abs(signal.scale) + 1e-12 * std::abs(value);
     if (!(std::abs(nearest - value) <= tolerance))
       refuse(binding, "signal '" + signal.name + "' never has the value " + show(value) +
-                          "; the nearest is " + show(nearest));
+                          "; the nearest is " + show(as_written(layout, nearest)));
     return {layout, bits};
   }
 

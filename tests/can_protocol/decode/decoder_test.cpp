@@ -492,6 +492,10 @@ TEST(DecoderErrors, ReportValuesThatASignalNeverHas) {
               HasSubstr("signal 'Counter' never has the value 16; the nearest is 15"));
   EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 0.005; }),
               HasSubstr("signal 'Yaw' never has the value 0.005"));
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 1e-7; }),
+              HasSubstr("never has the value 1e-07; the nearest is 0"));
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 0.354; }),
+              testing::EndsWith("the nearest is 0.35"));  // 35 * 0.01 is 0.35000000000000003
   EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = b.reverse = 1.0; }),
               HasSubstr("forward and reverse are the same value"));
 }
