@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "can_protocol/decode/units.hpp"
 #include "can_protocol/sources/log_reader.hpp"
 #include "can_protocol/sources/open_source.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -15,8 +16,6 @@
 namespace odomd::daemon {
 namespace {
 
-constexpr std::array<std::string_view, 10> unit_names{"1",   "rad",  "deg", "rad/s", "deg/s",
-                                                      "m/s", "km/h", "rpm", "m/s2",  "g"};
 constexpr std::array<std::string_view, 7> profile_names{"none", "P01",     "P02",      "P11",
                                                         "P22",  "counter", "SAE J1850"};
 
@@ -44,7 +43,7 @@ class Lines {
 std::string conversion(const can::SignalBinding& binding) {
   if (binding.forward)
     return fmt::format("forward = {}, reverse = {}", *binding.forward, *binding.reverse);
-  auto text = fmt::format("in {}", unit_names[static_cast<std::size_t>(binding.unit)]);
+  auto text = fmt::format("in {}", can::unit_name(binding.unit));
   if (binding.unit == can::Unit::rpm)
     text += fmt::format(", radius {} m, ratio {}", binding.radius_m, binding.ratio);
   if (binding.scale != 1.0) text += fmt::format(", times {}", binding.scale);

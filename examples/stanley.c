@@ -129,13 +129,6 @@ static int nearest(const path* route, const point* at, int last) {
   return best;
 }
 
-/* Standard deviation of the position in the direction in which it is largest [m]: of the covariance
- * (xx, xy, xyaw, yy, yyaw, yawyaw) the root of the larger eigenvalue of x and y. */
-static double position_sigma(const odom_pose* pose) {
-  const double xx = pose->covariance[0], xy = pose->covariance[1], yy = pose->covariance[3];
-  return sqrt(0.5 * (xx + yy) + sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy));
-}
-
 static command follow(const path* route, int* last, const odom_pose* pose, double front_axle) {
   const point front = {pose->x + front_axle * cos(pose->yaw), pose->y + front_axle * sin(pose->yaw),
                        pose->yaw, pose->vx};
@@ -202,11 +195,12 @@ int main(int argc, char** argv) {
     odom_pose ahead;
     if (status != ODOM_OK)
       last = -1; /* stale, timed out, no pose yet: the client re-attaches by itself */
-    else if (pose.mode == ODOM_FAULT)
-      now.state = "fault";
+    else if (pose.mode == ODOM_INITIALISING || pose.mode == ODOM_FAULT)
+      now.state = odom_mode_name(pose.mode);
     else if (odom_predict(&pose, pose.time_ns + (int64_t)(delay * 1e9), &ahead) != ODOM_OK)
-      now.state = "initialising";
-    else if (!(position_sigma(&ahead) <= max_sigma && sqrt(ahead.covariance[5]) <= max_sigma_yaw)) {
+      now.state = "unpredictable"; /* the delay is longer than 100 ms */
+    else if (!(odom_position_sigma(&ahead) <= max_sigma &&
+               sqrt(ahead.covariance[5]) <= max_sigma_yaw)) {
       now.state = "uncertain"; /* whatever the mode says */
       last = -1;
     } else

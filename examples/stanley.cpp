@@ -138,15 +138,6 @@ int nearest(const Path& path, const Point& at, int last) {
   return best;
 }
 
-// Standard deviation of the position in the direction in which it is largest [m]: of the covariance
-// (xx, xy, xyaw, yy, yyaw, yawyaw) the root of the larger eigenvalue of x and y.
-double position_sigma(const odom::Pose& pose) {
-  const double xx = pose.covariance[0];
-  const double xy = pose.covariance[1];
-  const double yy = pose.covariance[3];
-  return std::sqrt(0.5 * (xx + yy) + std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy));
-}
-
 Command follow(const Path& path, int& last, const odom::Pose& pose, double front_axle) {
   const Point front{pose.x + front_axle * std::cos(pose.yaw),
                     pose.y + front_axle * std::sin(pose.yaw), pose.yaw, pose.vx};
@@ -226,11 +217,11 @@ int main(int argc, char** argv) try {
     Command command;
     if (!fresh) {
       last = -1;  // stale, timed out, no pose yet: the client re-attaches by itself
-    } else if (pose.mode == ODOM_FAULT) {
-      command.state = "fault";
+    } else if (pose.mode == ODOM_INITIALISING || pose.mode == ODOM_FAULT) {
+      command.state = odom::mode_name(pose.mode);
     } else if (const auto ahead = odom::predict(pose, pose.time_ns + delay_ns); !ahead) {
-      command.state = "initialising";
-    } else if (!(position_sigma(*ahead) <= max_sigma &&
+      command.state = "unpredictable";  // the delay is longer than 100 ms
+    } else if (!(odom::position_sigma(*ahead) <= max_sigma &&
                  std::sqrt(ahead->covariance[5]) <= max_sigma_yaw)) {
       command.state = "uncertain";  // whatever the mode says
       last = -1;

@@ -99,17 +99,10 @@ def nearest(path: Path, at: Point, last: int | None) -> int:
     return min(near, key=lambda i: distance(path.points[i % count], at)) % count
 
 
-def position_sigma(pose: odom.Pose) -> float:
-    """Standard deviation of the position in the direction in which it is largest [m]: of the covariance
-    the root of the larger eigenvalue of x and y."""
-    xx, xy, _, yy, _, _ = pose.covariance
-    return math.sqrt(0.5 * (xx + yy) + math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy))
-
-
 def is_known(pose: odom.Pose, sigmas: tuple[float, float]) -> bool:
     """Well enough to keep the lane."""
     try:
-        return position_sigma(pose) <= sigmas[0] and math.sqrt(pose.covariance[5]) <= sigmas[1]
+        return pose.position_sigma <= sigmas[0] and math.sqrt(pose.covariance[5]) <= sigmas[1]
     except ValueError:  # the root of what is no variance
         return False
 
@@ -172,13 +165,13 @@ def control(
 
         if pose is None or not fresh:
             last = None  # the client re-attaches by itself
-        elif pose.mode == odom.Mode.FAULT:
-            command = Command("fault")
+        elif pose.mode in (odom.Mode.INITIALISING, odom.Mode.FAULT):
+            command = Command(pose.mode_name)
         else:
             try:
                 ahead = odom.predict(pose, pose.time_ns + delay_ns)
             except odom.OdomError:
-                command = Command("initialising")
+                command = Command("unpredictable")  # the delay is longer than 100 ms
             else:
                 if is_known(ahead, sigmas):
                     last, command = follow(path, last, ahead, info.front_axle)

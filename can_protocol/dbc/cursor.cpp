@@ -53,9 +53,7 @@ std::optional<std::uint64_t> unsigned_of(std::string_view word) {
 }
 
 DbcCursor::DbcCursor(std::string_view text, std::string file_name)
-    : file_name_(std::move(file_name)),
-      tokens_(tokenize(to_utf8(text))),
-      ends_in_newline_(text.ends_with('\n')) {}
+    : file_name_(std::move(file_name)), tokens_(tokenize(to_utf8(text))) {}
 
 const Token& DbcCursor::peek(std::size_t ahead) const {
   return tokens_[std::min(at_ + ahead, tokens_.size() - 1)];
@@ -115,6 +113,17 @@ std::string DbcCursor::take_text(std::string_view what, std::string_view fix) {
   return take().text;
 }
 
+std::string DbcCursor::take_long_name() {
+  const Token token = peek();
+  std::string name = take_text("the long name in quotes", "write \"NAME\"");
+  const bool printable = std::all_of(name.begin(), name.end(), [](char c) {
+    return c != '\x7F' && (c > ' ' || static_cast<unsigned char>(c) >= 0x80);
+  });
+  if (printable && name.size() <= longest_name) return name;
+  warn(token.line, "the long name " + show(token) + " has blanks or more than 255 bytes; ignored");
+  return {};
+}
+
 std::uint64_t DbcCursor::take_unsigned(std::string_view what, std::uint64_t largest,
                                        std::string_view fix) {
   const Token& token = peek();
@@ -147,7 +156,7 @@ void DbcCursor::end_statement(std::string_view keyword) {
   const std::uint32_t line = tokens_[at_ == 0 ? 0 : at_ - 1].line;  // where it should be
   const std::string text =
       "expected ';' at the end of " + std::string(keyword) + ", found " + show(peek());
-  if (!at_statement() && !(at_end() && ends_in_newline_))
+  if (!at_statement() && !(at_end() && peek().starts_line))
     fail_at(line, text + (at_end() ? "; the file seems to be truncated, get the complete file"
                                    : "; close the statement"));
   warn(line, text + "; treated as closed");
@@ -163,7 +172,7 @@ void DbcCursor::skip_statement(std::string_view keyword) {
 }
 
 void DbcCursor::check_ending() {
-  if (ends_in_newline_ || at_ == 0 || tokens_[at_ - 1].text == ";") return;
+  if (peek().starts_line || at_ == 0 || tokens_[at_ - 1].text == ";") return;
   // Such a file ends with a receiver or a sender. A node that was named before is probably
   // complete.
   const Token& last = tokens_[at_ - 1];

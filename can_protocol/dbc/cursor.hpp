@@ -33,6 +33,8 @@ class DbcCursor {
   /// A word with at least one letter; warns of characters that are not valid in a DBC name.
   std::string take_name(std::string_view what, std::string_view fix);
   std::string take_text(std::string_view what, std::string_view fix);
+  /// A name in quotes. Empty, with a warning, if it cannot be one.
+  std::string take_long_name();
   std::uint64_t take_unsigned(std::string_view what, std::uint64_t largest, std::string_view fix);
   /// A finite decimal number; `.25` is accepted with a warning.
   double take_number(std::string_view what, std::string_view fix);
@@ -60,7 +62,6 @@ class DbcCursor {
   std::string file_name_;
   std::vector<Token> tokens_;
   std::size_t at_ = 0;
-  bool ends_in_newline_ = false;
   std::vector<Warning> warnings_;
 };
 

@@ -24,6 +24,13 @@ std::string read_up_to(std::istream& in, std::size_t most) {
   return text;
 }
 
+template <typename Named>
+const Named* find_named(const std::vector<Named>& all, std::string_view name) {
+  auto found = std::ranges::find(all, name, &Named::name);
+  if (found == all.end() && !name.empty()) found = std::ranges::find(all, name, &Named::short_name);
+  return found == all.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 Database read_dbc(const std::filesystem::path& file) {
@@ -37,7 +44,10 @@ Database read_dbc(const std::filesystem::path& file) {
   if (text.empty()) throw DbcError(file.string() + ": empty; name a DBC file with messages (BO_)");
   Database database = parse_dbc(text, file.string());
   if (database.messages.empty())
-    throw DbcError(file.string() + ": no message (BO_) in it; name a DBC file");
+    throw DbcError(database.warnings.empty()
+                       ? file.string() + ": no message (BO_) in it; name a DBC file"
+                       : describe(database, database.warnings.front()) +
+                             " (and no other message is left)");
   return database;
 }
 
@@ -46,15 +56,11 @@ std::string describe(const Database& database, const Warning& warning) {
 }
 
 const Message* find_message(const Database& database, std::string_view name) {
-  const auto found = std::find_if(database.messages.begin(), database.messages.end(),
-                                  [name](const Message& message) { return message.name == name; });
-  return found == database.messages.end() ? nullptr : &*found;
+  return find_named(database.messages, name);
 }
 
 const Signal* find_signal(const Message& message, std::string_view name) {
-  const auto found = std::find_if(message.signals.begin(), message.signals.end(),
-                                  [name](const Signal& signal) { return signal.name == name; });
-  return found == message.signals.end() ? nullptr : &*found;
+  return find_named(message.signals, name);
 }
 
 }  // namespace odomd::can

@@ -32,6 +32,7 @@ struct MultiplexRange {
 
 struct Signal {
   std::string name;
+  std::string short_name;  ///< in its SG_, if `name` is a long one (SystemSignalLongSymbol)
   /// As in the file: bit `start_bit % 8` of byte `start_bit / 8`; the least significant bit of a
   /// little-endian signal, the most significant bit of a big-endian one.
   std::uint16_t start_bit = 0;
@@ -57,7 +58,8 @@ struct Signal {
 
 struct Message {
   std::string name;
-  std::uint32_t id = 0;  ///< without flags
+  std::string short_name;  ///< in its BO_, if `name` is a long one (SystemMessageLongSymbol)
+  std::uint32_t id = 0;    ///< without flags
   IdFormat format = IdFormat::standard;
   FrameProtocol protocol = FrameProtocol::classic;
   std::uint8_t length = 0;  ///< payload bytes, 0 to max_payload
@@ -96,7 +98,8 @@ class DbcError : public std::invalid_argument {
 /// "file:line: text", as shown to the user.
 [[nodiscard]] std::string describe(const Database& database, const Warning& warning);
 
-/// The message of this name, the first one if there are several; null if there is none.
+/// The message or signal of this name, else of this short name; the first one if there are several,
+/// null if there is none.
 [[nodiscard]] const Message* find_message(const Database& database, std::string_view name);
 [[nodiscard]] const Signal* find_signal(const Message& message, std::string_view name);
 

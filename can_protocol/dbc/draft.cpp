@@ -26,7 +26,7 @@ Multiplexors multiplexors_of(const DraftMessage& draft) {
   Multiplexors found;
   for (std::size_t i = 0; i < draft.message.signals.size(); ++i) {
     if (!draft.message.signals[i].is_multiplexor) continue;
-    if (draft.multiplexing[i].selected_by) {
+    if (draft.multiplexing[i].marked) {
       ++found.others;
     } else {
       ++found.roots;
@@ -135,14 +135,19 @@ void resolve_multiplexing(DraftMessage& draft, DbcCursor& cursor) {
     if (!written.multiplexor.empty()) {
       signals[i].multiplexor = find_signal(draft, written.multiplexor);
       signals[i].selected_by = written.ranges;
-    } else if (written.selected_by) {
+    } else if (written.marked) {
       signals[i].multiplexor = implied_multiplexor(draft, all, signals[i], cursor);
-      if (signals[i].multiplexor)
+      if (signals[i].multiplexor && written.selected_by)
         signals[i].selected_by = {{*written.selected_by, *written.selected_by}};
     }
   }
   for (const Signal& signal : signals) {
-    if (signal.multiplexor && !selectable(signal, signals[*signal.multiplexor]))
+    if (signal.multiplexor && signal.selected_by.empty())
+      cursor.warn(signal.line, "signal '" + signal.name +
+                                   "' is never present: no value of multiplexor '" +
+                                   signals[*signal.multiplexor].name +
+                                   "' selects it; write the value after its m, or SG_MUL_VAL_");
+    else if (signal.multiplexor && !selectable(signal, signals[*signal.multiplexor]))
       cursor.warn(signal.line, "signal '" + signal.name + "' is never present: multiplexor '" +
                                    signals[*signal.multiplexor].name +
                                    "' has no bits for a value that selects it");

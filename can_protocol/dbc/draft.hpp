@@ -15,6 +15,7 @@ namespace odomd::can {
 
 /// What SG_ (`m3`) and SG_MUL_VAL_ say of one signal.
 struct DraftMultiplexing {
+  bool marked = false;  ///< `m`, with or without a number
   std::optional<std::uint64_t> selected_by;
   std::string multiplexor;
   std::vector<MultiplexRange> ranges;

@@ -1,6 +1,7 @@
 // The DBC lexer.
 #include "can_protocol/dbc/lexer.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include "base/printable.hpp"
@@ -33,6 +34,8 @@ class Lexer {
         ++at_;
       } else if (c == '"') {
         quoted();
+      } else if (text_.substr(at_, 2) == "//") {
+        at_ = std::min(text_.find('\n', at_), text_.size());
       } else if (is_word(c)) {
         const std::size_t first = at_;
         while (at_ < text_.size() && is_word(text_[at_])) ++at_;

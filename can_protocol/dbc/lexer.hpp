@@ -24,9 +24,9 @@ struct Token {
   bool starts_line = false;  ///< nothing but blanks before it on its line
 };
 
-/// The tokens of UTF-8 `text`, ended by one of kind `end`. A quoted text that never ends, or a
-/// binary byte, becomes a broken token, so that an error before it, such as a missing quote, is
-/// reported first.
+/// The tokens of UTF-8 `text`, ended by one of kind `end`; a comment from `//` to the end of its
+/// line is none. A quoted text that never ends, or a binary byte, becomes a broken token, so that
+/// an error before it, such as a missing quote, is reported first.
 [[nodiscard]] std::vector<Token> tokenize(std::string_view text);
 
 /// How a message shows a token: 'word', a shortened "text", end of file.

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/printable.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
 
 namespace odomd::can {
@@ -28,7 +29,7 @@ Database parse_dbc(std::string_view text, std::string file_name) {
 }
 
 DbcParser::DbcParser(std::string_view text, std::string file_name)
-    : cursor_(text, std::move(file_name)) {}
+    : cursor_(text, std::move(file_name)), by_key_{{unused_signals_id, std::nullopt}} {}
 
 Database DbcParser::run() {
   while (!cursor_.at_end()) statement();
@@ -105,22 +106,37 @@ void DbcParser::pass_over_list() {
 
 // Messages and signals
 
-DbcParser::Key DbcParser::identifier(const Token& token, std::uint64_t number) const {
-  const auto id = static_cast<std::uint32_t>(number & ~std::uint64_t{extended_flag});
-  if (number > std::numeric_limits<std::uint32_t>::max() || id > largest_extended_id)
-    cursor_.fail(token, "an identifier of 11 or 29 bits",
-                 "write the identifier, plus 2147483648 if it is an extended one");
-  const bool flagged = (number & extended_flag) != 0;
+std::optional<DbcParser::Identifier> DbcParser::identifier_of(std::uint64_t number) {
+  const std::uint64_t id = number & ~extended_flag;
+  if (id > largest_extended_id) return std::nullopt;
+  const bool flagged = id != number;
   const bool extended = flagged || id > largest_standard_id;
-  return {id, extended ? IdFormat::extended : IdFormat::standard, extended && !flagged};
+  return Identifier{static_cast<std::uint32_t>(id),
+                    extended ? IdFormat::extended : IdFormat::standard, extended && !flagged};
+}
+
+std::uint64_t DbcParser::take_identifier(std::string_view what, std::string_view fix) {
+  const Token& token = cursor_.peek();
+  std::string_view digits = token.text;
+  if (digits.starts_with('-')) digits.remove_prefix(1);
+  const bool impossible = token.kind == TokenKind::word && !unsigned_of(token.text) &&
+                          !digits.empty() &&
+                          digits.find_first_not_of("0123456789") == std::string_view::npos;
+  if (!impossible) return cursor_.take_unsigned(what, largest_u64, fix);
+  cursor_.take();
+  return largest_u64;
+}
+
+std::uint64_t DbcParser::key_of(std::uint64_t number) {
+  const auto identifier = identifier_of(number);
+  return identifier ? frame_key(identifier->id, identifier->format) : number;
 }
 
 void DbcParser::message(std::uint32_t line) {
   DraftMessage draft;
   Message& message = draft.message;
-  const Token id_token = cursor_.peek();
-  const std::uint64_t number =
-      cursor_.take_unsigned("the message's identifier", largest_u64, message_form);
+  const std::string number_text = cursor_.peek().text;
+  const std::uint64_t number = take_identifier("the message's identifier", message_form);
   message.name = cursor_.take_name("the message's name", message_form);
   cursor_.take_punctuation(':', "after the message's name", message_form);
   const std::uint64_t length =
@@ -132,14 +148,20 @@ void DbcParser::message(std::uint32_t line) {
   current_ = nullptr;
   inside_message_ = true;
   if (number == unused_signals_id) return;  // its signals are read and ignored
-  const Key key = identifier(id_token, number);
-  if (key.flag_missing)
-    cursor_.warn(line, "identifier " + id_token.text + " of message '" + message.name +
+  const auto [place, first] = by_key_.try_emplace(key_of(number), std::optional<std::size_t>{});
+  const auto identifier = identifier_of(number);
+  if (!identifier) {
+    cursor_.warn(line,
+                 "no frame has the identifier " + shortened(number_text, 40) + " of message '" +
+                     message.name +
+                     "'; ignored. Write its 11 or 29 bits, plus 2147483648 if it is extended");
+    return;
+  }
+  if (identifier->flag_missing)
+    cursor_.warn(line, "identifier " + number_text + " of message '" + message.name +
                            "' has more than 11 bits but no extended flag; treated as extended");
-  message.id = key.id;
-  message.format = key.format;
-  const auto [place, first] =
-      by_key_.try_emplace(frame_key(key.id, key.format), std::optional<std::size_t>{});
+  message.id = identifier->id;
+  message.format = identifier->format;
   if (!first) {
     cursor_.warn(line, "message '" + message.name +
                            "' has the identifier of another one above; "
@@ -197,7 +219,7 @@ void DbcParser::signal(std::uint32_t line) {
   add_signal(std::move(signal), std::move(multiplexing));
 }
 
-/// M, m3 or m3M.
+/// M, m3 or m3M; m or mM if SG_MUL_VAL_ says the value.
 void DbcParser::multiplexing_of(Signal& signal, DraftMultiplexing& multiplexing) {
   const Token token = cursor_.peek();
   std::string_view word = token.text;
@@ -206,8 +228,9 @@ void DbcParser::multiplexing_of(Signal& signal, DraftMultiplexing& multiplexing)
     word.remove_suffix(1);
   }
   if (word.starts_with('m')) {
+    multiplexing.marked = true;
     multiplexing.selected_by = unsigned_of(word.substr(1));
-    if (multiplexing.selected_by) word = {};
+    if (multiplexing.selected_by || word == "m") word = {};
   }
   if (token.kind != TokenKind::word || !word.empty())
     cursor_.fail(token, "':' or a multiplexing (M, m0, m0M) after the signal's name", signal_form);

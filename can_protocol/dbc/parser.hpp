@@ -43,27 +43,37 @@ class DbcParser {
   void value_names();
   void value_type();
   void extended_multiplexing();
+
+  // attributes.cpp
   void attribute_definition();
   void attribute_default();
   void attribute();
+  void message_cycle_time();
+  void frame_format();
+  void long_message_name();
+  void long_signal_name();
+  void long_node_name();
 
-  static constexpr std::uint32_t extended_flag = 0x8000'0000U;
+  static constexpr std::uint64_t extended_flag = 0x8000'0000U;
   /// Editors put signals without a message under this one.
   static constexpr std::uint64_t unused_signals_id = 0xC000'0000U;
 
-  struct Key {
+  struct Identifier {
     std::uint32_t id = 0;
     IdFormat format = IdFormat::standard;
     bool flag_missing = false;
   };
-  /// Bit 31 of the number marks an extended identifier.
-  [[nodiscard]] Key identifier(const Token& token, std::uint64_t number) const;
+  /// Bit 31 of the number marks an extended identifier. Empty if no frame can have it.
+  [[nodiscard]] static std::optional<Identifier> identifier_of(std::uint64_t number);
+  /// A whole number; 2^64 - 1 for one that 64 bits do not hold. No frame has it.
+  std::uint64_t take_identifier(std::string_view what, std::string_view fix);
+  /// Of by_key_: frame_key, or the number itself if no frame can have it.
+  [[nodiscard]] static std::uint64_t key_of(std::uint64_t number);
 
   struct Reference {
     std::uint32_t line = 0;
     std::string statement;
-    std::string number;                ///< as the file has it
-    std::optional<std::uint32_t> key;  ///< frame_key; empty: the unused signals
+    std::uint64_t number = 0;
   };
   Reference reference(std::string statement);
   /// The message; null with a warning if it is unknown, or without one if it was ignored.
@@ -82,10 +92,11 @@ class DbcParser {
   DraftMessage* current_ =
       nullptr;  ///< the message to which signals are added; null: they are ignored
   bool inside_message_ = false;
-  std::map<std::uint32_t, std::optional<std::size_t>> by_key_;  ///< empty: ignored
+  std::map<std::uint64_t, std::optional<std::size_t>> by_key_;  ///< empty: ignored
   std::vector<std::function<void()>> later_;
-  std::set<std::string> names_;               ///< of the messages
-  std::vector<FrameProtocol> frame_formats_;  ///< that VFrameFormat numbers
+  std::set<std::string> names_;                    ///< of the messages
+  std::map<std::string, std::string> node_names_;  ///< long names by short ones
+  std::vector<FrameProtocol> frame_formats_;       ///< that VFrameFormat numbers
   FrameProtocol default_protocol_ = FrameProtocol::classic;
   double default_cycle_time_ms_ = 0.0;
 };

@@ -1,7 +1,6 @@
 // DBC statements that refer to messages and signals: comments, names of values, floating-point
-// types, extended multiplexing, attributes.
+// types, extended multiplexing.
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "can_protocol/dbc/parser.hpp"
@@ -9,31 +8,20 @@
 namespace odomd::can {
 namespace {
 
-constexpr std::uint64_t largest_u64 = std::numeric_limits<std::uint64_t>::max();
 constexpr std::string_view id_form = "write the number that stands after BO_";
-
-/// Of VFrameFormat: "StandardCAN_FD", "ExtendedCAN_FD", and others.
-FrameProtocol protocol_named(std::string_view format) {
-  return format.ends_with("CAN_FD") ? FrameProtocol::fd : FrameProtocol::classic;
-}
 
 }  // namespace
 
 DbcParser::Reference DbcParser::reference(std::string statement) {
-  const Token token = cursor_.peek();
-  const std::uint64_t number =
-      cursor_.take_unsigned("the identifier of a message", largest_u64, id_form);
-  if (number == unused_signals_id)
-    return {token.line, std::move(statement), token.text, std::nullopt};
-  const Key key = identifier(token, number);
-  return {token.line, std::move(statement), token.text, frame_key(key.id, key.format)};
+  const std::uint32_t line = cursor_.peek().line;
+  return {line, std::move(statement), take_identifier("the identifier of a message", id_form)};
 }
 
 DraftMessage* DbcParser::find(const Reference& reference) {
-  if (!reference.key) return nullptr;
-  const auto found = by_key_.find(*reference.key);
+  const auto found = by_key_.find(key_of(reference.number));
   if (found == by_key_.end()) {
-    cursor_.warn(reference.line, reference.statement + " names message " + reference.number +
+    cursor_.warn(reference.line, reference.statement + " names message " +
+                                     std::to_string(reference.number) +
                                      ", which is not in the file; ignored");
     return nullptr;
   }
@@ -181,73 +169,6 @@ void DbcParser::set_multiplexor(DraftMessage& draft, std::size_t signal, std::ui
   }
   written.multiplexor = multiplexor;
   written.ranges.insert(written.ranges.end(), ranges.begin(), ranges.end());
-}
-
-// Attributes: GenMsgCycleTime in milliseconds, and VFrameFormat
-
-void DbcParser::attribute_definition() {
-  while (!cursor_.at_end() && cursor_.peek().kind == TokenKind::word) cursor_.take();
-  if (cursor_.peek().text == "VFrameFormat") {
-    cursor_.take();
-    while (!cursor_.at_end() && !cursor_.at_punctuation(';') && !cursor_.at_statement()) {
-      const Token& token = cursor_.take();
-      if (token.kind == TokenKind::text) frame_formats_.push_back(protocol_named(token.text));
-    }
-  }
-  cursor_.skip_statement("BA_DEF_");
-}
-
-void DbcParser::attribute_default() {
-  const std::string name = cursor_.peek().text;
-  if (cursor_.peek(1).kind != TokenKind::end) {
-    if (name == "GenMsgCycleTime") {
-      cursor_.take();
-      default_cycle_time_ms_ = cycle_time();
-    } else if (name == "VFrameFormat") {
-      cursor_.take();
-      default_protocol_ = protocol_named(cursor_.take().text);
-    }
-  }
-  cursor_.skip_statement("BA_DEF_DEF_");
-}
-
-void DbcParser::attribute() {
-  const std::string name = cursor_.peek().text;
-  const bool of_message = cursor_.peek(1).text == "BO_" && cursor_.peek(1).kind == TokenKind::word;
-  if (!of_message || (name != "GenMsgCycleTime" && name != "VFrameFormat"))
-    return cursor_.skip_statement("BA_");
-  cursor_.take();
-  cursor_.take();
-  const Reference of = reference("BA_ \"" + name + '"');
-  if (name == "GenMsgCycleTime") {
-    later_.emplace_back([this, of, ms = cycle_time()] {
-      if (DraftMessage* draft = find(of)) draft->cycle_time_ms = ms;
-    });
-  } else {
-    const std::string word = cursor_.take().text;
-    later_.emplace_back([this, of, index = unsigned_of(word), named = protocol_named(word)] {
-      if (DraftMessage* draft = find(of))
-        draft->protocol = index && *index < frame_formats_.size() ? frame_formats_[*index] : named;
-    });
-  }
-  cursor_.end_statement("BA_");
-}
-
-double DbcParser::cycle_time() {
-  const Token token = cursor_.peek();
-  const double ms = cursor_.take_number("the cycle time in milliseconds",
-                                        "write BA_ \"GenMsgCycleTime\" BO_ ID MILLISECONDS;");
-  constexpr double longest_ms = 1e9;
-  if (ms >= 0.0 && ms <= longest_ms) return ms;
-  cursor_.warn(token.line, "no message has a cycle time of " + show(token) + " ms; ignored");
-  return 0.0;
-}
-
-void DbcParser::apply_attributes(DraftMessage& draft) const {
-  const double ms = draft.cycle_time_ms.value_or(default_cycle_time_ms_);
-  draft.message.cycle_time_ns = std::llround(ms * 1e6);
-  draft.message.protocol =
-      draft.message.length > 8 ? FrameProtocol::fd : draft.protocol.value_or(default_protocol_);
 }
 
 }  // namespace odomd::can

@@ -2,10 +2,58 @@
 #include "can_protocol/dbc/signal_layout.hpp"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 namespace odomd::can {
+namespace {
+
+/// Longest fixed notation of what is below `largest_written`, with up to `most_decimals`.
+using Text = std::array<char, 64>;
+constexpr double largest_written = 1e15;
+constexpr int most_decimals = 20;
+
+/// Of the shortest notation: 4 of 0.0005, 0 of 20.
+int decimals_of(double value) {
+  Text text{};
+  const auto written =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific);
+  const std::string_view digits(text.data(), written.ptr);  // d.ddde-xx
+  const std::size_t e = digits.find('e');
+  const std::size_t point = digits.find('.');
+  if (e == std::string_view::npos) return 0;  // not finite
+  const char* const sign = digits.data() + e + 1;
+  int exponent = 0;
+  std::from_chars(*sign == '+' ? sign + 1 : sign, written.ptr, exponent);
+  const int behind_the_point =
+      point == std::string_view::npos ? 0 : static_cast<int>(e - point) - 1;
+  return std::max(0, behind_the_point - exponent);
+}
+
+double read_back(const Text& text, const char* end, double otherwise) {
+  double value = otherwise;
+  std::from_chars(text.data(), end, value);
+  return value;
+}
+
+}  // namespace
+
+double as_written(const SignalLayout& signal, double physical) noexcept {
+  Text text{};
+  char* const end = text.data() + text.size();
+  if (signal.type == ValueType::float64 || !(std::abs(physical) < largest_written)) return physical;
+  if (signal.type == ValueType::float32)
+    return read_back(text, std::to_chars(text.data(), end, static_cast<float>(physical)).ptr,
+                     physical);
+  const int decimals = std::max(decimals_of(signal.scale), decimals_of(signal.offset));
+  if (decimals > most_decimals) return physical;
+  const auto written =
+      std::to_chars(text.data(), end, physical, std::chars_format::fixed, decimals);
+  return read_back(text, written.ptr, physical);
+}
 
 std::uint64_t bits_for(const SignalLayout& signal, double physical) noexcept {
   const double raw = (physical - signal.offset) / signal.scale;

@@ -131,6 +131,11 @@ static_assert(std::endian::native == std::endian::little, "eight bytes are loade
 /// becomes raw 0 in an integer signal.
 [[nodiscard]] std::uint64_t bits_for(const SignalLayout& signal, double physical) noexcept;
 
+/// The number that a person would write for a physical value, with no more decimals than factor and
+/// offset have: -0.1175 for the -0.11750000000000001 that binary arithmetic makes of -235 * 0.0005.
+/// For messages and files; a float keeps the digits of a float.
+[[nodiscard]] double as_written(const SignalLayout& signal, double physical) noexcept;
+
 /// Whether the multiplexors of the payload select this signal; true for a signal that is not
 /// multiplexed, false when the payload ends before a multiplexor does.
 [[nodiscard]] bool is_present(const Message& message, const Signal& signal,

@@ -1,5 +1,7 @@
 // Compiles bindings and databases into the decoder's tables, and reports every mismatch.
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -7,6 +9,7 @@
 
 #include "base/nearest_name.hpp"
 #include "can_protocol/decode/decoder_tables.hpp"
+#include "can_protocol/decode/name_hints.hpp"
 #include "can_protocol/decode/units.hpp"
 
 namespace odomd::can {
@@ -18,12 +21,8 @@ namespace {
 
 /// Shortest decimal form, for messages.
 std::string show(double value) {
-  std::string text = std::to_string(value);
-  if (text.find('.') != std::string::npos) {
-    text.erase(text.find_last_not_of('0') + 1);
-    if (text.ends_with('.')) text.pop_back();
-  }
-  return text;
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
 /// A message and its database: the first one that has a message of this name.
@@ -62,27 +61,23 @@ class Compiler {
     return {};
   }
 
-  /// Why a message was not found: the databases, and the nearest name in them.
-  [[nodiscard]] std::string missing(const std::string& name) const {
+  /// Why a message was not found: the databases, and what may be meant.
+  template <typename Asked>
+  [[nodiscard]] std::string missing(const std::string& name, const Asked& asked) const {
     if (inputs_.databases.empty()) return "there is no database in which to look up '" + name + "'";
     std::string files;
-    std::vector<std::string> names;
-    for (const Database& database : inputs_.databases) {
+    for (const Database& database : inputs_.databases)
       files += (files.empty() ? "" : ", ") + database.file;
-      for (const Message& message : database.messages) names.push_back(message.name);
-    }
-    return "no message '" + name + "' in " + files + nearest_hint(name, names);
+    return "no message '" + name + "' in " + files + message_hint(inputs_.databases, asked);
   }
 
+  template <typename Hint>
   static const Signal& require_signal(const SignalBinding& binding, const Found& found,
-                                      const std::string& name) {
+                                      const std::string& name, const Hint& hint) {
     const Signal* signal = find_signal(*found.message, name);
-    if (signal == nullptr) {
-      std::vector<std::string> names;
-      for (const Signal& other : found.message->signals) names.push_back(other.name);
+    if (signal == nullptr)
       refuse(binding, "message '" + found.message->name + "' of " + found.database->file +
-                          " has no signal '" + name + "'" + nearest_hint(name, names));
-    }
+                          " has no signal '" + name + "'" + hint(name));
     return *signal;
   }
 
@@ -91,9 +86,9 @@ class Compiler {
       const std::string& name = inputs_.protections[i].message;
       const Found found = find(name);
       if (found.message == nullptr)
-        throw std::invalid_argument("end-to-end protection: " + missing(name));
+        throw std::invalid_argument("end-to-end protection: " + missing(name, name));
       for (std::size_t j = 0; j < i; ++j)
-        if (inputs_.protections[j].message == name)
+        if (find(inputs_.protections[j].message).message == found.message)
           throw std::invalid_argument("end-to-end protection: message '" + name +
                                       "' is named twice; remove one");
       // Also checks messages without a binding, so that errors are found at start.
@@ -103,7 +98,7 @@ class Compiler {
 
   void group(const SignalBinding& binding) {
     const Found found = find(binding.message);
-    if (found.message == nullptr) refuse(binding, missing(binding.message));
+    if (found.message == nullptr) refuse(binding, missing(binding.message, binding));
     auto group = std::find_if(groups_.begin(), groups_.end(), [&](const Group& other) {
       return other.found.message == found.message;
     });
@@ -130,7 +125,7 @@ class Compiler {
       bound.channels.push_back(binding->channel);
     }
     for (const E2eBinding& protection : inputs_.protections)
-      if (protection.message == message.name && protection.profile != E2eProfile::none)
+      if (find(protection.message).message == &message && protection.profile != E2eProfile::none)
         compiled.protection.emplace(message, protection);
     tables_.messages.push_back(compiled);
     tables_.bound.push_back(std::move(bound));
@@ -180,7 +175,9 @@ class Compiler {
       refuse(binding, "a direction comes from one signal, not from a sum; name one");
     std::vector<const Signal*> read;  // all signals that must be present
     for (const std::string& name : binding.signals)
-      read.push_back(&require_signal(binding, found, name));
+      read.push_back(&require_signal(binding, found, name, [&](const std::string& absent) {
+        return signal_hint(inputs_.databases, *found.message, binding, absent);
+      }));
     compiled.terms = {size_of(tables_.terms), static_cast<std::uint32_t>(read.size())};
     for (const Signal* signal : read) tables_.terms.push_back(layout_of(*signal));
     if (direction) {
@@ -199,7 +196,9 @@ class Compiler {
       compiled.unit_factor = unit_factor(binding);
     }
     if (binding.valid_when) {
-      const Signal& condition = require_signal(binding, found, binding.valid_when->signal);
+      const Signal& condition = require_signal(  // of the same message
+          binding, found, binding.valid_when->signal,
+          [&](const std::string& absent) { return nearest_signal_hint(*found.message, absent); });
       compiled.valid_when = match(binding, condition, binding.valid_when->equals);
       read.push_back(&condition);
     }
@@ -250,7 +249,7 @@ class Compiler {
     const double tolerance = 1e-6 * std::abs(signal.scale) + 1e-12 * std::abs(value);
     if (!(std::abs(nearest - value) <= tolerance))
       refuse(binding, "signal '" + signal.name + "' never has the value " + show(value) +
-                          "; the nearest is " + show(nearest));
+                          "; the nearest is " + show(as_written(layout, nearest)));
     return {layout, bits};
   }
 

@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
-#include "base/nearest_name.hpp"
 #include "can_protocol/decode/crc8.hpp"
+#include "can_protocol/decode/name_hints.hpp"
 
 namespace odomd::can {
 namespace {
@@ -30,11 +29,9 @@ const Signal& require_signal(const Message& message, const std::string& name,
                              const std::string& what) {
   if (name.empty()) refuse(message, "no " + what + " is named; add it");
   const Signal* signal = find_signal(message, name);
-  if (signal == nullptr) {
-    std::vector<std::string> names;
-    for (const Signal& other : message.signals) names.push_back(other.name);
-    refuse(message, what + " '" + name + "' is not one of its signals" + nearest_hint(name, names));
-  }
+  if (signal == nullptr)
+    refuse(message,
+           what + " '" + name + "' is not one of its signals" + nearest_signal_hint(message, name));
   if (signal->multiplexor) refuse(message, what + " '" + name + "' is multiplexed; name another");
   if (signal->type != ValueType::unsigned_integer)
     refuse(message, what + " '" + name + "' is not an unsigned integer; name another");

@@ -6,10 +6,9 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "base/nearest_name.hpp"
 #include "can_protocol/dbc/signal_layout.hpp"
+#include "can_protocol/decode/name_hints.hpp"
 
 namespace odomd::can {
 
@@ -22,12 +21,9 @@ MessageEncoder::MessageEncoder(Message message, const E2eBinding& protection)
 
 const Signal& MessageEncoder::require(std::string_view signal) const {
   const Signal* found = find_signal(message_, signal);
-  if (found == nullptr) {
-    std::vector<std::string> names;
-    for (const Signal& other : message_.signals) names.push_back(other.name);
+  if (found == nullptr)
     throw std::invalid_argument("message '" + message_.name + "' has no signal '" +
-                                std::string(signal) + "'" + nearest_hint(signal, names));
-  }
+                                std::string(signal) + "'" + nearest_signal_hint(message_, signal));
   return *found;
 }
 

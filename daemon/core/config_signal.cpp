@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "can_protocol/decode/units.hpp"
 #include "daemon/core/config_sections.hpp"
 
 namespace odomd::daemon {
@@ -14,23 +15,6 @@ namespace {
 
 using can::Unit;
 using estimator::Source;
-
-struct UnitName {
-  std::string_view name;
-  Unit unit;
-};
-constexpr std::array unit_names{
-    UnitName{"rad", Unit::rad},
-    UnitName{"deg", Unit::deg},
-    UnitName{"rad/s", Unit::rad_per_s},
-    UnitName{"deg/s", Unit::deg_per_s},
-    UnitName{"m/s", Unit::m_per_s},
-    UnitName{"km/h", Unit::km_per_h},
-    UnitName{"rpm", Unit::rpm},
-    UnitName{"m/s2", Unit::m_per_s2},
-    UnitName{"g", Unit::g},
-    UnitName{"1", Unit::none},
-};
 
 constexpr std::array angle{Unit::rad, Unit::deg};
 constexpr std::array angular_rate{Unit::rad_per_s, Unit::deg_per_s};
@@ -88,18 +72,16 @@ void read_signal_names(TableReader& table, can::SignalBinding& binding) {
 
 void read_unit(TableReader& table, std::span<const Unit> possible, can::SignalBinding& binding) {
   std::vector<std::string> fitting;
-  for (const auto& [name, unit] : unit_names)
-    if (std::ranges::find(possible, unit) != possible.end())
-      fitting.push_back(fmt::format("\"{}\"", name));
+  for (const Unit unit : possible) fitting.push_back(fmt::format("\"{}\"", can::unit_name(unit)));
   const auto list = fmt::format("{}", fmt::join(fitting, ", "));
 
   table.require("unit", "; it is one of " + list);
   std::string name;
   table.read("unit", name);
-  const auto* const chosen = std::ranges::find(unit_names, name, &UnitName::name);
-  if (chosen == unit_names.end())
-    table.fail("unit", fmt::format("\"{}\" is not known; it is one of {}", name, list));
-  binding.unit = chosen->unit;
+  const auto chosen =
+      name == can::unit_name(Unit::none) ? std::optional(Unit::none) : can::unit_of_text(name);
+  if (!chosen) table.fail("unit", fmt::format("\"{}\" is not known; it is one of {}", name, list));
+  binding.unit = *chosen;
   if (binding.unit == Unit::none) {
     if (!table.has("scale"))
       table.fail("unit", "\"1\" needs `scale`, which turns the number into the role's SI quantity");

@@ -141,6 +141,21 @@ class Pose(NamedTuple):
         """Standard deviation of yaw [rad]."""
         return math.sqrt(self.covariance[5])
 
+    @property
+    def position_sigma(self) -> float:
+        """Standard deviation of the position in the direction in which it is largest [m].
+
+        Not a number if the covariance is none, so write `sigma <= limit`, which is then false.
+        """
+        xx, xy, _, yy, _, _ = self.covariance
+        largest = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)
+        return math.sqrt(largest) if largest >= 0.0 else math.nan
+
+    @property
+    def mode_name(self) -> str:
+        """The mode for messages, as in the status: "dead_reckoning"."""
+        return self.mode.name.lower()
+
     def is_healthy(self, source: Source) -> bool:
         """Whether the source is configured and fine."""
         return bool(self.health >> source & 1)

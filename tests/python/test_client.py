@@ -52,6 +52,7 @@ class ClientTest(unittest.TestCase):
         self.assertEqual((pose.tick, pose.x, pose.y, pose.yaw), (1, 1.25, -2.5, 7.0))
         self.assertEqual((pose.vx, pose.odom_x, pose.jump_yaw), (1.5, 3.0, 0.5))
         self.assertEqual((pose.sigma_x, pose.sigma_y, pose.sigma_yaw), (0.2, 0.0, 0.5))
+        self.assertEqual((pose.position_sigma, pose.mode_name), (0.2, "dead_reckoning"))
         self.assertIs(pose.mode, odom.Mode.DEAD_RECKONING)
         self.assertEqual(pose.conditions, odom.Conditions.BUS_DOWN | odom.Conditions.INPUT_ENDED)
         self.assertEqual(pose.reset_count, 3)

@@ -76,6 +76,10 @@ class Layout(unittest.TestCase):
         pose = _records.pose_of(raw)
         self.assertEqual(pose.covariance, (0.5, 1.5, 2.5, 3.5, 4.5, 5.5))
         self.assertIs(pose.mode, odom.Mode.DEGRADED)
+        in_c = _library.lib.odom_position_sigma
+        in_c.restype = ctypes.c_double
+        in_c.argtypes = [ctypes.POINTER(_library.PoseStruct)]
+        self.assertAlmostEqual(pose.position_sigma, in_c(raw), places=14)
         self.assertEqual(bytes(_records.struct_of(pose)), bytes(raw))
 
     def test_an_unknown_mode_is_nothing_to_drive_by(self) -> None:

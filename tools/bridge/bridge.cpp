@@ -8,6 +8,7 @@
 #include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -16,6 +17,9 @@
 #include "tools/cli/interrupt.hpp"
 #include "tools/cli/json_text.hpp"
 #include "tools/cli/output.hpp"
+#include "tools/cli/progress.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/drive_files/pose_csv.hpp"
 #include "tools/live/attach.hpp"
 #include "tools/live/tick_follower.hpp"
 
@@ -68,9 +72,12 @@ class Bridge {
       counts_ = follower.counts();
       if (status == ODOM_OK) {
         silent = false;
+        show_what_is_sent();
       } else if (status == ODOM_STALE) {
-        if (!silent)
-          std::cerr << "odom bridge: the daemon has stopped publishing; waiting for it\n";
+        if (!silent) {
+          progress_.end();
+          say("odom bridge: the daemon has stopped publishing; waiting for it");
+        }
         silent = true;
       } else if (status != ODOM_TIMEOUT && status != ODOM_NO_POSE && status != ODOM_BUSY) {
         throw std::runtime_error(odom_strstatus(status));
@@ -80,6 +87,7 @@ class Bridge {
 
   // The first tick of every n, whichever of them was missed.
   void take(odom::Client& client, const odom_pose& pose) {
+    newest_ = pose;
     if (pose.mode == ODOM_INITIALISING) {
       ++initialising_;
       return;
@@ -103,7 +111,28 @@ class Bridge {
     for (const auto& sink : sinks_) sink->send(sample_);
   }
 
-  void say_what_was_sent() const {
+  /// Once a second, for people.
+  void show_what_is_sent() {
+    const auto now = steady_clock::now();
+    if (options_.json || now < next_show_) return;
+    next_show_ = now + std::chrono::seconds{1};
+    std::string text = mode_name(newest_.mode);
+    if (newest_.mode != ODOM_INITIALISING)
+      text += fmt::format(
+          "  x {} m  y {} m  yaw {} deg  {} m/s", fixed(newest_.x, 2), fixed(newest_.y, 2),
+          fixed(std::remainder(newest_.yaw, 2.0 * std::numbers::pi) * 180.0 / std::numbers::pi, 1),
+          fixed(newest_.vx, 2));
+    for (const auto& sink : sinks_) {
+      const Sink::Counts& counts = sink->counts();
+      text += fmt::format("  {}: {} sent", sink->name(), counts.sent);
+      if (counts.dropped > 0) text += fmt::format(", {} dropped", counts.dropped);
+      if (counts.withheld > 0) text += fmt::format(", {} withheld", counts.withheld);
+    }
+    progress_.show(text);
+  }
+
+  void say_what_was_sent() {
+    progress_.end();
     if (options_.json) {
       nlohmann::ordered_json json{
           {"duration", elapsed()},         {"ticks", counts_.ticks},
@@ -135,6 +164,9 @@ class Bridge {
   const std::vector<std::unique_ptr<Sink>>& sinks_;
   Interrupt interrupt_;
   steady_clock::time_point start_ = steady_clock::now();
+  ProgressLine progress_{"odom bridge", WithoutTerminal::nothing};
+  steady_clock::time_point next_show_ = start_;
+  odom_pose newest_{};
   FollowCounts counts_;
   std::uint64_t initialising_ = 0;
   std::uint64_t last_turn_ = std::numeric_limits<std::uint64_t>::max();

@@ -86,9 +86,9 @@ void describe_bridge(Command command, BridgeOptions& options) {
       "  odom bridge --domain 7 --rate 100 --frame-base cog\n"
       "  odom bridge --udp\n"
       "  odom bridge --ros --udp 192.168.1.20:9870\n"
-      "It waits for the daemon and reconnects when that restarts. INT and TERM end it, with a "
-      "summary\n"
-      "on standard error. docs/bridge.md describes the topics.");
+      "It waits for the daemon and reconnects when that restarts. On a terminal it shows once a\n"
+      "second what it sends. INT and TERM end it, with a summary on standard error.\n"
+      "docs/bridge.md describes the topics.");
 }
 
 std::vector<std::string> arguments_of(const BridgeOptions& options) {

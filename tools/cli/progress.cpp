@@ -1,5 +1,6 @@
 #include "tools/cli/progress.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <utility>
@@ -12,10 +13,18 @@ namespace {
 
 using std::chrono::steady_clock;
 
+/// A longer line would wrap, and only its last part be written over. Each byte counts as a column.
+std::string cut_to_terminal(const std::string& text) {
+  winsize size{};
+  if (::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < 2) return text;
+  return shortened(text, size.ws_col - 2U);
+}
+
 }  // namespace
 
-ProgressLine::ProgressLine(std::string who)
+ProgressLine::ProgressLine(std::string who, WithoutTerminal without)
     : who_(std::move(who)),
+      without_(without),
       terminal_(::isatty(STDERR_FILENO) != 0),
       next_(steady_clock::now() + std::chrono::seconds(terminal_ ? 0 : 10)) {}
 
@@ -28,9 +37,9 @@ void ProgressLine::show(const std::string& text) {
   if (now < next_) return;
   next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(10));
   if (terminal_) {
-    draw('\r' + escaped(text) + "\x1b[K");
+    draw('\r' + cut_to_terminal(escaped(text)) + "\x1b[K");
     shown_ = true;
-  } else {
+  } else if (without_ == WithoutTerminal::lines) {
     say(who_ + ": " + text);
   }
 }

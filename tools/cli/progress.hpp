@@ -1,8 +1,9 @@
-// The progress of long work on standard error: one line that is updated on a terminal, one line
-// every ten seconds elsewhere.
+// The progress of long work on standard error: one line that is updated on a terminal and cut to
+// its width, one line every ten seconds elsewhere, or nothing.
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -11,10 +12,13 @@ namespace odomd::tools {
 /// Called with the progress, as often as one likes.
 using ReportProgress = std::function<void(const std::string&)>;
 
+/// What becomes of the progress where standard error is no terminal.
+enum class WithoutTerminal : std::uint8_t { lines, nothing };
+
 class ProgressLine {
  public:
   /// `who` is the start of each line without a terminal: "odom tune".
-  explicit ProgressLine(std::string who);
+  explicit ProgressLine(std::string who, WithoutTerminal without = WithoutTerminal::lines);
   /// Ends the line.
   ~ProgressLine();
   ProgressLine(const ProgressLine&) = delete;
@@ -27,6 +31,7 @@ class ProgressLine {
 
  private:
   std::string who_;
+  WithoutTerminal without_;
   bool terminal_;
   bool shown_ = false;
   std::chrono::steady_clock::time_point next_;

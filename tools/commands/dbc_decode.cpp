@@ -44,8 +44,17 @@ class MessageIndex {
 
 struct DecodedSignal {
   const Signal* signal = nullptr;
-  double value = 0.0;
+  double value = 0.0;     ///< as a person writes it
+  std::string_view name;  ///< of the value, from VAL_; empty if it has none
 };
+
+/// The name of a value, if there is one.
+std::string_view value_name(const Signal& signal, double physical) {
+  for (const auto& value : signal.values)
+    if (static_cast<double>(value.raw) * signal.scale + signal.offset == physical)
+      return value.name;
+  return {};
+}
 
 /// The signals in the payload: selected by their multiplexors, and not cut off.
 std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& frame) {
@@ -54,7 +63,8 @@ std::vector<DecodedSignal> decoded_signals(const Message& message, const Frame& 
     const can::SignalLayout layout = can::layout_of(signal);
     if (frame.length < layout.bytes_needed || !is_present(message, signal, frame.payload()))
       continue;
-    decoded.push_back({&signal, physical_value(layout, extract_bits(layout, frame.payload()))});
+    const double value = physical_value(layout, extract_bits(layout, frame.payload()));
+    decoded.push_back({&signal, as_written(layout, value), value_name(signal, value)});
   }
   return decoded;
 }
@@ -92,21 +102,13 @@ std::string json_line(const Frame& frame, const std::string& bus, const Message*
   line += ",\"message\":" + (message == nullptr ? "null" : json_text(message->name));
   ordered_json signals = ordered_json::object();
   if (message != nullptr)
-    for (const auto& [signal, value] : decoded_signals(*message, frame))
-      signals[signal->name] = value;
+    for (const DecodedSignal& decoded : decoded_signals(*message, frame))
+      signals[decoded.signal->name] = decoded.value;
   line += ",\"signals\":" + json_text(signals);
   if (message == nullptr)
     line += ",\"kind\":" + json_text(kind_name(frame.kind)) +
             ",\"data\":" + json_text(payload_text(frame));
   return line + "}\n";
-}
-
-/// The name of a value from VAL_, if there is one.
-std::string value_name(const Signal& signal, double physical) {
-  for (const auto& value : signal.values)
-    if (static_cast<double>(value.raw) * signal.scale + signal.offset == physical)
-      return " (" + value.name + ')';
-  return {};
 }
 
 std::string readable_line(const Frame& frame, const std::string& bus, const Message* message) {
@@ -118,10 +120,10 @@ std::string readable_line(const Frame& frame, const std::string& bus, const Mess
                                                : std::string(kind_name(frame.kind))) +
            '\n';
   line += message->name;
-  for (const auto& [signal, value] : decoded_signals(*message, frame)) {
+  for (const auto& [signal, value, name] : decoded_signals(*message, frame)) {
     line += "  " + signal->name + ' ' + shortest(value);
     if (!signal->unit.empty()) line += ' ' + signal->unit;
-    line += value_name(*signal, value);
+    if (!name.empty()) line.append(" (").append(name).append(")");
   }
   return line + '\n';
 }

@@ -35,6 +35,7 @@ std::string_view type_name(can::ValueType type) {
 ordered_json signal_json(const Message& message, const Signal& signal) {
   ordered_json json{
       {"name", signal.name},
+      {"short_name", signal.short_name},
       {"start", signal.start_bit},
       {"length", signal.length},
       {"byte_order",
@@ -65,6 +66,7 @@ ordered_json database_json(const Database& database) {
     ordered_json signals = ordered_json::array();
     for (const Signal& signal : message.signals) signals.push_back(signal_json(message, signal));
     messages.push_back({{"name", message.name},
+                        {"short_name", message.short_name},
                         {"id", message.id},
                         {"extended", message.format == IdFormat::extended},
                         {"length", message.length},
@@ -123,9 +125,15 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// "LongName (short)"
+template <typename Named>
+std::string both_names(const Named& named) {
+  return named.short_name.empty() ? named.name : named.name + " (" + named.short_name + ')';
+}
+
 void print_message(const Message& message) {
   std::cout << '\n'
-            << hexadecimal(message.id, message.format) << ' ' << message.name << "  id "
+            << hexadecimal(message.id, message.format) << ' ' << both_names(message) << "  id "
             << message.id << (message.format == IdFormat::extended ? " extended, " : ", ")
             << int{message.length} << (message.length == 1 ? " byte" : " bytes")
             << (message.protocol == can::FrameProtocol::fd ? ", CAN FD" : "");
@@ -142,7 +150,7 @@ void print_message(const Message& message) {
     if (signal.minimum != 0.0 || signal.maximum != 0.0)
       range = shortest(signal.minimum) + " to " + shortest(signal.maximum);
     rows.push_back(
-        {signal.name, std::to_string(signal.start_bit) + '|' + std::to_string(signal.length),
+        {both_names(signal), std::to_string(signal.start_bit) + '|' + std::to_string(signal.length),
          signal.byte_order == can::ByteOrder::little_endian ? "little" : "big",
          std::string(type_name(signal.type)), shortest(signal.scale), shortest(signal.offset),
          range, signal.unit, multiplexing_text(message, signal), one_line(signal.comment)});

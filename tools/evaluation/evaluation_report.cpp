@@ -140,12 +140,6 @@ std::optional<double> improvement(double value, double baseline, double usual) {
   return 100.0 * (1.0 - value / baseline);
 }
 
-std::string improvement_text(double percent) {
-  if (percent >= -100.0) return fixed(percent, 1);
-  const double times = 1.0 - percent / 100.0;
-  return fixed(times, times < 10.0 ? 1 : 0) + " times worse";
-}
-
 std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report) {
   const auto& evaluations = report.evaluations;
   const Evaluation& baseline = evaluations.at(report.baseline);
@@ -167,7 +161,7 @@ std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report
       if (&e == &baseline) return std::nullopt;
       const auto percent = improvement(metric(e), metric(baseline), usual(baseline));
       if (!percent) return std::nullopt;
-      return improvement_text(*percent);
+      return fixed(*percent, 1);
     });
   };
 

@@ -27,13 +27,10 @@ struct EvaluationReport {
 /// A short name for each file: its stem, or the whole path if stems are equal.
 [[nodiscard]] std::vector<std::string> short_names(const std::vector<std::string>& files);
 
-/// By how much `value` is better than `baseline`, in percent. Nothing if the baseline is 0, or less
-/// than a tenth of its usual value on the drive: an error that happens to be near zero at the end
-/// makes the ratio meaningless.
+/// By how much `value` is better than `baseline`, in percent; negative if it is worse. Nothing if
+/// the baseline is 0, or less than a tenth of its usual value on the drive: an error that happens
+/// to be near zero at the end makes the ratio meaningless.
 [[nodiscard]] std::optional<double> improvement(double value, double baseline, double usual = 0.0);
-
-/// "12.3"; if it is more than twice as bad, the factor: "94 times worse".
-[[nodiscard]] std::string improvement_text(double percent);
 
 /// The rows: a label and one cell per estimate.
 [[nodiscard]] std::vector<std::vector<std::string>> report_rows(const EvaluationReport& report);

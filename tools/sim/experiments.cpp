@@ -19,12 +19,45 @@ namespace {
 using Json = nlohmann::ordered_json;
 using std::numbers::pi;
 
+/// As it is read off, in decimals: 2.929 rather than 2.9290000000000003.
+double rounded(double value, double step) {
+  return std::round(value / step) / std::round(1.0 / step);
+}
+
 /// What a person measures: the truth with an error of this size, rounded as it is read off.
 Json measured(double truth, double sigma, double step, RandomStream& stream) {
-  const double read = truth + sigma * stream.normal();
-  const double value = step > 0.0 ? std::round(read / step) * step : read;
-  return {{"value", value}, {"sigma", std::hypot(sigma, step / std::sqrt(12.0))}};
+  return {{"value", rounded(truth + sigma * stream.normal(), step)},
+          {"sigma", std::hypot(sigma, step / std::sqrt(12.0))}};
 }
+
+/// The kitchen scale of the afternoon. All experiments of a seed have the same one, so that their
+/// readings of one load agree. They scatter by half of the last digit, which is what odom identify
+/// assumes of a scale of which only the digit is known.
+class KitchenScale {
+ public:
+  explicit KitchenScale(std::uint64_t seed)
+      : gain_(1.0 + accuracy * RandomStream(seed, "the scale").normal()) {}
+
+  [[nodiscard]] double read(double load, RandomStream& hand) const {
+    const double placing = std::sqrt(sigma * sigma - resolution * resolution / 12.0);
+    return rounded(gain_ * load + placing * hand.normal(), resolution);
+  }
+  [[nodiscard]] double gain() const { return gain_; }
+  /// Of one reading of a mass.
+  [[nodiscard]] static double uncertainty(double mass) {
+    return std::hypot(accuracy * mass, sigma);
+  }
+  [[nodiscard]] static Json data_sheet() {
+    return {{"resolution", resolution}, {"sigma", sigma}, {"accuracy", accuracy}};
+  }
+
+ private:
+  static constexpr double resolution = 1e-3;         // kg
+  static constexpr double sigma = 0.5 * resolution;  // of the readings, rounded as they are
+  static constexpr double accuracy = 1e-3;           // of its gain
+
+  double gain_;
+};
 
 void write_json(const std::filesystem::path& file, const Json& json) {
   std::ofstream output = tools::open_output(file);
@@ -56,7 +89,7 @@ Json stop_watch(const std::vector<double>& passages, double sigma, RandomStream&
     if (from + swings >= passages.size()) break;
     const double time = passages[from + swings] - passages[from] +
                         sigma / std::sqrt(2.0) * (stream.normal() - stream.normal());
-    times.push_back(std::round(100.0 * time) / 100.0);
+    times.push_back(rounded(time, 0.01));
   }
   return {{"swings", swings}, {"times", times}, {"sigma", sigma}};
 }
@@ -136,7 +169,8 @@ nlohmann::ordered_json simulate_swing(const ExperimentOptions& options) {
 
   RandomStream hand(options.seed, "who measures the swing");
   Json result;
-  result["mass"] = measured(rig.mass, 0.001 * rig.mass, 0.001, hand);
+  const double mass = KitchenScale(options.seed).read(rig.mass, hand);
+  result["mass"] = {{"value", mass}, {"sigma", KitchenScale::uncertainty(mass)}};
   result["spacing"] = measured(rig.spacing_above, 4e-4, 5e-4, hand);
   result["spacing_below"] = measured(rig.spacing_below, 4e-4, 5e-4, hand);
   result["cord"] = measured(rig.cord, 1.5e-3, 1e-3, hand);
@@ -159,7 +193,7 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
   const double front_axle = plan.car.front_axle;
   const double lateral = 2e-3 * draw.normal();
   const double height = draw.uniform(0.2, 0.3) * wheelbase;
-  const double gain = 1.0 + 1e-3 * draw.normal();
+  const KitchenScale scale(options.seed);
   const double level = 0.25 * pi / 180.0;
 
   make_drive_folder(options.folder, options.existing);
@@ -172,7 +206,7 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
                          {"track_width", track},
                          {"lateral", lateral},
                          {"height", height},
-                         {"scale_gain", gain}};
+                         {"scale_gain", scale.gain()}};
   write_json(options.folder / "plant.json", plant);
 
   RandomStream hand(options.seed, "who weighs");
@@ -182,8 +216,7 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
     const double load =
         mass *
         (share_on_the_level + (base > 0.0 ? height * std::tan(level * hand.normal()) / base : 0.0));
-    for (int i = 0; i < 3; ++i)
-      loads[name].push_back(std::round(1e3 * (gain * load + 1.5e-3 * hand.normal())) / 1e3);
+    for (int i = 0; i < 3; ++i) loads[name].push_back(scale.read(load, hand));
   };
   weigh("total", 1.0, 0.0);
   weigh("front", 1.0 - front_axle / wheelbase, wheelbase);
@@ -192,7 +225,7 @@ nlohmann::ordered_json simulate_weighing(const ExperimentOptions& options) {
   weigh("right", 0.5 - lateral / track, track);
   Json result;
   result["loads"] = loads;
-  result["scale"] = {{"resolution", 1e-3}, {"sigma", 1.5e-3}, {"accuracy", 1e-3}};
+  result["scale"] = KitchenScale::data_sheet();
   result["level"] = level;
   result["wheelbase"] = measured(wheelbase, 5e-4, 5e-4, hand);
   result["track_width"] = measured(track, 5e-4, 5e-4, hand);

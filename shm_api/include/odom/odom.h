@@ -5,7 +5,9 @@
  *   odom_pose pose;
  *   pose.tick = 0;
  *   while (odom_wait(client, &pose, sizeof pose, 100000000) == ODOM_OK)
- *     steer_by(&pose);
+ *     if (pose.mode != ODOM_INITIALISING && pose.mode != ODOM_FAULT &&
+ *         odom_position_sigma(&pose) <= lane)
+ *       steer_by(&pose);
  *   odom_close(client);
  *
  * A client maps the segment read-only, never writes, never spins without bound, and survives the
@@ -99,6 +101,16 @@ odom_status odom_predict(const odom_pose* from, int64_t time_ns, odom_pose* to);
  * second. ODOM_OK: a newer pose. ODOM_STALE: timed out, the daemon is silent, and `pose` is its
  * last pose. ODOM_TIMEOUT: timed out, `pose` is unchanged. */
 odom_status odom_wait(odom_client* client, odom_pose* pose, size_t size, int64_t timeout_ns);
+
+/** The name of odom_pose.mode, for messages: "dead_reckoning", as in the status; "unknown" for a
+ * value that is no odom_mode. Never NULL. Needs no client. */
+const char* odom_mode_name(uint32_t mode);
+
+/** Standard deviation of the position in the direction in which it is largest [m]: the root of the
+ * larger eigenvalue of the covariance of x and y. Not a number if that is no covariance, so write
+ * `sigma <= limit`, which is then false. Of an initialising pose it means nothing. Pure: needs no
+ * client. */
+double odom_position_sigma(const odom_pose* pose);
 
 /** The header. Each field is consistent, but two fields may be of different instants. */
 odom_status odom_get_info(odom_client* client, odom_info* info, size_t size);

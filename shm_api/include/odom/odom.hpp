@@ -5,7 +5,7 @@
 //   while (client) {
 //     const auto pose = client->wait(last, std::chrono::milliseconds(100));
 //     if (!pose) break;  // silent, or ended: see pose.status
-//     last = *pose;
+//     last = *pose;      // check mode and odom::position_sigma() before you steer
 //   }
 //
 // Nothing here throws, allocates (except open) or locks: every call returns a Result, which is true
@@ -107,6 +107,16 @@ class View {
   Result<Pose> result;
   result.status = odom_predict(&from, time_ns, &result.value);
   return result;
+}
+
+/// The name of Pose::mode: "dead_reckoning". See odom_mode_name().
+[[nodiscard]] inline const char* mode_name(std::uint32_t mode) noexcept {
+  return odom_mode_name(mode);
+}
+
+/// Standard deviation of the position where it is largest [m]. See odom_position_sigma().
+[[nodiscard]] inline double position_sigma(const Pose& pose) noexcept {
+  return odom_position_sigma(&pose);
 }
 
 /// Attached to a segment, or to none (then every call returns ODOM_INVALID).

@@ -356,8 +356,6 @@ INSTANTIATE_TEST_SUITE_P(
         BadDbc{"NoIdentifier", "BO_ A: 8 X\n",
                "car.dbc:1: expected the message's identifier, "
                "found 'A'"},
-        BadDbc{"WideIdentifier", "BO_ 536870912 A: 8 X\n",
-               "car.dbc:1: expected an identifier of 11 or 29 bits, found '536870912'"},
         BadDbc{"NumberAsName", "BO_ 1 2: 8 X\n",
                "car.dbc:1: expected the message's name, "
                "found '2'"},

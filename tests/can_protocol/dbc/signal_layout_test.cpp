@@ -154,6 +154,37 @@ TEST(SignalLayout, RoundsToTheNearestRawValueAndSaturates) {
   EXPECT_EQ(bits_for(widest_signed, 1e30), ~std::uint64_t{0} >> 1U);
 }
 
+TEST(AsWritten, HasTheDecimalsOfFactorAndOffset) {
+  const auto layout = [](double scale, double offset) {
+    SignalLayout signal;
+    signal.scale = scale;
+    signal.offset = offset;
+    signal.type = ValueType::signed_integer;
+    return signal;
+  };
+  EXPECT_EQ(as_written(layout(0.0005, 0.0), -235 * 0.0005), -0.1175);
+  EXPECT_EQ(as_written(layout(0.1, -100.0), 1001 * 0.1 - 100.0), 0.1);
+  EXPECT_EQ(as_written(layout(0.1, 0.25), 3 * 0.1 + 0.25), 0.55);
+  EXPECT_EQ(as_written(layout(100.0, 0.0), 4.2e9 * 100.0), 4.2e11);
+  EXPECT_EQ(as_written(layout(1e-9, 0.0), 7 * 1e-9), 7e-9);
+  EXPECT_EQ(as_written(layout(0.0, 0.0), 0.0), 0.0);
+  for (int raw = -32768; raw < 32768; ++raw)
+    ASSERT_EQ(as_written(layout(0.01, 0.0), raw * 0.01), raw / 100.0) << raw;
+}
+
+TEST(AsWritten, KeepsWhatNoDecimalsDescribe) {
+  SignalLayout signal;
+  signal.type = ValueType::float32;
+  EXPECT_EQ(as_written(signal, static_cast<double>(0.1F)), 0.1);
+  signal.type = ValueType::float64;
+  EXPECT_EQ(as_written(signal, 0.1 + 0.2), 0.1 + 0.2);
+  signal.type = ValueType::unsigned_integer;
+  EXPECT_EQ(as_written(signal, 18446744073709551615.0), 18446744073709551615.0);
+  signal.scale = 1e-300;
+  EXPECT_EQ(as_written(signal, 3e-300), 3e-300);
+  EXPECT_TRUE(std::isnan(as_written(signal, std::nan(""))));
+}
+
 TEST(SignalLayout, KnowsWhichMultiplexedSignalsAPayloadHolds) {
   const Database database = parse_dbc(R"(BO_ 1 A: 8 X
  SG_ Root M : 0|8@1+ (1,0) [0|0] "" X

@@ -372,6 +372,32 @@ TEST(Decoder, KeepsTheCountersOfTwoBusesApart) {
   }
 }
 
+TEST(Decoder, TakesLongAndShortNamesForTheSameMessage) {
+  const std::vector<Database> databases{
+      parse_dbc(std::string(car) + "BA_ \"SystemMessageLongSymbol\" BO_ 416 \"INERTIAL_SENSOR\";\n"
+                                   "BA_ \"SystemSignalLongSymbol\" SG_ 416 Yaw \"YAW_RATE\";\n",
+                "car.dbc")};
+  const std::vector bindings{bind(1, "IMU", "YAW_RATE"), bind(2, "INERTIAL_SENSOR", "Acc"),
+                             bind(3, "INERTIAL_SENSOR", "Yaw")};
+  Decoder decoder(databases, bindings, std::vector{imu_protection()}, {});
+  ASSERT_EQ(decoder.messages().size(), 1U);
+  EXPECT_EQ(decoder.messages()[0].name, "INERTIAL_SENSOR");
+
+  MessageEncoder imu(databases[0].messages[0], imu_protection());
+  imu.set("Yaw", 1.5);
+  std::array<Sample, max_samples_per_frame> samples;
+  EXPECT_EQ(decoder.decode(imu.frame(0), samples).count, 3);
+  EXPECT_EQ(samples[0].value, samples[2].value);
+  Frame corrupt = imu.frame(1);
+  corrupt.data[3] ^= 1U;
+  EXPECT_EQ(decoder.decode(corrupt, samples).verdict, FrameVerdict::failed_crc);
+
+  E2eBinding same = imu_protection();
+  same.message = "INERTIAL_SENSOR";
+  EXPECT_THROW(Decoder(databases, bindings, std::vector{imu_protection(), same}, {}),
+               std::invalid_argument);
+}
+
 TEST(Decoder, NeverAllocatesWhileDecoding) {
   SignalBinding gated = bind(3, "WHEELS", "Left", Unit::km_per_h);
   gated.valid_when = ValidWhen{"Fault", 0.0};
@@ -466,6 +492,10 @@ TEST(DecoderErrors, ReportValuesThatASignalNeverHas) {
               HasSubstr("signal 'Counter' never has the value 16; the nearest is 15"));
   EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 0.005; }),
               HasSubstr("signal 'Yaw' never has the value 0.005"));
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 1e-7; }),
+              HasSubstr("never has the value 1e-07; the nearest is 0"));
+  EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = 0.354; }),
+              testing::EndsWith("the nearest is 0.35"));  // 35 * 0.01 is 0.35000000000000003
   EXPECT_THAT(refusal([](auto& b, auto&) { b.forward = b.reverse = 1.0; }),
               HasSubstr("forward and reverse are the same value"));
 }

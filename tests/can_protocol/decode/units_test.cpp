@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <initializer_list>
 #include <numbers>
+#include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +32,35 @@ TEST(Units, AreKnownInTheSpellingsOfRealDatabases) {
   expect_unit(Unit::rpm, {"rpm", "1/min", "RPM", "min-1", "min^-1", "U/min"});
   expect_unit(Unit::m_per_s2, {"m/s2", "m/s^2", "m/s²", "m/s^2 ", "m/s/s", "m/(s^2)"});
   expect_unit(Unit::g, {"g", "G"});
+}
+
+// docs/can.md: a table of units, the first cell of a row being the configuration's spelling.
+TEST(Units, AreAllThatThePageLists) {
+  std::ifstream page(ODOMD_SOURCE_DIR "/docs/can.md");
+  std::string line;
+  while (std::getline(page, line) && line != "<!-- units -->") continue;
+  std::set<Unit> listed;
+  int spellings = 0;
+  for (int i = 0; std::getline(page, line) && line.starts_with('|'); ++i) {
+    if (i < 2) continue;  // header
+    std::optional<Unit> unit;
+    for (std::size_t at = line.find('`'); at != std::string::npos; at = line.find('`', at)) {
+      const std::size_t end = line.find('`', at + 1);
+      ASSERT_NE(end, std::string::npos) << line;
+      const std::string spelling = line.substr(at + 1, end - at - 1);
+      if (!unit) {
+        unit = unit_of_text(spelling);
+        ASSERT_TRUE(unit) << line;
+        EXPECT_EQ(unit_name(*unit), spelling);
+        listed.insert(*unit);
+      }
+      EXPECT_EQ(unit_of_text(spelling), unit) << spelling;
+      ++spellings;
+      at = end + 1;
+    }
+  }
+  EXPECT_EQ(listed.size(), static_cast<std::size_t>(Unit::g));  // all but none
+  EXPECT_GT(spellings, 40);
 }
 
 TEST(Units, AreUnknownWhenTheyAreNoneOfOurs) {

@@ -29,6 +29,24 @@ cornering_stiffness_rear = 60
 track_width = 0.16
 )";
 
+TEST_F(ConfigTest, TakesUnitsInTheSpellingsOfDatabases) {
+  const auto unit_of = [this](const std::string& role, const std::string& unit) {
+    const Config config =
+        load(std::string(reference_car) + "[can]\ndbc = \"car.dbc\"\n[can.signals]\n" + role +
+             " = { message = \"M\", signal = \"S\", unit = \"" + unit + "\", scale = 1.0 }\n");
+    return config.can.bindings.front().unit;
+  };
+  EXPECT_EQ(unit_of("yaw_rate", "°/s"), can::Unit::deg_per_s);
+  EXPECT_EQ(unit_of("yaw_rate", "degrees/second"), can::Unit::deg_per_s);
+  EXPECT_EQ(unit_of("steering", "degrees"), can::Unit::deg);
+  EXPECT_EQ(unit_of("steering", "°"), can::Unit::deg);
+  EXPECT_EQ(unit_of("steering", "1"), can::Unit::none);
+  EXPECT_EQ(unit_of("wheel_rear", "kph"), can::Unit::km_per_h);
+  EXPECT_EQ(unit_of("accel_x", "m/s²"), can::Unit::m_per_s2);
+  EXPECT_THROW(unit_of("wheel_rear", "mph"), ConfigError);
+  EXPECT_THROW(unit_of("wheel_rear", "°/s"), ConfigError);
+}
+
 TEST_F(ConfigTest, ReadsEveryTableOfTheDocumentedExample) {
   const Config config = load(R"(
 [vehicle]

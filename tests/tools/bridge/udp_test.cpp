@@ -1,11 +1,16 @@
 // odom bridge --udp, as it is called, on a segment of our own.
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
+#include <pty.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <csignal>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -151,6 +156,79 @@ TEST_F(UdpBridge, WaitsForTheDaemonAndGoesOnWithItsSuccessor) {
   const Outcome outcome = bridge.terminate();
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out)["restarts"], 1);
+}
+
+/// A bridge whose standard streams are a terminal.
+class TerminalChild {
+ public:
+  explicit TerminalChild(std::vector<std::string> arguments) {
+    const std::string path = std::string(ODOMD_BIN_DIR) + "/odom";
+    std::vector<char*> argv;
+    arguments.insert(arguments.begin(), {path, "bridge"});
+    argv.reserve(arguments.size() + 1);
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    int master = -1;
+    pid_ = ::forkpty(&master, nullptr, nullptr, nullptr);
+    if (pid_ == 0) {
+      ::execv(path.c_str(), argv.data());
+      ::_exit(127);
+    }
+    terminal_ = FileDescriptor(master);
+    ::fcntl(master, F_SETFL, O_NONBLOCK);
+  }
+  ~TerminalChild() {
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  TerminalChild(const TerminalChild&) = delete;
+  TerminalChild& operator=(const TerminalChild&) = delete;
+
+  /// All that has come out of it so far.
+  const std::string& seen() {
+    std::array<char, 4096> piece{};
+    for (ssize_t got = 0; (got = ::read(terminal_.get(), piece.data(), piece.size())) > 0;)
+      seen_.append(piece.data(), static_cast<std::size_t>(got));
+    return seen_;
+  }
+  void press(char key) const { ASSERT_EQ(::write(terminal_.get(), &key, 1), 1); }
+
+ private:
+  pid_t pid_ = -1;
+  FileDescriptor terminal_;
+  std::string seen_;
+};
+
+TEST_F(UdpBridge, ShowsOnATerminalWhatItSendsUntilControlC) {
+  SlowDaemon daemon(segment_);
+  daemon.pose.x = 1.5;
+  TerminalChild bridge({"--shm", segment_, "--udp", receiver_.address()});
+  EXPECT_TRUE(eventually(
+      [&] {
+        daemon.tick();
+        return bridge.seen().find(" sent") != std::string::npos;
+      },
+      between_ticks));
+  EXPECT_THAT(bridge.seen(), HasSubstr("\rtracking  x 1.50 m  y 0.00 m"));
+  EXPECT_THAT(bridge.seen(), HasSubstr("udp " + receiver_.address() + ": "));
+  const auto shown_at = bridge.seen().rfind(" sent");
+
+  bridge.press('\x03');
+  EXPECT_TRUE(
+      eventually([&] { return bridge.seen().find("withheld (fault)\r\n") != std::string::npos; }));
+  const std::size_t summary = bridge.seen().rfind("odom bridge: ");
+  ASSERT_GT(summary, shown_at);
+  EXPECT_EQ(bridge.seen().substr(summary - 2, 2), "\r\n");  // in a line of its own
+}
+
+TEST_F(UdpBridge, ShowsNothingWhereNobodyWatches) {
+  SlowDaemon daemon(segment_);
+  Child bridge{scratch_, "odom", {"bridge", "--shm", segment_, "--udp", receiver_.address()}};
+  tick_until_received(daemon);
+  const Outcome outcome = bridge.terminate();
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;  // the summary
+  EXPECT_EQ(outcome.err.find('\r'), std::string::npos);
 }
 
 TEST_F(UdpBridge, SendsTheFirstTickOfEveryTurn) {

@@ -14,12 +14,13 @@ namespace odomd::tools::progress_test {
 namespace {
 
 // What comes out of a terminal that a child shows two states on.
-std::string on_a_terminal() {
+std::string on_a_terminal(unsigned short columns = 80) {
   int master = -1;
-  const pid_t pid = ::forkpty(&master, nullptr, nullptr, nullptr);
+  const winsize size{.ws_row = 24, .ws_col = columns, .ws_xpixel = 0, .ws_ypixel = 0};
+  const pid_t pid = ::forkpty(&master, nullptr, nullptr, &size);
   if (pid == 0) {
     {
-      ProgressLine progress("odom test");
+      ProgressLine progress("odom test", WithoutTerminal::nothing);
       progress.show("half done");
       progress.show("at once after it, and so left out");
     }
@@ -35,6 +36,10 @@ std::string on_a_terminal() {
 
 TEST(ProgressLine, IsRewrittenOnATerminalAndEndsWithALineBreak) {
   EXPECT_EQ(on_a_terminal(), "\rhalf done\x1b[K\r\n");
+}
+
+TEST(ProgressLine, IsCutToTheTerminalBecauseAWrappedLineCannotBeRewritten) {
+  EXPECT_EQ(on_a_terminal(6), "\rhalf…\x1b[K\r\n");
 }
 
 TEST(ProgressLine, OfQuickWorkIsNotPrintedElsewhere) {

@@ -72,6 +72,19 @@ TEST_F(OdomDbc, DecodesStandardInputForPeople) {
                          "(1760000000.080001) can1 00000160 Paged  Page 1 (first)  One 10\n"));
 }
 
+TEST_F(OdomDbc, WritesNumbersAsPeopleDo) {
+  const auto dbc = scratch_.write(
+      "fine.dbc",
+      "BO_ 288 Imu: 4 X\n SG_ Acc : 0|16@1- (0.0005,0) [0|0] \"m/s2\" X\n"
+      " SG_ Level : 16|16@1+ (0.1,-100) [0|0] \"m\" X\nVAL_ 288 Level 1001 \"low\" ;\n");
+  const auto log = scratch_.write("fine.log", "(1.000000) can0 120#15FFE903\n");
+  const std::string command = "odom dbc decode --dbc " + dbc.string() + ' ' + log.string();
+  EXPECT_EQ(run_shell(command).out,
+            "(1.000000) can0 120 Imu  Acc -0.1175 m/s2  Level 0.1 m (low)\n");
+  EXPECT_THAT(run_shell(command + " --json").out,
+              HasSubstr(R"("signals":{"Acc":-0.1175,"Level":0.1}})"));
+}
+
 TEST_F(OdomDbc, ShowsUnknownFramesWhenAsked) {
   const Outcome outcome = run_shell(decode("--all --json " + log_.string()));
   EXPECT_THAT(outcome.out, HasSubstr(R"("id":2047,"message":null,"signals":{},"kind":"data",)"
@@ -110,6 +123,28 @@ TEST_F(OdomDbc, ShowsADatabaseAsJson) {
   const json& two = shown["messages"][1]["signals"][2];
   EXPECT_EQ(two["selected_by"]["signal"], "Page");
   EXPECT_EQ(two["selected_by"]["ranges"], json::parse("[[2,2]]"));
+}
+
+TEST_F(OdomDbc, ShowsLongNamesWithTheShortOnes) {
+  const auto dbc =
+      scratch_.write("long.dbc", std::string(car) +
+                                     "BA_ \"SystemMessageLongSymbol\" BO_ 288 \"Inertial\";\n"
+                                     "BA_ \"SystemSignalLongSymbol\" SG_ 288 Yaw \"YawRate\";\n");
+  const Outcome outcome = run_shell("odom dbc show " + dbc.string());
+  EXPECT_THAT(outcome.out, HasSubstr("120 Inertial (Imu)  id 288"));
+  EXPECT_THAT(outcome.out, HasSubstr("YawRate (Yaw)"));
+  const json shown = json::parse(run_shell("odom dbc show --json " + dbc.string()).out);
+  EXPECT_EQ(shown["messages"][0]["name"], "Inertial");
+  EXPECT_EQ(shown["messages"][0]["short_name"], "Imu");
+  EXPECT_EQ(shown["messages"][0]["signals"][0]["short_name"], "Yaw");
+  EXPECT_EQ(shown["messages"][1]["short_name"], "");
+}
+
+TEST_F(OdomDbc, SaysWhatIsWrongWithTheOnlyMessage) {
+  const auto dbc = scratch_.write("wide.dbc", "BO_ 536870912 Wide: 8 X\n");
+  const Outcome outcome = run_shell("odom dbc show " + dbc.string());
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("wide.dbc:1: no frame has the identifier 536870912"));
 }
 
 TEST_F(OdomDbc, SaysWhichFileItCannotUseAndWhy) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <odom/odom.h>
 
 #include <algorithm>
 #include <sstream>
@@ -118,6 +119,11 @@ TEST(PoseFile, OfNothingIsItsHeader) {
   std::ostringstream out;
   PoseFile(out).finish();
   EXPECT_EQ(out.str(), expected.str());
+}
+
+TEST(PoseCsv, ModesHaveTheNamesOfTheClientLibrary) {
+  for (std::uint32_t mode = ODOM_INITIALISING; mode <= ODOM_FAULT; ++mode)
+    EXPECT_EQ(mode_name(mode), odom_mode_name(mode));
 }
 
 TEST(PoseCsv, AModeThatIsNotKnownHasItsNumber) {

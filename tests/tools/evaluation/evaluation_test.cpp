@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -205,11 +206,19 @@ TEST(Improvement, IsInPercentOfTheBaseline) {
   EXPECT_TRUE(improvement(3.2, 0.5, 2.0));
 }
 
-TEST(Improvement, OfWhatIsManyTimesWorseIsTheFactor) {
-  EXPECT_EQ(improvement_text(82.64), "82.6");
-  EXPECT_EQ(improvement_text(-99.95), "-100.0");
-  EXPECT_EQ(improvement_text(-595.4), "7.0 times worse");
-  EXPECT_EQ(improvement_text(-9331.3), "94 times worse");
+TEST(Improvement, IsAlwaysInTheUnitOfItsRow) {
+  EvaluationReport report;
+  report.evaluations.resize(3);
+  const std::array errors{0.1, 0.0174, 45.0};
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    report.evaluations[i].end_error = report.evaluations[i].position.rms = errors[i];
+  int rows = 0;
+  for (const auto& row : report_rows(report)) {
+    if (!row.front().ends_with("[%]")) continue;
+    EXPECT_THAT(row, ::testing::ElementsAre(row.front(), "-", "82.6", "-44900.0"));
+    ++rows;
+  }
+  EXPECT_GE(rows, 2);
 }
 
 TEST(ShortNames, AreStemsUnlessTheyWouldBeAlike) {

@@ -98,6 +98,42 @@ TEST(SimCommand, WeighsAndSwingsTheCarThatItDrives) {
   }
 }
 
+TEST(SimCommand, WeighsTheCarAlikeInAllExperiments) {
+  for (const std::string seed : {"1", "5", "15", "20"}) {
+    const Scratch scratch;
+    const auto measured = [&](const std::string& what) {
+      const std::string folder = scratch.path(what).string();
+      EXPECT_EQ(run_shell("odom sim " + what + " --seed " + seed + " --out " + folder).status, 0);
+      return nlohmann::json::parse(contents(folder + "/measured.json"));
+    };
+    const auto weighed = measured("weighing");
+    const double hung = measured("swing").at("mass").at("value");
+    for (const double total : weighed.at("loads").at("total")) EXPECT_NEAR(hung, total, 0.0031);
+
+    // As its owner does: with the last digit of the scale alone.
+    std::string command =
+        "odom identify cog --scale-resolution 1g --wheelbase 0.26 --track-width 0.16";
+    for (const auto& [load, readings] : weighed.at("loads").items())
+      for (const auto& reading : readings) command += " --" + load + ' ' + reading.dump();
+    const Outcome outcome = run_shell(command);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.err.find("contradict"), std::string::npos) << outcome.err;
+  }
+}
+
+TEST(SimCommand, WritesMeasurementsAsTheyAreRead) {
+  const Scratch scratch;
+  const std::string folder = scratch.path("swing").string();
+  for (const std::string seed : {"7", "8", "9"}) {
+    EXPECT_EQ(run_shell("odom sim swing --force --duration 20 --seed " + seed + " --out " + folder)
+                  .status,
+              0);
+    const auto measured = nlohmann::json::parse(contents(folder + "/measured.json"));
+    for (const char* name : {"mass", "spacing", "spacing_below", "cord"})
+      EXPECT_LE(measured.at(name).at("value").dump().size(), std::string("0.2195").size()) << seed;
+  }
+}
+
 TEST(SimCommand, ListsItsScenarios) {
   const Outcome outcome = run_shell("odom sim --list");
   EXPECT_EQ(outcome.status, 0);

@@ -1,0 +1,199 @@
+// Names are compared word by word: YawRate, YAW_RATE and yaw_rate are the words yaw and rate.
+#include "can_protocol/decode/name_hints.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+#include <vector>
+
+#include "base/nearest_name.hpp"
+#include "can_protocol/decode/units.hpp"
+
+namespace odomd::can {
+namespace {
+
+using Words = std::vector<std::string>;
+
+bool is_lower(char c) {
+  return std::islower(static_cast<unsigned char>(c)) != 0;
+}
+bool is_upper(char c) {
+  return std::isupper(static_cast<unsigned char>(c)) != 0;
+}
+bool is_letter(char c) {
+  return is_lower(c) || is_upper(c);
+}
+
+/// In lower case. A word begins behind anything but a letter, and at the hump of "YawRate" or
+/// "WheelFL".
+Words words_of(std::string_view name) {
+  Words words;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    if (!is_letter(name[i])) continue;
+    const bool hump = is_upper(name[i]) && i > 0 &&
+                      (is_lower(name[i - 1]) || (i + 1 < name.size() && is_lower(name[i + 1])));
+    if (i == 0 || !is_letter(name[i - 1]) || hump) words.emplace_back();
+    words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
+  }
+  return words;
+}
+
+/// "whl" of "wheel", "acc" of "acceleration": its letters in order, the first ones alike.
+bool abbreviates(std::string_view shorter, std::string_view longer) {
+  constexpr std::size_t distinctive = 3;
+  if (shorter.size() < distinctive || shorter.size() > longer.size() || shorter[0] != longer[0])
+    return false;
+  std::size_t at = 0;
+  for (const char c : longer)
+    if (at < shorter.size() && shorter[at] == c) ++at;
+  return at == shorter.size();
+}
+
+/// How many of `words` the name has, one by one or as initials: "RL" is rear and left.
+int common_words(const Words& words, const Words& name) {
+  std::string initials;
+  for (const std::string& word : words) initials += word[0];
+  int common = 0;
+  for (const std::string& word : words)
+    common += static_cast<int>(std::ranges::any_of(name, [&](const std::string& other) {
+      return word == other || abbreviates(word, other) || abbreviates(other, word);
+    }));
+  for (const std::string& word : name)
+    if (word.size() > 1 && initials.find(word) != std::string::npos)
+      common += static_cast<int>(word.size());
+  return common;
+}
+
+enum class Dimension : std::uint8_t { none, angle, angular_rate, speed, acceleration };
+
+Dimension dimension_of(Unit unit) {
+  switch (unit) {
+    case Unit::none:
+      return Dimension::none;
+    case Unit::rad:
+    case Unit::deg:
+      return Dimension::angle;
+    case Unit::rad_per_s:
+    case Unit::deg_per_s:
+      return Dimension::angular_rate;
+    case Unit::m_per_s:
+    case Unit::km_per_h:
+    case Unit::rpm:
+      return Dimension::speed;
+    case Unit::m_per_s2:
+    case Unit::g:
+      return Dimension::acceleration;
+  }
+  return Dimension::none;
+}
+
+/// What a binding wants.
+struct Wanted {
+  Words quantity;     ///< of role and signals
+  Words distinctive;  ///< one of these must be there: the role's first, and those not of the role
+  Words message;
+  Dimension dimension;
+};
+
+Wanted wanted_by(const SignalBinding& binding) {
+  Wanted wanted{words_of(binding.role), {}, words_of(binding.message), dimension_of(binding.unit)};
+  if (!wanted.quantity.empty()) wanted.distinctive.push_back(wanted.quantity.front());
+  for (const std::string& signal : binding.signals)
+    for (const std::string& word : words_of(signal))
+      if (std::ranges::find(wanted.quantity, word) == wanted.quantity.end()) {
+        wanted.quantity.push_back(word);
+        wanted.distinctive.push_back(word);
+      }
+  return wanted;
+}
+
+/// How well a signal fits: its words count most, then its unit, then its message. 0: not at all.
+int fitness(const Wanted& wanted, const Words& message, const Signal& signal) {
+  const auto unit = unit_of_text(signal.unit);
+  const bool measures = unit && dimension_of(*unit) == wanted.dimension;
+  constexpr int shortest_measurement = 8;  // bits; a flag has fewer, and often no unit
+  if (wanted.dimension != Dimension::none && !measures &&
+      (unit || is_other_unit(signal.unit) || signal.length < shortest_measurement))
+    return 0;
+  const Words name = words_of(signal.name);
+  if (common_words(wanted.distinctive, name) + common_words(wanted.distinctive, message) == 0)
+    return 0;
+  const int own = common_words(wanted.quantity, name);
+  const int around = common_words(wanted.quantity, message) + common_words(wanted.message, message);
+  if (own == 0 && !(measures && around > 0)) return 0;
+  return 4 * own + (measures ? 3 : 0) + around;
+}
+
+/// "; signal 'YawRate' (deg/s) of message 'Inertial' would fit", or nothing.
+std::string fitting_hint(std::span<const Database> databases, const SignalBinding& binding) {
+  const Wanted wanted = wanted_by(binding);
+  const Message* message = nullptr;
+  const Signal* signal = nullptr;
+  int best = 0;
+  for (const Database& database : databases)
+    for (const Message& candidate : database.messages) {
+      const Words around = words_of(candidate.name);
+      for (const Signal& other : candidate.signals) {
+        const int fit = fitness(wanted, around, other);
+        if (fit <= best) continue;
+        best = fit;
+        message = &candidate;
+        signal = &other;
+      }
+    }
+  if (signal == nullptr) return {};
+  return "; signal '" + signal->name + "'" +
+         (signal->unit.empty() ? "" : " (" + signal->unit + ")") + " of message '" + message->name +
+         "' would fit";
+}
+
+std::vector<std::string> names_of(const Message& message) {
+  std::vector<std::string> names;
+  for (const Signal& signal : message.signals) names.push_back(signal.name);
+  return names;
+}
+
+std::string nearest(std::string_view name) {
+  return std::string("; the nearest is '").append(name).append("'");
+}
+
+std::string likely_message_hint(std::span<const Database> databases, std::string_view message) {
+  std::vector<std::string> names;
+  for (const Database& database : databases)
+    for (const Message& candidate : database.messages) names.push_back(candidate.name);
+  const std::string_view likely = likely_name(message, names);
+  return likely.empty() ? std::string{} : nearest(likely);
+}
+
+std::string list_hint(std::span<const Database> databases) {
+  return "; odom dbc show " + (databases.size() == 1 ? databases.front().file : "DBC") +
+         " lists those there are";
+}
+
+}  // namespace
+
+std::string message_hint(std::span<const Database> databases, const SignalBinding& binding) {
+  std::string hint = likely_message_hint(databases, binding.message);
+  if (hint.empty()) hint = fitting_hint(databases, binding);
+  return hint.empty() ? list_hint(databases) : hint;
+}
+
+std::string message_hint(std::span<const Database> databases, std::string_view message) {
+  const std::string hint = likely_message_hint(databases, message);
+  return hint.empty() ? list_hint(databases) : hint;
+}
+
+std::string signal_hint(std::span<const Database> databases, const Message& message,
+                        const SignalBinding& binding, std::string_view signal) {
+  const std::vector<std::string> names = names_of(message);
+  const std::string_view likely = likely_name(signal, names);
+  if (!likely.empty()) return nearest(likely);
+  const std::string hint = fitting_hint(databases, binding);
+  return hint.empty() ? list_hint(databases) : hint;
+}
+
+std::string nearest_signal_hint(const Message& message, std::string_view signal) {
+  return nearest_hint(signal, names_of(message));
+}
+
+}  // namespace odomd::can

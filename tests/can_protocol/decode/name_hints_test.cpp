@@ -1,0 +1,106 @@
+// What is proposed for a message or signal that no database has.
+#include "can_protocol/decode/name_hints.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace odomd::can::name_hints_test {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* car = R"(BO_ 1 Imu: 8 X
+ SG_ AccLongitudinal : 0|16@1- (0.01,0) [0|0] "m/s^2" X
+ SG_ AccLateral : 16|16@1- (0.01,0) [0|0] "m/s^2" X
+BO_ 2 ESP_02: 8 X
+ SG_ YAW_RATE_VALID : 0|1@1+ (1,0) [0|0] "" X
+ SG_ YAW_ANGLE : 8|16@1- (0.01,0) [0|0] "deg" X
+ SG_ ROLL_RATE : 24|16@1- (0.01,0) [0|0] "deg/s" X
+ SG_ YAW_RATE : 40|16@1- (0.01,0) [0|0] "deg/s" X
+BO_ 3 ABS_1: 8 X
+ SG_ WhlSpdFL : 0|16@1+ (0.01,0) [0|0] "km/h" X
+ SG_ WhlSpdFR : 16|16@1+ (0.01,0) [0|0] "km/h" X
+ SG_ WhlSpdRL : 32|16@1+ (0.01,0) [0|0] "km/h" X
+ SG_ WhlSpdRR : 48|16@1+ (0.01,0) [0|0] "km/h" X
+BO_ 4 Steer: 8 X
+ SG_ Angle : 0|16@1- (0.1,0) [0|0] "deg" X
+ SG_ AngleRate : 16|16@1- (0.1,0) [0|0] "deg/s" X
+ SG_ Torque : 32|16@1- (0.1,0) [0|0] "Nm" X
+)";
+
+SignalBinding binding(std::string role, std::string message, std::string signal, Unit unit) {
+  SignalBinding result;
+  result.role = std::move(role);
+  result.message = std::move(message);
+  result.signals = {std::move(signal)};
+  result.unit = unit;
+  return result;
+}
+
+const std::vector<Database>& databases() {
+  static const std::vector<Database> all{parse_dbc(car, "car.dbc")};
+  return all;
+}
+
+std::string for_message(const SignalBinding& wanted) {
+  return message_hint(databases(), wanted);
+}
+
+std::string for_signal(const SignalBinding& wanted) {
+  return signal_hint(databases(), *find_message(databases()[0], wanted.message), wanted,
+                     wanted.signals[0]);
+}
+
+TEST(NameHints, NameTheNearestWhereItResembles) {
+  EXPECT_EQ(for_message(binding("yaw_rate", "IMU", "Yaw", Unit::deg_per_s)),
+            "; the nearest is 'Imu'");
+  EXPECT_EQ(for_signal(binding("wheel_rear_left", "ABS_1", "WhlSpeedRL", Unit::km_per_h)),
+            "; the nearest is 'WhlSpdRL'");
+}
+
+TEST(NameHints, NameTheSignalOfAnyMessageThatFitsByUnitAndWords) {
+  EXPECT_EQ(for_message(binding("yaw_rate", "Gyroscope", "Z", Unit::rad_per_s)),
+            "; signal 'YAW_RATE' (deg/s) of message 'ESP_02' would fit");
+  EXPECT_EQ(for_signal(binding("yaw_rate", "Imu", "YawRate", Unit::deg_per_s)),
+            "; signal 'YAW_RATE' (deg/s) of message 'ESP_02' would fit");
+  EXPECT_THAT(for_message(binding("accel_y", "Gyroscope", "AY_Lateral", Unit::g)),
+              HasSubstr("'AccLateral' (m/s^2) of message 'Imu'"));
+}
+
+TEST(NameHints, KnowAbbreviationsAndInitials) {
+  for (const auto& [role, signal] :
+       {std::pair{"wheel_front_left", "WhlSpdFL"}, std::pair{"wheel_front_right", "WhlSpdFR"},
+        std::pair{"wheel_rear_left", "WhlSpdRL"}, std::pair{"wheel_rear_right", "WhlSpdRR"}})
+    EXPECT_THAT(for_message(binding(role, "Wheels", "Speed", Unit::m_per_s)),
+                AllOf(HasSubstr("'" + std::string(signal) + "'"), Not(HasSubstr("Imu"))))
+        << role;
+}
+
+TEST(NameHints, GoByTheMessageWhereTheSignalHasNoWordOfTheRole) {
+  EXPECT_EQ(for_message(binding("steering", "Front", "Wheels", Unit::rad)),
+            "; signal 'Angle' (deg) of message 'Steer' would fit");
+}
+
+TEST(NameHints, NameNoSignalThatOnlySharesAUnitOrAWord) {
+  // There is a speed, but no word of a motor; a yaw angle, but in another unit.
+  EXPECT_THAT(for_message(binding("motor", "Inverter", "Speed", Unit::rpm)),
+              Not(HasSubstr("ROLL_RATE")));
+  EXPECT_THAT(for_message(binding("heading", "Compass", "Yaw", Unit::m_per_s)),
+              AllOf(HasSubstr("odom dbc show car.dbc"), Not(HasSubstr("would fit"))));
+  EXPECT_THAT(message_hint(databases(), std::string_view{"Gateway"}),
+              AllOf(HasSubstr("odom dbc show car.dbc"), Not(HasSubstr("Imu"))));
+}
+
+TEST(NameHints, StayInTheMessageForAConditionOfIt) {
+  const Message& steer = *find_message(databases()[0], "Steer");
+  EXPECT_EQ(nearest_signal_hint(steer, "Anlge"), "; the nearest is 'Angle'");
+  EXPECT_EQ(nearest_signal_hint(Message{}, "Angle"), "");
+}
+
+}  // namespace
+}  // namespace odomd::can::name_hints_test
