@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "daemon/core/config.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
 
@@ -20,10 +20,6 @@ inline constexpr std::array<InertialSource, 3> inertial_sources{{
     {estimator::Source::accel_x, "m/s2", "filter.accel_bias_walk"},
     {estimator::Source::accel_y, "m/s2", "filter.accel_bias_walk"},
 }};
-
-[[nodiscard]] inline std::string name_of(estimator::Source source) {
-  return std::string(estimator::source_names[static_cast<std::size_t>(source)]);
-}
 
 [[nodiscard]] inline std::string sigma_key(estimator::Source source) {
   return "can.signals." + name_of(source) + ".sigma";

@@ -53,8 +53,8 @@ Resampled slope_around(const Resampled& signal, double half) {
   return result;
 }
 
-Resampled mean_around(const Resampled& its_integral, double half) {
-  return slope_around(its_integral, half);
+Resampled mean_around(const Resampled& signal, double half) {
+  return slope_around(integral(signal), half);
 }
 
 }  // namespace odomd::tools

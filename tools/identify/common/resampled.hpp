@@ -26,8 +26,8 @@ struct Resampled {
 /// ∫ from the begin, by the trapezoidal rule.
 [[nodiscard]] Resampled integral(const Resampled& signal);
 
-/// The mean over t ± half, for a signal given by its integral.
-[[nodiscard]] Resampled mean_around(const Resampled& its_integral, double half);
+/// The mean over t ± half.
+[[nodiscard]] Resampled mean_around(const Resampled& signal, double half);
 
 /// The rate of change between t - half and t + half, which is the mean of the derivative there.
 [[nodiscard]] Resampled slope_around(const Resampled& signal, double half);

@@ -17,7 +17,6 @@
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/delivery.hpp"
 #include "tools/identify/fit/findings.hpp"
-#include "tools/identify/fit/judge.hpp"
 #include "tools/identify/fit/options.hpp"
 #include "tools/identify/fit/solver.hpp"
 #include "tools/identify/fit/trial.hpp"
@@ -39,15 +38,9 @@ std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   free.fill(true);
   if (one_imu(config)) free[accel_latency] = false;
   free[load_lag] = free[drive_spin] = false;  // hardly observable, and disturb the others
-  constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
-      {Source::wheel_front_left, wheel_scale_front_left},
-      {Source::wheel_front_right, wheel_scale_front_right},
-      {Source::wheel_rear_left, wheel_scale_rear_left},
-      {Source::wheel_rear_right, wheel_scale_rear_right},
-      {Source::wheel_rear, wheel_scale_rear},
-      {Source::motor, wheel_scale_motor},
-  }};
-  for (const auto& [source, scale] : wheels) free[scale] = mapped(config, source);
+  for (std::size_t k = 0; k < estimator::source_count; ++k)
+    if (const auto source = static_cast<Source>(k); estimator::is_wheel(source))
+      free[wheel_scale(source)] = mapped(config, source);
   const bool front = free[wheel_scale_front_left] || free[wheel_scale_front_right];
   const bool sides = front || free[wheel_scale_rear_left] || free[wheel_scale_rear_right];
   const bool rear = free[wheel_scale_rear_left] || free[wheel_scale_rear_right] ||
@@ -72,7 +65,7 @@ struct Priors {
 Priors priors_of(const daemon::Config& config, const FitOptions& options) {
   Priors result;
   result.settings.free = free_by_default(config);
-  result.settings.prior_sigma = default_prior_sigmas(config);
+  result.settings.prior_sigma = sigmas_of(&ParameterInfo::prior, config.vehicle.wheelbase());
   for (const std::string& name : options.freed)
     result.settings.free[parameter_named(name).parameter] = true;
   for (const std::string& name : options.fixed)

@@ -1,9 +1,13 @@
+// The command line of odom identify fit, which hands over to the program odom-fit.
 #include "tools/identify/fit/options.hpp"
 
+#include <memory>
 #include <stdexcept>
 
 #include "tools/chart/drawing.hpp"
+#include "tools/cli/companion.hpp"
 #include "tools/identify/fit/parameters.hpp"
+#include "tools/identify/methods.hpp"
 
 namespace odomd::tools {
 
@@ -117,6 +121,18 @@ void check(const FitOptions& o) {
   for (const std::string& name : o.fixed) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& text : o.priors) static_cast<void>(fitting::parse_prior(text));
   if (!o.plot.empty()) chart::check_picture(o.plot);
+}
+
+void add_fit(Command identify) {
+  auto options = std::make_shared<FitOptions>();
+  Command method = identify.add_subcommand("fit");
+  describe_fit(method, *options);
+  method.callback([options, method] {
+    check(*options);
+    become("odom-fit", method.given(),
+           "fitting needs odom-fit: install the package odom-fit; or install libceres-dev, and "
+           "configure and build all: cmake --preset release && cmake --build --preset release");
+  });
 }
 
 }  // namespace odomd::tools

@@ -41,7 +41,7 @@ Resampled constant(const Resampled& like) {
 }
 
 Resampled smooth(const Resampled& signal, double half) {
-  return mean_around(integral(mean_around(integral(signal), half)), half);
+  return mean_around(mean_around(signal, half), half);
 }
 
 SourceOffset as_offset(estimator::Source source, std::string against, const Offset& found) {
