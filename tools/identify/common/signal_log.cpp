@@ -58,7 +58,7 @@ std::vector<PoseSample> in_order(std::span<const estimator::CameraPose> poses,
 
 const Series& SignalLog::need(estimator::Source source) const {
   const Series& series = of(source);
-  if (series.size() > 1) return series;
+  if (has(source)) return series;
   const std::string& why = why_empty.at(estimator::index_of(source));
   throw std::invalid_argument(fmt::format(
       "{}: has {} {}: {}", name, series.empty() ? "no" : "a single sample of", name_of(source),

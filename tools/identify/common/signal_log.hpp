@@ -22,6 +22,11 @@ namespace odomd::tools {
 [[nodiscard]] const can::SignalBinding* binding_of(const daemon::Config& config,
                                                    estimator::Source source);
 
+inline constexpr std::array wheel_sources{
+    estimator::Source::wheel_front_left, estimator::Source::wheel_front_right,
+    estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
+    estimator::Source::wheel_rear,       estimator::Source::motor};
+
 /// One quantity over time, in SI units; times strictly increasing, values finite.
 struct Series {
   std::vector<std::int64_t> t_ns;  ///< sample times: the frame's stamp less its latency
@@ -43,6 +48,7 @@ struct SignalLog {
   [[nodiscard]] const Series& of(estimator::Source source) const {
     return signals[static_cast<std::size_t>(source)];
   }
+  [[nodiscard]] bool has(estimator::Source source) const { return of(source).size() > 1; }
   /// Like of(), with at least two samples. Throws std::invalid_argument that names the log and the
   /// reason: the missing message.
   [[nodiscard]] const Series& need(estimator::Source source) const;

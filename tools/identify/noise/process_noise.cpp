@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -17,10 +18,6 @@ using estimator::Source;
 constexpr std::size_t blocks = 20;
 constexpr double wild =
     16.0;  ///< limit of a squared ratio, so that one outlier does not outweigh a thousand samples
-
-constexpr Source wheels[] = {Source::wheel_front_left, Source::wheel_front_right,
-                             Source::wheel_rear_left,  Source::wheel_rear_right,
-                             Source::wheel_rear,       Source::motor};
 
 constexpr int usual_replays = 45;
 
@@ -77,7 +74,7 @@ class Search {
     for (int round = 0; round < 4; ++round) {
       const std::vector<SourceConsistency> all = replay();
       found.clear();
-      for (const Source wheel : wheels) {
+      for (const Source wheel : wheel_sources) {
         const auto nis = nis_of(all, wheel);
         const auto index = static_cast<std::size_t>(wheel);
         double& sigma = config_.can.signals[index].sigma;

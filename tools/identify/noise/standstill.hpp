@@ -1,7 +1,6 @@
 // Checks that a record is of a standing car.
 #pragma once
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -9,11 +8,6 @@
 #include "tools/identify/noise/allan.hpp"
 
 namespace odomd::tools {
-
-inline constexpr std::array wheel_sources{
-    estimator::Source::wheel_front_left, estimator::Source::wheel_front_right,
-    estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
-    estimator::Source::wheel_rear,       estimator::Source::motor};
 
 /// Whether no wheel turns faster than `limit` [m/s]; also true if the log has no wheel.
 [[nodiscard]] bool wheels_stand(const SignalLog& log, double limit);
