@@ -10,6 +10,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/latency/actuator_findings.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/identify/methods.hpp"
@@ -203,44 +204,34 @@ void add_latency(Command identify) {
   Command latency = identify.add_subcommand(
       "latency",
       "Measure how late each source is against the gyro or the camera, and the steering's lag");
-  latency.add_option("--config", options->config, "Configuration of the car")
-      .type_name("TOML")
-      .required();
-  latency.add_option("--can", options->can, "Log of the drive, candump -L; repeatable")
-      .type_name("LOG")
-      .required();
-  latency.add_option("--dbc", options->dbc, "Databases in place of the configuration's; repeatable")
-      .type_name("FILE");
-  latency.add_option("--camera", options->camera, "Camera poses of the same drive")
-      .type_name("CSV");
+  const OptionGroup all{latency, ""};
+  all.add("--config", "TOML", options->config, "Configuration of the car").required();
+  all.add("--can", "LOG", options->can, "Log of the drive, candump -L; repeatable").required();
+  all.add("--dbc", "FILE", options->dbc, "Databases in place of the configuration's; repeatable");
+  all.add("--camera", "CSV", options->camera, "Camera poses of the same drive");
   add_delivery(latency, options->delivery);
-  latency.footer(
-      "Drive for ten minutes with a camera: quick curves to both sides, with a stop\n"
-      "every few metres, no two stretches alike, and slowly: below 3 m/s2 of lateral "
-      "acceleration,\n"
-      "a 1:10 car at 0.5 to 1 m/s. What is smooth has no time; at a speed that never changes the\n"
-      "steering's lag and the tyres' are one; the faster, the later wheels turn than the ground "
-      "by\n"
-      "their own inertia. Mass, axles, inertia and stiffnesses must be in the configuration.\n"
-      "\n"
-      "Each source is compared with another and shifted in time until they agree:\n"
-      "  camera       its yaw with the integral of the gyro\n"
-      "  wheels       the difference of left and right with the gyro; one alone: its distance with "
-      "the\n"
-      "               camera's\n"
-      "  accel_x      as the gyro if it is in the same message; else only shown, compared with "
-      "the\n"
-      "               wheels' acceleration\n"
-      "  accel_y      likewise, compared with speed times yaw rate\n"
-      "  steering     the yaw rate of a car with these tyres, with the gyro: delay and lag\n"
-      "               between command and wheels, for [steering], and a rate limit if it\n"
-      "               shows; none if the angle is measured\n"
-      "With a camera its capture stamps are the clock, and the gyro's own latency is found too.\n"
-      "Without one the gyro's configured latency is used. The offsets found add to those in the\n"
-      "configuration: run it again after --write, and all offsets are small.\n"
-      "Examples:\n"
-      "  odom identify latency --config car.toml --can drive.log --camera camera.csv\n"
-      "  odom identify latency --config car.toml --can drive.log --write car.toml");
+  latency.footer(R"(Drive for ten minutes with a camera: quick curves to both sides, with a stop
+every few metres, no two stretches alike, and slowly: below 3 m/s2 of lateral acceleration,
+a 1:10 car at 0.5 to 1 m/s. What is smooth has no time; at a speed that never changes the
+steering's lag and the tyres' are one; the faster, the later wheels turn than the ground by
+their own inertia. Mass, axles, inertia and stiffnesses must be in the configuration.
+
+Each source is compared with another and shifted in time until they agree:
+  camera       its yaw with the integral of the gyro
+  wheels       the difference of left and right with the gyro; one alone: its distance with the
+               camera's
+  accel_x      as the gyro if it is in the same message; else only shown, compared with the
+               wheels' acceleration
+  accel_y      likewise, compared with speed times yaw rate
+  steering     the yaw rate of a car with these tyres, with the gyro: delay and lag
+               between command and wheels, for [steering], and a rate limit if it
+               shows; none if the angle is measured
+With a camera its capture stamps are the clock, and the gyro's own latency is found too.
+Without one the gyro's configured latency is used. The offsets found add to those in the
+configuration: run it again after --write, and all offsets are small.
+Examples:
+  odom identify latency --config car.toml --can drive.log --camera camera.csv
+  odom identify latency --config car.toml --can drive.log --write car.toml)");
   latency.callback([options] { deliver(findings_of(*options), options->delivery); });
 }
 

@@ -5,7 +5,6 @@
 
 #include "tools/cli/progress.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/noise_sources.hpp"
 #include "tools/identify/noise/driving_noise.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/process_noise.hpp"
@@ -51,17 +50,13 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
     const DrivingNoise noise = driving_noise(log.of(source));
     if (noise.samples == 0.0) return;
     const std::string key = sigma_key(source);
-    Finding finding{.name = name_of(source) + ", noise on the move",
-                    .key = is_configured(config, source) ? key : "",
-                    .value = noise.sigma.value,
-                    .sigma = noise.sigma.sigma,
-                    .unit = unit,
-                    .remark = "of a sample, including the car's vibration"};
-    if (!noise.smooth) {
-      finding.determined = Determined::no;
-      finding.remark =
-          "the car moves too fast for the sample rate; use faster samples, or a gentler drive";
-    }
+    Finding finding = as_finding(name_of(source) + ", noise on the move",
+                                 is_configured(config, source) ? key : "", noise.sigma, unit,
+                                 "of a sample, including the car's vibration");
+    if (!noise.smooth)
+      finding = undetermined(
+          finding,
+          "the car moves too fast for the sample rate; use faster samples, or a gentler drive");
     findings.details["on_the_move"][name_of(source)] = {
         {"sigma", noise.sigma.value},
         {"white", noise.white.value},
@@ -87,22 +82,17 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
     const std::string key = sigma_key(wheel.source);
     for (Finding& other : findings.values)
       if (other.key == key) other.key.clear();
-    findings.values.push_back({.name = name_of(wheel.source) + ", sigma for the filter",
-                               .key = is_configured(config, wheel.source) ? key : "",
-                               .value = wheel.sigma.value,
-                               .sigma = wheel.sigma.sigma,
-                               .unit = "m/s",
-                               .remark = "by its innovations, including slip"});
+    findings.values.push_back(as_finding(name_of(wheel.source) + ", sigma for the filter",
+                                         is_configured(config, wheel.source) ? key : "",
+                                         wheel.sigma, "m/s", "by its innovations, including slip"));
   }
   findings.values.push_back(process.front_angle);
   findings.values.push_back(process.side_slip);
   add_consistency("before", process.before, findings);
   add_consistency("after", process.after, findings);
   for (const SourceConsistency& one : process.after)
-    findings.values.push_back({.name = name_of(one.source) + ", mean NIS",
-                               .value = one.nis.value,
-                               .sigma = one.nis.sigma,
-                               .remark = in_words(one.nis.value)});
+    findings.values.push_back(
+        as_finding(name_of(one.source) + ", mean NIS", "", one.nis, "", in_words(one.nis.value)));
 }
 
 }  // namespace odomd::tools

@@ -3,9 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "tools/math/median.hpp"
@@ -13,49 +11,47 @@
 namespace odomd::tools {
 namespace {
 
-constexpr std::size_t lags = 7;
-using Covariances = std::array<double, lags>;
+constexpr Eigen::Index lags = 7, most_blocks = 24;
+using Covariances = Eigen::Array<double, lags, 1>;
 
 // The coefficients of a third difference, 1 -3 3 -1, correlated with themselves: white noise of
 // variance 1 gives these covariances, and the differences of white noise of variance 1 (an
 // encoder's roundings, of which each counts twice) those.
-constexpr std::array<double, lags> of_white{20, -15, 6, -1, 0, 0, 0};
-constexpr std::array<double, lags> of_increments{70, -56, 28, -8, 1, 0, 0};
+const Eigen::Matrix<double, lags, 2> design{{20.0, 70.0}, {-15.0, -56.0}, {6.0, 28.0}, {-1.0, -8.0},
+                                            {0.0, 1.0},   {0.0, 0.0},     {0.0, 0.0}};
 
 /// Variances of both parts that explain the covariances best; neither is negative.
 Eigen::Vector2d explain(const Covariances& covariance) {
-  Eigen::Matrix<double, lags, 2> design;
-  Eigen::Matrix<double, lags, 1> seen;
-  for (std::size_t k = 0; k < lags; ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    design(row, 0) = of_white[k];
-    design(row, 1) = of_increments[k];
-    seen[row] = covariance[k];
-  }
-  Eigen::Vector2d both = (design.transpose() * design).ldlt().solve(design.transpose() * seen);
-  if (both[1] < 0.0)
-    return {std::max(design.col(0).dot(seen) / design.col(0).squaredNorm(), 0.0), 0.0};
-  if (both[0] < 0.0)
-    return {0.0, std::max(design.col(1).dot(seen) / design.col(1).squaredNorm(), 0.0)};
+  const Eigen::Vector2d seen = design.transpose() * covariance.matrix();
+  const Eigen::Matrix2d normal = design.transpose() * design;
+  const Eigen::Vector2d both = normal.ldlt().solve(seen);
+  if (both[1] < 0.0) return {std::max(seen[0] / normal(0, 0), 0.0), 0.0};
+  if (both[0] < 0.0) return {0.0, std::max(seen[1] / normal(1, 1), 0.0)};
   return both;
 }
 
-struct Block {
-  Covariances sum{};
-  std::array<double, lags> count{};
-};
+/// Of all noise, its white part and its increments.
+Eigen::Array3d sigmas_of(const Covariances& covariance) {
+  const Eigen::Vector2d part = explain(covariance);
+  // An increment's rounding is in two samples.
+  return Eigen::Array3d{part[0] + 2.0 * part[1], part[0], 2.0 * part[1]}.sqrt();
+}
 
-Covariances mean_of(const std::vector<Block>& blocks) {
-  Covariances mean{};
-  for (std::size_t k = 0; k < lags; ++k) {
-    double sum = 0.0, count = 0.0;
-    for (const Block& block : blocks) {
-      sum += block.sum[k];
-      count += block.count[k];
-    }
-    mean[k] = count > 0.0 ? sum / count : 0.0;
+/// Third differences; not a number where the four samples do not follow each other.
+std::vector<double> third_differences(const Series& series) {
+  std::vector<std::int64_t> steps;
+  for (std::size_t i = 1; i < series.size(); ++i)
+    steps.push_back(series.t_ns[i] - series.t_ns[i - 1]);
+  const std::int64_t usual = median_of(steps);
+  const std::vector<double>& y = series.value;
+  std::vector<double> third;
+  for (std::size_t i = 0; i + 3 < series.size(); ++i) {
+    bool even = y[i] != 0.0;
+    for (std::size_t k = i; k < i + 3; ++k)
+      even = even && y[k + 1] != 0.0 && steps[k] > usual / 2 && steps[k] < usual + usual / 2;
+    third.push_back(even ? y[i + 3] - 3.0 * y[i + 2] + 3.0 * y[i + 1] - y[i] : std::nan(""));
   }
-  return mean;
+  return third;
 }
 
 }  // namespace
@@ -63,74 +59,43 @@ Covariances mean_of(const std::vector<Block>& blocks) {
 DrivingNoise driving_noise(const Series& series) {
   DrivingNoise noise;
   if (series.size() < 200) return noise;
-  std::vector<std::int64_t> steps;
-  for (std::size_t i = 1; i < series.size(); ++i)
-    steps.push_back(series.t_ns[i] - series.t_ns[i - 1]);
-  const std::int64_t usual = median_of(std::move(steps));
-
-  // Third differences; not a number where the four samples do not follow each other.
-  std::vector<double> third;
-  for (std::size_t i = 0; i + 3 < series.size(); ++i) {
-    bool even = true;
-    for (std::size_t k = i; k <= i + 3; ++k) {
-      even = even && series.value[k] != 0.0;
-      if (k > i) {
-        const std::int64_t step = series.t_ns[k] - series.t_ns[k - 1];
-        even = even && step > usual / 2 && step < usual + usual / 2;
-      }
-    }
-    third.push_back(even ? series.value[i + 3] - 3.0 * series.value[i + 2] +
-                               3.0 * series.value[i + 1] - series.value[i]
-                         : std::nan(""));
-  }
+  const std::vector<double> third = third_differences(series);
   // Independent blocks: their scatter gives the uncertainty.
-  constexpr std::size_t block_count = 24;
-  std::vector<Block> blocks(block_count);
+  Eigen::Array<double, lags, most_blocks> sums, counts;
+  sums.setZero();
+  counts.setZero();
   for (std::size_t i = 0; i < third.size(); ++i) {
     if (std::isnan(third[i])) continue;
-    Block& block = blocks[i * block_count / third.size()];
+    const auto block = static_cast<Eigen::Index>(i * most_blocks / third.size());
     for (std::size_t k = 0; k < lags && i + k < third.size(); ++k) {
       if (std::isnan(third[i + k])) continue;
-      block.sum[k] += third[i] * third[i + k];
-      block.count[k] += 1.0;
+      sums(static_cast<Eigen::Index>(k), block) += third[i] * third[i + k];
+      counts(static_cast<Eigen::Index>(k), block) += 1.0;
     }
     noise.samples += 1.0;
   }
-  std::erase_if(blocks, [](const Block& block) { return block.count[lags - 1] < 5.0; });
+  std::vector<Eigen::Index> blocks;
+  for (Eigen::Index block = 0; block < most_blocks; ++block)
+    if (counts(lags - 1, block) >= 5.0) blocks.push_back(block);
   if (noise.samples < 100.0 || blocks.size() < 8) {
     noise.samples = 0.0;
     return noise;
   }
-  const auto sigmas = [](const Eigen::Vector2d& part) {
-    // An increment's rounding is in two samples.
-    return std::array{std::sqrt(part[0] + 2.0 * part[1]), std::sqrt(part[0]),
-                      std::sqrt(2.0 * part[1])};
-  };
-  const Covariances whole = mean_of(blocks);
-  const std::array<double, 3> found = sigmas(explain(whole));
+  const Covariances sum = sums(Eigen::all, blocks).rowwise().sum();
+  const Covariances count = counts(Eigen::all, blocks).rowwise().sum();
+  const Covariances whole = sum / count;
+  const Eigen::Array3d found = sigmas_of(whole);
   // Jackknife
-  std::array<double, 3> squares{};
+  Eigen::Array3d squares = Eigen::Array3d::Zero();
+  for (const Eigen::Index block : blocks)
+    squares += (sigmas_of((sum - sums.col(block)) / (count - counts.col(block))) - found).square();
   const auto n = static_cast<double>(blocks.size());
-  for (std::size_t left_out = 0; left_out < blocks.size(); ++left_out) {
-    std::vector<Block> others = blocks;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(left_out));
-    const std::array<double, 3> without = sigmas(explain(mean_of(others)));
-    for (std::size_t k = 0; k < 3; ++k)
-      squares[k] += (without[k] - found[k]) * (without[k] - found[k]);
-  }
-  const auto measured = [&](std::size_t k) {
-    return Measured{found[k], std::sqrt((n - 1.0) / n * squares[k])};
-  };
-  noise.sigma = measured(0);
-  noise.white = measured(1);
-  noise.increments = measured(2);
-  const Eigen::Vector2d parts = explain(whole);
-  double missed = 0.0;
-  for (std::size_t k = 0; k < lags; ++k) {
-    const double left = whole[k] - parts[0] * of_white[k] - parts[1] * of_increments[k];
-    missed = std::max(missed, std::fabs(left));
-  }
-  noise.smooth = missed < 0.15 * whole[0];
+  const Eigen::Array3d sigma = ((n - 1.0) / n * squares).sqrt();
+  noise.sigma = {found[0], sigma[0]};
+  noise.white = {found[1], sigma[1]};
+  noise.increments = {found[2], sigma[2]};
+  const Covariances left = whole - (design * explain(whole)).array();
+  noise.smooth = left.abs().maxCoeff() < 0.15 * whole[0];
   return noise;
 }
 

@@ -89,8 +89,6 @@ class Search {
     return found;
   }
 
-  [[nodiscard]] int replays() const { return replays_; }
-
   /// Adjusts a setting until the NIS of a source is 1; false if no value does that.
   bool settle(double& setting, Source source, Finding& finding) {
     constexpr double tolerance = 0.02;
@@ -100,7 +98,7 @@ class Search {
     for (int i = 0; i < 12; ++i) {
       setting = std::exp(x);
       const auto nis = nis_of(replay(), source);
-      if (!nis) return undetermined(finding, "the drive has too few samples of its sensor");
+      if (!nis) return give_up(finding, "the drive has too few samples of its sensor");
       const double y = std::log(nis->value);
       // The innovations grow smaller against what is expected as the noise grows.
       if (i > 0 && std::fabs(x - last_x) > 1e-3)
@@ -116,15 +114,15 @@ class Search {
       if (high - low < 0.02) break;
     }
     if (finding.value < start / 25.0)
-      return undetermined(finding,
-                          "even with the smallest value the filter expects larger innovations: the "
-                          "value given is on the safe side");
+      return give_up(finding,
+                     "even with the smallest value the filter expects larger innovations: the "
+                     "value given is on the safe side");
     if (finding.value > start * 25.0)
-      return undetermined(finding,
-                          "no noise explains the innovations; is a signal's sign, scale or "
-                          "latency wrong?");
+      return give_up(finding,
+                     "no noise explains the innovations; is a signal's sign, scale or "
+                     "latency wrong?");
     if (finding.sigma > finding.value)
-      return undetermined(finding, "the innovations hardly depend on it; drive harder turns");
+      return give_up(finding, "the innovations hardly depend on it; drive harder turns");
     finding.determined = Determined::yes;
     return true;
   }
@@ -153,9 +151,8 @@ class Search {
     return std::sqrt(low * high);
   }
 
-  static bool undetermined(Finding& finding, const std::string& why) {
-    finding.determined = Determined::no;
-    finding.remark = why;
+  static bool give_up(Finding& finding, const std::string& why) {
+    finding = undetermined(std::move(finding), why);
     return false;
   }
 
@@ -172,14 +169,10 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config,
                            const ReportProgress& report) {
   config.model = estimator::Model::full;
   ProcessNoise result;
-  result.front_angle = {.name = "front angle error",
-                        .key = "filter.front_angle_error",
-                        .unit = "rad",
-                        .remark = "by the gyro's innovations"};
-  result.side_slip = {.name = "side slip error",
-                      .key = "filter.side_slip_error",
-                      .unit = "",
-                      .remark = "by the innovations of accel_y"};
+  result.front_angle = as_finding("front angle error", "filter.front_angle_error", {}, "rad",
+                                  "by the gyro's innovations");
+  result.side_slip = as_finding("side slip error", "filter.side_slip_error", {}, "",
+                                "by the innovations of accel_y");
   Search search(drive, config, report);
   result.before = search.replay();
   result.wheels = search.settle_wheels();
@@ -192,7 +185,6 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config,
       config.tuning.side_slip = given.side_slip;
   }
   result.after = search.replay();
-  result.replays = search.replays();
   return result;
 }
 

@@ -8,7 +8,6 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/common/noise_sources.hpp"
 #include "tools/identify/noise/allan.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
