@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "tools/math/median.hpp"
 
@@ -128,8 +127,8 @@ Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
       result.stated[kind] = std::max(result.stated[kind], stated);
     };
     for (std::size_t w = 0; w < chain.windows.size(); ++w) {
-      const Course<double> course = course_of(
-          setup, chain.nodes[w][st::states], chain.inner[w].data(), chain.nodes[w + 1][st::states]);
+      const Course<double> course{chain.nodes[w][st::states], chain.inner[w].data(),
+                                  chain.nodes[w + 1][st::states], setup.knots()};
       for_each_residual(setup, chain.windows[w], p,
                         run(setup, chain.windows[w], p, chain.nodes[w], course), take);
     }

@@ -22,18 +22,6 @@ struct Chain {
 [[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const Drive& drive,
                                            std::size_t index);
 
-/// From the unknowns in the parameter blocks of the fit.
-template <class T>
-Course<T> course_of(const Setup& setup, const T& begin, const T* inner, const T& end) {
-  const auto knots = static_cast<std::ptrdiff_t>(setup.knots());
-  Course<T> course;
-  course.accel.push_back(begin);
-  course.accel.insert(course.accel.end(), inner, inner + knots - 1);
-  course.accel.push_back(end);
-  course.steering.assign(inner + knots - 1, inner + 2 * knots);
-  return course;
-}
-
 /// Assigns each sample to the window of its time, by the present latencies.
 void deal(const Numbers<double>& p, const Setup& setup, Chain& chain);
 

@@ -70,7 +70,7 @@ struct WindowCost {
     for (std::size_t k = 0; k < free.size(); ++k) p[free[k]] = blocks[0][k];
     Node<T> node;
     std::copy_n(blocks[1], node_size, node.begin());
-    const Course<T> course = course_of(setup, node[st::states], blocks[2], blocks[3][st::states]);
+    const Course<T> course{blocks[1][st::states], blocks[2], blocks[3][st::states], setup.knots()};
     const Run<T> trajectory = run(setup, window, p, node, course);
 
     T* out = residuals;
@@ -79,9 +79,9 @@ struct WindowCost {
                         const double noise = setup.noise[kind];
                         *out++ = bounded(static_cast<T>(e / (noise > 0.0 ? noise : stated)));
                       });
-    for (std::size_t k = 0; k + 1 < course.accel.size(); ++k)
-      *out++ = (course.accel[k + 1] - course.accel[k]) / knot_change;
-    out = std::ranges::copy(course.steering, out).out;
+    for (std::size_t k = 0; k < course.last; ++k)
+      *out++ = (course.accel(k + 1) - course.accel(k)) / knot_change;
+    for (std::size_t k = 0; k <= course.last; ++k) *out++ = course.steering(k);
     const auto sigma = believed(setup.wheelbase);
     for (std::size_t k = 0; k < st::states; ++k)
       *out++ = (trajectory.states.back()[k] - blocks[3][k]) / sigma[k];

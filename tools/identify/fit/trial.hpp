@@ -11,10 +11,16 @@
 #include <vector>
 
 #include "tools/config_patch/config_patch.hpp"
+#include "tools/drive_files/trajectory.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools::fitting {
+
+/// The path of a car from noisy poses, smooth enough to compare with a filter's speed: a cubic
+/// fitted to the poses `half` seconds around each time, every 20 ms; outliers lose their weight.
+/// There is no point if poses are too few. Poses in the order of capture.
+[[nodiscard]] Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half);
 
 /// A drive to replay, between two times after its first frame [s]; the reference is its smoothed
 /// poses. Throws std::invalid_argument if there are too few of them.

@@ -52,8 +52,15 @@ struct Window {
 /// The inputs of the car in a window, linear between knots.
 template <class T>
 struct Course {
-  std::vector<T> accel;
-  std::vector<T> steering;  ///< error of the signal, in steering_sigma
+  const T& begin;  ///< acceleration along x at the first knot
+  const T* inner;  ///< at the knots between; then the signal's error at all, in steering_sigma
+  const T& end;
+  std::size_t last = 0;  ///< knot
+
+  [[nodiscard]] const T& accel(std::size_t k) const {
+    return k == 0 ? begin : k == last ? end : inner[k - 1];
+  }
+  [[nodiscard]] const T& steering(std::size_t k) const { return inner[last - 1 + k]; }
 };
 
 inline double number(double value) {
@@ -97,8 +104,8 @@ four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   return car;
 }
 
-/// The number of substeps of a step. Slip settles at a rate of |v_x| / σ, and the Runge-Kutta
-/// method diverges above 2.8 per step. A relaxation length of zero is not possible.
+/// Substeps of a step. Slip settles at a rate of |v_x| / σ, and Runge and Kutta's method diverges
+/// above 2.8 per step.
 [[nodiscard]] inline int stable_parts(double speed, double relaxation, double step) {
   constexpr double stable = 2.0, most = 64.0;
   const double parts = std::ceil(std::fabs(speed) / relaxation * step / stable);
@@ -122,21 +129,23 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   const T gain = exp(-p[steering_scale]);
   // Only the total delay is observable: dead time and time constant can hardly be separated.
   const T dead_time = setup.nominal[steering_delay] + p[steering_delay] - car.lag;
-  const auto between = [&](const std::vector<T>& knots, double k) {
+  const auto between = [&](auto value_at, double k) {
     const double place = k * setup.step / setup.knot;
-    const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
-    return static_cast<T>(knots[i] + (place - static_cast<double>(i)) * (knots[i + 1] - knots[i]));
+    const auto i = std::min(static_cast<std::size_t>(place), course.last - 1);
+    const T& from = (course.*value_at)(i);
+    const T& to = (course.*value_at)(i + 1);
+    return static_cast<T>(from + (place - static_cast<double>(i)) * (to - from));
   };
   const auto command_at = [&](double k) {
     const T signal =
         at(window.drive->steering, static_cast<T>(window.begin + k * setup.step - dead_time));
-    return static_cast<T>(
-        gain * (signal - p[steering_offset] + window.steering_sigma * between(course.steering, k)));
+    return static_cast<T>(gain * (signal - p[steering_offset] +
+                                  window.steering_sigma * between(&Course<T>::steering, k)));
   };
   single_track::State<T> x;
   std::copy_n(node.begin(), single_track::states, x.begin());
   result.states = {x};
-  result.accel = {between(course.accel, 0.0)};
+  result.accel = {course.begin};
   for (std::size_t k = 0; k < steps; ++k) {
     const int parts =
         stable_parts(number(x[single_track::v_x]), number(car.relaxation), setup.step);
@@ -144,7 +153,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
     for (int part = 0; part < parts; ++part) {
       const double begin = static_cast<double>(k) + static_cast<double>(part) / parts;
       const T before = next;
-      next = between(course.accel, begin + 1.0 / parts);
+      next = between(&Course<T>::accel, begin + 1.0 / parts);
       x = single_track::step(car, x, command_at(begin + 0.5 / parts), before, next,
                              setup.step / parts);
     }
@@ -251,8 +260,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   using std::tan;
   namespace st = single_track;
   const T half = 0.5 * setup.nominal[track_width] * exp(p[track_width]);
-  const T& r = now.x[st::yaw_rate];
-  const T forward = now.x[st::v_x];
+  const T &r = now.x[st::yaw_rate], &forward = now.x[st::v_x];
   const T per_force = usual_slip + p[wheel_slip];
   const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
   const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;

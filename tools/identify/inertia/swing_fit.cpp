@@ -8,7 +8,6 @@
 #include <limits>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"

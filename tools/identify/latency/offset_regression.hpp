@@ -11,7 +11,6 @@
 // not noise determines D.
 #pragma once
 
-#include <cstddef>
 #include <limits>
 #include <string>
 #include <vector>

@@ -1,7 +1,5 @@
 #include "tools/identify/noise/process_noise.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>

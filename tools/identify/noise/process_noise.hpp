@@ -3,8 +3,6 @@
 // describes; for gyro and accel_y, whose own noise is known, it is the process noise.
 #pragma once
 
-#include <functional>
-#include <string>
 #include <vector>
 
 #include "tools/cli/progress.hpp"

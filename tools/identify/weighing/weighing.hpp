@@ -8,7 +8,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/finding.hpp"

@@ -11,7 +11,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/common/delivery.hpp"
-#include "tools/identify/fit/reference.hpp"
 #include "tools/identify/fit/trial.hpp"
 
 namespace odomd::tools::fitting::fit_trial_test {
