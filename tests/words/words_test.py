@@ -38,7 +38,6 @@ MEANT: dict[str, set[str]] = {
     "tests/fuzz/segment.cpp": {"odd"},
     "tests/shm_api/preemption.cpp": {"odd"},
     "tests/shm_api/test_ordering.cpp": {"odd"},
-    "tools/identify/fit/judge.hpp": {"odd"},
 }
 
 # History, and other people's words.

@@ -10,8 +10,6 @@
 #include <mutex>
 #include <thread>
 
-#include "tools/config_patch/config_patch.hpp"
-
 namespace odomd::tools {
 namespace {
 
@@ -45,7 +43,11 @@ struct Replayed {
 Replayed replay_with(const TrialSettings& settings, const Drive& drive, const Values& values) {
   Replayed result;
   try {
-    const daemon::Config config = config_with(settings, drive, values);
+    std::vector<ConfigValue> numbers;
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (values[i]) numbers.push_back({settings.parameters[i].key, *values[i], ""});
+    daemon::Config config = config_with(drive, numbers);
+    if (settings.model) config.model = *settings.model;
     result.score = score_of(evaluate_drive(drive, config, settings.measure));
   } catch (const std::invalid_argument& error) {
     if (is_as_configured(values)) throw;
@@ -110,18 +112,13 @@ daemon::Config parsed_with(const daemon::Config& own, std::span<const ConfigValu
 
 }  // namespace
 
-daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
-                           const Values& values) {
-  std::vector<ConfigValue> patch;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (values[i]) patch.push_back({settings.parameters[i].key, *values[i], ""});
+daemon::Config config_with(const Drive& drive, std::span<const ConfigValue> numbers) {
   const daemon::Config& own = drive.config;
-  daemon::Config config = parsed_with(own, patch);
+  daemon::Config config = parsed_with(own, numbers);
   config.can.sources = own.can.sources;
   config.can.dbc = own.can.dbc;
   diagnostics::Diagnostics warnings;  // were given when the drive was read
   (void)daemon::load_databases(config, warnings);
-  if (settings.model) config.model = *settings.model;
   return config;
 }
 

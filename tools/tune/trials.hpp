@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "estimator/common/settings.hpp"
+#include "tools/config_patch/config_patch.hpp"
 #include "tools/evaluation/drive_evaluation.hpp"
 #include "tools/replay/drive.hpp"
 #include "tools/tune/parameter.hpp"
@@ -51,9 +52,8 @@ using Watch = std::function<GoOn(std::size_t done, std::size_t all)>;
     const TrialSettings& settings, std::span<const Values> trials, const Watch& watch,
     const std::function<void(std::size_t trial, const TrialOutcome&)>& finished);
 
-/// The drive's configuration with these values in it. Throws std::invalid_argument that names the
+/// The drive's configuration with these numbers in it. Throws std::invalid_argument that names the
 /// option, --set KEY=VALUE, whose value is refused, and why.
-[[nodiscard]] daemon::Config config_with(const TrialSettings& settings, const Drive& drive,
-                                         const Values& values);
+[[nodiscard]] daemon::Config config_with(const Drive& drive, std::span<const ConfigValue> numbers);
 
 }  // namespace odomd::tools

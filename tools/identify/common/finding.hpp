@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
@@ -48,5 +49,23 @@ struct Measured {
   double value = 0.0;
   double sigma = 0.0;
 };
+
+/// A value that the experiment determined.
+[[nodiscard]] inline Finding as_finding(std::string name, std::string key, const Measured& measured,
+                                        std::string unit, std::string remark = "") {
+  return {.name = std::move(name),
+          .key = std::move(key),
+          .value = measured.value,
+          .sigma = measured.sigma,
+          .unit = std::move(unit),
+          .remark = std::move(remark)};
+}
+
+/// The same with the reason why it did not.
+[[nodiscard]] inline Finding undetermined(Finding finding, std::string why) {
+  finding.determined = Determined::no;
+  finding.remark = std::move(why);
+  return finding;
+}
 
 }  // namespace odomd::tools

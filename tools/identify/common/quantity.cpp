@@ -104,6 +104,11 @@ double parse_not_negative(std::string_view text, Dimension dimension, std::strin
       fmt::format("{}: {} is not possible; it must be 0 or greater", option, quoted(text)));
 }
 
+double parse_or(double otherwise, std::string_view text, Dimension dimension,
+                std::string_view option) {
+  return text.empty() ? otherwise : parse_not_negative(text, dimension, option);
+}
+
 double parse_plausible(std::string_view text, Dimension dimension, std::string_view option,
                        Plausible range) {
   const double value = parse_positive(text, dimension, option);

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <string_view>
 
 namespace odomd::tools {
@@ -30,6 +29,9 @@ struct Quantity {
                                     std::string_view option);
 [[nodiscard]] double parse_not_negative(std::string_view text, Dimension dimension,
                                         std::string_view option);
+/// `otherwise` if it is not given.
+[[nodiscard]] double parse_or(double otherwise, std::string_view text, Dimension dimension,
+                              std::string_view option);
 
 /// The range of a quantity for any car, from a model to a lorry: outside it the unit is wrong.
 struct Plausible {

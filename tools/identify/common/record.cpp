@@ -11,6 +11,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
+#include "tools/identify/common/option_group.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -26,24 +27,13 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
 }  // namespace
 
 void add_record_options(Command method, RecordOptions& options, const std::string& group) {
-  method.add_option("--config", options.config, "Configuration with the signals of --can")
-      .type_name("TOML")
-      .group(group);
-  method.add_option("--can", options.logs, "Log of candump -L, or - for standard input; repeatable")
-      .type_name("SRC")
-      .one_each()
-      .group(group);
-  method.add_option("--csv", options.csv, "Instead of a log: columns t [s], yaw_rate [rad/s]")
-      .type_name("CSV")
-      .group(group);
-  method
-      .add_option("--from", options.from,
-                  "Ignore data before this time after the record's start [s]")
-      .type_name("T")
-      .group(group);
-  method.add_option("--to", options.to, "Ignore data after this time after the record's start [s]")
-      .type_name("T")
-      .group(group);
+  const OptionGroup all{method, group};
+  all.add("--config", "TOML", options.config, "Configuration with the signals of --can");
+  all.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable")
+      .one_each();
+  all.add("--csv", "CSV", options.csv, "Instead of a log: columns t [s], yaw_rate [rad/s]");
+  all.add("--from", "T", options.from, "Ignore data before this time after the record's start [s]");
+  all.add("--to", "T", options.to, "Ignore data after this time after the record's start [s]");
 }
 
 bool is_given(const RecordOptions& options) {

@@ -43,18 +43,15 @@ Resampled integral(const Resampled& signal) {
 }
 
 Resampled slope_around(const Resampled& signal, double half) {
-  Resampled result = signal;
-  for (std::size_t i = 0; i < signal.value.size(); ++i) {
-    const double t = signal.begin + signal.step * static_cast<double>(i);
+  return on_grid_of(signal, [&](double t) {
     const double from = std::max(t - half, signal.begin);
     const double to = std::min(t + half, signal.end());
-    result.value[i] = to > from ? (signal.at(to) - signal.at(from)) / (to - from) : 0.0;
-  }
-  return result;
+    return to > from ? (signal.at(to) - signal.at(from)) / (to - from) : 0.0;
+  });
 }
 
-Resampled mean_around(const Resampled& its_integral, double half) {
-  return slope_around(its_integral, half);
+Resampled mean_around(const Resampled& signal, double half) {
+  return slope_around(integral(signal), half);
 }
 
 }  // namespace odomd::tools

@@ -26,19 +26,26 @@ struct Resampled {
 /// ∫ from the begin, by the trapezoidal rule.
 [[nodiscard]] Resampled integral(const Resampled& signal);
 
-/// The mean over t ± half, for a signal given by its integral.
-[[nodiscard]] Resampled mean_around(const Resampled& its_integral, double half);
+/// The mean over t ± half.
+[[nodiscard]] Resampled mean_around(const Resampled& signal, double half);
 
 /// The rate of change between t - half and t + half, which is the mean of the derivative there.
 [[nodiscard]] Resampled slope_around(const Resampled& signal, double half);
 
+/// f(t), on the grid of another signal.
+template <class F>
+[[nodiscard]] Resampled on_grid_of(const Resampled& signal, F f) {
+  Resampled result = signal;
+  for (std::size_t i = 0; i < signal.value.size(); ++i)
+    result.value[i] = f(signal.begin + signal.step * static_cast<double>(i));
+  return result;
+}
+
 /// Value by value: f(a, b), on the grid of a.
 template <class F>
 [[nodiscard]] Resampled combined(const Resampled& a, const Resampled& b, F f) {
-  Resampled result = a;
-  for (std::size_t i = 0; i < a.value.size(); ++i)
-    result.value[i] = f(a.value[i], b.at(a.begin + a.step * static_cast<double>(i)));
-  return result;
+  return on_grid_of(a,
+                    [&, i = std::size_t{0}](double t) mutable { return f(a.value[i++], b.at(t)); });
 }
 
 }  // namespace odomd::tools

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "can_protocol/bus_names.hpp"
@@ -25,17 +26,45 @@ bool is_good(const can::Sample& sample, const Series& series) {
 
 }  // namespace
 
+const can::SignalBinding* binding_of(const daemon::Config& config, estimator::Source source) {
+  const auto found = std::ranges::find(config.can.bindings, estimator::index_of(source),
+                                       &can::SignalBinding::channel);
+  return found == config.can.bindings.end() ? nullptr : &*found;
+}
+
+Series with_direction(Series speed, const Series& gear) {
+  std::size_t g = 0;
+  for (std::size_t i = 0; i < speed.size() && !gear.empty(); ++i) {
+    while (g + 1 < gear.size() && gear.t_ns[g + 1] <= speed.t_ns[i]) ++g;
+    if (gear.value[g] < 0.0) speed.value[i] = -std::fabs(speed.value[i]);
+  }
+  return speed;
+}
+
+std::vector<PoseSample> in_order(std::span<const estimator::CameraPose> poses,
+                                 std::int64_t origin_ns) {
+  std::vector<estimator::CameraPose> seen(poses.begin(), poses.end());
+  std::ranges::stable_sort(seen, {}, &estimator::CameraPose::capture_ns);
+  std::vector<PoseSample> result;
+  double yaw = seen.empty() ? 0.0 : seen.front().yaw;
+  for (const estimator::CameraPose& pose : seen) {
+    const double t = 1e-9 * static_cast<double>(pose.capture_ns - origin_ns);
+    if (!result.empty() && t <= result.back().t) continue;
+    yaw += std::remainder(pose.yaw - yaw, 2.0 * std::numbers::pi);
+    result.push_back({t, pose.x, pose.y, yaw, pose.sigma_x, pose.sigma_y, pose.sigma_yaw});
+  }
+  return result;
+}
+
 const Series& SignalLog::need(estimator::Source source) const {
   const Series& series = of(source);
-  if (series.size() > 1) return series;
-  const auto index = static_cast<std::size_t>(source);
-  const std::string& why = why_empty.at(index);
-  throw std::invalid_argument(
-      fmt::format("{}: has {} {}: {}", name, series.empty() ? "no" : "a single sample of",
-                  estimator::source_names.at(index),
-                  !series.empty() ? "log it completely"
-                  : why.empty()   ? "it is mapped to no signal; map it in [can.signals]"
-                                  : why));
+  if (has(source)) return series;
+  const std::string& why = why_empty.at(estimator::index_of(source));
+  throw std::invalid_argument(fmt::format(
+      "{}: has {} {}: {}", name, series.empty() ? "no" : "a single sample of", name_of(source),
+      !series.empty() ? "log it completely"
+      : why.empty()   ? "it is mapped to no signal; map it in [can.signals]"
+                      : why));
 }
 
 SignalLog read_signals(daemon::Config config, std::span<const std::string> logs) {

@@ -14,6 +14,19 @@
 
 namespace odomd::tools {
 
+[[nodiscard]] inline std::string name_of(estimator::Source source) {
+  return std::string(estimator::source_names[estimator::index_of(source)]);
+}
+
+/// The signal that a source is mapped to; null: none.
+[[nodiscard]] const can::SignalBinding* binding_of(const daemon::Config& config,
+                                                   estimator::Source source);
+
+inline constexpr std::array wheel_sources{
+    estimator::Source::wheel_front_left, estimator::Source::wheel_front_right,
+    estimator::Source::wheel_rear_left,  estimator::Source::wheel_rear_right,
+    estimator::Source::wheel_rear,       estimator::Source::motor};
+
 /// One quantity over time, in SI units; times strictly increasing, values finite.
 struct Series {
   std::vector<std::int64_t> t_ns;  ///< sample times: the frame's stamp less its latency
@@ -35,10 +48,25 @@ struct SignalLog {
   [[nodiscard]] const Series& of(estimator::Source source) const {
     return signals[static_cast<std::size_t>(source)];
   }
+  [[nodiscard]] bool has(estimator::Source source) const { return of(source).size() > 1; }
   /// Like of(), with at least two samples. Throws std::invalid_argument that names the log and the
   /// reason: the missing message.
   [[nodiscard]] const Series& need(estimator::Source source) const;
 };
+
+/// A speed that is negative in reverse gear. Without a gear it is as measured.
+[[nodiscard]] Series with_direction(Series speed, const Series& gear);
+
+/// Where a camera or a reference sees the car.
+struct PoseSample {
+  double t = 0.0;                      ///< [s]
+  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the camera's point; yaw unwrapped
+  double sigma_x = 0.0, sigma_y = 0.0, sigma_yaw = 0.0;
+};
+
+/// In the order of time, the first of each time. Times count from `origin_ns`.
+[[nodiscard]] std::vector<PoseSample> in_order(std::span<const estimator::CameraPose> poses,
+                                               std::int64_t origin_ns);
 
 /// Decodes the logs ("-": standard input), merged in the order of their stamps, by the bindings of
 /// a configuration; accelerations are turned by [imu] yaw as the daemon does. Frames that fail

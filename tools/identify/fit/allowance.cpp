@@ -6,34 +6,8 @@
 namespace odomd::tools::fitting {
 namespace {
 
-/// With many speeds, for tyre curves, springs, relaxation, spin of the driven wheels, and bias
-/// walk. From the errors on simulated exercises of cars other than those of the campaign; for the
-/// inertia and the steering scale also from the campaign.
 Numbers<double> at_many_speeds(double wheelbase) {
-  Numbers<double> sigma{};
-  sigma[stiffness_front] = 0.008;
-  sigma[stiffness_rear] = 0.009;
-  sigma[yaw_inertia] = 0.005;
-  sigma[track_width] = 1e-3;
-  sigma[steering_offset] = 1e-4;
-  sigma[steering_scale] = 3e-3;
-  sigma[steering_delay] = 8e-3;
-  sigma[steering_lag] = 0.3;
-  sigma[gyro_bias] = 2e-4;
-  sigma[gyro_scale] = 2e-4;
-  sigma[gyro_latency] = 5e-4;
-  sigma[accel_bias_x] = sigma[accel_bias_y] = 0.02;
-  sigma[accel_latency] = 1.8e-3;
-  sigma[imu_x] = 3e-3 * wheelbase;
-  sigma[imu_y] = 1e-3 * wheelbase;
-  sigma[imu_yaw] = 2e-3;
-  for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) sigma[k] = 1e-3;
-  sigma[wheel_latency_front] = 0.7e-3;
-  sigma[wheel_latency_rear] = 0.95e-3;  // half of the lag by spin among it
-  sigma[camera_x] = 2e-3 * wheelbase;
-  sigma[camera_y] = 1e-3 * wheelbase;
-  sigma[camera_yaw] = 2e-4;
-  return sigma;
+  return sigmas_of(&ParameterInfo::model_error, wheelbase);
 }
 
 constexpr double of_the_exercise = 0.4;  // variety, from which on the speeds suffice

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <utility>
 
 #include "tools/math/median.hpp"
 
@@ -31,12 +30,8 @@ constexpr double uncertain_cycles = 1.0;
 double steering_uncertainty(const Setup& setup, const Drive& drive, double begin) {
   double sum = 0.0;
   int count = 0;
-  double t = begin;
-  while (t < begin + setup.window) {
+  for (double t = begin; t < begin + setup.window; t += 0.2 * setup.knot, ++count)
     sum += std::pow(drive.steering.at(t + drive.steering_cycle) - drive.steering.at(t), 2);
-    t += 0.2 * setup.knot;
-    ++count;
-  }
   return std::hypot(drive.steering_sigma, uncertain_cycles * std::sqrt(sum / count));
 }
 
@@ -45,6 +40,9 @@ Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, d
   Chain chain{.drive = index, .windows = {}, .nodes = {}, .inner = {}};
   const estimator::Vehicle& car = setup.config->vehicle;
   const double sense = car.mass / car.wheelbase();
+  const auto accel_at = [&](double t) {
+    return (drive.speed.at(t + 0.1) - drive.speed.at(t - 0.1)) / 0.2;
+  };
   for (std::size_t k = 0; k <= count; ++k) {
     const double t = begin + static_cast<double>(k) * setup.window;
     const double v = drive.speed.at(t), r = drive.yaw_rate.at(t);
@@ -61,7 +59,7 @@ Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, d
     node[st::slip_rear] = sense * car.front_axle * v * r / car.cornering_stiffness_rear;
     node[st::v_y] = car.rear_axle * r - std::fabs(v) * node[st::slip_rear];
     node[st::steer] = drive.steering.at(t);
-    node[st::states] = (drive.speed.at(t + 0.1) - drive.speed.at(t - 0.1)) / 0.2;
+    node[st::states] = accel_at(t);
     chain.nodes.push_back(node);
     if (k == count) break;
     chain.windows.push_back({.drive = &drive,
@@ -69,13 +67,9 @@ Chain chain_between(const Setup& setup, const Drive& drive, std::size_t index, d
                              .steering_sigma = steering_uncertainty(setup, drive, t),
                              .samples = {},
                              .poses = {}});
-    std::vector<double> inner;
-    for (std::size_t j = 1; j < setup.knots(); ++j) {
-      const double at = t + static_cast<double>(j) * setup.knot;
-      inner.push_back((drive.speed.at(at + 0.1) - drive.speed.at(at - 0.1)) / 0.2);
-    }
-    inner.resize(setup.inner(), 0.0);
-    chain.inner.push_back(std::move(inner));
+    std::vector<double>& inner = chain.inner.emplace_back(setup.inner(), 0.0);
+    for (std::size_t j = 1; j < setup.knots(); ++j)
+      inner[j - 1] = accel_at(t + static_cast<double>(j) * setup.knot);
   }
   return chain;
 }
@@ -126,31 +120,17 @@ void deal(const Numbers<double>& p, const Setup& setup, Chain& chain) {
 Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
                         const Numbers<double>& p) {
   Unexplained result;
-  const auto take = [&](std::size_t drive, double t, std::size_t kind, double e, double stated) {
-    result.points.push_back({drive, t, kind, e});
-    result.values[kind].push_back(e);
-    result.stated[kind] = std::max(result.stated[kind], stated);
-  };
   for (const Chain& chain : chains) {
+    const auto take = [&](std::size_t kind, double t, double e, double stated) {
+      result.points.push_back({chain.drive, t, kind, e});
+      result.values[kind].push_back(e);
+      result.stated[kind] = std::max(result.stated[kind], stated);
+    };
     for (std::size_t w = 0; w < chain.windows.size(); ++w) {
-      const Window& window = chain.windows[w];
-      const Course<double> course = course_of(
-          setup, chain.nodes[w][st::states], chain.inner[w].data(), chain.nodes[w + 1][st::states]);
-      const Run<double> trajectory = run(setup, window, p, chain.nodes[w], course);
-      const four_wheels::Car<double> car = car_of(setup, p);
-      for (const Sample& sample : window.samples) {
-        const auto now =
-            instant(setup, window, trajectory, sample.t - latency_of(setup, sample.source, p));
-        take(chain.drive, sample.t, static_cast<std::size_t>(sample.source),
-             sample.value - expected(setup, car, sample, now, p), sample.sigma);
-      }
-      for (const PoseSample& pose : window.poses) {
-        const auto now = instant(setup, window, trajectory, pose.t);
-        const auto h = expected_pose(setup, now, p);
-        take(chain.drive, pose.t, position_kind, pose.x - h[0], pose.sigma_x);
-        take(chain.drive, pose.t, position_kind, pose.y - h[1], pose.sigma_y);
-        take(chain.drive, pose.t, yaw_kind, pose.yaw - h[2], pose.sigma_yaw);
-      }
+      const Course<double> course{chain.nodes[w][st::states], chain.inner[w].data(),
+                                  chain.nodes[w + 1][st::states], setup.knots()};
+      for_each_residual(setup, chain.windows[w], p,
+                        run(setup, chain.windows[w], p, chain.nodes[w], course), take);
     }
   }
   return result;
@@ -161,14 +141,9 @@ double robust_sigma(const std::vector<double>& values) {
 }
 
 void take_noises(Setup& setup, const Unexplained& rest) {
-  const auto noise = [&](std::size_t kind) {
-    const double found = robust_sigma(rest.values[kind]);
-    return std::max(found, rest.stated[kind]);
-  };
-  for (std::size_t kind = 0; kind < estimator::source_count; ++kind)
-    if (!rest.values[kind].empty()) setup.noise[kind] = noise(kind);
-  setup.noise_position = noise(position_kind);
-  setup.noise_yaw = noise(yaw_kind);
+  for (std::size_t kind = 0; kind < kinds; ++kind)
+    if (!rest.values[kind].empty())
+      setup.noise[kind] = std::max(robust_sigma(rest.values[kind]), rest.stated[kind]);
 }
 
 }  // namespace odomd::tools::fitting

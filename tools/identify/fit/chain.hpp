@@ -22,24 +22,8 @@ struct Chain {
 [[nodiscard]] std::vector<Chain> chains_of(const Setup& setup, const Drive& drive,
                                            std::size_t index);
 
-/// From the unknowns in the parameter blocks of the fit.
-template <class T>
-Course<T> course_of(const Setup& setup, const T& begin, const T* inner, const T& end) {
-  const auto knots = static_cast<std::ptrdiff_t>(setup.knots());
-  Course<T> course;
-  course.accel.push_back(begin);
-  course.accel.insert(course.accel.end(), inner, inner + knots - 1);
-  course.accel.push_back(end);
-  course.steering.assign(inner + knots - 1, inner + 2 * knots);
-  return course;
-}
-
 /// Assigns each sample to the window of its time, by the present latencies.
 void deal(const Numbers<double>& p, const Setup& setup, Chain& chain);
-
-/// Kinds of residuals: of the sources and of poses.
-inline constexpr std::size_t position_kind = estimator::source_count;
-inline constexpr std::size_t yaw_kind = position_kind + 1;
 
 struct ResidualPoint {
   std::size_t drive = 0;
@@ -51,8 +35,8 @@ struct ResidualPoint {
 /// The residuals of the measurements.
 struct Unexplained {
   std::vector<ResidualPoint> points;
-  std::array<std::vector<double>, yaw_kind + 1> values;
-  std::array<double, yaw_kind + 1> stated{};
+  std::array<std::vector<double>, kinds> values;
+  std::array<double, kinds> stated{};
 };
 [[nodiscard]] Unexplained unexplained(const Setup& setup, const std::vector<Chain>& chains,
                                       const Numbers<double>& p);

@@ -21,12 +21,6 @@ struct Sample {
   double sigma = 0.0;
 };
 
-struct PoseSample {
-  double t = 0.0;
-  double x = 0.0, y = 0.0, yaw = 0.0;  ///< of the camera's point; yaw unwrapped
-  double sigma_x = 0.0, sigma_y = 0.0, sigma_yaw = 0.0;
-};
-
 struct Drive {
   std::string name;
   double begin = 0.0, end = 0.0;  ///< where poses and speed are known [s]

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <string>
 
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/fit/solver.hpp"
@@ -14,9 +13,5 @@ namespace odomd::tools::fitting {
 [[nodiscard]] Findings findings_of(const daemon::Config& config, std::span<const Drive> drives,
                                    const Settings& settings, const Result& result,
                                    double mass_sigma);
-
-/// The residuals of every source over time, one chart each. Throws std::invalid_argument for a
-/// file that cannot be written.
-void plot_residuals(const std::string& file, std::span<const Drive> drives, const Result& result);
 
 }  // namespace odomd::tools::fitting

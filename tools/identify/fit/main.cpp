@@ -1,6 +1,7 @@
 // odom-fit: odom identify fit. A separate program, so that odom itself does not depend on Ceres.
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -10,6 +11,9 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/chart/chart.hpp"
+#include "tools/chart/drawing.hpp"
+#include "tools/chart/style.hpp"
 #include "tools/cli/command_line.hpp"
 #include "tools/cli/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -17,7 +21,6 @@
 #include "tools/identify/common/agreement.hpp"
 #include "tools/identify/common/delivery.hpp"
 #include "tools/identify/fit/findings.hpp"
-#include "tools/identify/fit/judge.hpp"
 #include "tools/identify/fit/options.hpp"
 #include "tools/identify/fit/solver.hpp"
 #include "tools/identify/fit/trial.hpp"
@@ -39,22 +42,18 @@ std::array<bool, parameters> free_by_default(const daemon::Config& config) {
   free.fill(true);
   if (one_imu(config)) free[accel_latency] = false;
   free[load_lag] = free[drive_spin] = false;  // hardly observable, and disturb the others
-  constexpr std::array<std::pair<Source, Parameter>, 6> wheels{{
-      {Source::wheel_front_left, wheel_scale_front_left},
-      {Source::wheel_front_right, wheel_scale_front_right},
-      {Source::wheel_rear_left, wheel_scale_rear_left},
-      {Source::wheel_rear_right, wheel_scale_rear_right},
-      {Source::wheel_rear, wheel_scale_rear},
-      {Source::motor, wheel_scale_motor},
-  }};
-  for (const auto& [source, scale] : wheels) free[scale] = mapped(config, source);
-  const bool front = free[wheel_scale_front_left] || free[wheel_scale_front_right];
-  const bool sides = front || free[wheel_scale_rear_left] || free[wheel_scale_rear_right];
-  const bool rear = free[wheel_scale_rear_left] || free[wheel_scale_rear_right] ||
-                    free[wheel_scale_rear] || free[wheel_scale_motor];
+  for (std::size_t k = 0; k < estimator::source_count; ++k)
+    if (const auto source = static_cast<Source>(k); estimator::is_wheel(source))
+      free[wheel_scale(source)] = mapped(config, source);
+  const auto any = [&](std::initializer_list<Parameter> scales) {
+    return std::ranges::any_of(scales, [&](Parameter k) { return free[k]; });
+  };
+  const bool front = any({wheel_scale_front_left, wheel_scale_front_right});
+  const bool rear_sides = any({wheel_scale_rear_left, wheel_scale_rear_right});
   free[wheel_latency_front] = front;
-  free[wheel_latency_rear] = free[wheel_slip] = rear;
-  free[track_width] = sides;
+  free[wheel_latency_rear] = free[wheel_slip] =
+      rear_sides || any({wheel_scale_rear, wheel_scale_motor});
+  free[track_width] = front || rear_sides;
   if (!mapped(config, Source::accel_x) && !mapped(config, Source::accel_y))
     for (const Parameter k :
          {accel_bias_x, accel_bias_y, accel_scale, accel_latency, imu_x, imu_y, imu_yaw})
@@ -72,18 +71,14 @@ struct Priors {
 Priors priors_of(const daemon::Config& config, const FitOptions& options) {
   Priors result;
   result.settings.free = free_by_default(config);
-  result.settings.prior_sigma = default_prior_sigmas(config);
+  result.settings.prior_sigma = sigmas_of(&ParameterInfo::prior, config.vehicle.wheelbase());
   for (const std::string& name : options.freed)
     result.settings.free[parameter_named(name).parameter] = true;
   for (const std::string& name : options.fixed)
     result.settings.free[parameter_named(name).parameter] = false;
   for (const std::string& text : options.priors) {
     const Prior prior = parse_prior(text);
-    if (prior.parameter) {
-      result.settings.prior_sigma[*prior.parameter] = prior.sigma;
-    } else {
-      result.mass = prior.sigma;
-    }
+    (prior.parameter ? result.settings.prior_sigma[*prior.parameter] : result.mass) = prior.sigma;
   }
   result.settings.window = options.window > 0.0 ? options.window : 0.5 * slowness(config);
   result.settings.threads = options.threads;
@@ -114,31 +109,34 @@ std::vector<estimator::CameraPose> poses_of_reference(const std::string& file,
 
 // One bias for all drives: the mean of those with a standstill.
 std::optional<Measured> at_rest(std::span<const fitting::Drive> drives) {
-  double sum = 0.0, least = 1e9;
+  Measured rest{0.0, std::numeric_limits<double>::infinity()};
   int count = 0;
   for (const fitting::Drive& drive : drives) {
     if (!drive.rest) continue;
-    sum += drive.rest->value;
-    least = std::min(least, drive.rest->sigma);
-    ++count;
+    rest.value += (drive.rest->value - rest.value) / ++count;
+    rest.sigma = std::min(rest.sigma, drive.rest->sigma);
   }
-  if (count == 0) return std::nullopt;
-  return Measured{sum / count, least};
+  return count == 0 ? std::nullopt : std::optional(rest);
 }
 
 struct Files {
   std::string name;
   std::vector<std::string> logs;
-  std::string camera;
-  std::string reference;
+  std::string poses;
+  bool of_camera = true;  // or of a reference
 };
+
+bool is_there(const fs::path& file) {
+  std::error_code ignored;
+  return fs::exists(file, ignored);
+}
 
 fs::path folder_of(const std::string& drive) {
   std::error_code ignored;
   if (fs::is_directory(drive, ignored)) return drive;
-  if (fs::exists(drive, ignored))
-    throw std::invalid_argument("--drive " + drive + ": is a file; give the folder of its drive");
-  throw std::invalid_argument("--drive " + drive + ": is not a folder; check the path");
+  throw std::invalid_argument("--drive " + drive +
+                              (is_there(drive) ? ": is a file; give the folder of its drive"
+                                               : ": is not a folder; check the path"));
 }
 
 // One car: drives with different configurations are refused.
@@ -147,8 +145,7 @@ daemon::Config config_of(const FitOptions& options) {
   std::optional<daemon::Config> config;
   for (const std::string& drive : options.drives) {
     const fs::path file = folder_of(drive) / "car.toml";
-    std::error_code ignored;
-    if (!fs::exists(file, ignored))
+    if (!is_there(file))
       throw std::invalid_argument(drive +
                                   ": has no car.toml; give the car's configuration with --config");
     daemon::Config own = daemon::load_config(file);
@@ -164,21 +161,57 @@ std::vector<Files> files_of(const FitOptions& options) {
   std::vector<Files> result;
   for (const std::string& folder : options.drives) {
     const fs::path place = folder_of(folder);
-    Files files{
-        .name = folder, .logs = {need_log_in(place).string()}, .camera = "", .reference = ""};
+    const std::string log = need_log_in(place).string();
     const fs::path poses = place / (options.use_reference ? "truth.csv" : "camera.csv");
-    std::error_code ignored;
-    if (!fs::exists(poses, ignored))
+    if (!is_there(poses))
       throw std::invalid_argument(
           folder + (options.use_reference ? ": has no truth.csv to fit to"
                                           : ": has no camera.csv to fit to; use its truth.csv with "
                                             "--use-reference, or another drive"));
-    (options.use_reference ? files.reference : files.camera) = poses.string();
-    result.push_back(std::move(files));
+    result.push_back({folder, {log}, poses.string(), !options.use_reference});
   }
+  const bool of_camera = !options.camera.empty();
   if (!options.can.empty())
-    result.push_back({options.can.front(), options.can, options.camera, options.reference});
+    result.push_back({options.can.front(), options.can,
+                      of_camera ? options.camera : options.reference, of_camera});
   return result;
+}
+
+constexpr double scatter_shown = 3.0;  // of the levels, in standard deviations
+
+std::string axis_of(const std::string& source) {
+  if (source == "position") return "position [m]";
+  if (source == "yaw") return "yaw [rad]";
+  if (source == "yaw_rate") return "yaw rate [rad/s]";
+  if (source.starts_with("accel")) return source + " [m/s²]";
+  return source + " [m/s]";
+}
+
+// The residuals of every source over time, one chart each.
+void plot_residuals(const std::string& file, std::span<const Drive> drives, const Result& result) {
+  std::vector<chart::Drawing> drawings;
+  for (std::size_t kind = 0; kind < result.sources.size(); ++kind) {
+    const SourceFit& source = result.sources[kind];
+    if (source.count == 0) continue;
+    chart::Chart picture{
+        .title = "Residuals: " + source.name,
+        .x = {.label = "time [s]"},
+        .y = {.label = axis_of(source.name)},
+        .levels = {{scatter_shown * source.found, "3 sigma"}, {-scatter_shown * source.found, ""}}};
+    picture.height = 260.0;
+    for (std::size_t drive = 0; drive < drives.size(); ++drive) {
+      chart::Series series{.label = drives.size() > 1 ? drives[drive].name : "",
+                           .colour = chart::colour_of(drive),
+                           .mark = chart::Mark::dots};
+      for (const ResidualPoint& point : result.residuals)
+        if (point.drive == drive && point.kind == kind)
+          series.points.push_back({point.t, point.residual});
+      std::ranges::stable_sort(series.points, {}, &chart::Point::x);
+      picture.series.push_back(std::move(series));
+    }
+    drawings.push_back(chart::draw(picture));
+  }
+  chart::write_picture(file, drawings);
 }
 
 void fit(const FitOptions& options) {
@@ -195,17 +228,17 @@ void fit(const FitOptions& options) {
     const SignalLog log = read_signals(config, files.logs);
     append(warnings, log.warnings);
     std::vector<estimator::CameraPose> poses;
-    if (!files.camera.empty()) {
-      CameraLog camera = read_camera_log(files.camera);
+    if (files.of_camera) {
+      CameraLog camera = read_camera_log(files.poses);
       append(warnings, camera.warnings);
       poses = std::move(camera.poses);
     } else {
-      poses = poses_of_reference(files.reference, options.reference_sigma, least_spacing(config));
+      poses = poses_of_reference(files.poses, options.reference_sigma, least_spacing(config));
     }
     const Part part{options.from, options.to > 0.0 ? options.to : 1e9};
     check_agreement(config, log, poses,
                     {.drive = files.name,
-                     .pose_source = files.camera.empty() ? "reference" : "camera",
+                     .pose_source = files.of_camera ? "camera" : "reference",
                      .from = part.from,
                      .to = part.to});
     drives.push_back(prepare(files.name, config, log, poses, part));

@@ -1,64 +1,49 @@
+// The command line of odom identify fit, which hands over to the program odom-fit.
 #include "tools/identify/fit/options.hpp"
 
+#include <memory>
 #include <stdexcept>
 
 #include "tools/chart/drawing.hpp"
+#include "tools/cli/companion.hpp"
+#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/fit/parameters.hpp"
+#include "tools/identify/methods.hpp"
 
 namespace odomd::tools {
 
 void describe_fit(Command command, FitOptions& options) {
   command.description("Fit all parameters at once, on a drive with camera poses or a reference");
-  command
-      .add_option("--config", options.config,
-                  "Initial configuration, as measured by hand; default: the drive's car.toml")
-      .type_name("TOML");
-  command
-      .add_option("--drive", options.drives,
-                  "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable")
-      .type_name("DIR");
-  command.add_option("--can", options.can, "Log of a drive, candump -L; repeatable")
-      .type_name("LOG");
-  command.add_option("--camera", options.camera, "Camera poses of that drive").type_name("CSV");
-  command
-      .add_option("--reference", options.reference,
-                  "Reference trajectory of that drive, instead of camera poses")
-      .type_name("CSV");
+  const OptionGroup all{command, ""};
+  all.add("--config", "TOML", options.config,
+          "Initial configuration, as measured by hand; default: the drive's car.toml");
+  all.add("--drive", "DIR", options.drives,
+          "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable");
+  all.add("--can", "LOG", options.can, "Log of a drive, candump -L; repeatable");
+  all.add("--camera", "CSV", options.camera, "Camera poses of that drive");
+  all.add("--reference", "CSV", options.reference,
+          "Reference trajectory of that drive, instead of camera poses");
   command.add_flag("--use-reference", options.use_reference,
                    "Use truth.csv of each --drive, not camera.csv");
-  command
-      .add_option("--reference-sigma", options.reference_sigma,
-                  "Standard deviations of a reference, m and rad (0.005 0.005); the residuals "
-                  "decide in the end")
-      .values(2)
-      .type_name("M RAD");
-  command.add_option("--dbc", options.dbc, "Databases in place of the configuration's; repeatable")
-      .type_name("FILE");
-  command.add_option("--from", options.from, "Begin at this time after the log's first frame, s")
-      .type_name("S");
-  command.add_option("--to", options.to, "End at this time after it, s").type_name("S");
-  command.add_option("--fix", options.fixed, "Leave a parameter as configured; repeatable")
-      .type_name("NAME");
-  command
-      .add_option("--free", options.freed,
-                  "Fit a parameter that no mapped signal shows; repeatable")
-      .type_name("NAME");
-  command
-      .add_option(
-          "--prior", options.priors,
-          "Standard uncertainty of a parameter before the fit: a share of it "
-          "(0.02: 2 %) for stiffnesses, inertia, scales, mass (0.01); else in its unit; repeatable")
-      .type_name("NAME=SIGMA");
-  command
-      .add_option("--window", options.window,
-                  "Length of a shooting window, s (0.5 of a 1:10 car to 1.5)")
-      .within(0.1, 5.0)
-      .type_name("S");
-  command.add_option("--threads", options.threads, "Number of threads (1)")
-      .within(1, 64)
-      .type_name("N");
-  command.add_option("--plot", options.plot, "Plot of the residuals, .svg or .png")
-      .type_name("FILE");
+  all.add(
+         "--reference-sigma", "M RAD", options.reference_sigma,
+         "Standard deviations of a reference, m and rad (0.005 0.005); the residuals decide in the "
+         "end")
+      .values(2);
+  all.add("--dbc", "FILE", options.dbc, "Databases in place of the configuration's; repeatable");
+  all.add("--from", "S", options.from, "Begin at this time after the log's first frame, s");
+  all.add("--to", "S", options.to, "End at this time after it, s");
+  all.add("--fix", "NAME", options.fixed, "Leave a parameter as configured; repeatable");
+  all.add("--free", "NAME", options.freed,
+          "Fit a parameter that no mapped signal shows; repeatable");
+  all.add("--prior", "NAME=SIGMA", options.priors,
+          "Standard uncertainty of a parameter before the fit: a share of it (0.02: 2 %) for "
+          "stiffnesses, inertia, scales, mass (0.01); else in its unit; repeatable");
+  all.add("--window", "S", options.window,
+          "Length of a shooting window, s (0.5 of a 1:10 car to 1.5)")
+      .within(0.1, 5.0);
+  all.add("--threads", "N", options.threads, "Number of threads (1)").within(1, 64);
+  all.add("--plot", "FILE", options.plot, "Plot of the residuals, .svg or .png");
   command.add_flag("--untried", options.untried,
                    "Write all values found, even if the filter does not improve with them");
   command.add_flag("--quiet", options.quiet, "Do not show progress");
@@ -69,31 +54,27 @@ void describe_fit(Command command, FitOptions& options) {
     names += " " + std::string(info.name);
   }
   command.footer(
-      "Weigh the car first, and measure its axles. Then drive for three minutes under the camera:\n"
-      "circles to both sides at three speeds, and weave as quickly as the steering follows, at "
-      "three\n"
-      "speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres\n"
-      "that saturate and a steering that lags is fitted to all sensors and poses; what makes it "
-      "fit\n"
-      "best is the result. Poses are the clock: latencies are against their stamps. The inertia "
-      "is\n"
-      "that of the car with its wheels spinning.\n"
-      "\n"
-      "Only ratios to the mass show in a drive: state how well the car is\n"
-      "weighed (--prior mass=0.002). What the drive did not determine is\n"
-      "marked, with the reason, and is not written.\n"
-      "\n"
-      "Parameters:" +
-      names +
-      "\n"
-      "And for --prior: mass\n"
-      "\n"
-      "Examples:\n"
-      "  odom identify fit --drive lap1 --write car.toml\n"
-      "  odom identify fit --config car.toml --drive lap1 --write car.toml\n"
-      "  odom identify fit --config car.toml --can drive.log --camera camera.csv --plot rest.svg\n"
-      "  odom identify fit --config car.toml --drive lap1 --drive slalom --prior mass=0.002 \\\n"
-      "    --prior yaw_inertia=0.01 --fix camera_yaw");
+      R"(Weigh the car first, and measure its axles. Then drive for three minutes under the camera:
+circles to both sides at three speeds, and weave as quickly as the steering follows, at three
+speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres
+that saturate and a steering that lags is fitted to all sensors and poses; what makes it fit
+best is the result. Poses are the clock: latencies are against their stamps. The inertia is
+that of the car with its wheels spinning.
+
+Only ratios to the mass show in a drive: state how well the car is
+weighed (--prior mass=0.002). What the drive did not determine is
+marked, with the reason, and is not written.
+
+Parameters:)" +
+      names + R"(
+And for --prior: mass
+
+Examples:
+  odom identify fit --drive lap1 --write car.toml
+  odom identify fit --config car.toml --drive lap1 --write car.toml
+  odom identify fit --config car.toml --can drive.log --camera camera.csv --plot rest.svg
+  odom identify fit --config car.toml --drive lap1 --drive slalom --prior mass=0.002 \
+    --prior yaw_inertia=0.01 --fix camera_yaw)");
 }
 
 void check(const FitOptions& o) {
@@ -117,6 +98,18 @@ void check(const FitOptions& o) {
   for (const std::string& name : o.fixed) static_cast<void>(fitting::parameter_named(name));
   for (const std::string& text : o.priors) static_cast<void>(fitting::parse_prior(text));
   if (!o.plot.empty()) chart::check_picture(o.plot);
+}
+
+void add_fit(Command identify) {
+  auto options = std::make_shared<FitOptions>();
+  Command method = identify.add_subcommand("fit");
+  describe_fit(method, *options);
+  method.callback([options, method] {
+    check(*options);
+    become("odom-fit", method.given(),
+           "fitting needs odom-fit: install the package odom-fit; or install libceres-dev, and "
+           "configure and build all: cmake --preset release && cmake --build --preset release");
+  });
 }
 
 }  // namespace odomd::tools

@@ -8,62 +8,61 @@
 #include "base/nearest_name.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/identify/common/quantity.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
 
+using enum Kind;
+
+/// The model errors are for tyre curves, springs, relaxation, spin of the driven wheels, and bias
+/// walk: from the errors on simulated exercises of cars other than those of the campaign; for the
+/// inertia and the steering scale also from the campaign. Half of the lag by spin is in that of the
+/// rear wheels.
 constexpr std::array<ParameterInfo, parameters> table{{
-    {stiffness_front, "stiffness_front", Kind::factor, Role::result, "N/rad",
-     "cornering stiffness, front"},
-    {stiffness_rear, "stiffness_rear", Kind::factor, Role::result, "N/rad",
-     "cornering stiffness, rear"},
-    {yaw_inertia, "yaw_inertia", Kind::factor, Role::result, "kg m2", "yaw inertia"},
-    {relaxation_length, "relaxation_length", Kind::factor, Role::nuisance, "m",
-     "relaxation length of the tyres"},
-    {bend_front, "bend_front", Kind::factor, Role::nuisance, "", "how front tyres saturate"},
-    {bend_rear, "bend_rear", Kind::factor, Role::nuisance, "", "how rear tyres saturate"},
-    {load_arm, "load_arm", Kind::factor, Role::nuisance, "m", "how stiffness goes with load"},
-    {load_lag, "load_lag", Kind::factor, Role::nuisance, "s", "how late load follows a turn"},
-    {wheel_spin, "wheel_spin", Kind::factor, Role::nuisance, "",
-     "spin of the front wheels by mass"},
-    {drive_spin, "drive_spin", Kind::factor, Role::nuisance, "",
-     "spin of the rear wheels and what drives them, by mass"},
-    {track_width, "track_width", Kind::factor, Role::result, "m", "track width"},
-    {steering_offset, "steering_offset", Kind::shift, Role::result, "rad", "steering offset"},
-    {steering_scale, "steering_scale", Kind::factor, Role::result, "", "steering scale"},
-    {steering_delay, "steering_delay", Kind::shift, Role::result, "s", "steering, delay in all"},
-    {steering_lag, "steering_lag", Kind::factor, Role::result, "s", "steering, time constant"},
-    {gyro_bias, "gyro_bias", Kind::shift, Role::result, "rad/s", "gyro bias"},
-    {gyro_scale, "gyro_scale", Kind::factor, Role::result, "", "gyro scale"},
-    {gyro_latency, "gyro_latency", Kind::shift, Role::result, "s", "gyro latency"},
-    {accel_bias_x, "accel_bias_x", Kind::shift, Role::result, "m/s2", "accelerometer bias, x"},
-    {accel_bias_y, "accel_bias_y", Kind::shift, Role::result, "m/s2", "accelerometer bias, y"},
-    {accel_scale, "accel_scale", Kind::factor, Role::nuisance, "", "accelerometer scale"},
-    {accel_latency, "accel_latency", Kind::shift, Role::result, "s", "accelerometer latency"},
-    {imu_x, "imu_x", Kind::shift, Role::result, "m", "IMU ahead of the centre of gravity"},
-    {imu_y, "imu_y", Kind::shift, Role::result, "m", "IMU left of the centre of gravity"},
-    {imu_yaw, "imu_yaw", Kind::shift, Role::result, "rad", "IMU mounting yaw"},
-    {wheel_scale_front_left, "wheel_scale_front_left", Kind::factor, Role::result, "",
-     "wheel scale, front left"},
-    {wheel_scale_front_right, "wheel_scale_front_right", Kind::factor, Role::result, "",
-     "wheel scale, front right"},
-    {wheel_scale_rear_left, "wheel_scale_rear_left", Kind::factor, Role::result, "",
-     "wheel scale, rear left"},
-    {wheel_scale_rear_right, "wheel_scale_rear_right", Kind::factor, Role::result, "",
-     "wheel scale, rear right"},
-    {wheel_scale_rear, "wheel_scale_rear", Kind::factor, Role::result, "",
-     "wheel scale, rear axle"},
-    {wheel_scale_motor, "wheel_scale_motor", Kind::factor, Role::result, "", "wheel scale, motor"},
-    {wheel_slip, "wheel_slip", Kind::shift, Role::nuisance, "", "slip of driven wheels"},
-    {wheel_latency_front, "wheel_latency_front", Kind::shift, Role::result, "s",
-     "wheel latency, front"},
-    {wheel_latency_rear, "wheel_latency_rear", Kind::shift, Role::result, "s",
-     "wheel latency, rear"},
-    {camera_x, "camera_x", Kind::shift, Role::result, "m",
-     "camera's point ahead of the centre of gravity"},
-    {camera_y, "camera_y", Kind::shift, Role::result, "m",
-     "camera's point left of the centre of gravity"},
-    {camera_yaw, "camera_yaw", Kind::shift, Role::result, "rad", "camera mounting yaw"},
+    {stiffness_front, "stiffness_front", factor, "N/rad", "cornering stiffness, front", 0.4, 0.008},
+    {stiffness_rear, "stiffness_rear", factor, "N/rad", "cornering stiffness, rear", 0.4, 0.009},
+    {yaw_inertia, "yaw_inertia", factor, "kg m2", "yaw inertia", 0.05, 0.005},
+    {relaxation_length, "relaxation_length", factor, "m", "relaxation length of the tyres", 0.5,
+     0.0},
+    {bend_front, "bend_front", factor, "", "how front tyres saturate", 0.5, 0.0},
+    {bend_rear, "bend_rear", factor, "", "how rear tyres saturate", 0.5, 0.0},
+    {load_arm, "load_arm", factor, "m", "how stiffness goes with load", 0.5, 0.0},
+    {load_lag, "load_lag", factor, "s", "how late load follows a turn", 0.3, 0.0},
+    {wheel_spin, "wheel_spin", factor, "", "spin of the front wheels by mass", 0.3, 0.0},
+    {drive_spin, "drive_spin", factor, "", "spin of the rear wheels and what drives them, by mass",
+     0.5, 0.0},
+    {track_width, "track_width", factor, "m", "track width", 0.03, 1e-3},
+    {steering_offset, "steering_offset", shift, "rad", "steering offset", 0.05, 1e-4},
+    {steering_scale, "steering_scale", factor, "", "steering scale", 0.05, 3e-3},
+    {steering_delay, "steering_delay", shift, "s", "steering, delay in all", 0.1, 8e-3},
+    {steering_lag, "steering_lag", factor, "s", "steering, time constant", 0.8, 0.3},
+    {gyro_bias, "gyro_bias", shift, "rad/s", "gyro bias", 0.05, 2e-4},
+    {gyro_scale, "gyro_scale", factor, "", "gyro scale", 0.05, 2e-4},
+    {gyro_latency, "gyro_latency", shift, "s", "gyro latency", 0.05, 5e-4},
+    {accel_bias_x, "accel_bias_x", shift, "m/s2", "accelerometer bias, x", 1.0, 0.02},
+    {accel_bias_y, "accel_bias_y", shift, "m/s2", "accelerometer bias, y", 1.0, 0.02},
+    {accel_scale, "accel_scale", factor, "", "accelerometer scale", 0.02, 0.0},
+    {accel_latency, "accel_latency", shift, "s", "accelerometer latency", 0.05, 1.8e-3},
+    {imu_x, "imu_x", shift, "m", "IMU ahead of the centre of gravity", 0.2, 3e-3},
+    {imu_y, "imu_y", shift, "m", "IMU left of the centre of gravity", 0.2, 1e-3},
+    {imu_yaw, "imu_yaw", shift, "rad", "IMU mounting yaw", 0.05, 2e-3},
+    {wheel_scale_front_left, "wheel_scale_front_left", factor, "", "wheel scale, front left", 0.1,
+     1e-3},
+    {wheel_scale_front_right, "wheel_scale_front_right", factor, "", "wheel scale, front right",
+     0.1, 1e-3},
+    {wheel_scale_rear_left, "wheel_scale_rear_left", factor, "", "wheel scale, rear left", 0.1,
+     1e-3},
+    {wheel_scale_rear_right, "wheel_scale_rear_right", factor, "", "wheel scale, rear right", 0.1,
+     1e-3},
+    {wheel_scale_rear, "wheel_scale_rear", factor, "", "wheel scale, rear axle", 0.1, 1e-3},
+    {wheel_scale_motor, "wheel_scale_motor", factor, "", "wheel scale, motor", 0.1, 1e-3},
+    {wheel_slip, "wheel_slip", shift, "", "slip of driven wheels", 0.4, 0.0},
+    {wheel_latency_front, "wheel_latency_front", shift, "s", "wheel latency, front", 0.05, 0.7e-3},
+    {wheel_latency_rear, "wheel_latency_rear", shift, "s", "wheel latency, rear", 0.05, 0.95e-3},
+    {camera_x, "camera_x", shift, "m", "camera's point ahead of the centre of gravity", 0.5, 2e-3},
+    {camera_y, "camera_y", shift, "m", "camera's point left of the centre of gravity", 0.5, 1e-3},
+    {camera_yaw, "camera_yaw", shift, "rad", "camera mounting yaw", 0.1, 2e-4},
 }};
 
 constexpr bool in_order() {
@@ -72,12 +71,6 @@ constexpr bool in_order() {
   return true;
 }
 static_assert(in_order());
-
-const can::SignalBinding* binding_of(const daemon::Config& config, estimator::Source source) {
-  for (const can::SignalBinding& binding : config.can.bindings)
-    if (binding.channel == static_cast<std::uint16_t>(source)) return &binding;
-  return nullptr;
-}
 
 const ParameterInfo* find(std::string_view name) {
   const auto* const found = std::ranges::find(table, name, &ParameterInfo::name);
@@ -105,7 +98,7 @@ std::string list_of(const std::vector<std::string>& names) {
 
 // The unit of a prior's sigma: a share for factors and for the mass, which is not a parameter.
 Dimension dimension_of(const ParameterInfo* info) {
-  if (info == nullptr || info->kind == Kind::factor) return Dimension::pure;
+  if (info == nullptr || info->kind == factor) return Dimension::pure;
   if (info->unit == "m") return Dimension::length;
   if (info->unit == "rad") return Dimension::angle;
   if (info->unit == "s") return Dimension::time;
@@ -138,7 +131,7 @@ Prior parse_prior(const std::string& text) {
     refuse_name(name, names);
   }
   const double sigma = parse_positive(number, dimension_of(info), "--prior " + name);
-  if (sigma > 1.0 && (info == nullptr || info->kind == Kind::factor))
+  if (sigma > 1.0 && (info == nullptr || info->kind == factor))
     throw std::invalid_argument("--prior " + text + ": would be " + fixed(100.0 * sigma, 0) +
                                 " %; give how uncertain " + name +
                                 " is as a share of it, 1 at most: 0.02 for 2 %");
@@ -165,6 +158,7 @@ Numbers<double> nominal_values(const daemon::Config& config) {
     return binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
   };
   Numbers<double> value{};
+  for (const ParameterInfo& info : table) value[info.parameter] = info.kind == factor ? 1.0 : 0.0;
   value[stiffness_front] = car.cornering_stiffness_front;
   value[stiffness_rear] = car.cornering_stiffness_rear;
   value[yaw_inertia] = car.yaw_inertia;
@@ -175,18 +169,15 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   value[wheel_spin] = 0.015;
   value[drive_spin] = 0.042;  // 0.7 of two wheels' mass, a geared motor as much again
   value[track_width] = car.track_width;
-  value[steering_scale] = 1.0;
   const estimator::SteeringActuator& servo = car.steering;
   const bool commanded = servo.delay_s > 0.0 || servo.lag_s > 0.0;
   value[steering_delay] = commanded ? servo.delay_s + servo.lag_s : 0.05;
   value[steering_lag] = servo.lag_s > 0.0 ? servo.lag_s : 0.05;
-  value[gyro_scale] = value[accel_scale] = 1.0;
   value[gyro_latency] = latency(Source::yaw_rate);
   value[accel_latency] = latency(Source::accel_y);
   value[imu_x] = config.imu_position[0];
   value[imu_y] = config.imu_position[1];
   value[imu_yaw] = config.imu_yaw;
-  for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) value[k] = 1.0;
   value[wheel_slip] = usual_slip;
   value[wheel_latency_front] = latency(Source::wheel_front_left);
   for (const Source source : {Source::motor, Source::wheel_rear, Source::wheel_rear_left})
@@ -197,39 +188,16 @@ Numbers<double> nominal_values(const daemon::Config& config) {
   return value;
 }
 
-Numbers<double> default_prior_sigmas(const daemon::Config& config) {
-  const double wheelbase = config.vehicle.wheelbase();
-  Numbers<double> prior_sigma{};
-  prior_sigma[stiffness_front] = prior_sigma[stiffness_rear] = 0.4;
-  prior_sigma[yaw_inertia] = 0.05;
-  prior_sigma[relaxation_length] = 0.5;
-  prior_sigma[bend_front] = prior_sigma[bend_rear] = 0.5;
-  prior_sigma[load_arm] = 0.5;
-  prior_sigma[load_lag] = prior_sigma[wheel_spin] = 0.3;
-  prior_sigma[drive_spin] = 0.5;
-  prior_sigma[track_width] = 0.03;
-  prior_sigma[steering_offset] = 0.05;
-  prior_sigma[steering_scale] = 0.05;
-  prior_sigma[steering_delay] = 0.1;
-  prior_sigma[steering_lag] = 0.8;
-  prior_sigma[gyro_bias] = 0.05;
-  prior_sigma[gyro_scale] = 0.05;
-  prior_sigma[gyro_latency] = 0.05;
-  prior_sigma[accel_bias_x] = prior_sigma[accel_bias_y] = 1.0;
-  prior_sigma[accel_scale] = 0.02;
-  prior_sigma[accel_latency] = 0.05;
-  prior_sigma[imu_x] = prior_sigma[imu_y] = 0.2 * wheelbase;
-  prior_sigma[imu_yaw] = 0.05;
-  for (std::size_t k = wheel_scale_front_left; k <= wheel_scale_motor; ++k) prior_sigma[k] = 0.1;
-  prior_sigma[wheel_slip] = 0.4;
-  prior_sigma[wheel_latency_front] = prior_sigma[wheel_latency_rear] = 0.05;
-  prior_sigma[camera_x] = prior_sigma[camera_y] = 0.5 * wheelbase;
-  prior_sigma[camera_yaw] = 0.1;
-  return prior_sigma;
+Numbers<double> sigmas_of(double ParameterInfo::*which, double wheelbase) {
+  Numbers<double> sigma{};
+  for (const ParameterInfo& info : table)
+    sigma[info.parameter] =
+        info.*which * (info.kind == shift && info.unit == "m" ? wheelbase : 1.0);
+  return sigma;
 }
 
 double value_of(const ParameterInfo& info, double nominal, double p) {
-  return info.kind == Kind::factor ? nominal * std::exp(p) : nominal + p;
+  return info.kind == factor ? nominal * std::exp(p) : nominal + p;
 }
 
 }  // namespace odomd::tools::fitting

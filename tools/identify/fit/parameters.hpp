@@ -59,23 +59,26 @@ enum Parameter : std::size_t {
 template <class T>
 using Numbers = std::array<T, parameters>;
 
+/// The scale of a wheel's speed.
+[[nodiscard]] constexpr Parameter wheel_scale(estimator::Source wheel) {
+  return static_cast<Parameter>(wheel_scale_front_left + estimator::index_of(wheel) -
+                                estimator::index_of(estimator::Source::wheel_front_left));
+}
+
 enum class Kind : std::uint8_t {
   factor,  ///< configured · e^p
   shift    ///< configured + p
 };
 
-enum class Role : std::uint8_t {
-  result,   ///< is reported
-  nuisance  ///< is fitted so that the others need not absorb its effect
-};
-
 struct ParameterInfo {
-  Parameter parameter;
+  Parameter parameter{};
   std::string_view name;  ///< of --fix, --free and --prior
-  Kind kind;
-  Role role;
+  Kind kind{};
   std::string_view unit;
   std::string_view meaning;
+  // Standard deviations of p; of places, in wheelbases.
+  double prior = 0.0;        ///< beforehand
+  double model_error = 0.0;  ///< of a fit over many speeds, beyond the residuals'
 };
 
 /// In the order of the enumeration.
@@ -103,8 +106,8 @@ struct Prior {
 /// a car.
 [[nodiscard]] Numbers<double> nominal_values(const daemon::Config& config);
 
-/// Standard deviations of p beforehand.
-[[nodiscard]] Numbers<double> default_prior_sigmas(const daemon::Config& config);
+/// ParameterInfo::prior or ::model_error of every p, in its unit.
+[[nodiscard]] Numbers<double> sigmas_of(double ParameterInfo::*which, double wheelbase);
 
 /// The value for p.
 [[nodiscard]] double value_of(const ParameterInfo& info, double nominal, double p);

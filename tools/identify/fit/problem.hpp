@@ -3,7 +3,6 @@
 
 #include <ceres/problem.h>
 
-#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -14,13 +13,12 @@ namespace odomd::tools::fitting {
 
 struct Built {
   std::unique_ptr<ceres::Problem> problem;
-  std::vector<ceres::ResidualBlockId> blocks;  // windows in order, then the prior
-  std::vector<std::size_t> cluster;            // of each block
-  std::vector<double*> unknowns;               // the parameters first
+  std::vector<double> p;          ///< the free parameters, the first of the problem's blocks
+  std::vector<int> cluster_rows;  ///< residuals of the windows that count together, in order
 };
 
-/// Keeps references to its arguments.
-[[nodiscard]] Built build(const Setup& setup, const Settings& settings, Numbers<double>& p,
+/// The problem refers to the setup and the chains.
+[[nodiscard]] Built build(const Setup& setup, const Settings& settings, const Numbers<double>& p,
                           std::vector<Chain>& chains);
 
 /// Writes the covariance of the parameters at the solution to the result. Throws std::runtime_error

@@ -22,6 +22,8 @@ std::string name_of_kind(std::size_t kind) {
   return std::string(estimator::source_names[kind]);
 }
 
+constexpr int most_passes = 6;            // unless it converges sooner
+constexpr int iterations_of_a_pass = 15;  // at most
 /// Iterations for a drive with much excitation; others take up to five times as many.
 constexpr int usual_iterations = 30;
 
@@ -37,7 +39,7 @@ class ProgressReport final : public ceres::IterationCallback {
     if (settings_.progress)
       settings_.progress("pass " + std::to_string(pass_) + " of " +
                          std::to_string(std::max(pass_, settings_.passes)) + " (" +
-                         std::to_string(settings_.most_passes) + " at most), iteration " +
+                         std::to_string(most_passes) + " at most), iteration " +
                          std::to_string(summary.iteration) + ": cost " + fixed(summary.cost, 1) +
                          ", " + fixed(gone, 0) + " s elapsed, about " + fixed(left, 0) +
                          " s to go");
@@ -82,9 +84,6 @@ Turns turns_of(const std::vector<Chain>& chains) {
           .hardest = accels[accels.size() * 19 / 20]};
 }
 
-/// With all parameters: the size of the longest jets.
-constexpr int most_knots = 16;
-
 double rounded_window(double wanted, double knot) {
   return knot * std::max(2.0, std::round(wanted / knot));
 }
@@ -105,9 +104,6 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
   for (const Drive& drive : drives)
     setup.knot = std::max(setup.knot, 0.05 * std::ceil(drive.steering_cycle / 0.05 - 0.1));
   setup.window = rounded_window(settings.window, setup.knot);
-  if (setup.knots() > static_cast<std::size_t>(most_knots))
-    throw std::invalid_argument("--window: " + fixed(most_knots * setup.knot, 1) +
-                                " s is the longest for this car and its steering's cycle");
   // Times scale with the car's size by Froude's number.
   setup.floor_speed = 0.04 * std::sqrt(setup.wheelbase);
   setup.slow = 0.6 * std::sqrt(setup.wheelbase);
@@ -121,10 +117,11 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     std::ranges::move(parts, std::back_inserter(chains));
   }
 
+  const std::vector<std::size_t> free = settings.free_ones();
+  if (free.empty()) throw std::invalid_argument("--fix: no parameter is left to fit");
   Result result;
-  result.p = settings.start;
   ProgressReport progress(settings);
-  for (int pass = 1; !result.settled && pass <= settings.most_passes; ++pass) {
+  for (int pass = 1; !result.settled && pass <= most_passes; ++pass) {
     const Numbers<double> before = result.p;
     // Coarse steps suffice far from the solution, if a window holds a whole number of them.
     setup.step = pass == 1 && setup.knots() % 2 == 0 ? 2.0 * fine : fine;
@@ -133,7 +130,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-    options.max_num_iterations = settings.iterations;
+    options.max_num_iterations = iterations_of_a_pass;
     options.function_tolerance = pass >= settings.passes ? 1e-5 : 1e-4;
     options.num_threads = settings.threads;
     options.logging_type = ceres::SILENT;
@@ -142,7 +139,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     // Elimination order: windows' insides first, then the nodes along the chain, the parameters
     // last.
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    ordering->AddElementToGroup(result.p.data(), 2);
+    ordering->AddElementToGroup(built.p.data(), 2);
     for (Chain& chain : chains) {
       for (Node<double>& node : chain.nodes) ordering->AddElementToGroup(node.data(), 1);
       for (std::vector<double>& inner : chain.inner) ordering->AddElementToGroup(inner.data(), 0);
@@ -150,6 +147,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     options.linear_solver_ordering = std::move(ordering);
     ceres::Solver::Summary summary;
     ceres::Solve(options, built.problem.get(), &summary);
+    for (std::size_t i = 0; i < free.size(); ++i) result.p[free[i]] = built.p[i];
     result.iterations += static_cast<int>(summary.iterations.size());
     if (!summary.IsSolutionUsable())
       throw std::runtime_error("the fit does not converge: " + summary.message);
@@ -157,7 +155,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
     const double gained = summary.initial_cost - summary.final_cost;
     result.settled = pass >= settings.passes && gained < small_gain * summary.final_cost &&
                      moved(before, result.p) < still * slowness(config);
-    if (result.settled || pass == settings.most_passes) {
+    if (result.settled || pass == most_passes) {
       uncertainties(built, settings, result);
     } else if (pass <= settings.passes) {  // then they stay fixed, so that it converges
       take_noises(setup, unexplained(setup, chains, result.p));
@@ -166,7 +164,7 @@ Result solve(const daemon::Config& config, std::span<const Drive> drives,
 
   result.turns = turns_of(chains);
   Unexplained rest = unexplained(setup, chains, result.p);
-  for (std::size_t kind = 0; kind <= yaw_kind; ++kind)
+  for (std::size_t kind = 0; kind < kinds; ++kind)
     result.sources.push_back({name_of_kind(kind), rest.values[kind].size(), rest.stated[kind],
                               robust_sigma(rest.values[kind])});
   result.residuals = std::move(rest.points);

@@ -24,17 +24,14 @@ struct Settings {
   std::array<bool, parameters> free{};
   Numbers<double> prior_sigma{};  ///< standard deviations of p beforehand
   std::optional<Measured> rest;   ///< the gyro's bias as it shows at rest [rad/s]
-  Numbers<double> start{};        ///< initial p
+  double window = 0.5;            ///< [s]
+  int passes = 3;  ///< at least; between them noise is taken from the residuals, outliers lose
+  int threads = 1;
+  std::function<void(const std::string&)> progress;  ///< called with a line now and then
 
+  [[nodiscard]] std::vector<std::size_t> free_ones() const;
   /// The prior of p: its value and standard deviation.
   [[nodiscard]] Measured known(std::size_t k) const;
-  double window = 0.5;  ///< [s]
-  int most_passes = 6;  ///< unless it converges sooner
-  int passes = 3;       ///< between them noise is taken from the residuals, outliers lose
-  int iterations = 15;  ///< of each pass, at most
-  int threads = 1;
-  double cluster = 4.0;  ///< residuals further apart are independent [s]
-  std::function<void(const std::string&)> progress;  ///< called with a line now and then
 };
 
 /// The fit of a source at the end.
@@ -67,11 +64,11 @@ struct Result {
   std::vector<ResidualPoint> residuals;
   int iterations = 0;
   bool settled = false;  ///< or stopped
-  double cost = 0.0;
   Turns turns;
 };
 
-/// Throws std::runtime_error if the solver fails.
+/// Throws std::invalid_argument for a drive that shows nothing, and where no parameter is free,
+/// std::runtime_error if the solver fails.
 [[nodiscard]] Result solve(const daemon::Config& config, std::span<const Drive> drives,
                            const Settings& settings);
 

@@ -1,20 +1,62 @@
 #include "tools/identify/fit/trial.hpp"
 
+#include <Eigen/Core>
+#include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <optional>
-#include <string>
+#include <stdexcept>
 #include <utility>
-#include <vector>
 
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/sources/log_reader.hpp"
 #include "tools/cli/text.hpp"
-#include "tools/identify/fit/choice.hpp"
-#include "tools/identify/fit/judge.hpp"
+#include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/identify/fit/drive.hpp"
+#include "tools/tune/trials.hpp"
 
 namespace odomd::tools::fitting {
 namespace {
+
+constexpr std::array goals{Goal::prediction, Goal::second, Goal::position, Goal::heading};
+constexpr double part_s = 8.0;         // of a 1:10 car
+constexpr std::size_t most_parts = 8;  // of a drive
+
+// Ratios of the errors after a change to those before it.
+constexpr double as_good = 1.003;     // counts as no worse
+constexpr double better = 0.995;      // clearly smaller
+constexpr double half_as_good = 1.1;  // largest for each half
+
+constexpr std::int64_t spacing_ns = 20'000'000;
+constexpr double far_off = 3.0;      // from the cubic, in standard deviations
+constexpr std::size_t fewest = 6;    // poses under a cubic
+constexpr double both_sides = 0.25;  // of `half`: largest distance of a pose before and after
+
+// The cubic's value at u = 0 for each of x, y and yaw: least squares, repeated with weights 1 / (1
+// + (r / 3σ)²) from the residuals.
+Eigen::Vector3d middle_of(std::span<const PoseSample> places, double t, double half) {
+  const auto count = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixX4d a(count, 4);
+  Eigen::MatrixX3d b(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const PoseSample& place = places[static_cast<std::size_t>(i)];
+    const double u = (place.t - t) / half;
+    a.row(i) << 1.0, u, u * u, u * u * u;
+    b.row(i) << place.x, place.y, place.yaw;
+  }
+  const Eigen::MatrixX3d rest = b - a * a.householderQr().solve(b);
+  Eigen::VectorXd weight(count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const PoseSample& place = places[static_cast<std::size_t>(i)];
+    const double off =
+        std::hypot(rest(i, 0), rest(i, 1)) / std::hypot(place.sigma_x, place.sigma_y) +
+        std::fabs(rest(i, 2)) / place.sigma_yaw;
+    weight(i) = 1.0 / std::hypot(1.0, off / far_off);
+  }
+  const Eigen::MatrixX4d weighted = weight.asDiagonal() * a;
+  const Eigen::MatrixX3d wanted = weight.asDiagonal() * b;
+  return weighted.householderQr().solve(wanted).row(0);
+}
 
 bool is_wheel(std::string_view key) {
   return key.find(".wheel_") != std::string_view::npos ||
@@ -46,117 +88,186 @@ std::string in_words(double ratio) {
   return fixed(100.0 * std::fabs(ratio - 1.0), 1) + (ratio > 1.0 ? " % worse" : " % better");
 }
 
-std::vector<Candidate> candidates_of(const Findings& findings) {
-  std::vector<Candidate> candidates;
+std::vector<Group> groups_of(const Findings& findings) {
+  std::vector<Group> groups;
   for (std::size_t i = 0; i < findings.values.size(); ++i) {
     const Finding& finding = findings.values[i];
     if (finding.key.empty() || finding.determined == Determined::no) continue;
     const std::string_view name = group_of(finding.key);
     if (name.empty()) continue;
-    auto one = std::ranges::find(candidates, name, &Candidate::name);
-    if (one == candidates.end())
-      one = candidates.insert(candidates.end(), {.name = std::string(name)});
-    one->patch.push_back({finding.key, finding.value, ""});
-    one->findings.push_back(i);
+    auto group = std::ranges::find(groups, name, &Group::name);
+    if (group == groups.end()) group = groups.insert(groups.end(), {.name = std::string(name)});
+    group->patch.push_back({finding.key, finding.value, ""});
+    group->findings.push_back(i);
   }
-  return candidates;
+  return groups;
 }
 
-// The best estimate from a reading with vibration is E[a | y] = y σ_a² / (σ_a² + σ_v²), a share of
-// it. A share found on one half of the parts must help on the other, both ways.
-void find_shares(Judge& judge, const daemon::Config& config, Choice& choice) {
-  constexpr std::array shares{0.7, 0.5, 0.35, 0.25, 0.17, 0.12, 0.08};
-  constexpr double spread = 0.2;  // between two of them, relative
-  for (const std::string role : {"accel_x", "accel_y"}) {
-    const auto binding = std::ranges::find(config.can.bindings, role, &can::SignalBinding::role);
-    const std::string name = "part of " + role;
-    if (binding == config.can.bindings.end() ||
-        std::ranges::count(choice.candidates(), name, &Candidate::name) > 0)
-      continue;
-    const std::string key = "can.signals." + role + ".scale";
-    const auto scaled = [&](double share) { return Patch{{key, binding->scale * share, ""}}; };
-    std::array<Ratio, shares.size()> ratios;
-    for (std::size_t i = 0; i < shares.size(); ++i)
-      ratios[i] = judge.ratio(together(choice.patch(), scaled(shares[i])));
-    const auto best_of = [&](auto error) { return std::ranges::min_element(ratios, {}, error); };
-    const Ratio all_of_it = choice.now();
-    bool holds = true;
-    for (const std::size_t half : {0U, 1U}) {
-      const auto* const here = best_of([&](const Ratio& r) { return r.half[half]; });
-      holds = holds && here->half[1 - half] < worth_it * all_of_it.half[1 - half];
-    }
-    const auto* const best = best_of(&Ratio::all);
-    if (!holds || best->all >= worth_it * all_of_it.all) continue;
-    const double share = shares[static_cast<std::size_t>(best - ratios.begin())];
-    choice.take({.name = name,
-                 .patch = scaled(share),
-                 .own = Finding{.name = name + " to take",
-                                .key = key,
-                                .value = binding->scale * share,
-                                .sigma = std::fabs(binding->scale) * share * spread}},
-                *best);
-  }
+/// The errors with one of the groups switched.
+Ratio turned(std::vector<Group> groups, std::size_t which,
+             const std::function<Ratio(const Patch&)>& judge) {
+  groups[which].taken = !groups[which].taken;
+  Patch all;
+  for (const Group& group : groups)
+    if (group.taken) all.insert(all.end(), group.patch.begin(), group.patch.end());
+  return judge(all);
 }
 
-/// Marks the values that are not taken, with their effect on a replay: they stay as configured.
-void report(Choice& choice, Findings& findings, nlohmann::ordered_json& groups) {
-  for (std::size_t i = 0; i < choice.candidates().size(); ++i) {
-    const Candidate& one = choice.candidates()[i];
-    const Ratio turned = choice.turned(i);
-    const double change = one.taken ? choice.now().all / turned.all : turned.all / choice.now().all;
-    groups[one.name] = {{"taken", one.taken}, {"error", change}};
-    if (one.taken && one.own) {
-      findings.values.push_back(*one.own);
-      findings.values.back().remark = "by replay: errors " + in_words(change);
-    }
-    if (one.taken) continue;
-    const std::string how =
-        in_words(change) + (change <= as_good ? ", but much worse on half of it" : "");
-    for (const std::size_t k : one.findings) {
-      Finding& finding = findings.values[k];
-      finding.use = Use::leave;
-      finding.remark += (finding.remark.empty() ? "" : "; ") + std::string{"left as configured: "} +
-                        "replayed " + how;
-    }
+/// Of the path of the centre of gravity, whole and in parts.
+std::vector<Score> scores(std::span<const tools::Drive> drives, const Patch& patch) {
+  std::vector<Score> result;
+  for (const tools::Drive& drive : drives) {
+    const daemon::Config config = config_with(drive, patch);
+    const ReplayedDrive replayed = replay_drive(drive, config);
+    const auto [x, y, yaw] = config.camera.lever_arm;
+    const Trajectory whole = at_centre_of_gravity(*drive.reference, {x, y, yaw});
+    const auto take = [&](const Trajectory& path) {
+      result.push_back(score_of(evaluate(path, replayed.poses, Align::first)));
+    };
+    take(whole);
+    const std::int64_t first = whole.points.front().t_ns;
+    const std::int64_t span = whole.points.back().t_ns - first;
+    const auto count = static_cast<std::int64_t>(
+        std::clamp(1e-9 * static_cast<double>(span) / (part_s * slowness(drive.config)), 2.0,
+                   static_cast<double>(most_parts)));
+    for (std::int64_t k = 0; k < count; ++k)
+      take(cut_to(whole, first + k * (span / count), first + (k + 1) * (span / count)));
   }
+  return result;
+}
+
+Ratio ratio_of(const std::vector<Score>& tried, const std::vector<Score>& before) {
+  Ratio result{.all = relative_error(tried, before, goals)};
+  for (const std::size_t half : {0U, 1U}) {
+    std::vector<Score> now, then;
+    for (std::size_t i = half; i < tried.size(); i += 2) {
+      now.push_back(tried[i]);
+      then.push_back(before[i]);
+    }
+    result.half[half] = relative_error(now, then, goals);
+  }
+  return result;
 }
 
 }  // namespace
 
-void try_out(Findings& findings, std::span<const tools::Drive> drives,
-             const std::function<void(const std::string&)>& progress) {
-  Judge judge(drives);
-  Choice choice([&judge](const Patch& patch) { return judge.ratio(patch); },
-                candidates_of(findings));
-  const std::size_t groups = choice.candidates().size();
-  const auto say = [&](const std::string& what) {
+Trajectory smoothed(std::span<const estimator::CameraPose> poses, double half) {
+  Trajectory result;
+  result.name = "smoothed poses";
+  if (poses.empty()) return result;
+  const std::int64_t first = poses.front().capture_ns;
+  const std::vector<PoseSample> places = in_order(poses, first);
+  const auto last_ns = static_cast<std::int64_t>(1e9 * places.back().t);
+  for (std::int64_t after = 0; after <= last_ns; after += spacing_ns) {
+    const double t = 1e-9 * static_cast<double>(after);
+    const auto begin = std::ranges::lower_bound(places, t - half, {}, &PoseSample::t);
+    const auto end = std::ranges::upper_bound(places, t + half, {}, &PoseSample::t);
+    const auto here = std::ranges::lower_bound(places, t, {}, &PoseSample::t);
+    if (end - begin < static_cast<std::ptrdiff_t>(fewest) || here == end || here == begin) continue;
+    if (here->t - t > both_sides * half || t - std::prev(here)->t > both_sides * half) continue;
+    const Eigen::Vector3d now = middle_of({begin, end}, t, half);
+    TrajectoryPoint point;
+    point.t_ns = first + after;
+    point.pose = {now(0), now(1), now(2)};
+    result.points.push_back(point);
+  }
+  return result;
+}
+
+tools::Drive trial_drive(const std::string& name, const daemon::Config& config,
+                         std::span<const std::string> logs,
+                         std::vector<estimator::CameraPose> poses, double from, double to) {
+  tools::Drive drive{.name = name, .folder = name, .config = config};
+  drive.databases = daemon::load_databases(drive.config, drive.warnings);
+  can::BusNames buses;
+  for (const std::string& bus : daemon::expected_buses(drive.config)) buses.index_of(bus);
+  can::MergedLog log(logs, buses);
+  const auto after = [&drive](double seconds) {
+    return drive.frames.front().time_ns + static_cast<std::int64_t>(1e9 * seconds);
+  };
+  while (const can::Frame* frame = log.next()) {
+    drive.frames.push_back(*frame);
+    if (frame->time_ns <= after(std::min(to, 1e8))) continue;
+    drive.frames.pop_back();
+    break;
+  }
+  drive.buses = buses.all();
+  std::ranges::sort(poses, {}, &estimator::CameraPose::capture_ns);
+  // Poses before and after have no replay to compare with.
+  std::erase_if(poses, [&](const estimator::CameraPose& pose) {
+    return drive.frames.empty() || pose.capture_ns < after(from) ||
+           pose.capture_ns > drive.frames.back().time_ns;
+  });
+  drive.reference = smoothed(poses, 0.25 * slowness(config));
+  if (drive.reference->points.size() < 100)
+    throw std::invalid_argument(name + ": too few poses to evaluate a replay of the drive");
+  return drive;
+}
+
+Ratio choose(std::vector<Group>& groups, const std::function<Ratio(const Patch&)>& judge,
+             const Progress& progress) {
+  Ratio now{.all = 1.0, .half = {1.0, 1.0}};
+  const auto best_of = [&](bool to_drop) {
+    std::optional<std::pair<std::size_t, Ratio>> best;
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+      if (groups[i].taken != to_drop) continue;
+      const Ratio then = turned(groups, i, judge);
+      const bool fits = then.all < (to_drop ? better : as_good) * now.all &&
+                        then.half[0] <= half_as_good * now.half[0] &&
+                        then.half[1] <= half_as_good * now.half[1];
+      if (fits && (!best || then.all < best->second.all)) best = {i, then};
+    }
+    return best;
+  };
+  // The errors decrease with each change, so the loop ends; the limit guards against rounding.
+  for (std::size_t turn = 0; turn < 4 * groups.size(); ++turn) {
+    auto next = best_of(false);
+    if (!next) next = best_of(true);
+    if (!next) break;
+    Group& group = groups[next->first];
+    group.taken = !group.taken;
     if (progress)
-      progress("trial, " + std::to_string(judge.replays()) + " replays of about " +
-               std::to_string(drives.size() * (40 + groups * (groups + 5) / 2)) + ": " + what);
-  };
-  const auto shares = [&] {
-    const double before = choice.now().all;
-    find_shares(judge, drives.front().config, choice);
-    say("accelerometers " + in_words(choice.now().all / before));
-  };
-  const auto turns = [&] {
-    // The errors decrease with each change, so the loop ends; the limit guards against rounding.
-    for (std::size_t turn = 0; turn < 4 * groups; ++turn) {
-      const double before = choice.now().all;
-      const std::optional<std::string> turned = choice.turn_best();
-      if (!turned) break;
-      say(*turned + " " + in_words(choice.now().all / before));
+      progress((group.taken ? "" : "without ") + group.name + " " +
+               in_words(next->second.all / now.all));
+    now = next->second;
+  }
+  return now;
+}
+
+void try_out(Findings& findings, std::span<const tools::Drive> drives, const Progress& progress) {
+  std::size_t replays = drives.size();
+  const std::vector<Score> before = scores(drives, {});
+  const auto judge = [&](const Patch& patch) -> Ratio {
+    try {
+      replays += drives.size();
+      return ratio_of(scores(drives, patch), before);
+    } catch (const std::invalid_argument&) {
+      return {};
     }
   };
-  // First with the sensors as configured, then, if that was not used, as found.
-  shares();
-  turns();
-  shares();
-  turns();
+  std::vector<Group> groups = groups_of(findings);
+  const std::size_t usual = drives.size() * (1 + groups.size() * (groups.size() + 5) / 2);
+  const Ratio now = choose(groups, judge, [&](const std::string& what) {
+    if (progress)
+      progress("trial, " + std::to_string(replays) + " replays of about " + std::to_string(usual) +
+               ": " + what);
+  });
   nlohmann::ordered_json tried;
-  report(choice, findings, tried);
-  findings.details["trial"] = {
-      {"error", choice.now().all}, {"replays", judge.replays()}, {"groups", tried}};
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const Group& group = groups[i];
+    const double then = turned(groups, i, judge).all;
+    const double change = group.taken ? now.all / then : then / now.all;
+    tried[group.name] = {{"taken", group.taken}, {"error", change}};
+    if (group.taken) continue;
+    for (const std::size_t k : group.findings) {
+      Finding& finding = findings.values[k];
+      finding.use = Use::leave;
+      finding.remark += (finding.remark.empty() ? "" : "; ") +
+                        ("left as configured: replayed " + in_words(change)) +
+                        (change <= as_good ? ", but much worse on half of it" : "");
+    }
+  }
+  findings.details["trial"] = {{"error", now.all}, {"replays", replays}, {"groups", tried}};
 }
 
 }  // namespace odomd::tools::fitting

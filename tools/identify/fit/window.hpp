@@ -16,6 +16,11 @@ inline constexpr std::size_t node_size = single_track::states + 1;
 template <class T>
 using Node = std::array<T, node_size>;
 
+/// Kinds of residuals: of the sources and of poses.
+inline constexpr std::size_t position_kind = estimator::source_count;
+inline constexpr std::size_t yaw_kind = position_kind + 1;
+inline constexpr std::size_t kinds = yaw_kind + 1;
+
 /// The car before the fit, and the integration steps.
 struct Setup {
   const daemon::Config* config = nullptr;
@@ -27,8 +32,7 @@ struct Setup {
   double slow = 0.3;  ///< at lower speeds the tyre model does not hold [m/s]
   double wheelbase = 0.26;
   bool one_imu = false;  ///< accelerations come with the yaw rate, with the same latency
-  std::array<double, estimator::source_count> noise{};  ///< of each source; 0: by its samples
-  double noise_position = 0.0, noise_yaw = 0.0;         ///< of poses; 0: by the poses
+  std::array<double, kinds> noise{};  ///< of the residuals by their kind; 0: as stated
 
   [[nodiscard]] std::size_t knots() const {
     return static_cast<std::size_t>(std::lround(window / knot));
@@ -48,8 +52,15 @@ struct Window {
 /// The inputs of the car in a window, linear between knots.
 template <class T>
 struct Course {
-  std::vector<T> accel;
-  std::vector<T> steering;  ///< error of the signal, in steering_sigma
+  const T& begin;  ///< acceleration along x at the first knot
+  const T* inner;  ///< at the knots between; then the signal's error at all, in steering_sigma
+  const T& end;
+  std::size_t last = 0;  ///< knot
+
+  [[nodiscard]] const T& accel(std::size_t k) const {
+    return k == 0 ? begin : k == last ? end : inner[k - 1];
+  }
+  [[nodiscard]] const T& steering(std::size_t k) const { return inner[last - 1 + k]; }
 };
 
 inline double number(double value) {
@@ -73,28 +84,28 @@ template <class T>
 four_wheels::Car<T> car_of(const Setup& setup, const Numbers<T>& p) {
   using std::exp;
   const estimator::Vehicle& v = setup.config->vehicle;
-  const Numbers<double>& n = setup.nominal;
+  const auto scaled = [&](Parameter k) { return static_cast<T>(setup.nominal[k] * exp(p[k])); };
   four_wheels::Car<T> car;
   car.mass = static_cast<T>(v.mass);
   car.front_axle = static_cast<T>(v.front_axle);
   car.rear_axle = static_cast<T>(v.rear_axle);
-  car.inertia = n[yaw_inertia] * exp(p[yaw_inertia]);
-  car.stiffness_front = n[stiffness_front] * exp(p[stiffness_front]);
-  car.stiffness_rear = n[stiffness_rear] * exp(p[stiffness_rear]);
-  car.bend_front = n[bend_front] * exp(p[bend_front]);
-  car.bend_rear = n[bend_rear] * exp(p[bend_rear]);
-  car.relaxation = n[relaxation_length] * exp(p[relaxation_length]);
-  car.load_arm = n[load_arm] * exp(p[load_arm]);
-  car.lag = n[steering_lag] * exp(p[steering_lag]);
-  car.spin = n[wheel_spin] * exp(p[wheel_spin]);
-  car.load_lag = n[load_lag] * exp(p[load_lag]);
+  car.inertia = scaled(yaw_inertia);
+  car.stiffness_front = scaled(stiffness_front);
+  car.stiffness_rear = scaled(stiffness_rear);
+  car.bend_front = scaled(bend_front);
+  car.bend_rear = scaled(bend_rear);
+  car.relaxation = scaled(relaxation_length);
+  car.load_arm = scaled(load_arm);
+  car.lag = scaled(steering_lag);
+  car.spin = scaled(wheel_spin);
+  car.load_lag = scaled(load_lag);
   car.track = v.track_width;
   car.floor_speed = setup.floor_speed;
   return car;
 }
 
-/// The number of substeps of a step. Slip settles at a rate of |v_x| / σ, and the Runge-Kutta
-/// method diverges above 2.8 per step. A relaxation length of zero is not possible.
+/// Substeps of a step. Slip settles at a rate of |v_x| / σ, and Runge and Kutta's method diverges
+/// above 2.8 per step.
 [[nodiscard]] inline int stable_parts(double speed, double relaxation, double step) {
   constexpr double stable = 2.0, most = 64.0;
   const double parts = std::ceil(std::fabs(speed) / relaxation * step / stable);
@@ -118,23 +129,23 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
   const T gain = exp(-p[steering_scale]);
   // Only the total delay is observable: dead time and time constant can hardly be separated.
   const T dead_time = setup.nominal[steering_delay] + p[steering_delay] - car.lag;
-  const auto between = [&](const std::vector<T>& knots, double k) {
+  const auto between = [&](auto value_at, double k) {
     const double place = k * setup.step / setup.knot;
-    const auto i = std::min(static_cast<std::size_t>(place), knots.size() - 2);
-    return static_cast<T>(knots[i] + (place - static_cast<double>(i)) * (knots[i + 1] - knots[i]));
+    const auto i = std::min(static_cast<std::size_t>(place), course.last - 1);
+    const T& from = (course.*value_at)(i);
+    const T& to = (course.*value_at)(i + 1);
+    return static_cast<T>(from + (place - static_cast<double>(i)) * (to - from));
   };
   const auto command_at = [&](double k) {
     const T signal =
         at(window.drive->steering, static_cast<T>(window.begin + k * setup.step - dead_time));
-    return static_cast<T>(
-        gain * (signal - p[steering_offset] + window.steering_sigma * between(course.steering, k)));
+    return static_cast<T>(gain * (signal - p[steering_offset] +
+                                  window.steering_sigma * between(&Course<T>::steering, k)));
   };
   single_track::State<T> x;
   std::copy_n(node.begin(), single_track::states, x.begin());
-  result.states.reserve(steps + 1);
-  result.accel.reserve(steps + 1);
-  result.states.push_back(x);
-  result.accel.push_back(between(course.accel, 0.0));
+  result.states = {x};
+  result.accel = {course.begin};
   for (std::size_t k = 0; k < steps; ++k) {
     const int parts =
         stable_parts(number(x[single_track::v_x]), number(car.relaxation), setup.step);
@@ -142,7 +153,7 @@ Run<T> run(const Setup& setup, const Window& window, const Numbers<T>& p, const 
     for (int part = 0; part < parts; ++part) {
       const double begin = static_cast<double>(k) + static_cast<double>(part) / parts;
       const T before = next;
-      next = between(course.accel, begin + 1.0 / parts);
+      next = between(&Course<T>::accel, begin + 1.0 / parts);
       x = single_track::step(car, x, command_at(begin + 0.5 / parts), before, next,
                              setup.step / parts);
     }
@@ -174,27 +185,27 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
                h11 = u3 - u2;
   const double d00 = 6 * u2 - 6 * u, d10 = 3 * u2 - 4 * u + 1, d01 = -d00, d11 = 3 * u2 - 2 * u;
   const double left = i > 0 ? 0.5 : 1.0, right = i + 2 < count ? 0.5 : 1.0;
-  // On x_{i-1}, x_i, x_{i+1}, x_{i+2}; at the ends the slope is that of the last piece.
-  const std::array<double, 4> w{-left * h10, h00, h01, right * h11};
-  const std::array<double, 4> dw{-left * d10, d00, d01, right * d11};
+  // Of x_{i-1}, x_i, x_{i+1}, x_{i+2}; at the ends the slope is that of the last piece.
+  const std::array<double, 4> w{-left * h10, h00 - right * h11, h01 + left * h10, right * h11};
+  const std::array<double, 4> dw{-left * d10, d00 - right * d11, d01 + left * d10, right * d11};
   const T moved = t / setup.step - number(t) / setup.step;
-  const auto mix = [&](const T& a, const T& b, const T& c, const T& d) {
-    const T value = w[0] * a + w[1] * b + w[2] * c + w[3] * d + left * h10 * c - right * h11 * b;
-    const double slope = dw[0] * number(a) + dw[1] * number(b) + dw[2] * number(c) +
-                         dw[3] * number(d) + left * d10 * number(c) - right * d11 * number(b);
+  const auto mix = [&](const auto& of) {
+    const T value = w[0] * of(before) + w[1] * of(i) + w[2] * of(i + 1) + w[3] * of(after);
+    const double slope = dw[0] * number(of(before)) + dw[1] * number(of(i)) +
+                         dw[2] * number(of(i + 1)) + dw[3] * number(of(after));
     return static_cast<T>(value + slope * moved);
   };
-  Instant<T> result;
-  for (std::size_t k = 0; k < single_track::states; ++k)
-    result.x[k] =
-        mix(run.states[before][k], run.states[i][k], run.states[i + 1][k], run.states[after][k]);
-  result.accel = mix(run.accel[before], run.accel[i], run.accel[i + 1], run.accel[after]);
-  const auto slope = [&](std::size_t k) {
-    const T &b = run.states[i][k], &c = run.states[i + 1][k];
-    return static_cast<T>((dw[0] * run.states[before][k] + (dw[1] - right * d11) * b +
-                           (dw[2] + left * d10) * c + dw[3] * run.states[after][k]) /
-                          setup.step);
+  const auto state = [&run](std::size_t k) {
+    return [&run, k](std::size_t j) -> const T& { return run.states[j][k]; };
   };
+  const auto slope = [&](std::size_t k) {
+    const auto of = state(k);
+    return static_cast<T>(
+        (dw[0] * of(before) + dw[1] * of(i) + dw[2] * of(i + 1) + dw[3] * of(after)) / setup.step);
+  };
+  Instant<T> result;
+  for (std::size_t k = 0; k < single_track::states; ++k) result.x[k] = mix(state(k));
+  result.accel = mix([&run](std::size_t j) -> const T& { return run.accel[j]; });
   result.side_accel = slope(single_track::v_y);
   result.turn = slope(single_track::yaw_rate);
   result.steer_rate = slope(single_track::steer);
@@ -204,19 +215,10 @@ Instant<T> instant(const Setup& setup, const Window& window, const Run<T>& run, 
 /// The latency of a sample beyond the configured one.
 template <class T>
 T latency_of(const Setup& setup, estimator::Source source, const Numbers<T>& p) {
-  using estimator::Source;
-  switch (source) {
-    case Source::yaw_rate:
-      return p[gyro_latency];
-    case Source::accel_x:
-    case Source::accel_y:
-      return setup.one_imu ? p[gyro_latency] : p[accel_latency];
-    case Source::wheel_front_left:
-    case Source::wheel_front_right:
-      return p[wheel_latency_front];
-    default:
-      return p[wheel_latency_rear];
-  }
+  if (estimator::is_wheel(source))
+    return p[source <= estimator::Source::wheel_front_right ? wheel_latency_front
+                                                            : wheel_latency_rear];
+  return p[setup.one_imu || source == estimator::Source::yaw_rate ? gyro_latency : accel_latency];
 }
 
 /// The specific force at the IMU, in its axes as configured.
@@ -258,8 +260,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   using std::tan;
   namespace st = single_track;
   const T half = 0.5 * setup.nominal[track_width] * exp(p[track_width]);
-  const T& r = now.x[st::yaw_rate];
-  const T forward = now.x[st::v_x];
+  const T &r = now.x[st::yaw_rate], &forward = now.x[st::v_x];
   const T per_force = usual_slip + p[wheel_slip];
   const bool front = source == Source::wheel_front_left || source == Source::wheel_front_right;
   const bool left = source == Source::wheel_front_left || source == Source::wheel_rear_left;
@@ -269,6 +270,7 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
   const T share =
       1.0 + out * car.load_arm * wheelbase * forward * (r - car.load_lag * now.turn) /
                 (st::gravity * 2.0 * half * half * (front ? car.rear_axle : car.front_axle));
+  const T scale = exp(p[wheel_scale(source)]);
   if (front) {
     const T along = forward - out * r;
     const T side = now.x[st::v_y] + car.front_axle * r;
@@ -282,22 +284,18 @@ T rolled(const Setup& setup, const four_wheels::Car<T>& car, estimator::Source s
                     (now.side_accel + car.front_axle * now.turn) * s +
                     (side * c - along * s) * now.steer_rate;
     const T slip = per_force / setup.nominal[stiffness_front] * car.spin * car.mass * accel * share;
-    return exp(p[left ? wheel_scale_front_left : wheel_scale_front_right]) * speed *
-           (static_cast<T>(1.0) - slip);
+    return scale * speed * (static_cast<T>(1.0) - slip);
   }
   // κ = p D / C_h, D what drives the car
   const T accel_x = now.accel - now.x[st::v_y] * r;
   const T drive = four_wheels::push(car, now.x, accel_x).drive;
   const T per_newton = per_force / setup.nominal[stiffness_rear];
-  if (source != Source::wheel_rear_left && source != Source::wheel_rear_right) {
-    const std::size_t scale = source == Source::motor ? wheel_scale_motor : wheel_scale_rear;
-    return exp(p[scale]) * forward * (static_cast<T>(1.0) + per_newton * drive);
-  }
+  if (source == Source::wheel_rear || source == Source::motor)
+    return scale * forward * (static_cast<T>(1.0) + per_newton * drive);
   // Both wheels get the same torque, and the outer one spins up in a turn: F_i = D / 2 + m_w y_i ψ̈.
   const T drive_spun = setup.nominal[drive_spin] * exp(p[drive_spin]) * car.mass;  // of both
   const T slip = per_newton * (drive + drive_spun * out * now.turn) * share;
-  return exp(p[left ? wheel_scale_rear_left : wheel_scale_rear_right]) * (forward - out * r) *
-         (static_cast<T>(1.0) + slip);
+  return scale * (forward - out * r) * (static_cast<T>(1.0) + slip);
 }
 
 /// The predicted measurement of a source.
@@ -310,9 +308,8 @@ T expected(const Setup& setup, const four_wheels::Car<T>& car, const Sample& sam
     case Source::yaw_rate:
       return exp(p[gyro_scale]) * now.x[single_track::yaw_rate] + p[gyro_bias];
     case Source::accel_x:
-      return measured_acceleration(setup, car, now, p)[0];
     case Source::accel_y:
-      return measured_acceleration(setup, car, now, p)[1];
+      return measured_acceleration(setup, car, now, p)[sample.source == Source::accel_y ? 1 : 0];
     default:
       return rolled(setup, car, sample.source, now, p);
   }
@@ -329,15 +326,25 @@ std::array<T, 3> expected_pose(const Setup& setup, const Instant<T>& now, const 
           now.x[st::yaw] + setup.nominal[camera_yaw] + p[camera_yaw]};
 }
 
-/// Standard deviations of the gap between a window's end and the start of the next.
-[[nodiscard]] inline std::array<double, single_track::states> believed(const Setup& setup) {
-  const double size = setup.wheelbase;
-  const double pace = std::sqrt(size / 0.26);  // of speeds, and of times, by Froude's number
-  return {0.004 * size, 0.004 * size, 1e-3, 4e-3 * pace, 0.03 * pace,
-          0.04 / pace,  3e-3,         0.01, 0.01};
+/// Calls take(kind, time of the stamp, measured less predicted, stated sigma) for every measurement
+/// of a window.
+template <class T, class Take>
+void for_each_residual(const Setup& setup, const Window& window, const Numbers<T>& p,
+                       const Run<T>& run, Take&& take) {
+  const four_wheels::Car<T> car = car_of(setup, p);
+  for (const Sample& sample : window.samples) {
+    const T t = sample.t - latency_of(setup, sample.source, p);
+    const T h = expected(setup, car, sample, instant(setup, window, run, t), p);
+    take(estimator::index_of(sample.source), sample.t, static_cast<T>(sample.value - h),
+         sample.sigma);
+  }
+  for (const PoseSample& pose : window.poses) {
+    const std::array<T, 3> h =
+        expected_pose(setup, instant(setup, window, run, static_cast<T>(pose.t)), p);
+    take(position_kind, pose.t, static_cast<T>(pose.x - h[0]), pose.sigma_x);
+    take(position_kind, pose.t, static_cast<T>(pose.y - h[1]), pose.sigma_y);
+    take(yaw_kind, pose.t, static_cast<T>(pose.yaw - h[2]), pose.sigma_yaw);
+  }
 }
-
-/// The acceleration's change from knot to knot, as a standard deviation [m/s²].
-inline constexpr double knot_change = 0.7;
 
 }  // namespace odomd::tools::fitting

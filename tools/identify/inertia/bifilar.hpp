@@ -11,6 +11,10 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
+
+#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/finding.hpp"
 
 namespace odomd::tools {
 
@@ -66,5 +70,25 @@ void check_mass(const Bifilar& pendulum, double period, double mass);
 /// The ratio to the period of small swings: T(amplitude)/T(0). For a body of this radius of
 /// gyration, J/m [m²].
 [[nodiscard]] double lengthening(const Bifilar& pendulum, double inertia_by_mass, double amplitude);
+
+// The period by stop-watch.
+
+struct StopWatch {
+  std::vector<double> times;  ///< each of `swings` swings [s]
+  int swings = 0;
+  double sigma = 0.0;            ///< of a timing [s]
+  double amplitude_begin = 0.0;  ///< of the first swing that was timed [rad]
+  double amplitude_end = 0.0;    ///< ... of the last
+};
+
+struct TimedSwing {
+  Measured period;           ///< of small, undamped swings [s]
+  double lengthening = 0.0;  ///< relative excess of the timed period
+  diagnostics::Diagnostics warnings;
+};
+
+/// The mean of the timings, corrected for the swings' width and damping; a quarter of the
+/// correction counts as uncertainty. Throws std::invalid_argument for impossible values.
+[[nodiscard]] TimedSwing small_period_of(const StopWatch& watch, const Bifilar& pendulum);
 
 }  // namespace odomd::tools

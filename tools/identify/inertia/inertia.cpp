@@ -9,28 +9,83 @@
 #include "tools/cli/text.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/common/record.hpp"
 #include "tools/identify/inertia/bifilar.hpp"
-#include "tools/identify/inertia/inertia_options.hpp"
 #include "tools/identify/inertia/propagation.hpp"
 #include "tools/identify/inertia/swing_fit.hpp"
-#include "tools/identify/inertia/swing_timing.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/weighing/scale_options.hpp"
 
 namespace odomd::tools {
 namespace {
 
+struct Options {
+  RecordOptions record;
+  std::vector<std::string> times;
+  int swings = 0;
+  std::vector<std::string> platform_times;
+  int platform_swings = 0;
+  std::string platform_mass, platform_mass_sigma, platform_inertia, platform_inertia_sigma;
+  std::string mass, mass_sigma;
+  std::string spacing, spacing_below, spacing_sigma = "0.5mm";
+  std::string cord, cord_sigma = "2mm";
+  std::string offset = "0", offset_sigma;
+  std::string tilt = "2deg";
+  std::string amplitude = "10deg", amplitude_end;
+  std::string time_sigma = "0.15";
+  std::string clock_sigma = "0.0001";
+  std::string gyro_scale_sigma = "3%";
+  std::string gravity;
+  Delivery delivery;
+};
+
 struct Period {
   Measured small;  ///< of small swings [s]
   std::string origin;
 };
 
+Bifilar pendulum_of(const Options& options) {
+  constexpr Plausible between_cords{0.01, 10.0}, along_cords{0.05, 50.0};  // m
+  const auto length = [](const std::string& text, const std::string& option, Plausible range) {
+    return parse_plausible(text, Dimension::length, option, range);
+  };
+  const Bifilar pendulum{
+      .spacing_above = length(options.spacing, "--spacing", between_cords),
+      .spacing_below = options.spacing_below.empty()
+                           ? length(options.spacing, "--spacing", between_cords)
+                           : length(options.spacing_below, "--spacing-below", between_cords),
+      .cord = length(options.cord, "--cord", along_cords),
+      .offset = parse_not_negative(options.offset, Dimension::length, "--offset")};
+  check(pendulum);
+  return pendulum;
+}
+
+StopWatch watch_of(const Options& options, const std::vector<std::string>& times, int swings,
+                   const std::string& prefix) {
+  StopWatch watch{.swings = swings};
+  for (const std::string& text : times)
+    watch.times.push_back(parse_positive(text, Dimension::time, prefix + "time"));
+  if (swings < 1)
+    throw std::invalid_argument(prefix + "swings is missing: how many full swings did each " +
+                                prefix + "time take?");
+  watch.sigma = parse_not_negative(options.time_sigma, Dimension::time, "--time-sigma");
+  watch.amplitude_begin = parse_not_negative(options.amplitude, Dimension::angle, "--amplitude");
+  watch.amplitude_end = parse_or(0.5 * watch.amplitude_begin, options.amplitude_end,
+                                 Dimension::angle, "--amplitude-end");
+  return watch;
+}
+
+Measured mass_of(const std::string& text, const std::string& sigma, const std::string& option) {
+  const double mass = parse_positive(text, Dimension::mass, option);
+  // A kitchen scale.
+  return {mass, parse_or(0.002 * mass, sigma, Dimension::mass, option + "-sigma")};
+}
+
 /// From the record: adds the uncertainty of the clock's rate, and of the amplitude from the gyro's
 /// scale, to that of the fit.
-Period period_of_record(const InertiaOptions& options, const Bifilar& pendulum,
-                        Findings& findings) {
+Period period_of_record(const Options& options, const Bifilar& pendulum, Findings& findings) {
   const Series yaw_rate = read_yaw_rate(options.record, findings.warnings);
   const SwingFit fit = fit_swing(yaw_rate, pendulum, name_of(options.record));
   append(findings.warnings, fit.warnings);
@@ -63,7 +118,7 @@ Period period_of_watch(const StopWatch& watch, const Bifilar& pendulum, Findings
                                     counted(watch.times.size(), "timing"), watch.swings)};
 }
 
-Period period_of_car(const InertiaOptions& options, const Bifilar& pendulum, Findings& findings) {
+Period period_of_car(const Options& options, const Bifilar& pendulum, Findings& findings) {
   const bool recorded = is_given(options.record);
   if (recorded == !options.times.empty())
     throw std::invalid_argument(
@@ -71,60 +126,74 @@ Period period_of_car(const InertiaOptions& options, const Bifilar& pendulum, Fin
                  : "give --time and --swings, --csv, or --config and --can; odom identify inertia "
                    "--help explains each");
   return recorded ? period_of_record(options, pendulum, findings)
-                  : period_of_watch(watch_of_car(options), pendulum, findings);
+                  : period_of_watch(watch_of(options, options.times, options.swings, "--"),
+                                    pendulum, findings);
 }
 
-// The inputs in the order of inertia_on_cords().
-std::vector<Input> inputs_of(const InertiaOptions& options, const Bifilar& pendulum,
-                             const Measured& mass, const Measured& period) {
-  const Measured off = offset_square(options, pendulum);
-  const double tape =
-      parse_not_negative(options.spacing_sigma, Dimension::length, "--spacing-sigma");
-  const double tilt = parse_not_negative(options.tilt, Dimension::angle, "--tilt");
-  return {
+/// What is carried with the car: its mass, and the period in which it swings alone or its inertia.
+std::vector<Input> platform_inputs(const Options& options, const Bifilar& pendulum) {
+  const bool weighed = !options.platform_mass.empty(), swung = !options.platform_times.empty();
+  if (weighed != (swung || !options.platform_inertia.empty()))
+    throw std::invalid_argument(
+        weighed ? "--platform-mass alone does not give the platform's inertia; add "
+                  "--platform-time and --platform-swings, or --platform-inertia"
+                : "--platform-mass is missing: what does the platform weigh?");
+  if (!weighed) return {};
+  const Input mass{"mass of the platform",
+                   mass_of(options.platform_mass, options.platform_mass_sigma, "--platform-mass")};
+  if (swung) {
+    const StopWatch watch =
+        watch_of(options, options.platform_times, options.platform_swings, "--platform-");
+    return {mass, {"period of the platform", small_period_of(watch, pendulum).period}};
+  }
+  const double inertia =
+      parse_not_negative(options.platform_inertia, Dimension::pure, "--platform-inertia");
+  return {mass,
+          {"inertia of the platform",
+           {inertia, parse_or(0.05 * inertia, options.platform_inertia_sigma, Dimension::pure,
+                              "--platform-inertia-sigma")}}};
+}
+
+// J = (m + m_p) g p T² / (4 π² h) - J_p
+Propagated inertia_on_cords(const Options& options, const Bifilar& pendulum, const Measured& mass,
+                            const Measured& period) {
+  const auto sigma = [](const std::string& text, Dimension dimension, const std::string& option) {
+    return parse_not_negative(text, dimension, option);
+  };
+  const double tape = sigma(options.spacing_sigma, Dimension::length, "--spacing-sigma");
+  const double tilt = sigma(options.tilt, Dimension::angle, "--tilt");
+  // Only e² matters, whose mean is sigma² if e is unknown.
+  const double off2 = pendulum.offset * pendulum.offset;
+  const double variance = std::pow(parse_or(0.02 * pendulum.spacing_below, options.offset_sigma,
+                                            Dimension::length, "--offset-sigma"),
+                                   2);
+  std::vector<Input> inputs{
       {"mass", mass},
       {"gravity", gravity_of(options.gravity)},
       {"distance of the cords above", {pendulum.spacing_above, tape}},
       {"distance of the cords below", {pendulum.spacing_below, tape}},
       {"length of the cords",
-       {pendulum.cord, parse_not_negative(options.cord_sigma, Dimension::length, "--cord-sigma")}},
+       {pendulum.cord, sigma(options.cord_sigma, Dimension::length, "--cord-sigma")}},
       {"period", period},
-      {"offset of the centre of gravity", off},
+      {"offset of the centre of gravity",
+       {off2 + variance, std::sqrt(2.0 * variance * variance + 4.0 * off2 * variance)}},
       // Tilted by τ it swings about another axis: J cos²τ + J_x sin²τ, where J_x of a car is about
       // a third.
       {"tilt of the car", {0.0, 0.7 * tilt * tilt}}};
-}
-
-std::vector<Input> platform_inputs(const InertiaOptions& options, const Bifilar& pendulum,
-                                   Platform platform) {
-  if (platform == Platform::none) return {};
-  const Input mass{"mass of the platform", mass_of_platform(options)};
-  if (platform == Platform::given)
-    return {mass, {"inertia of the platform", inertia_of_platform(options)}};
-  return {mass,
-          {"period of the platform", small_period_of(watch_of_platform(options), pendulum).period}};
-}
-
-// J = (m + m_p) g p T² / (4 π² h) - J_p
-Propagated inertia_on_cords(const InertiaOptions& options, const Bifilar& pendulum,
-                            const Measured& mass, const Measured& period) {
-  std::vector<Input> inputs = inputs_of(options, pendulum, mass, period);
   const std::size_t own = inputs.size();
-  const Platform platform = platform_of(options);
-  for (Input& input : platform_inputs(options, pendulum, platform))
-    inputs.push_back(std::move(input));
+  for (Input& input : platform_inputs(options, pendulum)) inputs.push_back(std::move(input));
+  const bool platform = inputs.size() > own, swung = !options.platform_times.empty();
 
   Propagated inertia = propagate(inputs, [&](const std::vector<double>& x) {
     Bifilar hung{.spacing_above = x[2],
                  .spacing_below = x[3],
                  .cord = x[4],
                  .offset = std::sqrt(std::fmax(x[6], 0.0))};
-    const double carried = platform == Platform::none ? 0.0 : x[own];
+    const double carried = platform ? x[own] : 0.0;
     const double whole = inertia_of(hung, x[0] + carried, x[1], x[5]) * (1.0 + x[7]);
-    if (platform == Platform::none) return whole;
-    if (platform == Platform::given) return whole - x[own + 1];
+    if (!platform) return whole;
     hung.offset = 0.0;  // of the platform alone
-    return whole - inertia_of(hung, carried, x[1], x[own + 1]);
+    return whole - (swung ? inertia_of(hung, carried, x[1], x[own + 1]) : x[own + 1]);
   });
   if (!(inertia.result.value > 0.0))
     throw std::invalid_argument("the platform has more inertia than car and platform together");
@@ -146,27 +215,20 @@ void compare_with_axles(const std::string& file, double mass, double inertia, Fi
                         ratio, least, most)));
 }
 
-void identify_inertia(const InertiaOptions& options) {
+void identify_inertia(const Options& options) {
   check(options.delivery);
   Findings findings{.method = "inertia"};
   const Bifilar pendulum = pendulum_of(options);
   const Period period = period_of_car(options, pendulum, findings);
-  const Measured mass = mass_of_car(options);
+  const Measured mass = mass_of(options.mass, options.mass_sigma, "--mass");
   check_size(pendulum, period.small.value);
   check_mass(pendulum, period.small.value, mass.value);
   const Propagated inertia = inertia_on_cords(options, pendulum, mass, period.small);
 
   findings.origin = "bifilar pendulum, " + period.origin;
-  findings.values.push_back({.name = "yaw inertia",
-                             .key = "vehicle.yaw_inertia",
-                             .value = inertia.result.value,
-                             .sigma = inertia.result.sigma,
-                             .unit = "kg m2",
-                             .remark = largest_contributions(inertia)});
-  findings.values.push_back({.name = "period of small swings",
-                             .value = period.small.value,
-                             .sigma = period.small.sigma,
-                             .unit = "s"});
+  findings.values = {as_finding("yaw inertia", "vehicle.yaw_inertia", inertia.result, "kg m2",
+                                largest_contributions(inertia)),
+                     as_finding("period of small swings", "", period.small, "s")};
   for (const Contribution& part : inertia.contributions)
     findings.details["contributions"][part.name] = part.sigma;
   if (!diagnostics::kind("inertia_uncertain")
@@ -180,10 +242,97 @@ void identify_inertia(const InertiaOptions& options) {
   deliver(findings, options.delivery);
 }
 
+void describe_inertia(Command command, Options& options) {
+  command.description("Measure the yaw inertia by swinging the car on two cords");
+  command.footer(
+      R"(Hang the car level by two thin cords of equal length, one on each side of its centre of
+gravity and equally far from it, vertical and parallel. It may stand on a light board:
+then weigh and swing the board alone, too. Turn the car by 10 to 20 degrees about the
+vertical, let it come to rest there, and let go without a push. Record its gyro for a
+minute, or time 20 full swings three times with a stop-watch, from one passage through the
+middle to the 20th after it in the same direction.
+Precision: J = m g D2 T2 / (16 pi2 L), so 1 % of the distance D counts 2 %, 1 % of the
+mass and of the cords' length L 1 %. Measure D to 0.5 mm at top and bottom, L under load and
+between the fixings. Long cords swing slowly and are easily measured: L at least 3 D.
+The amplitude of the swing and its decay are allowed for; with a stop-watch give
+--amplitude. An offset e of the centre of gravity along the line of the cords takes
+4 e2/D2 off: hang it so that both cords are equally tight. A tilt of 5 degrees takes 0.5 %
+off: level it to 2.
+A --csv has the columns t [s] and yaw_rate [rad/s].
+
+Examples:
+  odom identify inertia --mass 2.985 --spacing 200mm --cord 1.2m --config car.toml \
+      --can swing/drive.log --write car.toml
+  odom identify inertia --mass 2985g --spacing 0.2 --cord 1.2 --swings 20 --time 42.81 \
+      --time 42.95 --time 42.77 --amplitude 15deg --amplitude-end 8deg
+  odom identify inertia --mass 2.985 --spacing 0.2 --cord 1.2 --csv phone.csv \
+      --platform-mass 310g --platform-swings 20 --platform-time 38.2)");
+
+  const OptionGroup all{command, ""};
+  all.add("--mass", "MASS", options.mass,
+          "Mass of the car as it hangs, without the board [kg], or 2985g")
+      .required();
+  all.add("--mass-sigma", "MASS", options.mass_sigma,
+          "Its standard uncertainty; default: 0.2 % of it");
+  all.add("--spacing", "LENGTH", options.spacing,
+          "Distance of the cords from each other [m], or 200mm")
+      .required();
+  all.add("--spacing-below", "LENGTH", options.spacing_below,
+          "Distance of the cords at the car, if different; default: the same");
+  all.add("--spacing-sigma", "LENGTH", options.spacing_sigma,
+          "Standard uncertainty of each distance; default: 0.5mm");
+  all.add("--cord", "LENGTH", options.cord,
+          "Length of the cords between their fixings, under load [m]")
+      .required();
+  all.add("--cord-sigma", "LENGTH", options.cord_sigma, "Its standard uncertainty; default: 2mm");
+  all.add("--offset", "LENGTH", options.offset,
+          "Offset of the centre of gravity from the middle, along the line of the cords [m]; "
+          "default: 0");
+  all.add("--offset-sigma", "LENGTH", options.offset_sigma,
+          "Its standard uncertainty; default: 2 % of the distance");
+  all.add("--tilt", "ANGLE", options.tilt,
+          "Standard uncertainty of the level of the car [rad]; default: 2deg");
+  add_gravity_option(command, options.gravity);
+
+  const OptionGroup watch{command, "By stop-watch"};
+  watch.add("--time", "T", options.times, "Time of --swings swings [s]; repeat for each timing")
+      .one_each();
+  watch.add("--swings", "N", options.swings, "Number of full swings in each timing");
+  watch.add("--time-sigma", "T", options.time_sigma,
+            "Standard uncertainty of a timing, start and stop [s]; default: 0.15");
+  watch.add("--amplitude", "ANGLE", options.amplitude,
+            "Amplitude of the first swing timed, from the middle [rad]; default: 10deg");
+  watch.add("--amplitude-end", "ANGLE", options.amplitude_end,
+            "Amplitude of the last swing timed [rad]; default: half of the first");
+
+  const OptionGroup log{command, "By a gyro's record"};
+  add_record_options(command, options.record, log.heading);
+  log.add("--clock-sigma", "X", options.clock_sigma,
+          "Standard uncertainty of the rate of the log's clock; default: 0.0001");
+  log.add("--gyro-scale-sigma", "X", options.gyro_scale_sigma,
+          "Standard uncertainty of the gyro's scale, which gives the amplitude; default: 3%");
+
+  const OptionGroup board{command, "The board that the car stands on"};
+  board.add("--platform-mass", "MASS", options.platform_mass, "Its mass [kg], or 310g");
+  board.add("--platform-mass-sigma", "MASS", options.platform_mass_sigma,
+            "Its standard uncertainty; default: 0.2 % of it");
+  board
+      .add("--platform-time", "T", options.platform_times,
+           "Time of --platform-swings swings of the board alone [s], on the same cords; repeatable")
+      .one_each();
+  board.add("--platform-swings", "N", options.platform_swings,
+            "Number of swings in each timing of the board alone");
+  board.add("--platform-inertia", "J", options.platform_inertia,
+            "Its inertia [kg m2], instead of swinging it: a board of mass m has m (a2 + b2)/12");
+  board.add("--platform-inertia-sigma", "J", options.platform_inertia_sigma,
+            "Its standard uncertainty; default: 5 % of it");
+  add_delivery(command, options.delivery);
+}
+
 }  // namespace
 
 void add_inertia(Command identify) {
-  auto options = std::make_shared<InertiaOptions>();
+  auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand("inertia");
   describe_inertia(method, *options);
   method.callback([options] { identify_inertia(*options); });

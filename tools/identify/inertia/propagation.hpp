@@ -1,6 +1,10 @@
 // The uncertainty of a result from those of its inputs, and which input it comes from (GUM, 5.1).
 #pragma once
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <span>
 #include <string>
@@ -26,12 +30,44 @@ struct Propagated {
 };
 
 /// The inputs are independent; correlated quantities must be computed inside `result_of`.
-[[nodiscard]] Propagated propagate(
+[[nodiscard]] inline Propagated propagate(
     std::span<const Input> inputs,
-    const std::function<double(const std::vector<double>&)>& result_of);
+    const std::function<double(const std::vector<double>&)>& result_of) {
+  std::vector<double> values;
+  for (const Input& input : inputs) values.push_back(input.measured.value);
+  Propagated propagated;
+  propagated.result.value = result_of(values);
+  double variance = 0.0;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const double sigma = inputs[i].measured.sigma;
+    const double value = values[i];
+    values[i] = value + sigma;
+    const double above = result_of(values);
+    values[i] = value - sigma;
+    const double below = result_of(values);
+    values[i] = value;
+    const double part = 0.5 * std::fabs(above - below);
+    propagated.contributions.push_back({inputs[i].name, part});
+    variance += part * part;
+  }
+  propagated.result.sigma = std::sqrt(variance);
+  return propagated;
+}
 
 /// "mostly from the distance of the cords (71 %) and the swing's period (20 %)", parts of the
 /// variance.
-[[nodiscard]] std::string largest_contributions(const Propagated& propagated);
+[[nodiscard]] inline std::string largest_contributions(const Propagated& propagated) {
+  const double variance = propagated.result.sigma * propagated.result.sigma;
+  if (!(variance > 0.0)) return "";
+  std::vector<Contribution> parts = propagated.contributions;
+  std::ranges::stable_sort(parts, std::greater<>{}, &Contribution::sigma);
+  std::string text = "mostly from the ";
+  for (std::size_t i = 0; i < parts.size() && i < 2; ++i) {
+    const double share = parts[i].sigma * parts[i].sigma / variance;
+    if (i > 0 && share < 0.1) break;
+    text += (i > 0 ? " and the " : "") + fmt::format("{} ({:.0f} %)", parts[i].name, 100.0 * share);
+  }
+  return text;
+}
 
 }  // namespace odomd::tools

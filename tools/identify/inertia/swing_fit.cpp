@@ -2,16 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <stdexcept>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -33,7 +33,6 @@ constexpr double widest = 0.5 * pi;  // from the middle [rad]
 
 enum Unknown : Eigen::Index { log_period, viscous, quadratic, angle, rate, bias, unknown_count };
 using Unknowns = Eigen::Matrix<double, unknown_count, 1>;
-using Information = Eigen::Matrix<double, unknown_count, unknown_count>;
 
 /// θ" of the pendulum; see bifilar.hpp, divided by J.
 class Motion {
@@ -101,53 +100,31 @@ struct Fitted {
   double period_sigma = 0.0;  // from white residuals [s]
 };
 
-/// Levenberg-Marquardt. Nothing if it does not converge.
+/// Nothing if it does not converge.
 std::optional<Fitted> fit(const Record& record, Section section, const Bifilar& pendulum,
-                          Unknowns x) {
-  const auto n = static_cast<Eigen::Index>(section.size());
-  const Eigen::VectorXd measured =
-      Eigen::Map<const Eigen::VectorXd>(&record.rate[section.begin], n);
+                          const Unknowns& start) {
+  const Eigen::Map<const Eigen::VectorXd> measured(&record.rate[section.begin],
+                                                   static_cast<Eigen::Index>(section.size()));
   const double peak = measured.cwiseAbs().maxCoeff();
-  const Unknowns step = (Unknowns() << 1e-6, 1e-6, 1e-6, 1e-6, 1e-6 * peak, 1e-6 * peak).finished();
-  Eigen::VectorXd residuals = measured - modelled(record, section, pendulum, x);
-  double damping = 1e-3;
-  Information information = Information::Zero();
-  for (int iteration = 0; iteration < 60; ++iteration) {
-    Eigen::MatrixXd jacobian(n, unknown_count);
-    for (Eigen::Index k = 0; k < unknown_count; ++k) {
-      Unknowns above = x, below = x;
-      above[k] += step[k];
-      below[k] -= step[k];
-      jacobian.col(k) = (modelled(record, section, pendulum, above) -
-                         modelled(record, section, pendulum, below)) /
-                        (2.0 * step[k]);
-    }
-    information = jacobian.transpose() * jacobian;
-    const Unknowns gradient = jacobian.transpose() * residuals;
-    bool better = false;
-    double gain = 0.0;
-    while (!better && damping < 1e10) {
-      Information damped = information;
-      damped.diagonal() *= 1.0 + damping;
-      const Unknowns trial = x + damped.ldlt().solve(gradient);
-      const Eigen::VectorXd left = measured - modelled(record, section, pendulum, trial);
-      better = left.squaredNorm() < residuals.squaredNorm();
-      if (better) {
-        gain = 1.0 - left.squaredNorm() / residuals.squaredNorm();
-        x = trial;
-        residuals = left;
-        damping = std::max(0.1 * damping, 1e-12);
-      } else {
-        damping *= 10.0;
-      }
-    }
-    if (better && gain > 1e-7) continue;
-    if (!x.allFinite()) return std::nullopt;
-    const double variance = residuals.squaredNorm() / static_cast<double>(n - unknown_count);
-    const Information covariance = information.ldlt().solve(Information::Identity()) * variance;
-    return Fitted{x, residuals, std::exp(x[log_period]) * std::sqrt(covariance(0, 0))};
-  }
-  return std::nullopt;
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  LeastSquares problem{.start = start,
+                       .expected = Unknowns::Zero(),
+                       .prior_sigma = Unknowns::Constant(unknown),
+                       .huber = no_huber,
+                       .enough = 1e-6,
+                       .iterations = 60};
+  problem.step = (Unknowns() << 1e-6, 1e-6, 1e-6, 1e-6, 1e-6 * peak, 1e-6 * peak).finished();
+  problem.residuals = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return measured - modelled(record, section, pendulum, x);
+  };
+  const LeastSquaresSolution found = solve(problem);
+  if (!found.settled || !found.parameters.allFinite()) return std::nullopt;
+  Fitted fitted{.x = found.parameters, .residuals = problem.residuals(found.parameters)};
+  const double variance =
+      fitted.residuals.squaredNorm() / static_cast<double>(measured.size() - unknown_count);
+  fitted.period_sigma =
+      std::exp(fitted.x[log_period]) * std::sqrt(found.inverse(0, 0) * variance) / found.noise;
+  return fitted;
 }
 
 /// A few swings first, then twice as many, and so on: otherwise a period that is wrong by one swing

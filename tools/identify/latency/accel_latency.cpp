@@ -1,11 +1,11 @@
-#include "tools/identify/latency/accel_latency.hpp"
-
+// Latencies of accelerations.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "tools/identify/latency/response_fit.hpp"
+#include "tools/identify/latency/source_offsets.hpp"
 
 namespace odomd::tools {
 namespace {

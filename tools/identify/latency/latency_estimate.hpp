@@ -3,7 +3,6 @@
 // it already) and shifted in time until they agree.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <string>

@@ -3,11 +3,8 @@
 //   y(t_i) = Σ_j c_j φ_j(t_i - D) + e_i
 //
 // is solved for the coefficients c and the offset D: first over a grid of offsets (a
-// cross-correlation with coefficients), then by Gauss-Newton in continuous time, with weights that
-// take outliers out (Huber).
-//
-// The covariance is the sandwich A⁻¹ B A⁻¹ with A = Xᵀ W X and B summed over blocks of time, so
-// that residuals that hang together within a block count as what they are, not as independent.
+// cross-correlation with coefficients), then in continuous time (tools/math/least_squares.hpp), its
+// covariance by blocks of time.
 //
 // Noise in φ_1 makes its derivative look larger than the signal's, and D better known than it is:
 // of the energy of that derivative, less what the other functions explain, only the part that is
@@ -42,8 +39,7 @@ struct Offset {
   double sigma = std::numeric_limits<double>::infinity();
   std::vector<double> coefficients;
   double explained = 0.0;  ///< share of the variance of y, 0 to 1
-  std::size_t samples = 0;
-  std::string failure;  ///< why the value is not valid; empty: it is
+  std::string failure;     ///< why the value is not valid; empty: it is
 };
 
 /// Needs at least 20 samples, else says so in `failure`.

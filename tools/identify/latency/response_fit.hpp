@@ -1,8 +1,5 @@
-// Fits a few parameters of a numerically computed response: Levenberg and Marquardt by differences,
-// with priors and with weights that take outliers out (Huber).
-//
-// The covariance is the sandwich A⁻¹ B A⁻¹, B summed over blocks of time, as in
-// offset_regression.hpp.
+// Fits a few parameters of a numerically computed response (tools/math/least_squares.hpp), their
+// covariance by blocks of time.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,9 +16,7 @@ struct ResponseFit {
   Eigen::VectorXd prior_sigma;  ///< standard deviations of that
   Eigen::VectorXd start;        ///< where to begin
   double block = 2.0;           ///< residuals further apart are independent [s]
-  /// This number of measurements counts as one against the prior: model errors are correlated
-  /// between them, and must not outweigh the prior by their number.
-  double together = 1.0;
+  double together = 1.0;        ///< measurements that count as one against the prior
 };
 
 struct FittedResponse {
@@ -33,8 +28,7 @@ struct FittedResponse {
 
 [[nodiscard]] FittedResponse fit(const ResponseFit& problem);
 
-/// The objective of fit(): twice the negative logarithm of the likelihood and the priors, for
-/// measurements of this noise.
+/// The objective of fit() for measurements of this noise.
 [[nodiscard]] double cost_of(const ResponseFit& problem, const Eigen::VectorXd& parameters,
                              double noise);
 

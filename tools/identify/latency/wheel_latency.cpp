@@ -1,9 +1,11 @@
-#include "tools/identify/latency/wheel_latency.hpp"
-
+// Latencies of wheel speeds.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
+
+#include "tools/identify/latency/source_offsets.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -20,6 +22,22 @@ constexpr double unmodelled_wheel = 0.3e-3;
 // Effect of the delayed load transfer on the slip of the outer wheels; per metre of the wheelbase
 // and g of lateral acceleration, rms. From simulated cars of 0.26 and 2.7 m.
 constexpr double unmodelled_load = 15e-3;
+
+// The noise of a sample, from third differences, which remove smooth motion; from the median of
+// their size, so that jerks and outliers do not count.
+double white_variance(const Series& series) {
+  std::vector<double> third;
+  for (std::size_t i = 0; i + 3 < series.size(); ++i)
+    third.push_back(std::fabs(series.value[i + 3] - 3.0 * series.value[i + 2] +
+                              3.0 * series.value[i + 1] - series.value[i]));
+  if (third.empty()) return 0.0;
+  const double scatter = 1.4826 * median_of(std::move(third));
+  return scatter * scatter / 20.0;  // 1 + 9 + 9 + 1
+}
+
+Resampled mean_of(const Resampled& left, const Resampled& right) {
+  return combined(left, right, [](double a, double b) { return 0.5 * (a + b); });
+}
 
 // The motion of the front axle in a turn, from the gyro and the tyres: slip angle α and, of the
 // axle's motion, the angle to x,
@@ -139,8 +157,7 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   }
   const estimator::Vehicle& car = drive.config.vehicle;
   const Axle axle = left == Source::wheel_front_left ? Axle::front : Axle::rear;
-  const Resampled speed =
-      combined(left_side, right_side, [](double a, double b) { return 0.5 * (a + b); });
+  const Resampled speed = mean_of(left_side, right_side);
   // A wheel's speed is a mean over its cycle. The gyro's interpolated noise is smaller between two
   // samples than at one: without averaging, the offset would be biased to the middle between them.
   // The quieter the turns, the longer the mean.
@@ -158,9 +175,9 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
   const Resampled lagging = combined(slope_around(difference.turn, 0.02), speed,
                                      [](double rate, double v) { return rate * std::fabs(v); });
   const auto with_lag = [&](double seconds_per_speed) {
-    Resampled late = difference.turn;
-    for (std::size_t i = 0; i < late.value.size(); ++i)
-      late.value[i] -= seconds_per_speed * lagging.value[i];
+    const Resampled late = combined(difference.turn, lagging, [&](double own, double lag) {
+      return own - seconds_per_speed * lag;
+    });
     const Resampled force = times(turning, slope_around(speed, 0.05));
     const double slip = car.mass / (4.0 * (axle == Axle::front ? car.cornering_stiffness_front
                                                                : car.cornering_stiffness_rear));
@@ -194,39 +211,25 @@ SourceOffset wheel_pair(const GyroDrive& drive, Source left, Source right,
 // times Δψ.
 SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
                              std::span<const estimator::CameraPose> camera, double camera_offset) {
-  const Series& series = drive.log.of(source);
   OffsetRegression r;
   constexpr double tau = 0.2;
-  Resampled travelled = integral(drive.on_grid(series));
-  Resampled way = travelled;
-  for (std::size_t i = 0; i < way.value.size(); ++i) {
-    const double t = way.begin + way.step * static_cast<double>(i);
-    way.value[i] = travelled.at(t + 0.5 * tau) - travelled.at(t - 0.5 * tau);
-  }
-  Resampled turn = drive.turned;
-  for (std::size_t i = 0; i < turn.value.size(); ++i) {
-    const double t = turn.begin + turn.step * static_cast<double>(i);
-    turn.value[i] = drive.turned.at(t + 0.5 * tau) - drive.turned.at(t - 0.5 * tau);
-  }
-  std::vector<const estimator::CameraPose*> seen;
-  for (const estimator::CameraPose& pose : camera) seen.push_back(&pose);
-  std::ranges::sort(seen, {}, &estimator::CameraPose::capture_ns);
-  const double mounted = drive.config.camera.lever_arm[2];
+  const auto over_tau = [](const Resampled& signal) {
+    return on_grid_of(
+        signal, [&](double t) { return signal.at(t + 0.5 * tau) - signal.at(t - 0.5 * tau); });
+  };
+  const Resampled way = over_tau(integral(drive.on_grid(drive.log.of(source))));
+  const Resampled turn = over_tau(drive.turned);
+  const std::vector<PoseSample> seen = in_order(camera, drive.log.first_ns);
   for (std::size_t i = 0, j = 0; i < seen.size(); ++i) {
-    while (j + 1 < seen.size() && drive.seconds(seen[j + 1]->capture_ns - seen[i]->capture_ns +
-                                                drive.log.first_ns) <= tau + 1e-3)
-      ++j;
-    const double span = 1e-9 * static_cast<double>(seen[j]->capture_ns - seen[i]->capture_ns);
-    const double t =
-        0.5 * (drive.seconds(seen[i]->capture_ns) + drive.seconds(seen[j]->capture_ns));
+    while (j + 1 < seen.size() && seen[j + 1].t - seen[i].t <= tau + 1e-3) ++j;
+    const double span = seen[j].t - seen[i].t, t = 0.5 * (seen[i].t + seen[j].t);
     if (std::fabs(span - tau) > 0.3 * tau) continue;
     if (t < drive.begin + r.range || t > drive.end - r.range) continue;
     if (!r.t.empty() && t <= r.t.back()) continue;
     const double turned = turn.at(t - camera_offset);
-    const double middle =
-        seen[i]->yaw + 0.5 * std::remainder(seen[j]->yaw - seen[i]->yaw, 2.0 * M_PI) - mounted;
+    const double middle = 0.5 * (seen[i].yaw + seen[j].yaw) - drive.config.camera.lever_arm[2];
     const double along =
-        (seen[j]->x - seen[i]->x) * std::cos(middle) + (seen[j]->y - seen[i]->y) * std::sin(middle);
+        (seen[j].x - seen[i].x) * std::cos(middle) + (seen[j].y - seen[i].y) * std::sin(middle);
     r.t.push_back(t);
     r.y.push_back(along * tau / span * (1.0 + turned * turned / 24.0));
   }
@@ -238,35 +241,27 @@ SourceOffset speed_by_camera(const GyroDrive& drive, Source source,
 }
 
 std::optional<Speed> best_speed(const GyroDrive& drive, const std::vector<SourceOffset>& offsets) {
-  const auto offset_of = [&](Source source) -> std::pair<double, double> {
-    for (const SourceOffset& found : offsets)
-      if (found.source == source && found.failure.empty()) return {found.offset, found.sigma};
-    return {0.0, 0.0};
-  };
-  const auto mapped = [&](Source source) { return drive.log.of(source).size() > 1; };
-  const auto mean_of = [&](Source left, Source right) {
-    return combined(drive.on_grid(drive.log.of(left)), drive.on_grid(drive.log.of(right)),
-                    [](double a, double b) { return 0.5 * (a + b); });
-  };
+  const auto on_grid = [&](Source source) { return drive.on_grid(drive.log.of(source)); };
   std::optional<Speed> result;
-  if (mapped(Source::wheel_front_left) && mapped(Source::wheel_front_right)) {
+  if (drive.log.has(Source::wheel_front_left) && drive.log.has(Source::wheel_front_right)) {
     const Resampled along =
-        straightened(mean_of(Source::wheel_front_left, Source::wheel_front_right), drive);
-    result = {along, Source::wheel_front_left, false, 0.0};
-  } else if (mapped(Source::wheel_rear_left) && mapped(Source::wheel_rear_right)) {
-    result = {mean_of(Source::wheel_rear_left, Source::wheel_rear_right), Source::wheel_rear_left,
-              true, 0.0};
+        mean_of(on_grid(Source::wheel_front_left), on_grid(Source::wheel_front_right));
+    result = {straightened(along, drive), Source::wheel_front_left, false, 0.0};
+  } else if (drive.log.has(Source::wheel_rear_left) && drive.log.has(Source::wheel_rear_right)) {
+    result = {mean_of(on_grid(Source::wheel_rear_left), on_grid(Source::wheel_rear_right)),
+              Source::wheel_rear_left, true, 0.0};
   } else {
     for (const Source source :
-         {Source::wheel_rear, Source::motor, Source::wheel_rear_left, Source::wheel_rear_right}) {
-      if (result || !mapped(source)) continue;
-      result = {drive.on_grid(drive.log.of(source)), source, true, 0.0};
-    }
+         {Source::wheel_rear, Source::motor, Source::wheel_rear_left, Source::wheel_rear_right})
+      if (!result && drive.log.has(source)) result = {on_grid(source), source, true, 0.0};
   }
   if (!result) return result;
-  const auto [offset, sigma] = offset_of(result->source);
-  result->value = shifted(result->value, -offset);
-  result->offset_sigma = sigma;
+  for (const SourceOffset& found : offsets) {
+    if (found.source != result->source || !found.failure.empty()) continue;
+    result->value.begin -= found.offset;
+    result->offset_sigma = found.sigma;
+    break;
+  }
   return result;
 }
 

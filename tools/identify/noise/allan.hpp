@@ -1,7 +1,6 @@
 // The Allan deviation: how much means over τ differ from one to the next (IEEE Std 952, annex C).
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -1,20 +1,65 @@
 // The findings of a drive.
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "tools/cli/progress.hpp"
 #include "tools/identify/common/agreement.hpp"
-#include "tools/identify/common/noise_sources.hpp"
-#include "tools/identify/noise/driving_noise.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/process_noise.hpp"
-#include "tools/identify/noise/standstill.hpp"
+#include "tools/math/median.hpp"
 
 namespace odomd::tools {
 namespace {
 
 using estimator::Source;
+
+constexpr Eigen::Index lags = 7, most_blocks = 24;
+using Covariances = Eigen::Array<double, lags, 1>;
+
+// The coefficients of a third difference, 1 -3 3 -1, correlated with themselves: white noise of
+// variance 1 gives these covariances, and the differences of white noise of variance 1 (an
+// encoder's roundings, of which each counts twice) those.
+const Eigen::Matrix<double, lags, 2> design{{20.0, 70.0}, {-15.0, -56.0}, {6.0, 28.0}, {-1.0, -8.0},
+                                            {0.0, 1.0},   {0.0, 0.0},     {0.0, 0.0}};
+
+/// Variances of both parts that explain the covariances best; neither is negative.
+Eigen::Vector2d explain(const Covariances& covariance) {
+  const Eigen::Vector2d seen = design.transpose() * covariance.matrix();
+  const Eigen::Matrix2d normal = design.transpose() * design;
+  const Eigen::Vector2d both = normal.ldlt().solve(seen);
+  if (both[1] < 0.0) return {std::max(seen[0] / normal(0, 0), 0.0), 0.0};
+  if (both[0] < 0.0) return {0.0, std::max(seen[1] / normal(1, 1), 0.0)};
+  return both;
+}
+
+/// Of all noise, its white part and its increments.
+Eigen::Array3d sigmas_of(const Covariances& covariance) {
+  const Eigen::Vector2d part = explain(covariance);
+  // An increment's rounding is in two samples.
+  return Eigen::Array3d{part[0] + 2.0 * part[1], part[0], 2.0 * part[1]}.sqrt();
+}
+
+/// Third differences; not a number where the four samples do not follow each other.
+std::vector<double> third_differences(const Series& series) {
+  std::vector<std::int64_t> steps;
+  for (std::size_t i = 1; i < series.size(); ++i)
+    steps.push_back(series.t_ns[i] - series.t_ns[i - 1]);
+  const std::int64_t usual = median_of(steps);
+  const std::vector<double>& y = series.value;
+  std::vector<double> third;
+  for (std::size_t i = 0; i + 3 < series.size(); ++i) {
+    bool even = y[i] != 0.0;
+    for (std::size_t k = i; k < i + 3; ++k)
+      even = even && y[k + 1] != 0.0 && steps[k] > usual / 2 && steps[k] < usual + usual / 2;
+    third.push_back(even ? y[i + 3] - 3.0 * y[i + 2] + 3.0 * y[i + 1] - y[i] : std::nan(""));
+  }
+  return third;
+}
 
 void add_consistency(const char* when, const std::vector<SourceConsistency>& all,
                      Findings& findings) {
@@ -34,6 +79,49 @@ std::string in_words(double nis) {
 
 }  // namespace
 
+DrivingNoise driving_noise(const Series& series) {
+  DrivingNoise noise;
+  if (series.size() < 200) return noise;
+  const std::vector<double> third = third_differences(series);
+  // Independent blocks: their scatter gives the uncertainty.
+  Eigen::Array<double, lags, most_blocks> sums, counts;
+  sums.setZero();
+  counts.setZero();
+  for (std::size_t i = 0; i < third.size(); ++i) {
+    if (std::isnan(third[i])) continue;
+    const auto block = static_cast<Eigen::Index>(i * most_blocks / third.size());
+    for (std::size_t k = 0; k < lags && i + k < third.size(); ++k) {
+      if (std::isnan(third[i + k])) continue;
+      sums(static_cast<Eigen::Index>(k), block) += third[i] * third[i + k];
+      counts(static_cast<Eigen::Index>(k), block) += 1.0;
+    }
+    noise.samples += 1.0;
+  }
+  std::vector<Eigen::Index> blocks;
+  for (Eigen::Index block = 0; block < most_blocks; ++block)
+    if (counts(lags - 1, block) >= 5.0) blocks.push_back(block);
+  if (noise.samples < 100.0 || blocks.size() < 8) {
+    noise.samples = 0.0;
+    return noise;
+  }
+  const Covariances sum = sums(Eigen::all, blocks).rowwise().sum();
+  const Covariances count = counts(Eigen::all, blocks).rowwise().sum();
+  const Covariances whole = sum / count;
+  const Eigen::Array3d found = sigmas_of(whole);
+  // Jackknife
+  Eigen::Array3d squares = Eigen::Array3d::Zero();
+  for (const Eigen::Index block : blocks)
+    squares += (sigmas_of((sum - sums.col(block)) / (count - counts.col(block))) - found).square();
+  const auto n = static_cast<double>(blocks.size());
+  const Eigen::Array3d sigma = ((n - 1.0) / n * squares).sqrt();
+  noise.sigma = {found[0], sigma[0]};
+  noise.white = {found[1], sigma[1]};
+  noise.increments = {found[2], sigma[2]};
+  const Covariances left = whole - (design * explain(whole)).array();
+  noise.smooth = left.abs().maxCoeff() < 0.15 * whole[0];
+  return noise;
+}
+
 void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::Config>& config,
                           Findings& findings) {
   Drive drive = read_drive(
@@ -51,17 +139,13 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
     const DrivingNoise noise = driving_noise(log.of(source));
     if (noise.samples == 0.0) return;
     const std::string key = sigma_key(source);
-    Finding finding{.name = name_of(source) + ", noise on the move",
-                    .key = is_configured(config, source) ? key : "",
-                    .value = noise.sigma.value,
-                    .sigma = noise.sigma.sigma,
-                    .unit = unit,
-                    .remark = "of a sample, including the car's vibration"};
-    if (!noise.smooth) {
-      finding.determined = Determined::no;
-      finding.remark =
-          "the car moves too fast for the sample rate; use faster samples, or a gentler drive";
-    }
+    Finding finding = as_finding(name_of(source) + ", noise on the move",
+                                 is_configured(config, source) ? key : "", noise.sigma, unit,
+                                 "of a sample, including the car's vibration");
+    if (!noise.smooth)
+      finding = undetermined(
+          finding,
+          "the car moves too fast for the sample rate; use faster samples, or a gentler drive");
     findings.details["on_the_move"][name_of(source)] = {
         {"sigma", noise.sigma.value},
         {"white", noise.white.value},
@@ -87,22 +171,17 @@ void add_driving_findings(const NoisyDrive& noisy, const std::optional<daemon::C
     const std::string key = sigma_key(wheel.source);
     for (Finding& other : findings.values)
       if (other.key == key) other.key.clear();
-    findings.values.push_back({.name = name_of(wheel.source) + ", sigma for the filter",
-                               .key = is_configured(config, wheel.source) ? key : "",
-                               .value = wheel.sigma.value,
-                               .sigma = wheel.sigma.sigma,
-                               .unit = "m/s",
-                               .remark = "by its innovations, including slip"});
+    findings.values.push_back(as_finding(name_of(wheel.source) + ", sigma for the filter",
+                                         is_configured(config, wheel.source) ? key : "",
+                                         wheel.sigma, "m/s", "by its innovations, including slip"));
   }
   findings.values.push_back(process.front_angle);
   findings.values.push_back(process.side_slip);
   add_consistency("before", process.before, findings);
   add_consistency("after", process.after, findings);
   for (const SourceConsistency& one : process.after)
-    findings.values.push_back({.name = name_of(one.source) + ", mean NIS",
-                               .value = one.nis.value,
-                               .sigma = one.nis.sigma,
-                               .remark = in_words(one.nis.value)});
+    findings.values.push_back(
+        as_finding(name_of(one.source) + ", mean NIS", "", one.nis, "", in_words(one.nis.value)));
 }
 
 }  // namespace odomd::tools

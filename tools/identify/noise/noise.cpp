@@ -6,6 +6,7 @@
 
 #include "tools/chart/drawing.hpp"
 #include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/record.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/noise/noise_findings.hpp"
@@ -63,34 +64,30 @@ void add_noise(Command identify) {
       "noise",
       "Measure the noise of gyro and accelerometers, and the filter's, standing and driving");
   method.footer(
-      "Standing: let the car stand where nothing shakes it, motor on, warm, and log its IMU for\n"
-      "ten minutes; an hour also shows the bias's walk. From it come the white noise of a sample\n"
-      "and its density, bias, random walk and instability of the bias, by maximum likelihood and\n"
-      "by the Allan deviation, which --plot draws. With --config the paper's condition is\n"
-      "checked: the variance that the filter gives v_x in a step must exceed dt2 sigma2(a_x),\n"
-      "or dt S where S is a density, or the filter trusts the accelerometer too much.\n"
-      "\n"
-      "Driving: a folder of odom sim or odom record, with turns of all kinds, best\n"
-      "with a camera. From it come the noise of each moving sensor (R), which vibration makes\n"
-      "larger than at rest, and the process noise (Q) at which the innovations of the full\n"
-      "filter are as large as it expects, a mean NIS of 1. Parameters first: a wrong\n"
-      "stiffness or latency looks like noise.\n"
-      "\n"
-      "Examples:\n"
-      "  odom identify noise --config car.toml --can standing.log --plot allan.svg\n"
-      "  odom identify noise --csv phone.csv --from 10 --to 600\n"
-      "  odom identify noise --drive lap --write car.toml\n"
-      "  odom identify noise --config car.toml --can standing.log --drive lap --write car.toml");
-  const std::string standing = "Standing";
-  add_record_options(method, options->standing, standing);
-  method.add_option("--plot", options->plot, "Draw the Allan deviation, .svg or .png")
-      .type_name("FILE")
-      .group(standing);
-  const std::string driving = "Driving";
-  method.add_option("--drive", options->drive, "Folder of a drive, from odom sim or odom record")
-      .type_name("DIR")
-      .group(driving);
-  method.add_flag("--no-camera", options->no_camera, "Ignore its camera poses").group(driving);
+      R"(Standing: let the car stand where nothing shakes it, motor on, warm, and log its IMU for
+ten minutes; an hour also shows the bias's walk. From it come the white noise of a sample
+and its density, bias, random walk and instability of the bias, by maximum likelihood and
+by the Allan deviation, which --plot draws. With --config the paper's condition is
+checked: the variance that the filter gives v_x in a step must exceed dt2 sigma2(a_x),
+or dt S where S is a density, or the filter trusts the accelerometer too much.
+
+Driving: a folder of odom sim or odom record, with turns of all kinds, best
+with a camera. From it come the noise of each moving sensor (R), which vibration makes
+larger than at rest, and the process noise (Q) at which the innovations of the full
+filter are as large as it expects, a mean NIS of 1. Parameters first: a wrong
+stiffness or latency looks like noise.
+
+Examples:
+  odom identify noise --config car.toml --can standing.log --plot allan.svg
+  odom identify noise --csv phone.csv --from 10 --to 600
+  odom identify noise --drive lap --write car.toml
+  odom identify noise --config car.toml --can standing.log --drive lap --write car.toml)");
+  const OptionGroup standing{method, "Standing"}, driving{method, "Driving"};
+  add_record_options(method, options->standing, standing.heading);
+  standing.add("--plot", "FILE", options->plot, "Draw the Allan deviation, .svg or .png");
+  driving.add("--drive", "DIR", options->drive, "Folder of a drive, from odom sim or odom record");
+  method.add_flag("--no-camera", options->no_camera, "Ignore its camera poses")
+      .group(driving.heading);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_noise(*options); });
 }

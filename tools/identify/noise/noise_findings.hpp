@@ -1,21 +1,75 @@
 // The results of odom identify noise, from a standing car and a drive, as numbers of the
-// configuration.
+// configuration; and what they are made of.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
 #include "daemon/core/config.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/common/record.hpp"
+#include "tools/identify/noise/allan.hpp"
 #include "tools/replay/drive.hpp"
 
 namespace odomd::tools {
+
+struct InertialSource {
+  estimator::Source source;
+  const char* unit;
+  const char* walk_key;  ///< of its bias
+};
+
+inline constexpr std::array<InertialSource, 3> inertial_sources{{
+    {estimator::Source::yaw_rate, "rad/s", "filter.gyro_bias_walk"},
+    {estimator::Source::accel_x, "m/s2", "filter.accel_bias_walk"},
+    {estimator::Source::accel_y, "m/s2", "filter.accel_bias_walk"},
+}};
+
+[[nodiscard]] inline std::string sigma_key(estimator::Source source) {
+  return "can.signals." + name_of(source) + ".sigma";
+}
+
+[[nodiscard]] inline bool is_configured(const std::optional<daemon::Config>& config,
+                                        estimator::Source source) {
+  return config && config->can.signals[static_cast<std::size_t>(source)].configured;
+}
 
 /// Noise, bias and walk of the IMU at rest, and the paper's condition; the Allan deviation is drawn
 /// to `plot`, if given. Throws std::invalid_argument if the car does not stand, or there is no IMU.
 void add_standing_findings(const RecordOptions& options, const std::string& plot,
                            const std::optional<daemon::Config>& config, Findings& findings);
+
+// Checks that a record is of a standing car.
+
+/// Whether no wheel turns faster than `limit` [m/s]; also true if the log has no wheel.
+[[nodiscard]] bool wheels_stand(const SignalLog& log, double limit);
+
+[[nodiscard]] bool has_wheels(const SignalLog& log);
+
+/// Throws std::invalid_argument, with the time, if a wheel of the log turns.
+void check_that_wheels_stand(const SignalLog& log, const std::string& record);
+
+/// Checks what the IMU can show: throws std::invalid_argument for a yaw rate that leaves its median
+/// by 3 degrees a second where the noise of a sample is much smaller, and, without wheels, for a
+/// sensor whose Allan deviation turns below a second and then doubles, which no bias does. `curves`
+/// are those of the log.
+void check_that_imu_stands(const SignalLog& log, const std::vector<AllanCurve>& curves,
+                           const std::string& record);
+
+/// The noise of a sensor while the car drives, from the signal alone: from third differences, which
+/// remove the car's smooth motion.
+struct DrivingNoise {
+  Measured sigma;       ///< of a sample, all of it
+  Measured white;       ///< the part that is independent for each sample
+  Measured increments;  ///< the part that the next sample cancels: counts of an encoder
+  double samples = 0.0;
+  bool smooth = false;  ///< the motion is removed; else sigma is too large
+};
+
+/// Of stretches with samples that follow each other evenly; samples that are 0 to the last bit (a
+/// wheel that stands) are left out. `samples` is 0 if there are not enough of them.
+[[nodiscard]] DrivingNoise driving_noise(const Series& series);
 
 struct NoisyDrive {
   std::string folder;

@@ -1,13 +1,12 @@
 #include "tools/identify/noise/process_noise.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
 
 #include "tools/evaluation/drive_evaluation.hpp"
+#include "tools/identify/common/signal_log.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -17,10 +16,6 @@ using estimator::Source;
 constexpr std::size_t blocks = 20;
 constexpr double wild =
     16.0;  ///< limit of a squared ratio, so that one outlier does not outweigh a thousand samples
-
-constexpr Source wheels[] = {Source::wheel_front_left, Source::wheel_front_right,
-                             Source::wheel_rear_left,  Source::wheel_rear_right,
-                             Source::wheel_rear,       Source::motor};
 
 constexpr int usual_replays = 45;
 
@@ -77,7 +72,7 @@ class Search {
     for (int round = 0; round < 4; ++round) {
       const std::vector<SourceConsistency> all = replay();
       found.clear();
-      for (const Source wheel : wheels) {
+      for (const Source wheel : wheel_sources) {
         const auto nis = nis_of(all, wheel);
         const auto index = static_cast<std::size_t>(wheel);
         double& sigma = config_.can.signals[index].sigma;
@@ -92,8 +87,6 @@ class Search {
     return found;
   }
 
-  [[nodiscard]] int replays() const { return replays_; }
-
   /// Adjusts a setting until the NIS of a source is 1; false if no value does that.
   bool settle(double& setting, Source source, Finding& finding) {
     constexpr double tolerance = 0.02;
@@ -103,7 +96,7 @@ class Search {
     for (int i = 0; i < 12; ++i) {
       setting = std::exp(x);
       const auto nis = nis_of(replay(), source);
-      if (!nis) return undetermined(finding, "the drive has too few samples of its sensor");
+      if (!nis) return give_up(finding, "the drive has too few samples of its sensor");
       const double y = std::log(nis->value);
       // The innovations grow smaller against what is expected as the noise grows.
       if (i > 0 && std::fabs(x - last_x) > 1e-3)
@@ -119,15 +112,15 @@ class Search {
       if (high - low < 0.02) break;
     }
     if (finding.value < start / 25.0)
-      return undetermined(finding,
-                          "even with the smallest value the filter expects larger innovations: the "
-                          "value given is on the safe side");
+      return give_up(finding,
+                     "even with the smallest value the filter expects larger innovations: the "
+                     "value given is on the safe side");
     if (finding.value > start * 25.0)
-      return undetermined(finding,
-                          "no noise explains the innovations; is a signal's sign, scale or "
-                          "latency wrong?");
+      return give_up(finding,
+                     "no noise explains the innovations; is a signal's sign, scale or "
+                     "latency wrong?");
     if (finding.sigma > finding.value)
-      return undetermined(finding, "the innovations hardly depend on it; drive harder turns");
+      return give_up(finding, "the innovations hardly depend on it; drive harder turns");
     finding.determined = Determined::yes;
     return true;
   }
@@ -156,9 +149,8 @@ class Search {
     return std::sqrt(low * high);
   }
 
-  static bool undetermined(Finding& finding, const std::string& why) {
-    finding.determined = Determined::no;
-    finding.remark = why;
+  static bool give_up(Finding& finding, const std::string& why) {
+    finding = undetermined(std::move(finding), why);
     return false;
   }
 
@@ -175,14 +167,10 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config,
                            const ReportProgress& report) {
   config.model = estimator::Model::full;
   ProcessNoise result;
-  result.front_angle = {.name = "front angle error",
-                        .key = "filter.front_angle_error",
-                        .unit = "rad",
-                        .remark = "by the gyro's innovations"};
-  result.side_slip = {.name = "side slip error",
-                      .key = "filter.side_slip_error",
-                      .unit = "",
-                      .remark = "by the innovations of accel_y"};
+  result.front_angle = as_finding("front angle error", "filter.front_angle_error", {}, "rad",
+                                  "by the gyro's innovations");
+  result.side_slip = as_finding("side slip error", "filter.side_slip_error", {}, "",
+                                "by the innovations of accel_y");
   Search search(drive, config, report);
   result.before = search.replay();
   result.wheels = search.settle_wheels();
@@ -195,7 +183,6 @@ ProcessNoise process_noise(const Drive& drive, daemon::Config config,
       config.tuning.side_slip = given.side_slip;
   }
   result.after = search.replay();
-  result.replays = search.replays();
   return result;
 }
 

@@ -3,8 +3,6 @@
 // describes; for gyro and accel_y, whose own noise is known, it is the process noise.
 #pragma once
 
-#include <functional>
-#include <string>
 #include <vector>
 
 #include "tools/cli/progress.hpp"
@@ -17,8 +15,8 @@ namespace odomd::tools {
 struct SourceConsistency {
   estimator::Source source = estimator::Source::yaw_rate;
   double samples = 0.0;
-  Measured
-      nis;  ///< mean of νᵀS⁻¹ν over its dimension, each at most 16; 1 where the filter is right
+  /// Mean of νᵀS⁻¹ν over its dimension, each at most 16; 1 where the filter is right.
+  Measured nis;
 };
 
 /// The sigma of a source's samples according to its innovations.
@@ -33,7 +31,6 @@ struct ProcessNoise {
   Finding side_slip;                      ///< [filter] side_slip_error, by those of accel_y
   std::vector<SourceConsistency> before;  ///< with the configuration as it was given
   std::vector<SourceConsistency> after;
-  int replays = 0;
 };
 
 /// Replays the drive about forty-five times with the full filter. Throws std::invalid_argument for

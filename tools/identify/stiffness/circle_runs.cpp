@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
-#include <span>
 
 #include <fmt/format.h>
 
@@ -51,7 +51,8 @@ struct Span {
     low = std::min(low, value);
     high = std::max(high, value);
   }
-  [[nodiscard]] bool within(double part, double noise) const {
+  [[nodiscard]] bool within(double noise) const {
+    constexpr double part = 0.12;
     return high - low <= part * 0.5 * std::abs(high + low) + noise;
   }
 };
@@ -59,18 +60,13 @@ struct Span {
 // How many samples from `begin` on are as steady as the first.
 std::size_t steady_length(const Samples& samples, std::size_t begin, std::size_t end) {
   if (!samples[begin]) return 0;
-  Span speed{samples[begin]->speed, samples[begin]->speed};
-  Span turn{samples[begin]->yaw_rate, samples[begin]->yaw_rate};
+  const Sample& first = *samples[begin];
+  Span speed{first.speed, first.speed}, turn{first.yaw_rate, first.yaw_rate};
   std::size_t k = begin;
   for (; k < end && samples[k]; ++k) {
-    Span wider_speed = speed, wider_turn = turn;
-    wider_speed.take(samples[k]->speed);
-    wider_turn.take(samples[k]->yaw_rate);
-    if (!wider_speed.within(0.12, 0.0) ||
-        !wider_turn.within(0.12, 8.0 * samples[begin]->yaw_rate_noise))
-      break;
-    speed = wider_speed;
-    turn = wider_turn;
+    speed.take(samples[k]->speed);
+    turn.take(samples[k]->yaw_rate);
+    if (!speed.within(0.0) || !turn.within(8.0 * first.yaw_rate_noise)) break;
   }
   return k - begin;
 }
@@ -102,19 +98,13 @@ void find_stretches(const Samples& samples, std::size_t begin, std::size_t end,
   find_stretches(samples, best + best_length, end, found);
 }
 
-struct Mean {
-  double value = 0.0;
-  double sigma = 0.0;  // of the mean, from the scatter
-};
-
-Mean mean_of(std::span<const double> values) {
+// The sigma of the mean is from the scatter.
+Measured mean_of(const std::vector<double>& values) {
   const auto n = static_cast<double>(values.size());
-  Mean mean;
-  for (const double value : values) mean.value += value / n;
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
   double squares = 0.0;
-  for (const double value : values) squares += (value - mean.value) * (value - mean.value);
-  mean.sigma = std::sqrt(squares / ((n - 1.0) * n));
-  return mean;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return {mean, std::sqrt(squares / ((n - 1.0) * n))};
 }
 
 std::vector<double> values_between(const Series& series, std::int64_t from, std::int64_t to) {
@@ -130,11 +120,12 @@ Measured mean_of_signal(const Series& series, std::int64_t from, std::int64_t to
   if (values.size() < samples_per_window * windows) return {};
   std::vector<double> means;
   for (std::size_t k = 0; k < windows; ++k) {
-    const std::size_t begin = k * values.size() / windows;
-    const std::size_t end = (k + 1) * values.size() / windows;
-    means.push_back(mean_of(std::span(values).subspan(begin, end - begin)).value);
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(k * values.size() / windows);
+    const auto end =
+        values.begin() + static_cast<std::ptrdiff_t>((k + 1) * values.size() / windows);
+    means.push_back(std::accumulate(begin, end, 0.0) / static_cast<double>(end - begin));
   }
-  const Mean mean = mean_of(means);
+  const Measured mean = mean_of(means);
   const double rounding = rounding_left(values, resolution_of(series.value));
   return {mean.value, std::max(std::hypot(mean.sigma, rounding), 1e-6)};
 }
@@ -186,7 +177,7 @@ std::vector<CircleRun> measure_circles(const std::string& film, const FilmMotion
       frames += static_cast<double>(local->frames);
     }
     if (drifts.size() < 3) continue;
-    const Mean drift = mean_of(drifts);
+    const Measured drift = mean_of(drifts);
     // Never less than the noise of the headings alone would make.
     run.drift = {drift.value, std::max(drift.sigma, heading_noise / std::sqrt(frames))};
     run.speed = mean_of(speeds).value;

@@ -1,12 +1,12 @@
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
-#include <fmt/format.h>
+#include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
 namespace {
@@ -130,104 +130,64 @@ Curve rear_curve(const Unknowns& x) {
   return {std::exp(x[log_stiffness_rear]), std::exp(x[log_grip_rear]) * load};
 }
 
-// Measured slip less the curve's, in standard deviations: front and rear of each circle, then what
-// is known beforehand.
-Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Eigen::VectorXd& sigma,
-                          const Prior& prior, const Unknowns& x) {
-  const auto n = static_cast<Eigen::Index>(runs.size());
-  Eigen::VectorXd r(2 * n + unknown_count);
+// Measured slip less the curve's: front and rear of each circle.
+Eigen::VectorXd residuals(std::span<const CircleRun> runs, const Unknowns& x) {
+  Eigen::VectorXd r(static_cast<Eigen::Index>(2 * runs.size()));
   const Curve front = front_curve(x), rear = rear_curve(x);
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const RunView seen = view(runs[static_cast<std::size_t>(k)], x);
-    r[2 * k] =
-        (seen.front.slip - slip_of(seen.front.force, front.stiffness, front.grip)) / sigma[2 * k];
-    r[2 * k + 1] =
-        (seen.rear.slip - slip_of(seen.rear.force, rear.stiffness, rear.grip)) / sigma[2 * k + 1];
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const RunView seen = view(runs[k], x);
+    r.segment<2>(static_cast<Eigen::Index>(2 * k))
+        << seen.front.slip - slip_of(seen.front.force, front.stiffness, front.grip),
+        seen.rear.slip - slip_of(seen.rear.force, rear.stiffness, rear.grip);
   }
-  r.tail(unknown_count) = (x - prior.mean).cwiseQuotient(prior.sigma);
   return r;
 }
 
 struct Solution {
   Unknowns x;
-  Eigen::Matrix<double, unknown_count, unknown_count> covariance;
-  Eigen::VectorXd residuals;
-  Eigen::VectorXd weights;
-  double freedom = 0.0;  // of the circles' residuals
-};
-
-// Gauss-Newton with a bounded step and Huber's weights (1964) on the circles.
-Solution solve(std::span<const CircleRun> runs, const Eigen::VectorXd& sigma, const Prior& prior) {
-  constexpr double huber = 2.0;
-  constexpr int iterations = 60;
-  Solution s;
-  s.x = prior.mean;
-  const auto circles = static_cast<Eigen::Index>(2 * runs.size());
-  s.weights = Eigen::VectorXd::Ones(circles + unknown_count);
-  for (int iteration = 0; iteration < iterations; ++iteration) {
-    s.residuals = residuals(runs, sigma, prior, s.x);
-    Eigen::MatrixXd jacobian(s.residuals.size(), Eigen::Index{unknown_count});
-    for (Eigen::Index j = 0; j < unknown_count; ++j) {
-      const double h = 1e-4 * std::min(prior.sigma[j], 0.1);
-      Unknowns above = s.x, below = s.x;
-      above[j] += h;
-      below[j] -= h;
-      jacobian.col(j) =
-          (residuals(runs, sigma, prior, above) - residuals(runs, sigma, prior, below)) / (2.0 * h);
-    }
-    // The first steps take every circle as it is: outliers show only once there is a fit.
-    if (iteration > 8)
-      for (Eigen::Index i = 0; i < circles; ++i)
-        s.weights[i] = std::min(1.0, huber / std::max(std::abs(s.residuals[i]), 1e-12));
-    // In units of the priors' sigmas, which makes the numbers alike.
-    const Eigen::MatrixXd scaled = jacobian * prior.sigma.asDiagonal();
-    const Eigen::MatrixXd normal = scaled.transpose() * s.weights.asDiagonal() * scaled;
-    const Eigen::LDLT<Eigen::MatrixXd> factors(normal);
-    Eigen::VectorXd step =
-        -factors.solve(scaled.transpose() * s.weights.asDiagonal() * s.residuals);
-    const double largest = step.cwiseAbs().maxCoeff();
-    if (largest > 1.0) step /= largest;
-    s.x += prior.sigma.cwiseProduct(Unknowns(step));
-    const Eigen::MatrixXd inverse =
-        factors.solve(Eigen::MatrixXd::Identity(unknown_count, unknown_count));
-    s.covariance = prior.sigma.asDiagonal() * inverse * prior.sigma.asDiagonal();
-    // tr(I - hat matrix) over the circles
-    const Eigen::MatrixXd data = scaled.topRows(circles);
-    s.freedom = s.weights.head(circles).sum() -
-                (s.weights.head(circles).asDiagonal() * data * inverse * data.transpose()).trace();
-    if (iteration > 10 && largest < 1e-7) break;
-  }
-  return s;
-}
-
-struct Fit {
-  Solution solution;
-  double scatter = 1.0;
+  Eigen::MatrixXd covariance;
+  Eigen::VectorXd weights;  // of the circles' slips
+  double scatter = 1.0;     // they disagree so many times as much as each by itself
 };
 
 // If circles scatter more than their sigmas, all sigmas are scaled up alike.
-Fit fit(std::span<const CircleRun> runs, const Prior& prior) {
-  const auto circles = static_cast<Eigen::Index>(2 * runs.size());
-  Eigen::VectorXd own(circles);
-  for (Eigen::Index k = 0; k < circles / 2; ++k) {
-    const CircleRun& run = runs[static_cast<std::size_t>(k)];
-    own[2 * k] = std::hypot(run.drift.sigma, run.steering.sigma);
-    own[2 * k + 1] = run.drift.sigma;
-  }
-  Fit fit;
+Solution fit(std::span<const CircleRun> runs, const Prior& prior) {
+  constexpr double huber = 2.0;
+  Eigen::VectorXd own(static_cast<Eigen::Index>(2 * runs.size()));
+  for (std::size_t k = 0; k < runs.size(); ++k)
+    own.segment<2>(static_cast<Eigen::Index>(2 * k))
+        << std::hypot(runs[k].drift.sigma, runs[k].steering.sigma),
+        runs[k].drift.sigma;
+  Solution solution;
   for (int round = 0; round < 4; ++round) {
-    fit.solution = solve(runs, fit.scatter * own, prior);
-    const Solution& s = fit.solution;
-    // Huber's second proposal: an outlier counts as far as it pulls.
-    const double chi2 =
-        s.weights.head(circles).cwiseProduct(s.residuals.head(circles)).squaredNorm();
-    if (s.freedom < 1.0) break;
-    const double factor = std::sqrt(chi2 / s.freedom);
-    const double scatter = std::max(1.0, fit.scatter * factor);
-    if (std::abs(scatter / fit.scatter - 1.0) < 0.02) break;
-    fit.scatter = scatter;
+    LeastSquares problem{.step = 1e-6 * prior.sigma.cwiseMin(0.1),
+                         .start = prior.mean,
+                         .expected = prior.mean,
+                         .prior_sigma = prior.sigma,
+                         .noise = 1.0,
+                         .huber = no_huber,
+                         .enough = 1e-12,
+                         .iterations = 60};
+    problem.residuals = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+      return residuals(runs, x).cwiseQuotient(solution.scatter * own);
+    };
+    // Outliers show only once there is a fit.
+    problem.start = solve(problem).parameters;
+    problem.huber = huber;
+    const LeastSquaresSolution found = solve(problem);
+    solution.x = found.parameters;
+    solution.covariance = found.inverse;
+    solution.weights = found.weights;
+    // tr(I - hat matrix); Huber's second proposal: an outlier counts as far as it pulls.
+    const double freedom = found.weights.sum() - found.from_data.cwiseProduct(found.inverse).sum();
+    if (freedom < 1.0) break;
+    const double factor =
+        std::sqrt(found.weights.cwiseProduct(found.residuals).squaredNorm() / freedom);
+    const double scatter = std::max(1.0, solution.scatter * factor);
+    if (std::abs(scatter / solution.scatter - 1.0) < 0.02) break;
+    solution.scatter = scatter;
   }
-  return fit;
+  return solution;
 }
 
 Measured measured(const Solution& s, Unknown which) {
@@ -275,14 +235,13 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
   CorneringStiffness result;
   result.in_range.assign(runs.size(), true);
   std::vector<CircleRun> used(runs.begin(), runs.end());
-  Fit found;
+  Solution s;
   for (int round = 0; round < 3; ++round) {
-    found = fit(used, prior);
+    s = fit(used, prior);
     std::vector<bool> in_range(runs.size());
     for (std::size_t k = 0; k < runs.size(); ++k) {
-      const RunView seen = view(runs[k], found.solution.x);
-      in_range[k] = !beyond(seen.front, front_curve(found.solution.x)) &&
-                    !beyond(seen.rear, rear_curve(found.solution.x));
+      const RunView seen = view(runs[k], s.x);
+      in_range[k] = !beyond(seen.front, front_curve(s.x)) && !beyond(seen.rear, rear_curve(s.x));
     }
     if (in_range == result.in_range || std::ranges::count(in_range, true) < 2) break;
     result.in_range = in_range;
@@ -292,12 +251,11 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
   Prior free = prior;
   free.sigma[centre_shift] = car.wheelbase();
   free.sigma[marker_angle] = free.sigma[steering_scale] = 1.0;
-  const Solution by_circles = fit(used, free).solution;
+  const Solution by_circles = fit(used, free);
   result.centre_ahead = measured(by_circles, centre_shift);
   result.free_steering_scale = measured(by_circles, steering_scale);
 
-  const Solution& s = found.solution;
-  result.scatter = found.scatter;
+  result.scatter = s.scatter;
   result.front.stiffness = stiffness_of(s, log_stiffness_front);
   result.rear.stiffness = stiffness_of(s, log_stiffness_rear);
   result.front.grip = front_curve(s.x).grip;
@@ -312,9 +270,9 @@ CorneringStiffness fit_stiffness(std::span<const CircleRun> runs, const CircleCa
     const double weight_rear = result.in_range[k] ? s.weights[row + 1] : 0.0;
     if (result.in_range[k]) row += 2;
     if (weight_front > 0.5 && weight_rear > 0.5) ++result.used;
-    const double sigma = found.scatter * runs[k].drift.sigma;
+    const double sigma = s.scatter * runs[k].drift.sigma;
     result.front.points.push_back({seen.front.slip, seen.front.force,
-                                   std::hypot(sigma, found.scatter * runs[k].steering.sigma),
+                                   std::hypot(sigma, s.scatter * runs[k].steering.sigma),
                                    weight_front});
     result.rear.points.push_back({seen.rear.slip, seen.rear.force, sigma, weight_rear});
   }

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/stiffness/film_clock.hpp"
-#include "tools/identify/stiffness/yaw_rates.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,13 +1,15 @@
 #include "tools/identify/stiffness/film_clock.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "tools/math/least_squares.hpp"
 
 namespace odomd::tools {
 namespace {
 
+constexpr std::int64_t half_window_ns = 200'000'000;
 constexpr std::int64_t coarse = 5;  // steps
 
 // Where the film lies on the gyro: its sample k at gyro step `middle_step` + (k - n/2) (1 + rate).
@@ -79,7 +81,7 @@ struct Refined {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // of dτ [steps] and dε
 };
 
-Refined refine(const YawRates& film, const YawRates& gyro, Placement placement,
+Refined refine(const YawRates& film, const YawRates& gyro, const Placement& placement,
                double prior_rate_sigma) {
   Refined refined{placement, {}};
   for (int iteration = 0; iteration < 8; ++iteration) {
@@ -97,23 +99,15 @@ Refined refine(const YawRates& film, const YawRates& gyro, Placement placement,
       total += seen * seen;
       count += 1.0;
     }
-    const Eigen::Vector4d scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const auto solve = [&](const Eigen::Matrix4d& matrix) -> Eigen::Matrix4d {
-      const Eigen::Matrix4d scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
-      return scale.asDiagonal() * (scaled + 1e-9 * Eigen::Matrix4d::Identity()).inverse() *
-             scale.asDiagonal();
-    };
-    const Eigen::Vector4d free = solve(normal) * right;
+    const Eigen::Vector4d free = inverse_of(normal) * right;
     // Neighbouring samples share what their windows share: one of them in ten counts.
     const double variance =
         10.0 * std::max(total - free.dot(right), 1e-12 * total) / std::max(count - 4.0, 1.0);
     const double a = free[0];
-    if (std::isfinite(prior_rate_sigma)) {
-      const double weight = variance / (a * a * prior_rate_sigma * prior_rate_sigma);
-      normal(3, 3) += weight;
-      right[3] -= weight * a * refined.placement.rate;
-    }
-    const Eigen::Matrix4d inverse = solve(normal);
+    const double weight = variance / (a * a * prior_rate_sigma * prior_rate_sigma);
+    normal(3, 3) += weight;
+    right[3] -= weight * a * refined.placement.rate;
+    const Eigen::Matrix4d inverse = inverse_of(normal);
     const Eigen::Vector4d found = inverse * right;
     refined.covariance = variance / (a * a) * inverse.bottomRightCorner<2, 2>();
     const double moved = found[2] / a, faster = found[3] / a;
@@ -131,6 +125,32 @@ constexpr double usual_rate_sigma = 1e-3;
 constexpr double surprising_rate = 3e-3;
 
 }  // namespace
+
+YawRates yaw_rates_of(const FilmMotion& motion) {
+  YawRates rates{motion.frames.front().t_ns, {}};
+  for (std::int64_t t = rates.first_ns; t <= motion.frames.back().t_ns; t += YawRates::step_ns) {
+    const auto local = local_motion(motion, t, half_window_ns);
+    rates.value.push_back(local ? local->yaw_rate : std::numeric_limits<double>::quiet_NaN());
+  }
+  return rates;
+}
+
+// The slope of a straight line through ψ over ±h weighs the rates with a parabola, whose width is
+// that of a mean over ±h √(3/5).
+YawRates yaw_rates_of(const Series& gyro) {
+  YawRates rates{gyro.t_ns.front(), {}};
+  const auto half_ns =
+      static_cast<std::int64_t>(std::sqrt(0.6) * static_cast<double>(half_window_ns));
+  std::size_t begin = 0, end = 0;
+  double sum = 0.0;
+  for (std::int64_t t = rates.first_ns; t <= gyro.t_ns.back(); t += YawRates::step_ns) {
+    for (; end < gyro.size() && gyro.t_ns[end] <= t + half_ns; ++end) sum += gyro.value[end];
+    for (; begin < end && gyro.t_ns[begin] < t - half_ns; ++begin) sum -= gyro.value[begin];
+    rates.value.push_back(end > begin ? sum / static_cast<double>(end - begin)
+                                      : std::numeric_limits<double>::quiet_NaN());
+  }
+  return rates;
+}
 
 FilmClock fit_clock(const YawRates& film, const YawRates& gyro, std::int64_t shift) {
   Refined refined =

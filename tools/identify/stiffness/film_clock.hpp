@@ -1,12 +1,37 @@
 // The film's clock against the log's: where the film begins and how fast its time runs, by least
-// squares of the yaw rates.
+// squares of the yaw rates of film and gyro.
 #pragma once
 
 #include <cstdint>
+#include <limits>
+#include <vector>
 
-#include "tools/identify/stiffness/yaw_rates.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/stiffness/film_motion.hpp"
 
 namespace odomd::tools {
+
+/// The yaw rates of a film or a gyro, smoothed alike, on a grid of step_ns: so they can be compared
+/// [rad/s]; NaN where not known.
+struct YawRates {
+  static constexpr std::int64_t step_ns = 20'000'000;
+
+  std::int64_t first_ns = 0;
+  std::vector<double> value;
+
+  [[nodiscard]] std::int64_t size() const { return static_cast<std::int64_t>(value.size()); }
+  [[nodiscard]] double at(std::int64_t k) const {
+    return k < 0 || k >= size() ? std::numeric_limits<double>::quiet_NaN()
+                                : value[static_cast<std::size_t>(k)];
+  }
+
+  [[nodiscard]] static double seconds(std::int64_t steps) {
+    return 1e-9 * static_cast<double>(steps * step_ns);
+  }
+};
+
+[[nodiscard]] YawRates yaw_rates_of(const FilmMotion& motion);
+[[nodiscard]] YawRates yaw_rates_of(const Series& gyro);
 
 struct FilmClock {
   double begin = 0.0;        ///< of the film on the gyro's grid [steps]

@@ -1,5 +1,6 @@
 #include "tools/identify/stiffness/film_motion.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,27 +13,6 @@
 #include "tools/math/median.hpp"
 
 namespace odomd::tools {
-namespace {
-
-// Least squares of a complex path over the functions 1 and f(τ): the factor of f.
-struct ComplexLine {
-  Plane n{}, sum_f{}, sum_p{}, sum_fp{};
-  double sum_ff = 0.0;
-
-  void take(Plane f, Plane p) {
-    n += 1.0;
-    sum_f += f;
-    sum_ff += std::norm(f);
-    sum_p += p;
-    sum_fp += std::conj(f) * p;
-  }
-  [[nodiscard]] Plane factor() const {
-    return (sum_fp - std::conj(sum_f) * sum_p / n) / (sum_ff - std::norm(sum_f) / n.real());
-  }
-};
-
-}  // namespace
-
 FilmMotion film_motion(const MarkerTrack& track, const MarkerPlaces& places,
                        const FilmScale& scale) {
   if (!(places.distance() > 0.0))
@@ -122,38 +102,29 @@ std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t
   }
   if (t_ns + half_ns - before > 2 * half_ns / 3) return std::nullopt;
 
-  // Heading: ψ(τ) = ψ₀ + ψ̇ τ
-  const auto n = static_cast<double>(local.frames);
-  double mean_t = 0.0, mean_psi = 0.0;
-  for (auto frame = begin; frame != end; ++frame) {
-    mean_t += 1e-9 * static_cast<double>(frame->t_ns - t_ns) / n;
-    mean_psi += frame->heading / n;
+  const auto n = static_cast<Eigen::Index>(local.frames);
+  Eigen::ArrayXd tau(n), heading(n);
+  Eigen::ArrayXcd path(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    tau[i] = 1e-9 * static_cast<double>(begin[i].t_ns - t_ns);
+    heading[i] = begin[i].heading;
+    path[i] = begin[i].centre;
   }
-  double tt = 0.0, tpsi = 0.0;
-  for (auto frame = begin; frame != end; ++frame) {
-    const double tau = 1e-9 * static_cast<double>(frame->t_ns - t_ns) - mean_t;
-    tt += tau * tau;
-    tpsi += tau * (frame->heading - mean_psi);
-  }
-  local.yaw_rate = tpsi / tt;
-  local.heading = mean_psi - local.yaw_rate * mean_t;
-
-  // Path: p(τ) = c + q f(τ) with f = (exp(i ψ̇ τ) - 1) / (i ψ̇), so that q is the velocity at τ = 0;
+  // ψ(τ) = ψ₀ + ψ̇ τ
+  const Eigen::ArrayXd off = tau - tau.mean();
+  local.yaw_rate = (off * (heading - heading.mean())).sum() / off.square().sum();
+  local.heading = heading.mean() - local.yaw_rate * tau.mean();
+  const Eigen::ArrayXd turned = local.yaw_rate * tau;
+  local.heading_residual =
+      std::sqrt((heading - local.heading - turned).square().sum() / static_cast<double>(n - 2));
+  // p(τ) = c + q f(τ) with f = (exp(i ψ̇ τ) - 1) / (i ψ̇), so that q is the velocity at τ = 0;
   // f = τ + i ψ̇ τ²/2 - … where ψ̇ τ is small.
-  double residual = 0.0;
-  ComplexLine path;
-  for (auto frame = begin; frame != end; ++frame) {
-    const double tau = 1e-9 * static_cast<double>(frame->t_ns - t_ns);
-    const double turned = local.yaw_rate * tau;
-    const double missed = frame->heading - local.heading - turned;
-    residual += missed * missed;
-    path.take(
-        tau * Plane{std::abs(turned) < 1e-4 ? 1.0 : std::sin(turned) / turned,
-                    std::abs(turned) < 1e-4 ? 0.5 * turned : (1.0 - std::cos(turned)) / turned},
-        frame->centre);
-  }
-  local.velocity = path.factor();
-  local.heading_residual = std::sqrt(residual / (n - 2.0));
+  Eigen::ArrayXcd f = tau * turned.unaryExpr([](double angle) {
+    return std::abs(angle) < 1e-4 ? Plane{1.0, 0.5 * angle}
+                                  : Plane{std::sin(angle) / angle, (1.0 - std::cos(angle)) / angle};
+  });
+  f -= f.mean();
+  local.velocity = (f.conjugate() * (path - path.mean())).sum() / f.abs2().sum();
   return local;
 }
 

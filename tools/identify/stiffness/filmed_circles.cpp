@@ -1,8 +1,8 @@
 #include "tools/identify/stiffness/filmed_circles.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -111,23 +111,23 @@ FilmedCircles measure_films(const StiffnessOptions& options, const daemon::Confi
 }
 
 std::optional<Measured> accelerometer_slope(std::span<const CircleRun> circles) {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-  for (const CircleRun& run : circles) {
-    if (!(run.accelerometer.sigma > 0.0)) continue;
-    n += 1.0;
-    x += run.lateral_accel;
-    y += run.accelerometer.value;
-    xx += run.lateral_accel * run.lateral_accel;
-    xy += run.lateral_accel * run.accelerometer.value;
-    yy += run.accelerometer.value * run.accelerometer.value;
+  std::vector<CircleRun> seen(circles.begin(), circles.end());
+  std::erase_if(seen, [](const CircleRun& run) { return !(run.accelerometer.sigma > 0.0); });
+  const auto n = static_cast<Eigen::Index>(seen.size());
+  if (n < 4) return std::nullopt;
+  Eigen::ArrayXd film(n), log(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    film[i] = seen[static_cast<std::size_t>(i)].lateral_accel;
+    log[i] = seen[static_cast<std::size_t>(i)].accelerometer.value;
   }
-  const double spread = xx - x * x / std::max(n, 1.0);
-  const double accelerated = yy - y * y / std::max(n, 1.0);
-  if (n < 4.0 || !(spread > 0.0) || !(std::max(spread, accelerated) > 1.0)) return std::nullopt;
-  const double slope = (xy - x * y / n) / spread;
+  film -= film.mean();
+  log -= log.mean();
+  const double spread = film.square().sum();
+  if (!(spread > 0.0) || !(std::max(spread, log.square().sum()) > 1.0)) return std::nullopt;
+  const double slope = (film * log).sum() / spread;
   // The residuals of the line give the uncertainty of its slope.
-  const double residual = std::max(accelerated - slope * slope * spread, 0.0);
-  return Measured{slope, std::sqrt(residual / ((n - 2.0) * spread))};
+  const double residual = (log - slope * film).square().sum();
+  return Measured{slope, std::sqrt(residual / (static_cast<double>(n - 2) * spread))};
 }
 
 void check_circles(std::span<const CircleRun> circles, double wheelbase) {

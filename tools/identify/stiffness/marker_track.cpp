@@ -1,14 +1,14 @@
 #include "tools/identify/stiffness/marker_track.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <span>
+#include <fstream>
 #include <stdexcept>
 #include <string_view>
-
-#include <fmt/format.h>
 
 #include "tools/cli/csv.hpp"
 #include "tools/cli/files.hpp"
@@ -23,30 +23,28 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(blank) - begin + 1);
 }
 
+// Fields are parted by the first of these that a line has; where commas do not, they are decimal
+// ones.
+std::vector<std::string> fields_of(std::string_view line) {
+  char separator = ' ';
+  for (const char other : {',', ';', '\t'})
+    if (line.find(other) != std::string_view::npos) separator = other;
+  std::vector<std::string> fields;
+  for (std::size_t begin = 0, end = 0; end < line.size() || begin == 0; begin = end + 1) {
+    end = std::min(line.find(separator, begin), line.size());
+    std::string field{trimmed(line.substr(begin, end - begin))};
+    if (separator != ',') std::ranges::replace(field, ',', '.');
+    if (separator != ' ' || !field.empty()) fields.push_back(std::move(field));
+  }
+  return fields;
+}
+
 // "x_front (px)" is "x_front".
-std::string column_name(std::string_view text) {
-  std::string name{trimmed(text)};
-  name.resize(std::min({name.find_first_of(" (["), name.size()}));
+std::string column_name(std::string name) {
+  name.resize(std::min(name.find_first_of(" (["), name.size()));
   for (char& letter : name)
     if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
   return name;
-}
-
-char separator_of(std::string_view line) {
-  for (const char separator : {'\t', ';', ','})
-    if (line.find(separator) != std::string_view::npos) return separator;
-  return ' ';
-}
-
-std::vector<std::string> split(std::string_view line, char separator) {
-  std::vector<std::string> fields;
-  while (true) {
-    const std::size_t end = line.find(separator);
-    const std::string_view field = trimmed(line.substr(0, end));
-    if (separator != ' ' || !field.empty()) fields.emplace_back(field);
-    if (end == std::string_view::npos) return fields;
-    line.remove_prefix(end + 1);
-  }
 }
 
 std::optional<double> parse_number(std::string_view text) {
@@ -57,69 +55,42 @@ std::optional<double> parse_number(std::string_view text) {
   return value;
 }
 
-// Decimal commas become points.
-std::string with_points(std::string field, char separator) {
-  if (separator != ',') std::ranges::replace(field, ',', '.');
-  return field;
-}
-
-bool begins_with_number(std::string_view line) {
-  const char separator = separator_of(line);
-  const std::vector<std::string> fields = split(line, separator);
-  return !fields.empty() && parse_number(with_points(fields.front(), separator)).has_value();
-}
-
 struct Row {
   std::int64_t t_ns = 0;
-  std::array<std::optional<double>, 4> values;  // as many as were asked for
-};
-
-struct Table {
-  std::string name;
-  std::vector<Row> rows;
+  std::vector<std::optional<double>> values;  // of the columns but the first
 };
 
 class TrackReader {
  public:
-  TrackReader(const std::filesystem::path& file, std::span<const std::string_view> columns,
+  TrackReader(const std::filesystem::path& file, std::vector<std::string> columns,
               const FilmTime& time)
-      : input_(open_input(file)), columns_(columns), time_(time) {
-    table_.name = file.string();
-  }
+      : name_(file.string()), input_(open_input(file)), columns_(std::move(columns)), time_(time) {}
 
-  Table read() {
-    std::string headings;
+  std::vector<Row> read() {
+    std::vector<std::string> headings;
     for (std::string line; read_line(line);) {
       if (line_number_ == 1 && line.starts_with("\xEF\xBB\xBF"))
         line.erase(0, 3);  // byte order mark
       const std::string_view text = trimmed(line);
       if (text.empty() || text.starts_with('#')) continue;
-      if (positions_.empty()) {
-        if (!begins_with_number(line)) {
-          headings = line;
-          continue;
-        }
-        find_columns(headings, line);
+      std::vector<std::string> fields = fields_of(line);
+      if (positions_.empty() && (fields.empty() || !parse_number(fields.front()))) {
+        headings = std::move(fields);
+        continue;
       }
-      take(line);
+      if (positions_.empty()) find_columns(std::move(headings));
+      take(fields);
     }
-    if (input_.bad()) throw std::runtime_error(table_.name + ": cannot be read");
-    if (table_.rows.empty())
-      throw std::invalid_argument(table_.name +
-                                  ": contains no row that begins with a number; export "
-                                  "the track as a table with the columns " +
-                                  wanted());
-    return std::move(table_);
+    if (input_.bad()) throw std::runtime_error(name_ + ": cannot be read");
+    if (rows_.empty())
+      throw std::invalid_argument(
+          fmt::format("{}: contains no row that begins with a number; export the track as a table "
+                      "with the columns {}",
+                      name_, fmt::join(columns_, ",")));
+    return std::move(rows_);
   }
 
  private:
-  [[nodiscard]] std::string wanted() const {
-    std::string names;
-    for (const std::string_view column : columns_)
-      names += (names.empty() ? "" : ",") + std::string(column);
-    return names;
-  }
-
   // A file without line ends must not fill the memory.
   bool read_line(std::string& line) {
     constexpr std::size_t longest = 65'536;
@@ -135,87 +106,66 @@ class TrackReader {
   }
 
   [[noreturn]] void fail(const std::string& what) const {
-    throw std::invalid_argument(fmt::format("{}:{}: {}", table_.name, line_number_, what));
+    throw std::invalid_argument(fmt::format("{}:{}: {}", name_, line_number_, what));
+  }
+  [[noreturn]] void fail(std::size_t column, const std::string& field, const char* what) const {
+    fail(fmt::format("column \"{}\": {} {}", columns_[column], tools::quoted(field), what));
   }
 
-  void find_columns(const std::string& headings, const std::string& first_row) {
-    separator_ = separator_of(first_row);
-    std::vector<std::string> names;
-    if (!headings.empty()) {
-      for (const std::string& field : split(headings, separator_of(headings)))
-        names.push_back(column_name(field));
-    } else if (columns_.size() == 3) {
-      names.assign(columns_.begin(), columns_.end());
-    }
-    for (const std::string_view column : columns_) {
+  void find_columns(std::vector<std::string> names) {
+    if (names.empty() && columns_.size() == 3) names = columns_;
+    for (std::string& name : names) name = column_name(std::move(name));
+    for (const std::string& column : columns_) {
       const auto found = std::ranges::find(names, column);
       if (found == names.end())
         fail(fmt::format("there is no column \"{}\" in the header; the columns must be {}", column,
-                         wanted()));
+                         fmt::join(columns_, ",")));
       positions_.push_back(static_cast<std::size_t>(found - names.begin()));
     }
   }
 
-  void take(const std::string& line) {
-    const std::vector<std::string> fields = split(line, separator_);
-    const auto field = [&](std::size_t column) {
-      const std::size_t position = positions_[column];
-      return position < fields.size() ? with_points(fields[position], separator_) : std::string{};
-    };
-    Row row;
-    row.t_ns = parse_time(field(0));
-    if (!table_.rows.empty() && row.t_ns <= table_.rows.back().t_ns)
-      fail(
-          fmt::format("column \"{}\": {} is not later than the row before; sort the rows by time "
-                      "and remove repeated ones",
-                      columns_[0], tools::quoted(field(0))));
+  void take(std::vector<std::string> fields) {
+    fields.resize(std::max(fields.size(), std::ranges::max(positions_) + 1));
+    Row row{.t_ns = parse_time(fields[positions_[0]])};
+    if (!rows_.empty() && row.t_ns <= rows_.back().t_ns)
+      fail(0, fields[positions_[0]],
+           "is not later than the row before; sort the rows by time and remove repeated ones");
     for (std::size_t k = 1; k < columns_.size(); ++k) {
-      const std::string text = field(k);
-      if (text.empty()) continue;
-      const std::optional<double> value = parse_number(text);
-      if (!value || !std::isfinite(*value))
-        fail(
-            fmt::format("column \"{}\": {} is not a finite number; leave the field empty if the "
-                        "marker was not seen",
-                        columns_[k], tools::quoted(text)));
-      row.values[k - 1] = value;
+      const std::string& field = fields[positions_[k]];
+      const std::optional<double> value = row.values.emplace_back(parse_number(field));
+      if (!field.empty() && (!value || !std::isfinite(*value)))
+        fail(k, field, "is not a finite number; leave the field empty if the marker was not seen");
     }
-    table_.rows.push_back(row);
+    rows_.push_back(std::move(row));
   }
 
-  [[nodiscard]] std::int64_t parse_time(const std::string& text) const {
+  [[nodiscard]] std::int64_t parse_time(const std::string& field) const {
     if (time_.frames_per_second) {
-      const std::optional<double> frame = parse_number(text);
+      const std::optional<double> frame = parse_number(field);
       if (!frame || !(std::abs(*frame) < 1e9) || *frame != std::floor(*frame))
-        fail(fmt::format("column \"{}\": {} is not a frame number, which --fps requires",
-                         columns_[0], tools::quoted(text)));
+        fail(0, field, "is not a frame number, which --fps requires");
       return std::llround(1e9 * *frame / *time_.frames_per_second);
     }
-    const std::optional<std::int64_t> time = parse_seconds(text);
-    if (!time)
-      fail(fmt::format("column \"{}\": {} is not a time in seconds; correct or remove the line",
-                       columns_[0], tools::quoted(text)));
+    const std::optional<std::int64_t> time = parse_seconds(field);
+    if (!time) fail(0, field, "is not a time in seconds; correct or remove the line");
     return *time;
   }
 
+  std::string name_;
   std::ifstream input_;
-  std::span<const std::string_view> columns_;
+  std::vector<std::string> columns_;
   FilmTime time_;
-  Table table_;
+  std::vector<Row> rows_;
   std::size_t line_number_ = 0;
-  char separator_ = ',';
-  std::vector<std::size_t> positions_;
+  std::vector<std::size_t> positions_;  // of columns_ in a row
 };
 
-}  // namespace
-
-MarkerTrack read_marker_track(const std::filesystem::path& file, const FilmTime& time) {
-  constexpr std::array<std::string_view, 5> columns{"t", "x_front", "y_front", "x_rear", "y_rear"};
-  Table table = TrackReader(file, columns, time).read();
-  MarkerTrack track{std::move(table.name), {}, 0};
-  for (const Row& row : table.rows) {
+// Of rows with the places of both markers.
+MarkerTrack track_of(const std::filesystem::path& file, const std::vector<Row>& rows) {
+  MarkerTrack track{.name = file.string()};
+  for (const Row& row : rows) {
     const auto& v = row.values;
-    if (v[0] && v[1] && v[2] && v[3])
+    if (v.size() == 4 && v[0] && v[1] && v[2] && v[3])
       track.frames.push_back({row.t_ns, Plane{*v[0], *v[1]}, Plane{*v[2], *v[3]}});
     else
       ++track.gaps;
@@ -223,26 +173,26 @@ MarkerTrack read_marker_track(const std::filesystem::path& file, const FilmTime&
   return track;
 }
 
+}  // namespace
+
+MarkerTrack read_marker_track(const std::filesystem::path& file, const FilmTime& time) {
+  return track_of(file,
+                  TrackReader(file, {"t", "x_front", "y_front", "x_rear", "y_rear"}, time).read());
+}
+
 MarkerTrack read_marker_tracks(const std::filesystem::path& front,
                                const std::filesystem::path& rear, const FilmTime& time) {
-  constexpr std::array<std::string_view, 3> columns{"t", "x", "y"};
-  const Table a = TrackReader(front, columns, time).read();
-  const Table b = TrackReader(rear, columns, time).read();
-  MarkerTrack track{a.name, {}, 0};
-  auto other = b.rows.begin();
-  for (const Row& row : a.rows) {
-    while (other != b.rows.end() && other->t_ns < row.t_ns) ++other;
-    const bool both = other != b.rows.end() && other->t_ns == row.t_ns && row.values[0] &&
-                      row.values[1] && other->values[0] && other->values[1];
-    if (both)
-      track.frames.push_back({row.t_ns, Plane{*row.values[0], *row.values[1]},
-                              Plane{*other->values[0], *other->values[1]}});
-    else
-      ++track.gaps;
-  }
+  std::vector<Row> both = TrackReader(front, {"t", "x", "y"}, time).read();
+  const std::vector<Row> others = TrackReader(rear, {"t", "x", "y"}, time).read();
+  for (Row& row : both)
+    if (const auto other = std::ranges::lower_bound(others, row.t_ns, {}, &Row::t_ns);
+        other != others.end() && other->t_ns == row.t_ns)
+      row.values.insert(row.values.end(), other->values.begin(), other->values.end());
+  MarkerTrack track = track_of(front, both);
   if (track.frames.empty())
-    throw std::invalid_argument(fmt::format(
-        "{} and {} have no time in common; export both from the same film", a.name, b.name));
+    throw std::invalid_argument(
+        fmt::format("{} and {} have no time in common; export both from the same film",
+                    front.string(), rear.string()));
   return track;
 }
 

@@ -15,7 +15,6 @@
 #include "tools/identify/stiffness/filmed_circles.hpp"
 #include "tools/identify/stiffness/stiffness_findings.hpp"
 #include "tools/identify/stiffness/stiffness_options.hpp"
-#include "tools/identify/stiffness/stiffness_plot.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -1,4 +1,4 @@
-// The results of filmed circles, as numbers for the configuration and as a table of the circles.
+// The results of filmed circles: numbers for the configuration, a table of the circles, a picture.
 #pragma once
 
 #include <span>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/chart/drawing.hpp"
 #include "tools/identify/common/finding.hpp"
 #include "tools/identify/stiffness/cornering_stiffness.hpp"
 #include "tools/identify/stiffness/filmed_circles.hpp"
@@ -28,5 +29,8 @@ void require_slip(const CorneringStiffness& found);
 
 /// A table with one row per circle.
 [[nodiscard]] std::string circle_table(const FilmedCircles& films, const CorneringStiffness& found);
+
+/// Front axle, rear axle.
+[[nodiscard]] std::vector<chart::Drawing> draw_stiffness(const CorneringStiffness& found);
 
 }  // namespace odomd::tools

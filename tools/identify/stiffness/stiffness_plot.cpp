@@ -1,5 +1,5 @@
-#include "tools/identify/stiffness/stiffness_plot.hpp"
-
+// The measured tyres as a picture: side force over slip angle of both axles, the circles as points,
+// the slope at zero slip with its uncertainty, the fitted curve, and the linear range.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,6 +7,7 @@
 #include "tools/chart/chart.hpp"
 #include "tools/chart/style.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/identify/stiffness/stiffness_findings.hpp"
 
 namespace odomd::tools {
 namespace {

@@ -9,6 +9,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/weighing/scale_options.hpp"
@@ -97,37 +98,30 @@ void identify_cog(const Options& options) {
 
   Findings findings{.method = "cog", .origin = weighings.origin + " and tape"};
   const auto add = [&findings](const std::string& name, const std::string& key,
-                               const std::optional<Measured>& measured, const std::string& unit,
-                               const std::string& otherwise) {
-    Finding finding{.name = name, .key = key, .unit = unit};
-    if (measured) {
-      finding.value = measured->value;
-      finding.sigma = measured->sigma;
-    } else {
-      finding.determined = Determined::no;
-      finding.remark = otherwise;
-    }
-    findings.values.push_back(finding);
+                               const std::optional<Measured>& measured,
+                               const std::string& otherwise, Share share = Share::meaningful) {
+    Finding finding = as_finding(name, key, measured.value_or(Measured{}), "m");
+    finding.share = share;
+    findings.values.push_back(measured ? finding : undetermined(finding, otherwise));
   };
-  add("centre of gravity to front axle", "vehicle.front_axle", centre.front_axle, "m",
-      "needs the load of one axle, and of the other or the whole car");
-  add("centre of gravity to rear axle", "vehicle.rear_axle", centre.rear_axle, "m",
-      "needs the load of one axle, and of the other or the whole car");
-  add("wheelbase", "", dimensions.wheelbase, "m", "");
+  const std::string one_axle = "needs the load of one axle, and of the other or the whole car";
+  add("centre of gravity to front axle", "vehicle.front_axle", centre.front_axle, one_axle);
+  add("centre of gravity to rear axle", "vehicle.rear_axle", centre.rear_axle, one_axle);
+  add("wheelbase", "", dimensions.wheelbase, "");
   if (dimensions.track_width) {
-    add("track width", "vehicle.track_width", dimensions.track_width, "m", "");
-    add("centre of gravity left of the middle", "", centre.lateral, "m",
-        "needs the load of one side, and of the other or the whole car");
-    findings.values.back().share = Share::meaningless;
+    add("track width", "vehicle.track_width", dimensions.track_width, "");
+    add("centre of gravity left of the middle", "", centre.lateral,
+        "needs the load of one side, and of the other or the whole car", Share::meaningless);
   }
-  add("mass", "", mass_of(loads, weighings.scale), "kg", "");
+  const auto mass = mass_of(loads, weighings.scale);
+  Finding weighed = as_finding("mass", "", mass.value_or(Measured{}), "kg");
+  findings.values.push_back(mass ? weighed : undetermined(weighed, ""));
   if (centre.front_axle) findings.details["correlation"] = centre.correlation;
   if (centre.lateral && std::fabs(centre.lateral->value) >
                             0.05 * dimensions.track_width->value + 2.0 * centre.lateral->sigma)
     findings.warnings.push_back(
         found(diagnostics::kind("centre_off_side"), {},
               "the centre of gravity lies far to one side; the models assume it in the middle"));
-  const auto mass = mass_of(loads, weighings.scale);
   if (const auto line = contradiction(loads))
     findings.warnings.push_back(*line);
   else if (const auto warning = mass ? coarse(*mass) : std::nullopt)
@@ -147,47 +141,37 @@ void add_cog(Command identify) {
   Command method = identify.add_subcommand(
       "cog", "Measure the centre of gravity between the axles, with a scale and a tape measure");
   method.footer(
-      "Put one axle on the scale and the other on a block of the same height, so that the car\n"
-      "stands level; then the other axle; then, for the lateral offset, the left wheels and the\n"
-      "right ones. Three times each, lifting the car in between. Steer straight ahead, tyres at\n"
-      "pressure, brakes off, so that nothing pushes the axles apart. Measure the wheelbase\n"
-      "between the centres of the wheels, on both sides, and the track width between the middles\n"
-      "of the tyres.\n"
-      "Precision: the distance of an axle is as good as the load, 1 g in 1 kg being 0.1 %, and\n"
-      "the tape measure; a slope moves it by height x slope, 0.2 mm in 50 mm at 0.25 degrees. "
-      "--level and\n"
-      "--height set the allowance for that. A gain error of the scale cancels.\n"
-      "\n"
-      "Examples:\n"
-      "  odom identify cog --front 976g --rear 2009g --scale-resolution 1g --wheelbase 260mm\n"
-      "  odom identify cog --front 0.976 --total 2.985 --left 1.51 --right 1.475 \\\n"
-      "      --scale-resolution 1g --scale-sigma 2g --wheelbase 0.26 --track-width 0.16 \\\n"
-      "      --config car.toml\n"
-      "  odom identify cog --front 9.57N --rear 19.7N --scale-sigma 0.05N --wheelbase 0.26 \\\n"
-      "      --wheelbase-sigma 0.5mm --write car.toml");
+      R"(Put one axle on the scale and the other on a block of the same height, so that the car
+stands level; then the other axle; then, for the lateral offset, the left wheels and the
+right ones. Three times each, lifting the car in between. Steer straight ahead, tyres at
+pressure, brakes off, so that nothing pushes the axles apart. Measure the wheelbase
+between the centres of the wheels, on both sides, and the track width between the middles
+of the tyres.
+Precision: the distance of an axle is as good as the load, 1 g in 1 kg being 0.1 %, and
+the tape measure; a slope moves it by height x slope, 0.2 mm in 50 mm at 0.25 degrees. --level and
+--height set the allowance for that. A gain error of the scale cancels.
+
+Examples:
+  odom identify cog --front 976g --rear 2009g --scale-resolution 1g --wheelbase 260mm
+  odom identify cog --front 0.976 --total 2.985 --left 1.51 --right 1.475 \
+      --scale-resolution 1g --scale-sigma 2g --wheelbase 0.26 --track-width 0.16 \
+      --config car.toml
+  odom identify cog --front 9.57N --rear 19.7N --scale-sigma 0.05N --wheelbase 0.26 \
+      --wheelbase-sigma 0.5mm --write car.toml)");
   add_scale_options(method, options->scale);
-  method
-      .add_option("--wheelbase", options->wheelbase,
-                  "Between the centres of front and rear wheels [m], or 260mm")
-      .type_name("LENGTH")
+  const OptionGroup all{method, ""};
+  all.add("--wheelbase", "LENGTH", options->wheelbase,
+          "Between the centres of front and rear wheels [m], or 260mm")
       .required();
-  method
-      .add_option("--wheelbase-sigma", options->wheelbase_sigma,
-                  "Its standard uncertainty; default: 1mm")
-      .type_name("LENGTH");
-  method
-      .add_option("--track-width", options->track_width,
-                  "Between the middles of left and right tyres [m]; for the lateral offset")
-      .type_name("LENGTH");
-  method
-      .add_option("--track-width-sigma", options->track_width_sigma,
-                  "Its standard uncertainty; default: 1mm")
-      .type_name("LENGTH");
+  all.add("--wheelbase-sigma", "LENGTH", options->wheelbase_sigma,
+          "Its standard uncertainty; default: 1mm");
+  all.add("--track-width", "LENGTH", options->track_width,
+          "Between the middles of left and right tyres [m]; for the lateral offset");
+  all.add("--track-width-sigma", "LENGTH", options->track_width_sigma,
+          "Its standard uncertainty; default: 1mm");
   add_level_options(method, options->level);
-  method
-      .add_option("--config", options->config,
-                  "Configuration to compare the wheelbase with; default: the one of --write")
-      .type_name("TOML");
+  all.add("--config", "TOML", options->config,
+          "Configuration to compare the wheelbase with; default: the one of --write");
   add_delivery(method, options->delivery);
   method.callback([options] { identify_cog(*options); });
 }

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "tools/identify/common/delivery.hpp"
+#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 #include "tools/identify/methods.hpp"
 #include "tools/identify/weighing/scale_options.hpp"
@@ -47,11 +48,7 @@ void identify_mass(const Options& options) {
         "the loads do not add up to the whole car; give --total, --front and --rear, or all "
         "wheels");
   Findings findings{.method = "mass", .origin = weighings.origin};
-  findings.values.push_back({.name = "mass",
-                             .key = "vehicle.mass",
-                             .value = mass->value,
-                             .sigma = mass->sigma,
-                             .unit = "kg"});
+  findings.values = {as_finding("mass", "vehicle.mass", *mass, "kg")};
   if (const auto line = contradiction(loads))
     findings.warnings.push_back(*line);
   else if (const auto warning = coarse(*mass))
@@ -65,26 +62,23 @@ void add_mass(Command identify) {
   const auto options = std::make_shared<Options>();
   Command method = identify.add_subcommand("mass", "Measure the car's mass on a scale");
   method.footer(
-      "Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three\n"
-      "times, lifting it off in between. A scale that is too small takes one axle at a time, the\n"
-      "other one on a block as high as the scale: give --front and --rear, or all four wheels.\n"
-      "0.5 % is sufficient. The uncertainty has parts from the scatter and the last digit of the\n"
-      "scale, and from its gain, which repeating does not improve: weigh a litre of water to find\n"
-      "it. For axles and wheels a slope adds to it, which shifts weight off or onto the scale.\n"
-      "\n"
-      "Examples:\n"
-      "  odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g\n"
-      "  odom identify mass --front 9.6N --rear 19.7N --scale-sigma 0.05N --gravity 9.8077\n"
-      "  odom identify mass --total 2985g --scale-resolution 1g --write car.toml");
+      R"(Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three
+times, lifting it off in between. A scale that is too small takes one axle at a time, the
+other one on a block as high as the scale: give --front and --rear, or all four wheels.
+0.5 % is sufficient. The uncertainty has parts from the scatter and the last digit of the
+scale, and from its gain, which repeating does not improve: weigh a litre of water to find
+it. For axles and wheels a slope adds to it, which shifts weight off or onto the scale.
+
+Examples:
+  odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g
+  odom identify mass --front 9.6N --rear 19.7N --scale-sigma 0.05N --gravity 9.8077
+  odom identify mass --total 2985g --scale-resolution 1g --write car.toml)");
   add_scale_options(method, options->scale);
-  method
-      .add_option("--wheelbase", options->wheelbase,
-                  "Between the centres of front and rear wheels [m]; used to check --height")
-      .type_name("LENGTH");
-  method
-      .add_option("--track-width", options->track_width,
-                  "For sides and wheels [m]; default: 0.6 of the wheelbase")
-      .type_name("LENGTH");
+  const OptionGroup all{method, ""};
+  all.add("--wheelbase", "LENGTH", options->wheelbase,
+          "Between the centres of front and rear wheels [m]; used to check --height");
+  all.add("--track-width", "LENGTH", options->track_width,
+          "For sides and wheels [m]; default: 0.6 of the wheelbase");
   add_level_options(method, options->level);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_mass(*options); });

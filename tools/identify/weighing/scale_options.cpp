@@ -7,44 +7,14 @@
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
+#include "tools/identify/common/option_group.hpp"
 #include "tools/identify/common/quantity.hpp"
 
 namespace odomd::tools {
-namespace {
-
-constexpr std::string_view meaning(Load load) {
-  switch (load) {
-    case Load::total:
-      return "The whole car on the scale";
-    case Load::front:
-      return "Load of the front axle, with the rear axle level next to the scale";
-    case Load::rear:
-      return "Load of the rear axle";
-    case Load::left:
-      return "Load of the left wheels";
-    case Load::right:
-      return "Load of the right wheels";
-    case Load::front_left:
-      return "Load of the front left wheel, the others level";
-    case Load::front_right:
-      return "Load of the front right wheel";
-    case Load::rear_left:
-      return "Load of the rear left wheel";
-    case Load::rear_right:
-      return "Load of the rear right wheel";
-    case Load::count:
-      break;
-  }
-  return "";
-}
-
-}  // namespace
-
 void add_gravity_option(Command method, std::string& gravity) {
-  method
-      .add_option("--gravity", gravity,
-                  "Local gravity [m/s2], good to 0.001; default: 9.806 +- 0.015, anywhere on Earth")
-      .type_name("G");
+  OptionGroup{method, ""}.add(
+      "--gravity", "G", gravity,
+      "Local gravity [m/s2], good to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
 }
 
 Measured gravity_of(const std::string& gravity) {
@@ -58,29 +28,21 @@ Measured gravity_of(const std::string& gravity) {
 }
 
 void add_scale_options(Command method, ScaleOptions& options) {
+  const OptionGroup all{method, ""};
   for (std::size_t i = 0; i < options.loads.size(); ++i) {
     const auto load = static_cast<Load>(i);
-    method
-        .add_option(
-            "--" + std::string(option_of(load)), options.loads[i],
-            std::string(meaning(load)) +
+    all.add("--" + std::string(info_of(load).option), "LOAD", options.loads[i],
+            std::string(info_of(load).help) +
                 (load == Load::total ? "; kg, or 2985g, or 29.3N; repeat each weighing" : ""))
-        .type_name("LOAD")
         .one_each();
   }
-  method
-      .add_option("--scale-resolution", options.resolution,
-                  "The last digit that the scale shows [kg], or 1g")
-      .type_name("LOAD");
-  method
-      .add_option("--scale-sigma", options.sigma,
-                  "Standard deviation of weighings of one load [kg], or 2g; default: half of "
-                  "the last digit")
-      .type_name("LOAD");
-  method
-      .add_option("--scale-accuracy", options.accuracy,
-                  "Standard uncertainty of its gain: 0.001, or 0.1%; default: 0.1%")
-      .type_name("X");
+  all.add("--scale-resolution", "LOAD", options.resolution,
+          "The last digit that the scale shows [kg], or 1g");
+  all.add(
+      "--scale-sigma", "LOAD", options.sigma,
+      "Standard deviation of weighings of one load [kg], or 2g; default: half of the last digit");
+  all.add("--scale-accuracy", "X", options.accuracy,
+          "Standard uncertainty of its gain: 0.001, or 0.1%; default: 0.1%");
   add_gravity_option(method, options.gravity);
 }
 
@@ -97,7 +59,7 @@ Weighings weighings_of(const ScaleOptions& options) {
   for (std::size_t i = 0; i < options.loads.size(); ++i) {
     const auto load = static_cast<Load>(i);
     for (const std::string& text : options.loads[i])
-      result.weighings.push_back({load, kilograms(text, "--" + std::string(option_of(load)))});
+      result.weighings.push_back({load, kilograms(text, "--" + std::string(info_of(load).option))});
   }
   const auto not_negative = [&](const std::string& text, const std::string& option) {
     const double value = kilograms(text, option);
@@ -108,10 +70,7 @@ Weighings weighings_of(const ScaleOptions& options) {
   if (!options.resolution.empty())
     result.scale.resolution = not_negative(options.resolution, "--scale-resolution");
   if (!options.sigma.empty()) result.scale.sigma = not_negative(options.sigma, "--scale-sigma");
-  result.scale.accuracy =
-      options.accuracy.empty()
-          ? 1e-3
-          : parse_not_negative(options.accuracy, Dimension::pure, "--scale-accuracy");
+  result.scale.accuracy = parse_or(1e-3, options.accuracy, Dimension::pure, "--scale-accuracy");
   constexpr double worst_gain = 0.1;
   if (result.scale.accuracy > worst_gain)
     throw std::invalid_argument("--scale-accuracy: " + options.accuracy +
@@ -123,24 +82,18 @@ Weighings weighings_of(const ScaleOptions& options) {
 }
 
 void add_level_options(Command method, LevelOptions& options) {
-  method
-      .add_option(
-          "--height", options.height,
+  const OptionGroup all{method, ""};
+  all.add("--height", "LENGTH", options.height,
           "Approximate height of the centre of gravity above the ground [m]; default: a quarter of "
-          "the wheelbase")
-      .type_name("LENGTH");
-  method
-      .add_option("--level", options.level,
-                  "Standard uncertainty of the level of the car [rad], or 0.5deg; default: "
-                  "0.25deg")
-      .type_name("ANGLE");
+          "the wheelbase");
+  all.add("--level", "ANGLE", options.level,
+          "Standard uncertainty of the level of the car [rad], or 0.5deg; default: 0.25deg");
 }
 
 void set_level(const LevelOptions& options, Dimensions& dimensions) {
   // Unknown, it is a quarter of the wheelbase for cars of any size, give or take.
-  dimensions.height = options.height.empty()
-                          ? 0.25 * dimensions.wheelbase.value
-                          : parse_not_negative(options.height, Dimension::length, "--height");
+  dimensions.height =
+      parse_or(0.25 * dimensions.wheelbase.value, options.height, Dimension::length, "--height");
   dimensions.level_sigma = parse_not_negative(options.level, Dimension::angle, "--level");
   if (dimensions.level_sigma > 0.2)
     throw std::invalid_argument("--level: with this slope the loads are useless; level the car");

@@ -5,7 +5,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -14,21 +13,16 @@
 namespace odomd::tools {
 namespace {
 
-struct LoadInfo {
-  std::string_view option;
-  std::array<double, 4> wheels;  ///< front left, front right, rear left, rear right
-};
-
 constexpr std::array<LoadInfo, static_cast<std::size_t>(Load::count)> loads_table{{
-    {"total", {1, 1, 1, 1}},
-    {"front", {1, 1, 0, 0}},
-    {"rear", {0, 0, 1, 1}},
-    {"left", {1, 0, 1, 0}},
-    {"right", {0, 1, 0, 1}},
-    {"front-left", {1, 0, 0, 0}},
-    {"front-right", {0, 1, 0, 0}},
-    {"rear-left", {0, 0, 1, 0}},
-    {"rear-right", {0, 0, 0, 1}},
+    {"total", {1, 1, 1, 1}, "The whole car on the scale"},
+    {"front", {1, 1, 0, 0}, "Load of the front axle, with the rear axle level next to the scale"},
+    {"rear", {0, 0, 1, 1}, "Load of the rear axle"},
+    {"left", {1, 0, 1, 0}, "Load of the left wheels"},
+    {"right", {0, 1, 0, 1}, "Load of the right wheels"},
+    {"front-left", {1, 0, 0, 0}, "Load of the front left wheel, the others level"},
+    {"front-right", {0, 1, 0, 0}, "Load of the front right wheel"},
+    {"rear-left", {0, 0, 1, 0}, "Load of the rear left wheel"},
+    {"rear-right", {0, 0, 0, 1}, "Load of the rear right wheel"},
 }};
 
 // No scale has more digits than this: a unit is wrong.
@@ -47,25 +41,9 @@ constexpr double another_car = 0.1;
 // Default scatter of weighings of one load, as a share of the last digit.
 constexpr double half_a_digit = 0.5;
 
-const LoadInfo& info_of(Load load) {
-  return loads_table[static_cast<std::size_t>(load)];
-}
-
 Eigen::Vector4d wheels_of(Load load) {
   return Eigen::Vector4d(info_of(load).wheels.data());
 }
-
-}  // namespace
-
-std::string_view option_of(Load load) {
-  return info_of(load).option;
-}
-
-bool WheelLoads::determine(const Eigen::Vector4d& sum) const {
-  return (determined * sum - sum).norm() < 1e-9;
-}
-
-namespace {
 
 void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& loads) {
   if (!contradiction(loads)) return;
@@ -82,7 +60,8 @@ void refuse_another_car(std::span<const Weighing> weighings, const WheelLoads& l
   throw std::invalid_argument(fmt::format(
       "--{}: {:g} kg is {:.0f} % off the {:.4g} kg from all loads together: weigh again, or leave "
       "out the wrong load",
-      option_of(worst->load), worst->mass, 100.0 * most, wheels_of(worst->load).dot(loads.load)));
+      info_of(worst->load).option, worst->mass, 100.0 * most,
+      wheels_of(worst->load).dot(loads.load)));
 }
 
 /// Generalised least squares; every load has an additional common error of `unknown` [kg].
@@ -123,21 +102,18 @@ WheelLoads solve(std::span<const Weighing> weighings, const Scale& scale, double
   const Eigen::LLT<Eigen::MatrixXd> factor(variance);
   const Eigen::MatrixXd whitened = factor.matrixL().solve(design);
   const Eigen::VectorXd target = factor.matrixL().solve(shown);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(whitened, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& singular = svd.singularValues();
+  Eigen::JacobiSVD<Eigen::MatrixXd> svd(whitened, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  svd.setThreshold(1e-9);
+  const Eigen::MatrixXd directions = svd.matrixV().leftCols(svd.rank());
+  const Eigen::VectorXd variances =
+      svd.singularValues().head(svd.rank()).cwiseAbs2().cwiseInverse();
 
   WheelLoads loads;
-  int rank = 0;
-  for (Eigen::Index k = 0; k < singular.size(); ++k) {
-    if (singular(k) < 1e-9 * singular(0)) continue;
-    ++rank;
-    const Eigen::Vector4d direction = svd.matrixV().col(k);
-    loads.load += direction * (svd.matrixU().col(k).dot(target) / singular(k));
-    loads.covariance += direction * direction.transpose() / (singular(k) * singular(k));
-    loads.determined += direction * direction.transpose();
-  }
+  loads.load = svd.solve(target);
+  loads.covariance = directions * variances.asDiagonal() * directions.transpose();
+  loads.determined = directions * directions.transpose();
   loads.chi_square = (target - whitened * loads.load).squaredNorm();
-  loads.excess = static_cast<int>(n) - rank;
+  loads.excess = static_cast<int>(n - svd.rank());
   return loads;
 }
 
@@ -152,15 +128,23 @@ void check(std::span<const Weighing> weighings, const Scale& scale) {
       throw std::invalid_argument(
           fmt::format("--{}: {} kg is not possible; it must be greater "
                       "than 0",
-                      option_of(weighing.load), weighing.mass));
+                      info_of(weighing.load).option, weighing.mass));
     if (!shows(scale, weighing.mass))
       throw std::invalid_argument(
           fmt::format("--{}: no scale shows {:g} kg with steps of {:g} kg; write grams as 2985g",
-                      option_of(weighing.load), weighing.mass, scale.resolution));
+                      info_of(weighing.load).option, weighing.mass, scale.resolution));
   }
 }
 
 }  // namespace
+
+const LoadInfo& info_of(Load load) {
+  return loads_table[static_cast<std::size_t>(load)];
+}
+
+bool WheelLoads::determine(const Eigen::Vector4d& sum) const {
+  return (determined * sum - sum).norm() < 1e-9;
+}
 
 // If loads contradict each other, one of them is wrong and it is not known which: each gets an
 // additional error such that chi² is as expected (Mandel and Paule, 1970). That does not explain
@@ -232,7 +216,7 @@ void check_shares(const WheelLoads& loads) {
     throw std::invalid_argument(
         fmt::format("--{}: {:.4g} kg is more than the whole car, {:.4g} kg: are they exchanged, or "
                     "in another unit?",
-                    option_of(load), wheels_of(load).dot(loads.load), loads.load.sum()));
+                    info_of(load).option, wheels_of(load).dot(loads.load), loads.load.sum()));
   }
 }
 

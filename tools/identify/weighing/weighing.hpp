@@ -2,12 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/identify/common/finding.hpp"
@@ -27,7 +27,12 @@ enum class Load : std::uint8_t {
   rear_right,
   count
 };
-[[nodiscard]] std::string_view option_of(Load load);  ///< "front-left"
+struct LoadInfo {
+  std::string_view option;       ///< "front-left"
+  std::array<double, 4> wheels;  ///< front left, front right, rear left, rear right
+  std::string_view help;
+};
+[[nodiscard]] const LoadInfo& info_of(Load load);
 
 struct Weighing {
   Load load = Load::total;

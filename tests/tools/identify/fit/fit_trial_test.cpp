@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -11,9 +11,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/drive_files/camera_csv.hpp"
 #include "tools/identify/common/delivery.hpp"
-#include "tools/identify/fit/choice.hpp"
-#include "tools/identify/fit/judge.hpp"
-#include "tools/identify/fit/reference.hpp"
 #include "tools/identify/fit/trial.hpp"
 
 namespace odomd::tools::fitting::fit_trial_test {
@@ -115,65 +112,50 @@ TEST_F(Trial, WhatHarmsIsLeftAsConfiguredAndSaysWhy) {
   EXPECT_TRUE(findings.details["trial"]["groups"]["yaw inertia"]["taken"]);
 }
 
-Candidate candidate(const std::string& name) {
-  return {.name = name, .patch = {{name, 1.0, ""}}};
+std::vector<Group> groups(const std::vector<std::string>& names) {
+  std::vector<Group> all;
+  for (const std::string& name : names) all.push_back({.name = name, .patch = {{name, 1.0, ""}}});
+  return all;
 }
 
-/// The errors by which of the candidates are in, of all parts alike.
-Ratio errors(const Patch& patch, double (*error)(const std::set<std::string>& in)) {
+/// By which of the groups are in, of all parts alike.
+template <typename Error>
+Ratio errors(const Patch& patch, Error&& error) {
   std::set<std::string> in;
   for (const ConfigValue& value : patch) in.insert(value.key);
   const double all = error(in);
   return {.all = all, .half = {all, all}};
 }
 
-TEST(Choice, LeavesAnExpedientAgainWhereTheCauseCameIn) {
-  Choice choice(
+TEST(Choose, LeavesAnExpedientAgainWhereTheCauseCameIn) {
+  std::vector<Group> all = groups({"expedient", "cause", "rest of it", "harm that is none"});
+  std::vector<std::string> turns;
+  const Ratio found = choose(
+      all,
       [](const Patch& patch) {
         return errors(patch, [](const std::set<std::string>& in) {
-          if (!in.contains("expedient")) return in.contains("cause") ? 0.5 : 1.0;
-          return in.contains("cause") ? 0.7 : 0.8;
+          const std::size_t causes = in.count("cause") + in.count("rest of it");
+          const std::array with{0.8, 0.75, 0.6}, without{1.0, 0.9, 0.5};
+          return in.contains("expedient") ? with[causes] : without[causes];
         });
       },
-      {candidate("cause"), candidate("harm that is none")});
-  choice.take(candidate("expedient"), {.all = 0.8, .half = {0.8, 0.8}});
-  EXPECT_EQ(choice.turn_best(), "cause");
-  EXPECT_EQ(choice.turn_best(), "harm that is none");
-  EXPECT_EQ(choice.turn_best(), "without expedient");
-  EXPECT_EQ(choice.turn_best(), std::nullopt);
-  EXPECT_EQ(choice.now().all, 0.5);
-  EXPECT_EQ(choice.patch().size(), 2U);
+      [&turns](const std::string& turn) { turns.push_back(turn); });
+  EXPECT_THAT(turns,
+              testing::ElementsAre("expedient 20.0 % better", "cause 6.2 % better",
+                                   "rest of it 20.0 % better", HasSubstr("harm that is none"),
+                                   "without expedient 16.7 % better"));
+  EXPECT_EQ(found.all, 0.5);
+  EXPECT_FALSE(all.front().taken);
 }
 
-TEST(Choice, KeepsAPartOnlyAsLongAsItIsWorthIt) {
-  // What the trial found itself brings a fifth at first, and 0.4 % in the end.
-  Candidate part = candidate("part");
-  part.own = Finding{.name = "part"};
-  Choice choice(
-      [](const Patch& patch) {
-        return errors(patch, [](const std::set<std::string>& in) {
-          if (!in.contains("part")) return in.contains("cause") ? 0.5 : 1.0;
-          return in.contains("cause") ? 0.498 : 0.8;
-        });
-      },
-      {candidate("cause")});
-  choice.take(part, {.all = 0.8, .half = {0.8, 0.8}});
-  EXPECT_EQ(choice.turn_best(), "cause");
-  EXPECT_EQ(choice.turn_best(), "without part");
-  EXPECT_EQ(choice.turn_best(), std::nullopt);
-}
-
-TEST(Choice, TakesNothingThatHarmsAHalf) {
-  Choice choice(
-      [](const Patch& patch) {
-        Ratio ratio{.all = 1.0, .half = {1.0, 1.0}};
-        if (!patch.empty()) ratio = {.all = 0.8, .half = {1.2, 0.5}};
-        return ratio;
-      },
-      {candidate("half")});
-  EXPECT_EQ(choice.turn_best(), std::nullopt);
-  EXPECT_EQ(choice.turned(0).all, 0.8);
-  EXPECT_TRUE(choice.patch().empty());
+TEST(Choose, TakesNothingThatHarmsAHalf) {
+  std::vector<Group> all = groups({"half"});
+  const Ratio found = choose(all, [](const Patch& patch) {
+    return patch.empty() ? Ratio{.all = 1.0, .half = {1.0, 1.0}}
+                         : Ratio{.all = 0.8, .half = {1.2, 0.5}};
+  });
+  EXPECT_EQ(found.all, 1.0);
+  EXPECT_FALSE(all.front().taken);
 }
 
 TEST_F(Trial, ADriveWithoutPosesIsRefused) {

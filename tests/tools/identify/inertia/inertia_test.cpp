@@ -9,7 +9,6 @@
 #include "tools/identify/inertia/bifilar.hpp"
 #include "tools/identify/inertia/propagation.hpp"
 #include "tools/identify/inertia/swing_fit.hpp"
-#include "tools/identify/inertia/swing_timing.hpp"
 #include "tools/math/random.hpp"
 #include "tools/sim/car/swing.hpp"
 

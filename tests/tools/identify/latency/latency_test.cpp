@@ -12,7 +12,6 @@
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/latency/latency_estimate.hpp"
 #include "tools/identify/latency/offset_regression.hpp"
-#include "tools/identify/latency/response_fit.hpp"
 
 namespace odomd::tools::latency_test {
 namespace {
@@ -102,31 +101,6 @@ TEST(OffsetRegression, SaysThatNoiseHasNoOffset) {
   }
   regression.basis = {{resampled(sampled(yaw_rate, {}), start_ns, 0.0, 30.0)}};
   EXPECT_NE(solve(regression).failure, "");
-}
-
-TEST(ResponseFit, FindsParametersAndHowWellItKnowsThem) {
-  std::mt19937 random(3);
-  std::normal_distribution<double> noise(0.0, 0.1);
-  ResponseFit problem;
-  problem.z.resize(500);
-  for (Eigen::Index i = 0; i < 500; ++i) {
-    problem.t.push_back(0.02 * static_cast<double>(i));
-    problem.z[i] = 2.0 * std::exp(-0.5 * problem.t.back()) + noise(random);
-  }
-  problem.block = 0.02;
-  problem.predicted = [&problem](const Eigen::VectorXd& p) {
-    Eigen::VectorXd z(500);
-    for (Eigen::Index i = 0; i < 500; ++i)
-      z[i] = p[0] * std::exp(-p[1] * problem.t[static_cast<std::size_t>(i)]);
-    return z;
-  };
-  problem.expected = problem.start = Eigen::Vector2d(1.0, 1.0);
-  problem.prior_sigma = Eigen::Vector2d(10.0, 10.0);
-  const FittedResponse found = fit(problem);
-  EXPECT_NEAR(found.parameters[0], 2.0, 4.0 * std::sqrt(found.covariance(0, 0)));
-  EXPECT_NEAR(found.parameters[1], 0.5, 4.0 * std::sqrt(found.covariance(1, 1)));
-  EXPECT_LT(std::sqrt(found.covariance(1, 1)), 0.03);
-  EXPECT_NEAR(found.noise, 0.1, 0.02);
 }
 
 TEST(Latency, OfWheelsShowsInTheDifferenceOfLeftAndRight) {

@@ -6,9 +6,8 @@
 
 #include "tests/tools/scratch.hpp"
 #include "tools/identify/noise/allan.hpp"
-#include "tools/identify/noise/driving_noise.hpp"
+#include "tools/identify/noise/noise_findings.hpp"
 #include "tools/identify/noise/standing_noise.hpp"
-#include "tools/identify/noise/standstill.hpp"
 #include "tools/math/random.hpp"
 
 namespace odomd::tools::noise_test {

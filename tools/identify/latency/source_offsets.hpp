@@ -1,0 +1,106 @@
+// The offsets of single sources: a drive with its gyro on an even grid, and what is compared with
+// the gyro, smoothed alike.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/core/config.hpp"
+#include "estimator/common/measurement.hpp"
+#include "tools/identify/common/resampled.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
+#include "tools/identify/latency/offset_regression.hpp"
+
+namespace odomd::tools {
+
+/// Seconds count from the log's first frame.
+struct GyroDrive {
+  const daemon::Config& config;
+  const SignalLog& log;
+  double begin = 0.0;
+  double end = 0.0;
+  Resampled yaw_rate;
+  Resampled turned;  ///< its integral
+
+  [[nodiscard]] double seconds(std::int64_t t_ns) const {
+    return 1e-9 * static_cast<double>(t_ns - log.first_ns);
+  }
+  [[nodiscard]] Resampled on_grid(const Series& series) const {
+    return resampled(series, log.first_ns, begin, end);
+  }
+};
+
+/// Two cycles of a signal, within bounds: the span of derivatives [s].
+[[nodiscard]] inline double two_cycles(const Series& series) {
+  const double span = 1e-9 * static_cast<double>(series.t_ns.back() - series.t_ns.front());
+  return std::clamp(2.0 * span / static_cast<double>(std::max<std::size_t>(series.size(), 2) - 1),
+                    0.01, 0.2);
+}
+
+[[nodiscard]] inline Resampled times(const Resampled& a, const Resampled& b) {
+  return combined(a, b, std::multiplies{});
+}
+
+/// 1
+[[nodiscard]] inline Resampled constant(const Resampled& like) {
+  return on_grid_of(like, [](double) { return 1.0; });
+}
+
+/// Applies the mean over ± half twice, to both signals compared, so that neither is delayed and the
+/// gyro's noise remains small after differentiation.
+[[nodiscard]] inline Resampled smooth(const Resampled& signal, double half) {
+  return mean_around(mean_around(signal, half), half);
+}
+
+[[nodiscard]] inline SourceOffset as_offset(estimator::Source source, std::string against,
+                                            const Offset& found) {
+  return {source, std::move(against), found.value, found.sigma, found.explained, found.failure};
+}
+
+/// Angle of the front wheels and side slip of the car, on the gyro's clock.
+struct FrontWheels {
+  Resampled angle;       ///< δ [rad]
+  Resampled side_speed;  ///< v_y of the centre of gravity [m/s]
+};
+
+/// Of both wheels of an axle, from their difference in turns; `front_wheels` improves that of the
+/// front ones.
+[[nodiscard]] SourceOffset wheel_pair(const GyroDrive& drive, estimator::Source left,
+                                      estimator::Source right,
+                                      const std::optional<FrontWheels>& front_wheels);
+
+/// Of one wheel, axle or motor, from its distance compared with a camera's; `camera_offset` of the
+/// camera's stamps behind the gyro's [s].
+[[nodiscard]] SourceOffset speed_by_camera(const GyroDrive& drive, estimator::Source source,
+                                           std::span<const estimator::CameraPose> camera,
+                                           double camera_offset);
+
+/// The speed of the centre of gravity along x, from the wheels that are not driven if there are
+/// any.
+struct Speed {
+  Resampled value;  ///< on the gyro's clock [m/s]
+  estimator::Source source = estimator::Source::wheel_rear;
+  bool driven = true;
+  double offset_sigma = 0.0;  ///< [s]
+};
+
+/// Shifted by the offset found; empty if no wheel is mapped.
+[[nodiscard]] std::optional<Speed> best_speed(const GyroDrive& drive,
+                                              const std::vector<SourceOffset>& offsets);
+
+// Accelerations are also affected by tyres and slopes.
+
+/// Of accel_y, compared with the side force of the turn.
+[[nodiscard]] SourceOffset lateral(const GyroDrive& drive, const Speed& speed);
+
+/// Of accel_x, compared with the change of speed.
+[[nodiscard]] SourceOffset longitudinal(const GyroDrive& drive, const Speed& speed);
+
+}  // namespace odomd::tools
