@@ -1,4 +1,4 @@
-// Diagnostics of logs, recordings and the files beside them: what is missing or damaged.
+// Diagnostics of logs, recordings and their other files: what is missing or damaged.
 #pragma once
 
 #include <array>

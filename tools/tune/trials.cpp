@@ -10,6 +10,8 @@
 #include <mutex>
 #include <thread>
 
+#include "daemon/diagnostics/diagnostic.hpp"
+
 namespace odomd::tools {
 namespace {
 
