@@ -12,7 +12,7 @@ namespace odomd::can {
 namespace {
 
 constexpr std::string_view long_name_form =
-    "write BA_ \"SystemSignalLongSymbol\" SG_ ID SIGNAL \"NAME\";";
+    R"(write BA_ "SystemSignalLongSymbol" SG_ ID SIGNAL "NAME";)";
 
 /// Of VFrameFormat: "StandardCAN_FD", "ExtendedCAN_FD", and others.
 FrameProtocol protocol_named(std::string_view format) {
@@ -68,7 +68,7 @@ void DbcParser::attribute() {
       Known{"SystemMessageLongSymbol", "BO_", &DbcParser::long_message_name},
       Known{"SystemSignalLongSymbol", "SG_", &DbcParser::long_signal_name},
       Known{"SystemNodeLongSymbol", "BU_", &DbcParser::long_node_name}};
-  const auto known = std::ranges::find_if(
+  const auto* const known = std::ranges::find_if(
       all, [&](const Known& other) { return other.name == name && other.object == object; });
   if (known == all.end()) return cursor_.skip_statement("BA_");
   cursor_.take();

@@ -49,7 +49,7 @@ struct Signal {
 
   bool is_multiplexor = false;
   /// For a multiplexed signal: the index in Message::signals of its multiplexor, and the raw values
-  /// that select it. The multiplexor may itself be multiplexed.
+  /// that select it; none if the file names none. The multiplexor may itself be multiplexed.
   std::optional<std::size_t> multiplexor;
   std::vector<MultiplexRange> selected_by;
 

@@ -42,6 +42,11 @@ void MessageEncoder::set_bits(std::string_view signal, std::uint64_t bits) {
 }
 
 void MessageEncoder::insert(const Signal& signal, std::uint64_t bits) {
+  for (const Signal* at = &signal; at->multiplexor; at = &message_.signals[*at->multiplexor])
+    if (at->selected_by.empty())
+      throw std::invalid_argument("signal '" + message_.name + '.' + at->name +
+                                  "' is never present: no value of its multiplexor selects it; "
+                                  "name one in the database");
   insert_bits(layout_of(signal), bits, payload_);
   for (const Signal* at = &signal; at->multiplexor;) {
     const Signal& multiplexor = message_.signals[*at->multiplexor];

@@ -27,7 +27,8 @@ class MessageEncoder {
 
   /// Rounds to the nearest raw value and saturates at the range of the signal. For a multiplexed
   /// signal, sets its multiplexors so that they select it. Throws std::invalid_argument for an
-  /// unknown name, naming the nearest one, and for NaN in an integer signal.
+  /// unknown name, naming the nearest one, for NaN in an integer signal, and for a signal that no
+  /// value of its multiplexor selects.
   void set(std::string_view signal, double physical);
 
   /// Sets the raw bits of the signal; bits beyond its length are ignored.

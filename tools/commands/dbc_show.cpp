@@ -90,6 +90,7 @@ std::string multiplexing_text(const Message& message, const Signal& signal) {
       text += (text.empty() ? "m" : ",") + std::to_string(range.first);
       if (range.last != range.first) text += '-' + std::to_string(range.last);
     }
+    if (text.empty()) text = "no value";
     text += " of " + message.signals[*signal.multiplexor].name;
   }
   if (signal.is_multiplexor) text += text.empty() ? "multiplexor" : ", multiplexor";

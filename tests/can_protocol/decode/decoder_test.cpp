@@ -372,6 +372,18 @@ TEST(Decoder, KeepsTheCountersOfTwoBusesApart) {
   }
 }
 
+TEST(Decoder, NeverFindsASignalThatNoMultiplexorValueSelects) {
+  const std::vector<Database> databases{
+      parse_dbc("BO_ 1 A: 8 X\n SG_ Page M : 0|8@1+ (1,0) [0|0] \"\" X\n"
+                " SG_ Lost m : 8|8@1+ (1,0) [0|0] \"\" X\n",
+                "car.dbc")};
+  Decoder decoder(databases, std::vector{bind(1, "A", "Lost")}, {}, {});
+  std::array<Sample, max_samples_per_frame> samples;
+  for (const std::uint8_t page : std::vector<std::uint8_t>{0, 1, 255})
+    EXPECT_EQ(decoder.decode(raw_frame(1, IdFormat::standard, {page, 7}), samples).verdict,
+              FrameVerdict::no_sample);
+}
+
 TEST(Decoder, TakesLongAndShortNamesForTheSameMessage) {
   const std::vector<Database> databases{
       parse_dbc(std::string(car) + "BA_ \"SystemMessageLongSymbol\" BO_ 416 \"INERTIAL_SENSOR\";\n"

@@ -64,6 +64,15 @@ TEST(MessageEncoder, RefusesWhatItCannotSend) {
   EXPECT_THROW(encoder.set("Deep", std::nan("")), std::invalid_argument);
 }
 
+TEST(MessageEncoder, RefusesASignalThatNoMultiplexorValueSelects) {
+  MessageEncoder encoder(
+      message("BO_ 1 A: 8 X\n SG_ Page M : 0|8@1+ (1,0) [0|0] \"\" X\n"
+              " SG_ Lost m : 8|8@1+ (1,0) [0|0] \"\" X\n"));
+  EXPECT_THROW(encoder.set("Lost", 1.0), std::invalid_argument);
+  EXPECT_THROW(encoder.set_bits("Lost", 1), std::invalid_argument);
+  EXPECT_EQ(encoder.frame(0).data, (std::array<std::uint8_t, max_payload>{}));
+}
+
 TEST(MessageEncoder, SendsProtectedFramesOfOurOwnBus) {
   const Database bus = read_dbc(ODOMD_SOURCE_DIR "/can_protocol/odomd.dbc");
   for (const Message& sent : bus.messages) {

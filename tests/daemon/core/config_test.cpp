@@ -33,7 +33,7 @@ TEST_F(ConfigTest, TakesUnitsInTheSpellingsOfDatabases) {
   const auto unit_of = [this](const std::string& role, const std::string& unit) {
     const Config config =
         load(std::string(reference_car) + "[can]\ndbc = \"car.dbc\"\n[can.signals]\n" + role +
-             " = { message = \"M\", signal = \"S\", unit = \"" + unit + "\", scale = 1.0 }\n");
+             R"( = { message = "M", signal = "S", unit = ")" + unit + R"(", scale = 1.0 })");
     return config.can.bindings.front().unit;
   };
   EXPECT_EQ(unit_of("yaw_rate", "°/s"), can::Unit::deg_per_s);
