@@ -220,9 +220,6 @@ bool is_far_off(double ratio) {
   return !kind("scale_off").limits.hold(ratio);
 }
 
-std::string name_of(Source source) {
-  return std::string{estimator::source_names[estimator::index_of(source)]};
-}
 std::string key_of(Source source) {
   return "can.signals." + name_of(source);
 }
