@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
-#include <span>
 #include <stdexcept>
 
 #include "tools/cli/csv.hpp"
@@ -19,26 +19,22 @@ struct UnitName {
   Unit unit = Unit::si;
 };
 
-constexpr UnitName masses[] = {{"kg", 1.0}, {"g", 1e-3}, {"N", 1.0, Unit::newton}};
-constexpr UnitName lengths[] = {{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}};
-constexpr UnitName angles[] = {{"rad", 1.0}, {"deg", std::numbers::pi / 180.0}};
-constexpr UnitName times[] = {{"s", 1.0}, {"ms", 1e-3}};
-constexpr UnitName pure_numbers[] = {{"", 1.0}, {"%", 1e-2}};
+struct Units {
+  std::string_view in_words;
+  std::array<UnitName, 3> names;  // the SI unit first
+};
 
-std::span<const UnitName> names_of(Dimension dimension) {
-  switch (dimension) {
-    case Dimension::mass:
-      return masses;
-    case Dimension::length:
-      return lengths;
-    case Dimension::angle:
-      return angles;
-    case Dimension::time:
-      return times;
-    case Dimension::pure:
-      break;
-  }
-  return pure_numbers;
+// In the order of Dimension.
+constexpr std::array<Units, 5> units{{
+    {"kg, g or N", {{{"kg", 1.0}, {"g", 1e-3}, {"N", 1.0, Unit::newton}}}},
+    {"m, cm or mm", {{{"m", 1.0}, {"cm", 1e-2}, {"mm", 1e-3}}}},
+    {"rad or deg", {{{"rad", 1.0}, {"deg", std::numbers::pi / 180.0}}}},
+    {"s or ms", {{{"s", 1.0}, {"ms", 1e-3}}}},
+    {"no unit, or %", {{{"", 1.0}, {"%", 1e-2}}}},
+}};
+
+const Units& of(Dimension dimension) {
+  return units[static_cast<std::size_t>(dimension)];
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -56,22 +52,6 @@ double parse_si(std::string_view text, Dimension dimension, std::string_view opt
 
 }  // namespace
 
-std::string_view units_of(Dimension dimension) {
-  switch (dimension) {
-    case Dimension::mass:
-      return "kg, g or N";
-    case Dimension::length:
-      return "m, cm or mm";
-    case Dimension::angle:
-      return "rad or deg";
-    case Dimension::time:
-      return "s or ms";
-    case Dimension::pure:
-      break;
-  }
-  return "no unit, or %";
-}
-
 Quantity parse_quantity(std::string_view text, Dimension dimension, std::string_view option) {
   const std::string_view whole = trimmed(text);
   double value = 0.0;
@@ -79,15 +59,14 @@ Quantity parse_quantity(std::string_view text, Dimension dimension, std::string_
   if (error != std::errc{} || !std::isfinite(value))
     throw std::invalid_argument(fmt::format("{}: {} is not a number", option, quoted(text)));
   const std::string_view unit = trimmed(whole.substr(static_cast<std::size_t>(end - whole.data())));
-  const std::span<const UnitName> names = names_of(dimension);
-  if (unit.empty()) return {value, names.front().unit};
-  for (const UnitName& name : names)
+  if (unit.empty()) return {value, Unit::si};
+  for (const UnitName& name : of(dimension).names)
     if (name.name == unit) return {value * name.factor, name.unit};
   if (unit.front() == ',')
     throw std::invalid_argument(
         fmt::format("{}: {}: write a decimal point, not a comma", option, quoted(text)));
   throw std::invalid_argument(
-      fmt::format("{}: {}: the unit must be {}", option, quoted(text), units_of(dimension)));
+      fmt::format("{}: {}: the unit must be {}", option, quoted(text), of(dimension).in_words));
 }
 
 double parse_positive(std::string_view text, Dimension dimension, std::string_view option) {
@@ -113,11 +92,11 @@ double parse_plausible(std::string_view text, Dimension dimension, std::string_v
                        Plausible range) {
   const double value = parse_positive(text, dimension, option);
   if (value >= range.from && value <= range.to) return value;
-  const std::string_view unit = names_of(dimension).front().name;
+  const std::string_view unit = of(dimension).names.front().name;
   throw std::invalid_argument(fmt::format(
       "{}: {} is {:.4g} {}, but {:g} to {:g} {} is plausible; a number without a unit "
       "is in {}; units are {}",
-      option, quoted(text), value, unit, range.from, range.to, unit, unit, units_of(dimension)));
+      option, quoted(text), value, unit, range.from, range.to, unit, unit, of(dimension).in_words));
 }
 
 }  // namespace odomd::tools

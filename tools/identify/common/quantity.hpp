@@ -9,9 +9,7 @@ namespace odomd::tools {
 
 enum class Dimension : std::uint8_t { mass, length, angle, time, pure };
 
-/// The allowed units: "kg, g or N". Newtons are a weight: see Gravity.
-[[nodiscard]] std::string_view units_of(Dimension dimension);
-
+/// Newtons are a weight: see Gravity.
 enum class Unit : std::uint8_t { si, newton };
 
 struct Quantity {

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/common/signal_log.hpp"
 #include "tools/identify/stiffness/marker_track.hpp"
 
 namespace odomd::tools {
@@ -64,5 +66,27 @@ struct LocalMotion {
 /// window uncovered.
 [[nodiscard]] std::optional<LocalMotion> local_motion(const FilmMotion& motion, std::int64_t t_ns,
                                                       std::int64_t half_ns);
+
+/// The yaw rates of a film or a gyro, smoothed alike, on a grid of step_ns: so they can be compared
+/// [rad/s]; NaN where not known.
+struct YawRates {
+  static constexpr std::int64_t step_ns = 20'000'000;
+
+  std::int64_t first_ns = 0;
+  std::vector<double> value;
+
+  [[nodiscard]] std::int64_t size() const { return static_cast<std::int64_t>(value.size()); }
+  [[nodiscard]] double at(std::int64_t k) const {
+    return k < 0 || k >= size() ? std::numeric_limits<double>::quiet_NaN()
+                                : value[static_cast<std::size_t>(k)];
+  }
+
+  [[nodiscard]] static double seconds(std::int64_t steps) {
+    return 1e-9 * static_cast<double>(steps * step_ns);
+  }
+};
+
+[[nodiscard]] YawRates yaw_rates_of(const FilmMotion& motion);
+[[nodiscard]] YawRates yaw_rates_of(const Series& gyro);
 
 }  // namespace odomd::tools
