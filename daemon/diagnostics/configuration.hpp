@@ -51,7 +51,7 @@ inline constexpr auto configuration = std::to_array<Kind>({
      .fix = "give it in metres",
      .limits = {.most = 3.0},
      .unit = "wheelbases",
-     .reason = "distance from the centre of gravity; a camera on a mast stays below"},
+     .reason = "distance from the centre of gravity"},
     {.code = "W108",
      .name = "role_not_mapped",
      .meaning = "A signal that the model uses is not mapped.",

@@ -75,7 +75,7 @@ inline constexpr auto sensors = std::to_array<Kind>({
      .meaning = "Many samples of a source are too far from what the others let expect.",
      .fix = "check {}",
      .limits = {.most = 0.25},
-     .reason = "share of its samples; a healthy source stays below 1 %, a sliding car at 20 %"},
+     .reason = "share of its tested samples"},
     {.code = "W318",
      .name = "actuator_not_seen",
      .meaning = "The drive shows another delay and lag of the steering than [steering].",

@@ -7,11 +7,14 @@
 #include <cstdint>
 #include <string>
 
+#include "daemon/diagnostics/diagnostic.hpp"
+
 namespace odomd::tools {
 
 /// Adapters and several buses may mix up the order a little; a frame this far behind is of another
 /// drive, or of a clock that was set back [ns].
-inline constexpr std::int64_t late_ns = 1'000'000'000;
+inline constexpr auto late_ns =
+    static_cast<std::int64_t>(1e9 * diagnostics::kind("frames_late").limits.most);
 
 /// Counts the frames with a stamp late_ns or more earlier than a previous frame's. Frames without a
 /// stamp (0) do not count.

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <span>
 
+#include "daemon/diagnostics/diagnostic.hpp"
 #include "estimator/common/symmetric3.hpp"
 #include "tools/evaluation/pose_error.hpp"
 #include "tools/math/se2.hpp"
@@ -14,9 +15,9 @@ namespace {
 
 using estimator::Pose2;
 
-constexpr double fastest_car = 100.0;  // m/s
-constexpr double standing = 0.1;       // m: no car turns so tightly; the path of a reference that
-                                       // stays within is its noise
+constexpr double fastest_car = diagnostics::kind("reference_jumps").limits.most;
+constexpr double standing = 0.1;  // m: no car turns so tightly; the path of a reference that
+                                  // stays within is its noise
 
 // The rows of the reference between two times, and its interpolated ends.
 std::vector<TrajectoryPoint> piece(const Trajectory& reference, std::int64_t first_ns,

@@ -158,7 +158,8 @@ Findings stiffness_findings(const FilmedCircles& films, const CorneringStiffness
   }
   for (std::size_t axle = 0; axle < 2; ++axle) {
     const Finding& finding = findings.values[axle];
-    if (finding.determined == Determined::yes && 2.0 * finding.sigma > 0.05 * finding.value)
+    if (finding.determined == Determined::yes &&
+        !kind("stiffness_uncertain").limits.hold(2.0 * finding.sigma / finding.value))
       findings.warnings.push_back(
           diagnostics::found(kind("stiffness_uncertain"), finding.name,
                              fmt::format("2 sigma is {:.1f} %, and 5 % is possible",
