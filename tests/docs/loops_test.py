@@ -14,7 +14,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# mode, standard deviation of the position [m]: what the loop should do
+# mode, standard deviation of the position [m] where the loop allows 0.3 m: what it should do
 POSES = [
     ("TRACKING", 0.1, "steer"),
     ("TRACKING", 0.5, "stop"),
@@ -75,8 +75,9 @@ def loop_of(path: str, language: str) -> str:
     return loop
 
 
-def stand_in() -> str:
-    given = ", ".join(f"{{ODOM_{mode}, {'0.0 / 0.0' if sigma != sigma else sigma}}}" for mode, sigma, _ in POSES)
+def stand_in(limit: float = 0.3) -> str:
+    given = ", ".join(f"{{ODOM_{mode}, {'0.0 / 0.0' if sigma != sigma else sigma / 0.3 * limit}}}"
+                      for mode, sigma, _ in POSES)
     return STAND_IN.replace("%s", given)
 
 
@@ -97,7 +98,8 @@ class Loops(unittest.TestCase):
 
     def test_the_readme(self) -> None:
         body = loop_of("README.md", "c").replace("#include <odom/odom.h>\n", "")
-        program = f"{stand_in()}\nint main(void) {{\n{body}\nreturn 0;\n}}\n"
+        (limit,) = re.findall(r"odom_position_sigma\(&ahead\) <= ([0-9.]+)", body)
+        program = f"{stand_in(float(limit))}\nint main(void) {{\n{body}\nreturn 0;\n}}\n"
         self.assertEqual(self.actions([os.environ.get("CC", "cc"), "-std=c11"], ".c", program), EXPECTED)
 
     def test_the_manual_page(self) -> None:
