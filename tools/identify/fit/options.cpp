@@ -33,12 +33,12 @@ void describe_fit(Command command, FitOptions& options) {
           "0.005 0.005")
       .values(2);
   all.add("--dbc", "FILE", options.dbc, "Database (DBC); repeatable; instead of [can] dbc");
-  all.add("--from", "S", options.from, "Start time [s] after the log's first frame");
-  all.add("--to", "S", options.to, "End time [s] after the log's first frame; default: all");
+  all.add("--from", "S", options.from, "Start time [s] after the log's first frame; default: 0");
+  all.add("--to", "S", options.to, "End time [s] after the log's first frame; default: its end");
   all.add("--fix", "NAME", options.fixed, "Leave this parameter as configured; repeatable");
   all.add("--free", "NAME", options.freed,
-          "Fit this parameter although no mapped signal shows it; without this it stays as "
-          "configured; repeatable");
+          "Fit this parameter, too: load_lag, drive_spin and those that no mapped signal shows "
+          "otherwise stay as configured; repeatable");
   all.add("--prior", "NAME=SIGMA", options.priors,
           "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
           "relative (0.02: 2 %); default of mass: 0.01; repeatable");
