@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "daemon/core/usage.hpp"
 #include "daemon/sockets/local_socket.hpp"
 #include "shm_api/libodom/service.h"
 
@@ -81,12 +82,12 @@ void add_options(CLI::App& app, Options& options) {
       "memory.");
   app.set_help_flag("-h,--help", "Print this help and exit");
   app.set_version_flag("--version", "odomd " ODOMD_VERSION, "Print the version and exit");
-  app.add_option("--config", options.config, "Configuration file (TOML)")
+  app.add_option("--config", options.config, "Configuration of the car (TOML)")
       ->type_name("FILE")
       ->required();
   app.add_option("--can", options.sources,
-                 "Interface (can0), candump log (drive.log), or - for a log on standard input; "
-                 "several times for several buses; instead of [can] source")
+                 "Interface (can0), log of candump -L, or - for a log on standard input; "
+                 "repeatable, for several buses; instead of [can] source")
       ->type_name("SRC")
       ->take_all()
       ->allow_extra_args(false);
@@ -95,7 +96,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--initial", options.initial,
                  "Initial pose [m, m, rad]; instead of [initial] pose")
       ->type_name("X,Y,YAW");
-  app.add_option("--shm", options.shm, "Name or path of the segment; instead of [shm] name")
+  app.add_option("--shm", options.shm, "Segment: a name (/odomd) or a path; instead of [shm] name")
       ->type_name("NAME");
   app.add_option("--camera-socket", options.camera_socket,
                  "Socket for camera processes; instead of [camera] socket")
@@ -104,7 +105,7 @@ void add_options(CLI::App& app, Options& options) {
                  "Socket for odom status; instead of [status] socket")
       ->type_name("PATH");
   app.add_option("--runtime-directory", options.runtime_directory,
-                 "Directory of the segment and the sockets: pose, status.sock, camera.sock and "
+                 "Folder of the segment and the sockets: pose, status.sock, camera.sock and "
                  "record.sock; instead of the paths in the configuration")
       ->type_name("DIR");
   app.add_option("--readers", options.readers,
@@ -123,14 +124,15 @@ void add_options(CLI::App& app, Options& options) {
                "Check the configuration and the databases, print a summary, and exit");
   app.add_flag("--exit-at-end", options.exit_at_end,
                "Exit when the last log or pipe has ended, instead of continuing by dead reckoning");
-  app.footer(
-      "Examples:\n"
-      "  odomd --config car.toml --check\n"
-      "  odomd --config car.toml --can can0\n"
-      "  odomd --config car.toml --can drive.log --exit-at-end --initial 0,0,0\n"
-      "  candump -L can0 | odomd --config car.toml --can -\n"
-      "TERM and INT stop odomd cleanly; HUP reopens the log.\n"
-      "Exit status: 0 success, 1 it could not run, 2 wrong usage or invalid input.");
+  app.footer(std::string(daemon::models_help) +
+             "\n\n"
+             "Examples:\n"
+             "  odomd --config car.toml --check\n"
+             "  odomd --config car.toml --can can0\n"
+             "  odomd --config car.toml --can drive.log --exit-at-end --initial 0,0,0\n"
+             "  candump -L can0 | odomd --config car.toml --can -\n"
+             "TERM and INT stop odomd cleanly; HUP reopens the log.\n"
+             "Exit status: 0 success, 1 failure while running, 2 wrong usage or unusable input.");
 }
 
 Config configure(const Options& options) {

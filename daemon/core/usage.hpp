@@ -1,5 +1,5 @@
 // Explains why CLI11 rejects a command line: the first unknown argument, with the name that was
-// probably meant.
+// probably meant; and what the helps of several programs have in common.
 #pragma once
 
 #include <span>
@@ -12,6 +12,15 @@ class ParseError;
 }  // namespace CLI
 
 namespace odomd::daemon {
+
+/// What the models of --model are, for the ends of helps.
+inline constexpr std::string_view models_help =
+    "Models:\n"
+    "  full               dynamic bicycle with sensor errors and late samples; odomd's default\n"
+    "  paper              the published extended Kalman filter\n"
+    "  inertial           heading from the gyro, speed from the wheels, no filter\n"
+    "  kinematic          bicycle model without slip\n"
+    "  kinematic_printed  the kinematic model as printed in the paper, for comparison";
 
 struct Mistake {
   std::string command;  ///< the command it belongs to: "odom camera"

@@ -11,9 +11,9 @@ Option add_segment_option(Command command, std::string& name, SegmentElse otherw
       .add_option(
           "--shm", name,
           fmt::format(
-              "Segment: a name (/odomd) or a path; else {}$ODOM_SHM, /odomd, or "
-              "the service's, /run/odomd/can0/pose",
-              otherwise == SegmentElse::of_socket ? "the one of the daemon at --socket, " : ""))
+              "Segment: a name (/odomd) or a path; default: {}$ODOM_SHM, or the first "
+              "that exists of /odomd, the service's /run/odomd/INTERFACE/pose",
+              otherwise == SegmentElse::of_socket ? "with --socket that daemon's, else " : ""))
       .type_name("NAME");
 }
 
@@ -22,9 +22,9 @@ Option add_socket_option(Command command, std::string& path, const std::string& 
   capital.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(door.front())));
   return command
       .add_option("--socket", path,
-                  fmt::format("{} socket of the daemon; else the first that is there of "
-                              "$XDG_RUNTIME_DIR/odomd/{}.sock, the service's, "
-                              "/run/odomd/can0/{}.sock, and /run/odomd/{}.sock",
+                  fmt::format("{} socket of the daemon; default: the first that exists of "
+                              "$XDG_RUNTIME_DIR/odomd/{}.sock, the service's "
+                              "/run/odomd/INTERFACE/{}.sock, /run/odomd/{}.sock",
                               capital, door, door, door))
       .type_name("PATH");
 }

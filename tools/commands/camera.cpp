@@ -129,7 +129,8 @@ void run_send(const Options& options) {
 
 void add_camera(Command odom) {
   auto options = std::make_shared<Options>();
-  Command camera = odom.add_subcommand("camera", "Stand in for a camera process");
+  Command camera =
+      odom.add_subcommand("camera", "Send camera poses to the daemon, from a file or one by one");
   camera.require_subcommand();
   camera.footer(
       "Example:\n"
@@ -145,12 +146,14 @@ void add_camera(Command odom) {
           .type_name("X,Y,YAW");
   command
       .add_option("--sigma", options->sigma,
-                  "Its standard deviations [m, m, rad]; default: 0.01 each")
+                  "Standard uncertainty of the pose [m, m, rad]; default: 0.01 each")
       .delimiter(',')
       .values(3)
       .type_name("SX,SY,SYAW")
       .needs(pose);
-  command.add_option("--age-ms", options->age_ms, "How long ago it was taken [ms]; default: 0")
+  command
+      .add_option("--age-ms", options->age_ms,
+                  "Age of the pose: time since the picture was taken [ms]; default: 0")
       .type_name("MS")
       .needs(pose);
   const Option log = command
@@ -161,14 +164,13 @@ void add_camera(Command odom) {
   command.add_flag("--from-now", options->from_now, "Play the log on its own, beginning now")
       .needs(log);
   add_segment_option(command, options->shm, SegmentElse::of_socket).needs(log);
-  const Option clock =
-      add_choice<odom_clock>(
-          command, "--clock", options->clock,
-          {{"monotonic", ODOM_CLOCK_MONOTONIC},
-           {"realtime", ODOM_CLOCK_REALTIME},
-           {"log", ODOM_CLOCK_LOG}},
-          "Clock of t_capture in rows from standard input (a --log is on the log's clock)")
-          .excludes(pose);
+  const Option clock = add_choice<odom_clock>(command, "--clock", options->clock,
+                                              {{"monotonic", ODOM_CLOCK_MONOTONIC},
+                                               {"realtime", ODOM_CLOCK_REALTIME},
+                                               {"log", ODOM_CLOCK_LOG}},
+                                              "Clock of t_capture in rows from standard input; "
+                                              "default: monotonic. A --log is on the log's clock")
+                           .excludes(pose);
   command.footer(
       "Examples:\n"
       "  odom camera send --pose 1.2,0.4,1.57 --sigma 0.01,0.01,0.01 --age-ms 40\n"

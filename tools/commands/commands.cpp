@@ -10,11 +10,11 @@ void describe(Command odom) {
   odom.require_subcommand();
   odom.footer(
       "Examples:\n"
-      "  odom watch                       the running daemon, live\n"
-      "  odom record                      a drive, with everything that the daemon received\n"
+      "  odom watch                       # the running daemon, live\n"
+      "  odom record                      # a drive, with everything that the daemon received\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
-      "  odom help camera send            a command's options, with examples\n"
-      "Exit status: 0 done, 1 the work failed, 2 wrong usage or unusable input.");
+      "  odom help camera send            # a command's options, with examples\n"
+      "Exit status: 0 success, 1 failure while running, 2 wrong usage or unusable input.");
   add_bridge(odom);
   add_camera(odom);
   add_dbc(odom);

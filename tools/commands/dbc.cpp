@@ -34,8 +34,8 @@ void add_dbc(Command odom) {
       "odom dbc show --help and odom dbc decode --help have more.");
 
   Command show_command = dbc.add_subcommand("show", "Print the messages and signals of a DBC");
-  show_command.add_option("DBC", options->file, "Database").required().type_name("");
-  show_command.add_flag("--json", options->json, "One JSON object instead of tables");
+  show_command.add_option("DBC", options->file, "Database (DBC)").required().type_name("");
+  show_command.add_flag("--json", options->json, "Print the database as JSON");
   show_command.footer(
       "Examples:\n"
       "  odom dbc show car.dbc\n"
@@ -45,15 +45,15 @@ void add_dbc(Command odom) {
   Command decode_command = dbc.add_subcommand("decode", "Decode a candump log, one line per frame");
   decode_command
       .add_option("--dbc", options->databases,
-                  "Database; several times: the first with an identifier decodes it")
+                  "Database (DBC); repeatable: the first that contains the identifier is used")
       .type_name("DBC")
       .required()
       .one_each();
   decode_command.add_option("LOG", options->log, "Log of candump -L, or - for standard input")
       .required()
       .type_name("");
-  decode_command.add_flag("--json", options->json, "One JSON object per line");
-  decode_command.add_flag("--all", options->all, "Also frames that no database knows");
+  decode_command.add_flag("--json", options->json, "Print each frame as JSON, one per line");
+  decode_command.add_flag("--all", options->all, "Also print frames that are in no database");
   decode_command.footer(
       "Examples:\n"
       "  odom dbc decode --dbc car.dbc drive.log\n"

@@ -15,6 +15,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/chart/drawing.hpp"
 #include "tools/cli/choice.hpp"
@@ -200,43 +201,42 @@ void add_inputs(Command command, Options& options) {
   const Option reference =
       command
           .add_option("--reference", options.reference,
-                      "Reference with the columns t,x,y,yaw; for a drive instead of "
-                      "its truth.csv")
+                      "Reference with the columns t,x,y,yaw; for a drive instead of its truth.csv")
           .type_name("CSV");
   const Option pose =
       command
           .add_option("--pose", options.poses,
-                      "Poses in the format of odom replay; several times: compared side by side")
+                      "Poses in the format of odom replay; repeatable, compared side by side")
           .repeatable()
           .type_name("CSV");
-  const Option drive =
-      command
-          .add_option("--drive", options.drives,
-                      "Folder with drive.log (or can.log), car.toml, truth.csv and camera.csv, to "
-                      "replay; several times: one after the other")
-          .repeatable()
-          .type_name("DIR")
-          .excludes(pose);
+  const Option drive = command
+                           .add_option("--drive", options.drives,
+                                       "Folder with drive.log (or can.log), car.toml, truth.csv "
+                                       "and camera.csv, to replay; repeatable")
+                           .repeatable()
+                           .type_name("DIR")
+                           .excludes(pose);
   command
       .add_option("--model", options.models,
-                  "Model for the replay; several times; default: kinematic, paper, inertial (if "
-                  "there is a gyro), full")
+                  "Model for the replay; repeatable; default: kinematic, paper, inertial (if there "
+                  "is a gyro), full")
       .repeatable()
       .type_name(fmt::format("{}", fmt::join(estimator::model_names, "|")))
       .needs(drive);
   command
       .add_option("--config", options.config,
-                  "Configuration instead of the folder's car.toml; the folder's car.dbc stays")
+                  "Configuration of the car (TOML); instead of the folder's car.toml, whose "
+                  "car.dbc stays in use")
       .type_name("FILE")
       .needs(drive);
   command
       .add_flag("--dead-reckoning", options.dead_reckoning,
-                "Ignore the folder's camera.csv: odometry only")
+                "Leave the camera's poses out: dead reckoning")
       .needs(drive);
   command
       .add_flag("--closed-loop", options.closed_loop,
-                "Without a reference: the drive ends where it began; with camera poses the error "
-                "at the end is only as good as the camera")
+                "Without a reference, for a drive that ends where it began: the distance at the "
+                "end is the error. With camera poses it is only as good as the camera")
       .excludes(reference);
 }
 
@@ -251,10 +251,12 @@ void add_judging(Command command, Options& options) {
       "Frame of the pose: the map, or the odometry frame without jumps; default: map");
   command
       .add_option("--from", options.judging.from,
-                  "Evaluate from this time on [s]; +T: after the reference's first "
-                  "row")
+                  "Start time [s] by the files' clock; +T: after the reference's first row")
       .type_name("T|+T");
-  command.add_option("--to", options.judging.to, "Evaluate up to this time [s]").type_name("T|+T");
+  command
+      .add_option("--to", options.judging.to,
+                  "End time [s] by the files' clock; +T: after the reference's first row")
+      .type_name("T|+T");
   const Option lever_arm =
       command
           .add_option("--lever-arm", options.lever_arm,
@@ -273,14 +275,15 @@ void add_judging(Command command, Options& options) {
 }
 
 void add_outputs(Command command, Options& options) {
-  command.add_flag("--json", options.json, "One JSON object, SI units");
+  command.add_flag("--json", options.json, "Print the result as JSON, in SI units");
   const Option html = command
                           .add_option("--html", options.html,
                                       "Write a report with pictures: one file, nothing else needed")
                           .type_name("FILE");
   command
       .add_option("--beat", options.beat,
-                  "Beat of a recording, beat.csv, for the report; for a drive instead of its own")
+                  "Timing of the ticks (beat.csv of a recording), for the report; for a drive "
+                  "instead of its own")
       .type_name("CSV")
       .needs(html);
   command
@@ -312,7 +315,9 @@ void add_evaluate(Command odom) {
       "  odom evaluate --drive monday --drive tuesday --model kinematic --model full\n"
       "  odom evaluate --drive drive-20261121-140300 --closed-loop --dead-reckoning\n"
       "Only times that both cover are used; the reference is interpolated, never extrapolated.\n"
-      "A drive is replayed as by odom replay, and its models are evaluated like pose files.");
+      "A drive is replayed as by odom replay, and its models are evaluated like pose files.\n"
+      "\n" +
+      std::string(daemon::models_help));
   command.callback([options] {
     check(*options);
     options->judging.align = options->align;

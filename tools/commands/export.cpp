@@ -85,30 +85,30 @@ void add_export(Command odom) {
   command.add_option("--csv", options->csv, "CSV file to write, the poses for PlotJuggler")
       .type_name("FILE");
   command.add_flag("--relative-time", options->relative,
-                   "Write times since the beginning of the drive instead of the files' times");
+                   "Write times [s] since the beginning of the drive instead of the files' times");
   add_choice(
       command, "--compression", options->compression,
       Choices<McapCompression>{{"zstd", McapCompression::zstd}, {"none", McapCompression::none}},
       "Compression of the MCAP file; default: zstd");
-  command.add_option("--pose", options->files.pose, "Pose file, instead of the source's")
+  command.add_option("--pose", options->files.pose, "Pose file; instead of the source's")
       .type_name("CSV");
   command
       .add_option("--config", options->files.config,
-                  "Configuration of the car (TOML), instead of the source's")
+                  "Configuration of the car (TOML); instead of the source's")
       .type_name("FILE");
   command
       .add_option("--can", options->files.logs,
-                  "Log of candump -L; several times for several buses; instead of the source's")
+                  "Log of candump -L; repeatable, for several buses; instead of the source's")
       .type_name("LOG");
   command
       .add_option("--dbc", options->files.databases,
-                  "Database; may be given several times; instead of [can] dbc")
+                  "Database (DBC); repeatable; instead of [can] dbc")
       .type_name("DBC");
-  command.add_option("--camera", options->files.camera, "Camera log, instead of the source's")
+  command.add_option("--camera", options->files.camera, "Camera log; instead of the source's")
       .type_name("CSV");
   command
       .add_option("--truth", options->files.truth,
-                  "Reference trajectory (t,x,y,yaw), instead of the source's")
+                  "Reference trajectory (t,x,y,yaw); instead of the source's")
       .type_name("CSV");
   command.footer(
       "Examples:\n"

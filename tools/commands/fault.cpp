@@ -284,7 +284,7 @@ void add_fault(Command odom) {
           .type_name("KIND");
   command
       .add_option("--begin", options->begin_s,
-                  "Begin of the fault after the first frame [s]; default: 0")
+                  "Start of the fault after the first frame [s]; default: 0")
       .not_negative()
       .type_name("S")
       .needs(kind);
@@ -298,9 +298,9 @@ void add_fault(Command odom) {
       .type_name("X")
       .needs(kind);
   command
-      .add_option("--fault", options->faults,
-                  "The same as one argument; omitted or empty fields have the defaults above; "
-                  "several times for several faults")
+      .add_option(
+          "--fault", options->faults,
+          "The same as one argument; omitted or empty fields have the defaults above; repeatable")
       .one_each()
       .type_name("KIND:BEGIN:LENGTH:SIZE");
   command.add_option("--seed", options->seed, "Seed of random faults; default: 1").type_name("N");
@@ -312,7 +312,7 @@ void add_fault(Command odom) {
   command.add_option("--from", options->from, "CAN interface to read frames from")
       .type_name("IFACE")
       .group(live);
-  command.add_option("--to", options->to, "CAN interface to send them to")
+  command.add_option("--to", options->to, "CAN interface to send the frames to")
       .type_name("IFACE")
       .group(live);
   command
@@ -332,12 +332,13 @@ void add_fault(Command odom) {
       "faulty.log\n"
       "  odom fault --config car.toml --fault wheels.scaled:20::1.1 --fault camera.lost:30:5 \\\n"
       "      drive.log -o faulty.log --camera camera.csv --camera-out faulty.csv\n"
+      "  odom sim --config-only --out drive\n"
       "  odom sim --live --out drive --force |\n"
       "      odom fault --config drive/car.toml --kind imu.lost --begin 20 - -o - |\n"
       "      odomd --config drive/car.toml --can - --exit-at-end\n"
       "  odom fault --config car.toml --kind steering.biased --from can0 --to vcan0\n"
-      "Only the bits of the signals that fail change; counters and checksums are made right "
-      "again.\n"
+      "Only the bits of the signals that fail change; counters and checksums are "
+      "recomputed.\n"
       "Times count from the log's first frame, live from the start. Live, INT ends it.");
   command.callback([options] { run(*options); });
 }

@@ -193,7 +193,8 @@ void add_plot(Command odom) {
   for (const auto& subject : subjects()) names += (names.empty() ? "" : "|") + subject.first;
   command
       .add_option("--what", options->what,
-                  "Quantity to draw; several times: one below the other; default: trajectory")
+                  "Quantity to draw; repeatable, one below the other; default: trajectory. beat is "
+                  "the timing of the ticks")
       .repeatable()
       .type_name(names)
       .check([names](const std::string& name) {

@@ -184,8 +184,10 @@ void add_pose(Command odom) {
              "Clock of the times shown; default: monotonic");
   add_wait_option(command, options->wait_s);
   const Option follow_flag =
-      command.add_flag("--follow", options->follow, "Print every tick as it comes");
-  const Option json = command.add_flag("--json", options->json, "One JSON object, SI units");
+      command.add_flag("--follow", options->follow,
+                       "Print poses as they come: five lines per second, with --csv every tick");
+  const Option json =
+      command.add_flag("--json", options->json, "Print the pose as JSON, in SI units");
   json.excludes(follow_flag);
   command
       .add_flag("--csv", options->csv,
@@ -198,7 +200,9 @@ void add_pose(Command odom) {
       .positive()
       .type_name("S")
       .needs(follow_flag);
-  command.add_option("--rate", options->rate_hz, "Rows per second instead of every tick [Hz]")
+  command
+      .add_option("--rate", options->rate_hz,
+                  "Rows per second [Hz]; default: 5, with --csv every tick")
       .positive()
       .type_name("HZ")
       .needs(follow_flag);
@@ -209,9 +213,8 @@ void add_pose(Command odom) {
       "  odom pose\n"
       "  odom pose --follow\n"
       "  odom pose --follow --csv --out live.csv --clock log --until-stale --wait 10\n"
-      "Without --csv five lines per second are shown. --follow continues across restarts of the "
-      "daemon;\n"
-      "INT and TERM end it, with a summary on standard error.");
+      "--follow continues across restarts of the daemon; INT and TERM end it, with a summary on\n"
+      "standard error.");
   command.callback([options] { run_pose(*options); });
 }
 

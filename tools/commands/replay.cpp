@@ -14,6 +14,7 @@
 
 #include "can_protocol/sources/log_reader.hpp"
 #include "daemon/core/config.hpp"
+#include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/json_text.hpp"
@@ -197,12 +198,10 @@ void add_replay(Command odom) {
           .type_name("FILE");
   replay
       .add_option("--can", options->logs,
-                  "Log of candump -L, or - for standard input; several times for several buses; "
+                  "Log of candump -L, or - for standard input; repeatable, for several buses; "
                   "instead of [can] source")
       .type_name("LOG");
-  replay
-      .add_option("--dbc", options->databases,
-                  "Database; may be given several times; instead of [can] dbc")
+  replay.add_option("--dbc", options->databases, "Database (DBC); repeatable; instead of [can] dbc")
       .type_name("DBC");
   replay.add_option("--camera", options->camera, "Camera log").type_name("CSV");
   replay.add_option("--model", options->model, "Model of the filter; instead of [filter] model")
@@ -213,7 +212,7 @@ void add_replay(Command odom) {
       .type_name("X,Y,YAW");
   replay
       .add_option("--innovations", options->innovations,
-                  "Write the innovation of every sample in the full filter")
+                  "Write the innovation of every sample; only with the model full")
       .type_name("CSV");
   const std::vector<Option> others = replay.options();
   const Option recording = replay
@@ -237,7 +236,9 @@ void add_replay(Command odom) {
       "\n"
       "The pose starts at --initial, else the configuration's, else the first camera pose, else "
       "0.\n"
-      "Times in the output are the log's; there is one row per tick, from initialisation on.");
+      "Times in the output are the log's; there is one row per tick, from initialisation on.\n"
+      "\n" +
+      std::string(daemon::models_help));
   replay.callback([options, config] {
     if (options->out.empty() && !options->verify) require("--out");
     if (!options->recording.empty()) {

@@ -199,15 +199,17 @@ void add_parameter_options(Command command, Arguments& arguments) {
     std::string defaults;
     append_number(defaults, info.scale_car);
     if (info.saloon != info.scale_car) {
-      defaults += ", road ";
+      defaults += ", saloon ";
       append_number(defaults, info.saloon);
     }
-    if (const double sprung = sim::sprung_default(info.parameter); sprung != info.saloon)
-      defaults += fmt::format(", sprung cars {:.4g}", sprung);
+    if (const double published = sim::sprung_default(info.parameter); published != info.saloon)
+      defaults += fmt::format(", published cars {:.4g}", published);
+    const std::string relative =
+        info.unit == "1" && info.draw != sim::Draw::exact ? ", relative" : "";
     const std::string_view draw = info.draw == sim::Draw::normal    ? ", standard deviation"
-                                  : info.draw == sim::Draw::uniform ? ", +-"
+                                  : info.draw == sim::Draw::uniform ? ", uniform within +-X"
                                                                     : "";
-    const std::string unit = info.unit == "1" ? "" : fmt::format(" [{}]", info.unit);
+    const std::string unit = info.unit == "1" ? relative : fmt::format(" [{}]", info.unit);
     std::string help = fmt::format("{}{}{}; default: {}", info.meaning, draw, unit, defaults);
     if (help.front() >= 'a' && help.front() <= 'z')
       help.front() = static_cast<char>(help.front() - 32);
@@ -225,8 +227,7 @@ void add_sim(Command odom) {
       odom.add_subcommand("sim", "Drive a simulated car, into a folder or live in real time");
   command.footer(
       "The car differs from the model of every filter: its tyres saturate, load shifts, wheels\n"
-      "slip, the steering lags. The errors of its sensors are drawn from the seed and "
-      "written\n"
+      "slip, the steering lags. The errors of its sensors are sampled from the seed and written\n"
       "to DIR/plant.json. The same options and seed give the same bits.\n"
       "\n"
       "Examples:\n"
@@ -236,7 +237,7 @@ void add_sim(Command odom) {
       "  odom sim --fix gyro_bias=0.01 --camera-dropout 20:2 --camera-dropout 40:5 --out drive\n"
       "  odom sim --car bmw_320i --scenario slalom --speed 12 --out drive\n"
       "  odom sim --scenario circles --markers --out circles\n"
-      "  odom sim --live --can can0 --camera-socket /run/odomd/camera.sock --out drive\n"
+      "  odom sim --live --can vcan0 --camera-socket /run/odomd/vcan0/camera.sock --out drive\n"
       "  odom sim --config-only --out drive\n"
       "  odom sim --live --out drive --force |\n"
       "      odomd --config drive/car.toml --can - --exit-at-end");
@@ -250,8 +251,8 @@ void add_sim(Command odom) {
       .type_name("V");
   command
       .add_option("--car", arguments->car,
-                  "Car: the 1:10 car, a saloon on rigid springs, or a car of published data "
-                  "whose body rolls and pitches; default: the scenario's")
+                  "Car: scale (1:10), saloon (on rigid springs), or a published car (bmw_320i, "
+                  "ford_escort, vw_vanagon), whose body rolls and pitches; default: the scenario's")
       .type_name(sim::car_names());
   command.add_option("--laps", arguments->run.laps, "Number of laps; default: the scenario's")
       .type_name("N");
@@ -269,11 +270,10 @@ void add_sim(Command odom) {
   const std::string output = "Output";
   command
       .add_option("--out", arguments->out,
-                  "Directory for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json")
+                  "Folder for drive.log, camera.csv, truth.csv, car.toml, car.dbc, plant.json")
       .type_name("DIR")
       .group(output);
-  command
-      .add_flag("--force", arguments->force, "Replace the drive in a directory that is not empty")
+  command.add_flag("--force", arguments->force, "Replace the drive in a folder that is not empty")
       .group(output);
   command
       .add_flag("--markers", arguments->markers,
@@ -282,7 +282,7 @@ void add_sim(Command odom) {
       .group(output);
   command
       .add_flag("--config-only", arguments->config_only,
-                "Only write car.toml, car.dbc and plant.json")
+                "Write only car.toml, car.dbc and plant.json")
       .group(output);
   command
       .add_option("--decimals", arguments->decimals,
@@ -294,7 +294,7 @@ void add_sim(Command odom) {
                   "Stamp of the start [s]; default: 1760000000, live: now")
       .type_name("T")
       .group(output);
-  command.add_flag("--json", arguments->json, "Report as JSON, with the errors drawn")
+  command.add_flag("--json", arguments->json, "Print the report as JSON, with the sampled errors")
       .group(output);
   command.add_flag("--progress", arguments->progress, "Show progress even without a terminal")
       .group(output);
@@ -308,27 +308,26 @@ void add_sim(Command odom) {
       .group(live);
   command
       .add_option("--camera-socket", arguments->camera_socket,
-                  "Send the camera poses to a daemon's socket")
+                  "Send the camera poses to this socket of a daemon")
       .type_name("PATH")
       .group(live);
 
   const std::string errors = "Errors";
   command.add_flag("--ideal", arguments->ideal, "No errors except those given").group(errors);
   command
-      .add_flag(
-          "--servo", arguments->servo,
-          "A slow steering servo behind the command: 60 ms dead time, 100 ms lag, 3 rad/s; the "
-          "bus carries the command")
+      .add_flag("--servo", arguments->servo,
+                "Slow steering servo: sets --steering-delay 0.06, --steering-lag 0.1, "
+                "--steering-rate-limit 3, --steering-commanded 1")
       .group(errors);
   command
       .add_option("--fix", arguments->fixed,
-                  "Set a parameter to this value instead of drawing it; the names are those "
-                  "of the options below, with underscores")
+                  "Set a parameter to this value instead of sampling it; the names are those of "
+                  "the options below, with underscores; repeatable")
       .type_name("NAME=VALUE")
       .group(errors);
   command
       .add_option("--camera-dropout", arguments->dropouts,
-                  "No camera from BEGIN [s] for LENGTH [s]")
+                  "No camera from BEGIN [s] for LENGTH [s]; repeatable")
       .type_name("BEGIN:LENGTH")
       .group(errors);
   add_parameter_options(command, *arguments);

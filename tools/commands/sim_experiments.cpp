@@ -21,10 +21,10 @@ struct Arguments {
 Command add_experiment(Command sim, const std::string& name, const std::string& sentence,
                        Experiment experiment, const std::shared_ptr<Arguments>& arguments) {
   Command command = sim.add_subcommand(name, sentence);
-  command.add_option("--out", arguments->options.folder, "Directory for the results")
+  command.add_option("--out", arguments->options.folder, "Folder for the results")
       .type_name("DIR")
       .required();
-  command.add_flag("--force", arguments->force, "Replace what is in a directory that is not empty");
+  command.add_flag("--force", arguments->force, "Replace what is in a folder that is not empty");
   command
       .add_option("--seed", arguments->options.seed,
                   "Seed of the car, the errors and the noise; default: 1")
@@ -50,7 +50,7 @@ void add_sim_experiments(Command sim) {
       add_experiment(sim, "swing", "Swing a simulated car on two cords, for odom identify inertia",
                      sim::simulate_swing, swing);
   swing_command
-      .add_option("--duration", swing->options.duration, "How long it swings [s]; default: 180")
+      .add_option("--duration", swing->options.duration, "Time that it swings [s]; default: 180")
       .type_name("T");
   swing_command.footer(
       "The car is a rigid body in space on two slightly elastic cords; it sways, tilts and is\n"

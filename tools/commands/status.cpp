@@ -48,7 +48,7 @@ void add_status(Command odom) {
   auto options = std::make_shared<Options>();
   Command command = odom.add_subcommand("status", "Show the daemon's status");
   add_socket_option(command, options->socket, "status");
-  command.add_flag("--json", options->json, "Print the daemon's own document");
+  command.add_flag("--json", options->json, "Print the daemon's status as JSON");
   command.footer(
       "Examples:\n"
       "  odom status\n"

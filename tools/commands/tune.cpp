@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "daemon/core/usage.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/choice.hpp"
 #include "tools/cli/files.hpp"
@@ -239,32 +240,34 @@ void add_tune(Command odom) {
   command
       .add_option("--drive", options->drives,
                   "Drive to tune on: a folder with drive.log (or can.log), car.toml, truth.csv and "
-                  "optionally camera.csv; several times")
+                  "optionally camera.csv; repeatable")
       .required()
       .repeatable()
       .type_name("DIR");
   command
       .add_option("--held-out", options->held_out,
-                  "Drive to validate on: the search does not use it; several times")
+                  "Drive to validate on: the search does not use it; repeatable")
       .repeatable()
       .type_name("DIR");
   command
       .add_option("--set", options->set,
                   "Parameter to tune: KEY=FROM:TO is searched, KEY=FROM:TO:N and KEY=A,B,C are "
-                  "swept in all combinations; several times")
+                  "swept in all combinations; repeatable")
       .required()
       .repeatable()
       .type_name("KEY=RANGE");
-  command.add_option("--config", options->config, "Configuration instead of each drive's car.toml")
+  command
+      .add_option("--config", options->config,
+                  "Configuration of the car (TOML); instead of each drive's car.toml")
       .type_name("TOML");
   command
-      .add_option("--goal", options->goals,
-                  "Objective, of position, heading, prediction (35 ms), second (1 s), end (cm/m), "
-                  "nees; default: position,heading,prediction and, where the drives determine it, "
-                  "nees")
+      .add_option(
+          "--goal", options->goals,
+          "Objectives, of position, heading, prediction (35 ms), second (1 s), end (cm/m), nees; "
+          "default: position,heading,prediction and, where the drives determine it, nees")
       .delimiter(',')
       .type_name("NAMES");
-  command.add_option("--model", options->model, "Model instead of the configuration's")
+  command.add_option("--model", options->model, "Model of the filter; instead of [filter] model")
       .type_name("MODEL");
   add_choice<std::optional<Align>>(
       command, "--align", options->align,
@@ -273,13 +276,14 @@ void add_tune(Command odom) {
       "poses, else first");
   command
       .add_option("--lever-arm", options->lever_arm,
-                  "Position of the reference's point in the body frame: x,y,yaw")
+                  "Position of the reference's point in the body frame [m, m, rad]")
       .delimiter(',')
       .values(3)
       .type_name("X,Y,YAW");
-  command.add_flag("--no-camera", options->no_camera, "Leave camera.csv out: dead reckoning");
+  command.add_flag("--no-camera", options->no_camera,
+                   "Leave the camera's poses out: dead reckoning");
   command
-      .add_option("--trials", options->trials, "Largest number of trials in a search; default: 400")
+      .add_option("--trials", options->trials, "Maximum number of trials in a search; default: 400")
       .within(1, 1'000'000)
       .type_name("N");
   command.add_option("--jobs", options->jobs, "Parallel replays; default: one per core")
@@ -293,26 +297,28 @@ void add_tune(Command odom) {
       .type_name("CSV");
   command
       .add_option("--write", options->write,
-                  "Configuration to write the tuned numbers to, if they are better, also on the "
-                  "held-out drives, and worse in no goal")
+                  "Configuration to write the tuned values to, if they reduce the error, also on "
+                  "the held-out drives, and worsen no goal")
       .type_name("TOML");
   command.add_flag(
       "--force", options->force,
-      "Search for what is better in the mean over the goals, and write it even if it is "
-      "worse in one of them or on the held-out drives");
-  command.add_flag("--json", options->json, "One JSON object instead of tables");
+      "Search for and write the smallest error, even if a goal or the held-out drives get worse");
+  command.add_flag("--json", options->json, "Print the result as JSON");
   command.footer(
-      "The error is the geometric mean, over drives and goals, of each error to what it is with "
-      "the\n"
-      "present configuration. Ranges above zero are searched in proportion. A key that helps the\n"
-      "drives tuned on and harms those held out is over-fitted, and keeps its value.\n"
+      "The error is a ratio: each error divided by its value with the present configuration, as\n"
+      "geometric mean over drives and goals; below 1 is better. Ranges above zero are searched\n"
+      "on a logarithmic scale. A key that helps the drives tuned on and harms those held out is\n"
+      "over-fitted, and keeps its value.\n"
+      "\n" +
+      std::string(daemon::models_help) +
+      "\n\n"
       "Examples:\n"
-      "  odom tune --drive lap1 --drive lap2 --held-out lap3 --set "
-      "filter.front_angle_error=0.01:0.2\n"
+      "  odom tune --drive lap1 --drive lap2 --held-out lap3 \\\n"
+      "    --set filter.front_angle_error=0.01:0.2 \\\n"
       "    --set can.signals.yaw_rate.sigma=0.002:0.05 --state tune.state --write car.toml\n"
       "  odom tune --drive lap1 --set filter.wheel_slip=0.005:0.08:9 --out sweep.csv\n"
-      "  odom tune --drive lap1 --no-camera --goal end,heading --set "
-      "vehicle.yaw_inertia=0.02:0.04");
+      "  odom tune --drive lap1 --no-camera --goal end,heading \\\n"
+      "    --set vehicle.yaw_inertia=0.02:0.04");
   command.callback([options] { run_tune(*options); });
 }
 

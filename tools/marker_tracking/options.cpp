@@ -120,7 +120,7 @@ void check(const TrackOptions& o) {
 
 void describe_track(Command command, TrackOptions& options) {
   command.description("Track two markers on the car through a film, for odom identify stiffness");
-  command.add_option("FILM", options.film, "Film, in any format that FFmpeg reads")
+  command.add_option("FILM", options.film, "Film: a video in any format that FFmpeg reads")
       .type_name("")
       .required();
   command
@@ -143,7 +143,7 @@ void describe_track(Command command, TrackOptions& options) {
   command
       .add_option("--colour-front", options.colour_front,
                   "Coloured front marker: hue [degrees], least saturation and brightness [%], and "
-                  "tolerance of the hue, 15")
+                  "tolerance of the hue [degrees]; default: 15")
       .type_name("H,S,V[,T]")
       .group(markers);
   command
@@ -158,15 +158,16 @@ void describe_track(Command command, TrackOptions& options) {
       .type_name("FILE")
       .group(view);
   command
-      .add_option("--ground", options.ground,
-                  "A place in the picture [px] and on the ground [m]; at least four, and a fifth "
-                  "to detect a mistyped one. x and y as seen from above: y to the left of x")
+      .add_option(
+          "--ground", options.ground,
+          "A place in the picture [px] and on the ground [m]; repeatable: at least four, and a "
+          "fifth to detect a mistyped one. Seen from above, y points to the left of x")
       .type_name("U,V=X,Y")
       .group(view);
   command
-      .add_option(
-          "--ground-marker", options.ground_markers,
-          "An ArUco marker on the ground and the place of its middle [m]; as many as --ground")
+      .add_option("--ground-marker", options.ground_markers,
+                  "An ArUco marker on the ground and the place of its middle [m]; repeatable, as "
+                  "many as --ground")
       .type_name("ID=X,Y")
       .group(view);
   command
@@ -177,7 +178,7 @@ void describe_track(Command command, TrackOptions& options) {
   const std::string time = "Time of the frames";
   command
       .add_option("--fps", options.frames_per_second,
-                  "Frames per second as filmed; default: the film's own times")
+                  "Frames per second as filmed [1/s]; default: the film's own times")
       .type_name("N")
       .group(time);
   command

@@ -161,13 +161,13 @@ std::string report_of(const Writing& writing, const std::string& file) {
 }  // namespace
 
 void add_delivery(Command method, Delivery& delivery) {
-  method.add_flag("--json", delivery.json, "One JSON object instead of a table");
+  method.add_flag("--json", delivery.json, "Print the result as JSON");
   method
       .add_option("--write", delivery.write,
                   "Configuration to write the numbers to, each with a note on its origin; more "
-                  "precise ones there are kept")
+                  "precise numbers there are kept")
       .type_name("TOML");
-  method.add_flag("--force", delivery.force, "Replace numbers that are more precise, too");
+  method.add_flag("--force", delivery.force, "Also replace numbers that are more precise");
 }
 
 std::string as_text(const Findings& findings) {

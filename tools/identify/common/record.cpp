@@ -28,12 +28,13 @@ std::int64_t limit(const std::string& text, const std::string& option, std::int6
 
 void add_record_options(Command method, RecordOptions& options, const std::string& group) {
   const OptionGroup all{method, group};
-  all.add("--config", "TOML", options.config, "Configuration with the signals of --can");
+  all.add("--config", "TOML", options.config,
+          "Configuration of the car (TOML), for the signals of --can");
   all.add("--can", "SRC", options.logs, "Log of candump -L, or - for standard input; repeatable")
       .one_each();
-  all.add("--csv", "CSV", options.csv, "Instead of a log: columns t [s], yaw_rate [rad/s]");
-  all.add("--from", "T", options.from, "Ignore data before this time after the record's start [s]");
-  all.add("--to", "T", options.to, "Ignore data after this time after the record's start [s]");
+  all.add("--csv", "CSV", options.csv, "Record instead of a log: columns t [s], yaw_rate [rad/s]");
+  all.add("--from", "T", options.from, "Start time [s] after the record's first sample");
+  all.add("--to", "T", options.to, "End time [s] after the record's first sample");
 }
 
 bool is_given(const RecordOptions& options) {

@@ -1,6 +1,8 @@
 // The command line of odom identify fit, which hands over to the program odom-fit.
 #include "tools/identify/fit/options.hpp"
 
+#include <fmt/format.h>
+
 #include <memory>
 #include <stdexcept>
 
@@ -16,58 +18,63 @@ void describe_fit(Command command, FitOptions& options) {
   command.description("Fit all parameters at once, on a drive with camera poses or a reference");
   const OptionGroup all{command, ""};
   all.add("--config", "TOML", options.config,
-          "Initial configuration, as measured by hand; default: the drive's car.toml");
+          "Configuration of the car (TOML) to start from, as measured by hand; default: the "
+          "drive's car.toml");
   all.add("--drive", "DIR", options.drives,
           "Folder with drive.log (or can.log) and camera.csv (or truth.csv); repeatable");
-  all.add("--can", "LOG", options.can, "Log of a drive, candump -L; repeatable");
-  all.add("--camera", "CSV", options.camera, "Camera poses of that drive");
+  all.add("--can", "LOG", options.can, "Log of candump -L of a drive; repeatable");
+  all.add("--camera", "CSV", options.camera, "Camera log of that drive");
   all.add("--reference", "CSV", options.reference,
           "Reference trajectory of that drive, instead of camera poses");
   command.add_flag("--use-reference", options.use_reference,
-                   "Use truth.csv of each --drive, not camera.csv");
-  all.add(
-         "--reference-sigma", "M RAD", options.reference_sigma,
-         "Standard deviations of a reference, m and rad (0.005 0.005); the residuals decide in the "
-         "end")
+                   "Use truth.csv of each --drive instead of camera.csv");
+  all.add("--reference-sigma", "M RAD", options.reference_sigma,
+          "Standard uncertainty of a reference [m, rad]; the residuals decide in the end; default: "
+          "0.005 0.005")
       .values(2);
-  all.add("--dbc", "FILE", options.dbc, "Databases in place of the configuration's; repeatable");
-  all.add("--from", "S", options.from, "Begin at this time after the log's first frame, s");
-  all.add("--to", "S", options.to, "End at this time after it, s");
-  all.add("--fix", "NAME", options.fixed, "Leave a parameter as configured; repeatable");
+  all.add("--dbc", "FILE", options.dbc, "Database (DBC); repeatable; instead of [can] dbc");
+  all.add("--from", "S", options.from, "Start time [s] after the log's first frame; default: 0");
+  all.add("--to", "S", options.to, "End time [s] after the log's first frame; default: its end");
+  all.add("--fix", "NAME", options.fixed, "Leave this parameter as configured; repeatable");
   all.add("--free", "NAME", options.freed,
-          "Fit a parameter that no mapped signal shows; repeatable");
+          "Fit this parameter, too: load_lag, drive_spin and those that no mapped signal shows "
+          "otherwise stay as configured; repeatable");
   all.add("--prior", "NAME=SIGMA", options.priors,
-          "Standard uncertainty of a parameter before the fit: a share of it (0.02: 2 %) for "
-          "stiffnesses, inertia, scales, mass (0.01); else in its unit; repeatable");
+          "Standard uncertainty of a parameter before the fit, in its unit; for those marked * "
+          "relative (0.02: 2 %); default of mass: 0.01; repeatable");
   all.add("--window", "S", options.window,
-          "Length of a shooting window, s (0.5 of a 1:10 car to 1.5)")
-      .within(0.1, 5.0);
-  all.add("--threads", "N", options.threads, "Number of threads (1)").within(1, 64);
+          "Length of a shooting window [s], 0.1 to 5; default: 0.5 for a 1:10 car, up to 1.5 for a "
+          "larger one")
+      .within(0.1, 5.0, Bounds::in_text);
+  all.add("--threads", "N", options.threads, "Number of threads, 1 to 64; default: 1")
+      .within(1, 64, Bounds::in_text);
   all.add("--plot", "FILE", options.plot, "Plot of the residuals, .svg or .png");
   command.add_flag("--untried", options.untried,
-                   "Write all values found, even if the filter does not improve with them");
+                   "Write every value that was determined, without the trial that replays the "
+                   "drive with it first");
   command.add_flag("--quiet", options.quiet, "Do not show progress");
   add_delivery(command, options.delivery);
   std::string names;
   for (const fitting::ParameterInfo& info : fitting::parameter_table()) {
-    if (info.parameter % 4 == 0) names += "\n ";
-    names += " " + std::string(info.name);
+    const bool relative = info.kind == fitting::Kind::factor;
+    const std::string unit = info.unit.empty() ? "" : fmt::format(" [{}]", info.unit);
+    names += fmt::format("\n  {:<23} {} {}{}", info.name, relative ? '*' : ' ', info.meaning, unit);
   }
   command.footer(
       R"(Weigh the car first, and measure its axles. Then drive for three minutes under the camera:
 circles to both sides at three speeds, and weave as quickly as the steering follows, at three
 speeds, within a half of the grip, as odom sim --scenario exercise does. A car with tyres
 that saturate and a steering that lags is fitted to all sensors and poses; what makes it fit
-best is the result. Poses are the clock: latencies are against their stamps. The inertia is
-that of the car with its wheels spinning.
+best is the result. The poses' stamps are the time reference of all latencies. The inertia
+is that of the car with its wheels spinning.
 
 Only ratios to the mass show in a drive: state how well the car is
 weighed (--prior mass=0.002). What the drive did not determine is
 marked, with the reason, and is not written.
 
-Parameters:)" +
+Parameters (* --prior is relative); the result names their keys:)" +
       names + R"(
-And for --prior: mass
+  mass                    * mass of the car, for --prior only [kg]
 
 Examples:
   odom identify fit --drive lap1 --write car.toml

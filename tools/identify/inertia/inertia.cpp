@@ -251,14 +251,15 @@ then weigh and swing the board alone, too. Turn the car by 10 to 20 degrees abou
 vertical, let it come to rest there, and let go without a push. Record its gyro for a
 minute, or time 20 full swings three times with a stop-watch, from one passage through the
 middle to the 20th after it in the same direction.
-Precision: J = m g D2 T2 / (16 pi2 L), so 1 % of the distance D counts 2 %, 1 % of the
-mass and of the cords' length L 1 %. Measure D to 0.5 mm at top and bottom, L under load and
-between the fixings. Long cords swing slowly and are easily measured: L at least 3 D.
-The amplitude of the swing and its decay are allowed for; with a stop-watch give
---amplitude. An offset e of the centre of gravity along the line of the cords takes
-4 e2/D2 off: hang it so that both cords are equally tight. A tilt of 5 degrees takes 0.5 %
-off: level it to 2.
-A --csv has the columns t [s] and yaw_rate [rad/s].
+
+Precision: the inertia is J = m g D^2 T^2 / (16 pi^2 L), with the distance D of the cords,
+their length L and the period T. An error of 1 % in D makes 2 % in J, an error of 1 % in m
+or L makes 1 %. Measure D to 0.5 mm at top and bottom, and L under load and between the
+fixings. Make L at least 3 D: long cords swing slowly and are measured more precisely.
+The amplitude and its decay are corrected for; with a stop-watch give --amplitude. An
+offset e of the centre of gravity along the line of the cords reduces J by the share
+4 e^2/D^2: hang the car so that both cords are equally tight. A tilt of 5 degrees reduces J
+by 0.5 %: level the car to 2 degrees.
 
 Examples:
   odom identify inertia --mass 2.985 --spacing 200mm --cord 1.2m --config car.toml \
@@ -273,29 +274,32 @@ Examples:
           "Mass of the car as it hangs, without the board [kg], or 2985g")
       .required();
   all.add("--mass-sigma", "MASS", options.mass_sigma,
-          "Its standard uncertainty; default: 0.2 % of it");
+          "Standard uncertainty of the mass; default: 0.2 % of it");
   all.add("--spacing", "LENGTH", options.spacing,
           "Distance of the cords from each other [m], or 200mm")
       .required();
   all.add("--spacing-below", "LENGTH", options.spacing_below,
           "Distance of the cords at the car, if different; default: the same");
   all.add("--spacing-sigma", "LENGTH", options.spacing_sigma,
-          "Standard uncertainty of each distance; default: 0.5mm");
+          "Standard uncertainty of each distance of the cords; default: 0.5mm");
   all.add("--cord", "LENGTH", options.cord,
           "Length of the cords between their fixings, under load [m]")
       .required();
-  all.add("--cord-sigma", "LENGTH", options.cord_sigma, "Its standard uncertainty; default: 2mm");
+  all.add("--cord-sigma", "LENGTH", options.cord_sigma,
+          "Standard uncertainty of the cords' length; default: 2mm");
   all.add("--offset", "LENGTH", options.offset,
           "Offset of the centre of gravity from the middle, along the line of the cords [m]; "
           "default: 0");
   all.add("--offset-sigma", "LENGTH", options.offset_sigma,
-          "Its standard uncertainty; default: 2 % of the distance");
+          "Standard uncertainty of the offset; default: 2 % of the distance of the cords");
   all.add("--tilt", "ANGLE", options.tilt,
           "Standard uncertainty of the level of the car [rad]; default: 2deg");
   add_gravity_option(command, options.gravity);
 
   const OptionGroup watch{command, "By stop-watch"};
-  watch.add("--time", "T", options.times, "Time of --swings swings [s]; repeat for each timing")
+  watch
+      .add("--time", "T", options.times,
+           "Time of --swings swings [s]; repeat the option for each timing")
       .one_each();
   watch.add("--swings", "N", options.swings, "Number of full swings in each timing");
   watch.add("--time-sigma", "T", options.time_sigma,
@@ -308,14 +312,16 @@ Examples:
   const OptionGroup log{command, "By a gyro's record"};
   add_record_options(command, options.record, log.heading);
   log.add("--clock-sigma", "X", options.clock_sigma,
-          "Standard uncertainty of the rate of the log's clock; default: 0.0001");
-  log.add("--gyro-scale-sigma", "X", options.gyro_scale_sigma,
-          "Standard uncertainty of the gyro's scale, which gives the amplitude; default: 3%");
+          "Standard uncertainty of the rate of the log's clock, relative; default: 0.0001");
+  log.add(
+      "--gyro-scale-sigma", "X", options.gyro_scale_sigma,
+      "Standard uncertainty of the gyro's scale, which gives the amplitude, relative; default: 3%");
 
   const OptionGroup board{command, "The board that the car stands on"};
-  board.add("--platform-mass", "MASS", options.platform_mass, "Its mass [kg], or 310g");
+  board.add("--platform-mass", "MASS", options.platform_mass,
+            "Mass of the board that the car stands on [kg], or 310g");
   board.add("--platform-mass-sigma", "MASS", options.platform_mass_sigma,
-            "Its standard uncertainty; default: 0.2 % of it");
+            "Standard uncertainty of the board's mass; default: 0.2 % of it");
   board
       .add("--platform-time", "T", options.platform_times,
            "Time of --platform-swings swings of the board alone [s], on the same cords; repeatable")
@@ -323,9 +329,10 @@ Examples:
   board.add("--platform-swings", "N", options.platform_swings,
             "Number of swings in each timing of the board alone");
   board.add("--platform-inertia", "J", options.platform_inertia,
-            "Its inertia [kg m2], instead of swinging it: a board of mass m has m (a2 + b2)/12");
+            "Inertia of the board [kg m2], instead of swinging it: a board of mass m and edges a "
+            "and b has m (a^2 + b^2)/12");
   board.add("--platform-inertia-sigma", "J", options.platform_inertia_sigma,
-            "Its standard uncertainty; default: 5 % of it");
+            "Standard uncertainty of the board's inertia; default: 5 % of it");
   add_delivery(command, options.delivery);
 }
 

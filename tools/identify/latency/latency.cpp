@@ -186,16 +186,17 @@ void add_latency(Command identify) {
       "latency",
       "Measure how late each source is against the gyro or the camera, and the steering's lag");
   const OptionGroup all{latency, ""};
-  all.add("--config", "TOML", options->config, "Configuration of the car").required();
-  all.add("--can", "LOG", options->can, "Log of the drive, candump -L; repeatable").required();
-  all.add("--dbc", "FILE", options->dbc, "Databases in place of the configuration's; repeatable");
-  all.add("--camera", "CSV", options->camera, "Camera poses of the same drive");
+  all.add("--config", "TOML", options->config, "Configuration of the car (TOML)").required();
+  all.add("--can", "LOG", options->can, "Log of candump -L; repeatable").required();
+  all.add("--dbc", "FILE", options->dbc, "Database (DBC); repeatable; instead of [can] dbc");
+  all.add("--camera", "CSV", options->camera, "Camera log of the same drive");
   add_delivery(latency, options->delivery);
   latency.footer(R"(Drive for ten minutes with a camera: quick curves to both sides, with a stop
-every few metres, no two stretches alike, and slowly: below 3 m/s2 of lateral acceleration,
-a 1:10 car at 0.5 to 1 m/s. What is smooth has no time; at a speed that never changes the
-steering's lag and the tyres' are one; the faster, the later wheels turn than the ground by
-their own inertia. Mass, axles, inertia and stiffnesses must be in the configuration.
+every few metres, no two stretches alike. Smooth signals carry no timing: steer abruptly.
+Vary the speed, or the steering's lag and the tyres' cannot be separated. Drive slowly:
+below 3 m/s2 of lateral acceleration, a 1:10 car at 0.5 to 1 m/s. The faster the car, the
+more the wheels lag behind the ground by their own inertia. Mass, axles, inertia and
+stiffnesses must be in the configuration.
 
 Each source is compared with another and shifted in time until they agree:
   camera       its yaw with the integral of the gyro
@@ -207,9 +208,11 @@ Each source is compared with another and shifted in time until they agree:
   steering     the yaw rate of a car with these tyres, with the gyro: delay and lag
                between command and wheels, for [steering], and a rate limit if it
                shows; none if the angle is measured
-With a camera its capture stamps are the clock, and the gyro's own latency is found too.
-Without one the gyro's configured latency is used. The offsets found add to those in the
-configuration: run it again after --write, and all offsets are small.
+The camera's capture stamps are the time reference, and the gyro's own latency is found too.
+Without a camera the gyro is the reference, with its configured latency. The offsets found
+add to those in the configuration: run it again after --write; all offsets should then be
+near zero.
+
 Examples:
   odom identify latency --config car.toml --can drive.log --camera camera.csv
   odom identify latency --config car.toml --can drive.log --write car.toml)");

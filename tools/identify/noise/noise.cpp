@@ -67,15 +67,16 @@ void add_noise(Command identify) {
       R"(Standing: let the car stand where nothing shakes it, motor on, warm, and log its IMU for
 ten minutes; an hour also shows the bias's walk. From it come the white noise of a sample
 and its density, bias, random walk and instability of the bias, by maximum likelihood and
-by the Allan deviation, which --plot draws. With --config the paper's condition is
-checked: the variance that the filter gives v_x in a step must exceed dt2 sigma2(a_x),
-or dt S where S is a density, or the filter trusts the accelerometer too much.
+by the Allan deviation, which --plot draws. With --config the variance that the paper's
+filter gives v_x in a step (filter.paper_q) is checked. It must exceed dt^2 sigma^2 of a
+sample of a_x, or dt S where S is a density (errata 9 in docs/model.md: the paper prints
+dt sigma^2); otherwise the filter trusts the accelerometer too much.
 
 Driving: a folder of odom sim or odom record, with turns of all kinds, best
 with a camera. From it come the noise of each moving sensor (R), which vibration makes
 larger than at rest, and the process noise (Q) at which the innovations of the full
-filter are as large as it expects, a mean NIS of 1. Parameters first: a wrong
-stiffness or latency looks like noise.
+filter are as large as it expects: a mean normalised innovation squared (NIS) of 1.
+Identify the parameters first: a wrong stiffness or latency looks like noise.
 
 Examples:
   odom identify noise --config car.toml --can standing.log --plot allan.svg
@@ -86,7 +87,7 @@ Examples:
   add_record_options(method, options->standing, standing.heading);
   standing.add("--plot", "FILE", options->plot, "Draw the Allan deviation, .svg or .png");
   driving.add("--drive", "DIR", options->drive, "Folder of a drive, from odom sim or odom record");
-  method.add_flag("--no-camera", options->no_camera, "Ignore its camera poses")
+  method.add_flag("--no-camera", options->no_camera, "Leave the camera's poses out: dead reckoning")
       .group(driving.heading);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_noise(*options); });

@@ -130,17 +130,18 @@ void describe_stiffness(Command command, StiffnessOptions& options) {
   command.description(
       "Measure the cornering stiffness of both axles, from circles filmed from above");
   command.footer(
-      R"(The experiment: fix two markers to the roof, in one height, as far apart as the car allows;
-measure from the centre of gravity how far ahead and to the left each is. Film from above,
-the camera fixed and looking straight down, 50 frames a second or more, the bus being logged
-(candump -L). From standing, drive a circle at steady steering and speed, two turns; stop.
-Do so slowly, at medium speed and until the car slides a little, to the left and to the
-right: six circles at least, in one film or in several. Track both markers: odom identify
-track, or a program such as Tracker. Mass and axles must be in the configuration.
+      R"(The experiment: fix two markers to the roof, at the same height, as far apart as the car
+allows; measure from the centre of gravity how far ahead and to the left each is. Film (take
+a video) from above, the camera fixed and looking straight down, 50 frames a second or more,
+the bus being logged (candump -L). From standing, drive a circle at steady steering and
+speed, two turns; stop. Do so slowly, at medium speed and until the car slides a little, to
+the left and to the right: six circles at least, in one film or in several. Track both
+markers: odom identify track, or a program such as Tracker. Mass and axles must be in the
+configuration.
 
-The film gives the drift angle (path of the centre of gravity against the heading), speed,
-yaw rate and lateral acceleration; the log the steering angle. Where the film lies in the
-log is found from the yaw rates. The stiffness is the slope at zero slip of a curve that
+The film gives the sideslip angle (path of the centre of gravity against the heading), speed,
+yaw rate and lateral acceleration; the log gives the steering angle. The film is aligned
+with the log by the yaw rates. The stiffness is the slope at zero slip of a curve that
 saturates, fitted to all circles. In the uncertainty are: the scatter of the circles, the
 markers' places, the film's scale, mass, axles, steering offset and scale, rolling
 resistance, and 1 % for the simplifications of the single-track model.
@@ -154,34 +155,36 @@ Examples:
     --run front.txt,rear.txt,drive.log)");
   const OptionGroup all{command, ""};
   all.add("--run", "MARKERS[,REAR],LOG", options.runs,
-          "A film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table per "
-          "marker "
+          "Film and its log: a table with t,x_front,y_front,x_rear,y_rear, or one table per marker "
           "with t,x,y; repeatable")
       .required();
-  all.add("--config", "FILE", options.config, "The car's configuration").required();
+  all.add("--config", "FILE", options.config, "Configuration of the car (TOML)").required();
   all.add("--front", "X,Y", options.front,
           "Place of the front marker: ahead of the centre of gravity and to its left [m]")
       .required();
   all.add("--rear", "X,Y", options.rear, "Place of the rear marker, likewise: -0.12,0 [m]")
       .required();
   all.add("--metres-per-pixel", "S", options.metres_per_pixel,
-          "Scale of the tracks; default: from the distance of the markers");
+          "Scale of the tracks [m/px]; default: from the distance of the markers");
   command.add_flag("--metres", options.metres, "The tracks are in metres");
   command.add_flag("--y-down", options.y_down,
                    "The tracks' y points down, as pixels do, or the film is mirrored");
   all.add("--fps", "N", options.frames_per_second,
-          "The tracks' t counts frames, with this many per second");
+          "The tracks' t counts frames, this many per second [1/s]");
   all.add("--time-offset", "T", options.time_offset,
           "The film's time 0 after the log's first frame [s]; default: found");
   all.add("--plot", "FILE", options.plot, "Picture of force over slip angle, .svg or .png");
-  const OptionGroup known{command, "Uncertainty of the measurements (one standard deviation)"};
-  known.add("--sigma-mass", "S", options.sigma_mass, "Sigma of the mass [kg]; default: 0.5 %");
+  const OptionGroup known{command, "Uncertainty of the measurements"};
+  known.add("--sigma-mass", "S", options.sigma_mass,
+            "Standard uncertainty of the mass [kg]; default: 0.5 %");
   known.add("--sigma-axle", "S", options.sigma_axle,
-            "Sigma of front_axle and rear_axle, each [m]; default: 0.4 % of the wheelbase");
-  known.add("--sigma-marker", "S", options.sigma_marker,
-            "Sigma of a marker's place on the car [m]; default: 1/300 of their distance");
+            "Standard uncertainty of front_axle and rear_axle, each [m]; default: 0.4 % of the "
+            "wheelbase");
+  known.add(
+      "--sigma-marker", "S", options.sigma_marker,
+      "Standard uncertainty of a marker's place on the car [m]; default: 1/300 of their distance");
   known.add("--sigma-scale", "S", options.sigma_scale,
-            "Relative sigma of a given scale; default: 0.3%");
+            "Standard uncertainty of a given scale, relative; default: 0.3%");
   known.add("--rolling-resistance", "C", options.rolling_resistance,
             "Coefficient of rolling resistance, +- 0.01; default: 0.015");
   add_delivery(command, options.delivery);

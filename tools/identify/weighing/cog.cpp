@@ -147,9 +147,11 @@ right ones. Three times each, lifting the car in between. Steer straight ahead, 
 pressure, brakes off, so that nothing pushes the axles apart. Measure the wheelbase
 between the centres of the wheels, on both sides, and the track width between the middles
 of the tyres.
-Precision: the distance of an axle is as good as the load, 1 g in 1 kg being 0.1 %, and
-the tape measure; a slope moves it by height x slope, 0.2 mm in 50 mm at 0.25 degrees. --level and
---height set the allowance for that. A gain error of the scale cancels.
+
+Precision: the distance of an axle is as precise as its load (1 g in 1 kg is 0.1 %) and the
+wheelbase. A slope of the car moves it by height times slope: 0.2 mm for a height of 50 mm
+and 0.25 degrees. The uncertainty allows for that by --height and --level. A gain error of
+the scale cancels.
 
 Examples:
   odom identify cog --front 976g --rear 2009g --scale-resolution 1g --wheelbase 260mm
@@ -161,17 +163,19 @@ Examples:
   add_scale_options(method, options->scale);
   const OptionGroup all{method, ""};
   all.add("--wheelbase", "LENGTH", options->wheelbase,
-          "Between the centres of front and rear wheels [m], or 260mm")
+          "Distance between the centres of front and rear wheels [m], or 260mm")
       .required();
   all.add("--wheelbase-sigma", "LENGTH", options->wheelbase_sigma,
-          "Its standard uncertainty; default: 1mm");
-  all.add("--track-width", "LENGTH", options->track_width,
-          "Between the middles of left and right tyres [m]; for the lateral offset");
+          "Standard uncertainty of the wheelbase; default: 1mm");
+  all.add(
+      "--track-width", "LENGTH", options->track_width,
+      "Distance between the middles of left and right tyres [m], or 160mm; for the lateral offset");
   all.add("--track-width-sigma", "LENGTH", options->track_width_sigma,
-          "Its standard uncertainty; default: 1mm");
+          "Standard uncertainty of the track width; default: 1mm");
   add_level_options(method, options->level);
-  all.add("--config", "TOML", options->config,
-          "Configuration to compare the wheelbase with; default: the one of --write");
+  all.add(
+      "--config", "TOML", options->config,
+      "Configuration of the car (TOML) to compare the wheelbase with; default: the one of --write");
   add_delivery(method, options->delivery);
   method.callback([options] { identify_cog(*options); });
 }

@@ -65,9 +65,11 @@ void add_mass(Command identify) {
       R"(Put the car on the scale as it drives: battery in, body on, cables off. Weigh it three
 times, lifting it off in between. A scale that is too small takes one axle at a time, the
 other one on a block as high as the scale: give --front and --rear, or all four wheels.
-0.5 % is sufficient. The uncertainty has parts from the scatter and the last digit of the
-scale, and from its gain, which repeating does not improve: weigh a litre of water to find
-it. For axles and wheels a slope adds to it, which shifts weight off or onto the scale.
+
+Precision: 0.5 % is sufficient. The uncertainty contains the scatter of the weighings, the
+last digit of the scale, and the scale's gain error. Repeating does not reduce the gain
+error: weigh a litre of water to find it. If axles or wheels are weighed, it also contains
+a slope of the car, which shifts load between the scale and the block.
 
 Examples:
   odom identify mass --total 2.985 --total 2.986 --scale-resolution 1g
@@ -76,9 +78,11 @@ Examples:
   add_scale_options(method, options->scale);
   const OptionGroup all{method, ""};
   all.add("--wheelbase", "LENGTH", options->wheelbase,
-          "Between the centres of front and rear wheels [m]; used to check --height");
+          "Distance between the centres of front and rear wheels [m], or 260mm; needed for "
+          "--height and --track-width");
   all.add("--track-width", "LENGTH", options->track_width,
-          "For sides and wheels [m]; default: 0.6 of the wheelbase");
+          "Distance between the middles of left and right tyres [m], or 160mm; default: 0.6 of the "
+          "wheelbase");
   add_level_options(method, options->level);
   add_delivery(method, options->delivery);
   method.callback([options] { identify_mass(*options); });

@@ -14,7 +14,7 @@ namespace odomd::tools {
 void add_gravity_option(Command method, std::string& gravity) {
   OptionGroup{method, ""}.add(
       "--gravity", "G", gravity,
-      "Local gravity [m/s2], good to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
+      "Local gravity [m/s2], known to 0.001; default: 9.806 +- 0.015, anywhere on Earth");
 }
 
 Measured gravity_of(const std::string& gravity) {
@@ -33,16 +33,17 @@ void add_scale_options(Command method, ScaleOptions& options) {
     const auto load = static_cast<Load>(i);
     all.add("--" + std::string(info_of(load).option), "LOAD", options.loads[i],
             std::string(info_of(load).help) +
-                (load == Load::total ? "; kg, or 2985g, or 29.3N; repeat each weighing" : ""))
+                (load == Load::total
+                     ? " [kg], or 2985g, or 29.3N; repeat the option for each weighing"
+                     : ""))
         .one_each();
   }
   all.add("--scale-resolution", "LOAD", options.resolution,
-          "The last digit that the scale shows [kg], or 1g");
-  all.add(
-      "--scale-sigma", "LOAD", options.sigma,
-      "Standard deviation of weighings of one load [kg], or 2g; default: half of the last digit");
+          "Last digit that the scale shows [kg], or 1g");
+  all.add("--scale-sigma", "LOAD", options.sigma,
+          "Standard uncertainty of a weighing [kg], or 2g; default: half of the last digit");
   all.add("--scale-accuracy", "X", options.accuracy,
-          "Standard uncertainty of its gain: 0.001, or 0.1%; default: 0.1%");
+          "Standard uncertainty of the scale's gain, relative: 0.001, or 0.1%; default: 0.1%");
   add_gravity_option(method, options.gravity);
 }
 
