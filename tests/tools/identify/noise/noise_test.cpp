@@ -322,7 +322,8 @@ TEST_F(IdentifyNoise, RefusesADriveWhoseGyroContradictsTheOtherSensors) {
   EXPECT_THAT(seen.err, HasSubstr("drive: yaw_rate: turns the other way than the camera; check"));
   const Outcome blind = run_shell("odom identify noise --no-camera --drive " + folder);
   EXPECT_EQ(blind.status, 2);
-  EXPECT_THAT(blind.err, HasSubstr("drive: yaw_rate: turns the other way than wheels and steering"));
+  EXPECT_THAT(blind.err,
+              HasSubstr("drive: yaw_rate: turns the other way than wheels and steering"));
 }
 
 TEST_F(IdentifyNoise, SaysWhatCannotBeUsed) {
