@@ -79,8 +79,8 @@ while kill -0 "$daemon" 2>/dev/null; do
   ! odom status --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.txt"
   ! odom status --json --socket "$run/status.sock" >"$run/status" 2>/dev/null || mv "$run/status" "$out/status.json"
   if [ -z "$noted" ] && grep -qs not_realtime "$out/status.json"; then
-    echo "note: without real-time privileges the mode stays degraded (not_realtime); harmless here, but poses may" \
-      "come late; docs/realtime.md, \"What is asked of the machine\""
+    echo "note: without real-time privileges the mode is degraded (not_realtime): ticks may be late," \
+      "which is fine here, but not on a car; docs/realtime.md, \"What is asked of the machine\""
     noted=yes
   fi
   sleep 0.5
