@@ -49,10 +49,6 @@ inline constexpr auto records = std::to_array<Kind>({
      .meaning = "The model left its valid range; its poses are not to be relied on.",
      .fix = "check the signals' scales and signs, the vehicle, and that the databases are this "
             "car's"},
-    {.code = "W210",
-     .name = "recording_incomplete",
-     .meaning = "A recording lacks a part.",
-     .fix = ""},
 });
 
 }  // namespace odomd::diagnostics
