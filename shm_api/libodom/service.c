@@ -8,7 +8,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 /* It may not be accessible; opening it reports that. */
@@ -48,17 +50,34 @@ odom_status odomi_service_path(const char* directory, const char* leaf, char** p
   return join(directory, instance, leaf, path);
 }
 
-/* Of the XDG Base Directory Specification: to be ignored unless absolute. */
+/* The XDG Base Directory Specification: absolute, the user's own, and nobody else may write there,
+ * who could pose as the daemon. */
 static int is_usable(const char* runtime) {
-  return runtime != NULL && runtime[0] == '/';
+  struct stat status;
+  return runtime != NULL && runtime[0] == '/' && stat(runtime, &status) == 0 &&
+         S_ISDIR(status.st_mode) && status.st_uid == geteuid() &&
+         (status.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
+
+/* Whether a process has this socket open: one that was killed leaves its file behind. A datagram
+ * socket cannot connect to it, and so disturbs nobody; the error says why. */
+static int is_served(const char* path) {
+  struct sockaddr_un address = {.sun_family = AF_UNIX};
+  if (strlen(path) >= sizeof address.sun_path) return 0;
+  memcpy(address.sun_path, path, strlen(path) + 1);
+  const int probe = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (probe < 0) return 0;
+  const int served = connect(probe, (const struct sockaddr*)&address, sizeof address) == 0 ||
+                     (errno != ENOENT && errno != ECONNREFUSED);
+  close(probe);
+  return served;
 }
 
 odom_status odomi_socket_path(const char* directory, const char* leaf, char** path) {
   const char* runtime = secure_getenv("XDG_RUNTIME_DIR");
   if (is_usable(runtime)) {
     if (join(runtime, "odomd", leaf, path) != ODOM_OK) return ODOM_SYSTEM;
-    struct stat status;
-    if (lstat(*path, &status) == 0) return ODOM_OK;
+    if (is_served(*path)) return ODOM_OK;
     free(*path);
   }
   return odomi_service_path(directory, leaf, path);

@@ -18,8 +18,8 @@ extern "C" {
 /* DIRECTORY/INSTANCE/LEAF of the first instance, by name, that has one, else DIRECTORY/LEAF. */
 odom_status odomi_service_path(const char* directory, const char* leaf, char** path);
 
-/* A client's socket: $XDG_RUNTIME_DIR/odomd/LEAF if it is there, else that of
- * odomi_service_path(). */
+/* A client's socket: $XDG_RUNTIME_DIR/odomd/LEAF if a process serves it, else that of
+ * odomi_service_path(). A runtime directory that is not the user's own is ignored. */
 odom_status odomi_socket_path(const char* directory, const char* leaf, char** path);
 
 /* The directory for the sockets of a daemon that is started by hand: DIRECTORY if this process may

@@ -1,5 +1,8 @@
 // The places where clients look when no name is given.
 #include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -90,12 +93,37 @@ class RuntimeDirectory {
   std::optional<std::string> before_ = present();
 };
 
+/// A socket that listens, whose file stays behind.
+class Listener {
+ public:
+  explicit Listener(const std::string& path) {
+    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
+    path.copy(static_cast<char*>(address.sun_path), sizeof address.sun_path - 1);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    EXPECT_EQ(::listen(socket_, 1), 0);
+  }
+  ~Listener() { ::close(socket_); }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+ private:
+  int socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+};
+
 TEST_F(ServicePath, ASocketOfTheUsersOwnDaemonBeatsTheService) {
   const RuntimeDirectory runtime(directory.file("user"));
   make("run/can0/status.sock");
   EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock");
-  make("user/odomd/status.sock");
-  EXPECT_EQ(found_socket("status.sock"), "user/odomd/status.sock");
+  make("user/odomd/here");
+  {
+    const Listener own(directory.file("user/odomd/status.sock"));
+    EXPECT_EQ(found_socket("status.sock"), "user/odomd/status.sock");
+    std::filesystem::permissions(directory.file("user"), std::filesystem::perms::all);
+    EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock") << "others may write there";
+    std::filesystem::permissions(directory.file("user"), std::filesystem::perms::owner_all);
+  }
+  ASSERT_TRUE(std::filesystem::exists(directory.file("user/odomd/status.sock")));
+  EXPECT_EQ(found_socket("status.sock"), "run/can0/status.sock") << "a killed daemon's is left";
   EXPECT_EQ(found_socket("record.sock"), "run/record.sock");
   EXPECT_EQ(found("status.sock"), "run/can0/status.sock") << "the service's alone";
 }
@@ -108,6 +136,7 @@ TEST_F(ServicePath, ARelativeRuntimeDirectoryIsIgnored) {
 
 TEST_F(ServicePath, TheDaemonsDirectoryIsTheServicesWhereItMayWrite) {
   const RuntimeDirectory runtime(directory.file("user"));
+  make("user/here");
   EXPECT_EQ(own_directory(directory.file("run")), "run") << "it can be made";
   make("run/here");
   EXPECT_EQ(own_directory(directory.file("run")), "run");

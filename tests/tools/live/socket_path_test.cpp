@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "tests/tools/live/answering_socket.hpp"
@@ -50,13 +49,13 @@ TEST(SocketPath, TheStatusIsThatOfTheUsersOwnDaemon) {
 TEST(SocketPath, RecordAndCameraSendLookInTheSamePlaces) {
   const Scratch runtime;
   std::filesystem::create_directory(runtime.path("odomd"));
-  for (const char* leaf : {"record", "camera"})
-    std::ofstream(runtime.path("odomd") / (std::string{leaf} + ".sock")) << "no socket";
-  const std::string with = "XDG_RUNTIME_DIR=" + runtime.path("").string();
-  EXPECT_THAT(run_shell(with + " odom record").err,
-              HasSubstr("/odomd/record.sock: nobody listens"));
+  const std::string own = runtime.path("").string();
+  const std::string with = "XDG_RUNTIME_DIR=" + own;
+  const AnsweringSocket recorder{runtime.path("odomd/record.sock").string(), "no recording"};
+  EXPECT_THAT(run_shell(with + " odom record").err, HasSubstr(own + "/odomd/record.sock: "));
+  const AnsweringSocket camera{runtime.path("odomd/camera.sock").string(), "no camera"};
   EXPECT_THAT(run_shell(with + " odom camera send --pose 1,2,3").err,
-              HasSubstr("/odomd/camera.sock: nobody listens"));
+              HasSubstr(own + "/odomd/camera.sock: "));
 }
 
 }  // namespace
