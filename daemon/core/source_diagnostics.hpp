@@ -1,6 +1,7 @@
 // The diagnostics of a source, for the daemon's log and for replays.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -11,9 +12,10 @@
 
 namespace odomd::daemon {
 
-/// A flag's diagnostic; `label` shows the source: "yaw_rate (IMU)".
-[[nodiscard]] inline diagnostics::Diagnostic diagnostic_of(estimator::SourceFlag flag,
-                                                           std::string label) {
+/// A flag's diagnostic, nothing for a source that is fine, slips or is late; `label` shows the
+/// source: "yaw_rate (IMU)".
+[[nodiscard]] inline std::optional<diagnostics::Diagnostic> diagnostic_of(
+    estimator::SourceFlag flag, std::string label) {
   using diagnostics::found, diagnostics::kind, estimator::SourceFlag;
   switch (flag) {
     case SourceFlag::out_of_range:
@@ -25,9 +27,15 @@ namespace odomd::daemon {
                    "frozen: it repeats one value while the car moves");
     case SourceFlag::drifting:
       return found(kind("contradicts_others"), std::move(label), "contradicts the other sensors");
-    default:
+    case SourceFlag::failed_protection:
       return found(kind("protection_failed"), std::move(label), "fails its end-to-end protection");
+    case SourceFlag::ok:
+    case SourceFlag::slipping:
+    case SourceFlag::timed_out:
+    case SourceFlag::count:
+      break;
   }
+  return std::nullopt;
 }
 
 [[nodiscard]] inline diagnostics::Diagnostic inconsistent_source(std::string label) {
@@ -36,9 +44,9 @@ namespace odomd::daemon {
 }
 
 /// The same for a fault in the wiring or its description; `source` gives the key.
-[[nodiscard]] inline diagnostics::Diagnostic diagnostic_of(WiringFault fault,
-                                                           std::string_view source,
-                                                           std::string label) {
+[[nodiscard]] inline std::optional<diagnostics::Diagnostic> diagnostic_of(WiringFault fault,
+                                                                          std::string_view source,
+                                                                          std::string label) {
   using diagnostics::found, diagnostics::kind;
   const bool is_camera = source == "camera";
   const std::string key = "can.signals." + std::string{source};
@@ -59,10 +67,14 @@ namespace odomd::daemon {
                    "the axes of the accelerometer are swapped: it shows lateral acceleration when "
                    "the car speeds up",
                    key);
-    default:
+    case WiringFault::unit:
       return found(is_camera ? kind("camera_wrong_unit") : kind("wrong_unit"), std::move(label),
                    "is in another unit, according to the other sensors", key);
+    case WiringFault::none:
+    case WiringFault::count:
+      break;
   }
+  return std::nullopt;
 }
 
 }  // namespace odomd::daemon

@@ -33,4 +33,8 @@ void append(Diagnostics& to, const Diagnostics& others) {
   to.insert(to.end(), others.begin(), others.end());
 }
 
+void append(Diagnostics& to, std::optional<Diagnostic> one) {
+  if (one) to.push_back(*std::move(one));
+}
+
 }  // namespace odomd::diagnostics

@@ -3,8 +3,8 @@
 // poses.hpp, identification.hpp. docs/diagnostics.md is generated from it.
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -69,10 +69,7 @@ using Diagnostics = std::vector<Diagnostic>;
 /// One diagnostic of a kind for each line that a reader of files reports.
 void append(Diagnostics& to, const Kind& kind, std::span<const std::string> lines);
 void append(Diagnostics& to, const Diagnostics& others);
-
-[[nodiscard]] inline bool holds(const Diagnostics& diagnostics, const Kind& kind) {
-  return std::ranges::any_of(diagnostics,
-                             [&kind](const Diagnostic& one) { return one.kind == &kind; });
-}
+/// Nothing if there is none.
+void append(Diagnostics& to, std::optional<Diagnostic> one);
 
 }  // namespace odomd::diagnostics

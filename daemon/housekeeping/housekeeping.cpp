@@ -82,7 +82,6 @@ void Housekeeping::run() {
   }
   notify_stopping();
   if (recorders_) recorders_->close(journal_);
-  journal_.finish(monotonic_now());
 }
 
 void Housekeeping::read_signals() {
@@ -104,17 +103,17 @@ void Housekeeping::accept_cameras() {
     const auto peer = peer_of(connection.get());
     if (!peer ||
         !peer_is_welcome(connection.get(), camera_group_, running_.config.camera.socket_mode)) {
-      journal_.warn(
+      journal_.warn_counted(
           fmt::format("a camera process (pid {}, uid {}) was refused; add its user to "
                       "the group of [camera] socket_group",
                       peer ? peer->pid : 0, peer ? peer->uid : 0));
       continue;
     }
     if (running_.cameras.admit(std::move(connection), *peer)) {
-      journal_.info(
+      journal_.info_counted(
           fmt::format("a camera process connected (pid {}, uid {})", peer->pid, peer->uid));
     } else {
-      journal_.warn(fmt::format(
+      journal_.warn_counted(fmt::format(
           "a camera process (pid {}) was refused: {} are already connected; stop one of them",
           peer->pid, CameraDoor::max_connections));
     }
@@ -139,29 +138,31 @@ void Housekeeping::report_events() {
 void Housekeeping::report(const Event& event) {
   switch (event.kind) {
     case EventKind::overrun:
-      journal_.warn(fmt::format("tick overrun: execution time {:.3f} ms, wake-up latency {:.3f} ms",
-                                milliseconds(event.a), milliseconds(event.b)));
+      journal_.warn_counted(
+          fmt::format("tick overrun: execution time {:.3f} ms, wake-up latency {:.3f} ms",
+                      milliseconds(event.a), milliseconds(event.b)));
       break;
     case EventKind::missed:
-      journal_.warn(fmt::format("ticks missed: {}; wake-up latency {:.3f} ms", event.a,
-                                milliseconds(event.b)));
+      journal_.warn_counted(fmt::format("ticks missed: {}; wake-up latency {:.3f} ms", event.a,
+                                        milliseconds(event.b)));
       break;
     case EventKind::pose_reset:
-      journal_.info(fmt::format("the map pose was reset (reset {})", event.a));
+      journal_.info_counted(fmt::format("the map pose was reset (reset {})", event.a));
       break;
     case EventKind::clock_stepped:
-      journal_.warn(fmt::format("the wall clock was stepped by {:+.6f} s", seconds(event.a)));
+      journal_.warn_counted(
+          fmt::format("the wall clock was stepped by {:+.6f} s", seconds(event.a)));
       break;
     case EventKind::suspended:
-      journal_.warn(fmt::format("the machine was suspended; the wall clock moved by {:+.3f} s",
-                                seconds(event.a)));
+      journal_.warn_counted(fmt::format(
+          "the machine was suspended; the wall clock moved by {:+.3f} s", seconds(event.a)));
       break;
     case EventKind::camera_gone:
-      journal_.info("a camera process disconnected");
+      journal_.info_counted("a camera process disconnected");
       break;
     case EventKind::camera_malformed:
-      journal_.warn(fmt::format("a camera message was invalid: {}",
-                                malformed_texts[static_cast<std::size_t>(event.a)]));
+      journal_.warn_counted(fmt::format("a camera message was invalid: {}",
+                                        malformed_texts[static_cast<std::size_t>(event.a)]));
       break;
   }
 }

@@ -59,7 +59,7 @@ void SourceReporter::look_at_wiring(Journal& journal) {
     if (wiring != wiring_[i])
       wiring == WiringFault::none
           ? journal.info(fmt::format("{} agrees with the other sensors again", name))
-          : journal.warn(text_of(diagnostic_of(wiring, name, std::string{name})));
+          : journal.warn(text_of(diagnostic_of(wiring, name, std::string{name}).value()));
     wiring_[i] = wiring;
     const bool inconsistent = source.inconsistent.get() != 0;
     if (inconsistent != inconsistent_[i])
@@ -102,8 +102,9 @@ void SourceReporter::look_at_links(std::int64_t now_ns, Journal& journal) {
       bus.link = link;
     }
     if (const std::uint64_t lost = source.counters().lost.get(); lost != bus.lost) {
-      journal.warn(fmt::format("{}: the kernel dropped {} frames; raise [can] receive_buffer",
-                               source.name(), lost - bus.lost));
+      journal.warn_counted(
+          fmt::format("{}: the kernel dropped {} frames; raise [can] receive_buffer", source.name(),
+                      lost - bus.lost));
       bus.lost = lost;
     }
     const std::vector<std::string> warnings = source.warnings();
@@ -123,7 +124,7 @@ void SourceReporter::look_at_controller(std::size_t bus, std::int64_t now_ns, Jo
   std::uint64_t& reported = buses_[bus].bus_offs;
   const std::uint64_t bus_offs = source.counters().bus_offs.get();
   if (bus_offs != reported && !controller)
-    journal.warn(
+    journal.warn_counted(
         fmt::format("{}: bus-off: an error frame reports that a controller has left this "
                     "bus; frames may be missing",
                     source.name()));
@@ -156,15 +157,15 @@ void SourceReporter::look_at_signals(const PublishedPose& published, std::int64_
       const std::int64_t unheard_ns =
           published.details.source_age_ns[i] - binding_of(running_.config, i).latency_ns;
       const bool overdue = unheard_ns > running_.config.can.signals[i].timeout_ns;
-      journal.warn(overdue ? fmt::format("{} is overdue: the last sample is {:.3f} s old", label(),
-                                         static_cast<double>(unheard_ns) * 1e-9)
-                           : text_of(diagnostic_of(flag, label())));
+      const auto wrong = overdue ? std::nullopt : diagnostic_of(flag, label());
+      journal.warn(wrong ? text_of(*wrong)
+                         : fmt::format("{} is overdue: the last sample is {:.3f} s old", label(),
+                                       static_cast<double>(unheard_ns) * 1e-9));
       signal = Signal::unhealthy;
     } else if (signal == Signal::awaited &&
                now_ns - running_.started_ns > first_sample_timeout_ns) {
       journal.warn(
-          label() +
-          " was never received; check that it is on the bus and that the database is right");
+          text_of(found(diagnostics::kind("message_missing"), label(), "was never received")));
       signal = Signal::unhealthy;
     }
   }

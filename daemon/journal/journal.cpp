@@ -11,7 +11,6 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/basic_file_sink.h>
 
-#include "base/printable.hpp"
 #include "daemon/journal/error_sink.hpp"
 
 namespace odomd::daemon {
@@ -99,13 +98,16 @@ void Journal::turn(std::int64_t now_ns) {
   for (const Message& message : repeats_.due(now_ns)) write(message);
 }
 
-void Journal::finish(std::int64_t now_ns) {
-  for (const Message& message : repeats_.rest(now_ns)) write(message);
+Journal::~Journal() {
+  try {
+    for (const Message& message : repeats_.rest(now_ns_)) write(message);
+  } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch): there is no log to write it to
+  }
 }
 
-void Journal::log(spdlog::level::level_enum level, const std::string& text) {
+void Journal::count(spdlog::level::level_enum level, const std::string& text) {
   const Message message{level, one_line(text)};
-  if (!now_ns_ || repeats_.take(message, *now_ns_)) write(message);
+  if (repeats_.take(message, now_ns_)) write(message);
 }
 
 }  // namespace odomd::daemon

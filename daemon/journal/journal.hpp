@@ -3,11 +3,11 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include <spdlog/logger.h>
 
+#include "base/printable.hpp"
 #include "daemon/core/config.hpp"
 #include "daemon/journal/repeats.hpp"
 
@@ -18,29 +18,36 @@ class Journal {
   /// Throws std::invalid_argument where the file cannot be opened.
   explicit Journal(const LogConfig& config);
 
-  /// A message that repeats is counted and logged at growing intervals (repeats.hpp), from the
-  /// first turn() on: before, at the start, every message is logged.
-  void info(const std::string& text) { log(spdlog::level::info, text); }
-  void warn(const std::string& text) { log(spdlog::level::warn, text); }
-  void error(const std::string& text) { log(spdlog::level::err, text); }
+  /// Logs what was counted. Not copied.
+  ~Journal();
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
 
-  /// Call every turn: sets the time of the messages that follow, and logs what was counted and is
+  /// A state that has changed, or an event that is rare: logged at once.
+  void info(const std::string& text) { write({spdlog::level::info, one_line(text)}); }
+  void warn(const std::string& text) { write({spdlog::level::warn, one_line(text)}); }
+  void error(const std::string& text) { write({spdlog::level::err, one_line(text)}); }
+
+  /// An event that may come often: repeats of it are counted and logged at growing intervals
+  /// (repeats.hpp).
+  void info_counted(const std::string& text) { count(spdlog::level::info, text); }
+  void warn_counted(const std::string& text) { count(spdlog::level::warn, text); }
+
+  /// Call every turn: sets the time of the events that follow, and logs what was counted and is
   /// due.
   void turn(std::int64_t now_ns);
-  /// Call when the daemon stops: logs all that was counted.
-  void finish(std::int64_t now_ns);
 
   /// Reopens the file after it was moved away. Keeps the old one when that fails.
   void reopen();
 
  private:
-  void log(spdlog::level::level_enum level, const std::string& text);
+  void count(spdlog::level::level_enum level, const std::string& text);
   void write(const Message& message) { logger_->log(message.level, "{}", message.text); }
 
   LogConfig config_;
   std::shared_ptr<spdlog::logger> logger_;
   Repeats repeats_;
-  std::optional<std::int64_t> now_ns_;  // of the turn
+  std::int64_t now_ns_ = 0;  // of the turn
 };
 
 }  // namespace odomd::daemon

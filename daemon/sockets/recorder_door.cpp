@@ -52,7 +52,7 @@ void RecorderDoor::accept(std::int64_t now_ns, Journal& journal) {
     out_.clear();
     out_at_ = 0;
     moved_ns_ = now_ns;
-    journal.info(fmt::format("recording started (pid {}, uid {})", peer_.pid, peer_.uid));
+    journal.info_counted(fmt::format("recording started (pid {}, uid {})", peer_.pid, peer_.uid));
   }
 }
 
@@ -198,7 +198,8 @@ void RecorderDoor::end(std::string_view why) {
 }
 
 void RecorderDoor::drop(std::string_view why, Journal& journal) {
-  journal.info(fmt::format("recording (pid {}) ended after {} ticks: {}", peer_.pid, ticks_, why));
+  journal.info_counted(
+      fmt::format("recording (pid {}) ended after {} ticks: {}", peer_.pid, ticks_, why));
   recorder_ = {};
   recorded_.tap.end();
 }

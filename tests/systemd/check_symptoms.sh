@@ -22,7 +22,7 @@ no such socket
 cannot be read: 
 : interface not found; waiting for it
 : the bus is down; bring it up: ip link set 
- was never received; check that it is on the bus and that the database is right
+was never received
 fails its end-to-end protection
  is overdue: the last sample is 
  has no real-time scheduling (SCHED_FIFO 

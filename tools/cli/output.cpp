@@ -112,6 +112,10 @@ void say(std::string_view text) {
   std::cerr << one_line(text) + "\n" << std::flush;
 }
 
+void warn(std::string_view command, std::string_view text) {
+  say("odom " + std::string{command} + ": warning: " + std::string{text});
+}
+
 void draw(std::string_view text) {
   std::cerr.flush();
   static_cast<void>(write_all(STDERR_FILENO, text));

@@ -56,6 +56,9 @@ class StandardStreams {
 /// One line on standard error, whatever the text contains: it may include file names and the like.
 void say(std::string_view text);
 
+/// "odom fault: warning: ...", in the same way; `command` is "fault".
+void warn(std::string_view command, std::string_view text);
+
 /// Standard error as it is, with the characters that rewrite a line of a terminal.
 void draw(std::string_view text);
 

@@ -34,10 +34,6 @@ struct Options {
   double wait_s = 0.0;
 };
 
-void warn(const std::string& text) {
-  say("odom camera send: warning: " + text);
-}
-
 void send_one(const Options& options) {
   constexpr double ns_per_ms = 1e6;
   constexpr double longest_age_ms = 1e9;
@@ -75,7 +71,7 @@ void send_log(const Options& options) {
         "--clock: a --log is on the log's clock; use --clock log, or --from-now");
   }
   const CameraLog log = read_camera_log(options.log);
-  tools::warn("camera send", log.warnings);
+  warn("camera send", log.warnings);
   CameraFeed feed{options.socket, options.wait_s};
   PlayedLog played;
   if (options.from_now) {
@@ -87,11 +83,12 @@ void send_log(const Options& options) {
                options.wait_s);
     played = play_with_daemon(feed, client, log.poses, options.wait_s);
   }
-  if (played.daemon_ended) warn("the daemon ended before the log did");
+  if (played.daemon_ended) warn("camera send", "the daemon ended before the log did");
   if (played.late > 0) {
-    warn(std::to_string(played.late) + " poses were due before the start; left out");
+    warn("camera send", std::to_string(played.late) + " poses were due before the start; left out");
   }
-  if (played.refused > 0) warn(std::to_string(played.refused) + " poses found no daemon");
+  if (played.refused > 0)
+    warn("camera send", std::to_string(played.refused) + " poses found no daemon");
   std::cerr << "odom camera send: " << played.sent << " of " << log.poses.size() << " poses sent\n";
   if (played.sent == 0 && !log.poses.empty()) throw std::runtime_error("no pose was sent");
 }
@@ -109,8 +106,8 @@ void send_rows(const Options& options) {
       ++refused;
     }
   }
-  for (const auto& text : reader.warnings()) warn(text);
-  if (refused > 0) warn(std::to_string(refused) + " poses found no daemon");
+  for (const auto& text : reader.warnings()) warn("camera send", text);
+  if (refused > 0) warn("camera send", std::to_string(refused) + " poses found no daemon");
   std::cerr << "odom camera send: " << sent << " poses sent\n";
   if (sent == 0 && refused > 0) throw std::runtime_error("no pose was sent");
 }

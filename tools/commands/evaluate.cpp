@@ -120,9 +120,7 @@ std::string command_line() {
 
 // Warnings about pose files contain the file's name.
 void warn_of(const EvaluatedDrive& drive) {
-  const std::string whose = drive.replays.empty() ? "" : drive.name + ": ";
-  for (const diagnostics::Diagnostic& warning : drive.warnings)
-    say("odom evaluate: warning: " + whose + text_of(warning));
+  warn("evaluate", drive.warnings, drive.replays.empty() ? "" : drive.name);
 }
 
 nlohmann::ordered_json files_json(const EvaluatedDrive& drive) {

@@ -17,6 +17,7 @@
 #include "tools/cli/daemon_options.hpp"
 #include "tools/cli/files.hpp"
 #include "tools/cli/interrupt.hpp"
+#include "tools/cli/output.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/diagnostics/output.hpp"
 #include "tools/drive_files/camera_csv.hpp"
@@ -102,16 +103,12 @@ void check_streams(const Options& options, const std::vector<Fault>& faults) {
   }
 }
 
-void warn(const std::string& text) {
-  std::cerr << "odom fault: warning: " << text << '\n';
-}
-
 // Warns of a fault that had no effect, which is rarely intended.
 void report(const Fault& one, std::uint64_t count, const char* what) {
   const std::string name = name_of(one.kind);
   if (count == 0) {
-    warn(fmt::format("{}: had no effect; it begins {:g} s after the first frame", name,
-                     one.begin_s));
+    warn("fault", fmt::format("{}: had no effect; it begins {:g} s after the first frame", name,
+                              one.begin_s));
   } else {
     std::cerr << fmt::format("odom fault: {}: {} {}\n", name, count, what);
   }
@@ -177,7 +174,7 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
                                              [&](const std::string& text) { progress.show(text); });
   sink.finish();
   progress.end();
-  if (!log.warning().empty()) warn(log.warning());
+  if (!log.warning().empty()) warn("fault", log.warning());
   std::cerr << fmt::format("odom fault: {}: {} frames in, {} out\n", log.label(), streamed.in,
                            streamed.out);
   report(injector);
@@ -187,8 +184,8 @@ std::int64_t fail_in_log(const Options& options, const Car& car, const std::vect
 CameraLog camera_of(const Options& options) {
   if (options.camera.empty()) return {};
   CameraLog camera = read_camera_log(options.camera);
-  tools::warn("fault", camera.warnings);
-  if (camera.poses.empty()) tools::warn("fault", {no_camera_pose(options.camera)});
+  warn("fault", camera.warnings);
+  if (camera.poses.empty()) warn("fault", {no_camera_pose(options.camera)});
   return camera;
 }
 
@@ -240,15 +237,17 @@ void fail_live(const Options& options, const std::vector<Fault>& faults) {
   if (bus) {
     std::cerr << fmt::format("odom fault: {} frames in, {} out\n", bus->received(), bus->sent());
     if (bus->lost() > 0)
-      warn(fmt::format("the kernel dropped {} frames before they were read", bus->lost()));
+      warn("fault", fmt::format("the kernel dropped {} frames before they were read", bus->lost()));
     for (const auto& [one, frames] : bus->acted()) report(one, frames, "frames");
   }
   if (camera) {
     std::cerr << fmt::format("odom fault: {} camera poses in, {} out\n", camera->received(),
                              camera->sent());
-    if (camera->refused() > 0) warn(fmt::format("{} poses found no daemon", camera->refused()));
+    if (camera->refused() > 0)
+      warn("fault", fmt::format("{} poses found no daemon", camera->refused()));
     if (camera->malformed() > 0)
-      warn(fmt::format("{} messages were not camera poses; left out", camera->malformed()));
+      warn("fault",
+           fmt::format("{} messages were not camera poses; left out", camera->malformed()));
     for (const auto& [one, poses] : camera->acted()) report(one, poses, "camera poses");
   }
 }

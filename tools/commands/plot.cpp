@@ -57,10 +57,6 @@ struct Options {
   std::string shm;
 };
 
-void warn(const std::string& text) {
-  say("odom plot: warning: " + text);
-}
-
 std::vector<Subject> subjects_of(const Options& options) {
   if (options.what.empty()) return {Subject{}};
   std::vector<Subject> chosen;
@@ -137,12 +133,12 @@ class Source {
     }
     if (!options_.reference.empty()) {
       input.reference = read_track(options_.reference, Frame::map, plot_columns());
-      tools::warn("plot", input.reference->trajectory.warnings);
+      warn("plot", input.reference->trajectory.warnings);
     }
     for (const Track& track : input.tracks) {
-      tools::warn("plot", track.trajectory.warnings);
+      warn("plot", track.trajectory.warnings);
     }
-    if (!overlap(input)) warn("the files have no time in common; each begins at 0 s");
+    if (!overlap(input)) warn("plot", "the files have no time in common; each begins at 0 s");
   }
 
   const Options& options_;

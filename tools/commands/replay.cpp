@@ -180,9 +180,8 @@ void run(const Options& options) {
   append(warnings, camera.warnings);
   append(warnings, diagnostics::kind("log_content"), log.warnings());
   append(warnings, check_replay(pipeline->decoder(), summary));
-  if (auto warning = check_initial_pose(config, camera.poses, summary.first_tick_ns);
-      warning && summary.camera_units.empty())
-    warnings.push_back(*std::move(warning));
+  if (summary.camera_units.empty())
+    append(warnings, check_initial_pose(config, camera.poses, summary.first_tick_ns));
   report(options, summary, seconds.count(), warnings);
   if (summary.poses == 0) throw std::runtime_error("there is no pose: no pose file is written");
 }

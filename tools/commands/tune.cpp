@@ -24,6 +24,7 @@
 #include "tools/cli/text.hpp"
 #include "tools/commands/commands.hpp"
 #include "tools/config_patch/config_patch.hpp"
+#include "tools/diagnostics/output.hpp"
 #include "tools/tune/config_difference.hpp"
 #include "tools/tune/drive_checks.hpp"
 #include "tools/tune/tune_report.hpp"
@@ -60,9 +61,8 @@ std::vector<Drive> read_drives(const std::vector<std::string>& folders, const Op
                     .reference = {},
                     .camera = options.no_camera ? CameraUse::leave_out : CameraUse::take}));
     const Drive& drive = drives.back();
-    for (const auto* warnings : {&drive.config.warnings, &drive.warnings})
-      for (const diagnostics::Diagnostic& warning : *warnings)
-        say("odom tune: warning: " + folder + ": " + text_of(warning));
+    warn("tune", drive.config.warnings, folder);
+    warn("tune", drive.warnings, folder);
   }
   return drives;
 }
@@ -139,13 +139,9 @@ std::string in_words(const TuneProgress& progress) {
 }
 
 void warn_of_drives(const TuneJob& job) {
-  const auto warn = [&](const std::vector<Drive>& drives) {
-    for (const Drive& drive : drives)
-      for (const diagnostics::Diagnostic& warning : check_drive(drive, job.model, job.measure))
-        say("odom tune: warning: " + drive.folder.string() + ": " + text_of(warning));
-  };
-  warn(job.drives);
-  warn(job.held_out);
+  for (const auto* drives : {&job.drives, &job.held_out})
+    for (const Drive& drive : *drives)
+      warn("tune", check_drive(drive, job.model, job.measure), drive.folder.string());
 }
 
 void warn_of_other_config(const TuneJob& job, const Options& options) {

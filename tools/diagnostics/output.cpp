@@ -6,9 +6,10 @@
 
 namespace odomd::tools {
 
-void warn(const std::string& command, const diagnostics::Diagnostics& diagnostics) {
+void warn(const std::string& command, const diagnostics::Diagnostics& diagnostics,
+          const std::string& whose) {
   for (const diagnostics::Diagnostic& one : diagnostics)
-    say("odom " + command + ": warning: " + text_of(one));
+    warn(command, whose + (whose.empty() ? "" : ": ") + text_of(one));
 }
 
 nlohmann::ordered_json as_json(const diagnostics::Diagnostics& diagnostics) {

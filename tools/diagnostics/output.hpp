@@ -8,8 +8,10 @@
 
 namespace odomd::tools {
 
-/// "odom replay: warning: ...", one line each; `command` is "replay".
-void warn(const std::string& command, const diagnostics::Diagnostics& diagnostics);
+/// "odom tune: warning: drives/lap: ...", one line each; `command` is "tune", `whose` "drives/lap"
+/// or empty.
+void warn(const std::string& command, const diagnostics::Diagnostics& diagnostics,
+          const std::string& whose = {});
 
 /// An array of objects: code, name, subject, seen, fix.
 [[nodiscard]] nlohmann::ordered_json as_json(const diagnostics::Diagnostics& diagnostics);

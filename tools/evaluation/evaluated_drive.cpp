@@ -23,10 +23,6 @@ namespace {
 
 using diagnostics::Diagnostic;
 
-void add(EvaluatedDrive& drive, std::optional<Diagnostic> warning) {
-  if (warning) drive.warnings.push_back(*std::move(warning));
-}
-
 // "1760000015.5" is a time in the files, "+15.5" counts from their first row.
 std::optional<std::int64_t> time_of(const std::string& option, const std::string& text,
                                     std::int64_t first_ns) {
@@ -91,10 +87,10 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   report.baseline = baseline_of(drive, judging.baseline);
   if (judging.against == Against::closed_loop) {
     for (const Trajectory& estimate : drive.estimates) {
-      if (drive.replays.empty()) add(drive, check_headings(estimate));
+      if (drive.replays.empty()) append(drive.warnings, check_headings(estimate));
       report.evaluations.push_back(evaluate_closed_loop(estimate));
     }
-    add(drive, check_that_it_closes(drive.name, report.evaluations));
+    append(drive.warnings, check_that_it_closes(drive.name, report.evaluations));
     return;
   }
   report.reference = drive.reference->name;
@@ -119,7 +115,7 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
     if (units[i] == Units::unlike) continue;
     const std::optional<Diagnostic> mismatch = drive_mismatch(*drive.reference, estimate);
     is_of_the_drive = is_of_the_drive || !mismatch;
-    add(drive, mismatch);
+    append(drive.warnings, mismatch);
   }
   // What is not evaluated is not checked.
   Trajectory judged = *drive.reference;
@@ -129,8 +125,8 @@ void judge(EvaluatedDrive& drive, const Judging& judging, const Drive* read) {
   std::erase_if(judged.points, is_outside);
   if (judged.points.size() < 2) judged = *drive.reference;
   if (is_of_the_drive) {
-    add(drive, read != nullptr ? check_times(judged, *read, report.align)
-                               : check_times(judged, drive.estimates, report.align));
+    append(drive.warnings, read != nullptr ? check_times(judged, *read, report.align)
+                                           : check_times(judged, drive.estimates, report.align));
   }
   check_coverage(drive, judged, units);
 }
@@ -215,12 +211,10 @@ EvaluatedDrive evaluate_folder(const DriveFiles& files, const std::vector<estima
     drive.estimates.back().name = daemon::name_of(model);
     drive.replays.push_back(std::move(replayed));
   }
-  if (auto warning = check_initial_pose(read.config, read.cameras,
-                                        drive.replays.front().summary.first_tick_ns)) {
-    drive.begins_elsewhere = true;
-    if (drive.replays.front().summary.camera_units.empty())
-      drive.warnings.push_back(*std::move(warning));
-  }
+  const ReplaySummary& replayed = drive.replays.front().summary;
+  const auto elsewhere = check_initial_pose(read.config, read.cameras, replayed.first_tick_ns);
+  drive.begins_elsewhere = elsewhere.has_value();
+  if (replayed.camera_units.empty()) append(drive.warnings, elsewhere);
   check_sensors(drive);
   judge(drive, judging, &read);
   return drive;

@@ -18,10 +18,6 @@ using diagnostics::kind;
 
 namespace {
 
-void add(EvaluatedDrive& drive, std::optional<Diagnostic> warning) {
-  if (warning) drive.warnings.push_back(*std::move(warning));
-}
-
 bool is_in(const diagnostics::Diagnostics& some, const Diagnostic& one) {
   return std::ranges::any_of(some, [&one](const Diagnostic& other) {
     return other.kind == one.kind && text_of(other) == text_of(one);
@@ -64,14 +60,14 @@ std::vector<Units> check_units(EvaluatedDrive& drive) {
     std::ranges::fill(units, Units::unlike);
     return units;
   }
-  add(drive, check_headings(*drive.reference));
+  append(drive.warnings, check_headings(*drive.reference));
   if (!drive.replays.empty()) return units;
   for (std::size_t i = 0; i < units.size(); ++i) {
     const Trajectory& estimate = drive.estimates[i];  // of whatever program
     if (are_unlike(estimate, *drive.reference, "the reference"))
       units[i] = Units::unlike;
     else
-      add(drive, check_headings(estimate));
+      append(drive.warnings, check_headings(estimate));
   }
   return units;
 }
@@ -92,7 +88,7 @@ void check_coverage(EvaluatedDrive& drive, const Trajectory& judged,
     if (covered_s < part.limits.least * whole_s)
       report(part,
              "the reference covers " + fixed(covered_s, 1) + " s of " + fixed(whole_s, 1) + " s");
-    add(drive, check_coverage(judged, drive.estimates[i]));
+    append(drive.warnings, check_coverage(judged, drive.estimates[i]));
     constexpr const diagnostics::Kind& gap = kind("reference_gap");
     if (!gap.limits.hold(seconds(e.reference_gap_ns)))
       report(gap, "the reference has a gap of " + fixed(seconds(e.reference_gap_ns), 2) + " s");

@@ -86,15 +86,14 @@ diagnostics::Diagnostics check_replay(const can::Decoder& decoder, const ReplayS
   diagnostics::Diagnostics warnings;
   const auto messages = decoder.messages();
   for (std::size_t i = 0; i < messages.size(); ++i) {
-    if (auto warning = check_message(messages[i], decoder.counters(i)))
-      warnings.push_back(*warning);
-    if (auto warning = cut_frames(messages[i], decoder.counters(i))) warnings.push_back(*warning);
+    append(warnings, check_message(messages[i], decoder.counters(i)));
+    append(warnings, cut_frames(messages[i], decoder.counters(i)));
   }
   if (summary.late > 0)
     warnings.push_back(found(kind("frames_late"), {},
-                             fmt::format("{} frames have stamps a second or more earlier than "
+                             fmt::format("{} frames have stamps {:g} s or more earlier than "
                                          "frames before them",
-                                         summary.late)));
+                                         summary.late, kind("frames_late").limits.most)));
   const std::uint64_t camera_poses = summary.cameras + summary.cameras_after;
   if (camera_poses > 0 && camera_poses == summary.cameras_before + summary.cameras_after)
     warnings.push_back(found(

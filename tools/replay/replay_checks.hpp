@@ -13,8 +13,9 @@ namespace odomd::tools {
 [[nodiscard]] std::optional<diagnostics::Diagnostic> check_message(
     const can::BoundMessage& message, const can::MessageCounters& counters);
 
-/// Mapped messages of which no frame came or none was decoded, frames out of order,
-/// sensors that were rejected (source_checks.hpp), and, last, a drive without a pose.
+/// Mapped messages of which no frame came, none was decoded or some are cut off; frames out of
+/// order; a camera outside the log; sensors that were rejected (source_checks.hpp); a model that
+/// stopped; and, last, a drive without a pose.
 [[nodiscard]] diagnostics::Diagnostics check_replay(const can::Decoder& decoder,
                                                     const ReplaySummary& summary);
 

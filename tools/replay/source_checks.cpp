@@ -57,7 +57,7 @@ std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
                      drive_s);
 }
 
-// One line per wiring fault: sources with the same duration share one fault.
+// One per wiring fault: sources with the same duration share one fault.
 void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
                     diagnostics::Diagnostics& warnings) {
   for (std::size_t fault = 1; fault < daemon::wiring_names.size(); ++fault) {
@@ -73,8 +73,8 @@ void warn_of_wiring(const can::Decoder& decoder, const ReplaySummary& summary,
         who += (who.empty() ? "" : ", ") + label(decoder, other);
       }
       if (count == 0 || reported_already) continue;
-      warnings.push_back(daemon::diagnostic_of(static_cast<daemon::WiringFault>(fault),
-                                               estimator::source_names[source], who));
+      append(warnings, daemon::diagnostic_of(static_cast<daemon::WiringFault>(fault),
+                                             estimator::source_names[source], who));
       warnings.back().seen += seconds(summary, count);
     }
   }
@@ -106,7 +106,7 @@ diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const Replay
       const double part =
           static_cast<double>(summary.flagged[source][static_cast<std::size_t>(flag)]) / ticks;
       if (part <= 0.0 || part * drive_s < std::min(long_flagged_s, long_part * drive_s)) continue;
-      warnings.push_back(daemon::diagnostic_of(flag, label(decoder, source)));
+      append(warnings, daemon::diagnostic_of(flag, label(decoder, source)));
       warnings.back().seen +=
           seconds(summary, summary.flagged[source][static_cast<std::size_t>(flag)]);
     }

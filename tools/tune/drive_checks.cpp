@@ -19,11 +19,8 @@ diagnostics::Diagnostics check_drive(const Drive& drive, std::optional<estimator
   if (model) config.model = *model;
   const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
   diagnostics::Diagnostics warnings = replayed.warnings;
-  const auto take = [&warnings](std::optional<diagnostics::Diagnostic> warning) {
-    if (warning) warnings.push_back(*std::move(warning));
-  };
   if (replayed.summary.camera_units.empty())
-    take(check_initial_pose(config, drive.cameras, replayed.summary.first_tick_ns));
+    append(warnings, check_initial_pose(config, drive.cameras, replayed.summary.first_tick_ns));
   const Trajectory reference = measure.lever_arm
                                    ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
                                    : *drive.reference;
@@ -32,15 +29,15 @@ diagnostics::Diagnostics check_drive(const Drive& drive, std::optional<estimator
     append(warnings, units);
     return warnings;
   }
-  take(check_headings(reference));
+  append(warnings, check_headings(reference));
   // A model that has stopped no longer turns, and has been reported already.
   std::optional<diagnostics::Diagnostic> mismatch;
   if (!replayed.summary.fault_ns) mismatch = drive_mismatch(reference, replayed.poses);
   if (mismatch) mismatch->subject = daemon::name_of(config.model);
-  take(mismatch ? mismatch
-                : check_times(
-                      reference, drive,
-                      measure.align.value_or(usual_align(!drive.cameras.empty(), measure.frame))));
+  append(warnings, mismatch ? mismatch
+                            : check_times(reference, drive,
+                                          measure.align.value_or(
+                                              usual_align(!drive.cameras.empty(), measure.frame))));
   return warnings;
 } catch (const std::invalid_argument&) {
   return {};

@@ -31,10 +31,14 @@ std::string usual(const Kind& kind) {
 std::string page() {
   std::string text =
       "# Diagnostics\n\n"
-      "Every warning of `odomd`, `odomd --check` and the `odom` commands ends with a code, and "
+      "What `odomd`, `odomd --check`, `odom replay`, `evaluate`, `tune`, `export` and `identify` "
+      "find\n"
+      "wrong or doubtful in a configuration, a log, the sensors, the poses or an experiment ends "
       "with\n"
-      "`--json` the list `diagnostics` has an object for each: `code`, `name`, `subject`, `seen`,\n"
-      "`fix`. This page lists all of them. A diagnostic with a limit is given outside of it.\n\n"
+      "a code. With `--json` of `replay`, `evaluate` and `identify` the list `diagnostics` has an\n"
+      "object for each: `code`, `name`, `subject`, `seen`, `fix`. A diagnostic with a limit is "
+      "given\n"
+      "outside of it.\n\n"
       "<!-- Made from the table in daemon/diagnostics/: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
   for (const Chapter& chapter : chapters) {
     text += fmt::format(

@@ -54,11 +54,11 @@ TEST_F(JournalTest, WritesFromItsLevelOn) {
   EXPECT_THAT(content(file_), Not(HasSubstr("quiet")));
 }
 
-TEST_F(JournalTest, LogsARepeatedMessageOnceAndThenItsNumber) {
+TEST_F(JournalTest, LogsARepeatedEventOnceAndThenItsNumber) {
   Journal journal({file_, "info"});
   journal.turn(0);
-  for (int i = 0; i < 10; ++i) journal.warn("flood " + std::to_string(i));
-  journal.warn("another");
+  for (int i = 0; i < 10; ++i) journal.warn_counted("flood " + std::to_string(i));
+  journal.info_counted("another");
   EXPECT_EQ(lines_with("flood"), 1);
   journal.turn(second / 2);
   EXPECT_EQ(lines_with("flood"), 1);
@@ -68,20 +68,26 @@ TEST_F(JournalTest, LogsARepeatedMessageOnceAndThenItsNumber) {
   EXPECT_EQ(lines_with("another"), 1);
 }
 
-TEST_F(JournalTest, LogsWhatItCountedWhenTheDaemonStops) {
-  Journal journal({file_, "info"});
-  journal.turn(0);
-  journal.warn("flood");
-  journal.warn("flood");
-  journal.finish(second / 4);
+TEST_F(JournalTest, LogsWhatItCountedAtItsEnd) {
+  {
+    Journal journal({file_, "info"});
+    journal.turn(0);
+    journal.warn_counted("flood");
+    journal.warn_counted("flood");
+    journal.turn(second / 4);
+  }
   EXPECT_THAT(content(file_), HasSubstr("flood (1 time in 0.25 s)"));
 }
 
-TEST_F(JournalTest, LogsEveryMessageOfTheStart) {
+// The last line about a state must be the state.
+TEST_F(JournalTest, LogsEveryChangeOfAStateAtOnce) {
   Journal journal({file_, "info"});
-  journal.warn("message 416 has no cycle time");
-  journal.warn("message 417 has no cycle time");
-  EXPECT_EQ(lines_with("has no cycle time"), 2);
+  for (int flap = 0; flap < 8; ++flap) {
+    journal.turn(flap * second);
+    journal.info("can0: the bus is up again");
+    journal.warn("can0: the bus is down");
+  }
+  EXPECT_EQ(lines_with("is down"), 8);
 }
 
 TEST_F(JournalTest, OpensItsFileAnew) {

@@ -59,7 +59,7 @@ TEST_F(OdomReplay, SaysWhichMessagesNeverGaveAValue) {
 TEST_F(OdomReplay, SaysThatALogIsOutOfOrder) {
   const std::string frame = ") can0 102#00\n";
   EXPECT_THAT(replay("(9.000000" + frame + "(1.000000" + frame + "(9.100000" + frame).err,
-              HasSubstr("1 frames have stamps a second or more earlier than frames before them"));
+              HasSubstr("1 frames have stamps 1 s or more earlier than frames before them"));
   EXPECT_THAT(replay("(9.000000" + frame + "(8.900000" + frame).err, Not(HasSubstr("stamped")));
 }
 

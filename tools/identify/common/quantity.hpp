@@ -9,7 +9,7 @@ namespace odomd::tools {
 
 enum class Dimension : std::uint8_t { mass, length, angle, time, pure };
 
-/// Newtons are a weight: see Gravity.
+/// Newtons are a weight: see gravity_of().
 enum class Unit : std::uint8_t { si, newton };
 
 struct Quantity {

@@ -30,12 +30,6 @@ constexpr double astray_sigmas = 2.5;
 /// The share of the grip that a drive must reach, so that it is not extrapolated.
 constexpr double seen_at_least = 0.5;
 
-const can::SignalBinding* binding_of(const daemon::Config& config, Source source) {
-  for (const can::SignalBinding& binding : config.can.bindings)
-    if (binding.channel == static_cast<std::uint16_t>(source)) return &binding;
-  return nullptr;
-}
-
 struct Builder {
   const daemon::Config& config;
   const Settings& settings;

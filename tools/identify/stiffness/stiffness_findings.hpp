@@ -17,7 +17,7 @@ namespace odomd::tools {
 void require_slip(const CorneringStiffness& found);
 
 /// Contradictions between the circles and a sensor, the configuration or the places of the markers,
-/// so grossly that the stiffness cannot be trusted: one line each, with what to check.
+/// so grossly that the stiffness cannot be trusted.
 [[nodiscard]] diagnostics::Diagnostics contradictions(const FilmedCircles& films,
                                                       const CorneringStiffness& found,
                                                       const CircleCar& car);
