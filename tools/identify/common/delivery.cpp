@@ -116,33 +116,60 @@ diagnostics::Diagnostic kept(const std::string& file, const ConfigValue& before,
   return found(diagnostics::kind("more_precise_kept"), file, std::move(seen));
 }
 
-struct Writing {
-  std::vector<ConfigValue> values;
-  diagnostics::Diagnostics warnings;  ///< about values that should be checked
-  std::size_t kept = 0;               ///< values in the configuration that are more precise
+// Numbers that mean something only together: a tyre's curve, an actuator's delay, a signal's line,
+// the axles of one wheelbase.
+std::string_view together(std::string_view key) {
+  for (const std::string_view both : {"vehicle.cornering_stiffness_", "vehicle.grip_"})
+    if (key.starts_with(both)) return key.substr(both.size());
+  if (key == "vehicle.front_axle" || key == "vehicle.rear_axle") return "axles";
+  if (key.starts_with("steering.")) return "steering";
+  if (key.ends_with(".scale") || key.ends_with(".offset")) return key.substr(0, key.rfind('.'));
+  return key;
+}
+
+struct Candidate {
+  Finding* finding;
+  ConfigValue value;
+  std::optional<ConfigValue> before;
+  bool less_precise = false;
 };
 
-/// Marks findings that are left because the configuration has a more precise value.
+struct Writing {
+  std::vector<ConfigValue> values;
+  std::size_t kept = 0;  ///< values in the configuration that are more precise
+};
+
+/// Marks findings that are left because the configuration has more precise values, for all that
+/// belong together; and warns of values that should be checked.
 Writing prepare(Findings& findings, const Delivery& delivery) {
-  Writing writing;
+  std::vector<Candidate> candidates;
   for (Finding& finding : findings.values) {
     if (!is_written(finding)) continue;
-    ConfigValue value = config_value(findings, finding);
-    const std::optional<ConfigValue> before = value_in(delivery.write, value.key);
-    if (before && !delivery.force && more_precise(*before, value)) {
+    Candidate one{&finding, config_value(findings, finding), value_in(delivery.write, finding.key)};
+    one.less_precise = one.before && !delivery.force && more_precise(*one.before, one.value);
+    candidates.push_back(std::move(one));
+  }
+  Writing writing;
+  for (const Candidate& one : candidates) {
+    const bool keep = std::ranges::all_of(candidates, [&](const Candidate& other) {
+      return other.less_precise || together(other.value.key) != together(one.value.key);
+    });
+    if (keep) {
+      Finding& finding = *one.finding;
       finding.use = Use::leave;
-      finding.remark =
-          fmt::format("kept: the previous value is more precise (+- {:g}{}{})",
-                      uncertainty_in(before->note), finding.unit.empty() ? "" : " ", finding.unit);
-      writing.warnings.push_back(kept(delivery.write, *before, value));
+      finding.remark +=
+          fmt::format("{}kept: the previous value is more precise (+- {:g}{}{})",
+                      finding.remark.empty() ? "" : "; ", uncertainty_in(one.before->note),
+                      finding.unit.empty() ? "" : " ", finding.unit);
+      findings.warnings.push_back(kept(delivery.write, *one.before, one.value));
       ++writing.kept;
       continue;
     }
-    if (before && of_another_car(*before, value))
-      writing.warnings.push_back(found(
-          diagnostics::kind("another_value"), delivery.write,
-          fmt::format("{} was {:g} and becomes {:g}", value.key, before->value, value.value)));
-    writing.values.push_back(std::move(value));
+    if (one.before && of_another_car(*one.before, one.value))
+      findings.warnings.push_back(found(diagnostics::kind("another_value"), delivery.write,
+                                        fmt::format("{} was {:g} and becomes {:g}", one.value.key,
+                                                    one.before->value, one.value.value)));
+    writing.values.push_back(one.value);
   }
   return writing;
 }
@@ -224,7 +251,6 @@ void deliver(Findings findings, const Delivery& delivery) {
   if (problem) std::rethrow_exception(problem);
   if (delivery.write.empty()) return;
   patch_config(delivery.write, writing.values);
-  warn("identify " + findings.method, writing.warnings);
   say("odom identify " + findings.method + ": " + report_of(writing, delivery.write));
 }
 

@@ -89,6 +89,40 @@ TEST_F(DeliveryTest, ReplacesWhatIsAsPreciseUpToScatter) {
   EXPECT_EQ(now("vehicle.mass"), 3.1);
 }
 
+// A kept curve's stiffness with another curve's grip would be no tyre.
+TEST_F(DeliveryTest, ReplacesTogetherWhatMeansSomethingOnlyTogether) {
+  const auto measured = [](double sigma_of_grip) {
+    return Findings{.method = "fit",
+                    .origin = "60 s of drive",
+                    .values = {finding("vehicle.cornering_stiffness_front", 21.0, 1.0),
+                               finding("vehicle.grip_front", 9.0, sigma_of_grip)},
+                    .warnings = {},
+                    .details = {}};
+  };
+  Findings precise = measured(0.1);
+  precise.values[0].value = 20.5;
+  precise.values[0].sigma = 0.1;
+  EXPECT_THAT(deliver_to_car(precise), HasSubstr("2 keys written"));
+  EXPECT_THAT(deliver_to_car(measured(0.1)), HasSubstr("2 keys written"));
+  EXPECT_EQ(now("vehicle.cornering_stiffness_front"), 21.0) << "its grip is as precise as before";
+  EXPECT_THAT(deliver_to_car(precise), HasSubstr("2 keys written"));
+  EXPECT_THAT(deliver_to_car(measured(1.0)), HasSubstr("its values are more precise"));
+  EXPECT_EQ(now("vehicle.cornering_stiffness_front"), 20.5);
+}
+
+TEST_F(DeliveryTest, ShowsInJsonWhatIsKept) {
+  const Findings fit{.method = "fit",
+                     .origin = "60 s of drive",
+                     .values = {finding("vehicle.mass", 3.02, 0.01)},
+                     .warnings = {},
+                     .details = {}};
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  deliver(fit, {.json = true, .write = car_, .force = false});
+  static_cast<void>(testing::internal::GetCapturedStderr());
+  EXPECT_THAT(testing::internal::GetCapturedStdout(), HasSubstr("\"code\":\"W502\""));
+}
+
 TEST_F(DeliveryTest, ReplacesAnotherQuantityHoweverPrecise) {
   const Findings driving{.method = "noise",
                          .origin = "driving",
