@@ -66,11 +66,6 @@ std::vector<double> Bench::errors(std::span<const Values> wanted) {
   for (const Values& values : wanted) {
     const TrialOutcome& outcome = *log_.find(values);
     errors.push_back(error_of(outcome, before_));
-    result_.trials.push_back({values, errors.back()});
-    if (!outcome.impossible.empty()) {
-      ++result_.impossible;
-      result_.why_impossible = outcome.impossible;
-    }
   }
   return errors;
 }
@@ -79,19 +74,17 @@ std::vector<double> Bench::costs(std::span<const Values> wanted) {
   std::vector<double> costs = errors(wanted);
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const TrialOutcome& outcome = *log_.find(wanted[i]);
+    result_.trials.push_back({wanted[i], costs[i]});
+    if (!outcome.impossible.empty()) {
+      ++result_.impossible;
+      result_.why_impossible = outcome.impossible;
+    }
     if (job_.worse_goals == WorseGoals::refused && outcome.impossible.empty() &&
         !worse_goals(outcome.scores, {}).empty())
       costs[i] = std::numeric_limits<double>::infinity();
     best_ = std::min(best_, costs[i]);
   }
   return costs;
-}
-
-std::vector<double> Bench::uncounted_errors(std::span<const Values> wanted) {
-  const std::size_t counted = result_.trials.size();
-  std::vector<double> found = errors(wanted);
-  result_.trials.resize(counted);
-  return found;
 }
 
 std::vector<double> Bench::held_out_errors(std::span<const Values> wanted) {
@@ -102,7 +95,7 @@ std::vector<double> Bench::held_out_errors(std::span<const Values> wanted) {
 }
 
 TuneResult Bench::finish(const Values& taken) {
-  result_.relative_error = uncounted_errors(std::span(&taken, 1)).front();
+  result_.relative_error = errors(std::span(&taken, 1)).front();
   const std::vector<Score>& after = log_.find(taken)->scores;
   result_.drives = scores_of(job_.drives, before_, after);
   TrialOutcome held_out;

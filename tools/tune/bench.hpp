@@ -16,14 +16,12 @@ class Bench {
   /// state of something else and a goal that no drive determines, Stopped.
   Bench(const TuneJob& job, const TuneWatch& watch);
 
-  /// Relative errors on the drives to tune on, each trial counted.
+  /// Relative errors on the drives to tune on.
   [[nodiscard]] std::vector<double> errors(std::span<const Values> wanted);
 
-  /// The same for a search: infinite where they are worse in a goal and that is refused.
+  /// The same for the steps of a search, which are counted: infinite where they are worse in a goal
+  /// and that is refused.
   [[nodiscard]] std::vector<double> costs(std::span<const Values> wanted);
-
-  /// Trials that examine a result and are not steps of the search.
-  [[nodiscard]] std::vector<double> uncounted_errors(std::span<const Values> wanted);
 
   [[nodiscard]] std::vector<double> held_out_errors(std::span<const Values> wanted);
 

@@ -114,14 +114,18 @@ std::string worse_in_words(const TuneResult& result) {
   return text;
 }
 
-std::string verdict(const TuneResult& result) {
+std::string verdict(const TuneJob& job, const TuneResult& result) {
   const bool over_fitted = std::ranges::any_of(
       result.keys, [](const TunedKey& key) { return key.fate == Fate::over_fitted; });
   const std::string here = in_words(result.relative_error) + " on the drives tuned on";
+  const bool forced = job.worse_goals == WorseGoals::allowed;
   if (result.is_better_here() && !result.worse.empty()) {
-    const bool nees_is_new = result.worse.back().goal == Goal::nees &&
+    const GoalChange& last = result.worse.back();
+    const bool nees_is_new = last.goal == Goal::nees && last.tuned_on > worse_above(Goal::nees) &&
                              std::ranges::find(result.goals, Goal::nees) == result.goals.end();
-    return here + ", but worse in " + worse_in_words(result) + ": keep the present configuration" +
+    const std::string but = here + ", but worse in " + worse_in_words(result);
+    if (forced) return but + ": taken by --force.\n";
+    return but + ": keep the present configuration" +
            (nees_is_new ? ", add nees to the goals" : "") + ", or take it with --force.\n";
   }
   if (result.is_better() && !result.held_out_error) {
@@ -134,8 +138,9 @@ std::string verdict(const TuneResult& result) {
     return "Without the over-fitted keys nothing is better on the drives tuned on: keep the "
            "present configuration.\n";
   if (result.held_out_error && *result.held_out_error > 1.0)
-    return here + ", but " + in_words(*result.held_out_error) +
-           " on those held out: keep the present configuration.\n";
+    return here + ", but " + in_words(*result.held_out_error) + " on those held out: " +
+           (forced && result.is_better_here() ? "taken by --force.\n"
+                                              : "keep the present configuration.\n");
   return "Nothing better was found.\n";
 }
 
@@ -160,7 +165,7 @@ std::string as_text(const TuneJob& job, const TuneResult& result) {
         "; the search was cut short by --trials {}, which leave no whole round: there may be "
         "better",
         job.search.trials);
-  return text + ". " + verdict(result);
+  return text + ". " + verdict(job, result);
 }
 
 std::string as_json(const TuneResult& result) {

@@ -75,7 +75,7 @@ Values swept(const TuneJob& job, Bench& bench) {
   }
   std::vector<double> costs = bench.costs(combinations);
   if (std::ranges::none_of(costs, [](double cost) { return std::isfinite(cost); }))
-    costs = bench.uncounted_errors(combinations);  // to say in which goal they are worse
+    costs = bench.errors(combinations);  // to say in which goal they are worse
   return combinations[static_cast<std::size_t>(std::ranges::min_element(costs) - costs.begin())];
 }
 
@@ -105,7 +105,7 @@ Values what_to_take(const TuneJob& job, Bench& bench, const Values& best) {
     tried.push_back(best);
     tried.back()[i].reset();
   }
-  const std::vector<double> errors = bench.uncounted_errors(tried);
+  const std::vector<double> errors = bench.errors(tried);
   std::vector<double> held_out;
   if (!job.held_out.empty()) held_out = bench.held_out_errors(tried);
 
@@ -121,7 +121,7 @@ Values what_to_take(const TuneJob& job, Bench& bench, const Values& best) {
   }
   // Of two keys with the same effect each looks idle while the other is there.
   const std::array both{helpful, needed};
-  const std::vector<double> compared = bench.uncounted_errors(both);
+  const std::vector<double> compared = bench.errors(both);
   if (compared[1] <= compared[0] * (1.0 + indifferent)) return needed;
   for (TunedKey& key : bench.result().keys)
     if (key.fate == Fate::idle) key.fate = Fate::taken;

@@ -9,6 +9,7 @@
 namespace odomd::tools::tune_report_test {
 namespace {
 
+using testing::AnyOf;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
@@ -60,6 +61,12 @@ TEST(TuneReport, RecommendsNeesWhereTheSigmasBecomeDishonest) {
   EXPECT_THAT(as_text({}, result),
               HasSubstr("worse in nees (2.4 times as far above 3): keep the present configuration, "
                         "add nees to the goals"));
+  result.worse = {{Goal::nees, 1.0, 2.4}};  // no drive tuned on determines it
+  EXPECT_THAT(as_text({}, result), Not(HasSubstr("add nees")));
+  result.worse = {{Goal::nees, 2.37, std::nullopt}};
+  TuneJob forced;
+  forced.worse_goals = WorseGoals::allowed;
+  EXPECT_THAT(as_text(forced, result), Not(AnyOf(HasSubstr("keep the"), HasSubstr("add nees"))));
   result.goals.push_back(Goal::nees);
   EXPECT_THAT(as_text({}, result), Not(HasSubstr("add nees")));
 }
