@@ -16,14 +16,12 @@ enum class EventKind : std::uint8_t {
   pose_reset,       ///< a: the reset count
   clock_stepped,    ///< a: step of CLOCK_REALTIME [ns]
   suspended,        ///< a: how long the machine was suspended [ns]
-  camera_gone,      ///< index: the connection's slot
-  camera_malformed  ///< index: the connection's slot, a: a MalformedCause
+  camera_gone,
+  camera_malformed  ///< a: a MalformedCause
 };
 
 struct Event {
   EventKind kind = EventKind::overrun;
-  std::uint8_t index = 0;
-  std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
   std::int64_t a = 0;
   std::int64_t b = 0;
 };

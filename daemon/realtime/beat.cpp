@@ -62,7 +62,7 @@ void Beat::read_clock(std::int64_t now_ns) noexcept {
            .suspended = event == ClockEvent::suspended};
   if (event == ClockEvent::none) return;
   (seen_.suspended ? counters_.suspends : counters_.clock_steps).add();
-  parts_.events.push({seen_.suspended ? EventKind::suspended : EventKind::clock_stepped, 0, now_ns,
+  parts_.events.push({seen_.suspended ? EventKind::suspended : EventKind::clock_stepped,
                       offset_ns - before_ns, 0});
 }
 
@@ -108,7 +108,7 @@ void Beat::publish(const TickRecord& record, std::int64_t wakeup_latency_ns) noe
   parts_.writer.publish(pose, details);
 
   if (pose.reset_count != reset_count_)
-    parts_.events.push({EventKind::pose_reset, 0, pose.time_ns, pose.reset_count, 0});
+    parts_.events.push({EventKind::pose_reset, pose.reset_count, 0});
   reset_count_ = pose.reset_count;
 }
 
@@ -125,13 +125,12 @@ std::uint64_t Beat::account(const NextTick& due, std::int64_t wakeup_latency_ns,
   const NextTick next = next_tick(grid_, due.tick, done_ns);
   if (next.missed > 0) {
     writer.count_overrun(done_ns, execution_ns_);
-    parts_.events.push({EventKind::overrun, 0, done_ns, execution_ns_, wakeup_latency_ns});
+    parts_.events.push({EventKind::overrun, execution_ns_, wakeup_latency_ns});
   }
   // Counted with the next tick, so that ticks plus missed cycles is the newest number.
   if (const std::uint64_t missed = skipped_ + due.missed; missed > 0) {
     writer.count_missed(missed);
-    parts_.events.push(
-        {EventKind::missed, 0, done_ns, static_cast<std::int64_t>(missed), wakeup_latency_ns});
+    parts_.events.push({EventKind::missed, static_cast<std::int64_t>(missed), wakeup_latency_ns});
   }
   skipped_ = next.missed;
   return next.tick;

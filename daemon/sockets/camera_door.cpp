@@ -18,19 +18,17 @@ CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
                                       const MessageClocks& clocks, std::int64_t now_ns,
                                       EventRing& events) noexcept {
   Drained drained;
-  for (std::uint8_t index = 0; index < max_connections; ++index) {
-    Slot& slot = slots_[index];
+  for (Slot& slot : slots_) {
     // Acquire: the counters were reset before the descriptor was handed over.
     const int descriptor = slot.state.load(std::memory_order_acquire);
     if (descriptor < 0) continue;
     for (std::size_t message = 0; message < max_messages_per_drain; ++message) {
-      const auto received =
-          receive(index, descriptor, clocks, now_ns, poses[drained.poses], events);
+      const auto received = receive(descriptor, clocks, now_ns, poses[drained.poses], events);
       if (received == Received::nothing) break;
       if (received == Received::ended) {
         // Release: housekeeping closes it, and the beat does not touch it again.
         slot.state.store(Slot::ended(descriptor), std::memory_order_release);
-        events.push({EventKind::camera_gone, index, now_ns, 0, 0});
+        events.push({EventKind::camera_gone});
         break;
       }
       slot.messages.add();
@@ -45,9 +43,9 @@ CameraDoor::Drained CameraDoor::drain(std::span<estimator::CameraPose> poses,
   return drained;
 }
 
-CameraDoor::Received CameraDoor::receive(std::uint8_t index, int descriptor,
-                                         const MessageClocks& clocks, std::int64_t now_ns,
-                                         estimator::CameraPose& pose, EventRing& events) noexcept {
+CameraDoor::Received CameraDoor::receive(int descriptor, const MessageClocks& clocks,
+                                         std::int64_t now_ns, estimator::CameraPose& pose,
+                                         EventRing& events) noexcept {
   std::array<std::byte, sizeof(odom_camera_message)> bytes;
   iovec part{bytes.data(), bytes.size()};
   msghdr header{};
@@ -59,8 +57,7 @@ CameraDoor::Received CameraDoor::receive(std::uint8_t index, int descriptor,
   if (size == 0) return Received::ended;
   const auto message = read_camera_message(bytes, static_cast<std::size_t>(size), clocks, now_ns);
   if (message.cause != MalformedCause::none) {
-    events.push(
-        {EventKind::camera_malformed, index, now_ns, static_cast<std::int64_t>(message.cause), 0});
+    events.push({EventKind::camera_malformed, static_cast<std::int64_t>(message.cause)});
     return Received::malformed;
   }
   pose = message.pose;

@@ -70,9 +70,8 @@ class CameraDoor {
   };
 
   enum class Received : std::uint8_t { pose, malformed, nothing, ended };
-  static Received receive(std::uint8_t index, int descriptor, const MessageClocks& clocks,
-                          std::int64_t now_ns, estimator::CameraPose& pose,
-                          EventRing& events) noexcept;
+  static Received receive(int descriptor, const MessageClocks& clocks, std::int64_t now_ns,
+                          estimator::CameraPose& pose, EventRing& events) noexcept;
 
   std::array<Slot, max_connections> slots_;
 };
