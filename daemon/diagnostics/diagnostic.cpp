@@ -6,8 +6,8 @@ namespace odomd::diagnostics {
 
 std::string fix_of(const Diagnostic& diagnostic) {
   std::string fix{diagnostic.kind->fix};
-  if (const std::size_t place = fix.find("{}"); place != std::string::npos)
-    fix.replace(place, 2, diagnostic.key);
+  if (const std::size_t gap = fix.find('{'); gap != std::string::npos)
+    fix.replace(gap, fix.find('}', gap) + 1 - gap, diagnostic.detail);
   return fix;
 }
 

@@ -47,18 +47,19 @@ struct Diagnostic {
   const Kind* kind = nullptr;  ///< of the table
   std::string subject;         ///< whose: "yaw_rate (IMU)", "truth.csv", "car.toml"; may be empty
   std::string seen;            ///< what was found, with its figures
-  std::string key;             ///< of the configuration, for the fix; may be empty
+  std::string
+      detail;  ///< for the gap in the fix: a key of the configuration, a number; may be empty
 };
 
 /// In the order in which they are shown.
 using Diagnostics = std::vector<Diagnostic>;
 
 [[nodiscard]] inline Diagnostic found(const Kind& kind, std::string subject, std::string seen,
-                                      std::string key = {}) {
-  return {&kind, std::move(subject), std::move(seen), std::move(key)};
+                                      std::string detail = {}) {
+  return {&kind, std::move(subject), std::move(seen), std::move(detail)};
 }
 
-/// What to do, with the key filled in.
+/// What to do, with the detail filled in.
 [[nodiscard]] std::string fix_of(const Diagnostic& diagnostic);
 
 /// "yaw_rate (IMU): the sign is wrong compared with the other sensors; check the sign of

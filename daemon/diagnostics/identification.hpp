@@ -107,7 +107,7 @@ inline constexpr auto identification = std::to_array<Kind>({
      .name = "circles_one_sided",
      .meaning = "All circles turn to one side: the steering's offset and the angle of the markers "
                 "cannot be separated from slip.",
-     .fix = "drive circles to the {} too"},
+     .fix = "drive circles to the {SIDE} too"},
     {.code = "W559",
      .name = "no_rear_marker",
      .meaning = "No marker lies behind the centre of gravity.",

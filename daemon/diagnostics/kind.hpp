@@ -23,7 +23,7 @@ struct Kind {
   std::string_view code;     ///< "W301"; never given to another kind
   std::string_view name;     ///< "wrong_sign"
   std::string_view meaning;  ///< one sentence, for the reference page
-  std::string_view fix;      ///< follows what was seen; {}: the key of the configuration
+  std::string_view fix;      ///< follows what was seen; {KEY}: Diagnostic::detail goes there
   Limits limits = {};        ///< none where the diagnostic is a plain fact
   std::string_view unit = {};
   std::string_view reason = {};  ///< for the limits: what they are compared with, and why there

@@ -45,7 +45,8 @@ std::string page() {
         "\n## {}\n\n| Code | Name | Meaning | What to do | Limit |\n|---|---|---|---|---|\n",
         chapter.title);
     for (const Kind& kind : chapter.kinds) {
-      const std::string fix = fix_of(found(kind, {}, {}, "KEY"));
+      std::string fix{kind.fix};
+      std::erase_if(fix, [](char one) { return one == '{' || one == '}'; });
       text += fmt::format("| {} | `{}` | {} | {} | {} |\n", kind.code, kind.name, kind.meaning, fix,
                           usual(kind));
     }
