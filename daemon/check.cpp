@@ -1,7 +1,6 @@
 #include "daemon/check.hpp"
 
 #include <algorithm>
-#include <array>
 #include <iterator>
 #include <optional>
 
@@ -15,9 +14,6 @@
 
 namespace odomd::daemon {
 namespace {
-
-constexpr std::array<std::string_view, 7> profile_names{"none", "P01",     "P02",      "P11",
-                                                        "P22",  "counter", "SAE J1850"};
 
 /// A time in nanoseconds as seconds, as the user wrote it or nearly.
 std::string seconds(std::int64_t ns) {
@@ -144,7 +140,7 @@ std::string summary(const Config& config, std::span<const can::Database> databas
   if (!config.can.protections.empty()) lines.title("protection");
   for (const auto& protection : config.can.protections)
     lines.add(protection.message, "{}",
-              profile_names[static_cast<std::size_t>(protection.profile)]);
+              can::e2e_profile_names[static_cast<std::size_t>(protection.profile)]);
   if (!warnings.empty()) lines.title("warnings");
   std::string text = lines.text();
   for (const auto& warning : warnings) text += fmt::format("  {}\n", text_of(warning));

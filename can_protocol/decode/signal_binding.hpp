@@ -2,9 +2,11 @@
 // value, and the conversion to the wanted quantity. Shared by the configuration and the decoder.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace odomd::can {
@@ -57,6 +59,10 @@ struct SignalBinding {
 // End-to-end protection ---------------------------------------------------------------------------
 
 enum class E2eProfile : std::uint8_t { none, p01, p02, p11, p22, counter, sae_j1850 };
+/// As configurations name them, in the order of E2eProfile.
+inline constexpr std::array<std::string_view, 7> e2e_profile_names{
+    "none", "P01", "P02", "P11", "P22", "COUNTER", "SAE_J1850"};
+
 enum class DataIdMode : std::uint8_t { both, alternating, low, nibble };
 
 /// Protection of one message, as in [can.e2e]. Signals name where the CRC and the counter lie.

@@ -15,12 +15,6 @@ namespace {
 using can::DataIdMode;
 using can::E2eProfile;
 
-constexpr std::array<std::string_view, 7> profile_names{"none", "P01",     "P02",      "P11",
-                                                        "P22",  "COUNTER", "SAE_J1850"};
-constexpr std::array profiles{E2eProfile::none,     E2eProfile::p01, E2eProfile::p02,
-                              E2eProfile::p11,      E2eProfile::p22, E2eProfile::counter,
-                              E2eProfile::sae_j1850};
-
 constexpr std::array<std::string_view, 5> data_id_mode_names{"BOTH", "ALT", "LOW", "NIBBLE",
                                                              "ALTERNATING"};
 constexpr std::array data_id_modes{DataIdMode::both, DataIdMode::alternating, DataIdMode::low,
@@ -43,9 +37,10 @@ std::string resolve_source(const std::string& source, const std::filesystem::pat
 can::E2eBinding read_protection(const std::string& message, TableReader table) {
   can::E2eBinding binding;
   binding.message = message;
-  table.require("profile", fmt::format("; it is one of {}", fmt::join(profile_names, ", ")));
-  const auto profile = table.read_choice("profile", profile_names);
-  binding.profile = profiles[*profile];
+  table.require("profile",
+                fmt::format("; it is one of {}", fmt::join(can::e2e_profile_names, ", ")));
+  const auto profile = table.read_choice("profile", can::e2e_profile_names);
+  binding.profile = static_cast<E2eProfile>(*profile);
 
   const bool by_data_id = binding.profile == E2eProfile::p01 || binding.profile == E2eProfile::p11;
   const bool by_list = binding.profile == E2eProfile::p02 || binding.profile == E2eProfile::p22;
@@ -63,7 +58,7 @@ can::E2eBinding read_protection(const std::string& message, TableReader table) {
   const auto refuse = [&](std::string_view key, bool belongs, std::string_view to) {
     if (binding.profile == E2eProfile::none || belongs || !table.has(key)) return;
     table.fail(key, fmt::format("belongs to {}, not to {}; leave it out, or fix the profile", to,
-                                profile_names[*profile]));
+                                can::e2e_profile_names[*profile]));
   };
   refuse("data_id", by_data_id, "P01 and P11");
   refuse("data_id_mode", by_data_id, "P01 and P11");
