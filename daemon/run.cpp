@@ -124,13 +124,15 @@ class BeatThread {
   std::thread thread_;
 };
 
+std::string socket_advice(std::string_view by) {
+  return fmt::format("set XDG_RUNTIME_DIR to a directory of yours, or name a path by {}", by);
+}
+
 /// The status is optional: without its socket the daemon still works.
 std::optional<LocalSocket> open_status_socket(const StatusConfig& config, Journal& journal) {
   try {
-    return LocalSocket(
-        {config.socket, SocketType::stream, config.socket_mode, config.socket_group,
-         "set XDG_RUNTIME_DIR to a directory of yours, or name a path by --status-socket PATH "
-         "or [status] socket"});
+    return LocalSocket({config.socket, SocketType::stream, config.socket_mode, config.socket_group,
+                        socket_advice("--status-socket PATH or [status] socket")});
   } catch (const std::exception& error) {
     journal.warn(fmt::format("odom status is not available: {}", error.what()));
     return std::nullopt;
@@ -145,9 +147,8 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
     return std::optional<RecorderDoor>(
         std::in_place,
         Recorded{config, running.buses, running.writer.info().instance_id, running.tap},
-        LocalSocket(
-            {record_socket(config), SocketType::stream, record_mode(config), config.shm.group,
-             "set XDG_RUNTIME_DIR to a directory of yours, or name a path by [record] socket"}),
+        LocalSocket({record_socket(config), SocketType::stream, record_mode(config),
+                     config.shm.group, socket_advice("[record] socket")}),
         std::move(files));
   } catch (const std::exception& error) {
     journal.warn(fmt::format("odom record is not available: {}", error.what()));
@@ -158,8 +159,7 @@ std::optional<RecorderDoor> open_recorder_door(const Running& running, Journal& 
 std::optional<LocalSocket> open_camera_socket(const CameraConfig& config) {
   if (!config.configured) return std::nullopt;
   return LocalSocket({config.socket, SocketType::packets, config.socket_mode, config.socket_group,
-                      "set XDG_RUNTIME_DIR to a directory of yours, or name a path by "
-                      "--camera-socket PATH or [camera] socket"});
+                      socket_advice("--camera-socket PATH or [camera] socket")});
 }
 
 RealtimeFacts facts_of(const MachineGrant& machine, const ThreadGrant& beat,
