@@ -146,7 +146,7 @@ does "it is granted" sh -c "systemctl restart $unit"
 does "and in use" await 20 status '.realtime.priority == 60'
 systemctl revert $unit
 systemctl restart $unit
-says "without that limit the journal says what is missing" 'SCHED_FIFO 60.: Operation not permitted; give LimitRTPRIO=60' journal
+says "without that limit the journal says what is missing" 'SCHED_FIFO 60.: Operation not permitted; set LimitRTPRIO=60' journal
 sed -i '/^\[realtime\]$/,$d' /etc/odomd/can0.toml
 does "other groups" edits $unit '[Service]' 'Environment=ODOMD_READERS=video ODOMD_CAMERA_SENDERS=video' \
   'SupplementaryGroups=video'
