@@ -1,6 +1,6 @@
 // A diagnostic: one thing that is wrong or doubtful, as the daemon, odomd --check and the tools
 // show it. All kinds stand in one table, by subject: configuration.hpp, records.hpp, sensors.hpp,
-// poses.hpp, identification.hpp. docs/diagnostics.md is generated from it.
+// poses.hpp, identification.hpp, bus.hpp. docs/diagnostics.md is generated from it.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/diagnostics/bus.hpp"
 #include "daemon/diagnostics/configuration.hpp"
 #include "daemon/diagnostics/identification.hpp"
 #include "daemon/diagnostics/kind.hpp"
@@ -33,6 +34,7 @@ inline constexpr std::array chapters{
     Chapter{"Sensors", sensors},
     Chapter{"Poses: camera, reference and estimate", poses},
     Chapter{"Identification", identification},
+    Chapter{"CAN buses", bus},
 };
 
 /// The kind of a name, which must be in the table: checked by the compiler.
