@@ -1,7 +1,7 @@
 // A diagnostic: one thing that is wrong or doubtful, as the daemon, odomd --check and the tools
 // show it. All kinds stand in one table, by subject: configuration.hpp, records.hpp, sensors.hpp,
-// poses.hpp, identification.hpp, machine.hpp, bus.hpp, running.hpp. docs/diagnostics.md is generated
-// from it.
+// poses.hpp, identification.hpp, machine.hpp, bus.hpp, running.hpp. docs/diagnostics.md is
+// generated from it.
 #pragma once
 
 #include <array>

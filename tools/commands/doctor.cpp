@@ -89,13 +89,12 @@ std::string as_text(const Examination& examination) {
   return text + (count == 0 ? "nothing found\n" : counted(count, "finding") + '\n');
 }
 
-std::string as_json(const Examination& examination) {
+std::string json_of(const Examination& examination) {
   nlohmann::ordered_json json{{"findings", examination.count()},
                               {"parts", nlohmann::ordered_json::array()}};
   for (const Part& part : examination.parts)
-    json["parts"].push_back({{"name", part.name},
-                             {"note", part.note},
-                             {"diagnostics", as_json(part.diagnostics)}});
+    json["parts"].push_back(
+        {{"name", part.name}, {"note", part.note}, {"diagnostics", as_json(part.diagnostics)}});
   for (const doctor::Identifier& one : examination.identifiers)
     json["identifiers"].push_back({{"bus", one.bus},
                                    {"id", one.id},
@@ -145,10 +144,10 @@ void examine_here(const Options& options, Examination& examination) {
       if (options.config.empty())
         for (const Json& bus : member(*status, "can")) buses.push_back(word(member(bus, "name")));
     } catch (const nlohmann::json::exception& error) {
-      throw std::runtime_error(fmt::format("the status of odomd {} cannot be read by odom {}: "
-                                           "install both from one build ({})",
-                                           status->value("version", "?"), ODOMD_VERSION,
-                                           error.what()));
+      throw std::runtime_error(
+          fmt::format("the status of odomd {} cannot be read by odom {}: "
+                      "install both from one build ({})",
+                      status->value("version", "?"), ODOMD_VERSION, error.what()));
     }
   } else {
     examination.parts.push_back({"odomd", why, {}});
@@ -167,8 +166,8 @@ void examine_buses(const Options& options, Examination& examination) {
     up &= link && link->is_can && link->is_up;
   }
   if (!up) return;  // nothing would come
-  const Drive heard = doctor::listen(options.config, options.interfaces,
-                                     std::chrono::seconds{options.listen_s});
+  const Drive heard =
+      doctor::listen(options.config, options.interfaces, std::chrono::seconds{options.listen_s});
   examination.identifiers = identifiers_of(heard);
   examination.add(fmt::format("frames of {} s", options.listen_s), doctor::examine_drive(heard));
 }
@@ -177,14 +176,14 @@ void run_doctor(const Options& options) {
   Examination examination;
   if (!options.drive.empty()) {
     examination.add(options.drive.string(),
-                    doctor::examine_drive(
-                        DriveFiles{.folder = options.drive, .config = options.config, .reference = {}}));
+                    doctor::examine_drive(DriveFiles{
+                        .folder = options.drive, .config = options.config, .reference = {}}));
   } else if (!options.interfaces.empty()) {
     examine_buses(options, examination);
   } else {
     examine_here(options, examination);
   }
-  std::cout << (options.json ? as_json(examination) : as_text(examination));
+  std::cout << (options.json ? json_of(examination) : as_text(examination));
   if (examination.count() > 0) throw Ended(exit_failed);
 }
 

@@ -75,12 +75,12 @@ void examine_grants(const Json& status, const Machine& machine, Diagnostics& all
                         "its memory is not locked: a tick may wait for the disk", machine.user));
   constexpr const Kind& sleep = kind("cpus_sleep_deeply");
   if (!is_true(member(granted, "dma_latency_held")) && !sleep.limits.hold(machine.deepest_sleep_us))
-    all.push_back(found(
-        sleep, "odomd",
-        fmt::format("may not open /dev/cpu_dma_latency: CPUs wake {:.0f} µs late from their "
-                    "deepest sleep",
-                    machine.deepest_sleep_us),
-        service_of(status).empty() ? machine.group : "odomd"));
+    all.push_back(
+        found(sleep, "odomd",
+              fmt::format("may not open /dev/cpu_dma_latency: CPUs wake {:.0f} µs late from their "
+                          "deepest sleep",
+                          machine.deepest_sleep_us),
+              service_of(status).empty() ? machine.group : "odomd"));
   for (const Json& refusal : member(granted, "refusals"))
     if (refusal.get<std::string>().find("is not pinned") != std::string::npos)
       all.push_back(found(kind("cpu_not_pinned"), "odomd", refusal.get<std::string>()));
@@ -105,10 +105,10 @@ void examine_beat(const Json& status, Diagnostics& all) {
   const double cycles = std::max(missed + number_of(beat, "ticks"), 1.0);
   constexpr const Kind& late = kind("beat_wakes_late");
   if (late.limits.hold(missed / cycles)) return;
-  all.push_back(found(late, "odomd",
-                      fmt::format("missed {:.0f} of {:.0f} cycles; it woke up to {:.1f} ms late",
-                                  missed, cycles,
-                                  1e-3 * number_of(member(beat, "wakeup_us"), "max"))));
+  all.push_back(
+      found(late, "odomd",
+            fmt::format("missed {:.0f} of {:.0f} cycles; it woke up to {:.1f} ms late", missed,
+                        cycles, 1e-3 * number_of(member(beat, "wakeup_us"), "max"))));
 }
 
 enum class Traffic { none, comes, ended };
@@ -132,17 +132,17 @@ Traffic examine_buses(const Json& status, Diagnostics& all) {
                                   std::pair{"controller_overflows", "the CAN controller"}}) {
       const double count = number_of(bus, key);
       if (!lost.limits.hold(count / std::max(count + received, 1.0)))
-        all.push_back(found(lost, name,
-                            fmt::format("{} dropped {:.0f} frames, {:.0f} arrived", by, count,
-                                        received)));
+        all.push_back(
+            found(lost, name,
+                  fmt::format("{} dropped {:.0f} frames, {:.0f} arrived", by, count, received)));
     }
   }
   if (ended) return Traffic::ended;
   // Frames came once; the newest mapped one says until when.
   double youngest_s = std::numeric_limits<double>::infinity();
   for (const Json& message : member(status, "messages"))
-    youngest_s = std::min(youngest_s, number_of(message, "age_s",
-                                                std::numeric_limits<double>::infinity()));
+    youngest_s =
+        std::min(youngest_s, number_of(message, "age_s", std::numeric_limits<double>::infinity()));
   if (traffic != Traffic::comes || !std::isfinite(youngest_s) || youngest_s < silent_s)
     return traffic;
   all.push_back(found(kind("no_frames"), "odomd",

@@ -24,7 +24,7 @@ bool is_arm(const Machine& machine) {
 // Read by a system call, or from a slow device.
 bool is_slow(std::string_view clock) {
   constexpr std::array<std::string_view, 6> slow{"hpet", "acpi_pm", "jiffies", "refined-jiffies",
-                                                 "pit", "xen"};
+                                                 "pit",  "xen"};
   return std::ranges::find(slow, clock) != slow.end();
 }
 
@@ -37,8 +37,8 @@ void examine_rights(const Machine& machine, const Needs& needs, Diagnostics& all
     all.push_back(found(kind("not_in_group"), machine.user,
                         "is not in the group odom, which may read the pose", machine.user));
   if (machine.membership == Membership::later_login)
-    all.push_back(
-        found(kind("login_before_group"), machine.user, "is in the group odom, but not this login"));
+    all.push_back(found(kind("login_before_group"), machine.user,
+                        "is in the group odom, but not this login"));
   if (needs.is_granted || machine.has_service) return;
   if (machine.priority_limit < needs.priority)
     all.push_back(found(
@@ -57,22 +57,22 @@ void examine_cpus(const Machine& machine, const Needs& needs, Diagnostics& all) 
   constexpr const Kind& sleep = kind("cpus_sleep_deeply");
   if (!needs.is_granted && !machine.may_hold_cpus_awake &&
       !sleep.limits.hold(machine.deepest_sleep_us))
-    all.push_back(found(
-        sleep, "CPUs",
-        fmt::format("wake {:.0f} µs late from their deepest sleep, and odomd may not open "
-                    "/dev/cpu_dma_latency to prevent it",
-                    machine.deepest_sleep_us),
-        machine.has_service ? "odomd" : machine.group));
+    all.push_back(
+        found(sleep, "CPUs",
+              fmt::format("wake {:.0f} µs late from their deepest sleep, and odomd may not open "
+                          "/dev/cpu_dma_latency to prevent it",
+                          machine.deepest_sleep_us),
+              machine.has_service ? "odomd" : machine.group));
   constexpr const Kind& throttled = kind("realtime_throttled");
   if (!throttled.limits.hold(machine.realtime_share))
     all.push_back(found(throttled, "kernel",
                         fmt::format("lets real-time threads run for at most {:.0f} % of the time",
                                     100.0 * machine.realtime_share)));
   if (is_slow(machine.clock))
-    all.push_back(found(kind("slow_clock"), "kernel",
-                        fmt::format("reads the time from {}, which takes microseconds",
-                                    machine.clock),
-                        is_arm(machine) ? "arch_sys_counter" : "tsc"));
+    all.push_back(
+        found(kind("slow_clock"), "kernel",
+              fmt::format("reads the time from {}, which takes microseconds", machine.clock),
+              is_arm(machine) ? "arch_sys_counter" : "tsc"));
   if (!machine.governor.empty())
     all.push_back(
         found(kind("cpu_frequency_changes"), "CPUs",
@@ -94,18 +94,18 @@ Diagnostics examine_machine(const Machine& machine, const Needs& needs) {
   examine_cpus(machine, needs, all);
   for (const InterruptThread& thread : machine.interrupts)
     if (thread.priority <= needs.priority)
-      all.push_back(found(
-          kind("interrupt_below_beat"), thread.name,
-          fmt::format("has priority {}, not above the beat's {}: frames wait for the tick",
-                      thread.priority, needs.priority),
-          fmt::format("{} {}", std::max(usual_interrupt_priority, needs.priority + 1),
-                      thread.pid)));
+      all.push_back(
+          found(kind("interrupt_below_beat"), thread.name,
+                fmt::format("has priority {}, not above the beat's {}: frames wait for the tick",
+                            thread.priority, needs.priority),
+                fmt::format("{} {}", std::max(usual_interrupt_priority, needs.priority + 1),
+                            thread.pid)));
   const bool asks_for_more = machine.has_service || !machine.may_exceed_buffer;
   if (asks_for_more && machine.largest_buffer < needs.receive_buffer)
-    all.push_back(found(kind("small_receive_buffer"), "net.core.rmem_max",
-                        fmt::format("is {} bytes, odomd asks for {}", machine.largest_buffer,
-                                    needs.receive_buffer),
-                        std::to_string(needs.receive_buffer)));
+    all.push_back(found(
+        kind("small_receive_buffer"), "net.core.rmem_max",
+        fmt::format("is {} bytes, odomd asks for {}", machine.largest_buffer, needs.receive_buffer),
+        std::to_string(needs.receive_buffer)));
   constexpr const Kind& full = kind("disk_nearly_full");
   if (!full.limits.hold(machine.free_gb))
     all.push_back(found(full, machine.folder,

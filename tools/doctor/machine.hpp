@@ -34,18 +34,18 @@ struct Machine {
   std::string processor = "x86_64";
   bool is_realtime = true;  ///< PREEMPT_RT
   std::string user = "user";
-  std::string group = "user";         ///< the user's own
-  bool has_service = false;           ///< odomd@.service is installed
-  bool has_service_accounts = true;   ///< its user and groups
+  std::string group = "user";        ///< the user's own
+  bool has_service = false;          ///< odomd@.service is installed
+  bool has_service_accounts = true;  ///< its user and groups
   Membership membership = Membership::member;
-  int priority_limit = 99;            ///< that this process may have of SCHED_FIFO
-  bool may_lock_memory = true;        ///< this process, without limit
-  bool may_hold_cpus_awake = true;    ///< this process; with a service: its group
-  double deepest_sleep_us = 0.0;      ///< to wake from the deepest sleep state in use
-  double realtime_share = 0.95;       ///< of the time, for real-time threads
-  std::string clock = "tsc";          ///< source of the kernel's clock
-  std::string governor;               ///< of a CPU that changes its frequency; empty: none does
-  bool may_exceed_buffer = false;     ///< CAP_NET_ADMIN
+  int priority_limit = 99;                ///< that this process may have of SCHED_FIFO
+  bool may_lock_memory = true;            ///< this process, without limit
+  bool may_hold_cpus_awake = true;        ///< this process; with a service: its group
+  double deepest_sleep_us = 0.0;          ///< to wake from the deepest sleep state in use
+  double realtime_share = 0.95;           ///< of the time, for real-time threads
+  std::string clock = "tsc";              ///< source of the kernel's clock
+  std::string governor;                   ///< of a CPU that changes its frequency; empty: none does
+  bool may_exceed_buffer = false;         ///< CAP_NET_ADMIN
   std::int64_t largest_buffer = 1 << 20;  ///< net.core.rmem_max
   std::vector<InterruptThread> interrupts;
   std::string folder = ".";

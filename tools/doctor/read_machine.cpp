@@ -90,7 +90,9 @@ struct Process {
   std::string uid, gid;             // effective
   std::vector<std::string> groups;  // their numbers
 
-  [[nodiscard]] bool has(unsigned capability) const { return (capabilities >> capability & 1U) != 0; }
+  [[nodiscard]] bool has(unsigned capability) const {
+    return (capabilities >> capability & 1U) != 0;
+  }
 };
 
 Process read_process(const fs::path& root) {
@@ -118,10 +120,9 @@ std::string limit_of(const fs::path& root, std::string_view name) {
 
 void read_rights(const fs::path& root, const Process& process, Machine& machine) {
   const auto limit = limit_of(root, "Max realtime priority");
-  machine.priority_limit =
-      process.has(CAP_SYS_NICE) || limit == "unlimited"
-          ? highest_priority
-          : number_in<int>(limit).value_or(0);
+  machine.priority_limit = process.has(CAP_SYS_NICE) || limit == "unlimited"
+                               ? highest_priority
+                               : number_in<int>(limit).value_or(0);
   machine.may_lock_memory = process.has(CAP_IPC_LOCK) || process.has(CAP_SYS_RESOURCE) ||
                             limit_of(root, "Max locked memory") == "unlimited";
   machine.may_exceed_buffer = process.has(CAP_NET_ADMIN);
@@ -143,7 +144,8 @@ void read_rights(const fs::path& root, const Process& process, Machine& machine)
   } else if (std::ranges::find(process.groups, readers[2]) != process.groups.end()) {
     machine.membership = Membership::member;
   } else {
-    const auto members = readers.size() > 3 ? words_of(readers[3], ',') : std::vector<std::string>{};
+    const auto members =
+        readers.size() > 3 ? words_of(readers[3], ',') : std::vector<std::string>{};
     machine.membership = std::ranges::find(members, machine.user) != members.end()
                              ? Membership::later_login
                              : Membership::none;
@@ -224,9 +226,9 @@ Machine read_machine(const fs::path& root) {
   machine.kernel = line_of(root / "proc/sys/kernel/osrelease");
   utsname names{};
   if (::uname(&names) == 0) machine.processor = std::data(names.machine);
-  machine.is_realtime = number_of(root / "sys/kernel/realtime", 0) == 1 ||
-                        line_of(root / "proc/sys/kernel/version").find("PREEMPT_RT") !=
-                            std::string::npos;
+  machine.is_realtime =
+      number_of(root / "sys/kernel/realtime", 0) == 1 ||
+      line_of(root / "proc/sys/kernel/version").find("PREEMPT_RT") != std::string::npos;
   read_rights(root, read_process(root), machine);
   read_sleep(root, machine);
   read_frequency(root, machine);
@@ -234,8 +236,8 @@ Machine read_machine(const fs::path& root) {
   const auto period = number_of(root / "proc/sys/kernel/sched_rt_period_us", 1e6);
   machine.realtime_share = runtime < 0.0 ? 1.0 : runtime / period;  // -1: without limit
   machine.clock = line_of(root / "sys/devices/system/clocksource/clocksource0/current_clocksource");
-  machine.largest_buffer = number_of(root / "proc/sys/net/core/rmem_max",
-                                     std::numeric_limits<std::int64_t>::max());
+  machine.largest_buffer =
+      number_of(root / "proc/sys/net/core/rmem_max", std::numeric_limits<std::int64_t>::max());
   machine.interrupts = read_interrupts(root);
   std::error_code unknown;
   const fs::path here = fs::current_path(unknown);
