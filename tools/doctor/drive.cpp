@@ -16,7 +16,6 @@ namespace {
 
 using diagnostics::Diagnostic;
 using diagnostics::Diagnostics;
-using diagnostics::Kind;
 using diagnostics::kind;
 
 // What the filter does not fit because of a cause is no finding of its own.
@@ -52,6 +51,11 @@ bool is_cause(const Diagnostic& one) {
   return std::ranges::find(causes, one.kind) != causes.end();
 }
 
+bool follows_from_mass(const Diagnostic& one) {
+  return one.kind == &kind("inertia_unlike_a_car") || one.kind == &kind("track_unlike_a_car") ||
+         one.kind == &kind("stiffness_unlike_a_tyre");
+}
+
 // Those of which nothing has been found yet.
 void append_new(Diagnostics& to, const Diagnostics& others) {
   for (const Diagnostic& one : others)
@@ -80,13 +84,13 @@ Diagnostics examine_drive(const DriveFiles& files) {
 Diagnostics examine_drive(const Drive& drive) {
   Diagnostics all = drive.config.warnings;
   append_new(all, drive.warnings);
-  append_new(all, examine_traffic(drive));
+  const Diagnostics traffic = examine_traffic(drive);
+  append_new(all, traffic);
   try {
     append_new(all, check_drive(drive, drive.config));
-  } catch (const std::invalid_argument& error) {
-    // The messages without which there is no pose have been named.
-    if (all.empty()) all.push_back(found(kind("no_pose"), drive.name, error.what()));
-    return all;
+  } catch (const std::invalid_argument&) {
+    if (traffic.empty()) throw;
+    return all;  // no pose without the messages that have been named
   }
   if (std::ranges::none_of(all, is_cause)) {
     const Diagnostics compared = compare_sensors(drive);
@@ -94,6 +98,8 @@ Diagnostics examine_drive(const Drive& drive) {
     append_new(all, compared);
   }
   if (std::ranges::any_of(all, is_cause)) std::erase_if(all, is_consequence);
+  const auto is_mass = [](const Diagnostic& one) { return one.kind == &kind("mass_unlike_a_car"); };
+  if (std::ranges::any_of(all, is_mass)) std::erase_if(all, follows_from_mass);
   return all;
 }
 

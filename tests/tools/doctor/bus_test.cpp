@@ -16,6 +16,7 @@ namespace {
 using diagnostics::Diagnostics;
 using diagnostics::fix_of;
 using diagnostics::Named;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -181,9 +182,8 @@ TEST(Traffic, SlowerThanTheTimeoutNamesTheKey) {
     signal.timeout_ns = fault::cycle_ns / 2;
   drive.config.can.signals[estimator::index_of(estimator::Source::steering)].timeout_ns = 0;
   const Diagnostics found = examine_traffic(drive);
-  ASSERT_EQ(found.size(), 3U);
-  EXPECT_THAT(found[2], Named("slower_than_timeout", "IMU"));
-  EXPECT_THAT(fix_of(found[2]), HasSubstr("can.signals.yaw_rate"));
+  EXPECT_EQ(found.size(), 3U);
+  EXPECT_THAT(found, Contains(Named("slower_than_timeout", "can.signals.yaw_rate")));
 }
 
 TEST(Traffic, TooShortOrFailingItsProtectionIsNamed) {
