@@ -58,7 +58,7 @@ inline constexpr auto bus = std::to_array<Kind>({
     {.code = "W714",
      .name = "other_rate",
      .meaning = "A mapped message comes at another rate than the database says.",
-     .fix = "find out whether its sender is to blame; else write {} in the database",
+     .fix = "if its sender is right, write {} in the database",
      .limits = {0.5, 1.5},
      .reason = "ratio to the rate of GenMsgCycleTime; jitter and a few lost frames do not "
                "change it"},

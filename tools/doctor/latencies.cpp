@@ -17,14 +17,16 @@ using diagnostics::kind;
 using estimator::Source;
 
 constexpr const diagnostics::Kind& off_kind = kind("latency_off");
-constexpr double chance = 3.0;  // standard uncertainties
+constexpr double chance = 3.0;         // standard uncertainties
+constexpr double known_below = 0.005;  // standard uncertainty [s]: little driving misleads
 
 bool is_off(const SourceOffset& one) {
   return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
 }
 
 bool is_judged(const SourceOffset& one) {
-  return one.failure.empty() && one.source != Source::accel_x && one.source != Source::accel_y;
+  return one.failure.empty() && one.sigma < known_below && one.source != Source::accel_x &&
+         one.source != Source::accel_y;
 }
 
 std::string late(double seconds) {

@@ -9,8 +9,8 @@
 
 namespace odomd::tools::doctor {
 
-/// From the offsets against the gyro: one source that is off is to blame itself, and the gyro if
-/// all others are off alike. Accelerations are not judged: tyres and slopes shift them.
+/// From the offsets against the gyro: each source that is off, or the gyro alone if all others are
+/// off alike. Accelerations are not judged: tyres and slopes shift them.
 [[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
                                                          std::span<const SourceOffset> offsets);
 
