@@ -31,14 +31,13 @@ std::string usual(const Kind& kind) {
 std::string page() {
   std::string text =
       "# Diagnostics\n\n"
-      "What `odomd`, `odomd --check`, `odom replay`, `evaluate`, `tune`, `export` and `identify` "
-      "find\n"
-      "wrong or doubtful in a configuration, a log, the sensors, the poses or an experiment ends "
-      "with\n"
-      "a code. With `--json` of `replay`, `evaluate` and `identify` the list `diagnostics` has an\n"
-      "object for each: `code`, `name`, `subject`, `seen`, `fix`. A diagnostic with a limit is "
-      "given\n"
-      "outside of it.\n\n"
+      "What `odomd`, `odomd --check`, `odom doctor`, `replay`, `evaluate`, `tune`, `export` and\n"
+      "`identify` find wrong or doubtful in a configuration, a log, the sensors, the poses, an\n"
+      "experiment, the machine, a bus or a running daemon ends with a code. With `--json` of\n"
+      "`doctor`, `replay`, `evaluate` and `identify` the list `diagnostics` has an object for "
+      "each:\n"
+      "`code`, `name`, `subject`, `seen`, `fix`. A diagnostic with a limit is given outside of "
+      "it.\n\n"
       "<!-- Made from the table in daemon/diagnostics/: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
   for (const Chapter& chapter : chapters) {
     text += fmt::format(
