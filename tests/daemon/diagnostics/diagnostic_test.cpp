@@ -28,6 +28,13 @@ std::string usual(const Kind& kind) {
   return fmt::format("{}{}: {}", range, unit, kind.reason);
 }
 
+/// A | would end the cell.
+std::string cell(std::string text) {
+  for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2))
+    text.insert(at, 1, '\\');
+  return text;
+}
+
 std::string page() {
   std::string text =
       "# Diagnostics\n\n"
@@ -45,8 +52,8 @@ std::string page() {
         chapter.title);
     for (const Kind& kind : chapter.kinds) {
       const std::string fix = fix_of(found(kind, {}, {}, "KEY"));
-      text += fmt::format("| {} | `{}` | {} | {} | {} |\n", kind.code, kind.name, kind.meaning, fix,
-                          usual(kind));
+      text += fmt::format("| {} | `{}` | {} | {} | {} |\n", kind.code, kind.name, kind.meaning,
+                          cell(fix), usual(kind));
     }
   }
   return text;
