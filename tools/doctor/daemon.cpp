@@ -68,11 +68,11 @@ void examine_grants(const Json& status, const Machine& machine, Diagnostics& all
   if (!granted.is_object()) return;
   if (number_of(granted, "priority") == 0.0)
     all.push_back(found(kind("no_realtime_priority"), "odomd",
-                        "its beat has no real-time priority: other programs delay the poses",
+                        "its beat has no real-time priority, so other programs delay the poses",
                         machine.user));
   if (!is_true(member(granted, "memory_locked")))
     all.push_back(found(kind("memory_not_locked"), "odomd",
-                        "its memory is not locked: a tick may wait for the disk", machine.user));
+                        "its memory is not locked, so a tick may wait for the disk", machine.user));
   constexpr const Kind& sleep = kind("cpus_sleep_deeply");
   if (!is_true(member(granted, "dma_latency_held")) && !sleep.limits.hold(machine.deepest_sleep_us))
     all.push_back(

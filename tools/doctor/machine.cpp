@@ -41,15 +41,17 @@ void examine_rights(const Machine& machine, const Needs& needs, Diagnostics& all
                         "is in the group odom, but not this login"));
   if (needs.is_granted || machine.has_service) return;
   if (machine.priority_limit < needs.priority)
-    all.push_back(found(
-        kind("no_realtime_priority"), machine.user,
-        fmt::format("may use SCHED_FIFO up to priority {}, but odomd asks for {}: without it other "
-                    "programs delay the poses by milliseconds",
-                    machine.priority_limit, needs.priority),
-        machine.user));
+    all.push_back(found(kind("no_realtime_priority"), machine.user,
+                        fmt::format("may not use real-time priority {} (SCHED_FIFO{}), so other "
+                                    "programs delay the poses by milliseconds",
+                                    needs.priority,
+                                    machine.priority_limit == 0
+                                        ? ""
+                                        : fmt::format("; the limit is {}", machine.priority_limit)),
+                        machine.user));
   if (!machine.may_lock_memory)
     all.push_back(found(kind("memory_not_locked"), machine.user,
-                        "may not lock all memory (memlock): a tick may then wait for the disk",
+                        "may not lock odomd's memory (memlock), so a tick may wait for the disk",
                         machine.user));
 }
 
@@ -86,10 +88,11 @@ void examine_cpus(const Machine& machine, const Needs& needs, Diagnostics& all) 
 Diagnostics examine_machine(const Machine& machine, const Needs& needs) {
   Diagnostics all;
   if (!machine.is_realtime)
-    all.push_back(found(kind("no_realtime_kernel"), fmt::format("kernel {}", machine.kernel),
-                        "has no PREEMPT_RT: a pose may come milliseconds late, which matters to a "
-                        "controller in a car, not at a desk",
-                        is_arm(machine) ? "linux-image-rt-arm64" : "linux-image-rt-amd64"));
+    all.push_back(
+        found(kind("no_realtime_kernel"), fmt::format("kernel {}", machine.kernel),
+              "has no PREEMPT_RT, so a pose may come milliseconds late; this matters to a "
+              "controller in a car, not at a desk",
+              is_arm(machine) ? "linux-image-rt-arm64" : "linux-image-rt-amd64"));
   examine_rights(machine, needs, all);
   examine_cpus(machine, needs, all);
   for (const InterruptThread& thread : machine.interrupts)
