@@ -168,7 +168,7 @@ void examine_buses(const Options& options, Examination& examination) {
   if (!up) return;  // nothing would come
   const Drive heard =
       doctor::listen(options.config, options.interfaces, std::chrono::seconds{options.listen_s});
-  examination.identifiers = identifiers_of(heard);
+  examination.identifiers = doctor::identifiers_of(heard);
   examination.add(fmt::format("frames of {} s", options.listen_s), doctor::examine_drive(heard));
 }
 
