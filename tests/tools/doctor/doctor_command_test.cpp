@@ -53,7 +53,8 @@ std::string config_with(const Scratch& scratch, const std::string& from, const s
 }
 
 json part_of(const Outcome& outcome, const std::string& name) {
-  for (const json& part : json::parse(outcome.out).at("parts"))
+  const json result = json::parse(outcome.out);
+  for (const json& part : result.at("parts"))
     if (part.at("name") == name) return part;
   ADD_FAILURE() << name << " is no part of " << outcome.out;
   return {};
@@ -65,7 +66,7 @@ TEST(Doctor, RefusesWrongUsageAndUnusableInput) {
   for (const std::string& line :
        {"--nonsense"s, "--can can0"s, "--for 3"s, "--drive " + none, "--socket " + none,
         "--config " + none, "--drive " + drive() + " --can can0 --config car.toml",
-        "--can can0 --config car.toml --for 0"}) {
+        "--can can0 --config car.toml --for 0"s}) {
     const Outcome outcome = run_shell("odom doctor " + line);
     EXPECT_EQ(outcome.status, 2) << line << '\n' << outcome.out;
     EXPECT_EQ(outcome.out, "") << line;
