@@ -1,6 +1,7 @@
 // A diagnostic: one thing that is wrong or doubtful, as the daemon, odomd --check and the tools
 // show it. All kinds stand in one table, by subject: configuration.hpp, records.hpp, sensors.hpp,
-// poses.hpp, identification.hpp. docs/diagnostics.md is generated from it.
+// poses.hpp, identification.hpp, machine.hpp, bus.hpp, running.hpp. docs/diagnostics.md is
+// generated from it.
 #pragma once
 
 #include <array>
@@ -11,11 +12,14 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/diagnostics/bus.hpp"
 #include "daemon/diagnostics/configuration.hpp"
 #include "daemon/diagnostics/identification.hpp"
 #include "daemon/diagnostics/kind.hpp"
+#include "daemon/diagnostics/machine.hpp"
 #include "daemon/diagnostics/poses.hpp"
 #include "daemon/diagnostics/records.hpp"
+#include "daemon/diagnostics/running.hpp"
 #include "daemon/diagnostics/sensors.hpp"
 
 namespace odomd::diagnostics {
@@ -33,6 +37,9 @@ inline constexpr std::array chapters{
     Chapter{"Sensors", sensors},
     Chapter{"Poses: camera, reference and estimate", poses},
     Chapter{"Identification", identification},
+    Chapter{"The machine", machine},
+    Chapter{"CAN buses", bus},
+    Chapter{"The running daemon", running},
 };
 
 /// The kind of a name, which must be in the table: checked by the compiler.

@@ -80,6 +80,13 @@ inline constexpr auto sensors = std::to_array<Kind>({
      .name = "actuator_not_seen",
      .meaning = "The drive shows another delay and lag of the steering than [steering].",
      .fix = "if the angle is measured, leave [steering] out"},
+    {.code = "W319",
+     .name = "latency_off",
+     .meaning = "A sensor's values are older or younger than its latency says.",
+     .fix = "write {KEY = SECONDS}; odom identify latency measures it",
+     .limits = {.most = 0.02},
+     .unit = "s",
+     .reason = "against the other sensors and the camera; as for the clocks of poses"},
 });
 
 }  // namespace odomd::diagnostics

@@ -30,9 +30,12 @@ CommandLine::~CommandLine() = default;
 
 int CommandLine::run(int argc, const char* const* argv) noexcept {
   CLI::App& odom = *app_;
+  int status = exit_done;
   try {
     try {
       odom.parse(argc, argv);
+    } catch (const Ended& ended) {
+      status = ended.status();
     } catch (const CLI::ParseError& error) {
       if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {
         odom.exit(error);  // help or version, to standard output
@@ -45,7 +48,7 @@ int CommandLine::run(int argc, const char* const* argv) noexcept {
     if (!std::cout.flush())
       return report(daemon::called_name(odom), "standard output: " + why_unwritten(std::cout),
                     exit_failed);
-    return exit_done;
+    return status;
   } catch (const std::invalid_argument& error) {
     return report(daemon::called_name(odom), error.what(), exit_usage);
   } catch (const std::exception& error) {

@@ -1,6 +1,7 @@
 // Runs a command line: an error becomes one line on standard error and an exit status.
 #pragma once
 
+#include <exception>
 #include <functional>
 #include <memory>
 
@@ -12,6 +13,16 @@ namespace odomd::tools {
 inline constexpr int exit_done = 0;
 inline constexpr int exit_failed = 1;  ///< the work failed
 inline constexpr int exit_usage = 2;   ///< wrong usage or unusable input
+
+/// Thrown by a command whose result is printed: ends with this exit status, without a line.
+class Ended : public std::exception {
+ public:
+  explicit Ended(int status) : status_(status) {}
+  [[nodiscard]] int status() const { return status_; }
+
+ private:
+  int status_;
+};
 
 class CommandLine {
  public:

@@ -11,6 +11,7 @@ void describe(Command odom) {
   odom.footer(
       "Examples:\n"
       "  odom watch                       # the running daemon, live\n"
+      "  odom doctor                      # what is wrong, and how to fix it\n"
       "  odom record                      # a drive, with everything that the daemon received\n"
       "  odom replay --config car.toml --can drive.log --out pose.csv\n"
       "  odom help camera send            # a command's options, with examples\n"
@@ -18,6 +19,7 @@ void describe(Command odom) {
   add_bridge(odom);
   add_camera(odom);
   add_dbc(odom);
+  add_doctor(odom);
   add_evaluate(odom);
   add_export(odom);
   add_fault(odom);

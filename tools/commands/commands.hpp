@@ -12,6 +12,7 @@ namespace odomd::tools {
 void describe(Command odom);
 
 void add_bridge(Command odom);
+void add_doctor(Command odom);
 void add_export(Command odom);
 void add_fault(Command odom);
 void add_help(Command odom);

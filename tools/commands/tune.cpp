@@ -25,8 +25,8 @@
 #include "tools/commands/commands.hpp"
 #include "tools/config_patch/config_patch.hpp"
 #include "tools/diagnostics/output.hpp"
+#include "tools/evaluation/drive_checks.hpp"
 #include "tools/tune/config_difference.hpp"
-#include "tools/tune/drive_checks.hpp"
 #include "tools/tune/tune_report.hpp"
 #include "tools/tune/tuning.hpp"
 
@@ -140,8 +140,15 @@ std::string in_words(const TuneProgress& progress) {
 
 void warn_of_drives(const TuneJob& job) {
   for (const auto* drives : {&job.drives, &job.held_out})
-    for (const Drive& drive : *drives)
-      warn("tune", check_drive(drive, job.model, job.measure), drive.folder.string());
+    for (const Drive& drive : *drives) {
+      if (!drive.reference) continue;
+      daemon::Config config = drive.config;
+      config.model = job.model.value_or(config.model);
+      try {
+        warn("tune", check_drive(drive, config, job.measure), drive.folder.string());
+      } catch (const std::invalid_argument&) {  // no pose: the search reports it
+      }
+    }
 }
 
 void warn_of_other_config(const TuneJob& job, const Options& options) {

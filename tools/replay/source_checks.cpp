@@ -36,19 +36,6 @@ std::string label(const can::Decoder& decoder, std::size_t source) {
   return std::string{estimator::source_names[source]};
 }
 
-std::string_view what_to_look_at(Source source) {
-  switch (source) {
-    case Source::camera:
-      return "that its poses are of this drive and this map, its clock and its sigmas";
-    case Source::yaw_rate:
-    case Source::accel_x:
-    case Source::accel_y:
-      return "its unit, sign, scale, offset and mounting";
-    default:
-      return "its unit, scale and sign, and the vehicle";
-  }
-}
-
 // The duration of `count` ticks.
 std::string seconds(const ReplaySummary& summary, std::uint64_t count) {
   const double drive_s = static_cast<double>(summary.last_tick_ns - summary.first_tick_ns) * 1e-9;
@@ -87,6 +74,19 @@ bool is_miswired(const ReplaySummary& summary, std::size_t source) {
 
 }  // namespace
 
+std::string_view what_to_check(Source source) {
+  switch (source) {
+    case Source::camera:
+      return "that its poses are of this drive and this map, its clock and its sigmas";
+    case Source::yaw_rate:
+    case Source::accel_x:
+    case Source::accel_y:
+      return "its unit, sign, scale, offset and mounting";
+    default:
+      return "its unit, scale and sign, and the vehicle";
+  }
+}
+
 diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const ReplaySummary& summary) {
   constexpr const diagnostics::Kind& often_gated = diagnostics::kind("often_gated");
   // Other findings on the camera, and some on other sources, follow from this one.
@@ -121,7 +121,7 @@ diagnostics::Diagnostics check_sources(const can::Decoder& decoder, const Replay
         fmt::format("{} of its {} samples ({:.0f} %) were gated, too far from what the filter "
                     "expected by the others",
                     gated, judged, 100.0 * part),
-        std::string{what_to_look_at(static_cast<Source>(source))}));
+        std::string{what_to_check(static_cast<Source>(source))}));
   }
   return warnings;
 }

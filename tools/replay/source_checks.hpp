@@ -1,11 +1,17 @@
 // Sensors that a replay rejected: the daemon's warnings about them, given at the end.
 #pragma once
 
+#include <string_view>
+
 #include "can_protocol/decode/decoder.hpp"
 #include "daemon/diagnostics/diagnostic.hpp"
+#include "estimator/common/measurement.hpp"
 #include "tools/replay/virtual_drive.hpp"
 
 namespace odomd::tools {
+
+/// For the fix of often_gated: "its unit, scale and sign, and the vehicle".
+[[nodiscard]] std::string_view what_to_check(estimator::Source source);
 
 /// First one diagnostic per fault of wiring or description found at any time
 /// (daemon/core/wiring.hpp), with its sources; consequences of it are left out. Then one per source

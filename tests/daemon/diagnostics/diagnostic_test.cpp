@@ -28,17 +28,23 @@ std::string usual(const Kind& kind) {
   return fmt::format("{}{}: {}", range, unit, kind.reason);
 }
 
+/// A | would end the cell.
+std::string cell(std::string text) {
+  for (std::size_t at = text.find('|'); at != std::string::npos; at = text.find('|', at + 2))
+    text.insert(at, 1, '\\');
+  return text;
+}
+
 std::string page() {
   std::string text =
       "# Diagnostics\n\n"
-      "What `odomd`, `odomd --check`, `odom replay`, `evaluate`, `tune`, `export` and `identify` "
-      "find\n"
-      "wrong or doubtful in a configuration, a log, the sensors, the poses or an experiment ends "
-      "with\n"
-      "a code. With `--json` of `replay`, `evaluate` and `identify` the list `diagnostics` has an\n"
-      "object for each: `code`, `name`, `subject`, `seen`, `fix`. A diagnostic with a limit is "
-      "given\n"
-      "outside of it.\n\n"
+      "What `odomd`, `odomd --check`, `odom doctor`, `replay`, `evaluate`, `tune`, `export` and\n"
+      "`identify` find wrong or doubtful in a configuration, a log, the sensors, the poses, an\n"
+      "experiment, the machine, a bus or a running daemon ends with a code. With `--json` of\n"
+      "`doctor`, `replay`, `evaluate` and `identify` the list `diagnostics` has an object for "
+      "each:\n"
+      "`code`, `name`, `subject`, `seen`, `fix`. A diagnostic with a limit is given outside of "
+      "it.\n\n"
       "<!-- Made from the table in daemon/diagnostics/: ODOMD_WRITE_PAGES=1 test_diagnostics -->\n";
   for (const Chapter& chapter : chapters) {
     text += fmt::format(
@@ -47,8 +53,8 @@ std::string page() {
     for (const Kind& kind : chapter.kinds) {
       std::string fix{kind.fix};
       std::erase_if(fix, [](char one) { return one == '{' || one == '}'; });
-      text += fmt::format("| {} | `{}` | {} | {} | {} |\n", kind.code, kind.name, kind.meaning, fix,
-                          usual(kind));
+      text += fmt::format("| {} | `{}` | {} | {} | {} |\n", kind.code, kind.name, kind.meaning,
+                          cell(fix), usual(kind));
     }
   }
   return text;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "can_protocol/bus_names.hpp"
 #include "can_protocol/decode/decoder.hpp"
@@ -15,6 +16,7 @@
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/cli/text.hpp"
 #include "tools/diagnostics/log_order.hpp"
+#include "tools/replay/drive.hpp"
 #include "tools/replay/replay_checks.hpp"
 
 namespace odomd::tools {
@@ -23,6 +25,56 @@ namespace {
 bool is_good(const can::Sample& sample, const Series& series) {
   return std::isfinite(sample.value) && (series.empty() || sample.time_ns > series.t_ns.back());
 }
+
+// Frame by frame.
+class SignalReader {
+ public:
+  SignalReader(const daemon::Config& config, std::span<const can::Database> databases,
+               std::span<const std::string> buses)
+      : decoder_(databases, config.can.bindings, config.can.protections, buses),
+        imu_yaw_(config.imu_yaw) {}
+
+  void take(const can::Frame& frame) {
+    if (frames_++ == 0) log_.first_ns = frame.time_ns;
+    log_.last_ns = std::max(log_.last_ns, frame.time_ns);
+    const can::StampVerdict stamp = guard_.check(frame, frame.time_ns);
+    const can::DecodeResult decoded = decoder_.decode(frame, samples_);
+    const std::span<can::Sample> taken(samples_.data(), decoded.count);
+    if (imu_yaw_ != 0.0) daemon::turn_accelerations(taken, imu_yaw_);
+    for (const can::Sample& sample : taken) {
+      Series& series = log_.signals[sample.channel];
+      if (stamp != can::StampVerdict::trusted || !is_good(sample, series)) {
+        ++left_out_;
+        continue;
+      }
+      series.t_ns.push_back(sample.time_ns);
+      series.value.push_back(sample.value);
+    }
+  }
+
+  SignalLog finished(std::string name) {
+    log_.name = std::move(name);
+    for (std::size_t i = 0; i < decoder_.messages().size(); ++i)
+      if (const auto warning = check_message(decoder_.messages()[i], decoder_.counters(i)))
+        for (const std::uint16_t channel : decoder_.messages()[i].channels)
+          log_.why_empty.at(channel) = text_of(*warning);
+    if (left_out_ > 0)
+      log_.warnings.push_back(
+          found(diagnostics::kind("log_content"), log_.name,
+                fmt::format("{} without a time of {} own, or not finite, left out",
+                            counted(left_out_, "sample"), left_out_ == 1 ? "its" : "their")));
+    return std::move(log_);
+  }
+
+ private:
+  can::Decoder decoder_;
+  double imu_yaw_;
+  can::StampGuard guard_;
+  std::array<can::Sample, can::max_samples_per_frame> samples_{};
+  std::uint64_t frames_ = 0;
+  std::uint64_t left_out_ = 0;
+  SignalLog log_;
+};
 
 }  // namespace
 
@@ -68,51 +120,30 @@ const Series& SignalLog::need(estimator::Source source) const {
 }
 
 SignalLog read_signals(daemon::Config config, std::span<const std::string> logs) {
-  SignalLog result;
-  const std::vector<can::Database> databases = daemon::load_databases(config, result.warnings);
+  diagnostics::Diagnostics warnings;
+  const std::vector<can::Database> databases = daemon::load_databases(config, warnings);
   can::BusNames buses;
   for (const std::string& bus : daemon::expected_buses(config)) buses.index_of(bus);
   can::MergedLog log(logs, buses);
-  can::Decoder decoder(databases, config.can.bindings, config.can.protections, buses.all());
-
+  SignalReader reader(config, databases, buses.all());
   LogOrder order;
-  can::StampGuard guard;
-  std::array<can::Sample, can::max_samples_per_frame> samples;
-  std::uint64_t frames = 0;
-  std::uint64_t left_out = 0;
   while (const can::Frame* frame = log.next()) {
     if (frame->kind == can::FrameKind::error) continue;
     order.take(frame->time_ns, [&log] { return log.position(); });
-    if (frames++ == 0) result.first_ns = frame->time_ns;
-    result.last_ns = std::max(result.last_ns, frame->time_ns);
-    const can::StampVerdict stamp = guard.check(*frame, frame->time_ns);
-    const can::DecodeResult decoded = decoder.decode(*frame, samples);
-    const std::span<can::Sample> taken(samples.data(), decoded.count);
-    if (config.imu_yaw != 0.0) daemon::turn_accelerations(taken, config.imu_yaw);
-    for (const can::Sample& sample : taken) {
-      Series& series = result.signals[sample.channel];
-      if (stamp != can::StampVerdict::trusted || !is_good(sample, series)) {
-        ++left_out;
-        continue;
-      }
-      series.t_ns.push_back(sample.time_ns);
-      series.value.push_back(sample.value);
-    }
+    reader.take(*frame);
   }
   order.require_sorted();
-  result.name = can::log_label(logs.front());
-  for (std::size_t i = 0; i < decoder.messages().size(); ++i)
-    if (const auto warning = check_message(decoder.messages()[i], decoder.counters(i)))
-      for (const std::uint16_t channel : decoder.messages()[i].channels)
-        result.why_empty.at(channel) = text_of(*warning);
-  append(result.warnings, diagnostics::kind("log_content"), log.warnings());
-  if (left_out > 0) {
-    result.warnings.push_back(
-        found(diagnostics::kind("log_content"), logs.front(),
-              fmt::format("{} without a time of {} own, or not finite, left out",
-                          counted(left_out, "sample"), left_out == 1 ? "its" : "their")));
-  }
+  append(warnings, diagnostics::kind("log_content"), log.warnings());
+  SignalLog result = reader.finished(can::log_label(logs.front()));
+  result.warnings.insert(result.warnings.begin(), warnings.begin(), warnings.end());
   return result;
+}
+
+SignalLog signals_of(const Drive& drive) {
+  SignalReader reader(drive.config, drive.databases, drive.buses);
+  for (const can::Frame& frame : drive.frames)
+    if (frame.kind != can::FrameKind::error) reader.take(frame);
+  return reader.finished(drive.name);
 }
 
 }  // namespace odomd::tools

@@ -14,6 +14,8 @@
 
 namespace odomd::tools {
 
+struct Drive;  // tools/replay/drive.hpp
+
 [[nodiscard]] inline std::string name_of(estimator::Source source) {
   return std::string(estimator::source_names[estimator::index_of(source)]);
 }
@@ -74,5 +76,8 @@ struct PoseSample {
 /// Throws std::invalid_argument if log, databases and configuration do not fit together, and for a
 /// log whose times run backwards.
 [[nodiscard]] SignalLog read_signals(daemon::Config config, std::span<const std::string> logs);
+
+/// The same of a drive in memory.
+[[nodiscard]] SignalLog signals_of(const Drive& drive);
 
 }  // namespace odomd::tools

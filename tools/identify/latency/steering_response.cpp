@@ -51,7 +51,7 @@ constexpr double unmodelled_share = 0.012;
 constexpr double unmodelled_sum = 0.35e-3, unmodelled_slip = 40e-3, unmodelled_factor = 1.5;
 constexpr double slow_lag = 0.05, unmodelled_slow = 0.02;  // ... of what a lag is longer than that
 
-struct Drive {
+struct DrivenCar {
   const estimator::Vehicle& car;
   const Resampled& steering;
   const Resampled& speed;
@@ -60,7 +60,7 @@ struct Drive {
   double rate_limit = std::numeric_limits<double>::infinity();  ///< where its logarithm counts from
 };
 
-VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen = nullptr) {
+VectorXd predicted(const DrivenCar& drive, const VectorXd& p, SteeringResponse* seen = nullptr) {
   namespace model = single_track;
   const estimator::Vehicle& v = drive.car;
   model::Car<double> car{.mass = v.mass,
@@ -117,13 +117,13 @@ VectorXd predicted(const Drive& drive, const VectorXd& p, SteeringResponse* seen
 }
 
 // Uses the start of the drive, as long as needed to have the turns of the whole.
-double rough_dead_time(const ResponseFit& problem, const Drive& drive) {
+double rough_dead_time(const ResponseFit& problem, const DrivenCar& drive) {
   const auto spread = [](const VectorXd& z) { return (z.array() - z.mean()).square().mean(); };
   const double whole = spread(problem.z);
   Eigen::Index head = std::min<Eigen::Index>(1000, problem.z.size());
   while (head < problem.z.size() && spread(problem.z.head(head)) < 0.5 * whole)
     head = std::min(2 * head, problem.z.size());
-  Drive begin = drive;
+  DrivenCar begin = drive;
   begin.t.resize(static_cast<std::size_t>(head));
   ResponseFit rough = problem;
   rough.t = begin.t;
@@ -149,7 +149,8 @@ struct Limited {
 
 /// Fits the drive once more with a rate limit; returns nothing if that explains it no better. Else
 /// the drive keeps the limit.
-std::optional<Limited> limited(ResponseFit problem, Drive& drive, const FittedResponse& without) {
+std::optional<Limited> limited(ResponseFit problem, DrivenCar& drive,
+                               const FittedResponse& without) {
   SteeringResponse seen;
   seen.front_wheels = {drive.speed.begin, step_s, {}};
   (void)predicted(drive, without.parameters, &seen);
@@ -175,7 +176,7 @@ SteeringResponse steering_response(const estimator::Vehicle& car, const Resample
                                    const Resampled& speed, const Series& gyro,
                                    std::int64_t origin_ns, const ReportProgress& report) {
   SteeringResponse result;
-  Drive drive{car, steering, speed, {}, {}};
+  DrivenCar drive{car, steering, speed, {}, {}};
   const std::size_t every = std::max<std::size_t>(1, gyro.size() / 12000);
   for (std::size_t i = 0; i < gyro.size(); i += every) {
     drive.t.push_back(1e-9 * static_cast<double>(gyro.t_ns[i] - origin_ns));

@@ -1,7 +1,4 @@
-#include "tools/tune/drive_checks.hpp"
-
-#include <stdexcept>
-#include <utility>
+#include "tools/evaluation/drive_checks.hpp"
 
 #include "daemon/diagnostics/diagnostic.hpp"
 #include "tools/diagnostics/drive_mismatch.hpp"
@@ -12,15 +9,13 @@
 
 namespace odomd::tools {
 
-diagnostics::Diagnostics check_drive(const Drive& drive, std::optional<estimator::Model> model,
-                                     const Measure& measure) try {
-  if (!drive.reference) return {};
-  daemon::Config config = drive.config;
-  if (model) config.model = *model;
+diagnostics::Diagnostics check_drive(const Drive& drive, const daemon::Config& config,
+                                     const Measure& measure) {
   const ReplayedDrive replayed = replay_drive(drive, config, measure.frame);
   diagnostics::Diagnostics warnings = replayed.warnings;
   if (replayed.summary.camera_units.empty())
     append(warnings, check_initial_pose(config, drive.cameras, replayed.summary.first_tick_ns));
+  if (!drive.reference) return warnings;
   const Trajectory reference = measure.lever_arm
                                    ? at_centre_of_gravity(*drive.reference, *measure.lever_arm)
                                    : *drive.reference;
@@ -39,8 +34,6 @@ diagnostics::Diagnostics check_drive(const Drive& drive, std::optional<estimator
                                           measure.align.value_or(
                                               usual_align(!drive.cameras.empty(), measure.frame))));
   return warnings;
-} catch (const std::invalid_argument&) {
-  return {};
 }
 
 }  // namespace odomd::tools

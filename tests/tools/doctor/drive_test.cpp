@@ -1,0 +1,211 @@
+// Mistakes of wiring, configuration and clocks, made in simulated drives: each is named once with
+// the key that corrects it, and nothing is found in the drives as they are.
+#include "tools/doctor/drive.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/diagnostics.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::doctor::drive_test {
+namespace {
+
+using diagnostics::Diagnostics;
+using diagnostics::Named;
+using diagnostics::text_of;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr auto slalom = "--scenario slalom --duration 22";
+
+/// Of `odom sim` with these options, made once.
+const Scratch& simulated(const std::string& options) {
+  static std::map<std::string, Scratch> made;
+  const auto [place, is_new] = made.try_emplace(options);
+  if (is_new) {
+    const Outcome outcome =
+        run_shell("odom sim " + options + " --out " + place->second.path("drive").string());
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+  }
+  return place->second;
+}
+
+/// What replaces what in car.toml, everywhere.
+struct Edit {
+  std::string from, to;
+};
+
+std::string edited(std::string text, const Edit& edit) {
+  std::size_t at = text.find(edit.from);
+  EXPECT_NE(at, std::string::npos) << edit.from;
+  for (; at != std::string::npos; at = text.find(edit.from, at + edit.to.size()))
+    text.replace(at, edit.from.size(), edit.to);
+  return text;
+}
+
+Drive drive_with(const std::vector<Edit>& edits, const std::string& options = slalom) {
+  const Scratch& scratch = simulated(options);
+  std::string text = contents(scratch.path("drive") / "car.toml");
+  for (const Edit& edit : edits) text = edited(std::move(text), edit);
+  return read_drive(
+      {.folder = scratch.path("drive"), .config = scratch.write("edited.toml", text)});
+}
+
+std::vector<Edit> exchange(const std::string& one, const std::string& other) {
+  return {{one, "EXCHANGED"}, {other, one}, {"EXCHANGED", other}};
+}
+
+/// One kind only, and its first finding names the part of the file.
+void expect_only(const Diagnostics& found, const std::string& name, const std::string& key) {
+  ASSERT_THAT(found, Not(IsEmpty()));
+  EXPECT_THAT(found, Each(Named(name)));
+  EXPECT_THAT(text_of(found[0]), HasSubstr(key));
+}
+
+const std::string gyro = R"("YawRate", unit = "rad/s")";
+const std::string steering = R"("SteeringAngle", unit = "rad")";
+const std::string speed = R"(unit = "m/s",)";
+const std::string accel = R"(unit = "m/s2",)";
+const std::string across = R"("AccY", unit = "m/s2")";
+
+class SoundDrive : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(SoundDrive, GivesNothing) {
+  Drive drive = drive_with({}, GetParam());
+  EXPECT_THAT(examine_drive(drive), IsEmpty());
+  drive.reference.reset();
+  drive.cameras.clear();
+  EXPECT_THAT(examine_drive(drive), IsEmpty());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, SoundDrive,
+    ::testing::Values("--scenario slalom --duration 22", "--scenario lap --laps 1",
+                      "--scenario circle --duration 20", "--scenario stop-and-go --duration 30",
+                      "--scenario parking --laps 1", "--car saloon --duration 40",
+                      "--car bmw_320i --scenario lap --laps 1",
+                      "--car ford_escort --scenario slalom --duration 40",
+                      "--car vw_vanagon --scenario slalom --duration 40",
+                      "--scenario road --duration 60 --seed 2"),
+    [](const auto& test) {
+      std::string name;
+      for (const char c : std::string{test.param})
+        if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
+      return name;
+    });
+
+TEST(Wiring, WithAWrongSignNamesTheScale) {
+  expect_only(examine_drive(drive_with({{gyro, gyro + ", scale = -1"}})), "wrong_sign",
+              "can.signals.yaw_rate.scale");
+  expect_only(examine_drive(drive_with({{steering, steering + ", scale = -1"}})), "wrong_sign",
+              "can.signals.steering.scale");
+  expect_only(examine_drive(drive_with({{across, across + ", scale = -1"}})), "wrong_sign",
+              "can.signals.accel_y.scale");
+}
+
+TEST(Wiring, WithExchangedSignalsNamesThem) {
+  expect_only(examine_drive(drive_with(exchange("\"AccX\"", "\"AccY\""))), "axes_swapped",
+              "can.signals.accel_x");
+  std::vector<Edit> sides = exchange("\"WheelFrontLeft\"", "\"WheelFrontRight\"");
+  const std::vector<Edit> rear = exchange("\"WheelRearLeft\"", "\"WheelRearRight\"");
+  sides.insert(sides.end(), rear.begin(), rear.end());
+  expect_only(examine_drive(drive_with(sides)), "left_right_swapped",
+              "can.signals.wheel_front_left");
+  // It shows in tight turns that are driven gently.
+  expect_only(examine_drive(drive_with(exchange(R"("WHEELS_FRONT", signal = "WheelFront)",
+                                                R"("WHEELS_REAR", signal = "WheelRear)"),
+                                       "--scenario parking --laps 1")),
+              "front_rear_swapped", "can.signals.wheel_front_left");
+}
+
+TEST(Wiring, InAnotherUnitNamesTheSignal) {
+  expect_only(examine_drive(drive_with({{accel, accel + " scale = 0.102,"}})), "wrong_unit",
+              "can.signals.accel_x");
+  expect_only(examine_drive(drive_with({{speed, speed + " scale = 3.6,"}})), "wrong_unit",
+              "can.signals.wheel_front_left");
+  expect_only(examine_drive(drive_with({{gyro, gyro + ", scale = 57.3"}})), "wrong_unit",
+              "can.signals.yaw_rate");
+}
+
+TEST(Camera, OfAnotherMapOrUnitIsNamed) {
+  Drive drive = drive_with({});
+  const std::vector<estimator::CameraPose> poses = drive.cameras;
+  for (auto& pose : drive.cameras) {
+    pose.x *= 1e3;
+    pose.y *= 1e3;
+  }
+  expect_only(examine_drive(drive), "positions_in_millimetres", "camera");
+  drive.cameras = poses;
+  for (auto& pose : drive.cameras) {
+    pose.y = -pose.y;
+    pose.yaw = -pose.yaw;
+  }
+  expect_only(examine_drive(drive), "camera_mirrored", "camera");
+  drive.cameras = poses;
+  for (auto& pose : drive.cameras) pose.x += 5.0;
+  expect_only(examine_drive(drive), "initial_pose_elsewhere", "[initial] pose");
+}
+
+TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
+  Diagnostics found = examine_drive(drive_with({{"latency = 0.005", "latency = 0.055"}}));
+  expect_only(found, "latency_off", "can.signals.wheel_front_left.latency = 0.0");
+  EXPECT_EQ(found.size(), 4U);
+  found = examine_drive(drive_with({{gyro, gyro + ", latency = 0.05"}}));
+  expect_only(found, "latency_off", "can.signals.yaw_rate.latency = 0.00");
+  EXPECT_EQ(found.size(), 1U);
+}
+
+TEST(Latency, OfTheCameraIsAMatterOfItsClock) {
+  for (const bool with_reference : {true, false}) {
+    Drive drive = drive_with({});
+    if (!with_reference) drive.reference.reset();
+    for (auto& pose : drive.cameras) {
+      pose.capture_ns += 50'000'000;
+      pose.arrival_ns += 50'000'000;
+    }
+    expect_only(examine_drive(drive), "clocks_differ", "t_capture");
+  }
+}
+
+TEST(Configuration, InOtherUnitsIsNamedOnce) {
+  EXPECT_THAT(examine_drive(drive_with({{"mass = 2.985", "mass = 2985"}})),
+              ElementsAre(Named("mass_unlike_a_car", "mass in kilograms")));
+  EXPECT_THAT(
+      examine_drive(drive_with({{"axle = 0.175", "axle = 175"}, {"axle = 0.085", "axle = 85"}})),
+      ElementsAre(Named("mass_unlike_a_car", "front_axle and rear_axle in metres")));
+}
+
+TEST(Configuration, WithAWrongWheelRadiusNamesIt) {
+  expect_only(examine_drive(drive_with({{speed, speed + " scale = 0.5,"}})), "scale_off",
+              "radius of can.signals.wheel_front_left");
+}
+
+TEST(Configuration, WithoutARoleNamesIt) {
+  EXPECT_THAT(examine_drive(drive_with({{"yaw_rate = {", "#"}})),
+              ElementsAre(Named("role_not_mapped", "yaw_rate")));
+}
+
+TEST(Configuration, OfAnotherCarIsNamedOnce) {
+  Drive drive = drive_with({});
+  for (can::Frame& frame : drive.frames) frame.id += 0x100;
+  EXPECT_THAT(examine_drive(drive), ElementsAre(Named("other_database", "can.dbc")));
+}
+
+TEST(Traffic, WithoutAMessageNamesItAndNothingElse) {
+  Drive drive = drive_with({});
+  std::erase_if(drive.frames, [](const can::Frame& frame) { return frame.id == 0x1A3; });
+  EXPECT_THAT(examine_drive(drive), ElementsAre(Named("message_missing", "steering")));
+}
+
+}  // namespace
+}  // namespace odomd::tools::doctor::drive_test

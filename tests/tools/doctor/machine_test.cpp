@@ -1,0 +1,261 @@
+// Mistakes of the machine, planted in values and in copies of /etc, /proc and /sys.
+#include "tools/doctor/machine.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/diagnostics.hpp"
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::doctor::machine_test {
+namespace {
+
+using diagnostics::Diagnostics;
+using diagnostics::fix_of;
+using diagnostics::Named;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+TEST(Machine, ThatIsSoundGivesNothing) {
+  EXPECT_THAT(examine_machine(Machine{}), IsEmpty());
+}
+
+TEST(Machine, WithoutPreemptRtGetsTheKernelOfItsProcessor) {
+  Machine machine;
+  machine.is_realtime = false;
+  Diagnostics found = examine_machine(machine);
+  ASSERT_THAT(found, ElementsAre(Named("no_realtime_kernel", machine.kernel)));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("sudo apt install linux-image-rt-amd64"));
+  machine.processor = "aarch64";
+  found = examine_machine(machine);
+  EXPECT_THAT(fix_of(found.at(0)), HasSubstr("linux-image-rt-arm64"));
+}
+
+TEST(Machine, ThatRefusesPriorityOrLockingNamesTheLinesOfTheLimits) {
+  Machine machine;
+  machine.user = "ada";
+  machine.priority_limit = 0;
+  machine.may_lock_memory = false;
+  const Diagnostics found = examine_machine(machine);
+  ASSERT_THAT(found, ElementsAre(Named("no_realtime_priority", "45"), Named("memory_not_locked")));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("\"ada - rtprio 49\""));
+  EXPECT_THAT(fix_of(found[1]), HasSubstr("\"ada - memlock unlimited\""));
+}
+
+TEST(Machine, LimitsOfTheUserDoNotMatterToAServiceNorToARunningDaemon) {
+  Machine machine;
+  machine.priority_limit = 0;
+  machine.may_lock_memory = false;
+  EXPECT_THAT(examine_machine(machine, {.is_granted = true}), IsEmpty());
+  machine.has_service = true;
+  EXPECT_THAT(examine_machine(machine), IsEmpty());
+  machine.has_service = false;
+  machine.may_lock_memory = true;
+  machine.priority_limit = 45;
+  EXPECT_THAT(examine_machine(machine), IsEmpty());
+  EXPECT_THAT(examine_machine(machine, {.priority = 46}),
+              ElementsAre(Named("no_realtime_priority", "46")));
+}
+
+TEST(Machine, WhoseCpusSleepDeeplyGetsTheDeviceOpened) {
+  Machine machine;
+  machine.group = "ada";
+  machine.may_hold_cpus_awake = false;
+  EXPECT_THAT(examine_machine(machine), IsEmpty());  // no deep state
+  machine.deepest_sleep_us = 350.0;
+  Diagnostics found = examine_machine(machine);
+  ASSERT_THAT(found, ElementsAre(Named("cpus_sleep_deeply", "350")));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("chgrp ada /dev/cpu_dma_latency"));
+  machine.has_service = true;
+  found = examine_machine(machine);
+  EXPECT_THAT(fix_of(found.at(0)), HasSubstr("chgrp odomd /dev/cpu_dma_latency"));
+  machine.may_hold_cpus_awake = true;
+  EXPECT_THAT(examine_machine(machine), IsEmpty());
+}
+
+TEST(Machine, WhoseClockOrFrequencyOrSchedulerIsSlowIsNamed) {
+  Machine machine;
+  machine.clock = "hpet";
+  machine.governor = "powersave";
+  machine.realtime_share = 0.1;
+  const Diagnostics found = examine_machine(machine);
+  ASSERT_THAT(found, ElementsAre(Named("realtime_throttled", "10 %"), Named("slow_clock", "hpet"),
+                                 Named("cpu_frequency_changes", "powersave")));
+  EXPECT_EQ(fix_of(found[0]), "sudo sysctl kernel.sched_rt_runtime_us=950000");
+  EXPECT_THAT(fix_of(found[1]), HasSubstr("echo tsc | sudo tee"));
+  EXPECT_THAT(fix_of(found[2]), HasSubstr("cpupower frequency-set -g performance"));
+  for (const char* const fast : {"tsc", "kvm-clock", "arch_sys_counter", ""}) {
+    Machine other;
+    other.clock = fast;
+    EXPECT_THAT(examine_machine(other), IsEmpty()) << fast;
+  }
+}
+
+TEST(Machine, WithAnInterruptBelowTheBeatGetsTheThreadRaised) {
+  Machine machine;
+  machine.interrupts = {{"irq/45-can0", 812, 50}, {"irq/46-spi0.0", 813, 45}};
+  Diagnostics found = examine_machine(machine);
+  ASSERT_THAT(found, ElementsAre(Named("interrupt_below_beat", "irq/46-spi0.0")));
+  EXPECT_EQ(fix_of(found[0]), "sudo chrt -f -p 50 813");
+  found = examine_machine(machine, {.priority = 60});
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(fix_of(found[0]), "sudo chrt -f -p 61 812");
+}
+
+TEST(Machine, WithASmallReceiveBufferGetsAWholeLineForSysctl) {
+  Machine machine;
+  machine.largest_buffer = 212'992;
+  const Diagnostics found = examine_machine(machine);
+  ASSERT_THAT(found, ElementsAre(Named("small_receive_buffer", "212992")));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("net.core.rmem_max=1048576"));
+  machine.may_exceed_buffer = true;
+  EXPECT_THAT(examine_machine(machine), IsEmpty());
+  machine.has_service = true;  // which has no such capability
+  EXPECT_THAT(examine_machine(machine), ElementsAre(Named("small_receive_buffer")));
+}
+
+TEST(Machine, WithoutTheGroupOfTheServiceIsNamed) {
+  Machine machine;
+  machine.user = "ada";
+  machine.membership = Membership::none;
+  Diagnostics found = examine_machine(machine);
+  ASSERT_THAT(found, ElementsAre(Named("not_in_group", "ada")));
+  EXPECT_THAT(fix_of(found[0]), HasSubstr("sudo usermod -aG odom ada"));
+  machine.membership = Membership::later_login;
+  EXPECT_THAT(examine_machine(machine), ElementsAre(Named("login_before_group", "ada")));
+  machine.membership = Membership::not_needed;
+  machine.has_service_accounts = false;
+  EXPECT_THAT(examine_machine(machine), IsEmpty());  // nor is there a service
+  machine.has_service = true;
+  EXPECT_THAT(examine_machine(machine), ElementsAre(Named("service_account_missing")));
+}
+
+TEST(Machine, WithAFullDiskIsNamed) {
+  Machine machine;
+  machine.folder = "/drives";
+  machine.free_gb = 0.3;
+  EXPECT_THAT(examine_machine(machine), ElementsAre(Named("disk_nearly_full", "/drives: 0.30 GB")));
+}
+
+// A machine in files: sound, of user 1000, who is in the group odom, with the service.
+class Files {
+ public:
+  Files() {
+    write("proc/sys/kernel/osrelease", "6.1.0-28-rt-amd64\n");
+    write("proc/sys/kernel/version", "#1 SMP PREEMPT_RT Debian 6.1.119-1\n");
+    write("proc/sys/kernel/sched_rt_runtime_us", "950000\n");
+    write("proc/sys/kernel/sched_rt_period_us", "1000000\n");
+    write("proc/sys/net/core/rmem_max", "1048576\n");
+    process("44 990 ");
+    write("proc/self/limits",
+          "Limit                     Soft Limit           Hard Limit           Units     \n"
+          "Max locked memory         8388608              8388608              bytes     \n"
+          "Max realtime priority     0                    0                    \n");
+    write("etc/passwd",
+          "root:x:0:0::/root:/bin/bash\nada:x:1000:1000:Ada,,,:/home/ada:/bin/bash\n"
+          "odomd:x:991:991::/:/usr/sbin/nologin\n");
+    write("etc/group", "root:x:0:\nada:x:1000:\nodom:x:990:ada\nodomd-camera:x:989:\nodomd:x:" +
+                           std::to_string(::getgid()) + ":\n");
+    write("usr/lib/systemd/system/odomd@.service", "");
+    write("dev/cpu_dma_latency", "");
+    ::chmod(path("dev/cpu_dma_latency").c_str(), 0660);
+    write("sys/devices/system/cpu/cpu0/cpuidle/state0/latency", "2\n");
+    write("sys/devices/system/cpu/cpu0/cpuidle/state1/latency", "400\n");
+    write("sys/devices/system/cpu/cpufreq/policy0/scaling_governor", "performance\n");
+    write("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc\n");
+    write("sys/class/net/lo/type", "772\n");
+    write("sys/class/net/can0/type", "280\n");
+    std::filesystem::create_symlink("../../../spi0.0", path("sys/class/net/can0/device"));
+    thread(90, "irq/128-spi0.0", 50);
+    thread(91, "irq/24-eth0", 40);
+  }
+  [[nodiscard]] std::filesystem::path path(const std::string& name) const {
+    return scratch_.path(name);
+  }
+  void write(const std::string& name, const std::string& text) const {
+    std::filesystem::create_directories(path(name).parent_path());
+    scratch_.write(name, text);
+  }
+  void process(const std::string& groups) const {
+    write("proc/self/status",
+          "Name:\todom\nUid:\t1000\t1000\t1000\t1000\n"
+          "Gid:\t1000\t1000\t1000\t1000\nGroups:\t" +
+              groups + "\nCapEff:\t0000000000000000\n");
+  }
+  void thread(int pid, const std::string& name, int priority) const {
+    const std::string folder = "proc/" + std::to_string(pid);
+    write(folder + "/comm", name + "\n");
+    std::string stat = std::to_string(pid) + " (" + name + ") S";
+    for (int field = 4; field < 40; ++field) stat += " 7";
+    write(folder + "/stat", stat + " " + std::to_string(priority) + " 1 0 0\n");
+  }
+  [[nodiscard]] Machine read() const {
+    Machine machine = read_machine(scratch_.path(""));
+    machine.free_gb = 100.0;  // of the real disk
+    return machine;
+  }
+
+ private:
+  Scratch scratch_;
+};
+
+TEST(Files, OfASoundMachineGiveNothing) {
+  const Machine machine = Files{}.read();
+  EXPECT_EQ(machine.kernel, "6.1.0-28-rt-amd64");
+  EXPECT_EQ(machine.user, "ada");
+  EXPECT_EQ(machine.deepest_sleep_us, 400.0);
+  EXPECT_EQ(machine.membership, Membership::member);
+  ASSERT_EQ(machine.interrupts.size(), 1U);
+  EXPECT_EQ(machine.interrupts[0].pid, 90);
+  EXPECT_EQ(machine.interrupts[0].priority, 50);
+  EXPECT_FALSE(machine.may_lock_memory);
+  EXPECT_THAT(examine_machine(machine), IsEmpty());
+}
+
+TEST(Files, ShowEveryMistakeOfAMachine) {
+  const Files files;
+  files.write("proc/sys/kernel/version", "#1 SMP PREEMPT_DYNAMIC Debian 6.1.119-1\n");
+  files.write("proc/sys/kernel/sched_rt_runtime_us", "100000\n");
+  files.write("proc/sys/net/core/rmem_max", "212992\n");
+  files.write("sys/devices/system/cpu/cpufreq/policy0/scaling_governor", "schedutil\n");
+  files.write("sys/devices/system/clocksource/clocksource0/current_clocksource", "acpi_pm\n");
+  files.process("44");
+  files.thread(90, "irq/128-spi0.0", 10);
+  ::chmod(files.path("dev/cpu_dma_latency").c_str(), 0600);
+  EXPECT_THAT(
+      examine_machine(files.read()),
+      ElementsAre(Named("no_realtime_kernel"), Named("login_before_group", "ada"),
+                  Named("cpus_sleep_deeply"), Named("realtime_throttled"), Named("slow_clock"),
+                  Named("cpu_frequency_changes"), Named("interrupt_below_beat", "irq/128-spi0.0"),
+                  Named("small_receive_buffer")));
+}
+
+TEST(Files, WithoutTheServiceShowTheUsersOwnLimits) {
+  const Files files;
+  std::filesystem::remove(files.path("usr/lib/systemd/system/odomd@.service"));
+  EXPECT_THAT(examine_machine(files.read()),
+              ElementsAre(Named("no_realtime_priority"), Named("memory_not_locked")));
+  files.write("proc/self/limits",
+              "Max locked memory         unlimited            unlimited            bytes     \n"
+              "Max realtime priority     49                   49                   \n");
+  EXPECT_THAT(examine_machine(files.read()), IsEmpty());
+}
+
+TEST(Files, ThatAreMissingAreNoFault) {
+  const Scratch empty;
+  Machine machine = read_machine(empty.path(""));
+  machine.free_gb = 100.0;
+  machine.priority_limit = 99;
+  machine.may_lock_memory = true;
+  EXPECT_THAT(examine_machine(machine), ElementsAre(Named("no_realtime_kernel")));
+}
+
+}  // namespace
+}  // namespace odomd::tools::doctor::machine_test

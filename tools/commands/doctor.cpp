@@ -1,0 +1,236 @@
+// odom doctor: what is wrong with the machine, the daemon, the buses or a drive, and how to fix it.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "can_protocol/sources/open_source.hpp"
+#include "daemon/core/config.hpp"
+#include "tools/cli/command_line.hpp"
+#include "tools/cli/daemon_options.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/diagnostics/output.hpp"
+#include "tools/doctor/bus.hpp"
+#include "tools/doctor/daemon.hpp"
+#include "tools/doctor/drive.hpp"
+#include "tools/doctor/machine.hpp"
+#include "tools/live/socket_path.hpp"
+#include "tools/live/status_socket.hpp"
+#include "tools/live/status_values.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using diagnostics::Diagnostics;
+
+struct Options {
+  std::string socket;
+  std::filesystem::path config;
+  std::filesystem::path drive;
+  std::vector<std::string> interfaces;
+  int listen_s = 10;
+  bool json = false;
+};
+
+// One thing that was examined.
+struct Part {
+  std::string name;  ///< "machine", "bus can0"
+  std::string note;  ///< why it was not examined
+  Diagnostics diagnostics;
+};
+
+struct Examination {
+  std::vector<Part> parts;
+  std::vector<doctor::Identifier> identifiers;  ///< that were listened to
+
+  void add(const std::string& name, Diagnostics diagnostics) {
+    parts.push_back({name, {}, std::move(diagnostics)});
+  }
+  [[nodiscard]] std::size_t count() const {
+    std::size_t all = 0;
+    for (const Part& part : parts) all += part.diagnostics.size();
+    return all;
+  }
+};
+
+std::string as_text(const Examination& examination) {
+  std::string text;
+  for (const Part& part : examination.parts) {
+    if (part.diagnostics.empty()) {
+      text += part.name + ": " + (part.note.empty() ? "fine" : part.note) + '\n';
+      continue;
+    }
+    text += part.name + ":\n";
+    for (const diagnostics::Diagnostic& one : part.diagnostics) {
+      text += fmt::format("  {}{}{} [{}]\n", one.subject, one.subject.empty() ? "" : ": ", one.seen,
+                          one.kind->code);
+      if (const std::string fix = fix_of(one); !fix.empty()) text += "    fix: " + fix + '\n';
+    }
+  }
+  if (!examination.identifiers.empty()) {
+    Table table{{"bus", "id", "frames", "1/s", "message"}, {}, {0, 1, 4}};
+    for (const doctor::Identifier& one : examination.identifiers)
+      table.rows.push_back({one.bus, fmt::format("{:03X}", one.id), std::to_string(one.frames),
+                            fixed(one.rate_hz, 1),
+                            one.message.empty() ? "not mapped" : one.message});
+    text += '\n' + table.text() + '\n';
+  }
+  const std::size_t count = examination.count();
+  return text + (count == 0 ? "nothing found\n" : counted(count, "finding") + '\n');
+}
+
+std::string json_of(const Examination& examination) {
+  nlohmann::ordered_json json{{"findings", examination.count()},
+                              {"parts", nlohmann::ordered_json::array()}};
+  for (const Part& part : examination.parts)
+    json["parts"].push_back(
+        {{"name", part.name}, {"note", part.note}, {"diagnostics", as_json(part.diagnostics)}});
+  for (const doctor::Identifier& one : examination.identifiers)
+    json["identifiers"].push_back({{"bus", one.bus},
+                                   {"id", one.id},
+                                   {"extended", one.format == can::IdFormat::extended},
+                                   {"frames", one.frames},
+                                   {"rate_hz", one.rate_hz},
+                                   {"message", one.message}});
+  return json_text(json, 2) + '\n';
+}
+
+// The status of the daemon, if one runs; else why there is none.
+std::optional<Json> read_status(const Options& options, std::string& why) {
+  try {
+    const std::string path = socket_path(options.socket, "status.sock");
+    return parse_status(fetch_status(path), path);
+  } catch (const NobodyThere&) {
+    why = "not running";
+  } catch (const std::runtime_error& error) {
+    if (!options.socket.empty()) throw std::invalid_argument(error.what());
+    why = fmt::format("not examined: {}", error.what());
+  }
+  return std::nullopt;
+}
+
+void examine_here(const Options& options, Examination& examination) {
+  doctor::Needs needs;
+  std::vector<std::string> buses;
+  can::FrameProtocol protocol = can::FrameProtocol::classic;
+  Diagnostics configured;
+  if (!options.config.empty()) {
+    daemon::Config config = daemon::load_config(options.config);
+    configured = config.warnings;
+    const auto databases = daemon::load_databases(config, configured);
+    needs.priority = config.realtime.priority;
+    needs.receive_buffer = config.can.receive_buffer;
+    buses = config.can.sources;
+    protocol = doctor::needed_protocol(config, databases);
+  }
+  std::string why;
+  const std::optional<Json> status = read_status(options, why);
+  needs.is_granted = status.has_value();
+  const doctor::Machine machine = doctor::read_machine();
+  examination.add("machine", examine_machine(machine, needs));
+  if (status) {
+    try {
+      examination.add("odomd", doctor::examine_daemon(*status, machine));
+      if (options.config.empty())
+        for (const Json& bus : member(*status, "can")) buses.push_back(word(member(bus, "name")));
+    } catch (const nlohmann::json::exception& error) {
+      throw std::runtime_error(
+          fmt::format("the status of odomd {} cannot be read by odom {}: "
+                      "install both from one build ({})",
+                      status->value("version", "?"), ODOMD_VERSION, error.what()));
+    }
+  } else {
+    examination.parts.push_back({"odomd", why, {}});
+  }
+  if (!options.config.empty()) examination.add(options.config.string(), std::move(configured));
+  for (const std::string& bus : buses)
+    if (can::source_kind(bus) == can::SourceKind::interface)
+      examination.add("bus " + bus, examine_link(bus, doctor::read_link(bus), protocol));
+}
+
+void examine_buses(const Options& options, Examination& examination) {
+  bool up = true;
+  for (const std::string& bus : options.interfaces) {
+    const auto link = doctor::read_link(bus);
+    examination.add("bus " + bus, doctor::examine_link(bus, link));
+    up &= link && link->is_can && link->is_up;
+  }
+  if (!up) return;  // nothing would come
+  const Drive heard =
+      doctor::listen(options.config, options.interfaces, std::chrono::seconds{options.listen_s});
+  examination.identifiers = doctor::identifiers_of(heard);
+  examination.add(fmt::format("frames of {} s", options.listen_s), doctor::examine_drive(heard));
+}
+
+void run_doctor(const Options& options) {
+  Examination examination;
+  if (!options.drive.empty()) {
+    examination.add(options.drive.string(),
+                    doctor::examine_drive(DriveFiles{
+                        .folder = options.drive, .config = options.config, .reference = {}}));
+  } else if (!options.interfaces.empty()) {
+    examine_buses(options, examination);
+  } else {
+    examine_here(options, examination);
+  }
+  std::cout << (options.json ? json_of(examination) : as_text(examination));
+  if (examination.count() > 0) throw Ended(exit_failed);
+}
+
+}  // namespace
+
+void add_doctor(Command odom) {
+  Command command = odom.add_subcommand(
+      "doctor", "Find what is wrong with the machine, the daemon, a bus or a drive, with the fix");
+  const auto options = std::make_shared<Options>();
+  const Option config =
+      command
+          .add_option("--config", options->config,
+                      "Configuration of the car (TOML), to check with its buses; with --drive "
+                      "instead of its car.toml")
+          .type_name("TOML");
+  const Option drive =
+      command
+          .add_option("--drive", options->drive,
+                      "Examine a drive, and nothing else: a folder of odom record or odom sim")
+          .type_name("DIR");
+  const Option can =
+      command
+          .add_option("--can", options->interfaces,
+                      "Listen to a CAN interface and examine what comes, and nothing else; "
+                      "repeatable")
+          .repeatable()
+          .needs(config)
+          .excludes(drive)
+          .type_name("IFACE");
+  constexpr int longest_s = 3600;
+  command
+      .add_option("--for", options->listen_s,
+                  "Listen for this time [s], while somebody drives; default: 10")
+      .within(1, longest_s)
+      .needs(can)
+      .type_name("S");
+  add_socket_option(command, options->socket, "status").excludes(drive).excludes(can);
+  command.add_flag("--json", options->json, "Print the result as JSON");
+  command.footer(
+      "Examples:\n"
+      "  odom doctor                                    # this machine, and odomd if it runs\n"
+      "  odom doctor --config /etc/odomd/can0.toml      # and the configuration with its buses\n"
+      "  odom doctor --can can0 --for 30 --config car.toml   # drive some turns meanwhile\n"
+      "  odom doctor --drive drive-20261121-140300\n"
+      "Each finding has a fix and a code, which docs/diagnostics.md explains.\n"
+      "Exit status: 0 nothing found, 1 findings, 2 wrong usage or unusable input.");
+  command.callback([options] { run_doctor(*options); });
+}
+
+}  // namespace odomd::tools

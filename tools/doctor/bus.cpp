@@ -1,0 +1,263 @@
+#include "tools/doctor/bus.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <linux/can.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <tuple>
+#include <utility>
+
+#include "base/file_descriptor.hpp"
+#include "can_protocol/bus_names.hpp"
+#include "can_protocol/decode/decoder.hpp"
+#include "can_protocol/sources/socketcan.hpp"
+#include "tools/cli/interrupt.hpp"
+#include "tools/replay/replay_checks.hpp"
+
+namespace odomd::tools::doctor {
+namespace {
+
+using diagnostics::Diagnostic;
+using diagnostics::Diagnostics;
+using diagnostics::found;
+using diagnostics::kind;
+
+can::Decoder decoder_of(const Drive& drive) {
+  return {drive.databases, drive.config.can.bindings, drive.config.can.protections, drive.buses};
+}
+
+can::IdFormat other(can::IdFormat format) {
+  return format == can::IdFormat::standard ? can::IdFormat::extended : can::IdFormat::standard;
+}
+
+std::string id_text(const can::BoundMessage& message, can::IdFormat format) {
+  return format == can::IdFormat::standard ? fmt::format("{:03X} (11 bits)", message.id)
+                                           : fmt::format("{:08X} (29 bits)", message.id);
+}
+
+// The number of a message in a database: bit 31 marks an extended identifier.
+std::uint32_t number_of(const can::BoundMessage& message, can::IdFormat format) {
+  return can::frame_key(message.id, format);
+}
+
+// Of one bus: the rate against the database's, else against the signals' time-outs.
+std::optional<Diagnostic> check_rate(const Drive& drive, const can::BoundMessage& message,
+                                     const Identifier& seen) {
+  if (seen.rate_hz <= 0.0) return std::nullopt;
+  const std::string subject = fmt::format("message '{}' on {}", message.name, seen.bus);
+  const double period_ms = 1e3 / seen.rate_hz;
+  if (message.cycle_time_ns > 0) {
+    constexpr const diagnostics::Kind& off = kind("other_rate");
+    const double usual_hz = 1e9 / static_cast<double>(message.cycle_time_ns);
+    if (off.limits.hold(seen.rate_hz / usual_hz)) return std::nullopt;
+    return found(off, subject,
+                 fmt::format("comes {:.3g} times a second, by the database {:.3g} times",
+                             seen.rate_hz, usual_hz),
+                 fmt::format("BA_ \"GenMsgCycleTime\" BO_ {} {:.0f};",
+                             number_of(message, message.format), period_ms));
+  }
+  std::string keys;
+  std::int64_t shortest_ns = 0;
+  for (const std::uint16_t channel : message.channels) {
+    const std::int64_t timeout_ns = drive.config.can.signals.at(channel).timeout_ns;
+    if (timeout_ns <= 0 || static_cast<double>(timeout_ns) * 1e-6 >= period_ms) continue;
+    keys += (keys.empty() ? "can.signals." : ", can.signals.") +
+            std::string{estimator::source_names.at(channel)};
+    shortest_ns = shortest_ns == 0 ? timeout_ns : std::min(shortest_ns, timeout_ns);
+  }
+  if (keys.empty()) return std::nullopt;
+  return found(kind("slower_than_timeout"), subject,
+               fmt::format("comes every {:.3g} s, the timeout of its signals is {:.3g} s",
+                           1e-3 * period_ms, 1e-9 * static_cast<double>(shortest_ns)),
+               fmt::format("{} to {:.2g} or more", keys, 3e-3 * period_ms));
+}
+
+ifreq request_for(const std::string& interface) {
+  ifreq request{};
+  interface.copy(request.ifr_name, IFNAMSIZ - 1);
+  return request;
+}
+
+}  // namespace
+
+std::optional<Link> read_link(const std::string& interface) {
+  const FileDescriptor control(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  ifreq request = request_for(interface);
+  if (!control || ::ioctl(control.get(), SIOCGIFFLAGS, &request) != 0) return std::nullopt;
+  Link link;
+  link.is_up = (request.ifr_flags & IFF_UP) != 0;
+  request = request_for(interface);
+  link.is_can = ::ioctl(control.get(), SIOCGIFHWADDR, &request) == 0 &&
+                request.ifr_hwaddr.sa_family == ARPHRD_CAN;
+  request = request_for(interface);
+  link.carries_fd = ::ioctl(control.get(), SIOCGIFMTU, &request) == 0 &&
+                    request.ifr_mtu >= static_cast<int>(CANFD_MTU);
+  if (link.is_can) link.controller = can::read_controller(interface);
+  return link;
+}
+
+can::FrameProtocol needed_protocol(const daemon::Config& config,
+                                   std::span<const can::Database> databases) {
+  for (const can::SignalBinding& binding : config.can.bindings)
+    for (const can::Database& database : databases)
+      if (const can::Message* const message = can::find_message(database, binding.message);
+          message != nullptr && message->protocol == can::FrameProtocol::fd)
+        return can::FrameProtocol::fd;
+  return can::FrameProtocol::classic;
+}
+
+Diagnostics examine_link(const std::string& interface, const std::optional<Link>& link,
+                         can::FrameProtocol needed) {
+  const auto one = [&](const diagnostics::Kind& what, const std::string& seen) {
+    return found(what, interface, seen, interface);
+  };
+  if (!link) return {one(kind("interface_missing"), "there is no such interface")};
+  if (!link->is_can) return {one(kind("interface_not_can"), "is not a CAN interface")};
+  Diagnostics all;
+  const can::Controller* const controller = link->controller ? &*link->controller : nullptr;
+  const bool lacks_rate = controller != nullptr && !controller->bit_timing;
+  if (lacks_rate) {
+    all.push_back(one(kind("no_bit_rate"), "its controller has no bit rate"));
+  } else if (!link->is_up) {
+    all.push_back(one(kind("interface_down"), "is down"));
+  }
+  if (needed == can::FrameProtocol::fd && !link->carries_fd)
+    all.push_back(one(kind("no_can_fd"), "carries no CAN FD, which a mapped message needs"));
+  if (controller == nullptr || lacks_rate) return all;
+  if (controller->restart_ms == 0U) all.push_back(one(kind("no_restart"), "restart-ms is 0"));
+  switch (controller->health) {
+    case can::ControllerHealth::error_warning:
+    case can::ControllerHealth::error_passive: {
+      const can::ErrorCounters errors = controller->errors.value_or(can::ErrorCounters{});
+      all.push_back(
+          one(kind("bus_errors"),
+              fmt::format("is {}, with error counters of {} (receive) and {} (transmit)",
+                          can::name_of(controller->health), errors.receive, errors.transmit)));
+      break;
+    }
+    case can::ControllerHealth::bus_off:
+      all.push_back(one(kind("bus_off"), "is bus-off"));
+      break;
+    case can::ControllerHealth::error_active:
+    case can::ControllerHealth::stopped:
+    case can::ControllerHealth::sleeping:
+      break;
+  }
+  return all;
+}
+
+Drive listen(const std::filesystem::path& config, const std::vector<std::string>& interfaces,
+             std::chrono::seconds duration) {
+  Drive drive;
+  drive.name = fmt::format("{}", fmt::join(interfaces, ", "));
+  drive.folder = drive.name;
+  drive.config = daemon::load_config(config);
+  drive.config.can.sources = interfaces;
+  drive.databases = daemon::load_databases(drive.config, drive.warnings);
+  can::BusNames buses;
+  for (const std::string& name : daemon::expected_buses(drive.config)) buses.index_of(name);
+  std::vector<std::unique_ptr<can::SocketCanSource>> sources;
+  for (const std::string& interface : interfaces) {
+    const auto bus = buses.index_of(interface);
+    if (!bus)
+      throw std::invalid_argument(
+          fmt::format("{}: at most {} buses; name fewer", interface, can::max_buses));
+    can::SocketCanSettings settings;
+    settings.bus = *bus;
+    settings.receive_buffer = drive.config.can.receive_buffer;
+    sources.push_back(std::make_unique<can::SocketCanSource>(interface, settings));
+  }
+  drive.buses = buses.all();
+
+  Interrupt interrupt;
+  std::vector<can::Frame> some(can::max_frames_per_drain);
+  constexpr std::chrono::milliseconds pause{5};
+  const auto end = std::chrono::steady_clock::now() + duration;
+  while (std::chrono::steady_clock::now() < end && !interrupt.requested()) {
+    std::this_thread::sleep_for(pause);
+    for (const auto& source : sources)
+      while (const std::size_t count = source->drain(some, 0, 0))
+        drive.frames.insert(drive.frames.end(), some.begin(),
+                            some.begin() + static_cast<std::ptrdiff_t>(count));
+  }
+  std::ranges::stable_sort(drive.frames, {}, &can::Frame::time_ns);
+  return drive;
+}
+
+std::vector<Identifier> identifiers_of(const Drive& drive) {
+  struct Times {
+    std::uint64_t frames = 0;
+    std::int64_t first_ns = 0, last_ns = 0;
+  };
+  std::map<std::tuple<std::uint8_t, can::IdFormat, std::uint32_t>, Times> seen;
+  for (const can::Frame& frame : drive.frames) {
+    if (frame.kind != can::FrameKind::data) continue;
+    Times& times = seen[{frame.bus, frame.format, frame.id}];
+    if (times.frames++ == 0) times.first_ns = frame.time_ns;
+    times.last_ns = frame.time_ns;
+  }
+  const can::Decoder decoder = decoder_of(drive);
+  std::vector<Identifier> all;
+  for (const auto& [key, times] : seen) {
+    const auto& [bus, format, id] = key;
+    Identifier one{drive.buses.at(bus), id, format, times.frames, 0.0, {}};
+    if (times.last_ns > times.first_ns)
+      one.rate_hz = 1e9 * static_cast<double>(times.frames - 1) /
+                    static_cast<double>(times.last_ns - times.first_ns);
+    for (const can::BoundMessage& message : decoder.messages())
+      if (message.id == id && message.format == format) one.message = message.name;
+    all.push_back(std::move(one));
+  }
+  return all;
+}
+
+Diagnostics examine_traffic(const Drive& drive) {
+  const std::vector<Identifier> seen = identifiers_of(drive);
+  if (seen.empty()) return {found(kind("no_frames"), drive.name, "no frame came")};
+  can::Decoder decoder = decoder_of(drive);
+  if (std::ranges::all_of(seen, [](const Identifier& one) { return one.message.empty(); }) &&
+      decoder.messages().size() > 1 &&
+      std::ranges::none_of(decoder.messages(), [&](const can::BoundMessage& message) {
+        return std::ranges::find(seen, message.id, &Identifier::id) != seen.end();
+      }))
+    return {found(kind("other_database"), drive.name,
+                  fmt::format("none of the {} mapped messages comes, but {} other identifiers",
+                              decoder.messages().size(), seen.size()))};
+
+  std::array<can::Sample, can::max_samples_per_frame> samples{};
+  for (const can::Frame& frame : drive.frames)
+    if (frame.kind == can::FrameKind::data) decoder.decode(frame, samples);
+  Diagnostics all;
+  for (std::size_t i = 0; i < decoder.messages().size(); ++i) {
+    const can::BoundMessage& message = decoder.messages()[i];
+    const auto with_format = [&](can::IdFormat format) {
+      return std::ranges::find_if(seen, [&](const Identifier& one) {
+        return one.id == message.id && one.format == format;
+      });
+    };
+    const can::IdFormat swapped = other(message.format);
+    if (with_format(message.format) == seen.end() && with_format(swapped) != seen.end()) {
+      all.push_back(found(kind("other_id_format"), fmt::format("message '{}'", message.name),
+                          fmt::format("comes as {}, by the database it is {}",
+                                      id_text(message, swapped), id_text(message, message.format)),
+                          std::to_string(number_of(message, swapped))));
+      continue;
+    }
+    append(all, check_message(message, decoder.counters(i)));
+    for (const Identifier& one : seen)
+      if (one.message == message.name) append(all, check_rate(drive, message, one));
+  }
+  return all;
+}
+
+}  // namespace odomd::tools::doctor

@@ -1,0 +1,66 @@
+// The CAN buses: whether an interface can carry the car's frames, and what comes on it, compared
+// with the configuration and the databases.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/frame.hpp"
+#include "can_protocol/sources/controller.hpp"
+#include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/replay/drive.hpp"
+
+namespace odomd::tools::doctor {
+
+/// An interface of the kernel.
+struct Link {
+  bool is_can = true;
+  bool is_up = true;
+  bool carries_fd = false;                    ///< CAN FD frames
+  std::optional<can::Controller> controller;  ///< none: a virtual interface
+};
+
+/// Nothing where there is no such interface. One thread at a time (can::read_controller()).
+[[nodiscard]] std::optional<Link> read_link(const std::string& interface);
+
+/// CAN FD if a mapped message is sent so.
+[[nodiscard]] can::FrameProtocol needed_protocol(const daemon::Config& config,
+                                                 std::span<const can::Database> databases);
+
+[[nodiscard]] diagnostics::Diagnostics examine_link(
+    const std::string& interface, const std::optional<Link>& link,
+    can::FrameProtocol needed = can::FrameProtocol::classic);
+
+/// What comes on interfaces within a time, or until an interrupt: a drive without a camera and a
+/// reference, in CLOCK_MONOTONIC. Throws std::invalid_argument or std::system_error for a wrong
+/// configuration or interface.
+[[nodiscard]] Drive listen(const std::filesystem::path& config,
+                           const std::vector<std::string>& interfaces,
+                           std::chrono::seconds duration);
+
+/// The frames of one identifier.
+struct Identifier {
+  std::string bus;
+  std::uint32_t id = 0;
+  can::IdFormat format = can::IdFormat::standard;
+  std::uint64_t frames = 0;
+  double rate_hz = 0.0;  ///< 0: a single frame
+  std::string message;   ///< the mapped one; empty: not mapped
+};
+
+/// By bus and identifier: for a table of what else is on the bus.
+[[nodiscard]] std::vector<Identifier> identifiers_of(const Drive& drive);
+
+/// No frame at all; mapped messages that are missing, come with the other format of their
+/// identifier, at another rate, too short, or fail their protection. Unmapped identifiers are no
+/// fault.
+[[nodiscard]] diagnostics::Diagnostics examine_traffic(const Drive& drive);
+
+}  // namespace odomd::tools::doctor

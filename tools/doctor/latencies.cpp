@@ -1,0 +1,74 @@
+#include "tools/doctor/latencies.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace odomd::tools::doctor {
+namespace {
+
+using diagnostics::Diagnostic;
+using diagnostics::Diagnostics;
+using diagnostics::found;
+using diagnostics::kind;
+using estimator::Source;
+
+constexpr const diagnostics::Kind& off_kind = kind("latency_off");
+constexpr double chance = 3.0;         // standard uncertainties
+constexpr double known_below = 0.005;  // standard uncertainty [s]: little driving misleads
+
+bool is_off(const SourceOffset& one) {
+  return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
+}
+
+bool is_judged(const SourceOffset& one) {
+  return one.failure.empty() && one.sigma < known_below && one.source != Source::accel_x &&
+         one.source != Source::accel_y;
+}
+
+std::string late(double seconds) {
+  return fmt::format("{:.0f} ms {}", 1e3 * std::fabs(seconds), seconds > 0.0 ? "late" : "early");
+}
+
+// `offset`: how much later its stamps are than those of the same instant elsewhere.
+Diagnostic of_sensor(const daemon::Config& config, Source source, double offset) {
+  const can::SignalBinding* const binding = binding_of(config, source);
+  const double stated = binding == nullptr ? 0.0 : 1e-9 * static_cast<double>(binding->latency_ns);
+  return found(off_kind, name_of(source),
+               fmt::format("its samples are {} compared with the others; the latency stated is "
+                           "{:.3f} s",
+                           late(offset), stated),
+               fmt::format("can.signals.{}.latency = {:.3f}", name_of(source),
+                           std::max(stated + offset, 0.0)));
+}
+
+}  // namespace
+
+Diagnostics examine_latencies(const daemon::Config& config, std::span<const SourceOffset> offsets) {
+  std::vector<SourceOffset> judged;
+  std::ranges::copy_if(offsets, std::back_inserter(judged), is_judged);
+  if (std::ranges::none_of(judged, is_off)) return {};
+  const auto [least, most] = std::ranges::minmax(judged, {}, &SourceOffset::offset);
+  // The wheels of an axle are measured by their difference, and count once.
+  const auto is_camera = [](const SourceOffset& one) { return one.source == Source::camera; };
+  const bool several =
+      std::ranges::any_of(judged, is_camera) && !std::ranges::all_of(judged, is_camera);
+  if (several && std::ranges::all_of(judged, is_off) &&
+      off_kind.limits.hold(most.offset - least.offset))
+    return {of_sensor(config, Source::yaw_rate, -0.5 * (least.offset + most.offset))};
+  Diagnostics all;
+  for (const SourceOffset& one : judged) {
+    if (!is_off(one)) continue;
+    if (one.source == Source::camera)
+      all.push_back(found(kind("clocks_differ"), name_of(one.source),
+                          "its times are " + late(one.offset) + " compared with the gyro's"));
+    else
+      all.push_back(of_sensor(config, one.source, one.offset));
+  }
+  return all;
+}
+
+}  // namespace odomd::tools::doctor

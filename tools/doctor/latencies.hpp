@@ -1,0 +1,17 @@
+// Finds sensors whose latency is stated wrongly, and camera poses that are not on the bus's clock.
+#pragma once
+
+#include <span>
+
+#include "daemon/core/config.hpp"
+#include "daemon/diagnostics/diagnostic.hpp"
+#include "tools/identify/latency/latency_estimate.hpp"
+
+namespace odomd::tools::doctor {
+
+/// From the offsets against the gyro: each source that is off, or the gyro alone if all others are
+/// off alike. Accelerations are not judged: tyres and slopes shift them.
+[[nodiscard]] diagnostics::Diagnostics examine_latencies(const daemon::Config& config,
+                                                         std::span<const SourceOffset> offsets);
+
+}  // namespace odomd::tools::doctor
