@@ -24,9 +24,23 @@ bool is_off(const SourceOffset& one) {
   return !off_kind.limits.hold(std::fabs(one.offset) - chance * one.sigma);
 }
 
+bool is_accel(const SourceOffset& one) {
+  return one.source == Source::accel_x || one.source == Source::accel_y;
+}
+
 bool is_judged(const SourceOffset& one) {
-  return one.failure.empty() && one.sigma < known_below && one.source != Source::accel_x &&
-         one.source != Source::accel_y;
+  return one.failure.empty() && one.sigma < known_below && !is_accel(one);
+}
+
+// Signals of one message are sampled together: it is late as a whole, or the estimate is wrong.
+bool is_late_as_a_whole(const daemon::Config& config, const SourceOffset& one,
+                        std::span<const SourceOffset> offsets) {
+  const can::SignalBinding* const own = binding_of(config, one.source);
+  return std::ranges::all_of(offsets, [&](const SourceOffset& other) {
+    const can::SignalBinding* const binding = binding_of(config, other.source);
+    const bool together = own != nullptr && binding != nullptr && binding->message == own->message;
+    return !together || is_accel(other) || (is_judged(other) && is_off(other));
+  });
 }
 
 std::string late(double seconds) {
@@ -61,7 +75,7 @@ Diagnostics examine_latencies(const daemon::Config& config, std::span<const Sour
     return {of_sensor(config, Source::yaw_rate, -0.5 * (least.offset + most.offset))};
   Diagnostics all;
   for (const SourceOffset& one : judged) {
-    if (!is_off(one)) continue;
+    if (!is_off(one) || !is_late_as_a_whole(config, one, offsets)) continue;
     if (one.source == Source::camera)
       all.push_back(found(kind("clocks_differ"), name_of(one.source),
                           "its times are " + late(one.offset) + " compared with the gyro's"));

@@ -13,6 +13,7 @@
 
 #include "tests/diagnostics.hpp"
 #include "tests/tools/scratch.hpp"
+#include "tools/doctor/latencies.hpp"
 
 namespace odomd::tools::doctor::drive_test {
 namespace {
@@ -163,6 +164,20 @@ TEST(Latency, ThatIsWrongGivesTheLineToWrite) {
   found = examine_drive(drive_with({{gyro, gyro + ", latency = 0.05"}}));
   expect_only(found, "latency_off", "can.signals.yaw_rate.latency = 0.00");
   EXPECT_EQ(found.size(), 1U);
+}
+
+TEST(Latency, OfASignalWhoseMessageIsOnTimeIsNoFinding) {
+  using estimator::Source;
+  Drive drive = drive_with({});
+  std::vector<SourceOffset> offsets{{Source::wheel_front_left, "", 0.001, 0.001, 1.0, ""},
+                                    {Source::wheel_rear_left, "", 0.05, 0.001, 1.0, ""}};
+  EXPECT_THAT(examine_latencies(drive.config, offsets),
+              ElementsAre(Named("latency_off", "can.signals.wheel_rear_left.latency = 0.055")));
+  offsets[1].sigma = 0.006;
+  EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
+  offsets[1].sigma = 0.001;
+  for (can::SignalBinding& binding : drive.config.can.bindings) binding.message = "WHEELS";
+  EXPECT_THAT(examine_latencies(drive.config, offsets), IsEmpty());
 }
 
 TEST(Latency, OfTheCameraIsAMatterOfItsClock) {
