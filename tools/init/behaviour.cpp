@@ -29,7 +29,7 @@ void take_radius(Proposal& proposal, std::optional<double> radius) {
       choice->radius = radius.value_or(1.0);
       for (double& value : choice->series.value) value *= *choice->radius;
       if (role == Source::motor)
-        choice->doubts.emplace_back("set ratio: turns of the motor for one of the wheel");
+        choice->warnings.emplace_back("set ratio: turns of the motor for one of the wheel");
     }
 }
 
@@ -43,7 +43,7 @@ void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
     Choice& choice = *proposal.of(role);
     std::vector<double> own = drive.moving([&](std::size_t i) { return drive.at(role, i); });
     if (own.empty()) {
-      choice.doubts.emplace_back("it does not move in the log");
+      choice.warnings.emplace_back("it does not move in the log");
       continue;
     }
     if (wheels.size() < 2) continue;
@@ -53,7 +53,7 @@ void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
     if (std::fabs(ratio - 1.0) <= tolerance)
       choice.reasons.emplace_back("agrees with the other wheels");
     else
-      choice.doubts.push_back(fmt::format("it reads {:.3g} times the wheels' mean", ratio));
+      choice.warnings.push_back(fmt::format("it reads {:.3g} times the wheels' mean", ratio));
   }
 }
 
@@ -94,7 +94,7 @@ void sign_by_wheels(Proposal& proposal, const DriveCourse& drive,
     Choice& choice = *proposal.of(role);
     const Relation relation = relation_of(shown_by(drive, role), difference);
     if (!relation.clear())
-      choice.doubts.emplace_back("the log shows too few turns to compare it with the wheels");
+      choice.warnings.emplace_back("the log shows too few turns to compare it with the wheels");
     else if (relation.slope < 0.0)
       turn(choice, "right less left wheel");
     else
@@ -121,15 +121,15 @@ void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
   for (const Witness& witness : witnesses) {
     Choice& choice = *proposal.of(witness.role);
     if (witnesses.size() < 2) {
-      choice.doubts.emplace_back("nothing in the log says whether positive is left");
+      choice.warnings.emplace_back("nothing in the log says whether positive is left");
     } else if (!witness.relation.clear()) {
-      choice.doubts.emplace_back("the log shows too few turns to compare it with the others");
+      choice.warnings.emplace_back("the log shows too few turns to compare it with the others");
     } else if (sum == 0 || (!clear && !together && witnesses.size() < 3)) {
-      choice.doubts.emplace_back(
+      choice.warnings.emplace_back(
           "gyro and steering disagree about left and right; turn left: both must be positive");
     } else if ((witness.relation.slope > 0.0) != (sum > 0)) {
       turn(choice, "the others");
-      choice.doubts.emplace_back("its sign was set by majority; turn left: it must be positive");
+      choice.warnings.emplace_back("its sign was set by majority; turn left: it must be positive");
     } else {
       choice.reasons.emplace_back("its sign agrees with the others'");
     }
@@ -165,7 +165,7 @@ void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& k
     choice.reasons.push_back(fmt::format("its size fits within {:.0f} %",
                                          std::max(1.0, 100.0 * std::fabs(*size - 1.0))));
   else
-    choice.doubts.push_back(
+    choice.warnings.push_back(
         fmt::format("it is {:.3g} times what the other sensors say: check the unit", *size));
 }
 
@@ -176,7 +176,7 @@ void check_accel_x(Proposal& proposal, const DriveCourse& drive) {
   const auto change = drive.moving([&](std::size_t i) { return drive.acceleration(i); });
   const Relation relation = relation_of(measured, change);
   if (!relation.clear()) {
-    choice.doubts.emplace_back("the log shows too little braking to compare it with the speed");
+    choice.warnings.emplace_back("the log shows too little braking to compare it with the speed");
     return;
   }
   if (relation.slope < 0.0)
@@ -184,7 +184,7 @@ void check_accel_x(Proposal& proposal, const DriveCourse& drive) {
   else
     choice.reasons.emplace_back("follows the change of the speed");
   if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
-    choice.doubts.push_back(fmt::format("it is {:.2g} times the change of the speed", slope));
+    choice.warnings.push_back(fmt::format("it is {:.2g} times the change of the speed", slope));
 }
 
 void check_accel_y(Proposal& proposal, const DriveCourse& drive) {
@@ -197,7 +197,7 @@ void check_accel_y(Proposal& proposal, const DriveCourse& drive) {
   if (!relation.clear()) return;
   constexpr double worth_a_word = 0.3;  // m/s², the default sigma
   if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
-    choice.doubts.push_back(fmt::format("it is {:.2g} times speed times yaw rate", slope));
+    choice.warnings.push_back(fmt::format("it is {:.2g} times speed times yaw rate", slope));
   if (std::fabs(relation.offset) > worth_a_word) {
     choice.offset = -std::round(100.0 * relation.offset) / 100.0;
     choice.reasons.emplace_back("offset: what is left of it without a turn");
@@ -209,17 +209,17 @@ void check_direction(Proposal& proposal) {
   auto& choice = proposal.of(Source::direction);
   if (!choice || choice->series.empty()) return;
   if (std::ranges::find(choice->series.value, 1.0) == choice->series.value.end())
-    choice->doubts.emplace_back("it never says forward in the log, where the car drives");
+    choice->warnings.emplace_back("it never says forward in the log, where the car drives");
   else
     choice->reasons.emplace_back("says forward in the log; reverse was not compared");
 }
 
-void doubt_standing_log(Proposal& proposal) {
+void warn_of_standing_log(Proposal& proposal) {
   bool has_log = false;
   for (auto& choice : proposal.roles)
     if (choice && !choice->series.empty()) {
       has_log = true;
-      choice->doubts.emplace_back("the log has no motion to compare it with");
+      choice->warnings.emplace_back("the log has no motion to compare it with");
     }
   if (has_log)
     proposal.notes.emplace_back(
@@ -232,7 +232,7 @@ void check_behaviour(Proposal& proposal, const Known& known) {
   take_radius(proposal, known.wheel_radius);
   const DriveCourse before(proposal);
   if (!before.has_motion()) {
-    doubt_standing_log(proposal);
+    warn_of_standing_log(proposal);
     set_steering_scale(proposal, before, known);
   } else {
     compare_speeds(proposal, before);

@@ -148,8 +148,13 @@ InitResult init(const InitOptions& options, Dialogue* dialogue) {
                   std::move(protections), named_from(options.out, files),
                   std::move(sources),     described(options, traffic)};
   const std::string text = as_toml(result.draft);
-  result.warnings = checked(text, options.out);
-  write(options.out, text);
+  try {
+    result.warnings = checked(text, options.out);
+    write(options.out, text);
+  } catch (...) {
+    if (result.wrote_database) fs::remove(own);
+    throw;
+  }
   return result;
 }
 

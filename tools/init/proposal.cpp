@@ -48,7 +48,7 @@ Choice best_of(std::vector<Observed> observed, bool has_log) {
   Choice choice;
   choice.candidate = observed.front().candidate;
   choice.series = std::move(observed.front().series);
-  choice.doubts = choice.candidate.doubts;
+  choice.warnings = choice.candidate.warnings;
   for (std::size_t i = 1; i < observed.size(); ++i) {
     const Observed& other = observed[i];
     if (choice.candidate.score - other.candidate.score >= close_score) continue;
@@ -56,7 +56,7 @@ Choice best_of(std::vector<Observed> observed, bool has_log) {
     if (has_log && are_alike(choice.series, other.series))
       choice.reasons.push_back(fmt::format("{} moves alike", other.candidate.name()));
     else
-      choice.doubts.push_back(fmt::format("{} may be meant as well", other.candidate.name()));
+      choice.warnings.push_back(fmt::format("{} may be meant as well", other.candidate.name()));
   }
   return choice;
 }
@@ -72,7 +72,7 @@ void take_rhythm(Choice& choice, const Rhythm& rhythm) {
     choice.timeout = std::ceil(needed / resolution - 1e-6) * resolution;
   if (rhythm.buses.size() > 1) {
     choice.bus = rhythm.buses.front();
-    choice.doubts.push_back(
+    choice.warnings.push_back(
         fmt::format("frames of this identifier come on {}; taken from the busiest",
                     fmt::join(rhythm.buses, " and ")));
   }
@@ -172,7 +172,7 @@ Proposal propose(std::span<const can::Database> databases, const Traffic& traffi
     proposal.notes.emplace_back(
         "without a log nothing of this was compared with a drive: names, units and ranges alone");
     for (auto& choice : proposal.roles)
-      if (choice) choice->doubts.emplace_back("by the database alone; give --can with a drive");
+      if (choice) choice->warnings.emplace_back("by the database alone; give --can with a drive");
   }
   return proposal;
 }

@@ -21,10 +21,10 @@ struct Choice {
   double scale = 1.0, offset = 0.0;
   std::optional<double> sigma, timeout, radius;  ///< none: odomd's default
   std::string bus;                               ///< empty: any
-  std::vector<std::string> reasons;  ///< what speaks for it, and where numbers come from
-  std::vector<std::string> doubts;   ///< empty: sure
+  std::vector<std::string> reasons;   ///< what speaks for it, and where numbers come from
+  std::vector<std::string> warnings;  ///< empty: sure
 
-  [[nodiscard]] bool sure() const { return doubts.empty(); }
+  [[nodiscard]] bool sure() const { return warnings.empty(); }
 };
 
 struct Proposal {
@@ -52,7 +52,7 @@ struct Known {
 };
 
 /// Compares the signals with each other, where there are any: sets signs, the steering's scale,
-/// biases and sigmas, and adds reasons and doubts (behaviour.cpp).
+/// biases and sigmas, and adds reasons and warnings (behaviour.cpp).
 void check_behaviour(Proposal& proposal, const Known& known);
 
 }  // namespace odomd::tools

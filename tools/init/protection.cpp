@@ -59,8 +59,8 @@ std::vector<can::E2eBinding> protections_for(Proposal& proposal,
         continue;
       }
       for (Choice* user : users)
-        user->doubts.push_back("the checksums of " + message.name +
-                               " are wrong in the log: it is not protected");
+        user->warnings.push_back("the checksums of " + message.name +
+                                 " are wrong in the log: it is not protected");
     }
   return protections;
 }

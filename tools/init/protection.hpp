@@ -12,7 +12,7 @@
 namespace odomd::tools {
 
 /// Of the messages of the proposal that are those of odomd.dbc, and whose checksums are right in
-/// the traffic, if there is any. A message whose checksums are wrong gives its roles a doubt.
+/// the traffic, if there is any. A message whose checksums are wrong gives its roles a warning.
 [[nodiscard]] std::vector<can::E2eBinding> protections_for(Proposal& proposal,
                                                            std::span<const can::Database> databases,
                                                            const Traffic& traffic);

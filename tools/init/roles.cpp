@@ -107,7 +107,7 @@ struct Seen {
 struct Fit {
   const Seen& seen;
   double score = 0.0;
-  std::vector<std::string> doubts;
+  std::vector<std::string> warnings;
   bool possible = true;
 
   constexpr static double in_name = 3.0, in_message = 1.5, by_unit = 1.0;
@@ -123,9 +123,9 @@ struct Fit {
     else
       possible = false;
   }
-  void doubt(std::string why, double cost = 0.0) {
+  void warn(std::string why, double cost = 0.0) {
     score -= cost;
-    doubts.push_back(std::move(why));
+    warnings.push_back(std::move(why));
   }
 };
 
@@ -144,10 +144,10 @@ void fit_one_speed(Fit& fit) {
     fit.possible = false;
   fit.need(speed, of_wheel);
   if (!of_wheel)
-    fit.doubt(
+    fit.warn(
         "the name says no wheel; a speed that is not measured at wheels may be late or rounded");
   else if (!has(fit.seen.own, rear))
-    fit.doubt("the name does not say which wheel; taken as the mean of the rear axle");
+    fit.warn("the name does not say which wheel; taken as the mean of the rear axle");
   if (of_wheel) fit.score += 2.0 * Fit::in_name;
   if (has(fit.seen.own, rear)) fit.score += Fit::in_name;
   if (!of_wheel && !has(fit.seen.own, car) && !has(fit.seen.around, car)) fit.score -= 1.0;
@@ -231,7 +231,7 @@ void fit_words(Fit& fit, Source role) {
 }
 
 Fit fit_of(Source role, const Seen& seen, const can::Signal& signal) {
-  Fit fit{.seen = seen, .score = 0.0, .doubts = {}};
+  Fit fit{.seen = seen, .score = 0.0, .warnings = {}};
   constexpr int shortest = 8;  // bits
   const bool other = can::is_other_unit(signal.unit);
   const bool fits = seen.dimension == dimension_of(role);
@@ -244,13 +244,13 @@ Fit fit_of(Source role, const Seen& seen, const can::Signal& signal) {
   if (fits)
     fit.score += 3.0;
   else
-    fit.doubt("the database gives no unit that is known");
+    fit.warn("the database gives no unit that is known");
   if (has_word(seen.own, foreign))
-    fit.doubt("the name may mean a request, a limit or a status", 4.0);
+    fit.warn("the name may mean a request, a limit or a status", 4.0);
   else if (has_word(seen.around, foreign) ||
            has_word(seen.around, std::to_array<std::string_view>({"acc"})))
     fit.score -= 2.0;
-  if (signal.multiplexor) fit.doubt("it is multiplexed", 1.0);
+  if (signal.multiplexor) fit.warn("it is multiplexed", 1.0);
   return fit;
 }
 
@@ -330,7 +330,7 @@ std::vector<Candidate> candidates_for(Source role, std::span<const can::Database
         candidate.signal = &signal;
         candidate.unit = unit ? *unit : usual_unit(role);
         candidate.score = fit.score;
-        candidate.doubts = std::move(fit.doubts);
+        candidate.warnings = std::move(fit.warnings);
         if (role == Source::steering) candidate.fraction = fraction_of(message, signal);
       }
     }

@@ -20,7 +20,7 @@ struct Candidate {
   const can::Signal* fraction = nullptr;  ///< the fine part of a coarse signal, to be added
   can::Unit unit = can::Unit::none;       ///< the database's, else the role's usual one
   double score = 0.0;                     ///< comparable within a role only
-  std::vector<std::string> doubts;        ///< why name, unit or size leave it open; empty: clear
+  std::vector<std::string> warnings;      ///< why name, unit or size leave it open; empty: clear
   double forward = 0.0, reverse = 0.0;    ///< of direction: physical values
 
   [[nodiscard]] std::string name() const { return message->name + "." + signal->name; }

@@ -53,6 +53,18 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   return Ratio{found[0], std::sqrt(variance * inverse.inverse()(0, 0) / together)};
 }
 
+/// The measured angle over that of a turn without slip: enough to tell front wheels, about 1, from
+/// a steering wheel, 10 or more, also at one speed.
+std::optional<double> rough_ratio(const DriveCourse& drive, double wheelbase) {
+  const Relation relation =
+      relation_of(drive.moving([&](std::size_t i) { return drive.at(Source::steering, i); }),
+                  drive.moving([&](std::size_t i) {
+                    return std::atan(wheelbase * drive.at(Source::yaw_rate, i) / drive.speed(i));
+                  }));
+  if (!relation.clear()) return std::nullopt;
+  return relation.slope;
+}
+
 /// The largest angle that the signal had; without a log, can have [rad].
 double largest_angle(const Choice& choice) {
   const can::Signal& signal = *choice.candidate.signal;
@@ -92,18 +104,26 @@ void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Know
       choice.reasons.push_back(fmt::format("scale: a ratio of {:.1f} ± {:.1f} fits the turns",
                                            ratio->value, ratio->sigma));
       if (ratio->value < steering_wheel)
-        choice.doubts.emplace_back(
+        choice.warnings.emplace_back(
             "few steering wheels have so small a ratio: check it, and the unit");
       return;
     }
   }
+  constexpr double front_least = 0.4, front_most = 4.0;
+  const auto rough =
+      known.wheelbase && compares ? rough_ratio(drive, *known.wheelbase) : std::nullopt;
+  if (rough && *rough > front_least && *rough < front_most) {
+    choice.reasons.push_back(
+        fmt::format("the front wheels' angle: {:.2f} times that of turns without slip", *rough));
+    return;
+  }
   if (largest_angle(choice) > full_lock) {
     use(usual_ratio);
-    choice.doubts.emplace_back(
+    choice.warnings.emplace_back(
         "larger than front wheels turn, so the steering wheel's; its ratio is a guess: give "
         "--steering-ratio");
   } else {
-    choice.doubts.emplace_back(
+    choice.warnings.emplace_back(
         "taken as the front wheels' angle: the log does not say; if it is the steering wheel's, "
         "give "
         "--steering-ratio");

@@ -6,7 +6,7 @@
 
 namespace odomd::tools {
 
-/// Sets the scale of the role steering, with its reason or doubt. The wheelbase must be known for
+/// Sets the scale of the role steering, with its reason or warning. The wheelbase must be known for
 /// a ratio.
 void set_steering_scale(Proposal& proposal, const DriveCourse& drive, const Known& known);
 

@@ -113,7 +113,7 @@ void add_signals(std::string& text, const Draft& draft) {
     }
     add_comment(text, fmt::format("{}{}{}", quantity_of(role), choice->reasons.empty() ? "" : ": ",
                                   fmt::join(choice->reasons, "; ")));
-    for (const std::string& doubt : choice->doubts) add_comment(text, "UNSURE: " + doubt);
+    for (const std::string& warning : choice->warnings) add_comment(text, "UNSURE: " + warning);
     text += fmt::format("{} = {}\n", role_name(role), entry(*choice));
   }
   for (const std::string_view role : missing)
@@ -151,7 +151,7 @@ std::vector<VehicleValue> vehicle_values(const Draft& draft) {
       {"cornering_stiffness_front", rounded(typical.stiffness_front * weight * rear / wheelbase),
        "N/rad, " + guess + "stiffness or fit measures it", false},
       {"cornering_stiffness_rear", rounded(typical.stiffness_rear * weight * front / wheelbase),
-       "N/rad, likewise", false},
+       "N/rad, " + guess + "stiffness or fit measures it", false},
       track,
   };
 }
@@ -172,7 +172,7 @@ std::string as_toml(const Draft& draft) {
   text += fmt::format("dbc = {}\n", list_of(draft.databases));
   if (!draft.protections.empty()) text += "\n[can.e2e]\n";
   for (const can::E2eBinding& protection : draft.protections)
-    text += fmt::format("{} = {{ profile = \"P01\", data_id = {:#X}, crc = {}, counter = {} }}\n",
+    text += fmt::format("{} = {{ profile = \"P01\", data_id = 0x{:X}, crc = {}, counter = {} }}\n",
                         toml_key(protection.message), protection.data_id,
                         quoted(protection.crc_signal), quoted(protection.counter_signal));
   add_signals(text, draft);
@@ -182,25 +182,32 @@ std::string as_toml(const Draft& draft) {
 
 std::string as_text(const Draft& draft) {
   Table table{{"role", "signal", "unit", "sure"}, {}, {0, 1, 2, 3}};
-  std::string unsure;
+  std::vector<std::pair<std::string, std::vector<std::string_view>>> warnings;  // and whose
+  const auto add_warning = [&](const std::string& warning, std::string_view whose) {
+    auto found = std::ranges::find(warnings, warning, &decltype(warnings)::value_type::first);
+    if (found == warnings.end()) found = warnings.insert(warnings.end(), {warning, {}});
+    found->second.push_back(whose);
+  };
   for (const auto& choice : draft.proposal.roles) {
     if (!choice) continue;
-    const std::string_view name = role_name(choice->candidate.role);
-    std::string signal = choice->candidate.name();
-    if (choice->candidate.fraction != nullptr) signal += " + " + choice->candidate.fraction->name;
-    table.rows.push_back({std::string(name), std::move(signal),
-                          choice->candidate.role == Source::direction
-                              ? std::string("-")
-                              : std::string(can::unit_name(choice->candidate.unit)),
-                          choice->sure() ? "yes" : "no"});
-    for (const std::string& doubt : choice->doubts)
-      unsure += fmt::format("  {}: {}\n", name, doubt);
+    const Candidate& candidate = choice->candidate;
+    const bool has_unit = candidate.role != Source::direction;
+    table.rows.push_back(
+        {std::string(role_name(candidate.role)),
+         fmt::format("{}.{}", candidate.message->name, fmt::join(signals_of(*choice), " + ")),
+         std::string(has_unit ? can::unit_name(candidate.unit) : "-"),
+         choice->sure() ? "yes" : "no"});
+    for (const std::string& warning : choice->warnings)
+      add_warning(warning, role_name(candidate.role));
   }
-  for (const VehicleValue& value : vehicle_values(draft))
-    if (!value.sure) unsure += fmt::format("  {}: {}\n", value.key, value.origin);
-  for (const std::string& note : draft.proposal.notes) unsure += fmt::format("  {}\n", note);
+  const std::vector<VehicleValue> vehicle = vehicle_values(draft);
+  for (const VehicleValue& value : vehicle)
+    if (!value.sure) add_warning(value.origin, value.key);
   std::string text = table.text();
-  if (!unsure.empty()) text += "Unsure:\n" + unsure;
+  if (!warnings.empty() || !draft.proposal.notes.empty()) text += "Unsure:\n";
+  for (const auto& [warning, whose] : warnings)
+    text += fmt::format("  {}: {}\n", fmt::join(whose, ", "), warning);
+  for (const std::string& note : draft.proposal.notes) text += fmt::format("  {}\n", note);
   return text;
 }
 
@@ -230,7 +237,7 @@ nlohmann::ordered_json as_json(const Draft& draft) {
     if (!choice->bus.empty()) role["bus"] = choice->bus;
     role["sure"] = choice->sure();
     role["reasons"] = choice->reasons;
-    role["doubts"] = choice->doubts;
+    role["warnings"] = choice->warnings;
     roles.push_back(std::move(role));
   }
   ordered_json vehicle = ordered_json::object();
