@@ -53,8 +53,8 @@ std::optional<Ratio> ratio_of(const DriveCourse& drive, double wheelbase) {
   return Ratio{found[0], std::sqrt(variance * inverse.inverse()(0, 0) / together)};
 }
 
-/// The measured angle over that of a turn without slip: enough to tell front wheels, about 1, from
-/// a steering wheel, 10 or more, also at one speed.
+/// The measured angle over that of a turn without slip: enough to separate front wheels, about 1,
+/// from a steering wheel, 10 or more, also at one speed.
 std::optional<double> rough_ratio(const DriveCourse& drive, double wheelbase) {
   const Relation relation =
       relation_of(drive.moving([&](std::size_t i) { return drive.at(Source::steering, i); }),
