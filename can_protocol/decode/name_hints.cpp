@@ -1,53 +1,18 @@
-// Names are compared word by word: YawRate, YAW_RATE and yaw_rate are the words yaw and rate.
+// Names are compared word by word (name_words.hpp).
 #include "can_protocol/decode/name_hints.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <optional>
 #include <vector>
 
 #include "base/nearest_name.hpp"
+#include "can_protocol/decode/name_words.hpp"
 #include "can_protocol/decode/units.hpp"
 
 namespace odomd::can {
 namespace {
 
-using Words = std::vector<std::string>;
-
-bool is_lower(char c) {
-  return std::islower(static_cast<unsigned char>(c)) != 0;
-}
-bool is_upper(char c) {
-  return std::isupper(static_cast<unsigned char>(c)) != 0;
-}
-bool is_letter(char c) {
-  return is_lower(c) || is_upper(c);
-}
-
-/// In lower case. A word begins behind anything but a letter, and at the hump of "YawRate" or
-/// "WheelFL".
-Words words_of(std::string_view name) {
-  Words words;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    if (!is_letter(name[i])) continue;
-    const bool hump = is_upper(name[i]) && i > 0 &&
-                      (is_lower(name[i - 1]) || (i + 1 < name.size() && is_lower(name[i + 1])));
-    if (i == 0 || !is_letter(name[i - 1]) || hump) words.emplace_back();
-    words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
-  }
-  return words;
-}
-
-/// "whl" of "wheel", "acc" of "acceleration": its letters in order, the first ones alike.
-bool abbreviates(std::string_view shorter, std::string_view longer) {
-  constexpr std::size_t distinctive = 3;
-  if (shorter.size() < distinctive || shorter.size() > longer.size() || shorter[0] != longer[0])
-    return false;
-  std::size_t at = 0;
-  for (const char c : longer)
-    if (at < shorter.size() && shorter[at] == c) ++at;
-  return at == shorter.size();
-}
+using Words = NameWords;
 
 /// How many of `words` the name has, one by one or as initials: "RL" is rear and left.
 int common_words(const Words& words, const Words& name) {
@@ -62,29 +27,6 @@ int common_words(const Words& words, const Words& name) {
     if (word.size() > 1 && initials.find(word) != std::string::npos)
       common += static_cast<int>(word.size());
   return common;
-}
-
-enum class Dimension : std::uint8_t { none, angle, angular_rate, speed, acceleration };
-
-Dimension dimension_of(Unit unit) {
-  switch (unit) {
-    case Unit::none:
-      return Dimension::none;
-    case Unit::rad:
-    case Unit::deg:
-      return Dimension::angle;
-    case Unit::rad_per_s:
-    case Unit::deg_per_s:
-      return Dimension::angular_rate;
-    case Unit::m_per_s:
-    case Unit::km_per_h:
-    case Unit::rpm:
-      return Dimension::speed;
-    case Unit::m_per_s2:
-    case Unit::g:
-      return Dimension::acceleration;
-  }
-  return Dimension::none;
 }
 
 /// What a binding wants.

@@ -93,10 +93,12 @@ tools/identify/fit: daemon/diagnostics base can_protocol can_protocol/sources es
     tools/identify tools/identify/common tools/identify/latency
 tools/doctor: daemon/diagnostics base can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources
     daemon/core tools/cli tools/replay tools/evaluation tools/live tools/identify/common tools/identify/latency
+tools/init: can_protocol can_protocol/dbc can_protocol/decode can_protocol/sources estimator/common
+    daemon/diagnostics daemon/core tools/math tools/cli tools/config_patch tools/sim tools/identify/common
 tools/commands: daemon/diagnostics can_protocol can_protocol/dbc can_protocol/sources daemon/core tools/cli
     tools/drive_files tools/chart tools/diagnostics tools/replay tools/evaluation tools/live tools/live/watch
     tools/report tools/bridge tools/export tools/config_patch tools/tune tools/sim/car tools/sim tools/fault
-    tools/identify tools/doctor
+    tools/identify tools/doctor tools/init
 tools/completion: daemon tools/cli tools/commands
 tools: tools/cli tools/commands
 """

@@ -1,0 +1,150 @@
+// Signs, scales and biases from made-up drives whose right answer is known.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/init/proposal.hpp"
+
+namespace odomd::tools::behaviour_test {
+namespace {
+
+using estimator::Source;
+using testing::IsEmpty;
+using testing::Not;
+
+constexpr double wheelbase = 2.5, track = 1.5;
+
+/// A car that swings left and right at a speed that changes, after ten seconds at rest.
+struct Motion {
+  static double speed(double t) { return t < 10.0 ? 0.0 : 8.0 - 6.0 * std::cos(0.3 * (t - 10.0)); }
+  static double angle(double t) { return 0.1 * std::sin(0.7 * t) + 0.03; }
+  static double yaw_rate(double t) { return speed(t) * std::tan(angle(t)) / wheelbase; }
+};
+
+class Behaviour : public testing::Test {
+ protected:
+  void add(Source role, const std::function<double(double)>& value, can::Unit unit) {
+    Choice choice;
+    choice.candidate.role = role;
+    choice.candidate.message = &message_;
+    choice.candidate.signal = &signal_;
+    choice.candidate.unit = unit;
+    for (int k = 0; k < 4000; ++k) {
+      const double t = 0.02 * k;
+      choice.series.t_ns.push_back(std::llround(t * 1e9));
+      choice.series.value.push_back(value(t));
+    }
+    proposal_.of(role) = std::move(choice);
+  }
+  void add_wheels() {
+    add(
+        Source::wheel_rear_left,
+        [](double t) { return Motion::speed(t) - 0.5 * track * Motion::yaw_rate(t); },
+        can::Unit::m_per_s);
+    add(
+        Source::wheel_rear_right,
+        [](double t) { return Motion::speed(t) + 0.5 * track * Motion::yaw_rate(t); },
+        can::Unit::m_per_s);
+  }
+  const Choice& checked(Source role) {
+    check_behaviour(proposal_, {.wheelbase = wheelbase});
+    return *proposal_.of(role);
+  }
+
+  can::Message message_;
+  can::Signal signal_;
+  Proposal proposal_;
+};
+
+TEST_F(Behaviour, TurnsAGyroThatCountsToTheRightAndFindsTheTrack) {
+  add_wheels();
+  add(
+      Source::yaw_rate, [](double t) { return -Motion::yaw_rate(t); }, can::Unit::rad_per_s);
+  EXPECT_EQ(checked(Source::yaw_rate).scale, -1.0);
+  EXPECT_TRUE(proposal_.of(Source::yaw_rate)->sure());
+  EXPECT_NEAR(proposal_.measured_track.value(), track, 0.02);
+}
+
+TEST_F(Behaviour, KeepsAGyroThatCountsToTheLeft) {
+  add_wheels();
+  add(Source::yaw_rate, Motion::yaw_rate, can::Unit::rad_per_s);
+  EXPECT_EQ(checked(Source::yaw_rate).scale, 1.0);
+}
+
+TEST_F(Behaviour, FindsTheRatioOfASteeringWheel) {
+  add_wheels();
+  add(Source::yaw_rate, Motion::yaw_rate, can::Unit::rad_per_s);
+  add(
+      Source::steering, [](double t) { return -15.0 * Motion::angle(t); }, can::Unit::rad);
+  EXPECT_NEAR(checked(Source::steering).scale, -1.0 / 15.0, 0.003);
+  EXPECT_TRUE(proposal_.of(Source::steering)->sure());
+}
+
+TEST_F(Behaviour, KeepsTheAngleOfTheFrontWheels) {
+  add_wheels();
+  add(Source::yaw_rate, Motion::yaw_rate, can::Unit::rad_per_s);
+  add(Source::steering, Motion::angle, can::Unit::rad);
+  EXPECT_EQ(checked(Source::steering).scale, 1.0);
+  EXPECT_TRUE(proposal_.of(Source::steering)->sure());
+}
+
+TEST_F(Behaviour, SetsASignByMajorityButIsUnsure) {
+  add(Source::wheel_rear, Motion::speed, can::Unit::m_per_s);
+  add(Source::yaw_rate, Motion::yaw_rate, can::Unit::rad_per_s);
+  add(Source::steering, Motion::angle, can::Unit::rad);
+  add(
+      Source::accel_y, [](double t) { return -Motion::speed(t) * Motion::yaw_rate(t); },
+      can::Unit::m_per_s2);
+  EXPECT_EQ(checked(Source::accel_y).scale, -1.0);
+  EXPECT_FALSE(proposal_.of(Source::accel_y)->sure());
+  EXPECT_EQ(proposal_.of(Source::yaw_rate)->scale, 1.0);
+  EXPECT_THAT(proposal_.notes, Not(IsEmpty()));
+}
+
+TEST_F(Behaviour, IsUnsureWhereTwoDisagree) {
+  add(Source::wheel_rear, Motion::speed, can::Unit::m_per_s);
+  add(
+      Source::yaw_rate, [](double t) { return -Motion::yaw_rate(t); }, can::Unit::rad_per_s);
+  add(Source::steering, Motion::angle, can::Unit::rad);
+  EXPECT_FALSE(checked(Source::yaw_rate).sure());
+  EXPECT_FALSE(proposal_.of(Source::steering)->sure());
+}
+
+TEST_F(Behaviour, FindsAnAccelerometerThatCountsBackwardsAndABiasAtRest) {
+  add_wheels();
+  add(
+      Source::accel_x, [](double t) { return t < 10.0 ? 0.0 : -1.8 * std::sin(0.3 * (t - 10.0)); },
+      can::Unit::m_per_s2);
+  add(
+      Source::yaw_rate, [](double t) { return Motion::yaw_rate(t) + 0.02; }, can::Unit::rad_per_s);
+  EXPECT_EQ(checked(Source::accel_x).scale, -1.0);
+  EXPECT_NEAR(proposal_.of(Source::yaw_rate)->offset, -0.02, 1e-3);
+}
+
+TEST_F(Behaviour, WarnOfAYawRateInTheWrongUnitAndAWheelThatDoesNotFit) {
+  add_wheels();
+  add(
+      Source::wheel_front_left, [](double t) { return 3.6 * Motion::speed(t); },
+      can::Unit::m_per_s);
+  add(
+      Source::yaw_rate, [](double t) { return Motion::yaw_rate(t) / 57.3; }, can::Unit::rad_per_s);
+  check_behaviour(proposal_, {.wheelbase = wheelbase, .track = track});
+  EXPECT_FALSE(proposal_.of(Source::yaw_rate)->sure());
+  EXPECT_FALSE(proposal_.of(Source::wheel_front_left)->sure());
+}
+
+TEST_F(Behaviour, IsUnsureOfALogAtRest) {
+  add(
+      Source::wheel_rear, [](double) { return 0.0; }, can::Unit::m_per_s);
+  add(
+      Source::yaw_rate, [](double t) { return 0.001 * std::sin(90.0 * t); }, can::Unit::rad_per_s);
+  EXPECT_FALSE(checked(Source::yaw_rate).sure());
+  EXPECT_THAT(proposal_.notes, Not(IsEmpty()));
+}
+
+}  // namespace
+}  // namespace odomd::tools::behaviour_test

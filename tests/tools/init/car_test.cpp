@@ -1,0 +1,61 @@
+// What is asked about the car.
+#include "tools/init/car.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::car_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(Car, IsAskedForUntilTheAnswerIsANumber) {
+  Car car;
+  std::istringstream in("heavy\n2985g\n0.26\n\n");
+  std::ostringstream out;
+  ask(missing_first(car, {}), car, in, out);
+  EXPECT_DOUBLE_EQ(car.mass.value(), 2.985);
+  EXPECT_DOUBLE_EQ(car.known.wheelbase.value(), 0.26);
+  EXPECT_FALSE(car.front_axle.has_value());  // left open
+  EXPECT_THAT(out.str(), HasSubstr("not a number"));
+}
+
+TEST(Car, RefusesAnAxleBeyondTheWheelbase) {
+  Car car = parse_car({.mass = "3", .wheelbase = "0.26"});
+  std::istringstream in("0.3\n0.1\n");
+  std::ostringstream out;
+  ask(missing_first(car, {}), car, in, out);
+  EXPECT_DOUBLE_EQ(car.front_axle.value(), 0.1);
+  EXPECT_THAT(
+      message_of([] { static_cast<void>(parse_car({.wheelbase = "2", .front_axle = "3"})); }),
+      HasSubstr("--front-axle"));
+}
+
+TEST(Car, EndOfInputNamesTheOption) {
+  Car car;
+  std::istringstream in;
+  std::ostringstream out;
+  EXPECT_THAT(message_of([&] { ask(missing_first(car, {}), car, in, out); }), HasSubstr("--mass"));
+}
+
+TEST(Car, NothingIsAskedThatIsKnown) {
+  const Car car =
+      parse_car({.mass = "3", .wheelbase = "260mm", .front_axle = "0.13", .track = "160 mm"});
+  EXPECT_THAT(missing_first(car, {}), IsEmpty());
+  EXPECT_THAT(missing_last(car, {}), IsEmpty());
+}
+
+TEST(Car, ATrackThatWasMeasuredIsNotAsked) {
+  Proposal proposal;
+  EXPECT_EQ(missing_last({}, proposal).size(), 1U);
+  proposal.measured_track = 1.5;
+  EXPECT_THAT(missing_last({}, proposal), IsEmpty());
+}
+
+}  // namespace
+}  // namespace odomd::tools::car_test

@@ -1,0 +1,120 @@
+// odom init as it is called: the file loads, and replays as the one by hand.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/tools/scratch.hpp"
+
+namespace odomd::tools::init_command_test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+class Init : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scratch_ = new Scratch;  // NOLINT(cppcoreguidelines-owning-memory): gtest's way
+    lap_ = scratch_->path("lap").string();
+    ASSERT_EQ(run_shell("odom sim --seed 3 --out " + lap_).status, 0);
+  }
+  static void TearDownTestSuite() { delete scratch_; }  // NOLINT
+
+  static Outcome init(const std::string& options, const std::string& out = "init.toml") {
+    return run_shell("odom init --yes --out " + lap_ + "/" + out + " " + options);
+  }
+  static json errors(const std::string& config) {
+    const std::string pose = lap_ + "/" + config + ".csv";
+    const Outcome replay = run_shell("odom replay --config " + lap_ + "/" + config + " --can " +
+                                     lap_ + "/drive.log --initial 0,0,0 --out " + pose);
+    EXPECT_EQ(replay.status, 0) << replay.err;
+    const Outcome outcome = run_shell("odom evaluate --align first --json --reference " + lap_ +
+                                      "/truth.csv --pose " + pose);
+    return json::parse(outcome.out)["estimates"][0];
+  }
+
+  static inline Scratch* scratch_ = nullptr;
+  static inline std::string lap_;
+  static constexpr const char* car = " --mass 2.985 --wheelbase 0.26 --front-axle 0.175";
+};
+
+TEST_F(Init, WritesWhatReplaysAsTheConfigurationByHand) {
+  const Outcome outcome =
+      init("--dbc " + lap_ + "/car.dbc --can " + lap_ + "/drive.log --json --force" + car);
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  ASSERT_EQ(result["roles"].size(), 8U);
+  for (const json& role : result["roles"]) {
+    EXPECT_TRUE(role["sure"].get<bool>()) << role;
+    EXPECT_EQ(role["scale"], 1.0) << role;
+  }
+  EXPECT_NEAR(result["vehicle"]["track_width"]["value"].get<double>(), 0.16, 0.008);
+  EXPECT_EQ(run_shell("odomd --check --config " + lap_ + "/init.toml").status, 0);
+  const json by_hand = errors("car.toml"), proposed = errors("init.toml");
+  EXPECT_LT(proposed["position"]["rms"], 1.1 * by_hand["position"]["rms"].get<double>());
+  EXPECT_LT(proposed["heading"]["rms"], 1.1 * by_hand["heading"]["rms"].get<double>());
+}
+
+TEST_F(Init, KnowsItsOwnBusWithoutADatabaseAndProtectsIt) {
+  const std::string folder = lap_ + "/own";
+  std::filesystem::create_directory(folder);
+  const Outcome outcome = init("--can " + lap_ + "/drive.log" + car, "own/car.toml");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_TRUE(std::filesystem::exists(folder + "/odomd.dbc"));
+  EXPECT_THAT(contents(folder + "/car.toml"), HasSubstr("data_id = 0x1A2"));
+  EXPECT_EQ(run_shell("odomd --check --config " + folder + "/car.toml").status, 0);
+}
+
+TEST_F(Init, WithoutALogSaysThatNothingWasCompared) {
+  const Outcome outcome =
+      init("--json --track 0.16 --dbc " + lap_ + "/car.dbc" + car, "database.toml");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  for (const json& role : json::parse(outcome.out)["roles"])
+    EXPECT_FALSE(role["sure"].get<bool>()) << role;
+}
+
+TEST_F(Init, NamesWhatIsMissing) {
+  const Outcome outcome = init("--can " + lap_ + "/drive.log", "missing.toml");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--mass"));
+  EXPECT_THAT(outcome.err, HasSubstr("--wheelbase"));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("--track")));  // wheels and gyro will say
+  EXPECT_FALSE(std::filesystem::exists(lap_ + "/missing.toml"));
+}
+
+TEST_F(Init, OverwritesNothingUnasked) {
+  const std::string before = contents(lap_ + "/car.toml");
+  const Outcome outcome = init("--can " + lap_ + "/drive.log" + car, "car.toml");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--force"));
+  EXPECT_EQ(contents(lap_ + "/car.toml"), before);
+}
+
+TEST_F(Init, NamesFileAndLineOfBadInput) {
+  const std::string log = scratch_->write("bad.log", "(1.000000) can0 1A2#00\nrubbish\n").string();
+  EXPECT_THAT(init("--can " + log + car, "bad.toml").err, HasSubstr("bad.log:2"));
+  const std::string dbc = scratch_->write("bad.dbc", "VERSION \"\"\nBO_ x\n").string();
+  EXPECT_THAT(init("--dbc " + dbc + car, "bad.toml").err, HasSubstr("bad.dbc:2"));
+  EXPECT_FALSE(std::filesystem::exists(lap_ + "/bad.toml"));
+}
+
+TEST_F(Init, SaysWhatToDoAboutAnUnknownBus) {
+  const std::string log =
+      scratch_->write("other.log", "(1.000000) can0 111#00\n(1.100000) can0 111#00\n").string();
+  const Outcome outcome = init("--can " + log + car, "other.toml");
+  EXPECT_EQ(outcome.status, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("--dbc"));
+  const std::string dbc =
+      scratch_
+          ->write("lamps.dbc",
+                  "VERSION \"\"\nBU_: A\nBO_ 273 LAMP: 1 A\n SG_ On : 0|8@1+ (1,0) [0|1] \"\" A\n")
+          .string();
+  EXPECT_THAT(init("--dbc " + dbc + car, "other.toml").err, HasSubstr("lamps.dbc"));
+}
+
+}  // namespace
+}  // namespace odomd::tools::init_command_test

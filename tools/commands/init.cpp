@@ -1,0 +1,103 @@
+// odom init: a configuration from a database and a drive.
+#include <unistd.h>
+
+#include <iostream>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/output.hpp"
+#include "tools/commands/commands.hpp"
+#include "tools/init/init.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Options {
+  InitOptions init;
+  bool force = false;
+  bool yes = false;
+  bool json = false;
+};
+
+void report(const Options& options, const InitResult& result) {
+  for (const auto& warning : result.warnings) warn("init", text_of(warning));
+  std::cout << (options.json ? json_text(as_json(result.draft), 2) + '\n' : as_text(result.draft));
+  const std::string out = options.init.out.string();
+  if (result.wrote_database) say("odom init: wrote odomd.dbc, which " + out + " names");
+  say(fmt::format(
+      "odom init: wrote {0}. Read its lines marked UNSURE, then check it: odomd --config "
+      "{0} --check",
+      out));
+  if (!options.init.can.empty())
+    say(fmt::format("odom init: try it: odom replay --config {} --can {} --out pose.csv", out,
+                    options.init.can.front()));
+}
+
+void run(Options& options) {
+  options.init.overwrite = options.force ? Overwrite::replace : Overwrite::refuse;
+  Dialogue dialogue{std::cin, std::cerr};
+  const bool asks = !options.yes && ::isatty(STDIN_FILENO) == 1;
+  report(options, init(options.init, asks ? &dialogue : nullptr));
+}
+
+}  // namespace
+
+void add_init(Command odom) {
+  const auto options = std::make_shared<Options>();
+  Command command =
+      odom.add_subcommand("init", "Write a configuration from a CAN database and a drive");
+  command
+      .add_option(
+          "--dbc", options->init.databases,
+          "Database (DBC); repeatable. Default: odomd.dbc, if the log's identifiers are its")
+      .type_name("DBC")
+      .one_each();
+  command
+      .add_option(
+          "--can", options->init.can,
+          "Log of candump -L with the car driving turns, or an interface; logs: repeatable. "
+          "Without it nothing is compared")
+      .type_name("SRC")
+      .one_each();
+  command
+      .add_option("--for", options->init.listen_s,
+                  "Time to listen to an interface [s]; default: 20")
+      .positive()
+      .type_name("S");
+  command.add_option("--out", options->init.out, "Configuration to write; default: car.toml")
+      .type_name("FILE");
+  command.add_flag("--force", options->force, "Replace an existing file");
+  command.add_flag("--yes", options->yes,
+                   "Ask nothing: what is not given is an error or a marked guess");
+  command.add_flag("--json", options->json, "Print the proposal as JSON");
+  const std::string car = "The car (asked for on a terminal if they are missing)";
+  const auto number = [&](const std::string& name, std::string& value, const std::string& type,
+                          const std::string& help) {
+    command.add_option(name, value, help).type_name(type).group(car);
+  };
+  CarTexts& texts = options->init.car;
+  number("--mass", texts.mass, "KG", "Mass as it drives; units: kg, g");
+  number("--wheelbase", texts.wheelbase, "M", "Front to rear axle; units: m, cm, mm");
+  number("--front-axle", texts.front_axle, "M",
+         "Centre of gravity to the front axle; default: half the wheelbase");
+  number("--track", texts.track, "M",
+         "Left to right wheel; default: from wheels and gyro, if both are there");
+  number("--wheel-radius", texts.wheel_radius, "M",
+         "Rolling radius, for speeds in turns per minute");
+  number("--steering-ratio", texts.steering_ratio, "R",
+         "Steering wheel's angle over the front wheels'; default: from the turns");
+  command.footer(
+      "Examples:\n"
+      "  odom init --dbc car.dbc --can drive.log\n"
+      "  odom init --dbc car.dbc --can can0 --for 30         # drive turns meanwhile\n"
+      "  odom init --can drive.log --yes --mass 2.98 --wheelbase 260mm --track 160mm\n"
+      "  odom init --dbc car.dbc --yes --mass 1700 --wheelbase 2.66 --track 1.56 --json\n"
+      "Drive for a minute: stand, curves to the left and right, braking. The file says where each\n"
+      "value comes from; lines marked UNSURE are guesses. It loads as a configuration, or is not\n"
+      "written. Exit status: 0 written, 2 unusable input.");
+  command.callback([options] { run(*options); });
+}
+
+}  // namespace odomd::tools

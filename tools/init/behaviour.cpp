@@ -1,0 +1,253 @@
+// What a drive says of the proposed signals: how they move together.
+//
+// Witnesses of a turn: the difference of an axle's wheels, (v_R - v_L) / track; the gyro; v ·
+// steering angle / wheelbase; and a_y / v. The wheels' labels are certain, so they set the sign;
+// without them the majority does, and positive to the left is assumed.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "tools/init/drive_course.hpp"
+#include "tools/init/proposal.hpp"
+#include "tools/init/sensor_noise.hpp"
+#include "tools/init/steering_scale.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+/// Speeds in turns per minute were decoded as angular velocities.
+void take_radius(Proposal& proposal, std::optional<double> radius) {
+  for (const Source role : wheel_sources)
+    if (auto& choice = proposal.of(role); choice && choice->candidate.unit == can::Unit::rpm) {
+      choice->radius = radius.value_or(1.0);
+      for (double& value : choice->series.value) value *= *choice->radius;
+      if (role == Source::motor)
+        choice->warnings.emplace_back("set ratio: turns of the motor for one of the wheel");
+    }
+}
+
+/// Each wheel against the mean of all.
+void compare_speeds(Proposal& proposal, const DriveCourse& drive) {
+  constexpr double tolerance = 0.1;
+  std::vector<Source> wheels;
+  for (const Source role : wheel_sources)
+    if (drive.has(role)) wheels.push_back(role);
+  for (const Source role : wheels) {
+    Choice& choice = *proposal.of(role);
+    std::vector<double> own = drive.moving([&](std::size_t i) { return drive.at(role, i); });
+    if (own.empty()) {
+      choice.warnings.emplace_back("it does not move in the log");
+      continue;
+    }
+    if (wheels.size() < 2) continue;
+    const std::vector<double> mean = drive.moving([&](std::size_t i) { return drive.speed(i); });
+    const double ratio = std::accumulate(own.begin(), own.end(), 0.0) /
+                         std::accumulate(mean.begin(), mean.end(), 0.0);
+    if (std::fabs(ratio - 1.0) <= tolerance)
+      choice.reasons.emplace_back("agrees with the other wheels");
+    else
+      choice.warnings.push_back(fmt::format("it reads {:.3g} times the wheels' mean", ratio));
+  }
+}
+
+/// What turns with the car, each proportional to the yaw rate.
+struct Witness {
+  Source role{};
+  Relation relation;  ///< with the anchor
+};
+
+/// A sign that contradicts the others is turned.
+void turn(Choice& choice, std::string_view against) {
+  choice.scale = -choice.scale;
+  for (double& value : choice.series.value) value = -value;
+  choice.reasons.push_back(fmt::format("scale negative: it goes the other way than {}", against));
+}
+
+std::optional<std::vector<double>> wheel_difference(const DriveCourse& drive) {
+  for (const auto& [left, right] : {std::pair{Source::wheel_rear_left, Source::wheel_rear_right},
+                                    std::pair{Source::wheel_front_left, Source::wheel_front_right}})
+    if (drive.has(left) && drive.has(right))
+      return drive.moving([&](std::size_t i) { return drive.at(right, i) - drive.at(left, i); });
+  return std::nullopt;
+}
+
+/// What a witness shows, proportional to the yaw rate.
+std::vector<double> shown_by(const DriveCourse& drive, Source role) {
+  return drive.moving([&](std::size_t i) {
+    if (role == Source::steering) return drive.at(role, i) * drive.speed(i);
+    if (role == Source::accel_y) return drive.at(role, i) / drive.speed(i);
+    return drive.at(role, i);
+  });
+}
+
+void sign_by_wheels(Proposal& proposal, const DriveCourse& drive,
+                    const std::vector<double>& difference) {
+  for (const Source role : {Source::yaw_rate, Source::steering, Source::accel_y}) {
+    if (!drive.has(role)) continue;
+    Choice& choice = *proposal.of(role);
+    const Relation relation = relation_of(shown_by(drive, role), difference);
+    if (!relation.clear())
+      choice.warnings.emplace_back("the log shows too few turns to compare it with the wheels");
+    else if (relation.slope < 0.0)
+      turn(choice, "right less left wheel");
+    else
+      choice.reasons.emplace_back("turns as right less left wheel do");
+  }
+}
+
+void sign_by_majority(Proposal& proposal, const DriveCourse& drive) {
+  std::vector<Witness> witnesses;
+  for (const Source role : {Source::yaw_rate, Source::steering, Source::accel_y})
+    if (drive.has(role)) witnesses.push_back({role, {}});
+  if (witnesses.empty()) return;
+  const std::vector<double> first = shown_by(drive, witnesses.front().role);
+  int sum = 0;
+  bool clear = true;
+  for (Witness& witness : witnesses) {
+    witness.relation = relation_of(shown_by(drive, witness.role), first);
+    if (witness.relation.clear())
+      sum += witness.relation.slope > 0.0 ? 1 : -1;
+    else
+      clear = false;
+  }
+  const bool together = std::cmp_equal(std::abs(sum), witnesses.size());
+  for (const Witness& witness : witnesses) {
+    Choice& choice = *proposal.of(witness.role);
+    if (witnesses.size() < 2) {
+      choice.warnings.emplace_back("nothing in the log says whether positive is left");
+    } else if (!witness.relation.clear()) {
+      choice.warnings.emplace_back("the log shows too few turns to compare it with the others");
+    } else if (sum == 0 || (!clear && !together && witnesses.size() < 3)) {
+      choice.warnings.emplace_back(
+          "gyro and steering disagree about left and right; turn left: both must be positive");
+    } else if ((witness.relation.slope > 0.0) != (sum > 0)) {
+      turn(choice, "the others");
+      choice.warnings.emplace_back("its sign was set by majority; turn left: it must be positive");
+    } else {
+      choice.reasons.emplace_back("its sign agrees with the others'");
+    }
+  }
+  proposal.notes.emplace_back(
+      "left and right: no pair of wheels confirms it, positive to the left is assumed; turn left "
+      "by "
+      "hand: yaw_rate and steering must be positive");
+}
+
+void check_yaw_rate(Proposal& proposal, const DriveCourse& drive, const Known& known) {
+  if (!drive.has(Source::yaw_rate)) return;
+  Choice& choice = *proposal.of(Source::yaw_rate);
+  const auto yaw = shown_by(drive, Source::yaw_rate);
+  constexpr double factor = 3.0;
+  std::optional<double> size;  // of the gyro over what it should be
+  if (const auto difference = wheel_difference(drive)) {
+    const Relation relation = relation_of(*difference, yaw);
+    if (relation.clear()) {
+      proposal.measured_track = std::fabs(relation.slope);
+      if (known.track) size = *known.track / std::fabs(relation.slope);
+    }
+  }
+  if (!size && drive.has(Source::accel_y)) {
+    const auto side = drive.moving([&](std::size_t i) { return drive.at(Source::accel_y, i); });
+    const auto turning =
+        drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); });
+    if (const Relation relation = relation_of(side, turning); relation.clear())
+      size = 1.0 / std::fabs(relation.slope);
+  }
+  if (!size) return;
+  if (*size > 1.0 / factor && *size < factor)
+    choice.reasons.push_back(fmt::format("its size fits within {:.0f} %",
+                                         std::max(1.0, 100.0 * std::fabs(*size - 1.0))));
+  else
+    choice.warnings.push_back(
+        fmt::format("it is {:.3g} times what the other sensors say: check the unit", *size));
+}
+
+void check_accel_x(Proposal& proposal, const DriveCourse& drive) {
+  if (!drive.has(Source::accel_x)) return;
+  Choice& choice = *proposal.of(Source::accel_x);
+  const auto measured = drive.moving([&](std::size_t i) { return drive.at(Source::accel_x, i); });
+  const auto change = drive.moving([&](std::size_t i) { return drive.acceleration(i); });
+  const Relation relation = relation_of(measured, change);
+  if (!relation.clear()) {
+    choice.warnings.emplace_back("the log shows too little braking to compare it with the speed");
+    return;
+  }
+  if (relation.slope < 0.0)
+    turn(choice, "the speed's change");
+  else
+    choice.reasons.emplace_back("follows the change of the speed");
+  if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
+    choice.warnings.push_back(fmt::format("it is {:.2g} times the change of the speed", slope));
+}
+
+void check_accel_y(Proposal& proposal, const DriveCourse& drive) {
+  if (!drive.has(Source::accel_y) || !drive.has(Source::yaw_rate)) return;
+  Choice& choice = *proposal.of(Source::accel_y);
+  const auto side = drive.moving([&](std::size_t i) { return drive.at(Source::accel_y, i); });
+  const auto turning =
+      drive.moving([&](std::size_t i) { return drive.at(Source::yaw_rate, i) * drive.speed(i); });
+  const Relation relation = relation_of(side, turning);
+  if (!relation.clear()) return;
+  constexpr double worth_a_word = 0.3;  // m/s², the default sigma
+  if (const double slope = std::fabs(relation.slope); slope < 0.5 || slope > 2.0)
+    choice.warnings.push_back(fmt::format("it is {:.2g} times speed times yaw rate", slope));
+  if (std::fabs(relation.offset) > worth_a_word) {
+    choice.offset = -std::round(100.0 * relation.offset) / 100.0;
+    choice.reasons.emplace_back("offset: what is left of it without a turn");
+  }
+}
+
+/// A gear says forward while the car drives.
+void check_direction(Proposal& proposal) {
+  auto& choice = proposal.of(Source::direction);
+  if (!choice || choice->series.empty()) return;
+  if (std::ranges::find(choice->series.value, 1.0) == choice->series.value.end())
+    choice->warnings.emplace_back("it never says forward in the log, where the car drives");
+  else
+    choice->reasons.emplace_back("says forward in the log; reverse was not compared");
+}
+
+void warn_of_standing_log(Proposal& proposal) {
+  bool has_log = false;
+  for (auto& choice : proposal.roles)
+    if (choice && !choice->series.empty()) {
+      has_log = true;
+      choice->warnings.emplace_back("the log has no motion to compare it with");
+    }
+  if (has_log)
+    proposal.notes.emplace_back(
+        "the car drives less than 3 s in the log: signs and scales were not compared");
+}
+
+}  // namespace
+
+void check_behaviour(Proposal& proposal, const Known& known) {
+  take_radius(proposal, known.wheel_radius);
+  const DriveCourse before(proposal);
+  if (!before.has_motion()) {
+    warn_of_standing_log(proposal);
+    set_steering_scale(proposal, before, known);
+  } else {
+    compare_speeds(proposal, before);
+    if (const auto difference = wheel_difference(before))
+      sign_by_wheels(proposal, before, *difference);
+    else
+      sign_by_majority(proposal, before);
+    const DriveCourse drive(proposal);  // with the signs
+    check_yaw_rate(proposal, drive, known);
+    check_accel_x(proposal, drive);
+    check_accel_y(proposal, drive);
+    check_direction(proposal);
+    set_steering_scale(proposal, drive, known);
+  }
+  set_noise(proposal);
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,157 @@
+#include "tools/init/car.hpp"
+
+#include <algorithm>
+#include <array>
+#include <istream>
+#include <ostream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "tools/identify/common/quantity.hpp"
+
+namespace odomd::tools {
+namespace {
+
+struct Item {
+  Question question;
+  Dimension dimension;
+  Plausible range;
+  std::optional<double> Car::*own = nullptr;
+  std::optional<double> Known::*known = nullptr;
+
+  [[nodiscard]] std::optional<double>& in(Car& car) const {
+    return own != nullptr ? car.*own : car.known.*known;
+  }
+};
+
+const std::array items{
+    Item{{"--mass", "mass as it drives", "scales under all wheels: odom identify mass"},
+         Dimension::mass,
+         {0.2, 60000.0},
+         &Car::mass,
+         nullptr},
+    Item{
+        {"--wheelbase", "front to rear axle", "a tape on the ground, wheel centre to wheel centre"},
+        Dimension::length,
+        {0.05, 15.0},
+        nullptr,
+        &Known::wheelbase},
+    Item{{"--front-axle", "centre of gravity to the front axle",
+          "wheelbase times the rear axle's share of the weight: odom identify cog"},
+         Dimension::length,
+         {0.01, 12.0},
+         &Car::front_axle,
+         nullptr},
+    Item{{"--track", "left to right wheel", "a tape, middle of a rear tyre to middle of the other"},
+         Dimension::length,
+         {0.03, 5.0},
+         nullptr,
+         &Known::track},
+    Item{{"--wheel-radius", "rolling radius of a wheel",
+          "roll the car ten turns of a wheel and divide the way by 62.83"},
+         Dimension::length,
+         {0.005, 2.0},
+         nullptr,
+         &Known::wheel_radius},
+    Item{{"--steering-ratio", "steering wheel's angle over the front wheels'",
+          "the maker's data sheet; cars have 12 to 20"},
+         Dimension::pure,
+         {0.5, 60.0},
+         nullptr,
+         &Known::steering_ratio},
+};
+
+const Item& item_of(std::string_view option) {
+  return *std::ranges::find(items, option, [](const Item& item) { return item.question.option; });
+}
+
+void set(Car& car, const Item& item, std::string_view text) {
+  if (!text.empty())
+    item.in(car) = parse_plausible(text, item.dimension, item.question.option, item.range);
+}
+
+/// The answer may be empty.
+bool is_optional(const Question& question) {
+  return question.option == "--front-axle" || question.option == "--steering-ratio";
+}
+
+std::string_view if_empty(const Question& question) {
+  if (question.option == "--front-axle") return ", empty: half the wheelbase";
+  return is_optional(question) ? ", empty: as proposed" : "";
+}
+
+void check_axle(const Car& car) {
+  if (car.front_axle && car.known.wheelbase && *car.front_axle >= *car.known.wheelbase)
+    throw std::invalid_argument(
+        fmt::format("--front-axle: {:g} m is not between the axles, which are {:g} m apart",
+                    *car.front_axle, *car.known.wheelbase));
+}
+
+}  // namespace
+
+Car parse_car(const CarTexts& texts) {
+  Car car;
+  set(car, item_of("--mass"), texts.mass);
+  set(car, item_of("--wheelbase"), texts.wheelbase);
+  set(car, item_of("--front-axle"), texts.front_axle);
+  set(car, item_of("--track"), texts.track);
+  set(car, item_of("--wheel-radius"), texts.wheel_radius);
+  set(car, item_of("--steering-ratio"), texts.steering_ratio);
+  check_axle(car);
+  return car;
+}
+
+std::vector<Question> missing_first(const Car& car, const Proposal& proposal) {
+  std::vector<Question> missing;
+  if (!car.mass) missing.push_back(item_of("--mass").question);
+  if (!car.known.wheelbase) missing.push_back(item_of("--wheelbase").question);
+  if (!car.front_axle) missing.push_back(item_of("--front-axle").question);
+  if (!car.known.wheel_radius && proposal.needs_radius())
+    missing.push_back(item_of("--wheel-radius").question);
+  return missing;
+}
+
+std::vector<Question> missing_last(const Car& car, const Proposal& proposal) {
+  std::vector<Question> missing;
+  if (!car.known.track && !proposal.measured_track) missing.push_back(item_of("--track").question);
+  const auto& steering = proposal.of(estimator::Source::steering);
+  if (steering && !steering->sure() && !car.known.steering_ratio)
+    missing.push_back(item_of("--steering-ratio").question);
+  return missing;
+}
+
+void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std::ostream& out) {
+  for (const Question& question : questions) {
+    const Item& item = item_of(question.option);
+    while (!item.in(car)) {
+      out << fmt::format("{} ({}{}): ", question.what, question.hint, if_empty(question))
+          << std::flush;
+      std::string answer;
+      if (!std::getline(in, answer)) refuse({question});
+      if (answer.empty() && is_optional(question)) break;
+      try {
+        set(car, item, answer);
+        check_axle(car);
+      } catch (const std::invalid_argument& error) {
+        item.in(car).reset();
+        out << error.what() << '\n';
+      }
+    }
+  }
+}
+
+std::vector<Question> required(std::vector<Question> questions) {
+  std::erase_if(questions, is_optional);
+  return questions;
+}
+
+void refuse(const std::vector<Question>& missing) {
+  std::string text = "say about the car what the bus does not:";
+  for (const Question& question : missing)
+    text += fmt::format("{} {} ({}; {})", &question == missing.data() ? "" : ";", question.option,
+                        question.what, question.hint);
+  throw std::invalid_argument(text);
+}
+
+}  // namespace odomd::tools

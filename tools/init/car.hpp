@@ -1,0 +1,52 @@
+// What no database and no log says of a car: given as options, or asked for, with how to measure
+// it.
+#pragma once
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/init/proposal.hpp"
+
+namespace odomd::tools {
+
+/// The numbers as given, with their units; empty: not given.
+struct CarTexts {
+  std::string mass, wheelbase, front_axle, track, wheel_radius, steering_ratio;
+};
+
+struct Car {
+  std::optional<double> mass, front_axle;  ///< [kg], [m]
+  Known known;
+};
+
+/// Throws std::invalid_argument naming the option.
+[[nodiscard]] Car parse_car(const CarTexts& texts);
+
+struct Question {
+  std::string_view option;  ///< "--mass"
+  std::string_view what;    ///< "mass as it drives, with camera and batteries"
+  std::string_view hint;    ///< how to measure
+};
+
+/// What is missing before the log can be read: mass and wheelbase, and a radius for turns per
+/// minute. The front axle may be missing: half of the wheelbase is then a guess.
+[[nodiscard]] std::vector<Question> missing_first(const Car& car, const Proposal& proposal);
+/// What is missing after it: the track, if no wheels and gyro measured it; the steering ratio,
+/// if that is not certain.
+[[nodiscard]] std::vector<Question> missing_last(const Car& car, const Proposal& proposal);
+
+/// Asks until the answer is a number with a unit; the front axle and the
+/// steering ratio may stay open.
+/// Throws std::invalid_argument at the end of the input.
+void ask(const std::vector<Question>& questions, Car& car, std::istream& in, std::ostream& out);
+
+/// Without those whose answer may be empty.
+[[nodiscard]] std::vector<Question> required(std::vector<Question> questions);
+
+/// Throws std::invalid_argument that lists them all with their hints.
+[[noreturn]] void refuse(const std::vector<Question>& missing);
+
+}  // namespace odomd::tools

@@ -1,0 +1,180 @@
+#include "tools/init/proposal.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "can_protocol/decode/units.hpp"
+#include "tools/init/relation.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+using Rhythms = std::map<std::uint32_t, Rhythm>;
+
+std::uint32_t key_of(const Candidate& candidate) {
+  return can::frame_key(candidate.message->id, candidate.message->format);
+}
+
+struct Observed {
+  Candidate candidate;
+  Series series;
+};
+
+bool moves(const Series& series) {
+  const auto [least, most] = std::ranges::minmax_element(series.value);
+  return !series.empty() && *most > *least;
+}
+
+/// A score of this much less is another guess.
+constexpr double close_score = 1.5;
+
+/// The series of two signals rise and fall together.
+bool are_alike(const Series& one, const Series& other) {
+  constexpr double alike = 0.9;
+  return std::fabs(relation_of(one, other).correlation) >= alike;
+}
+
+Choice best_of(std::vector<Observed> observed, bool has_log) {
+  // a signal that never moves steps back behind those that do
+  std::ranges::stable_sort(observed, std::ranges::greater{}, [&](const Observed& one) {
+    return one.candidate.score - (has_log && !moves(one.series) ? 2.0 * close_score : 0.0);
+  });
+  Choice choice;
+  choice.candidate = observed.front().candidate;
+  choice.series = std::move(observed.front().series);
+  choice.warnings = choice.candidate.warnings;
+  for (std::size_t i = 1; i < observed.size(); ++i) {
+    const Observed& other = observed[i];
+    if (choice.candidate.score - other.candidate.score >= close_score) continue;
+    if (has_log && !moves(other.series) && moves(choice.series)) continue;
+    if (has_log && are_alike(choice.series, other.series))
+      choice.reasons.push_back(fmt::format("{} moves alike", other.candidate.name()));
+    else
+      choice.warnings.push_back(fmt::format("{} may be meant as well", other.candidate.name()));
+  }
+  return choice;
+}
+
+/// Whether a message comes, how often, and on which bus.
+void take_rhythm(Choice& choice, const Rhythm& rhythm) {
+  constexpr double default_timeout = 0.1, cycles = 5.0, resolution = 0.01;  // s
+  const double given = 3e-9 * static_cast<double>(choice.candidate.message->cycle_time_ns);
+  const double usual = given > 0.0 ? given : default_timeout;
+  const double needed = std::max(cycles * rhythm.cycle, 1.5 * rhythm.longest);
+  choice.reasons.push_back(fmt::format("every {:.4g} ms in the log", 1e3 * rhythm.cycle));
+  if (3.0 * rhythm.cycle > usual || rhythm.longest > usual)
+    choice.timeout = std::ceil(needed / resolution - 1e-6) * resolution;
+  if (rhythm.buses.size() > 1) {
+    choice.bus = rhythm.buses.front();
+    choice.warnings.push_back(
+        fmt::format("frames of this identifier come on {}; taken from the busiest",
+                    fmt::join(rhythm.buses, " and ")));
+  }
+}
+
+constexpr std::array four_wheels{Source::wheel_front_left, Source::wheel_front_right,
+                                 Source::wheel_rear_left, Source::wheel_rear_right};
+
+/// One sensor once: the wheels, else one speed, else the motor.
+void keep_one_speed(Proposal& proposal) {
+  const bool pair =
+      (proposal.has(Source::wheel_rear_left) && proposal.has(Source::wheel_rear_right)) ||
+      (proposal.has(Source::wheel_front_left) && proposal.has(Source::wheel_front_right));
+  if (pair) {
+    proposal.of(Source::wheel_rear).reset();
+  } else if (proposal.has(Source::wheel_rear)) {
+    for (const Source role : four_wheels) proposal.of(role).reset();
+  }
+  if (pair || proposal.has(Source::wheel_rear)) proposal.of(Source::motor).reset();
+}
+
+void require_speed(const Proposal& proposal, std::span<const can::Database> databases,
+                   const Traffic& traffic, const std::vector<std::string>& absent) {
+  if (std::ranges::any_of(wheel_sources, [&](Source role) { return proposal.has(role); })) return;
+  std::vector<std::string> files;
+  for (const can::Database& database : databases) files.push_back(database.file);
+  if (!absent.empty())
+    throw std::invalid_argument(fmt::format(
+        "{}: has no frame of a speed: {} {} in {}, but not in the log; log the bus that "
+        "carries it, or check the database",
+        traffic.name, fmt::join(absent, ", "), absent.size() == 1 ? "is" : "are",
+        fmt::join(files, ", ")));
+  throw std::invalid_argument(
+      fmt::format("{}: no signal looks like a wheel's or the car's speed, which odomd needs; write "
+                  "car.toml by hand: odom dbc show lists the signals, odomd.toml(5) the roles",
+                  fmt::join(files, ", ")));
+}
+
+/// Speeds that do not move, or a car without a sign.
+void add_speed_notes(Proposal& proposal) {
+  bool signed_speed = false;
+  for (const Source role : wheel_sources)
+    if (const auto& choice = proposal.of(role)) {
+      const can::Signal& signal = *choice->candidate.signal;
+      signed_speed = signed_speed || signal.minimum < 0.0 ||
+                     (signal.maximum <= signal.minimum && signal.offset < 0.0);
+    }
+  if (!signed_speed && !proposal.has(Source::direction))
+    proposal.notes.emplace_back(
+        "the speeds have no sign, and no gear was found: in reverse the pose will go forward; map "
+        "direction");
+}
+
+}  // namespace
+
+bool Proposal::needs_radius() const {
+  return std::ranges::any_of(wheel_sources, [&](Source role) {
+    return has(role) && of(role)->candidate.unit == can::Unit::rpm;
+  });
+}
+
+Proposal propose(std::span<const can::Database> databases, const Traffic& traffic) {
+  const bool has_log = !traffic.empty();
+  const Rhythms came = rhythms(traffic, databases);
+  Proposal proposal;
+  std::vector<std::string> absent_speeds;
+  for (std::size_t i = 0; i < estimator::index_of(Source::camera); ++i) {
+    const auto role = static_cast<Source>(i);
+    std::vector<Candidate> candidates = candidates_for(role, databases, 8);
+    std::string absent;
+    if (has_log)
+      std::erase_if(candidates, [&](const Candidate& candidate) {
+        const bool gone = !came.contains(key_of(candidate));
+        if (gone && absent.empty()) absent = candidate.name();
+        return gone;
+      });
+    if (candidates.empty()) {
+      if (!absent.empty() && role != Source::direction)
+        proposal.notes.push_back(fmt::format("{}: {} is in the database, but not in the log",
+                                             estimator::source_names.at(i), absent));
+      if (!absent.empty() && estimator::is_wheel(role)) absent_speeds.push_back(absent);
+      continue;
+    }
+    std::vector<Series> series = has_log ? series_of(traffic, databases, candidates)
+                                         : std::vector<Series>(candidates.size());
+    std::vector<Observed> observed;
+    for (std::size_t k = 0; k < candidates.size(); ++k)
+      observed.push_back({std::move(candidates[k]), std::move(series[k])});
+    Choice choice = best_of(std::move(observed), has_log);
+    if (has_log) take_rhythm(choice, came.at(key_of(choice.candidate)));
+    proposal.roles.at(i) = std::move(choice);
+  }
+  require_speed(proposal, databases, traffic, absent_speeds);
+  keep_one_speed(proposal);
+  add_speed_notes(proposal);
+  if (!has_log) {
+    proposal.notes.emplace_back(
+        "without a log nothing of this was compared with a drive: names, units and ranges alone");
+    for (auto& choice : proposal.roles)
+      if (choice) choice->warnings.emplace_back("by the database alone; give --can with a drive");
+  }
+  return proposal;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,58 @@
+// The proposal: for each role the signal that probably measures it, with how sure that is and why.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "estimator/common/measurement.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/init/roles.hpp"
+#include "tools/init/traffic.hpp"
+
+namespace odomd::tools {
+
+struct Choice {
+  Candidate candidate;
+  Series series;  ///< SI, as decoded; empty without a log
+  double scale = 1.0, offset = 0.0;
+  std::optional<double> sigma, timeout, radius;  ///< none: odomd's default
+  std::string bus;                               ///< empty: any
+  std::vector<std::string> reasons;   ///< what speaks for it, and where numbers come from
+  std::vector<std::string> warnings;  ///< empty: sure
+
+  [[nodiscard]] bool sure() const { return warnings.empty(); }
+};
+
+struct Proposal {
+  std::array<std::optional<Choice>, estimator::source_count> roles;
+  std::optional<double> measured_track;  ///< from wheels and gyro [m]
+  std::vector<std::string> notes;        ///< of the whole: what the log did not show
+
+  [[nodiscard]] std::optional<Choice>& of(estimator::Source role) {
+    return roles.at(estimator::index_of(role));
+  }
+  [[nodiscard]] const std::optional<Choice>& of(estimator::Source role) const {
+    return roles.at(estimator::index_of(role));
+  }
+  [[nodiscard]] bool has(estimator::Source role) const { return of(role).has_value(); }
+  [[nodiscard]] bool needs_radius() const;  ///< a speed in turns per minute
+};
+
+/// By names, units and what comes on the bus; without traffic by the database alone. One speed at
+/// least: throws std::invalid_argument if there is none.
+[[nodiscard]] Proposal propose(std::span<const can::Database> databases, const Traffic& traffic);
+
+/// What a person must say of the car; lengths in metres. None: not given.
+struct Known {
+  std::optional<double> wheelbase, track, wheel_radius, steering_ratio;
+};
+
+/// Compares the signals with each other, where there are any: sets signs, the steering's scale,
+/// biases and sigmas, and adds reasons and warnings (behaviour.cpp).
+void check_behaviour(Proposal& proposal, const Known& known);
+
+}  // namespace odomd::tools

@@ -1,0 +1,342 @@
+// A role is described by groups of words; each group must be met by a word of the signal's name or
+// of its message's, or by the unit.
+#include "tools/init/roles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <string_view>
+
+#include "can_protocol/decode/name_words.hpp"
+#include "can_protocol/decode/units.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using can::Dimension;
+using can::NameWords;
+using estimator::Source;
+using Vocabulary = std::span<const std::string_view>;
+
+constexpr auto yaw = std::to_array<std::string_view>({"yaw", "gier", "lacet", "gyro"});
+constexpr auto rate = std::to_array<std::string_view>(
+    {"rate", "speed", "velocity", "gyro", "omega", "geschwindigkeit"});
+constexpr auto acceleration =
+    std::to_array<std::string_view>({"acceleration", "accel", "beschleunigung", "ax", "ay", "ac"});
+constexpr auto along =
+    std::to_array<std::string_view>({"x", "ax", "longitudinal", "laengs", "forward"});
+constexpr auto across =
+    std::to_array<std::string_view>({"y", "ay", "lateral", "quer", "transversal"});
+constexpr auto wheel =
+    std::to_array<std::string_view>({"wheel", "whl", "rad", "roue", "rueda", "ruota", "wss", "ws"});
+constexpr auto speed = std::to_array<std::string_view>(
+    {"speed", "velocity", "geschwindigkeit", "vitesse", "v", "encoder"});
+constexpr auto car =
+    std::to_array<std::string_view>({"vehicle", "car", "fahrzeug", "fzg", "ego", "host"});
+constexpr auto motor = std::to_array<std::string_view>({"motor", "erpm", "inverter", "traction"});
+constexpr auto steering = std::to_array<std::string_view>(
+    {"steering", "steer", "lenkrad", "lenk", "volant", "sas", "swa", "lws"});
+constexpr auto angle =
+    std::to_array<std::string_view>({"angle", "winkel", "position", "steering", "lenkwinkel"});
+constexpr auto front = std::to_array<std::string_view>({"front", "vorne", "vorn", "avant"});
+constexpr auto rear = std::to_array<std::string_view>({"rear", "back", "hinten", "arriere"});
+constexpr auto left = std::to_array<std::string_view>({"left", "links", "gauche", "lh", "l"});
+constexpr auto right = std::to_array<std::string_view>({"right", "rechts", "droite", "rh", "r"});
+constexpr auto fraction_words = std::to_array<std::string_view>({"fraction", "fractional", "fine"});
+
+/// Of wheels: front and left, ... in English, German and French.
+constexpr std::array corner_codes{
+    std::to_array<std::string_view>({"fl", "lf", "vl", "avg"}),
+    std::to_array<std::string_view>({"fr", "rf", "vr", "avd"}),
+    std::to_array<std::string_view>({"rl", "lr", "hl", "arg"}),
+    std::to_array<std::string_view>({"rr", "rr", "hr", "ard"}),
+};
+
+/// A name with one of these is not the measured value of the car itself.
+constexpr auto foreign = std::to_array<std::string_view>(
+    {"target",     "requested",   "request",   "req",     "desired",   "setpoint",  "set",
+     "limit",      "maximum",     "max",       "minimum", "min",       "offset",    "bias",
+     "torque",     "crc",         "checksum",  "counter", "cnt",       "status",    "state",
+     "valid",      "validity",    "quality",   "qf",      "fault",     "error",     "err",
+     "pressure",   "pulse",       "tick",      "display", "disp",      "ui",        "cruise",
+     "lead",       "object",      "relative",  "rel",     "pedal",     "gradient",  "sign",
+     "vorzeichen", "curvature",   "gps",       "gnss",    "roll",      "pitch",     "vertical",
+     "radius",     "temperature", "timestamp", "default", "threshold", "estimated", "difference",
+     "cmd",        "command",     "lkas",      "lka",     "ped",       "vz"});
+
+/// "speed", "spd" and "speedfront" for "speed": short words must be equal.
+bool means(const std::string& word, std::string_view entry) {
+  constexpr std::size_t long_entry = 5, compound = 3;
+  const bool plural =
+      word.size() == entry.size() + 1 && word.starts_with(entry) && word.back() == 's';
+  return word == entry || plural || (entry.size() >= long_entry && can::abbreviates(word, entry)) ||
+         (entry.size() >= compound && word.size() >= entry.size() + compound &&
+          word.starts_with(entry));
+}
+
+bool has(const NameWords& name, Vocabulary vocabulary) {
+  return std::ranges::any_of(name, [&](const std::string& word) {
+    return std::ranges::any_of(vocabulary,
+                               [&](std::string_view entry) { return means(word, entry); });
+  });
+}
+
+/// As it stands: "acc" is a system there, an acceleration elsewhere.
+bool has_word(const NameWords& name, Vocabulary vocabulary) {
+  return std::ranges::any_of(name, [&](const std::string& word) {
+    return std::ranges::find(vocabulary, word) != vocabulary.end();
+  });
+}
+
+/// The corner of the car that a name states: 0 to 3 as in corner_codes; -1: none.
+int corner_of(const NameWords& name) {
+  for (std::size_t i = 0; i < corner_codes.size(); ++i)
+    if (has_word(name, corner_codes[i])) return static_cast<int>(i);
+  const bool in_front = has(name, front), behind = has(name, rear);
+  const bool at_left = has(name, left), at_right = has(name, right);
+  if (in_front == behind || at_left == at_right) return -1;
+  return (in_front ? 0 : 2) + (at_left ? 0 : 1);
+}
+
+struct Seen {
+  NameWords own, around;  ///< of the signal and of its message
+  Dimension dimension = Dimension::none;
+};
+
+/// Adds up how well a signal fits, and why it may not.
+struct Fit {
+  const Seen& seen;
+  double score = 0.0;
+  std::vector<std::string> warnings;
+  bool possible = true;
+
+  constexpr static double in_name = 3.0, in_message = 1.5, by_unit = 1.0;
+
+  /// A group of words that must be met; where it stands only in the message, by_unit may be enough.
+  void need(Vocabulary words, bool unit_says_it = false) {
+    if (has(seen.own, words))
+      score += in_name;
+    else if (has(seen.around, words))
+      score += in_message;
+    else if (unit_says_it)
+      score += by_unit;
+    else
+      possible = false;
+  }
+  void warn(std::string why, double cost = 0.0) {
+    score -= cost;
+    warnings.push_back(std::move(why));
+  }
+};
+
+void fit_wheel(Fit& fit, int corner) {
+  const int own = corner_of(fit.seen.own);
+  const int stated = own >= 0 ? own : corner_of(fit.seen.around);
+  if (stated != corner) fit.possible = false;
+  fit.score += own >= 0 ? Fit::in_name : Fit::in_message;
+  fit.need(wheel);
+  if (!has(fit.seen.own, speed)) fit.score -= 0.5;
+}
+
+void fit_one_speed(Fit& fit) {
+  const bool of_wheel = has(fit.seen.own, wheel) || has(fit.seen.around, wheel);
+  if (corner_of(fit.seen.own) >= 0 || has(fit.seen.own, front) || has(fit.seen.own, motor))
+    fit.possible = false;
+  fit.need(speed, of_wheel);
+  if (!of_wheel)
+    fit.warn(
+        "the name says no wheel; a speed that is not measured at wheels may be late or rounded");
+  else if (!has(fit.seen.own, rear))
+    fit.warn("the name does not say which wheel; taken as the mean of the rear axle");
+  if (of_wheel) fit.score += 2.0 * Fit::in_name;
+  if (has(fit.seen.own, rear)) fit.score += Fit::in_name;
+  if (!of_wheel && !has(fit.seen.own, car) && !has(fit.seen.around, car)) fit.score -= 1.0;
+}
+
+void fit_steering(Fit& fit) {
+  fit.need(steering);
+  fit.need(angle, true);
+  if (has(fit.seen.own, rear)) fit.possible = false;
+  if (has(fit.seen.own, speed) && !has(fit.seen.own, angle)) fit.possible = false;
+  if (has_word(fit.seen.own, std::to_array<std::string_view>({"rate"}))) fit.possible = false;
+}
+
+Dimension dimension_of(Source role) {
+  switch (role) {
+    case Source::yaw_rate:
+      return Dimension::angular_rate;
+    case Source::accel_x:
+    case Source::accel_y:
+      return Dimension::acceleration;
+    case Source::steering:
+      return Dimension::angle;
+    default:
+      return role == Source::direction ? Dimension::none : Dimension::speed;
+  }
+}
+
+can::Unit usual_unit(Source role) {
+  switch (dimension_of(role)) {
+    case Dimension::angular_rate:
+      return can::Unit::deg_per_s;
+    case Dimension::acceleration:
+      return can::Unit::m_per_s2;
+    case Dimension::angle:
+      return can::Unit::deg;
+    default:
+      return can::Unit::km_per_h;
+  }
+}
+
+void fit_words(Fit& fit, Source role) {
+  switch (role) {
+    case Source::yaw_rate:
+      fit.need(yaw);
+      fit.need(rate, fit.seen.dimension == Dimension::angular_rate);
+      if (has(fit.seen.own, steering) || has_word(fit.seen.own, {along.data(), 2}) ||
+          has_word(fit.seen.own, {across.data(), 2}) ||
+          (has(fit.seen.own, acceleration) && fit.seen.dimension == Dimension::none))
+        fit.possible = false;
+      break;
+    case Source::accel_x:
+      fit.need(acceleration, fit.seen.dimension == Dimension::acceleration);
+      fit.need(along);
+      if (has(fit.seen.own, across)) fit.possible = false;
+      break;
+    case Source::accel_y:
+      fit.need(acceleration, fit.seen.dimension == Dimension::acceleration);
+      fit.need(across);
+      if (has(fit.seen.own, along)) fit.possible = false;
+      break;
+    case Source::wheel_front_left:
+    case Source::wheel_front_right:
+    case Source::wheel_rear_left:
+    case Source::wheel_rear_right:
+      fit_wheel(fit, static_cast<int>(estimator::index_of(role)) -
+                         static_cast<int>(estimator::index_of(Source::wheel_front_left)));
+      break;
+    case Source::wheel_rear:
+      fit_one_speed(fit);
+      break;
+    case Source::motor:
+      fit.need(motor);
+      fit.need(speed, fit.seen.dimension == Dimension::speed);
+      break;
+    case Source::steering:
+      fit_steering(fit);
+      break;
+    default:
+      fit.possible = false;
+  }
+}
+
+Fit fit_of(Source role, const Seen& seen, const can::Signal& signal) {
+  Fit fit{.seen = seen, .score = 0.0, .warnings = {}};
+  constexpr int shortest = 8;  // bits
+  const bool other = can::is_other_unit(signal.unit);
+  const bool fits = seen.dimension == dimension_of(role);
+  if (other || signal.length < shortest || (seen.dimension != Dimension::none && !fits)) {
+    fit.possible = false;
+    return fit;
+  }
+  fit_words(fit, role);
+  if (!fit.possible) return fit;
+  if (fits)
+    fit.score += 3.0;
+  else
+    fit.warn("the database gives no unit that is known");
+  if (has_word(seen.own, foreign))
+    fit.warn("the name may mean a request, a limit or a status", 4.0);
+  else if (has_word(seen.around, foreign) ||
+           has_word(seen.around, std::to_array<std::string_view>({"acc"})))
+    fit.score -= 2.0;
+  if (signal.multiplexor) fit.warn("it is multiplexed", 1.0);
+  return fit;
+}
+
+/// "STEER_ANGLE" and "STEER_FRACTION" of one message are the coarse and the fine part.
+const can::Signal* fraction_of(const can::Message& message, const can::Signal& coarse) {
+  const NameWords name = can::words_of(coarse.name);
+  for (const can::Signal& fine : message.signals) {
+    const NameWords words = can::words_of(fine.name);
+    if (&fine != &coarse && fine.unit == coarse.unit && has(words, fraction_words) &&
+        words.front() == name.front() && fine.scale < coarse.scale)
+      return &fine;
+  }
+  return nullptr;
+}
+
+std::optional<double> value_named(const can::Signal& signal, Vocabulary names) {
+  for (const can::ValueName& value : signal.values) {
+    const NameWords words = can::words_of(value.name);
+    if (words.size() == 1 && std::ranges::find(names, words.front()) != names.end())
+      return static_cast<double>(value.raw) * signal.scale + signal.offset;
+  }
+  return std::nullopt;
+}
+
+void add_direction(const can::Message& message, const can::Signal& signal,
+                   std::vector<Candidate>& found) {
+  constexpr auto onward = std::to_array<std::string_view>({"d", "drive", "forward", "vorwaerts"});
+  constexpr auto back =
+      std::to_array<std::string_view>({"r", "reverse", "backward", "rueckwaerts"});
+  const auto forward = value_named(signal, onward), reverse = value_named(signal, back);
+  if (!forward || !reverse) return;
+  Candidate candidate{.role = Source::direction, .message = &message, .signal = &signal};
+  candidate.forward = *forward;
+  candidate.reverse = *reverse;
+  candidate.score = static_cast<double>(signal.values.size());
+  found.push_back(std::move(candidate));
+}
+
+}  // namespace
+
+std::string_view quantity_of(Source role) {
+  constexpr std::array<std::string_view, estimator::source_count> names{
+      "yaw rate",
+      "acceleration along the car",
+      "acceleration across the car",
+      "speed of the front left wheel",
+      "speed of the front right wheel",
+      "speed of the rear left wheel",
+      "speed of the rear right wheel",
+      "speed of the rear axle",
+      "speed from the motor",
+      "steering angle",
+      "forward or reverse",
+      "camera"};
+  return names.at(estimator::index_of(role));
+}
+
+std::vector<Candidate> candidates_for(Source role, std::span<const can::Database> databases,
+                                      std::size_t most) {
+  std::vector<Candidate> found;
+  for (const can::Database& database : databases)
+    for (const can::Message& message : database.messages) {
+      const NameWords around = can::words_of(message.name);
+      for (const can::Signal& signal : message.signals) {
+        if (role == Source::direction) {
+          add_direction(message, signal, found);
+          continue;
+        }
+        const auto unit = can::unit_of_text(signal.unit);
+        const Seen seen{can::words_of(signal.name), around,
+                        unit ? can::dimension_of(*unit) : Dimension::none};
+        Fit fit = fit_of(role, seen, signal);
+        if (!fit.possible || has(seen.own, fraction_words)) continue;
+        Candidate& candidate = found.emplace_back();
+        candidate.role = role;
+        candidate.message = &message;
+        candidate.signal = &signal;
+        candidate.unit = unit ? *unit : usual_unit(role);
+        candidate.score = fit.score;
+        candidate.warnings = std::move(fit.warnings);
+        if (role == Source::steering) candidate.fraction = fraction_of(message, signal);
+      }
+    }
+  std::ranges::stable_sort(found, std::ranges::greater{}, &Candidate::score);
+  if (found.size() > most) found.resize(most);
+  return found;
+}
+
+}  // namespace odomd::tools

@@ -1,0 +1,49 @@
+// What a log or a live bus carries of the candidates: their series, and how often messages come.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "can_protocol/dbc/dbc.hpp"
+#include "can_protocol/frame.hpp"
+#include "tools/identify/common/signal_log.hpp"
+#include "tools/init/roles.hpp"
+
+namespace odomd::tools {
+
+/// The frames of a drive, and the names of their buses.
+struct Traffic {
+  std::string name;  ///< "drive.log", "can0"
+  std::vector<can::Frame> frames;
+  std::vector<std::string> buses;
+
+  [[nodiscard]] bool empty() const { return frames.empty(); }
+};
+
+/// All frames of logs, merged by stamp. Throws as can::MergedLog does: file, line, fix.
+[[nodiscard]] Traffic read_logs(std::span<const std::string> logs);
+
+/// Listens to an interface; ends early on INT. Throws std::invalid_argument if nothing came.
+[[nodiscard]] Traffic listen(const std::string& interface, double seconds);
+
+/// How a message comes.
+struct Rhythm {
+  std::uint64_t frames = 0;
+  double cycle = 0.0;              ///< median time between frames [s]
+  double longest = 0.0;            ///< 99.9 % of them are shorter [s]
+  std::vector<std::string> buses;  ///< that carry it, the busiest first
+};
+
+/// Of the messages of the databases that came; the key is can::frame_key.
+[[nodiscard]] std::map<std::uint32_t, Rhythm> rhythms(const Traffic& traffic,
+                                                      std::span<const can::Database> databases);
+
+/// The values of each candidate in SI units, by the daemon's decoder; fractions are added.
+[[nodiscard]] std::vector<Series> series_of(const Traffic& traffic,
+                                            std::span<const can::Database> databases,
+                                            std::span<const Candidate> candidates);
+
+}  // namespace odomd::tools

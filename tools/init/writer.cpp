@@ -1,0 +1,251 @@
+#include "tools/init/writer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "can_protocol/decode/units.hpp"
+#include "tools/cli/json_text.hpp"
+#include "tools/cli/text.hpp"
+#include "tools/config_patch/toml_lines.hpp"
+
+namespace odomd::tools {
+namespace {
+
+using estimator::Source;
+
+constexpr double gravity = 9.80665;
+
+/// A basic string.
+std::string quoted(const std::string& text) {
+  const std::string key = toml_key(text);
+  return key.starts_with('"') ? key : '"' + key + '"';
+}
+
+std::string list_of(const std::vector<std::string>& names) {
+  std::vector<std::string> quotes;
+  for (const std::string& name : names) quotes.push_back(quoted(name));
+  return names.size() == 1 ? quotes.front() : fmt::format("[{}]", fmt::join(quotes, ", "));
+}
+
+/// What is typical of a class of cars: stiffness per weight on the axle, inertia over m l_v l_h.
+struct Typical {
+  double inertia, stiffness_front, stiffness_rear;
+};
+
+Typical typical_for(double wheelbase) {
+  constexpr double model_car = 1.0;  // m, shorter ones are models
+  return wheelbase < model_car ? Typical{0.5, 4.0, 6.0} : Typical{1.0, 13.0, 18.0};
+}
+
+double rounded(double value) {
+  return std::stod(fmt::format("{:.3g}", value));
+}
+
+std::string number(double value) {
+  std::string text = shortest(value);
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
+}
+
+std::string_view role_name(Source role) {
+  return estimator::source_names.at(estimator::index_of(role));
+}
+
+std::vector<std::string> signals_of(const Choice& choice) {
+  std::vector<std::string> signals{choice.candidate.signal->name};
+  if (choice.candidate.fraction != nullptr) signals.push_back(choice.candidate.fraction->name);
+  return signals;
+}
+
+/// "{ message = ..., signal = ..., unit = ... }"
+std::string entry(const Choice& choice) {
+  const Candidate& candidate = choice.candidate;
+  const auto signals = signals_of(choice);
+  std::string text = fmt::format("{{ message = {}, ", quoted(candidate.message->name));
+  text += signals.size() == 1 ? "signal = " + quoted(signals.front()) : "sum = " + list_of(signals);
+  if (candidate.role == Source::direction) {
+    text += fmt::format(", forward = {}, reverse = {}", shortest(candidate.forward),
+                        shortest(candidate.reverse));
+  } else {
+    text += fmt::format(", unit = {}", quoted(std::string(can::unit_name(candidate.unit))));
+    if (choice.radius) text += ", radius = " + number(*choice.radius);
+    if (choice.scale != 1.0) text += ", scale = " + number(choice.scale);
+    if (choice.offset != 0.0) text += ", offset = " + number(choice.offset);
+    if (choice.sigma) text += ", sigma = " + number(*choice.sigma);
+  }
+  if (choice.timeout) text += ", timeout = " + number(*choice.timeout);
+  if (!choice.bus.empty()) text += ", bus = " + quoted(choice.bus);
+  return text + " }";
+}
+
+/// Wrapped, further lines indented.
+void add_comment(std::string& text, std::string_view line) {
+  constexpr std::size_t width = 118;
+  std::string row = "#";
+  while (!line.empty()) {
+    const std::string_view word = line.substr(0, line.find(' '));
+    if (row.size() + 1 + word.size() > width && row.size() > 1) {
+      text += row + '\n';
+      row = "#  ";
+    }
+    row.append(" ").append(word);
+    line.remove_prefix(std::min(word.size() + 1, line.size()));
+  }
+  text += row + '\n';
+}
+
+std::string with_unsure(const VehicleValue& value) {
+  return (value.sure ? "" : "UNSURE: ") + value.origin;
+}
+
+void add_signals(std::string& text, const Draft& draft) {
+  text += "\n[can.signals]\n";
+  std::vector<std::string_view> missing;
+  for (std::size_t i = 0; i < estimator::index_of(Source::camera); ++i) {
+    const auto role = static_cast<Source>(i);
+    const auto& choice = draft.proposal.of(role);
+    if (!choice) {
+      if (role == Source::yaw_rate || role == Source::steering) missing.push_back(role_name(role));
+      continue;
+    }
+    add_comment(text, fmt::format("{}{}{}", quantity_of(role), choice->reasons.empty() ? "" : ": ",
+                                  fmt::join(choice->reasons, "; ")));
+    for (const std::string& warning : choice->warnings) add_comment(text, "UNSURE: " + warning);
+    text += fmt::format("{} = {}\n", role_name(role), entry(*choice));
+  }
+  for (const std::string_view role : missing)
+    add_comment(text,
+                fmt::format("UNSURE: nothing fits {}; without it the pose is less precise", role));
+}
+
+}  // namespace
+
+std::vector<VehicleValue> vehicle_values(const Draft& draft) {
+  const double mass = draft.car.mass.value();
+  const double wheelbase = draft.car.known.wheelbase.value();
+  const double front = draft.car.front_axle.value_or(0.5 * wheelbase);
+  const double rear = std::stod(fmt::format("{:.6g}", wheelbase - front));
+  const Typical typical = typical_for(wheelbase);
+  const double weight = mass * gravity;
+  const std::string guess = "typical of its class; odom identify ";
+  const bool has_axle = draft.car.front_axle.has_value();
+  const std::string axle_origin =
+      has_axle ? "m, as given" : "m, half of the wheelbase; weigh both axles: odom identify cog";
+  VehicleValue track{"track_width", 0.0, "m, as given"};
+  if (draft.car.known.track) {
+    track.value = *draft.car.known.track;
+  } else {
+    track.value = rounded(draft.proposal.measured_track.value());
+    track.origin = "m, from wheels and gyro in the log; compare with a tape";
+    track.sure = track.value > 0.3 * wheelbase && track.value < wheelbase;
+  }
+  return {
+      {"mass", mass, "kg, as given"},
+      {"front_axle", front, axle_origin, has_axle},
+      {"rear_axle", rear, axle_origin, has_axle},
+      {"yaw_inertia", rounded(typical.inertia * mass * front * rear),
+       "kg m2, " + guess + "inertia measures it", false},
+      {"cornering_stiffness_front", rounded(typical.stiffness_front * weight * rear / wheelbase),
+       "N/rad, " + guess + "stiffness or fit measures it", false},
+      {"cornering_stiffness_rear", rounded(typical.stiffness_rear * weight * front / wheelbase),
+       "N/rad, " + guess + "stiffness or fit measures it", false},
+      track,
+  };
+}
+
+std::string as_toml(const Draft& draft) {
+  std::string text;
+  add_comment(text, "Made by odom init from " + draft.made_from +
+                        ". Look at each line marked UNSURE before the car drives by itself.");
+  for (const std::string& note : draft.proposal.notes) add_comment(text, "Note: " + note + ".");
+  text += "\n[vehicle]\n";
+  for (const VehicleValue& value : vehicle_values(draft))
+    text += fmt::format("{} = {} # {}\n", value.key, number(value.value), with_unsure(value));
+  text += "\n[can]\n";
+  if (draft.sources.empty())
+    text += "# source = \"can0\" # the interface; or give --can\n";
+  else
+    text += fmt::format("source = {}\n", list_of(draft.sources));
+  text += fmt::format("dbc = {}\n", list_of(draft.databases));
+  if (!draft.protections.empty()) text += "\n[can.e2e]\n";
+  for (const can::E2eBinding& protection : draft.protections)
+    text += fmt::format("{} = {{ profile = \"P01\", data_id = 0x{:X}, crc = {}, counter = {} }}\n",
+                        toml_key(protection.message), protection.data_id,
+                        quoted(protection.crc_signal), quoted(protection.counter_signal));
+  add_signals(text, draft);
+  text += "\n# [camera] # if a camera sends poses: docs/camera.md\n";
+  return text;
+}
+
+std::string as_text(const Draft& draft) {
+  Table table{{"role", "signal", "unit", "sure"}, {}, {0, 1, 2, 3}};
+  std::vector<std::pair<std::string, std::vector<std::string_view>>> warnings;  // and whose
+  const auto add_warning = [&](const std::string& warning, std::string_view whose) {
+    auto found = std::ranges::find(warnings, warning, &decltype(warnings)::value_type::first);
+    if (found == warnings.end()) found = warnings.insert(warnings.end(), {warning, {}});
+    found->second.push_back(whose);
+  };
+  for (const auto& choice : draft.proposal.roles) {
+    if (!choice) continue;
+    const Candidate& candidate = choice->candidate;
+    const bool has_unit = candidate.role != Source::direction;
+    table.rows.push_back(
+        {std::string(role_name(candidate.role)),
+         fmt::format("{}.{}", candidate.message->name, fmt::join(signals_of(*choice), " + ")),
+         std::string(has_unit ? can::unit_name(candidate.unit) : "-"),
+         choice->sure() ? "yes" : "no"});
+    for (const std::string& warning : choice->warnings)
+      add_warning(warning, role_name(candidate.role));
+  }
+  const std::vector<VehicleValue> vehicle = vehicle_values(draft);
+  for (const VehicleValue& value : vehicle)
+    if (!value.sure) add_warning(value.origin, value.key);
+  std::string text = table.text();
+  if (!warnings.empty() || !draft.proposal.notes.empty()) text += "Unsure:\n";
+  for (const auto& [warning, whose] : warnings)
+    text += fmt::format("  {}: {}\n", fmt::join(whose, ", "), warning);
+  for (const std::string& note : draft.proposal.notes) text += fmt::format("  {}\n", note);
+  return text;
+}
+
+nlohmann::ordered_json as_json(const Draft& draft) {
+  using nlohmann::ordered_json;
+  ordered_json roles = ordered_json::array();
+  for (const auto& choice : draft.proposal.roles) {
+    if (!choice) continue;
+    const Candidate& candidate = choice->candidate;
+    ordered_json role{{"role", role_name(candidate.role)},
+                      {"message", candidate.message->name},
+                      {"signals", signals_of(*choice)}};
+    if (candidate.role == Source::direction) {
+      role["forward"] = candidate.forward;
+      role["reverse"] = candidate.reverse;
+    } else {
+      role["unit"] = can::unit_name(candidate.unit);
+      role["scale"] = choice->scale;
+      role["offset"] = choice->offset;
+    }
+    const auto optional = [&](const char* key, const std::optional<double>& value) {
+      if (value) role[key] = *value;
+    };
+    optional("radius", choice->radius);
+    optional("sigma", choice->sigma);
+    optional("timeout", choice->timeout);
+    if (!choice->bus.empty()) role["bus"] = choice->bus;
+    role["sure"] = choice->sure();
+    role["reasons"] = choice->reasons;
+    role["warnings"] = choice->warnings;
+    roles.push_back(std::move(role));
+  }
+  ordered_json vehicle = ordered_json::object();
+  for (const VehicleValue& value : vehicle_values(draft))
+    vehicle[value.key] = {{"value", value.value}, {"sure", value.sure}, {"origin", value.origin}};
+  return {{"roles", std::move(roles)},
+          {"vehicle", std::move(vehicle)},
+          {"notes", draft.proposal.notes}};
+}
+
+}  // namespace odomd::tools
